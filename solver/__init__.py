@@ -1,0 +1,1 @@
+"""Markers and ground forces in, a skeleton that obeys F = ma out."""

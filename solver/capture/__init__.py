@@ -1,0 +1,1 @@
+"""Measured data: files to SI units, y up, ground frame, and nothing that knows a skeleton."""

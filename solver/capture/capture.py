@@ -1,0 +1,100 @@
+"""What was measured, as one trial and as one subject: SI units, ground frame, y up."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+
+@dataclass(frozen=True)
+class Markers:
+    """Marker trajectories of one trial.
+
+    `positions_ground` is NaN where a marker was not seen; `rate` [Hz] comes from the time column.
+    """
+
+    names: tuple[str, ...]
+    positions_ground: Float[np.ndarray, "frames markers 3"]  # [m]
+    rate: float  # [Hz]
+    start_time: float = 0.0  # [s] time of frame 0 on the recording's clock
+
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return self.positions_ground.shape[0]
+
+    @property
+    def times(self) -> Float[np.ndarray, " frames"]:
+        """Time of each frame on the recording's clock [s]."""
+        return self.start_time + np.arange(self.frames) / self.rate
+
+
+@dataclass(frozen=True)
+class ForcePlate:
+    """One force plate as measured: the wrench that the ground exerts ON the person, at the plate's own rate.
+
+    `moment_ground` is about the ground origin; with `cop_ground` NaN while the plate is unloaded.
+    """
+
+    name: str  # the file's own column prefix or channel, for messages and the screen
+    force_ground: Float[np.ndarray, "samples 3"]  # [N]
+    moment_ground: Float[np.ndarray, "samples 3"]  # [N·m] about the ground origin
+    cop_ground: Float[np.ndarray, "samples 3"]  # [m] NaN while unloaded
+    rate: float  # [Hz]
+    start_time: float = 0.0  # [s] on the same clock as the markers
+    corners_ground: Float[np.ndarray, "4 3"] | None = None  # [m]
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return self.force_ground.shape[0]
+
+    @property
+    def times(self) -> Float[np.ndarray, " samples"]:
+        """Time of each sample on the recording's clock [s]."""
+        return self.start_time + np.arange(self.samples) / self.rate
+
+
+@dataclass(frozen=True)
+class Capture:
+    """One trial as measured."""
+
+    name: str
+    markers: Markers
+    plates: tuple[ForcePlate, ...] = ()
+    notes: tuple[str, ...] = ()  # what was assumed, converted or ignored on the way in
+    files: tuple[Path, ...] = ()
+    imported_missing_force: Bool[np.ndarray, " frames"] | None = None  # review.json: true = force missing
+
+
+@dataclass(frozen=True)
+class TrialFiles:
+    """Where one trial of a subject lies; opened by `read_trial`."""
+
+    name: str
+    markers: Path
+    forces: Path | None = None
+    reviews: tuple[Path, ...] = ()  # review.json of the segments in order
+
+
+@dataclass(frozen=True)
+class Subject:
+    """One person's folder: who, which model, which trials. Nothing is loaded yet but the description."""
+
+    folder: Path
+    trials: tuple[TrialFiles, ...]
+    mass_kg: float | None = None
+    height_m: float | None = None
+    sex: str | None = None  # "male", "female" or None
+    age_years: float | None = None
+    model: Path | None = None  # None: the default full body
+    static: Path | None = None
+    foot_bodies: tuple[str, ...] = ("calcn_r", "calcn_l")
+    tags: tuple[str, ...] = ()
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def name(self) -> str:
+        """The folder's name."""
+        return self.folder.resolve().name

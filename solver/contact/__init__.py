@@ -1,0 +1,1 @@
+"""Which foot stands on which plate, and when."""

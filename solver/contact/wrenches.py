@@ -1,0 +1,40 @@
+"""What the ground does to each foot, on the markers' clock, and on which frames that was measured."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+
+@dataclass(frozen=True)
+class ContactWrenches:
+    """Wrench [force N, moment N·m about the ground origin] on each foot, ground frame, at the markers' frames.
+
+    `observed` is False on frames that the force recording doesn't cover.
+    """
+
+    foot_bodies: tuple[str, ...]
+    wrench_ground: Float[np.ndarray, "frames feet 6"]
+    cop_ground: Float[np.ndarray, "frames feet 3"]  # [m] NaN where the foot is unloaded
+    observed: Bool[np.ndarray, " frames"]
+    in_contact: Bool[np.ndarray, "frames feet"]  # the foot carries load on a plate
+    plate: Int[np.ndarray, "frames plates"]  # foot index that the plate's force goes to; -1 while unassigned
+    wrench_raw_ground: Float[np.ndarray, "frames feet 6"]  # likewise, neither filtered nor thresholded
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class FrameMask:
+    """Per foot: True where the force counts. `reasons` says why not: (start, end, foot or None, reason).
+
+    Files and JSON say it the other way round (true = missing); they are converted at the door.
+    """
+
+    counts: Bool[np.ndarray, "frames feet"]
+    reasons: tuple[tuple[int, int, str | None, str], ...] = ()
+    source: str = "none"  # "review", "review.json", "proposals" or "none"
+
+    @property
+    def all_feet(self) -> Bool[np.ndarray, " frames"]:
+        """Frames on which every foot's force counts: the complement of the paper's U."""
+        return self.counts.all(axis=1)

@@ -1,0 +1,1 @@
+"""Joint torques and the residual wrench at the root."""

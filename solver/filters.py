@@ -1,0 +1,23 @@
+"""The one low-pass that kinematics and forces share."""
+
+import numpy as np
+from jaxtyping import Float
+from scipy.signal import butter, sosfiltfilt
+
+
+def low_pass(
+    values: Float[np.ndarray, "samples *columns"], rate: float, cutoff_Hz: float, order: int = 3
+) -> Float[np.ndarray, "samples *columns"]:
+    """Zero-phase Butterworth low-pass along the first axis (filtered forwards and backwards).
+
+    Args:
+        values: one row a sample; no NaN.
+        rate: [Hz].
+        cutoff_Hz: corner of the single pass [Hz].
+        order: of the single pass (the paper's supplement: 3).
+    """
+    padding = 3 * (2 * ((order + 1) // 2) + 1)
+    if cutoff_Hz >= rate / 2 or values.shape[0] <= padding:
+        return values
+    sections = butter(order, cutoff_Hz, btype="low", fs=rate, output="sos")
+    return sosfiltfilt(sections, values, axis=0)

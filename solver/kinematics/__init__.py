@@ -1,0 +1,1 @@
+"""Scaling, marker offsets and inverse kinematics."""

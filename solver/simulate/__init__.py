@@ -1,0 +1,1 @@
+"""Synthetic captures that obey F = ma exactly at the root."""

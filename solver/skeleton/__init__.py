@@ -1,0 +1,1 @@
+"""OpenSim models on Pinocchio: kinematic tree, coupling map, scaling, marker set, bones."""
