@@ -1,0 +1,22 @@
+"""Joint torques and residual wrench of one trial."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """Inverse dynamics of one trial.
+
+    The residual is the external wrench that the motion demands less the measured one: force [N], and moment
+    [N·m] about the root joint's centre, both in the ground frame. Zero means F = ma holds.
+    """
+
+    joint_torques: Float[np.ndarray, "frames dofs"]  # [N·m or N], root dofs included
+    residual_root: Float[np.ndarray, "frames 6"]
+    residual_raw_root: Float[np.ndarray, "frames 6"]  # likewise against unfiltered forces
+    com_ground: Float[np.ndarray, "frames 3"]  # [m]
+    root_ground: Float[np.ndarray, "frames 3"]  # [m] the root joint's centre
+    used: Bool[np.ndarray, " frames"]  # frames that the figures count
