@@ -1,0 +1,34 @@
+"""Rotation matrices, over whole trials at once."""
+
+import numpy as np
+from jaxtyping import Float
+
+
+def skew(v: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3 3"]:
+    """The matrix [v]× with [v]× w = v × w."""
+    matrix = np.zeros((*v.shape[:-1], 3, 3))
+    matrix[..., 0, 1], matrix[..., 0, 2], matrix[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
+    matrix[..., 1, 0], matrix[..., 2, 0], matrix[..., 2, 1] = v[..., 2], -v[..., 1], v[..., 0]
+    return matrix
+
+
+def rotation_about(
+    axis: Float[np.ndarray, "3"], angle: Float[np.ndarray, " frames"]
+) -> Float[np.ndarray, "frames 3 3"]:
+    """Rotations by `angle` [rad] about a unit `axis` (Rodrigues)."""
+    cross = skew(axis)
+    sine, versine = np.sin(angle)[:, None, None], (1 - np.cos(angle))[:, None, None]
+    return np.eye(3) + sine * cross + versine * (cross @ cross)
+
+
+def body_fixed_xyz(angles: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
+    """Rotation from OpenSim's orientation triple: about x, then the new y, then the new z [rad]."""
+    turns = [rotation_about(axis, angles[i : i + 1])[0] for i, axis in enumerate(np.eye(3))]
+    return turns[0] @ turns[1] @ turns[2]
+
+
+def nearest_rotation(M: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*batch 3 3"]:
+    """The rotation R that maximizes tr(RᵀM): Kabsch's orthogonal Procrustes problem."""
+    U, _, Vt = np.linalg.svd(M)
+    U[..., :, 2] *= np.linalg.det(U @ Vt)[..., None]
+    return U @ Vt
