@@ -17,5 +17,13 @@ class FitError(SolverError):
     """The data cannot be fitted: no markers shared with the model, no usable frames, and the like."""
 
 
-class Cancelled(SolverError):
+class SettingsError(SolverError):
+    """A settings file names something that does not exist, or gives it a value of the wrong kind."""
+
+
+class ResultsError(SolverError):
+    """Saved results cannot be read back: half a copy, or written by another version."""
+
+
+class Cancelled(SolverError):  # noqa: N818 (stopping is no error)
     """The user stopped the work; nothing was written."""

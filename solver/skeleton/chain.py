@@ -42,13 +42,14 @@ class Chain:
     """The skeleton as elementary steps.
 
     `steps[i]` leads from the parent body of joint i to body i; `dof[k]` is the free coordinate that drives
-    p_k, and `body[k]` the first body that p_k moves.
+    p_k, `body[k]` the first body that p_k moves, and `axis[k]` the number of the axis in that body's joint.
     """
 
     steps: tuple[tuple[Fixed | Moving, ...], ...]
     functions: tuple[ScalarFunction, ...]
     dof: Int[np.ndarray, " positions"]
     body: Int[np.ndarray, " positions"]
+    axis: Int[np.ndarray, " positions"]
     dofs: int
 
     @property
@@ -89,6 +90,7 @@ class _Compiler:
         self.functions: list[ScalarFunction] = []
         self.dof: list[int] = []
         self.body: list[int] = []
+        self.axis: list[int] = []
 
     def chain(self) -> Chain:
         steps = tuple(self._joint(i, joint) for i, joint in enumerate(self.skeleton.joints))
@@ -97,17 +99,18 @@ class _Compiler:
             functions=tuple(self.functions),
             dof=np.array(self.dof, dtype=int),
             body=np.array(self.body, dtype=int),
+            axis=np.array(self.axis, dtype=int),
             dofs=len(self.skeleton.dofs),
         )
 
     def _joint(self, body: int, joint: Joint) -> tuple[Fixed | Moving, ...]:
         steps: list[Fixed | Moving] = [Fixed(joint.R_parent_frame, joint.p_parent_frame)]
-        steps += [self._axis(body, axis) for axis in joint.axes]
+        steps += [self._axis(body, number, axis) for number, axis in enumerate(joint.axes)]
         R_frame_child = joint.R_child_frame.T
         steps.append(Fixed(R_frame_child, -R_frame_child @ joint.p_child_frame))
         return _merged(steps)
 
-    def _axis(self, body: int, axis: Axis) -> Fixed | Moving:
+    def _axis(self, body: int, number: int, axis: Axis) -> Fixed | Moving:
         unit = axis.axis / np.linalg.norm(axis.axis)
         function, dof = self._resolved(axis.function, axis.coordinate)
         if dof is None:
@@ -118,13 +121,18 @@ class _Compiler:
         self.functions.append(function)
         self.dof.append(self.dof_index[dof])
         self.body.append(body)
+        self.axis.append(number)
         return Moving(axis.kind, unit, len(self.functions) - 1)
 
-    def _resolved(self, function: ScalarFunction, coordinate: str | None) -> tuple[ScalarFunction, str | None]:
+    def _resolved(
+        self, function: ScalarFunction, coordinate: str | None
+    ) -> tuple[ScalarFunction, str | None]:
         seen: list[str] = []
         while coordinate is not None and not isinstance(function, Constant):
             if coordinate in seen:
-                raise ModelError(f"{self.skeleton.name}: coordinates {' → '.join(seen)} are coupled in a circle.")
+                raise ModelError(
+                    f"{self.skeleton.name}: coordinates {' → '.join(seen)} are coupled in a circle."
+                )
             seen.append(coordinate)
             c = self.coordinates[coordinate]
             if c.locked:

@@ -6,6 +6,7 @@ from typing import Protocol
 
 import numpy as np
 from jaxtyping import Float
+from scipy.linalg import solve_banded
 
 Values = Float[np.ndarray, "..."]
 
@@ -72,8 +73,8 @@ class PiecewiseLinear:
 class CubicSpline:
     """Piecewise cubic through knots, linear beyond them (OpenSim's SimmSpline).
 
-    The end slopes' curvature follows SIMM: the third derivative of the first (last) piece equals that of the
-    cubic through the first (last) four knots. With fewer than four knots it is zero.
+    The ends follow SIMM: the third derivative of the first (last) piece equals that of the cubic through the
+    first (last) four knots. Three knots give a parabola, two a straight line.
     """
 
     x: tuple[float, ...]
@@ -81,7 +82,8 @@ class CubicSpline:
 
     @cached_property
     def _coefficients(self) -> tuple[Float[np.ndarray, " knots"], Float[np.ndarray, "pieces 4"]]:
-        return np.array(self.x), _simm_coefficients(np.array(self.x), np.array(self.y))
+        knots, heights = np.array(self.x), np.array(self.y)
+        return knots, _simm_coefficients(knots, heights)
 
     def __call__(self, x: Values) -> tuple[Values, Values, Values]:
         """Value, first and second derivative."""
@@ -121,3 +123,39 @@ class Composed:
         u, du, ddu = self.inner(x)
         value, slope, curvature = self.outer(u)
         return value, slope * du, curvature * du**2 + slope * ddu
+
+
+def _simm_coefficients(
+    knots: Float[np.ndarray, " knots"], heights: Float[np.ndarray, " knots"]
+) -> Float[np.ndarray, "pieces 4"]:
+    """Value, slope, half the second and a sixth of the third derivative at the left knot of each piece.
+
+    The unknowns are the second derivatives at the knots: slopes are continuous at inner knots, and the third
+    derivative of the end pieces is known.
+    """
+    n = len(knots)
+    width = np.diff(knots)
+    secant = np.diff(heights) / width
+    if n == 2:
+        return np.array([[heights[0], secant[0], 0.0, 0.0]])
+    system = np.zeros((3, n))  # upper, main and lower diagonal, as solve_banded wants them
+    demand = np.zeros(n)
+    system[0, 2:] = width[1:]
+    system[1, 1:-1] = 2 * (width[:-1] + width[1:])
+    system[2, :-2] = width[:-1]
+    demand[1:-1] = 6 * np.diff(secant)
+    system[0, 1], system[1, 0] = 1.0, -1.0
+    system[2, -2], system[1, -1] = -1.0, 1.0
+    if n > 3:
+        demand[0] = width[0] * _third_derivative(knots[:4], heights[:4])
+        demand[-1] = width[-1] * _third_derivative(knots[-4:], heights[-4:])
+    bend = solve_banded((1, 1), system, demand)
+    slope = secant - width * (2 * bend[:-1] + bend[1:]) / 6
+    return np.stack([heights[:-1], slope, bend[:-1] / 2, np.diff(bend) / (6 * width)], axis=1)
+
+
+def _third_derivative(x: Float[np.ndarray, "4"], y: Float[np.ndarray, "4"]) -> float:
+    """Third derivative of the cubic through four points."""
+    first = np.diff(y) / np.diff(x)
+    second = np.diff(first) / (x[2:] - x[:-2])
+    return float(6 * (second[1] - second[0]) / (x[3] - x[0]))

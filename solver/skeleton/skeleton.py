@@ -1,7 +1,7 @@
 """The skeleton: kinematic tree, inertias and marker set at a given scale. Immutable."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -31,7 +31,7 @@ class Body:
     com_body: Float[np.ndarray, "3"]  # [m]
     inertia_body: Float[np.ndarray, "3 3"]  # [kg·m²]
     geometry: tuple[Geometry, ...] = ()
-    scale: Float[np.ndarray, "3"] = np.ones(3)  # relative to the model file
+    scale: Float[np.ndarray, "3"] = field(default_factory=lambda: np.ones(3))  # relative to the model file
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class Skeleton:
     joints: tuple[Joint, ...]
     coordinates: tuple[Coordinate, ...]
     markers: tuple[Marker, ...]
-    gravity: Float[np.ndarray, "3"] = np.array([0.0, -9.80665, 0.0])  # [m/s²]
+    gravity: Float[np.ndarray, "3"] = field(default_factory=lambda: np.array([0.0, -9.80665, 0.0]))  # [m/s²]
     notes: tuple[str, ...] = ()  # what the reader ignored or assumed
 
     @cached_property

@@ -1,0 +1,37 @@
+"""Files that appear whole or not at all."""
+
+import os
+import tempfile
+from pathlib import Path
+
+from solver.errors import CaptureError
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file so that a run killed half-way leaves the previous one as it was.
+
+    Args:
+        path: where the file belongs; its folder must exist.
+        text: the contents; written as UTF-8 with the line ends it has.
+
+    Raises:
+        CaptureError: the folder is missing or cannot be written to.
+    """
+    path = Path(path)
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", encoding="utf-8", newline="", dir=path.parent, prefix=f".{path.name}.", delete=False
+        ) as draft:
+            draft.write(text)
+    except OSError as error:
+        raise CaptureError(
+            f"{path}: cannot write here ({error.strerror}); choose another output folder."
+        ) from error
+    try:
+        os.chmod(draft.name, 0o644)  # a temporary file starts out private to its writer
+        os.replace(draft.name, path)
+    except OSError as error:
+        os.unlink(draft.name)
+        raise CaptureError(
+            f"{path}: cannot be replaced ({error.strerror}); close the program that has it open."
+        ) from error

@@ -1,0 +1,158 @@
+"""Number tables in text files as laboratories export them: encodings, separators, blanks and spellings of NaN."""
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from solver.errors import CaptureError
+
+MISSING = frozenset(
+    {"nan", "+nan", "-nan", "nan(ind)", "-nan(ind)", "nan(snan)", "1.#qnan", "-1.#qnan", "1.#ind", "-1.#ind"}
+    | {"na", "n/a", "#n/a", "none", "null", "missing", "-", "--", "*"}
+)
+FORTRAN_EXPONENT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)[dD][+-]?\d+")
+DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+PLAIN_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
+
+
+@dataclass(frozen=True)
+class Text:
+    """The lines of a text file, without line ends."""
+
+    lines: tuple[str, ...]
+    ends_with_newline: bool
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of numbers; NaN where a cell is blank or says so. `line` counts from 1."""
+
+    line: int
+    values: list[float]
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How the cells of a table are written: `separator` None means any run of blanks."""
+
+    separator: str | None
+    decimal_comma: bool = False
+
+    def cells(self, line: str) -> list[str]:
+        """The cells of a line, stripped."""
+        return [cell.strip() for cell in line.split(self.separator)]
+
+
+def read_text(path: Path) -> Text:
+    """Read a text file in any encoding and with any line ends that capture software writes.
+
+    Raises:
+        CaptureError: the file is missing, unreadable, empty, or not text.
+    """
+    try:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise CaptureError(f"{path}: cannot be read ({error.strerror}).") from error
+    if not data.strip():
+        raise CaptureError(f"{path}: the file is empty. Export it again.")
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        text = data.decode("utf-16", errors="replace")
+    elif b"\0" in data:
+        raise CaptureError(f"{path}: not a text file (a C3D file with another ending?). Export it as text.")
+    else:
+        try:
+            text = data.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = data.decode("latin-1")
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    return Text(tuple(text.removesuffix("\n").split("\n")), text.endswith("\n"))
+
+
+def dialect_of(line: str) -> Dialect:
+    """Separator and decimal sign, judged by one line of numbers."""
+    for separator in ("\t", ";", ","):
+        cells = [cell.strip() for cell in line.split(separator)]
+        if len(cells) > 1 and not any(re.search(r"\S\s+\S", cell) for cell in cells):
+            break
+    else:
+        separator, cells = None, line.split()
+    commas = separator != "," and any(DECIMAL_COMMA.fullmatch(cell) for cell in cells)
+    return Dialect(separator, decimal_comma=commas and not any("." in cell for cell in cells))
+
+
+def starts_with_number(line: str) -> bool:
+    """Whether the first cell that isn't blank is a number: the mark of a row of data."""
+    cells = re.split(r"[\s;,]+", line.strip(), maxsplit=1)
+    return bool(PLAIN_NUMBER.fullmatch(cells[0]))
+
+
+def rows_of_numbers(
+    path: Path,
+    text: Text,
+    first: int,
+    dialect: Dialect,
+    column_name: Callable[[int], str],
+) -> list[Row]:
+    """Parse every line from index `first` on that isn't blank.
+
+    Args:
+        path: for messages.
+        text: the file.
+        first: index of the first line of data, from 0.
+        dialect: how cells are written.
+        column_name: what to call a column in a message, by its index from 0.
+
+    Raises:
+        CaptureError: a cell is neither a number nor a blank nor a spelling of NaN.
+    """
+    rows = []
+    for index in range(first, len(text.lines)):
+        line = text.lines[index]
+        if not line.strip():
+            continue
+        if dialect.decimal_comma:
+            line = line.replace(",", ".")
+        cells = line.split(dialect.separator)
+        try:
+            values = [float(cell) for cell in cells]
+        except ValueError:
+            values = [_number(path, index + 1, column_name, k, cell.strip()) for k, cell in enumerate(cells)]
+        rows.append(Row(index + 1, values))
+    return rows
+
+
+def is_blank(values: Sequence[float]) -> bool:
+    """Whether none of the values was written (all NaN)."""
+    return all(math.isnan(value) for value in values)
+
+
+def unique_names(names: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names with repeats renamed `name#2`, `name#3`, …; and which were repeated, in order."""
+    taken = set(names)
+    seen: dict[str, int] = {}
+    result = []
+    for name in names:
+        seen[name] = number = seen.get(name, 0) + 1
+        fresh = name
+        while number > 1 and fresh in taken:
+            fresh, number = f"{name}#{number}", number + 1
+        taken.add(fresh)
+        result.append(fresh)
+    return tuple(result), tuple(name for name, count in seen.items() if count > 1)
+
+
+def _number(path: Path, line: int, column_name: Callable[[int], str], column: int, cell: str) -> float:
+    if not cell or cell.lower() in MISSING:
+        return math.nan
+    try:
+        return float(cell)
+    except ValueError:
+        pass
+    if FORTRAN_EXPONENT.fullmatch(cell):
+        return float(re.sub("[dD]", "e", cell))
+    raise CaptureError(
+        f"{path}: line {line}, column '{column_name(column)}': '{cell[:40]}' is not a number. "
+        "Correct the cell, or leave it blank where nothing was measured."
+    )

@@ -1,0 +1,269 @@
+"""Scale factors and marker offsets: one sparse least-squares problem over poses from all trials.
+
+Unknown are the pose of every calibration frame and, shared by all frames, the log scale factors (left and
+right tied) and the marker offsets. The poses are eliminated (Schur complement); what remains is dense and
+small. Robust loss; priors as in `scale_prior`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+from threadpoolctl import threadpool_limits
+
+from solver.kinematics.frame_solver import PoseProblem, solve_frames
+from solver.kinematics.initial_pose import initial_poses
+from solver.kinematics.root_joint import root_joint
+from solver.kinematics.scale_jacobian import ScaleJacobian
+from solver.kinematics.scale_prior import (
+    ScaleGroups,
+    log_scale_precision,
+    offset_std,
+    scale_groups,
+    stature,
+)
+from solver.kinematics.settings import KinematicsSettings
+from solver.progress import Progress, silent
+from solver.skeleton.forward import ForwardKinematics, Poses, cross
+from solver.skeleton.scaling import scaled, with_offsets
+from solver.skeleton.skeleton import Skeleton
+
+MAX_STEPS = 40
+CONVERGED = 1e-4  # relative decrease of the cost
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """The scaled skeleton, and how it came about."""
+
+    skeleton: Skeleton
+    factors: Float[np.ndarray, "bodies 3"]
+    offsets_body: Float[np.ndarray, "markers 3"]  # [m] added to the scaled model's marker positions
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class CalibrationFrames:
+    """Measured markers of the frames that decide the calibration; static ones count more."""
+
+    observed_ground: Float[np.ndarray, "frames markers 3"]
+    weight: Float[np.ndarray, " frames"]
+
+
+def choose_frames(
+    trials: Sequence[Float[np.ndarray, "frames markers 3"]],
+    static: Float[np.ndarray, "frames markers 3"] | None,
+    settings: KinematicsSettings,
+) -> CalibrationFrames:
+    """Well-seen frames, evenly over the trials' time, and a few static ones."""
+    seen = [np.isfinite(t).all(axis=2).sum(axis=1) for t in trials]
+    enough = [s >= 0.8 * max(1, s.max(initial=0)) for s in seen]
+    total = max(1, sum(int(e.sum()) for e in enough))
+    chosen, weight = [], []
+    for trial, well in zip(trials, enough, strict=True):
+        candidates = np.flatnonzero(well)
+        share = min(len(candidates), max(4, round(settings.calibration_frames * len(candidates) / total)))
+        if not share:
+            continue
+        picks = candidates[np.unique(np.linspace(0, len(candidates) - 1, share).round().astype(int))]
+        chosen.append(trial[picks])
+        weight.append(np.ones(len(picks)))
+    if static is not None:
+        picks = np.unique(np.linspace(0, len(static) - 1, min(5, len(static))).round().astype(int))
+        chosen.append(static[picks])
+        weight.append(np.full(len(picks), settings.static_weight))
+    return CalibrationFrames(np.concatenate(chosen), np.concatenate(weight))
+
+
+def calibrate(
+    generic: Skeleton,
+    frames: CalibrationFrames,
+    settings: KinematicsSettings,
+    *,
+    height_m: float | None = None,
+    mass_kg: float | None = None,
+    progress: Progress = silent,
+) -> Calibration:
+    """Fit scale factors and marker offsets.
+
+    Args:
+        generic: unscaled; its markers are those of the frames, in the same order.
+        frames: measured markers.
+        settings: weights and thresholds.
+        height_m: of the subject; None widens the prior of body size.
+        mass_kg: of the subject; None keeps the model's.
+        progress: told the fraction done; may raise `Cancelled`.
+    """
+    with threadpool_limits(1):
+        groups = scale_groups(generic)
+        model_height = stature(generic)
+        sized = height_m is not None and model_height is not None
+        mean = np.full(3 * groups.count, np.log(height_m / model_height) if sized else 0.0)  # type: ignore[operator]
+        size_std = settings.height_scale_std if sized else settings.scale_std
+        solver = _BorderedSolver(generic, frames, groups, settings)
+        start = _Shared(mean.copy(), np.zeros((len(generic.markers), 3)))
+        skeleton = solver.skeleton(start)
+        problem = PoseProblem(skeleton, frames.observed_ground, settings, settings.calibration_robust_scale_m)
+        every = np.arange(len(frames.observed_ground))
+        progress("scaling", 0.02)
+        q, _ = initial_poses(problem, root_joint(skeleton), every)
+        solver.prior(mean, log_scale_precision(groups, size_std, settings))
+        shared, q = solver.solve(start, q, progress)
+        fitted = scaled(generic, groups.factors(shared.log_scale), mass_kg)
+        return Calibration(
+            skeleton=with_offsets(fitted, shared.offsets),
+            factors=groups.factors(shared.log_scale),
+            offsets_body=shared.offsets,
+            notes=_notes(generic, groups, shared, settings),
+        )
+
+
+@dataclass(frozen=True)
+class _Shared:
+    log_scale: Float[np.ndarray, " scales"]
+    offsets: Float[np.ndarray, "markers 3"]
+
+
+class _BorderedSolver:
+    """Levenberg-Marquardt on poses and shared parameters together."""
+
+    def __init__(
+        self, generic: Skeleton, frames: CalibrationFrames, groups: ScaleGroups, settings: KinematicsSettings
+    ) -> None:
+        self.generic, self.frames, self.groups, self.settings = generic, frames, groups, settings
+        self.offset_precision = np.repeat(offset_std(generic.markers, settings), 3) ** -2
+
+    def prior(self, mean: Float[np.ndarray, " scales"], precision: Float[np.ndarray, "scales scales"]) -> None:
+        """Set the Gaussian prior of the log factors."""
+        self.mean, self.precision = mean, precision
+
+    def skeleton(self, shared: _Shared) -> Skeleton:
+        """The generic skeleton at these parameters."""
+        return with_offsets(scaled(self.generic, self.groups.factors(shared.log_scale), None), shared.offsets)
+
+    def solve(
+        self, shared: _Shared, q: Float[np.ndarray, "frames dofs"], progress: Progress
+    ) -> tuple[_Shared, Float[np.ndarray, "frames dofs"]]:
+        every = np.arange(len(q))
+        problem = self._problem(shared)
+        q, _ = solve_frames(problem, q, every)
+        cost = self._cost(problem, q, every, shared)
+        damping = 1e-3
+        for iteration in range(MAX_STEPS):
+            progress("scaling", 0.1 + 0.9 * iteration / MAX_STEPS)
+            step_q, step = self._step(problem, q, shared, damping)
+            tried_shared = _Shared(
+                shared.log_scale + step[: len(shared.log_scale)],
+                shared.offsets + step[len(shared.log_scale) :].reshape(-1, 3),
+            )
+            tried_problem = self._problem(tried_shared)
+            tried_q, _ = solve_frames(tried_problem, q + step_q, every, max_iterations=2)
+            tried_cost = self._cost(tried_problem, tried_q, every, tried_shared)
+            if tried_cost >= cost:
+                damping *= 10
+                if damping > 1e6:
+                    break
+                continue
+            converged = cost - tried_cost < CONVERGED * cost
+            shared, q, problem, cost, damping = tried_shared, tried_q, tried_problem, tried_cost, damping / 10
+            if converged:
+                break
+        progress("scaling", 1.0)
+        return shared, q
+
+    def _problem(self, shared: _Shared) -> PoseProblem:
+        return PoseProblem(
+            self.skeleton(shared),
+            self.frames.observed_ground,
+            self.settings,
+            self.settings.calibration_robust_scale_m,
+        )
+
+    def _cost(
+        self,
+        problem: PoseProblem,
+        q: Float[np.ndarray, "frames dofs"],
+        every: Int[np.ndarray, " frames"],
+        shared: _Shared,
+    ) -> float:
+        deviation = shared.log_scale - self.mean
+        prior = deviation @ self.precision @ deviation
+        prior += self.offset_precision @ shared.offsets.ravel() ** 2
+        return float(self.frames.weight @ problem.evaluate(q, every).cost + prior)
+
+    def _step(
+        self, problem: PoseProblem, q: Float[np.ndarray, "frames dofs"], shared: _Shared, damping: float
+    ) -> tuple[Float[np.ndarray, "frames dofs"], Float[np.ndarray, " parameters"]]:
+        """Eliminate the poses, solve the border, and substitute back."""
+        every = np.arange(len(q))
+        terms = problem.evaluate(q, every)
+        kinematics = problem.kinematics
+        poses = kinematics.poses(q)
+        x = kinematics.markers(poses)
+        error = np.where(problem.seen[:, :, None], x - problem.observed, 0.0)
+        squares = (error**2).sum(axis=2)
+        weight = problem.seen * self.settings.marker_std_m**-2 / (1 + squares / problem.robust_scale_m**2)
+        J_q = _marker_jacobian(kinematics, poses, x)
+        J_s = ScaleJacobian(kinematics, self.groups).columns(poses, q)
+        frames, markers = weight.shape
+        J_o = np.zeros((frames, markers, 3, markers, 3))
+        own = np.arange(markers)
+        J_o[:, own, :, own, :] = poses.R_ground_body[:, kinematics.marker_bodies].transpose(1, 0, 2, 3)
+        J = np.concatenate(
+            [J_s.reshape(frames, 3 * markers, -1), J_o.reshape(frames, 3 * markers, 3 * markers)], axis=2
+        )
+        W = np.repeat(weight, 3, axis=1)[:, :, None]
+        flat_error = error.reshape(frames, 3 * markers, 1)
+        frame_weight = self.frames.weight[:, None, None]
+        WJ = frame_weight * W * J
+        border = np.einsum("tij,tik->jk", WJ, J, optimize=True)
+        gradient = np.einsum("tij,tik->j", WJ, flat_error, optimize=True)
+        coupling = (J_q.transpose(0, 2, 1) @ WJ) / frame_weight
+        H = terms.H.copy()
+        diagonal = np.arange(H.shape[1])
+        H[:, diagonal, diagonal] *= 1 + damping
+        solved = np.linalg.solve(H, np.concatenate([coupling, terms.g[:, :, None]], axis=2))
+        solved_coupling, solved_g = solved[:, :, :-1], solved[:, :, -1]
+        border -= np.einsum("t,tij,tik->jk", self.frames.weight, coupling, solved_coupling, optimize=True)
+        gradient -= np.einsum("t,tij,ti->j", self.frames.weight, coupling, solved_g, optimize=True)
+        scales = len(shared.log_scale)
+        border[:scales, :scales] += self.precision
+        gradient[:scales] += self.precision @ (shared.log_scale - self.mean)
+        tail = np.arange(scales, len(border))
+        border[tail, tail] += self.offset_precision
+        gradient[scales:] += self.offset_precision * shared.offsets.ravel()
+        everything = np.arange(len(border))
+        border[everything, everything] *= 1 + damping
+        step = -np.linalg.solve(border, gradient)
+        return -solved_g - solved_coupling @ step, step
+
+
+def _marker_jacobian(
+    kinematics: ForwardKinematics, poses: Poses, markers_ground: Float[np.ndarray, "frames markers 3"]
+) -> Float[np.ndarray, "frames coordinates dofs"]:
+    """∂x_m/∂q of every frame; markers and their x, y, z in one axis."""
+    twist = poses.twists()
+    velocity = cross(twist[:, :, None, :3], markers_ground[:, None]) + twist[:, :, None, 3:]
+    velocity *= kinematics.carries[:, kinematics.marker_bodies][None, :, :, None]
+    frames, markers = markers_ground.shape[:2]
+    J = np.zeros((frames, 3 * markers, kinematics.chain.dofs))
+    for k, dof in enumerate(kinematics.chain.dof):
+        J[:, :, dof] += velocity[:, k].reshape(frames, -1)
+    return J
+
+
+def _notes(
+    generic: Skeleton, groups: ScaleGroups, shared: _Shared, settings: KinematicsSettings
+) -> tuple[str, ...]:
+    """Scales and offsets far from what was expected, named."""
+    notes = []
+    factors = np.exp(shared.log_scale.reshape(-1, 3))
+    for name, factor in zip(groups.names, factors, strict=True):
+        if factor.min() < 0.7 or factor.max() > 1.4:
+            notes.append(f"scale of {name} is unusual: {' × '.join(f'{f:.2f}' for f in factor)}")
+    length = np.linalg.norm(shared.offsets, axis=1)
+    far = length > 3 * offset_std(generic.markers, settings)
+    for i in np.flatnonzero(far):
+        notes.append(f"marker {generic.markers[i].name} sits {100 * length[i]:.1f} cm from the model's place for it")
+    return tuple(notes)

@@ -1,0 +1,164 @@
+"""Levenberg-Marquardt on many frames at once; each frame has its own damping and stops when it has converged."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from solver.kinematics.marker_terms import MarkerTerms
+from solver.kinematics.settings import KinematicsSettings
+from solver.skeleton.forward import ForwardKinematics
+from solver.skeleton.skeleton import Skeleton
+
+CHUNK = 256  # frames worked on together: their arrays stay in the processor's cache
+INITIAL_DAMPING = 1e-3  # of the diagonal; small, because most starts are close
+
+
+@dataclass(frozen=True)
+class FrameTerms:
+    """Cost, gradient and Gauss-Newton matrix of some frames."""
+
+    cost: Float[np.ndarray, " frames"]
+    H: Float[np.ndarray, "frames dofs dofs"]
+    g: Float[np.ndarray, "frames dofs"]
+
+
+class PoseProblem:
+    """Poses of one skeleton against measured markers, frame by frame.
+
+    Per frame: Σ_m w_m ρ(‖f_m(q) − o_m‖²)/σ² + limits + a weak pull to `reference_q`, with Cauchy's ρ.
+    """
+
+    def __init__(
+        self,
+        skeleton: Skeleton,
+        observed_ground: Float[np.ndarray, "frames markers 3"],
+        settings: KinematicsSettings,
+        robust_scale_m: float | None = None,
+    ) -> None:
+        """Prepare the problem.
+
+        Args:
+            skeleton: whose markers are those of `observed_ground`, in the same order.
+            observed_ground: NaN where unseen [m].
+            settings: weights.
+            robust_scale_m: in place of the settings' own [m].
+        """
+        self.kinematics = ForwardKinematics(skeleton)
+        self.terms = MarkerTerms(self.kinematics)
+        self.seen = np.isfinite(observed_ground).all(axis=2)
+        self.observed = np.where(self.seen[:, :, None], observed_ground, 0.0)
+        self.settings = settings
+        self.robust_scale_m = robust_scale_m or settings.robust_scale_m
+        self.reference_q = np.tile(skeleton.default_q, (observed_ground.shape[0], 1))
+        root = root_dofs(skeleton)
+        self.pose_precision = np.where(root, 0.0, settings.pose_std_rad**-2)
+        limits = np.array([c.range for c in skeleton.free_coordinates]).reshape(-1, 2)
+        self.lower = np.where(root, -np.inf, limits[:, 0])
+        self.upper = np.where(root, np.inf, limits[:, 1])
+
+    def evaluate(
+        self,
+        q: Float[np.ndarray, "some dofs"],
+        frames: Int[np.ndarray, " some"],
+        robust: bool = True,
+    ) -> FrameTerms:
+        """Terms at q for the given frames (a frame may appear several times, with different q)."""
+        parts = [
+            self._evaluate(q[i : i + CHUNK], frames[i : i + CHUNK], robust) for i in range(0, len(frames), CHUNK)
+        ]
+        return FrameTerms(
+            np.concatenate([p.cost for p in parts]),
+            np.concatenate([p.H for p in parts]),
+            np.concatenate([p.g for p in parts]),
+        )
+
+    def _evaluate(
+        self, q: Float[np.ndarray, "some dofs"], frames: Int[np.ndarray, " some"], robust: bool
+    ) -> FrameTerms:
+        poses = self.kinematics.poses(q)
+        x = self.kinematics.markers(poses)
+        seen = self.seen[frames]
+        error = np.where(seen[:, :, None], x - self.observed[frames], 0.0)
+        squares = np.einsum("tmi,tmi->tm", error, error)
+        precision = self.settings.marker_std_m**-2
+        c2 = self.robust_scale_m**2
+        if robust:
+            weight = seen * precision / (1 + squares / c2)
+            cost = precision * c2 * np.log1p(squares / c2).sum(axis=1)
+        else:
+            weight = seen * precision
+            cost = precision * squares.sum(axis=1)
+        H, g = self.terms.normal_equations(poses, x, error, weight)
+        beyond = q - np.clip(q, self.lower, self.upper)
+        stiffness = self.settings.limit_std_rad**-2
+        pull = q - self.reference_q[frames]
+        cost += stiffness * (beyond**2).sum(axis=1) + (self.pose_precision * pull**2).sum(axis=1)
+        g += stiffness * beyond + self.pose_precision * pull
+        diagonal = np.arange(q.shape[1])
+        H[:, diagonal, diagonal] += stiffness * (beyond != 0) + self.pose_precision
+        return FrameTerms(cost, H, g)
+
+
+def solve_frames(
+    problem: PoseProblem,
+    q0: Float[np.ndarray, "some dofs"],
+    frames: Int[np.ndarray, " some"],
+    *,
+    robust: bool = True,
+    max_iterations: int | None = None,
+    after_iteration: Callable[[], None] = lambda: None,
+) -> tuple[Float[np.ndarray, "some dofs"], Float[np.ndarray, " some"]]:
+    """Levenberg-Marquardt from q0.
+
+    Args:
+        problem: what to minimize.
+        q0: start poses [rad or m].
+        frames: which frame of the problem each start belongs to.
+        robust: False for far starts, where the Cauchy loss would let go of everything.
+        max_iterations: in place of the settings' own.
+        after_iteration: called between iterations; may raise `Cancelled`.
+
+    Returns:
+        Poses and their costs.
+    """
+    q = q0.copy()
+    now = problem.evaluate(q, frames, robust)
+    cost, H, g = now.cost.copy(), now.H, now.g
+    damping = np.full(len(frames), INITIAL_DAMPING)
+    active = np.arange(len(frames))
+    for _ in range(max_iterations or problem.settings.iterations):
+        if not len(active):
+            break
+        after_iteration()
+        step = _steps(H[active], g[active], damping[active])
+        tried = problem.evaluate(q[active] + step, frames[active], robust)
+        better = tried.cost < cost[active]
+        decrease = cost[active] - tried.cost
+        small = np.abs(step).max(axis=1) < 1e-6
+        converged = (better & (decrease <= problem.settings.tolerance * cost[active])) | small
+        accepted = active[better]
+        q[accepted] += step[better]
+        cost[accepted], H[accepted], g[accepted] = tried.cost[better], tried.H[better], tried.g[better]
+        damping[active] = np.where(better, damping[active] / 10, damping[active] * 10)
+        active = active[~converged & (damping[active] < 1e8)]
+    return q, cost
+
+
+def _steps(
+    H: Float[np.ndarray, "some dofs dofs"],
+    g: Float[np.ndarray, "some dofs"],
+    damping: Float[np.ndarray, " some"],
+) -> Float[np.ndarray, "some dofs"]:
+    diagonal = np.arange(g.shape[1])
+    damped = H.copy()
+    own = H[:, diagonal, diagonal]
+    damped[:, diagonal, diagonal] += damping[:, None] * own + 1e-9 * own.max(axis=1, keepdims=True) + 1e-12
+    return np.linalg.solve(damped, -g[:, :, None])[:, :, 0]
+
+
+def root_dofs(skeleton: Skeleton) -> Bool[np.ndarray, " dofs"]:
+    """Which of q place the root body in the ground: those of joints whose parent is the ground."""
+    names = {a.coordinate for j in skeleton.joints if j.parent < 0 for a in j.axes}
+    return np.array([d in names for d in skeleton.dofs])

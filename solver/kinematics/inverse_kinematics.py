@@ -1,0 +1,217 @@
+"""Inverse kinematics of a whole trial: min over q_t of Σ‖f(q_t, s) − o_t‖², robust, continuous over gaps."""
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.linalg import solveh_banded
+from threadpoolctl import threadpool_limits
+
+from solver.errors import FitError
+from solver.kinematics.frame_solver import PoseProblem, solve_frames
+from solver.kinematics.initial_pose import initial_poses
+from solver.kinematics.root_joint import RootJoint, root_joint
+from solver.kinematics.settings import KinematicsSettings
+from solver.progress import Progress, silent
+from solver.skeleton.skeleton import Skeleton
+
+FEWEST_MARKERS = 3  # seen on a frame for it to say anything about the pose
+WORSE_THAN_NEIGHBOURS = 4.0  # times their cost: such a frame is started again from both sides
+
+
+def inverse_kinematics(
+    skeleton: Skeleton,
+    observed_ground: Float[np.ndarray, "frames markers 3"],
+    rate: float,
+    settings: KinematicsSettings,
+    progress: Progress = silent,
+) -> Float[np.ndarray, "frames dofs"]:
+    """Poses of all frames.
+
+    Key frames are solved from several postures; the others start between their solved neighbours, so most
+    need two iterations. A last step over the whole trial bridges what no marker saw.
+
+    Args:
+        skeleton: scaled; its markers are those of `observed_ground`, in the same order.
+        observed_ground: measured markers, NaN where unseen [m].
+        rate: [Hz].
+        settings: weights and thresholds.
+        progress: told the fraction done; may raise `Cancelled`.
+
+    Raises:
+        FitError: no frame has enough markers.
+    """
+    with threadpool_limits(1):
+        problem = PoseProblem(skeleton, observed_ground, settings)
+        root = root_joint(skeleton)
+        usable = np.flatnonzero(problem.seen.sum(axis=1) >= FEWEST_MARKERS)
+        if not len(usable):
+            raise FitError(f"No frame shows {FEWEST_MARKERS} or more markers that the model '{skeleton.name}' knows.")
+        q = np.tile(skeleton.default_q, (len(observed_ground), 1))
+        spacing = max(1, round(settings.keyframe_spacing_s * rate))
+        q[usable] = _track(problem, root, usable, spacing, progress)
+        q = _unwrapped(q, usable, skeleton)
+        progress("inverse kinematics", 0.9)
+        q = _bridged(problem, q, usable, rate)
+        progress("inverse kinematics", 1.0)
+        return q
+
+
+def _track(
+    problem: PoseProblem, root: RootJoint, usable: Int[np.ndarray, " usable"], spacing: int, progress: Progress
+) -> Float[np.ndarray, "usable dofs"]:
+    """Solve key frames from scratch, then halve the gaps until all usable frames are solved."""
+    count = len(usable)
+    rotations = _rotations(problem.kinematics.skeleton)
+    stride = 1 << max(0, spacing.bit_length() - 1)
+    keys = np.unique(np.append(np.arange(0, count, stride), count - 1))
+    poses = np.zeros((count, problem.kinematics.chain.dofs))
+    cost = np.zeros(count)
+    poses[keys], cost[keys] = initial_poses(problem, root, usable[keys])
+    keys_q = np.unwrap(poses[keys], axis=0)
+    poses[np.ix_(keys, rotations)] = keys_q[:, rotations]
+    solved = np.zeros(count, dtype=bool)
+    solved[keys] = True
+    while stride > 1:
+        stride //= 2
+        fresh = np.setdiff1d(np.arange(0, count, stride), np.flatnonzero(solved))
+        known = np.flatnonzero(solved)
+        start = _between(fresh, known, poses)
+        poses[fresh], cost[fresh] = solve_frames(
+            problem, start, usable[fresh], after_iteration=lambda: progress("inverse kinematics", 0.1)
+        )
+        solved[fresh] = True
+        progress("inverse kinematics", 0.8 * solved.mean())
+    _retry_worse_than_neighbours(problem, usable, poses, cost)
+    return poses
+
+
+def _between(
+    fresh: Int[np.ndarray, " fresh"], known: Int[np.ndarray, " known"], poses: Float[np.ndarray, "count dofs"]
+) -> Float[np.ndarray, "fresh dofs"]:
+    """Linear between the nearest solved frames."""
+    right = np.clip(np.searchsorted(known, fresh), 1, len(known) - 1) if len(known) > 1 else np.zeros_like(fresh)
+    left = np.maximum(right - 1, 0)
+    a, b = known[left], known[right]
+    fraction = np.clip((fresh - a) / np.maximum(b - a, 1), 0.0, 1.0)[:, None]
+    return poses[a] + fraction * (poses[b] - poses[a])
+
+
+def _retry_worse_than_neighbours(
+    problem: PoseProblem,
+    usable: Int[np.ndarray, " usable"],
+    poses: Float[np.ndarray, "usable dofs"],
+    cost: Float[np.ndarray, " usable"],
+) -> None:
+    """Frames in a worse minimum than their neighbours are started again from the neighbours' poses."""
+    per_marker = cost / np.maximum(problem.seen[usable].sum(axis=1), 1)
+    for _ in range(8):
+        padded = np.pad(per_marker, 1, mode="edge")
+        best_neighbour = np.minimum(padded[:-2], padded[2:])
+        bad = np.flatnonzero(per_marker > WORSE_THAN_NEIGHBOURS * best_neighbour + 1.0)
+        if not len(bad):
+            return
+        from_left, from_right = np.maximum(bad - 1, 0), np.minimum(bad + 1, len(usable) - 1)
+        start = np.concatenate([poses[from_left], poses[from_right]])
+        q, tried = solve_frames(problem, start, usable[np.tile(bad, 2)])
+        tried, q = tried.reshape(2, -1), q.reshape(2, len(bad), -1)
+        better_side = tried.argmin(axis=0)
+        pick = np.arange(len(bad))
+        improved = tried[better_side, pick] < 0.9 * cost[bad]
+        if not improved.any():
+            return
+        rows = bad[improved]
+        poses[rows] = q[better_side, pick][improved]
+        cost[rows] = tried[better_side, pick][improved]
+        per_marker = cost / np.maximum(problem.seen[usable].sum(axis=1), 1)
+
+
+def _rotations(skeleton: Skeleton) -> Int[np.ndarray, " rotations"]:
+    return np.flatnonzero([c.motion == "rotation" for c in skeleton.free_coordinates])
+
+
+def _unwrapped(
+    q: Float[np.ndarray, "frames dofs"], usable: Int[np.ndarray, " usable"], skeleton: Skeleton
+) -> Float[np.ndarray, "frames dofs"]:
+    """Angles without jumps of whole turns, starting within half a turn; unusable frames filled linearly."""
+    rotations = _rotations(skeleton)
+    known = q[usable]
+    known[:, rotations] = np.unwrap(known[:, rotations], axis=0)
+    known[:, rotations] -= 2 * np.pi * np.round(known[len(known) // 2, rotations] / (2 * np.pi))
+    frames = np.arange(len(q))
+    return np.stack([np.interp(frames, usable, column) for column in known.T], axis=1)
+
+
+def _bridged(
+    problem: PoseProblem, q: Float[np.ndarray, "frames dofs"], usable: Int[np.ndarray, " usable"], rate: float
+) -> Float[np.ndarray, "frames dofs"]:
+    """One Gauss-Newton pass over the whole trial with a whisper of smoothness.
+
+    Where markers see a degree of freedom they decide; where they don't, it moves smoothly from the last frame
+    that saw it to the next.
+    """
+    frames = np.arange(len(q))
+    if len(q) < 3:
+        return q
+    problem.reference_q = _reference(problem, q, usable)
+    smooth = (rate**2 / problem.settings.smoothness_std) ** 2
+    for _ in range(2):
+        terms = problem.evaluate(q, frames)
+        step = _smoothed_step(terms.H, terms.g, q, smooth)
+        tried = q + step
+        better = problem.evaluate(tried, frames).cost <= terms.cost + 0.01 * problem.seen.sum(axis=1) + 1e-9
+        seen_enough = np.isin(frames, usable)
+        q = np.where((better | ~seen_enough)[:, None], tried, q)
+    return q
+
+
+def _reference(
+    problem: PoseProblem, q: Float[np.ndarray, "frames dofs"], usable: Int[np.ndarray, " usable"]
+) -> Float[np.ndarray, "frames dofs"]:
+    """Where no marker sees a dof for a while, its reference is the line between the frames that saw it."""
+    frames = np.arange(len(q))
+    terms = problem.evaluate(q, frames)
+    own = np.einsum("tii->ti", terms.H) - problem.pose_precision
+    sees = own > 10.0 * np.maximum(problem.pose_precision, 1e-6)
+    reference = problem.reference_q.copy()
+    for dof in range(q.shape[1]):
+        known = frames[sees[:, dof]]
+        if len(known):
+            reference[:, dof] = np.interp(frames, known, q[known, dof])
+    return reference
+
+
+def _smoothed_step(
+    H: Float[np.ndarray, "frames dofs dofs"],
+    g: Float[np.ndarray, "frames dofs"],
+    q: Float[np.ndarray, "frames dofs"],
+    smooth: float,
+) -> Float[np.ndarray, "frames dofs"]:
+    """Solve the block-banded system: H_t on the diagonal, `smooth` times the squared second difference."""
+    frames, dofs = q.shape
+    band = np.zeros((2 * dofs + 1, frames * dofs))  # row r, column c: entry (c + r, c) below the diagonal
+    column = np.arange(frames) * dofs
+    diagonal_of_DtD = _second_difference_square(frames)
+    for j in range(dofs):
+        for i in range(j, dofs):
+            band[i - j, column + j] = H[:, i, j]
+        for lag in range(3):
+            band[lag * dofs, (column + j)[: frames - lag]] += smooth * diagonal_of_DtD[lag][: frames - lag]
+    band[0] += 1e-9
+    curvature = np.diff(q, n=2, axis=0)
+    bend = np.zeros_like(q)
+    bend[:-2] += curvature
+    bend[1:-1] -= 2 * curvature
+    bend[2:] += curvature
+    right = -(g + smooth * bend)
+    return solveh_banded(band, right.ravel(), lower=True, check_finite=False).reshape(frames, dofs)
+
+
+def _second_difference_square(frames: int) -> tuple[Float[np.ndarray, " frames"], ...]:
+    """Main diagonal and the two below it of DᵀD, D the second difference."""
+    main, first, second = np.zeros(frames), np.zeros(frames), np.zeros(frames)
+    for offset, own in enumerate((1.0, -2.0, 1.0)):
+        main[offset : frames - 2 + offset] += own**2
+    first[: frames - 2] += -2.0
+    first[1 : frames - 1] += -2.0
+    second[: frames - 2] += 1.0
+    return main, first, second
+

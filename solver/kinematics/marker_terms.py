@@ -1,0 +1,132 @@
+"""Gauss-Newton terms of the marker error, per frame, from sums over each body's markers.
+
+A marker at x on a body moves with the twist (ω, v) of that body as ω × x + v. So, to the pose, the markers of
+a body act like point masses: their weights' moments up to second order, summed over everything that an axis
+carries, give JᵀWJ without forming J. The cost per frame is that of a mass matrix.
+"""
+
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from solver.skeleton.forward import ForwardKinematics, Poses, cross
+
+UNIQUE = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # entries of a symmetric 3×3 matrix
+
+
+class MarkerTerms:
+    """The markers of one skeleton, sorted by body, ready to be summed over many frames."""
+
+    def __init__(self, kinematics: ForwardKinematics) -> None:
+        self.kinematics = kinematics
+
+    @cached_property
+    def _by_body(self) -> tuple[Int[np.ndarray, " markers"], Int[np.ndarray, " starts"], Int[np.ndarray, " starts"]]:
+        bodies = self.kinematics.marker_bodies
+        order = np.argsort(bodies, kind="stable")
+        carrying, starts = np.unique(bodies[order], return_index=True)
+        return order, starts, carrying
+
+    @cached_property
+    def _ancestry(self) -> Bool[np.ndarray, "positions positions"]:
+        """Entry (k, l): p_l comes before p_k on the way from the ground, or is p_k."""
+        carries = self.kinematics.carries
+        body = self.kinematics.chain.body
+        earlier = np.arange(len(body))[:, None] >= np.arange(len(body))[None, :]
+        return carries[:, body].T & earlier
+
+    @cached_property
+    def _by_dof(self) -> tuple[Int[np.ndarray, " positions"], Int[np.ndarray, " starts"], Int[np.ndarray, " starts"]]:
+        dof = self.kinematics.chain.dof
+        order = np.argsort(dof, kind="stable")
+        driven, starts = np.unique(dof[order], return_index=True)
+        return order, starts, driven
+
+    def normal_equations(
+        self,
+        poses: Poses,
+        markers_ground: Float[np.ndarray, "frames markers 3"],
+        error_ground: Float[np.ndarray, "frames markers 3"],
+        weight: Float[np.ndarray, "frames markers"],
+    ) -> tuple[Float[np.ndarray, "frames dofs dofs"], Float[np.ndarray, "frames dofs"]]:
+        """JᵀWJ and JᵀW e of every frame.
+
+        Args:
+            poses: of the skeleton.
+            markers_ground: model markers [m].
+            error_ground: model minus measured [m]; zero where unseen.
+            weight: of each marker [1/m²]; zero where unseen.
+        """
+        composite = self._composites(markers_ground, error_ground, weight)
+        carried = composite[:, self.kinematics.chain.body]
+        twist = poses.twists()
+        angular, linear = twist[..., :3], twist[..., 3:]
+        total, first, second = carried[..., 0:1], carried[..., 1:4], carried[..., 4:10]
+        wrench = np.empty_like(twist)
+        wrench[..., :3] = _rotational_inertia(second, angular) + cross(first, linear)
+        wrench[..., 3:] = total * linear + cross(angular, first)
+        by_position = (wrench @ twist.transpose(0, 2, 1)) * self._ancestry
+        gradient = (twist * carried[..., 10:16]).sum(axis=2)
+        return self._by_dofs(by_position, gradient)
+
+    def _composites(
+        self,
+        x: Float[np.ndarray, "frames markers 3"],
+        e: Float[np.ndarray, "frames markers 3"],
+        weight: Float[np.ndarray, "frames markers"],
+    ) -> Float[np.ndarray, "frames bodies 16"]:
+        """Per body and all it carries: Σw, Σw x, Σw xxᵀ (six entries), Σw x×e, Σw e."""
+        order, starts, carrying = self._by_body
+        x, e, w = x[:, order], e[:, order], weight[:, order, None]
+        weighted = w * x
+        table = np.empty((*x.shape[:2], 16))
+        table[..., 0:1] = w
+        table[..., 1:4] = weighted
+        for column, (i, j) in enumerate(UNIQUE):
+            table[..., 4 + column] = weighted[..., i] * x[..., j]
+        table[..., 10:13] = cross(weighted, e)
+        table[..., 13:16] = w * e
+        joints = self.kinematics.skeleton.joints
+        sums = np.zeros((x.shape[0], len(joints), 16))
+        sums[:, carrying] = np.add.reduceat(table, starts, axis=1)
+        for body in range(len(joints) - 1, -1, -1):
+            if joints[body].parent >= 0:
+                sums[:, joints[body].parent] += sums[:, body]
+        return sums
+
+    def _by_dofs(
+        self,
+        lower: Float[np.ndarray, "frames positions positions"],
+        gradient: Float[np.ndarray, "frames positions"],
+    ) -> tuple[Float[np.ndarray, "frames dofs dofs"], Float[np.ndarray, "frames dofs"]]:
+        order, starts, driven = self._by_dof
+        diagonal = np.arange(lower.shape[1])
+        symmetric = lower + lower.transpose(0, 2, 1)
+        symmetric[:, diagonal, diagonal] = lower[:, diagonal, diagonal]
+        rows = np.add.reduceat(symmetric[:, order], starts, axis=1)
+        block = np.add.reduceat(rows[:, :, order], starts, axis=2)
+        vector = np.add.reduceat(gradient[:, order], starts, axis=1)
+        dofs = self.kinematics.chain.dofs
+        if len(driven) == dofs:
+            return block, vector
+        H, g = np.zeros((lower.shape[0], dofs, dofs)), np.zeros((lower.shape[0], dofs))
+        H[:, driven[:, None], driven] = block
+        g[:, driven] = vector
+        return H, g
+
+
+def _rotational_inertia(
+    second: Float[np.ndarray, "*batch 6"], angular: Float[np.ndarray, "*batch 3"]
+) -> Float[np.ndarray, "*batch 3"]:
+    """Σw x × (ω × x) = tr(S) ω − S ω with S = Σw xxᵀ."""
+    xx, yy, zz, xy, xz, yz = np.moveaxis(second, -1, 0)
+    wx, wy, wz = np.moveaxis(angular, -1, 0)
+    return np.stack(
+        [
+            (yy + zz) * wx - xy * wy - xz * wz,
+            (xx + zz) * wy - xy * wx - yz * wz,
+            (xx + yy) * wz - xz * wx - yz * wy,
+        ],
+        axis=-1,
+    )

@@ -1,0 +1,109 @@
+"""What is known before any marker is seen: how segments scale together, and how far markers may lie off."""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from solver.kinematics.settings import KinematicsSettings
+from solver.skeleton.forward import ForwardKinematics
+from solver.skeleton.skeleton import Marker, Skeleton
+
+LEG_LENGTH_FRACTION = 0.491  # hip to ankle over stature: thigh 0.245, shank 0.246 (Drillis & Contini 1966)
+
+# Words for tracking markers, and the usual codes: RTH1, LTB2, RTIB, RTHI, RTIAP, R.SH3, RUA1, RSK.
+_CLUSTER = re.compile(
+    r"thigh|shank|shin|cluster|biceps|forearm|upper_?arm|wand"
+    r"|^[rl]?[._ ]?(?:(?:thi?|tib?|tb|sk|ua|fa)(?:\d+|[apl][pdt]|lat)?|sh\d+)$",
+    re.IGNORECASE,
+)
+
+
+@dataclass(frozen=True)
+class ScaleGroups:
+    """Bodies that share scale factors: left and right twins."""
+
+    group: Int[np.ndarray, " bodies"]
+    names: tuple[str, ...]
+
+    @property
+    def count(self) -> int:
+        """Number of groups."""
+        return len(self.names)
+
+    def factors(self, log_scale: Float[np.ndarray, " parameters"]) -> Float[np.ndarray, "bodies 3"]:
+        """Scale factors of every body from the groups' log factors (three a group)."""
+        return np.exp(log_scale.reshape(self.count, 3))[self.group]
+
+
+def scale_groups(skeleton: Skeleton) -> ScaleGroups:
+    """One group per body, twins (`femur_r`, `femur_l`) together."""
+    names: list[str] = []
+    group = []
+    for body in skeleton.body_names:
+        stem = without_side(body)
+        if stem not in names:
+            names.append(stem)
+        group.append(names.index(stem))
+    return ScaleGroups(np.array(group), tuple(names))
+
+
+def without_side(name: str) -> str:
+    """`femur_r` and `r_femur` and `femur_right` become `femur`."""
+    return re.sub(r"(_r|_l|_right|_left)$|^(r_|l_|right_|left_)", "", name)
+
+
+def log_scale_precision(groups: ScaleGroups, size_std: float, settings: KinematicsSettings) -> Float[np.ndarray, "n n"]:
+    """Inverse covariance of the log factors: body size, plus segment, plus axis.
+
+    Args:
+        groups: of bodies.
+        size_std: of the whole body's log size.
+        settings: scatter of segments and of their aspect.
+    """
+    count = 3 * groups.count
+    segment = np.repeat(np.arange(groups.count), 3)
+    covariance = np.full((count, count), size_std**2)
+    covariance += settings.segment_scale_std**2 * (segment[:, None] == segment[None, :])
+    covariance += settings.aspect_scale_std**2 * np.eye(count)
+    return np.linalg.inv(covariance)
+
+
+def offset_std(markers: tuple[Marker, ...], settings: KinematicsSettings) -> Float[np.ndarray, " markers"]:
+    """How far each marker may lie from the model's place for it [m].
+
+    The model's `fixed` flag marks bony landmarks where the file uses it at all; names tell clusters.
+    """
+    flags_used = any(m.fixed for m in markers)
+    stds = []
+    for marker in markers:
+        if flags_used and marker.fixed:
+            stds.append(settings.bony_offset_std_m)
+        elif _CLUSTER.search(marker.name):
+            stds.append(settings.cluster_offset_std_m)
+        else:
+            stds.append(settings.other_offset_std_m)
+    return np.array(stds)
+
+
+def stature(skeleton: Skeleton) -> float | None:
+    """Standing height [m] from the leg: hip to knee to ankle over its share of stature.
+
+    None where the model has no leg with the field's names (femur, tibia, talus or a foot).
+    """
+    names = skeleton.body_names
+    legs = []
+    for side in ("_r", "_l"):
+        foot = next((f + side for f in ("talus", "calcn", "foot") if f + side in names), None)
+        if "femur" + side not in names or "tibia" + side not in names or foot is None:
+            continue
+        kinematics = ForwardKinematics(skeleton)
+        origin = kinematics.poses(np.where(_legs(skeleton), 0.0, skeleton.default_q)[None]).p_ground_body[0]
+        hip, knee, ankle = (origin[names.index(b)] for b in ("femur" + side, "tibia" + side, foot))
+        legs.append(np.linalg.norm(hip - knee) + np.linalg.norm(knee - ankle))
+    return float(np.mean(legs)) / LEG_LENGTH_FRACTION if legs else None
+
+
+def _legs(skeleton: Skeleton) -> np.ndarray:
+    return np.array([d.startswith(("hip_", "knee_", "ankle_")) for d in skeleton.dofs])

@@ -1,0 +1,47 @@
+"""Thresholds and weights of scaling and inverse kinematics, each with its reason."""
+
+from dataclasses import dataclass
+
+from solver.settings_field import setting
+
+
+@dataclass(frozen=True)
+class KinematicsSettings:
+    """Scaling, marker offsets and inverse kinematics."""
+
+    marker_std_m: float = setting(
+        0.01, unit="m", why="expected marker error: soft tissue and placement, about 1 cm in walking"
+    )
+    robust_scale_m: float = setting(
+        0.06, unit="m", why="beyond it a marker loses influence (Cauchy loss): a slipped or swapped one"
+    )
+    limit_std_rad: float = setting(
+        0.09, unit="rad", why="5°: soft joint limits, since generic ranges are not the subject's"
+    )
+    pose_std_rad: float = setting(
+        3.0, unit="rad", why="weak pull to the reference pose: decides only what no marker sees"
+    )
+    smoothness_std: float = setting(
+        1.0e4, unit="rad/s² or m/s²", why="bridges gaps; a hundred times above human accelerations, so no filter"
+    )
+    iterations: int = setting(60, unit="", why="ceiling of Levenberg-Marquardt; frames stop when they converge")
+    tolerance: float = setting(1.0e-5, unit="", why="relative decrease of the cost at which a frame has converged")
+    keyframe_spacing_s: float = setting(
+        0.4, unit="s", why="frames solved from several start poses; the rest start between them"
+    )
+    calibration_frames: int = setting(60, unit="", why="poses that decide scales and offsets; more change < 0.1 mm")
+    static_weight: float = setting(
+        3.0, unit="", why="a static frame counts as that many: no motion artefact, known posture"
+    )
+    calibration_robust_scale_m: float = setting(
+        0.04, unit="m", why="tighter than in tracking: a bad marker must not bend the bones"
+    )
+    bony_offset_std_m: float = setting(
+        0.012, unit="m", why="palpation repeats within 5-10 mm, the skin adds some (Della Croce 2005)"
+    )
+    other_offset_std_m: float = setting(0.02, unit="m", why="markers that are neither bony landmarks nor clusters")
+    cluster_offset_std_m: float = setting(0.06, unit="m", why="tracking markers are put anywhere on the segment")
+    scale_std: float = setting(0.1, unit="log", why="body size against the model when the height is unknown")
+    height_scale_std: float = setting(0.03, unit="log", why="body size when the height is given")
+    segment_scale_std: float = setting(0.06, unit="log", why="segment lengths against body size (Drillis 1964)")
+    aspect_scale_std: float = setting(0.05, unit="log", why="width and depth of a segment against its length")

@@ -1,0 +1,188 @@
+"""A subject's results folder.
+
+    results/fit.json                 the figures; and, written last, which folder beside it holds the fit
+    results/solve-3/skeleton.json    tree, inertias and markers of the fitted skeleton
+    results/solve-3/subject.json     who was fitted, from which files, with which settings
+    results/solve-3/trials/NAME.npz  one trial's arrays
+
+`fit.json` is replaced in one step after everything else lies on the disk, so a run killed half-way leaves the
+previous fit whole. Only folders named solve-N are ever removed: whatever else lies there stays.
+"""
+
+import json
+import os
+import re
+import secrets
+import shutil
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from solver.errors import ResultsError
+from solver.fit import Fit, TrialFit
+from solver.results.codec import Arrays, Decoder, Encoder, Tree
+from solver.summary import summary
+
+FORMAT = 1  # of everything below the results folder; raised when an old reader would misread it
+_SUBJECT_FIELDS = ("subject", "mass_kg", "height_m", "settings", "provenance", "notes")
+_TREE = "tree"  # the array in a trial's file that says what the others are
+
+
+def default_folder(subject_folder: Path) -> Path:
+    """Where a subject's results go unless somebody says otherwise."""
+    return subject_folder / "results"
+
+
+def has_fit(folder: Path) -> bool:
+    """Whether a results folder claims to hold a fit."""
+    return (folder / "fit.json").is_file()
+
+
+def save_fit(fit: Fit, folder: Path) -> list[Path]:
+    """Write a fit in place of the previous one; all of it or nothing.
+
+    Args:
+        fit: the solved subject.
+        folder: the results folder, made where it's missing.
+
+    Returns:
+        The files written, `fit.json` first.
+    """
+    made = [parent for parent in (folder, *folder.parents) if not parent.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    solve = folder / f"solve-{max(_numbers(folder), default=0) + 1}"
+    try:
+        solve.mkdir()
+        written = _write_solve(fit, solve)
+        names = [path.relative_to(folder).as_posix() for path in written]
+        head = {"format": FORMAT, "solve": solve.name, **summary(fit, files=["fit.json", *names])}
+        write_json(folder / "fit.json", head)
+    except BaseException:
+        shutil.rmtree(solve, ignore_errors=True)
+        for parent in made:
+            _remove_if_empty(parent)
+        raise
+    _remove_other_solves(folder, solve)
+    return [folder / "fit.json", *written]
+
+
+def load_fit(folder: Path, subject_folder: Path) -> Fit:
+    """Read the fit that a results folder holds.
+
+    Args:
+        folder: the results folder.
+        subject_folder: where the measured files lie now.
+
+    Raises:
+        ResultsError: there is no fit, only half of one, or one of another version.
+    """
+    head = _read_json(folder / "fit.json")
+    if head.get("format") != FORMAT:
+        raise ResultsError(
+            f"{folder / 'fit.json'}: written in format {head.get('format')}, this version reads {FORMAT}. "
+            "Fit the subject again: addb-viewer fit"
+        )
+    solve = folder / str(head.get("solve"))
+    about = _read_json(solve / "subject.json")
+    members = {
+        name: _decoded(solve / "subject.json", Decoder(subject_folder), about.get(name))
+        for name in _SUBJECT_FIELDS
+    }
+    skeleton = _decoded(solve / "skeleton.json", Decoder(subject_folder), _read_json(solve / "skeleton.json"))
+    trials = tuple(_read_trial(solve / name, subject_folder) for name in about.get("trials", ()))
+    return Fit(skeleton=skeleton, trials=trials, **members)
+
+
+def write_json(path: Path, content: Mapping[str, object]) -> None:
+    """Write strict JSON (no NaN) in one step: the old file or the new one, never half of it."""
+    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    try:
+        with temporary.open("x", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def _write_solve(fit: Fit, solve: Path) -> list[Path]:
+    encoder = Encoder(fit.subject.folder, inline=True)
+    skeleton, subject, trials = solve / "skeleton.json", solve / "subject.json", solve / "trials"
+    trials.mkdir()
+    files = [trials / f"{_file_name(trial.capture.name)}.npz" for trial in fit.trials]
+    for trial, path in zip(fit.trials, files, strict=True):
+        _write_trial(trial, path, fit.subject.folder)
+    write_json(skeleton, encoder.encode(fit.skeleton))
+    about: dict[str, Tree] = {name: encoder.encode(getattr(fit, name), name) for name in _SUBJECT_FIELDS}
+    write_json(subject, {**about, "trials": [path.relative_to(solve).as_posix() for path in files]})
+    return [skeleton, subject, *files]
+
+
+def _write_trial(trial: TrialFit, path: Path, base: Path) -> None:
+    encoder = Encoder(base)
+    tree = json.dumps(encoder.encode(trial), allow_nan=False)
+    arrays: Arrays = {_TREE: np.array(tree), **encoder.arrays}
+    np.savez(path, allow_pickle=False, **arrays)
+
+
+def _read_trial(path: Path, base: Path) -> TrialFit:
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            arrays = {name: stored[name] for name in stored.files}
+        tree = json.loads(str(arrays.pop(_TREE)))
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise _incomplete(path, error) from error
+    return _decoded(path, Decoder(base, arrays), tree)
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    if not path.is_file():
+        raise ResultsError(f"{path}: missing, so there is no whole fit here. Run: addb-viewer fit")
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise _incomplete(path, error) from error
+    if not isinstance(content, dict):
+        raise _incomplete(path, TypeError("not an object"))
+    return content
+
+
+def _decoded(path: Path, decoder: Decoder, tree: Tree) -> Any:
+    try:
+        return decoder.decode(tree)
+    except ResultsError as error:
+        raise ResultsError(f"{path}: {error}. Fit the subject again: addb-viewer fit") from error
+
+
+def _incomplete(path: Path, error: Exception) -> ResultsError:
+    return ResultsError(f"{path}: cannot be read ({error}). Fit the subject again: addb-viewer fit")
+
+
+def _file_name(trial: str) -> str:
+    """A trial's name with what file systems dislike written as %xx."""
+    return re.sub(r"[^\w .+-]|^\.", lambda match: f"%{ord(match[0]):02x}", trial)
+
+
+def _numbers(folder: Path) -> list[int]:
+    matches = [re.fullmatch(r"solve-(\d+)", path.name) for path in folder.iterdir()]
+    return [int(match[1]) for match in matches if match]
+
+
+def _remove_other_solves(folder: Path, current: Path) -> None:
+    for number in _numbers(folder):
+        solve = folder / f"solve-{number}"
+        if solve != current:
+            shutil.rmtree(solve, ignore_errors=True)
+
+
+def _remove_if_empty(folder: Path) -> None:
+    try:
+        folder.rmdir()
+    except OSError:
+        return

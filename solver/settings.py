@@ -1,0 +1,133 @@
+"""Every stage's settings together: their defaults, a TOML file that changes some, and how that file looks."""
+
+import json
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import Field, asdict, dataclass, field, fields, replace
+from difflib import get_close_matches
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from solver.errors import SettingsError
+from solver.kinematics.settings import KinematicsSettings
+
+FILE_NAME = "settings.toml"  # in the subject's folder; read where no other file is named
+
+
+@dataclass(frozen=True)
+class Settings:
+    """One frozen dataclass a stage; a table of the TOML file carries the field's name."""
+
+    kinematics: KinematicsSettings = field(default_factory=KinematicsSettings)
+
+
+def settings_for(subject_folder: Path, file: Path | None = None) -> Settings:
+    """The settings of a solve: those of `file`, else of the subject's settings.toml, else the defaults.
+
+    Raises:
+        SettingsError: the file is no TOML, or a key or value in it is not one of ours.
+    """
+    own = subject_folder / FILE_NAME
+    if file is None and not own.is_file():
+        return Settings()
+    return read_settings(file or own)
+
+
+def read_settings(path: Path) -> Settings:
+    """The defaults with the changes of a TOML file.
+
+    Raises:
+        SettingsError: the file is no TOML, or a key or value in it is not one of ours.
+    """
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SettingsError(f"{path}: not a TOML file: {error}") from error
+    defaults = Settings()
+    stages = {f.name: f for f in fields(defaults)}
+    changed = {}
+    for name, table in tables.items():
+        if name not in stages:
+            raise SettingsError(f"{path}: unknown table [{name}]; {_nearest(name, stages)}")
+        if not isinstance(table, dict):
+            raise SettingsError(f"{path}: '{name}' must be a table: [{name}]")
+        changed[name] = _stage(path, name, getattr(defaults, name), table)
+    return replace(defaults, **changed)
+
+
+def as_dict(settings: Settings) -> dict[str, object]:
+    """Plain values by stage and name, as a fit keeps them."""
+    return asdict(settings)
+
+
+def as_toml(settings: Settings) -> str:
+    """A TOML file that gives these settings, each with its unit and the reason for its default."""
+    return "\n".join(_table(f.name, getattr(settings, f.name)) for f in fields(settings))
+
+
+def _stage(path: Path, name: str, defaults: Any, table: Mapping[str, object]) -> Any:
+    kinds = get_type_hints(type(defaults))
+    for key, value in table.items():
+        if key not in kinds:
+            raise SettingsError(f"{path}: unknown setting '{key}' in [{name}]; {_nearest(key, kinds)}")
+        if not _fits(value, kinds[key]):
+            raise SettingsError(
+                f"{path}: [{name}] {key} = {_toml(value)}: expected {_described(kinds[key])}, "
+                f"as in {key} = {_toml(getattr(defaults, key))}"
+            )
+    return replace(defaults, **{key: _converted(value, kinds[key]) for key, value in table.items()})
+
+
+def _nearest(name: str, known: Mapping[str, object]) -> str:
+    near = get_close_matches(name, known)
+    return f"nearest: {', '.join(near)}" if near else f"known: {', '.join(known)}"
+
+
+def _fits(value: object, kind: Any) -> bool:
+    if get_origin(kind) in (Union, UnionType):
+        return any(_fits(value, option) for option in get_args(kind))
+    if get_origin(kind) is Literal:
+        return value in get_args(kind)
+    if get_origin(kind) is tuple:
+        return isinstance(value, list) and all(_fits(item, get_args(kind)[0]) for item in value)
+    if kind is float:
+        return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    if kind is int:
+        return isinstance(value, int) and not isinstance(value, bool)
+    return isinstance(value, kind)
+
+
+def _converted(value: object, kind: Any) -> object:
+    if isinstance(value, list):
+        return tuple(value)
+    wants_float = kind is float or float in get_args(kind)
+    return float(value) if wants_float and isinstance(value, int) else value
+
+
+def _described(kind: Any) -> str:
+    if get_origin(kind) in (Union, UnionType):
+        return " or ".join(_described(option) for option in get_args(kind) if option is not NoneType)
+    if get_origin(kind) is Literal:
+        return "one of " + ", ".join(_toml(choice) for choice in get_args(kind))
+    if get_origin(kind) is tuple:
+        return f"a list, each {_described(get_args(kind)[0])}"
+    return {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}[kind]
+
+
+def _table(name: str, stage: Any) -> str:
+    return f"[{name}]\n" + "".join(_line(f, getattr(stage, f.name)) for f in fields(stage))
+
+
+def _line(described: Field, value: object) -> str:
+    unit, why = described.metadata.get("unit", ""), described.metadata.get("why", "")
+    comment = f"# {f'[{unit}] ' if unit else ''}{why}\n"
+    return comment + (f"# {described.name} =\n" if value is None else f"{described.name} = {_toml(value)}\n")
+
+
+def _toml(value: object) -> str:
+    """A scalar or list as TOML writes it; strings and booleans look as in JSON."""
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(_toml(item) for item in value)}]"
+    return repr(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False, default=str)

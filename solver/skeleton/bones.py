@@ -1,0 +1,139 @@
+"""What each body looks like: one mesh a body, in the body frame, at the skeleton's scale."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+import trimesh
+from jaxtyping import Float
+
+from solver.errors import ModelError
+from solver.skeleton.bone_library import StockBone, stock_bones, stock_folder
+from solver.skeleton.mesh_files import SUFFIXES, load_mesh
+from solver.skeleton.skeleton import Body, Geometry, Skeleton
+
+
+@dataclass(frozen=True)
+class Bones:
+    """Meshes by body name; a body without extent has none. `notes` says what had to be replaced by what."""
+
+    meshes: dict[str, trimesh.Trimesh]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class CapsuleSettings:
+    """Bodies that no mesh draws become rods between their joint centres."""
+
+    shortest: float = 0.02  # [m] shorter ones are joint-coupling bodies, not limbs
+    slenderness: float = 0.1  # radius over length
+    thinnest: float = 0.008  # [m]
+    thickest: float = 0.03  # [m]
+
+
+def body_meshes(skeleton: Skeleton, geometry_folder: Path | None = None) -> Bones:
+    """Draw every body: the user's own mesh, else a stock bone, else a rod between joint centres.
+
+    Args:
+        skeleton: at any scale; its geometries carry their own scale and place in the body.
+        geometry_folder: the folder with the model's mesh files; only files directly in it are opened,
+            whatever path the model names.
+    """
+    meshes: dict[str, trimesh.Trimesh] = {}
+    notes: list[str] = []
+    missing: list[str] = []
+    rods: list[str] = []
+    for index, body in enumerate(skeleton.bodies):
+        parts: list[trimesh.Trimesh] = []
+        for geometry in body.geometry:
+            mesh, trouble = _geometry_mesh(geometry, geometry_folder)
+            notes += trouble
+            parts += [mesh] if mesh is not None else []
+            missing += [geometry.file] if mesh is None else []
+        if not parts:
+            parts = list(_rods(skeleton, index, body))
+            rods += [body.name] if parts else []
+        if parts:
+            meshes[body.name] = _joined(parts)
+    if stock_folder() is None:
+        notes.append("The bone meshes of the package myo-sim are not installed; bodies are drawn as rods.")
+    if missing:
+        notes.append(f"No bone mesh for {', '.join(dict.fromkeys(missing))}; put the files into Geometry/.")
+    if rods:
+        notes.append(f"Drawn as rods: {', '.join(rods)}.")
+    return Bones(meshes, tuple(notes))
+
+
+def _geometry_mesh(geometry: Geometry, folder: Path | None) -> tuple[trimesh.Trimesh | None, list[str]]:
+    """The geometry in its body's frame, and what went wrong with the user's own file."""
+    notes: list[str] = []
+    own = _own_file(geometry.file, folder)
+    if own is not None:
+        try:
+            return _placed(load_mesh(own).copy(), geometry), notes
+        except ModelError as error:
+            notes.append(str(error))
+    stock = stock_bones(_file_name(geometry.file))
+    if not stock:
+        return None, notes
+    return _placed(_joined([_stock_mesh(bone) for bone in stock]), geometry), notes
+
+
+def _own_file(name: str, folder: Path | None) -> Path | None:
+    """The user's file of that name or stem, in any case and format; never outside the folder."""
+    if folder is None or not folder.is_dir():
+        return None
+    inside = folder.resolve()
+    wanted = Path(_file_name(name))
+    files = [
+        f for f in sorted(inside.iterdir()) if f.suffix.lower() in SUFFIXES and f.resolve().parent == inside
+    ]
+    same = [f for f in files if f.name.lower() == wanted.name.lower()]
+    return next(iter(same + [f for f in files if f.stem.lower() == wanted.stem.lower()]), None)
+
+
+def _file_name(name: str) -> str:
+    """The last part of a path of either operating system."""
+    return name.replace("\\", "/").rsplit("/", 1)[-1]
+
+
+def _stock_mesh(bone: StockBone) -> trimesh.Trimesh:
+    mesh = load_mesh(bone.path).copy()
+    placement = bone.placement
+    mesh.vertices = placement.scale * mesh.vertices @ placement.R_file_stock.T + placement.p_file_stock
+    if bone.mirrored:
+        mesh.vertices *= [1.0, 1.0, -1.0]
+        mesh.invert()
+    return mesh
+
+
+def _joined(meshes: list[trimesh.Trimesh]) -> trimesh.Trimesh:
+    return cast(trimesh.Trimesh, trimesh.util.concatenate(meshes))
+
+
+def _placed(mesh: trimesh.Trimesh, geometry: Geometry) -> trimesh.Trimesh:
+    mesh.vertices = (mesh.vertices * geometry.scale) @ geometry.R_body_mesh.T + geometry.p_body_mesh
+    if np.prod(geometry.scale) < 0:  # a model mirrors a right bone by a negative scale
+        mesh.invert()
+    return mesh
+
+
+def _rods(skeleton: Skeleton, index: int, body: Body) -> Iterator[trimesh.Trimesh]:
+    start = skeleton.joints[index].p_child_frame
+    ends = [joint.p_parent_frame for joint in skeleton.joints if joint.parent == index]
+    for end in ends or [2.0 * body.com_body - start]:
+        if np.linalg.norm(end - start) >= CapsuleSettings.shortest:
+            yield _rod(start, end)
+
+
+def _rod(start: Float[np.ndarray, "3"], end: Float[np.ndarray, "3"]) -> trimesh.Trimesh:
+    settings = CapsuleSettings()
+    length = float(np.linalg.norm(end - start))
+    radius = float(np.clip(settings.slenderness * length, settings.thinnest, settings.thickest))
+    mesh = trimesh.creation.capsule(height=max(length - 2 * radius, 0.0), radius=radius, count=[8, 8])
+    mesh.apply_translation([0.0, 0.0, -0.5 * mesh.bounds.sum(axis=0)[2]])
+    mesh.apply_transform(trimesh.geometry.align_vectors([0.0, 0.0, 1.0], (end - start) / length))
+    mesh.apply_translation(0.5 * (start + end))
+    return mesh

@@ -1,0 +1,190 @@
+"""An OpenSim model file as XML: located elements, typed properties, and errors that say where."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree.ElementTree import Element, ParseError, TreeBuilder
+
+import numpy as np
+from defusedxml.common import DefusedXmlException
+from defusedxml.ElementTree import DefusedXMLParser
+from jaxtyping import Float
+
+from solver.errors import ModelError
+
+OLDEST_VERSION = (
+    10901  # OpenSim 1.9 gave custom joints their SpatialTransform; older ones are laid out otherwise
+)
+
+
+class Node(Element):
+    """An XML element that knows its line."""
+
+    line: int = 0
+
+    @property
+    def label(self) -> str:
+        """How people find it in the file: Body 'pelvis'."""
+        name = self.get("name")
+        return f"{self.tag} '{name}'" if name else f"<{self.tag}>"
+
+
+@dataclass(frozen=True)
+class OsimDocument:
+    """A parsed model file.
+
+    `defaults` holds one element per type: what an element of that type means when it lacks a property.
+    """
+
+    path: Path
+    version: int
+    model: Node
+    defaults: dict[str, Node]
+
+    def error(self, node: Node, problem: str) -> ModelError:
+        """An error that points at an element."""
+        return ModelError(f"{self.path}:{node.line}: {node.label}: {problem}")
+
+    def property(self, node: Node, tag: str) -> Node | None:
+        """The child element of that name, the type's default where it is absent, or None."""
+        found = node.find(tag)
+        if found is None and node.tag in self.defaults and node is not self.defaults[node.tag]:
+            found = self.defaults[node.tag].find(tag)
+        return found if isinstance(found, Node) else None
+
+    def words(self, node: Node, tag: str) -> list[str]:
+        """The property's text, split at white space; empty when absent."""
+        found = self.property(node, tag)
+        return (found.text or "").split() if found is not None else []
+
+    def word(self, node: Node, tag: str) -> str:
+        """The property's text; empty when absent."""
+        found = self.property(node, tag)
+        return (found.text or "").strip() if found is not None else ""
+
+    def flag(self, node: Node, tag: str, default: bool) -> bool:
+        """A true/false property."""
+        text = self.word(node, tag).lower()
+        if not text:
+            return default
+        if text not in ("true", "false", "1", "0"):
+            raise self.error(node, f"<{tag}> is '{text}'; write true or false.")
+        return text in ("true", "1")
+
+    def numbers(
+        self,
+        node: Node,
+        tag: str,
+        count: int | None = None,
+        default: tuple[float, ...] | None = None,
+        infinite: bool = False,
+    ) -> Float[np.ndarray, " count"]:
+        """A property that holds numbers.
+
+        Args:
+            node: the element that owns the property.
+            tag: the property's name.
+            count: how many numbers there must be; None for any.
+            default: what an absent or empty property means; None makes it an error.
+            infinite: whether infinite values are allowed.
+        """
+        texts = self.words(node, tag)
+        if not texts:
+            if default is None:
+                raise self.error(node, f"<{tag}> is missing or empty; the model needs its value.")
+            return np.array(default)
+        try:
+            values = np.array([float(text) for text in texts])
+        except ValueError:
+            bad = next(text for text in texts if not _is_number(text))
+            raise self.error(node, f"'{bad}' in <{tag}> is not a number.") from None
+        if count is not None and len(values) != count:
+            raise self.error(node, f"<{tag}> holds {len(values)} numbers; it needs {count}.")
+        if np.isnan(values).any() or (not infinite and not np.isfinite(values).all()):
+            raise self.error(node, f"<{tag}> is '{' '.join(texts)}'; it needs finite numbers.")
+        return values
+
+    def number(self, node: Node, tag: str, default: float | None = None) -> float:
+        """A property that holds one number."""
+        return float(self.numbers(node, tag, 1, None if default is None else (default,))[0])
+
+    def members(self, owner: Node, set_tag: str) -> list[Node]:
+        """The objects of one of the owner's sets (BodySet, JointSet, …)."""
+        members: list[Node] = []
+        for container in children(owner, set_tag):
+            file = container.get("file", "")
+            if file not in ("", "Unassigned"):
+                raise self.error(
+                    container,
+                    f"its members lie in another file ({file}). Open the model in OpenSim and save it as one file.",
+                )
+            for objects in children(container, "objects"):
+                members += children(objects)
+        return members
+
+
+def read_document(path: Path) -> OsimDocument:
+    """Parse a model file, refusing entities and document type definitions.
+
+    Raises:
+        ModelError: the file cannot be read, is not XML, or is not an OpenSim model.
+    """
+    root = _parse(path)
+    if root.tag != "OpenSimDocument":
+        raise ModelError(
+            f"{path}:{root.line}: the root element is <{root.tag}>; an .osim file has <OpenSimDocument>."
+        )
+    version = root.get("Version", "")
+    if not version.isdigit():
+        raise ModelError(
+            f"{path}:{root.line}: <OpenSimDocument> has no numeric Version; save the model with OpenSim."
+        )
+    if int(version) < OLDEST_VERSION:
+        raise ModelError(
+            f"{path}:{root.line}: document version {version} is older than OpenSim 2; "
+            "open the model in OpenSim and save it."
+        )
+    model = root.find("Model")
+    if not isinstance(model, Node):
+        raise ModelError(
+            f"{path}:{root.line}: there is no <Model> in the document; give the model's .osim file."
+        )
+    defaults = {node.tag: node for block in children(model, "defaults") for node in children(block)}
+    return OsimDocument(path=path, version=int(version), model=model, defaults=defaults)
+
+
+def children(node: Node, tag: str | None = None) -> list[Node]:
+    """Child elements, of one name or all."""
+    return [child for child in node if isinstance(child, Node) and (tag is None or child.tag == tag)]
+
+
+def _parse(path: Path) -> Node:
+    def located(tag: str, attributes: dict[str, str]) -> Node:
+        node = Node(tag, attributes)
+        node.line = parser.parser.CurrentLineNumber
+        return node
+
+    parser = DefusedXMLParser(target=TreeBuilder(element_factory=located), forbid_dtd=True)
+    try:
+        parser.feed(path.read_bytes())
+        root: Node = parser.close()
+    except OSError as error:
+        raise ModelError(f"{path}: cannot be read ({error.strerror}).") from error
+    except DefusedXmlException as error:
+        raise ModelError(
+            f"{path}: contains a document type or entity definition, which models never need; remove it."
+        ) from error
+    except ParseError as error:
+        line = error.position[0]
+        raise ModelError(
+            f"{path}:{line}: not well-formed XML ({error.msg if hasattr(error, 'msg') else error}); "
+            "the file is damaged or cut off. Export it again."
+        ) from error
+    return root
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return not math.isnan(float(text))
+    except ValueError:
+        return False

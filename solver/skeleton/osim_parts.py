@@ -1,0 +1,84 @@
+"""What both layouts of OpenSim files boil down to, before it becomes a skeleton."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.skeleton.osim_document import Node, OsimDocument
+from solver.skeleton.rotations import body_fixed_xyz
+from solver.skeleton.skeleton import Body, Geometry
+
+GROUND = "ground"
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A frame fixed on a body; `body` is "ground" for one that never moves."""
+
+    body: str
+    R: Float[np.ndarray, "3 3"]
+    p: Float[np.ndarray, "3"]  # [m]
+
+    def offset(self, translation: Float[np.ndarray, "3"], orientation: Float[np.ndarray, "3"]) -> "Placement":
+        """The frame at that place in this one: translation [m], then body-fixed x-y-z angles [rad]."""
+        return Placement(self.body, self.R @ body_fixed_xyz(orientation), self.p + self.R @ translation)
+
+
+def origin(body: str) -> Placement:
+    """A body's own frame."""
+    return Placement(body, np.eye(3), np.zeros(3))
+
+
+@dataclass(frozen=True)
+class JointPart:
+    """A joint element, the frames it connects, and its coordinate elements in the file's order."""
+
+    node: Node
+    name: str
+    parent: Placement
+    child: Placement
+    coordinates: tuple[Node, ...]
+
+
+@dataclass(frozen=True)
+class MarkerPart:
+    """A marker element and the frame that carries it."""
+
+    node: Node
+    frame: Placement
+
+
+@dataclass(frozen=True)
+class ModelParts:
+    """Bodies without the ground, and joints in the order in which OpenSim lists their coordinates."""
+
+    bodies: tuple[Body, ...]
+    joints: tuple[JointPart, ...]
+    markers: tuple[MarkerPart, ...]
+    notes: tuple[str, ...] = ()
+
+
+def body_of(
+    document: OsimDocument, node: Node, inertia: Float[np.ndarray, "6"], geometry: tuple[Geometry, ...]
+) -> Body:
+    """A body from its element, its moments xx yy zz and products xy xz yz of inertia [kg·m²], and its meshes."""
+    mass = document.number(node, "mass")
+    if mass < 0:
+        raise document.error(node, f"its mass is {mass:g} kg; masses are zero or positive.")
+    xx, yy, zz, xy, xz, yz = inertia if mass > 0 else np.zeros(6)
+    return Body(
+        name=required_name(document, node),
+        mass=mass,
+        com_body=document.numbers(node, "mass_center", 3, default=(0.0, 0.0, 0.0)),
+        inertia_body=np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]),
+        geometry=geometry,
+    )
+
+
+def required_name(document: OsimDocument, node: Node) -> str:
+    """The element's name attribute."""
+    name = node.get("name", "")
+    if not name:
+        raise document.error(node, "it has no name; give it a name attribute.")
+    return name

@@ -1,0 +1,187 @@
+"""VTK PolyData (.vtp), the mesh format that OpenSim ships: points and polygons; everything else is skipped.
+
+Layout after the "VTK XML file formats" page of the VTK documentation: a data array is text, base64 in place,
+or a stretch of one appended block (base64 or raw bytes), each binary one led by a byte count, or when
+compressed by a table of block sizes.
+"""
+
+import base64
+import re
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree.ElementTree import Element, ParseError
+
+import numpy as np
+from defusedxml import DefusedXmlException, ElementTree
+from jaxtyping import Float, Int
+
+from solver.errors import ModelError
+
+_DTYPES = {
+    "Int8": "i1", "UInt8": "u1", "Int16": "i2", "UInt16": "u2", "Int32": "i4", "UInt32": "u4",
+    "Int64": "i8", "UInt64": "u8", "Float32": "f4", "Float64": "f8",
+}  # fmt: skip
+_LARGEST_ARRAY = 256 * 2**20  # bytes; a bone has thousands of points, a bomb has billions
+_APPENDED = re.compile(rb"<AppendedData\b([^>]*)>\s*_(.*)</AppendedData\s*>", re.DOTALL)
+
+
+def read_vtp(path: Path) -> tuple[Float[np.ndarray, "points 3"], Int[np.ndarray, "triangles 3"]]:
+    """Points [the file's unit] and triangles; polygons are split into fans, strips into triangles.
+
+    Raises:
+        ModelError: the file is no PolyData, is truncated, or names points that it does not hold.
+    """
+    try:
+        points, triangles = _PolyData(path.read_bytes()).surface()
+    except (ParseError, DefusedXmlException, ValueError, KeyError, zlib.error) as error:
+        raise ModelError(
+            f"{path}: not a readable VTK PolyData mesh ({error}). Export it again as .vtp, .obj or .stl."
+        ) from error
+    if triangles.size and (triangles.min() < 0 or triangles.max() >= len(points)):
+        raise ModelError(f"{path}: a polygon names point {triangles.max()}, but there are {len(points)}.")
+    return points, triangles
+
+
+@dataclass(frozen=True)
+class _Header:
+    """How binary arrays are led: integer type, byte order, compressed or not."""
+
+    integer: str
+    order: str
+    compressed: bool
+
+
+class _PolyData:
+    def __init__(self, content: bytes) -> None:
+        self.appended, self.appended_raw = b"", False
+        found = _APPENDED.search(content)
+        if found is not None:
+            self.appended = found.group(2)
+            self.appended_raw = b"raw" in found.group(1)
+            content = content[: found.start()] + content[found.end() :]
+        root = ElementTree.fromstring(content, forbid_dtd=True)
+        if root.tag != "VTKFile" or root.get("type") != "PolyData":
+            raise ValueError(f"the root element is <{root.tag} type='{root.get('type')}'>")
+        self.pieces = root.findall("./PolyData/Piece")
+        self.header = _Header(
+            integer=_DTYPES[root.get("header_type", "UInt32")],
+            order=">" if root.get("byte_order") == "BigEndian" else "<",
+            compressed=root.get("compressor") is not None,
+        )
+        if root.get("compressor") not in (None, "vtkZLibDataCompressor"):
+            raise ValueError(f"compressor {root.get('compressor')}")
+
+    def surface(self) -> tuple[np.ndarray, np.ndarray]:
+        points, triangles = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)]
+        for piece in self.pieces:
+            first = sum(len(p) for p in points)
+            array = piece.find("./Points/DataArray")
+            if array is not None:
+                points.append(self._array(array).astype(float).reshape(-1, 3))
+            for tag, split in (("Polys", _fans), ("Strips", _strips)):
+                connectivity, offsets = self._cells(piece, tag)
+                triangles.append(split(connectivity, offsets) + first)
+        return np.concatenate(points), np.concatenate(triangles)
+
+    def _cells(self, piece: Element, tag: str) -> tuple[np.ndarray, np.ndarray]:
+        arrays = {a.get("Name"): a for a in piece.findall(f"./{tag}/DataArray")}
+        if "connectivity" not in arrays or "offsets" not in arrays:
+            return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+        connectivity, offsets = (self._array(arrays[k]).astype(np.int64) for k in ("connectivity", "offsets"))
+        if offsets.size and (
+            np.any(np.diff(offsets) < 0) or offsets[0] < 0 or offsets[-1] > connectivity.size
+        ):
+            raise ValueError(f"<{tag}> offsets point outside the connectivity")
+        return connectivity, offsets
+
+    def _array(self, array: Element) -> np.ndarray:
+        dtype = np.dtype(_DTYPES[array.get("type", "Float32")])
+        form = array.get("format", "ascii")
+        if form == "ascii":
+            return np.array((array.text or "").split(), dtype=dtype)
+        dtype = np.dtype(self.header.order + dtype.str[1:])
+        if form == "binary":
+            return np.frombuffer(self._encoded((array.text or "").strip().encode()), dtype=dtype)
+        if form != "appended":
+            raise ValueError(f"data array format '{form}'")
+        stretch = self.appended[int(array.get("offset", "0")) :]
+        content = self._raw(stretch) if self.appended_raw else self._encoded(stretch)
+        return np.frombuffer(content, dtype=dtype)
+
+    def _raw(self, stretch: bytes) -> bytes:
+        return _unpacked(stretch, self.header)
+
+    def _encoded(self, text: bytes) -> bytes:
+        """Base64: the lead and the data are encoded one after the other, each with its own padding."""
+        width = np.dtype(self.header.integer).itemsize
+        if not self.header.compressed:
+            size = int(self._integers(_decoded(text, width), 1)[0])
+            return _unpacked(_decoded(text, width + size), self.header)
+        blocks = int(self._integers(_decoded(text, width), 1)[0])
+        _checked(blocks * width)
+        lead_bytes = width * (3 + blocks)
+        lead = _decoded(text, lead_bytes)
+        data = _decoded(text[_encoded_length(lead_bytes) :], int(self._integers(lead, 3 + blocks)[3:].sum()))
+        return _unpacked(lead + data, self.header)
+
+    def _integers(self, content: bytes, count: int) -> np.ndarray:
+        return np.frombuffer(content, dtype=self.header.order + self.header.integer, count=count).astype(
+            np.int64
+        )
+
+
+def _unpacked(content: bytes, header: _Header) -> bytes:
+    """The array behind its lead: a byte count; compressed, [blocks, block size, last block size, sizes…]."""
+    dtype = np.dtype(header.order + header.integer)
+    if not header.compressed:
+        size = _checked(int(np.frombuffer(content, dtype, 1)[0]))
+        return _exactly(content[dtype.itemsize :], size)
+    blocks, size, last = (int(n) for n in np.frombuffer(content, dtype, 3))
+    sizes = np.frombuffer(content, dtype, 3 + _checked(blocks))[3:].astype(np.int64)
+    _checked(size * max(blocks - 1, 0) + (last or size))
+    start, parts = dtype.itemsize * (3 + blocks), []
+    for packed in sizes:
+        unzip = zlib.decompressobj()
+        parts.append(unzip.decompress(_exactly(content[start:], int(packed)), size or last))
+        start += int(packed)
+    return b"".join(parts)
+
+
+def _decoded(text: bytes, size: int) -> bytes:
+    return _exactly(base64.b64decode(text[: _encoded_length(_checked(size))]), size)
+
+
+def _encoded_length(size: int) -> int:
+    return 4 * ((size + 2) // 3)
+
+
+def _exactly(content: bytes, size: int) -> bytes:
+    if len(content) < size:
+        raise ValueError(f"a data array is cut off: {len(content)} of {size} bytes")
+    return content[:size]
+
+
+def _checked(size: int) -> int:
+    if not 0 <= size <= _LARGEST_ARRAY:
+        raise ValueError(f"a data array claims {size} bytes")
+    return size
+
+
+def _fans(connectivity: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    starts = np.concatenate([[0], offsets[:-1]]).astype(np.int64)
+    counts = offsets - starts
+    polygon = np.repeat(np.arange(len(offsets)), np.maximum(counts - 2, 0))
+    first = np.concatenate([[0], np.cumsum(np.maximum(counts - 2, 0))])[:-1]
+    step = np.arange(len(polygon)) - first[polygon]
+    corner = starts[polygon]
+    return connectivity[np.stack([corner, corner + step + 1, corner + step + 2], axis=1)]
+
+
+def _strips(connectivity: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    triangles = []
+    for start, end in zip(np.concatenate([[0], offsets[:-1]]).astype(int), offsets, strict=True):
+        strip = connectivity[start:end]
+        for i in range(len(strip) - 2):
+            triangles.append(strip[i : i + 3] if i % 2 == 0 else strip[[i + 1, i, i + 2]])
+    return np.array(triangles, dtype=np.int64).reshape(-1, 3)

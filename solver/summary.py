@@ -1,0 +1,152 @@
+"""A fit's figures as the command line's JSON states them: SI units, ranges end before their second number."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from solver.fit import Fit, TrialFit
+from solver.kinematics.marker_errors import MarkerErrors
+
+STANDARD_GRAVITY = 9.80665  # [m/s²] turns the fitted mass into one body weight (BW)
+
+Figures = dict[str, float | None]
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """Up to where a fit counts as good.
+
+    Hicks et al. 2015 (J Biomech Eng 137:020905) for all but `angular_paper_BWh`, the looser bound that the
+    AddBiomechanics Dataset reports beside them (Werling et al. 2024).
+    """
+
+    linear_BW: float = 0.05  # RMS residual force, body weights
+    angular_BWh: float = 0.01  # RMS residual moment, body weight · height
+    marker_rms_m: float = 0.02
+    marker_max_m: float = 0.04
+    angular_paper_BWh: float = 0.1
+
+
+def summary(fit: Fit, files: Sequence[str] = (), thresholds: Thresholds | None = None) -> dict[str, object]:
+    """The figures of a fit in the shape of `fit --json`; what was not computed is None.
+
+    Args:
+        fit: the solved subject.
+        files: names of the files that hold it.
+        thresholds: of the pass/fail entries; Hicks et al. 2015 by default.
+    """
+    body_weight = fit.mass_kg * STANDARD_GRAVITY
+    return {
+        "subject": {
+            "mass_kg": _number(fit.mass_kg),
+            "mass_entered_kg": fit.subject.mass_kg,
+            "height_m": _number(fit.height_m),
+        },
+        "model": {"bodies": len(fit.skeleton.bodies), "dofs": len(fit.skeleton.dofs)},
+        "trials": [
+            _trial(trial, body_weight, fit.height_m, thresholds or Thresholds()) for trial in fit.trials
+        ],
+        "files": list(files),
+        "notes": list(all_notes(fit)),
+    }
+
+
+def all_notes(fit: Fit) -> tuple[str, ...]:
+    """What the fit assumed or ignored, the subject's first; a trial's carry its name. None twice."""
+    notes = [*fit.subject.notes, *fit.skeleton.notes, *fit.notes]
+    for trial in fit.trials:
+        contacts = trial.contacts.notes if trial.contacts else ()
+        for note in (*trial.capture.notes, *contacts, *trial.notes):
+            prefix = f"{trial.capture.name}: "
+            notes.append(note if note.startswith(prefix) else prefix + note)
+    return tuple(dict.fromkeys(notes))
+
+
+def ranges(used: Bool[np.ndarray, " frames"]) -> list[list[int]]:
+    """Runs of True as [first, end) pairs: frame `end` is the first that no longer belongs."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], used, [False]]).astype(np.int8)))
+    return edges.reshape(-1, 2).tolist()
+
+
+def linear_figures(residual: Float[np.ndarray, "frames 3"], body_weight: float) -> Figures:
+    """RMS [N], mean norm [N] and RMS in body weights of residual forces [N]."""
+    rms, mean = _rms_and_mean_norm(residual)
+    return {"rms_N": _number(rms), "mean_norm_N": _number(mean), "rms_BW": _number(rms / body_weight)}
+
+
+def angular_figures(residual: Float[np.ndarray, "frames 3"], body_weight: float, height: float) -> Figures:
+    """RMS [N·m], mean norm [N·m] and RMS in body weight · height of residual moments [N·m]."""
+    rms, mean = _rms_and_mean_norm(residual)
+    scaled = rms / (body_weight * height)
+    return {"rms_Nm": _number(rms), "mean_norm_Nm": _number(mean), "rms_BWh": _number(scaled)}
+
+
+def _trial(trial: TrialFit, body_weight: float, height: float, limits: Thresholds) -> dict[str, object]:
+    used = trial.dynamics.used if trial.dynamics else np.zeros(trial.motion.frames, dtype=bool)
+    figures = {**_marker_figures(trial.marker_errors), **_residual_figures(trial, body_weight, height)}
+    return {
+        "name": trial.capture.name,
+        "frames": trial.motion.frames,
+        "rate_hz": _number(trial.motion.rate),
+        "frames_with_force_used": int(used.sum()),
+        "frames_used_ranges": ranges(used),
+        "mask_source": trial.mask.source if trial.mask else "none",
+        **figures,
+        "hicks": _verdicts(figures, limits),
+        "heldout": None,
+        "kinematics_only": None,
+        "seconds": {stage: _number(seconds) for stage, seconds in trial.seconds.items()},
+    }
+
+
+def _marker_figures(errors: MarkerErrors) -> Figures:
+    if not np.isfinite(errors.distance).any():
+        return {"marker_rms_m": None, "marker_rms_frame_mean_m": None, "marker_max_m": None}
+    return {
+        "marker_rms_m": _number(errors.rms),
+        "marker_rms_frame_mean_m": _number(errors.rms_frame_mean),
+        "marker_max_m": _number(errors.maximum),
+    }
+
+
+def _residual_figures(trial: TrialFit, body_weight: float, height: float) -> dict[str, Figures | None]:
+    names = ("linear_residual", "angular_residual", "linear_residual_raw", "angular_residual_raw")
+    if trial.dynamics is None or not trial.dynamics.used.any():
+        return dict.fromkeys(names)
+    used = trial.dynamics.used
+    filtered, raw = trial.dynamics.residual_root[used], trial.dynamics.residual_raw_root[used]
+    figures = (
+        linear_figures(filtered[:, :3], body_weight),
+        angular_figures(filtered[:, 3:], body_weight, height),
+        linear_figures(raw[:, :3], body_weight),
+        angular_figures(raw[:, 3:], body_weight, height),
+    )
+    return dict(zip(names, figures, strict=True))
+
+
+def _verdicts(figures: dict, limits: Thresholds) -> dict[str, bool | None]:
+    linear = (figures["linear_residual"] or {}).get("rms_BW")
+    angular = (figures["angular_residual"] or {}).get("rms_BWh")
+    return {
+        "linear": _within(linear, limits.linear_BW),
+        "angular": _within(angular, limits.angular_BWh),
+        "marker_rms": _within(figures["marker_rms_m"], limits.marker_rms_m),
+        "marker_max": _within(figures["marker_max_m"], limits.marker_max_m),
+        "angular_paper": _within(angular, limits.angular_paper_BWh),
+    }
+
+
+def _within(value: float | None, limit: float) -> bool | None:
+    return None if value is None else value <= limit
+
+
+def _rms_and_mean_norm(vectors: Float[np.ndarray, "frames 3"]) -> tuple[float, float]:
+    norms = np.linalg.norm(vectors, axis=1)
+    return float(np.sqrt(np.mean(norms**2))), float(np.mean(norms))
+
+
+def _number(value: float) -> float | None:
+    """A plain float; None where it is not finite, because JSON has no NaN."""
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,61 @@
+import numpy as np
+import pytest
+
+from solver.errors import FitError
+from solver.kinematics.inverse_kinematics import inverse_kinematics
+from solver.kinematics.settings import KinematicsSettings
+from solver.skeleton.forward import marker_positions
+
+SETTINGS = KinematicsSettings()
+
+
+def solve(skeleton, observed):
+    return inverse_kinematics(skeleton, observed, 50.0, SETTINGS)
+
+
+def test_recovers_the_motion_from_exact_markers_through_a_whole_turn(crane, crane_q):
+    observed = marker_positions(crane, crane_q)
+    q = solve(crane, observed)
+    turns = np.round((q - crane_q)[0] / (2 * np.pi))
+    np.testing.assert_allclose(q - 2 * np.pi * turns, crane_q, atol=2e-3)
+
+
+@pytest.mark.parametrize("heading", [0.0, 1.2, 3.1, -2.0])
+def test_any_heading(crane, crane_q, heading):
+    q_true = crane_q[:20].copy()
+    q_true[:, crane.dofs.index("turn")] = heading
+    observed = marker_positions(crane, q_true)
+    error = np.linalg.norm(marker_positions(crane, solve(crane, observed)) - observed, axis=2)
+    assert error.max() < 1e-3
+
+
+def test_gaps_are_bridged_without_a_jump(crane, crane_q):
+    observed = marker_positions(crane, crane_q)
+    observed[40:52, 11:14] = np.nan  # the foot is not seen: nothing says where the ankle is
+    q = solve(crane, observed)
+    ankle = crane.dofs.index("ankle_angle")
+    assert np.abs(q[40:52, ankle] - crane_q[40:52, ankle]).max() < 0.1
+    assert np.abs(np.diff(q[36:56, ankle], n=2)).max() < 5 * np.abs(np.diff(crane_q[:, ankle], n=2)).max() + 5e-3
+
+
+def test_swapped_markers_do_not_bend_the_body(crane, crane_q):
+    observed = marker_positions(crane, crane_q)
+    honest = observed.copy()
+    observed[30:40, [7, 11]] = observed[30:40, [11, 7]]
+    q = solve(crane, observed)
+    others = [i for i in range(len(crane.markers)) if i not in (7, 11)]
+    moved = np.linalg.norm(marker_positions(crane, q) - honest, axis=2)[:, others]
+    assert np.sqrt((moved**2).mean()) < 0.01
+
+
+def test_frames_without_markers_are_filled_from_their_neighbours(crane, crane_q):
+    observed = marker_positions(crane, crane_q)
+    observed[20:23] = np.nan
+    q = solve(crane, observed)
+    x = np.linalg.norm(marker_positions(crane, q) - marker_positions(crane, crane_q), axis=2)
+    assert x[20:23].max() < 0.02
+
+
+def test_no_markers_at_all_is_an_error_that_says_so(crane):
+    with pytest.raises(FitError, match="No frame shows 3 or more markers"):
+        solve(crane, np.full((5, len(crane.markers), 3), np.nan))
