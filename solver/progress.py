@@ -25,3 +25,12 @@ def cancellable(progress: Progress, is_cancelled: Callable[[], bool]) -> Progres
         progress(stage, fraction)
 
     return report
+
+
+def part(progress: Progress, start: float, end: float) -> Progress:
+    """Progress of a stage that is only a part of the whole: its 0 to 1 becomes `start` to `end`."""
+
+    def report(stage: str, fraction: float) -> None:
+        progress(stage, start + (end - start) * fraction)
+
+    return report

@@ -7,18 +7,18 @@ from collections.abc import Iterable, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from solver.capture.capture import Subject
+from solver.capture.capture import Subject, TrialFiles
 
 _PACKAGES = ("addb-viewer", "numpy", "scipy", "pin", "ezc3d")
 _DESCRIPTION = ("mass_kg", "height_m", "sex", "age_years", "foot_bodies")
 
 
-def provenance(subject: Subject, trials: Sequence[str] | None = None) -> dict[str, str]:
+def provenance_of(subject: Subject, trials: Sequence[TrialFiles]) -> dict[str, str]:
     """Versions, the subject's description, and the SHA-256 of every file that a fit of these trials reads.
 
     Args:
         subject: the opened folder.
-        trials: names of the trials to be fitted; all by default.
+        trials: those to be fitted.
     """
     made_with = {name: _version(name) for name in _PACKAGES}
     described = {name: str(getattr(subject, name)) for name in _DESCRIPTION}
@@ -29,10 +29,9 @@ def provenance(subject: Subject, trials: Sequence[str] | None = None) -> dict[st
     return {"python": platform.python_version(), **made_with, **described, **hashes}
 
 
-def _inputs(subject: Subject, trials: Sequence[str] | None) -> Iterable[Path]:
+def _inputs(subject: Subject, trials: Sequence[TrialFiles]) -> Iterable[Path]:
     shared = (subject.model, subject.static)
-    fitted = [trial for trial in subject.trials if trials is None or trial.name in trials]
-    of_trials = (path for trial in fitted for path in (trial.markers, trial.forces, *trial.reviews))
+    of_trials = (path for trial in trials for path in (trial.markers, trial.forces, *trial.reviews))
     return dict.fromkeys(path for path in (*shared, *of_trials) if path is not None)
 
 

@@ -1,9 +1,20 @@
 """What all tests share: where the real recordings lie, and saying so when they are missing."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from solver.capture.capture import Capture, Markers, Subject, TrialFiles
+from solver.contact.wrenches import ContactWrenches, FrameMask
+from solver.dynamics.dynamics import Dynamics
+from solver.fit import Fit, TrialFit
+from solver.kinematics.marker_errors import MarkerErrors
+from solver.kinematics.motion import Motion
+from solver.skeleton.functions import CubicSpline, Linear
+from solver.skeleton.skeleton import Axis, Body, Coordinate, Joint, Marker, Skeleton
 
 PROJECT = Path(__file__).resolve().parent.parent
 
@@ -15,3 +26,109 @@ def real_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"real recordings not found in {folder}; set ADDB_DATA to their folder")
     return folder
+
+
+@pytest.fixture
+def small_fit(tmp_path: Path) -> Fit:
+    """A fit made by hand: one trial of four frames with forces on three of them, one without any forces.
+
+    100 kg and 2 m, so that one body weight is 980.665 N. Residual forces of 3, 4 and 12 N along x, y and z on
+    the used frames, 1000 N on the unused one; moments likewise ten times smaller; raw ones twice as large.
+    """
+    folder = tmp_path / "Zoë Ørsted"
+    trials = tuple(
+        TrialFiles(name=name, markers=folder / "trials" / name / "markers.trc")
+        for name in ("walk", "no/forces")
+    )
+    subject = Subject(folder=folder, trials=trials, mass_kg=98.5, notes=("height read from the model",))
+    with_forces, without = (
+        Capture(name=trial.name, markers=_markers(), files=(trial.markers,)) for trial in trials
+    )
+    return Fit(
+        subject=subject,
+        skeleton=_one_segment(),
+        trials=(
+            replace(
+                _moved(with_forces), **_forces(), seconds={"load": 0.5, "kinematics": 2.0, "dynamics": 0.25}
+            ),
+            replace(_moved(without), notes=("no forces found",)),
+        ),
+        mass_kg=100.0,
+        height_m=2.0,
+        settings={"kinematics": {"iterations": 60}},
+        provenance={"numpy": np.__version__},
+    )
+
+
+def _markers() -> Markers:
+    positions = np.arange(24, dtype=float).reshape(4, 2, 3)
+    positions[3, 1] = np.nan
+    return Markers(names=("ASIS", "PSIS"), positions_ground=positions, rate=100.0, start_time=0.25)
+
+
+def _one_segment() -> Skeleton:
+    knots = CubicSpline(x=(0.0, 1.0, 2.0, 3.0), y=(0.0, 0.1, 0.4, 0.9))
+    return Skeleton(
+        name="one segment",
+        bodies=(
+            Body("thigh", mass=100.0, com_body=np.array([0, -0.2, 0]), inertia_body=np.diag([3.0, 1.0, 3.0])),
+        ),
+        joints=(
+            Joint(
+                name="hip",
+                parent=-1,
+                R_parent_frame=np.eye(3),
+                p_parent_frame=np.array([0.1, 0.9, 1 / 3]),
+                R_child_frame=np.eye(3),
+                p_child_frame=np.zeros(3),
+                axes=(
+                    Axis("translation", np.array([1.0, 0, 0]), knots, "hip_flexion"),
+                    Axis("rotation", np.array([0, 0, 1.0]), Linear(1.0, 0.0), "hip_flexion"),
+                ),
+            ),
+        ),
+        coordinates=(Coordinate("hip_flexion", "rotation", default=0.0, range=(-np.inf, np.inf)),),
+        markers=(Marker("ASIS", 0, np.array([0.1, 0.0, 0.1]), fixed=True),),
+    )
+
+
+def _moved(capture: Capture) -> TrialFit:
+    distance = np.array([[0.003], [0.003], [0.021], [0.021]])  # [m] RMS 0.015, mean 0.012
+    return TrialFit(
+        capture=capture,
+        motion=Motion(
+            ("hip_flexion",), q=np.array([[0.0], [0.1], [0.2], [0.3]]), rate=100.0, start_time=0.25
+        ),
+        marker_errors=MarkerErrors(("ASIS",), distance),
+        model_markers_ground=np.ones((4, 1, 3)),
+    )
+
+
+def _forces() -> dict[str, object]:
+    used = np.array([True, False, True, True])
+    force = np.array([[3.0, 0, 0], [1000, 0, 0], [0, 4, 0], [0, 0, 12]])
+    residual = np.hstack([force, force / 10])
+    return {
+        "contacts": ContactWrenches(
+            foot_bodies=("thigh",),
+            wrench_ground=np.zeros((4, 1, 6)),
+            cop_ground=np.full((4, 1, 3), np.nan),
+            observed=used,
+            in_contact=np.zeros((4, 1), dtype=bool),
+            plate=np.full((4, 1), -1),
+            wrench_raw_ground=np.zeros((4, 1, 6)),
+            shared=np.zeros((4, 1), dtype=bool),
+            notes=("plate 1 was not tared",),
+        ),
+        "mask": FrameMask(
+            counts=used[:, None], reasons=((1, 2, "thigh", "manualReview"),), source="review.json"
+        ),
+        "dynamics": Dynamics(
+            joint_torques=np.zeros((4, 1)),
+            residual_root=residual,
+            residual_raw_root=2 * residual,
+            com_ground=np.zeros((4, 3)),
+            root_ground=np.zeros((4, 3)),
+            used=used,
+        ),
+    }

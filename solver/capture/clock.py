@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -48,7 +49,7 @@ class Clock:
 def find_clock(
     times: Float[np.ndarray, " rows"],
     *,
-    source: str,
+    path: Path,
     lines: Sequence[int],
     header_rate: float | None = None,
     settings: ClockSettings = ClockSettings(),
@@ -59,7 +60,7 @@ def find_clock(
 
     Args:
         times: the time column [s]; NaN where it was blank.
-        source: the file, for messages.
+        path: the file, for messages.
         lines: line number in the file of each row, for messages.
         header_rate: what the header claims [Hz].
         settings: what counts as uniform.
@@ -69,27 +70,27 @@ def find_clock(
     """
     rows = len(times)
     if rows == 1 or not np.isfinite(times).any() or np.ptp(times[np.isfinite(times)]) == 0:
-        return _header_clock(times, source, header_rate)
+        return _header_clock(times, path, header_rate)
     if not np.isfinite(times).all():
         line = lines[int(np.argmin(np.isfinite(times)))]
-        raise CaptureError(f"{source}: line {line}, column 'time': the time is missing. Fill it in.")
+        raise CaptureError(f"{path}: line {line}, column 'time': the time is missing. Fill it in.")
     steps = np.diff(times)
     if steps.min() < 0:
         k = int(np.argmin(steps >= 0))
         raise CaptureError(
-            f"{source}: line {lines[k + 1]}: time runs backwards, from {times[k]:g} to {times[k + 1]:g} s. "
+            f"{path}: line {lines[k + 1]}: time runs backwards, from {times[k]:g} to {times[k + 1]:g} s. "
             "Are these two recordings in one file? Export them one by one."
         )
     if header_rate and abs(header_rate - 1) > 0.5 and np.allclose(steps, 1, rtol=0, atol=1e-9):
-        note = f"{source}: the time column counts frames; times follow from the header's {header_rate:g} Hz"
+        note = f"{path.name}: the time column counts frames; times follow from the header's {header_rate:g} Hz"
         return Clock(header_rate, 0.0, np.arange(rows), np.ones(rows, bool), (note,))
 
     resolution = _resolution(times, settings.finest_decimals)
     sample = np.arange(rows)
-    if not _fits(times, sample, resolution, settings) or _hides_gaps(steps, header_rate):
-        sample = _with_gaps(times, steps, resolution, source, lines, settings)
+    if not _fits(times, sample, resolution, settings) or _hides_gaps(times, resolution, header_rate):
+        sample = _with_gaps(times, steps, resolution, path, lines, settings)
     keep = np.r_[True, np.diff(sample) > 0]
-    notes = _gap_notes(times, sample, keep, source)
+    notes = _gap_notes(times, sample, keep, path.name)
 
     span = times[-1] - times[0]
     rate = float(sample[-1] / span)
@@ -97,22 +98,22 @@ def find_clock(
         rate = header_rate  # the same within what rounding of the times can tell
     elif header_rate and abs(header_rate / rate - 1) > settings.rate_tolerance:
         notes += (
-            f"{source}: the header says {header_rate:g} Hz, the time column {rate:.6g} Hz; "
+            f"{path.name}: the header says {header_rate:g} Hz, the time column {rate:.6g} Hz; "
             "the time column is used",
         )
     return Clock(rate, float(times[0]), sample, keep, notes)
 
 
-def _header_clock(times: Float[np.ndarray, " rows"], source: str, header_rate: float | None) -> Clock:
+def _header_clock(times: Float[np.ndarray, " rows"], path: Path, header_rate: float | None) -> Clock:
     rows = len(times)
     start = float(times[0]) if np.isfinite(times[0]) else 0.0
     if not header_rate:
         if rows == 1:
             return Clock(float("nan"), start, np.zeros(1, int), np.ones(1, bool))
-        raise CaptureError(f"{source}: the time column holds one and the same time or none. Export it again.")
+        raise CaptureError(f"{path}: the time column holds one and the same time or none. Export it again.")
     notes: tuple[str, ...] = ()
     if rows > 1:
-        notes = (f"{source}: the time column is unusable; times follow from the header's {header_rate:g} Hz",)
+        notes = (f"{path.name}: the time column is unusable; times follow from the header's {header_rate:g} Hz",)
     return Clock(header_rate, start, np.arange(rows), np.ones(rows, bool), notes)
 
 
@@ -135,41 +136,50 @@ def _fits(
     return bool(error <= 1.01 * resolution + settings.jitter * period)
 
 
-def _hides_gaps(steps: Float[np.ndarray, " steps"], header_rate: float | None) -> bool:
-    """Whether steps of one period with rare ones of two, three, … could pass as rounding."""
+def _hides_gaps(times: Float[np.ndarray, " rows"], resolution: float, header_rate: float | None) -> bool:
+    """Whether missing or repeated rows could pass as rounding, where one period is about the last digit.
+
+    Rounding leaves a residual no wider than the last digit and comes back in regular intervals; rows that were
+    lost don't, except where there is but one.
+    """
+    steps = np.diff(times)
     period = float(np.median(steps))
     if period <= 0 or (header_rate and abs(period * header_rate - 1) > 0.01):
         return False
     multiples = steps / period
-    whole = np.allclose(multiples, np.round(multiples), atol=1e-3)
-    return bool(whole and multiples.max() > 1.5 and np.mean(np.round(multiples) == 1) > 0.9)
+    odd = np.round(multiples) != 1
+    if not np.allclose(multiples, np.round(multiples), atol=1e-3) or not odd.any() or odd.mean() > 0.1:
+        return False
+    order = np.arange(len(times))
+    residual = times - np.polyval(np.polyfit(order, times, 1), order)
+    return bool(odd.sum() == 1 or np.ptp(residual) > 1.1 * resolution)
 
 
 def _with_gaps(
     times: Float[np.ndarray, " rows"],
     steps: Float[np.ndarray, " steps"],
     resolution: float,
-    source: str,
+    path: Path,
     lines: Sequence[int],
     settings: ClockSettings,
 ) -> Int[np.ndarray, " rows"]:
     median = float(np.median(steps))
     single = steps[(steps > 0.5 * median) & (steps < 1.5 * median)]
     if not len(single):
-        raise CaptureError(f"{source}: most rows repeat the time of the row before. Export it again.")
+        raise CaptureError(f"{path}: most rows repeat the time of the row before. Export it again.")
     period = float(single.mean())
     jumps = np.round(steps / period).astype(int)
     error = np.abs(steps - jumps * period)
     k = int(np.argmax(error))
     if error[k] > 1.01 * resolution + settings.jitter * period:
         raise CaptureError(
-            f"{source}: line {lines[k + 1]}: the time steps are irregular ({steps.min():.6g} to {steps.max():.6g} s; "
+            f"{path}: line {lines[k + 1]}: the time steps are irregular ({steps.min():.6g} to {steps.max():.6g} s; "
             f"here from {times[k]:.6g} to {times[k + 1]:.6g} s). Export at a constant rate."
         )
     k = int(np.argmax(jumps))
     if jumps.sum() + 1 > (1 + settings.gap_limit) * len(times):
         raise CaptureError(
-            f"{source}: line {lines[k + 1]}: time jumps from {times[k]:.6g} to {times[k + 1]:.6g} s. "
+            f"{path}: line {lines[k + 1]}: time jumps from {times[k]:.6g} to {times[k + 1]:.6g} s. "
             "Are these two recordings in one file? Export them one by one."
         )
     return np.r_[0, np.cumsum(jumps)]

@@ -5,12 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+NO_FOOT = -1  # no foot is near the centre of pressure, or the plate is never loaded
+TWO_FEET = -2  # two feet stand on the loaded plate, and one wrench cannot be divided between them
+
 
 @dataclass(frozen=True)
 class ContactWrenches:
     """Wrench [force N, moment N·m about the ground origin] on each foot, ground frame, at the markers' frames.
 
-    `observed` is False on frames that the force recording doesn't cover.
+    `observed` is False on frames that the force recording doesn't cover. `plate` says for every frame which
+    foot a plate's force goes to: its index, or NO_FOOT or TWO_FEET. While the plate is unloaded that is the
+    foot of the nearest contact in time, to which the filter's tails belong.
     """
 
     foot_bodies: tuple[str, ...]
@@ -18,9 +23,14 @@ class ContactWrenches:
     cop_ground: Float[np.ndarray, "frames feet 3"]  # [m] NaN where the foot is unloaded
     observed: Bool[np.ndarray, " frames"]
     in_contact: Bool[np.ndarray, "frames feet"]  # the foot carries load on a plate
-    plate: Int[np.ndarray, "frames plates"]  # foot index that the plate's force goes to; -1 while unassigned
+    plate: Int[np.ndarray, "frames plates"]
     wrench_raw_ground: Float[np.ndarray, "frames feet 6"]  # likewise, neither filtered nor thresholded
     notes: tuple[str, ...] = ()
+
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return self.wrench_ground.shape[0]
 
 
 @dataclass(frozen=True)

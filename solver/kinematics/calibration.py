@@ -45,7 +45,7 @@ class Calibration:
 
 @dataclass(frozen=True)
 class CalibrationFrames:
-    """Measured markers of the frames that decide the calibration; static ones count more."""
+    """Measured markers of the frames that decide the calibration, and what each counts."""
 
     observed_ground: Float[np.ndarray, "frames markers 3"]
     weight: Float[np.ndarray, " frames"]
@@ -60,20 +60,25 @@ def choose_frames(
     seen = [np.isfinite(t).all(axis=2).sum(axis=1) for t in trials]
     enough = [s >= 0.8 * max(1, s.max(initial=0)) for s in seen]
     total = max(1, sum(int(e.sum()) for e in enough))
-    chosen, weight = [], []
+    chosen = []
     for trial, well in zip(trials, enough, strict=True):
         candidates = np.flatnonzero(well)
         share = min(len(candidates), max(4, round(settings.calibration_frames * len(candidates) / total)))
-        if not share:
-            continue
-        picks = candidates[np.unique(np.linspace(0, len(candidates) - 1, share).round().astype(int))]
-        chosen.append(trial[picks])
-        weight.append(np.ones(len(picks)))
+        chosen.append(trial[_spread(candidates, share)])
+    moving = sum(len(c) for c in chosen)
+    weight = [np.full(moving, settings.effective_frames / max(1, moving))]
     if static is not None:
-        picks = np.unique(np.linspace(0, len(static) - 1, min(5, len(static))).round().astype(int))
-        chosen.append(static[picks])
-        weight.append(np.full(len(picks), settings.static_weight))
+        quiet = static[_spread(np.arange(len(static)), 5)]
+        chosen.append(quiet)
+        weight.append(np.full(len(quiet), settings.effective_static_frames / len(quiet)))
     return CalibrationFrames(np.concatenate(chosen), np.concatenate(weight))
+
+
+def _spread(candidates: Int[np.ndarray, " candidates"], count: int) -> Int[np.ndarray, " chosen"]:
+    """`count` of the candidates, evenly spaced."""
+    if not len(candidates):
+        return candidates
+    return candidates[np.unique(np.linspace(0, len(candidates) - 1, min(count, len(candidates))).round().astype(int))]
 
 
 def calibrate(
@@ -263,7 +268,8 @@ def _notes(
         if factor.min() < 0.7 or factor.max() > 1.4:
             notes.append(f"scale of {name} is unusual: {' × '.join(f'{f:.2f}' for f in factor)}")
     length = np.linalg.norm(shared.offsets, axis=1)
-    far = length > 3 * offset_std(generic.markers, settings)
+    std = offset_std(generic.markers, settings)
+    far = (length > 3 * std) & (std < settings.cluster_offset_std_m)
     for i in np.flatnonzero(far):
         notes.append(f"marker {generic.markers[i].name} sits {100 * length[i]:.1f} cm from the model's place for it")
     return tuple(notes)

@@ -74,31 +74,53 @@ class PoseProblem:
             np.concatenate([p.g for p in parts]),
         )
 
+    def cost(
+        self, q: Float[np.ndarray, "frames dofs"], frames: Int[np.ndarray, " frames"]
+    ) -> Float[np.ndarray, " frames"]:
+        """The robust cost alone; arguments as in `evaluate`."""
+        costs = []
+        for i in range(0, len(frames), CHUNK):
+            some, at = frames[i : i + CHUNK], q[i : i + CHUNK]
+            _, squares = self._errors(self.kinematics.markers(self.kinematics.poses(at)), some)
+            costs.append(self._marker_cost(squares, robust=True) + self._priors(at, some)[0])
+        return np.concatenate(costs)
+
+    def _errors(
+        self, x: Float[np.ndarray, "some markers 3"], frames: Int[np.ndarray, " some"]
+    ) -> tuple[Float[np.ndarray, "some markers 3"], Float[np.ndarray, "some markers"]]:
+        error = np.where(self.seen[frames][:, :, None], x - self.observed[frames], 0.0)
+        return error, np.einsum("tmi,tmi->tm", error, error)
+
+    def _marker_cost(self, squares: Float[np.ndarray, "some markers"], robust: bool) -> Float[np.ndarray, " some"]:
+        precision, c2 = self.settings.marker_std_m**-2, self.robust_scale_m**2
+        if not robust:
+            return precision * squares.sum(axis=1)
+        return precision * c2 * np.log1p(squares / c2).sum(axis=1)
+
+    def _priors(
+        self, q: Float[np.ndarray, "some dofs"], frames: Int[np.ndarray, " some"]
+    ) -> tuple[Float[np.ndarray, " some"], Float[np.ndarray, "some dofs"], Float[np.ndarray, "some dofs"]]:
+        """Cost, gradient and diagonal of the limits and of the pull to the reference pose."""
+        beyond = q - np.clip(q, self.lower, self.upper)
+        stiffness = self.settings.limit_std_rad**-2
+        pull = q - self.reference_q[frames]
+        cost = stiffness * (beyond**2).sum(axis=1) + (self.pose_precision * pull**2).sum(axis=1)
+        return cost, stiffness * beyond + self.pose_precision * pull, stiffness * (beyond != 0) + self.pose_precision
+
     def _evaluate(
         self, q: Float[np.ndarray, "some dofs"], frames: Int[np.ndarray, " some"], robust: bool
     ) -> FrameTerms:
         poses = self.kinematics.poses(q)
         x = self.kinematics.markers(poses)
-        seen = self.seen[frames]
-        error = np.where(seen[:, :, None], x - self.observed[frames], 0.0)
-        squares = np.einsum("tmi,tmi->tm", error, error)
-        precision = self.settings.marker_std_m**-2
-        c2 = self.robust_scale_m**2
+        error, squares = self._errors(x, frames)
+        weight = self.seen[frames] * self.settings.marker_std_m**-2
         if robust:
-            weight = seen * precision / (1 + squares / c2)
-            cost = precision * c2 * np.log1p(squares / c2).sum(axis=1)
-        else:
-            weight = seen * precision
-            cost = precision * squares.sum(axis=1)
+            weight = weight / (1 + squares / self.robust_scale_m**2)
         H, g = self.terms.normal_equations(poses, x, error, weight)
-        beyond = q - np.clip(q, self.lower, self.upper)
-        stiffness = self.settings.limit_std_rad**-2
-        pull = q - self.reference_q[frames]
-        cost += stiffness * (beyond**2).sum(axis=1) + (self.pose_precision * pull**2).sum(axis=1)
-        g += stiffness * beyond + self.pose_precision * pull
+        prior_cost, prior_g, prior_diagonal = self._priors(q, frames)
         diagonal = np.arange(q.shape[1])
-        H[:, diagonal, diagonal] += stiffness * (beyond != 0) + self.pose_precision
-        return FrameTerms(cost, H, g)
+        H[:, diagonal, diagonal] += prior_diagonal
+        return FrameTerms(self._marker_cost(squares, robust) + prior_cost, H, g + prior_g)
 
 
 def solve_frames(

@@ -9,6 +9,7 @@ from solver.skeleton.rotations import nearest_rotation
 from solver.skeleton.skeleton import Skeleton
 
 FLEXED = {"hip_flexion": 1.4, "knee_angle": 1.4, "knee_flexion": 1.4}  # rad; sitting, squatting, landing
+KEPT = 2  # starts a frame that are refined to the end
 REACHING = {"arm_flex": 1.2, "arm_add": -0.6, "elbow_flex": 1.2}  # rad; arms up and in front
 
 
@@ -45,11 +46,12 @@ def initial_poses(
     if near_root.sum() >= 3:
         weights.append(np.where(near_root, 1.0, 0.02))
     starts = [_aligned(problem, root, posture, frames, weight) for posture in postures for weight in weights]
-    q = np.concatenate(starts)
     which = np.tile(frames, len(starts))
-    q, _ = solve_frames(problem, q, which, robust=False, max_iterations=15)
-    q, cost = solve_frames(problem, q, which)
-    best = cost.reshape(len(starts), -1).argmin(axis=0)
+    rough, cost = solve_frames(problem, np.concatenate(starts), which, robust=False, max_iterations=8)
+    order = cost.reshape(len(starts), -1).argsort(axis=0)[:KEPT]
+    kept = (order * len(frames) + np.arange(len(frames))).ravel()
+    q, cost = solve_frames(problem, rough[kept], which[kept])
+    best = cost.reshape(-1, len(frames)).argmin(axis=0)
     index = best * len(frames) + np.arange(len(frames))
     return q[index], cost[index]
 

@@ -6,7 +6,7 @@ from scipy.linalg import solveh_banded
 from threadpoolctl import threadpool_limits
 
 from solver.errors import FitError
-from solver.kinematics.frame_solver import PoseProblem, solve_frames
+from solver.kinematics.frame_solver import FrameTerms, PoseProblem, solve_frames
 from solver.kinematics.initial_pose import initial_poses
 from solver.kinematics.root_joint import RootJoint, root_joint
 from solver.kinematics.settings import KinematicsSettings
@@ -14,6 +14,11 @@ from solver.progress import Progress, silent
 from solver.skeleton.skeleton import Skeleton
 
 FEWEST_MARKERS = 3  # seen on a frame for it to say anything about the pose
+MOST_BRIDGING_STEPS = 2
+SMALL_STEP = 0.01  # rad or m: one Gauss-Newton step of that size lands within 1e-4
+COST_OF_SMOOTHNESS = 0.01  # of a marker at one standard deviation; a frame that pays more keeps its pose
+REFINEMENT = 8  # each pass solves that many times more frames, started between those already solved
+MOST_TRACKING_STEPS = 15  # for stragglers; what they miss, their neighbours and the last step mend
 WORSE_THAN_NEIGHBOURS = 4.0  # times their cost: such a frame is started again from both sides
 
 
@@ -71,12 +76,12 @@ def _track(
     solved = np.zeros(count, dtype=bool)
     solved[keys] = True
     while stride > 1:
-        stride //= 2
+        stride = max(1, stride // REFINEMENT)
         fresh = np.setdiff1d(np.arange(0, count, stride), np.flatnonzero(solved))
         known = np.flatnonzero(solved)
         start = _between(fresh, known, poses)
         poses[fresh], cost[fresh] = solve_frames(
-            problem, start, usable[fresh], after_iteration=lambda: progress("inverse kinematics", 0.1)
+            problem, start, usable[fresh], max_iterations=MOST_TRACKING_STEPS, after_iteration=lambda: progress("inverse kinematics", 0.1)
         )
         solved[fresh] = True
         progress("inverse kinematics", 0.8 * solved.mean())
@@ -151,24 +156,28 @@ def _bridged(
     frames = np.arange(len(q))
     if len(q) < 3:
         return q
-    problem.reference_q = _reference(problem, q, usable)
     smooth = (rate**2 / problem.settings.smoothness_std) ** 2
-    for _ in range(2):
-        terms = problem.evaluate(q, frames)
+    unusable = ~np.isin(frames, usable)
+    terms = problem.evaluate(q, frames)
+    reference = _reference(problem, terms, q)
+    terms.g[:] += problem.pose_precision * (problem.reference_q - reference)
+    problem.reference_q = reference
+    for _ in range(MOST_BRIDGING_STEPS):
         step = _smoothed_step(terms.H, terms.g, q, smooth)
-        tried = q + step
-        better = problem.evaluate(tried, frames).cost <= terms.cost + 0.01 * problem.seen.sum(axis=1) + 1e-9
-        seen_enough = np.isin(frames, usable)
-        q = np.where((better | ~seen_enough)[:, None], tried, q)
+        allowed = terms.cost + COST_OF_SMOOTHNESS * problem.seen.sum(axis=1) + 1e-9
+        accepted = (problem.cost(q + step, frames) <= allowed) | unusable
+        q = np.where(accepted[:, None], q + step, q)
+        if np.abs(step).max() < SMALL_STEP:
+            break
+        terms = problem.evaluate(q, frames)
     return q
 
 
 def _reference(
-    problem: PoseProblem, q: Float[np.ndarray, "frames dofs"], usable: Int[np.ndarray, " usable"]
+    problem: PoseProblem, terms: FrameTerms, q: Float[np.ndarray, "frames dofs"]
 ) -> Float[np.ndarray, "frames dofs"]:
     """Where no marker sees a dof for a while, its reference is the line between the frames that saw it."""
     frames = np.arange(len(q))
-    terms = problem.evaluate(q, frames)
     own = np.einsum("tii->ti", terms.H) - problem.pose_precision
     sees = own > 10.0 * np.maximum(problem.pose_precision, 1e-6)
     reference = problem.reference_q.copy()

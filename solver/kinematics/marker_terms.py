@@ -37,11 +37,13 @@ class MarkerTerms:
         return carries[:, body].T & earlier
 
     @cached_property
-    def _by_dof(self) -> tuple[Int[np.ndarray, " positions"], Int[np.ndarray, " starts"], Int[np.ndarray, " starts"]]:
+    def _driven(self) -> tuple[Int[np.ndarray, " driven"], Int[np.ndarray, " driven"], list[tuple[int, int]]]:
+        """The dofs that move anything, the first position each drives, and (row, position) of all further ones."""
         dof = self.kinematics.chain.dof
-        order = np.argsort(dof, kind="stable")
-        driven, starts = np.unique(dof[order], return_index=True)
-        return order, starts, driven
+        driven, first = np.unique(dof, return_index=True)
+        row = {int(d): i for i, d in enumerate(driven)}
+        further = [(row[int(dof[k])], k) for k in range(len(dof)) if k not in first]
+        return driven, first, further
 
     def normal_equations(
         self,
@@ -100,13 +102,17 @@ class MarkerTerms:
         lower: Float[np.ndarray, "frames positions positions"],
         gradient: Float[np.ndarray, "frames positions"],
     ) -> tuple[Float[np.ndarray, "frames dofs dofs"], Float[np.ndarray, "frames dofs"]]:
-        order, starts, driven = self._by_dof
+        driven, first, further = self._driven
         diagonal = np.arange(lower.shape[1])
         symmetric = lower + lower.transpose(0, 2, 1)
         symmetric[:, diagonal, diagonal] = lower[:, diagonal, diagonal]
-        rows = np.add.reduceat(symmetric[:, order], starts, axis=1)
-        block = np.add.reduceat(rows[:, :, order], starts, axis=2)
-        vector = np.add.reduceat(gradient[:, order], starts, axis=1)
+        vector = gradient[:, first]
+        for row, k in further:
+            symmetric[:, first[row]] += symmetric[:, k]
+            vector[:, row] += gradient[:, k]
+        for row, k in further:
+            symmetric[:, :, first[row]] += symmetric[:, :, k]
+        block = symmetric[:, first[:, None], first]
         dofs = self.kinematics.chain.dofs
         if len(driven) == dofs:
             return block, vector

@@ -25,13 +25,19 @@ class KinematicsSettings:
         1.0e4, unit="rad/s² or m/s²", why="bridges gaps; a hundred times above human accelerations, so no filter"
     )
     iterations: int = setting(60, unit="", why="ceiling of Levenberg-Marquardt; frames stop when they converge")
-    tolerance: float = setting(1.0e-5, unit="", why="relative decrease of the cost at which a frame has converged")
+    tolerance: float = setting(1.0e-4, unit="", why="relative decrease of the cost at which a frame has converged; a last step follows")
     keyframe_spacing_s: float = setting(
         0.4, unit="s", why="frames solved from several start poses; the rest start between them"
     )
     calibration_frames: int = setting(60, unit="", why="poses that decide scales and offsets; more change < 0.1 mm")
-    static_weight: float = setting(
-        3.0, unit="", why="a static frame counts as that many: no motion artefact, known posture"
+    effective_frames: float = setting(
+        5.0,
+        unit="frames",
+        why="soft tissue repeats with the movement: 60 poses of it tell as much as about five independent ones; "
+        "counted in full they pull the pelvis 4 cm out of its own markers",
+    )
+    effective_static_frames: float = setting(
+        1.0, unit="frames", why="one quiet stance is one sample, without motion artefact"
     )
     calibration_robust_scale_m: float = setting(
         0.04, unit="m", why="tighter than in tracking: a bad marker must not bend the bones"

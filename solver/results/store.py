@@ -10,9 +10,7 @@ previous fit whole. Only folders named solve-N are ever removed: whatever else l
 """
 
 import json
-import os
 import re
-import secrets
 import shutil
 import zipfile
 from collections.abc import Mapping
@@ -21,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from solver.capture.atomic import write_whole
 from solver.errors import ResultsError
 from solver.fit import Fit, TrialFit
 from solver.results.codec import Arrays, Decoder, Encoder, Tree
@@ -98,17 +97,7 @@ def load_fit(folder: Path, subject_folder: Path) -> Fit:
 
 def write_json(path: Path, content: Mapping[str, object]) -> None:
     """Write strict JSON (no NaN) in one step: the old file or the new one, never half of it."""
-    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    try:
-        with temporary.open("x", encoding="utf-8") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
+    write_whole(path, json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
 
 
 def _write_solve(fit: Fit, solve: Path) -> list[Path]:

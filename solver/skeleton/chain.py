@@ -9,13 +9,14 @@ p_k, and p_k is a function of exactly one free coordinate. So Φ' has one entry 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from solver.errors import ModelError
-from solver.skeleton.functions import Composed, Constant, ScalarFunction
+from solver.skeleton.functions import Composed, Constant, Linear, ScalarFunction
 from solver.skeleton.rotations import rotation_about
 from solver.skeleton.skeleton import Axis, Joint, Skeleton
 
@@ -69,12 +70,23 @@ class Chain:
         Args:
             q: generalized coordinates [rad or m].
         """
-        tables = [f(q[:, j]) for f, j in zip(self.functions, self.dof, strict=True)]
-        if not tables:
-            empty = np.zeros((q.shape[0], 0))
-            return empty, empty, empty
-        value, slope, curvature = (np.stack(columns, axis=1) for columns in zip(*tables, strict=True))
-        return value, slope, curvature
+        slope, intercept, others = self._linear
+        value = q[:, self.dof] * slope + intercept
+        first = np.tile(slope, (q.shape[0], 1))
+        second = np.zeros_like(first)
+        for k in others:
+            value[:, k], first[:, k], second[:, k] = self.functions[k](q[:, self.dof[k]])
+        return value, first, second
+
+    @cached_property
+    def _linear(
+        self,
+    ) -> tuple[Float[np.ndarray, " positions"], Float[np.ndarray, " positions"], Int[np.ndarray, " others"]]:
+        """Slopes and intercepts of the linear functions, and which functions are not linear."""
+        linear = [f if isinstance(f, Linear) else None for f in self.functions]
+        slope = np.array([f.slope if f else 0.0 for f in linear])
+        intercept = np.array([f.intercept if f else 0.0 for f in linear])
+        return slope, intercept, np.array([k for k, f in enumerate(linear) if f is None], dtype=int)
 
 
 def chain_of(skeleton: Skeleton) -> Chain:

@@ -48,10 +48,14 @@ class Polynomial:
 
     coefficients: tuple[float, ...]
 
+    @cached_property
+    def _derivatives(self) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+        return np.polyder(np.array(self.coefficients)), np.polyder(np.array(self.coefficients), 2)
+
     def __call__(self, x: Values) -> tuple[Values, Values, Values]:
         """Value, first and second derivative."""
-        p = np.poly1d(self.coefficients)
-        return p(x), p.deriv(1)(x), p.deriv(2)(x)
+        first, second = self._derivatives
+        return np.polyval(self.coefficients, x), np.polyval(first, x), np.polyval(second, x)
 
 
 @dataclass(frozen=True)

@@ -158,8 +158,8 @@ def _inverted(document: OsimDocument, part: JointPart, axes: tuple[Axis, ...]) -
     if len({axis.kind for axis in axes}) > 1:
         raise document.error(
             part.node,
-            f"it is reversed ('{part.child.body}' is nearer to the ground than '{part.parent.body}') and both turns "
-            "and slides; exchange its parent and child in OpenSim.",
+            f"it is reversed ('{part.child.body}' is nearer to the ground than '{part.parent.body}') "
+            "and both turns and slides; exchange its parent and child in OpenSim.",
         )
     return tuple(replace(axis, function=_negated(axis.function)) for axis in reversed(axes))
 

@@ -117,7 +117,7 @@ class _Frames:
         if node.tag != OFFSET_FRAME:
             raise self.document.error(
                 asker,
-                f"<{socket}> names '{path}', a {node.tag}; only bodies, the ground and {OFFSET_FRAME}s carry things.",
+                f"<{socket}> names '{path}', a {node.tag}; it must name a body, ground or {OFFSET_FRAME}.",
             )
         target = self.document.word(node, "socket_parent")
         base_path = posixpath.normpath(posixpath.join(path, target))

@@ -116,7 +116,7 @@ class OsimDocument:
             if file not in ("", "Unassigned"):
                 raise self.error(
                     container,
-                    f"its members lie in another file ({file}). Open the model in OpenSim and save it as one file.",
+                    f"its members lie in another file ({file}). Save the model as one file in OpenSim.",
                 )
             for objects in children(container, "objects"):
                 members += children(objects)

@@ -151,6 +151,6 @@ def _coordinate(document: OsimDocument, name: str, node: Node | None, axes: list
 def _motion_type(name: str, axes: list[Axis]) -> Motion:
     """What the coordinate's value is: the displacement of the first axis that follows it one to one."""
     for axis in axes:
-        if axis.coordinate == name and isinstance(axis.function, Linear) and axis.function.slope == 1.0:
+        if axis.coordinate == name and isinstance(axis.function, Linear) and abs(axis.function.slope) == 1.0:
             return axis.kind
     return "coupled"

@@ -1,6 +1,7 @@
 """OpenSim 2 and 3 documents: a body holds the joint to its parent, and things name bodies, not frames."""
 
 import numpy as np
+from jaxtyping import Float
 
 from solver.skeleton.osim_document import Node, OsimDocument, children
 from solver.skeleton.osim_parts import (
@@ -45,23 +46,23 @@ def read_parts(document: OsimDocument) -> ModelParts:
     return ModelParts(bodies=bodies, joints=joints, markers=markers)
 
 
-def _inertia(document: OsimDocument, node: Node) -> np.ndarray:
+def _inertia(document: OsimDocument, node: Node) -> Float[np.ndarray, "6"]:
     default = None if document.number(node, "mass") > 0 else 0.0
-    return np.array(
-        [document.number(node, tag, default if i < 3 else 0.0) for i, tag in enumerate(INERTIA_TAGS)]
+    return _converted(
+        np.array(
+            [document.number(node, tag, default if i < 3 else 0.0) for i, tag in enumerate(INERTIA_TAGS)]
+        )
     )
 
 
 def _joint(document: OsimDocument, body: Node, node: Node, names: set[str]) -> JointPart:
+    def numbers(tag: str) -> Float[np.ndarray, "3"]:
+        return _converted(document.numbers(node, tag, 3, default=ZERO))
+
     own = required_name(document, body)
-    parent = origin(_body_name(document, node, "parent_body", names)).offset(
-        document.numbers(node, "location_in_parent", 3, default=ZERO),
-        document.numbers(node, "orientation_in_parent", 3, default=ZERO),
-    )
-    child = origin(own).offset(
-        document.numbers(node, "location", 3, default=ZERO),
-        document.numbers(node, "orientation", 3, default=ZERO),
-    )
+    base = origin(_body_name(document, node, "parent_body", names))
+    parent = base.offset(numbers("location_in_parent"), numbers("orientation_in_parent"))
+    child = origin(own).offset(numbers("location"), numbers("orientation"))
     reverse = document.flag(node, "reverse", False)
     return JointPart(
         node=node,
@@ -70,6 +71,14 @@ def _joint(document: OsimDocument, body: Node, node: Node, names: set[str]) -> J
         child=parent if reverse else child,
         coordinates=tuple(document.members(node, "CoordinateSet")),
     )
+
+
+def _converted(values: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+    """Six significant digits: OpenSim 4 keeps no more of the joint frames and inertias of old documents.
+
+    We follow it to the last digit, so that a motion means the same in both programs.
+    """
+    return np.array([float(f"{value:.6g}") for value in values])
 
 
 def _body_name(document: OsimDocument, node: Node, tag: str, names: set[str]) -> str:
@@ -85,7 +94,7 @@ def _body_name(document: OsimDocument, node: Node, tag: str, names: set[str]) ->
 
 
 def _geometry(document: OsimDocument, body: Node) -> tuple[Geometry, ...]:
-    """The meshes of a body's VisibleObject; its scale factors and transform apply on top of the mesh's own."""
+    """The meshes of a body's VisibleObject, whose scale factors and transform apply on top of theirs."""
     meshes: list[Geometry] = []
     own = origin(required_name(document, body))
     for visible in children(body, "VisibleObject"):

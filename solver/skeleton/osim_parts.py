@@ -62,7 +62,7 @@ class ModelParts:
 def body_of(
     document: OsimDocument, node: Node, inertia: Float[np.ndarray, "6"], geometry: tuple[Geometry, ...]
 ) -> Body:
-    """A body from its element, its moments xx yy zz and products xy xz yz of inertia [kg·m²], and its meshes."""
+    """A body from its element, its inertia xx yy zz xy xz yz about the centre of mass [kg·m²], and meshes."""
     mass = document.number(node, "mass")
     if mass < 0:
         raise document.error(node, f"its mass is {mass:g} kg; masses are zero or positive.")

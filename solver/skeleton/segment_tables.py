@@ -42,13 +42,16 @@ _DE_LEVA = {
     "shank": ((4.33, 43.95, 25.1, 24.6, 10.2), (4.81, 43.52, 26.7, 26.3, 9.2)),
     "foot": ((1.37, 44.15, 25.7, 24.5, 12.4), (1.29, 40.14, 29.9, 27.9, 13.9)),
 }
-# The same paper's mean lengths [mm] of what lies above the hips, and of the hand; men, then women.
+# The same paper's mean lengths [mm] of what lies above the hips; men, then women.
 _DE_LEVA_LENGTHS_MM = {
     "vertex_to_c7": (242.9, 243.7),
     "c7_to_hips": (603.3, 614.8),
     "sternum_to_xiphoid": (170.7, 142.5),
     "xiphoid_to_navel": (215.5, 205.3),
     "navel_to_hips": (145.7, 181.5),
+    "shoulders_to_hips": (515.5, 497.9),
+    "shoulder_to_elbow": (281.7, 275.1),
+    "elbow_to_wrist": (268.9, 264.3),
     "wrist_to_knuckle": (86.2, 78.0),
 }
 _DE_LEVA_STATURE_MM = (1741.0, 1735.0)
@@ -75,8 +78,7 @@ class Lengths:
     ankle_height: float
     foot: float
     foot_breadth: float
-    shoulder_height: float
-    shoulder_half_width: float
+    shoulder_half_width: float  # of the shoulder centres
     upper_arm: float
     forearm: float
     hand: float  # wrist to third knuckle
@@ -84,6 +86,7 @@ class Lengths:
     pelvis_depth: float  # between the midpoints of anterior and posterior spines
     trunk_above_navel: tuple[float, float]  # navel to xiphoid, xiphoid to suprasternal notch
     navel_above_hips: float
+    shoulders_above_hips: float
     c7_above_hips: float
     head: float  # C7 to vertex
     carrying_angle: float  # [rad]
@@ -97,35 +100,38 @@ class Lengths:
 def lengths(stature: float, sex: Sex | None) -> Lengths:
     """Segment lengths from stature.
 
-    Limbs: Drillis R, Contini R. Body segment parameters. New York University report 1166-03, 1966 (fractions
-    as drawn in Winter, Biomechanics and Motor Control of Human Movement, fig. 4.1). Trunk and head: de Leva's
-    proportions, stretched by one factor so that legs, trunk and head add up to the stature. Shoulder width:
-    half the biacromial breadth of Gordon et al., 1988 Anthropometric Survey of US Army Personnel (39.7 of
-    175.6 cm, 36.3 of 162.9 cm). Pelvis: rounded means of adults of both sexes (24 cm wide and 15 cm deep at
-    1.74 m; Seidel et al., J Biomech 1995; 28: 995-998, report such sizes). Carrying angle of the elbow:
+    Legs: Drillis R, Contini R. Body segment parameters. New York University report 1166-03, 1966 (fractions as
+    drawn in Winter, Biomechanics and Motor Control of Human Movement, fig. 4.1). Arms: de Leva's means over his
+    mean stature. Trunk and head: his proportions, stretched by one factor so that legs, trunk and head add up to
+    the stature. Shoulder centres: half the biacromial breadth of Gordon et al., 1988 Anthropometric Survey of US
+    Army Personnel (39.7 of 175.6 cm, 36.3 of 162.9 cm), less the humeral head's radius (24 mm; Iannotti et al.,
+    J Bone Joint Surg Am 1992; 74: 491-500). Pelvis: rounded means of adults of both sexes (24 cm wide and 15 cm
+    deep at 1.74 m; Seidel et al., J Biomech 1995; 28: 995-998, report such sizes). Carrying angle of the elbow:
     Keats et al., Radiology 1966; 87: 904-907 (men 11°, women 13°).
     """
-    leg = 0.039 + 0.246 + 0.245
+    thigh, shank, ankle = 0.245, 0.246, 0.039
     mm = {name: float(_of_sex(np.array(pair), sex)) for name, pair in _DE_LEVA_LENGTHS_MM.items()}
-    per_mm = stature * (1 - leg) / (mm["vertex_to_c7"] + mm["c7_to_hips"])
+    trunk = stature * (1 - thigh - shank - ankle) / (mm["vertex_to_c7"] + mm["c7_to_hips"])
+    arm = stature / float(_of_sex(np.array(_DE_LEVA_STATURE_MM), sex))
+    biacromial = float(_of_sex(np.array([39.7 / 175.6, 36.3 / 162.9]), sex))
     return Lengths(
         stature=stature,
-        thigh=0.245 * stature,
-        shank=0.246 * stature,
-        ankle_height=0.039 * stature,
+        thigh=thigh * stature,
+        shank=shank * stature,
+        ankle_height=ankle * stature,
         foot=0.152 * stature,
         foot_breadth=0.055 * stature,
-        shoulder_height=0.818 * stature,
-        shoulder_half_width=float(_of_sex(np.array([39.7 / 175.6, 36.3 / 162.9]), sex)) / 2 * stature,
-        upper_arm=0.186 * stature,
-        forearm=0.146 * stature,
-        hand=mm["wrist_to_knuckle"] / float(_of_sex(np.array(_DE_LEVA_STATURE_MM), sex)) * stature,
+        shoulder_half_width=(biacromial / 2 - 0.024 / 1.75) * stature,
+        upper_arm=arm * mm["shoulder_to_elbow"],
+        forearm=arm * mm["elbow_to_wrist"],
+        hand=arm * mm["wrist_to_knuckle"],
         pelvis_width=0.138 * stature,
         pelvis_depth=0.086 * stature,
-        trunk_above_navel=(per_mm * mm["xiphoid_to_navel"], per_mm * mm["sternum_to_xiphoid"]),
-        navel_above_hips=per_mm * mm["navel_to_hips"],
-        c7_above_hips=per_mm * mm["c7_to_hips"],
-        head=per_mm * mm["vertex_to_c7"],
+        trunk_above_navel=(trunk * mm["xiphoid_to_navel"], trunk * mm["sternum_to_xiphoid"]),
+        navel_above_hips=trunk * mm["navel_to_hips"],
+        shoulders_above_hips=trunk * mm["shoulders_to_hips"],
+        c7_above_hips=trunk * mm["c7_to_hips"],
+        head=trunk * mm["vertex_to_c7"],
         carrying_angle=float(np.radians(_of_sex(np.array([11.0, 13.0]), sex))),
     )
 

@@ -1,0 +1,49 @@
+# Every target sets up by itself; ARGS="..." is handed on to the tool.
+SHELL := bash
+BIN := .venv/bin
+ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+WORKERS := 2
+
+.PHONY: help setup demo test lint format bench lock clean
+
+help:
+	@echo "make setup   .venv with the locked versions"
+	@echo "make demo    make the demo subject, fit it, open the app"
+	@echo "make test    all tests            make lint    ruff, import-linter, mypy"
+	@echo "make bench   speed and accuracy   make format  ruff's formatter"
+
+setup: .venv/installed
+
+.venv/installed: pyproject.toml requirements.lock requirements-opensim.lock scripts/setup
+	@scripts/setup
+
+demo: setup
+	$(BIN)/addb-viewer demo $(ARGS)
+
+test: setup
+	@scripts/chromium
+	$(ONE_THREAD) $(BIN)/python -m pytest -n $(WORKERS) $(ARGS)
+
+lint: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports
+	$(BIN)/mypy
+
+format: setup
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+bench: setup
+	$(ONE_THREAD) $(BIN)/python -m benchmarks $(ARGS)
+
+# Needs uv on PATH. One set of versions for Python 3.11 to 3.13; OpenSim apart, since not every platform has its wheel.
+lock:
+	uv pip compile --quiet --universal --python-version 3.11 --fork-strategy fewest --extra dev --extra reference \
+	  --no-emit-index-url --no-header --no-annotate pyproject.toml --output-file requirements.all
+	grep '^opensim==' requirements.all > requirements-opensim.lock
+	grep -v '^opensim==' requirements.all > requirements.lock
+	rm requirements.all
+
+clean:
+	rm -rf .venv demo

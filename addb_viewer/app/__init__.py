@@ -1,0 +1,1 @@
+"""The review app: one trial at a time in the browser, as a scene, plots and keys."""

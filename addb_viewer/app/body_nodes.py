@@ -1,0 +1,39 @@
+"""The fitted skeleton in the scene: one mesh a body, moved by its pose."""
+
+import numpy as np
+import trimesh
+import viser
+
+from addb_viewer.app.palette import BONE
+from addb_viewer.app.replay import BodyReplay
+
+SEE_THROUGH = 0.35  # opacity at which markers inside bones show
+
+
+class BodyNodes:
+    """Owns the bones' nodes below one parent."""
+
+    def __init__(
+        self, scene: viser.SceneApi, parent: str, replay: BodyReplay, meshes: dict[str, trimesh.Trimesh]
+    ) -> None:
+        self.replay = replay
+        self.known = np.isfinite(replay.position).all(axis=2) & np.isfinite(replay.wxyz).all(axis=2)
+        self.handles = {
+            index: scene.add_mesh_simple(
+                f"{parent}/{index}", meshes[name].vertices, meshes[name].faces, color=BONE, side="double",
+                cast_shadow=False, receive_shadow=False,
+            )
+            for index, name in enumerate(replay.names)
+            if name in meshes
+        }  # fmt: skip
+
+    def draw(self, frame: int, *, visible: bool, see_through: bool) -> None:
+        """Show one frame."""
+        for index, handle in self.handles.items():
+            shown = visible and bool(self.known[frame, index])
+            handle.visible = shown
+            if not shown:
+                continue
+            handle.opacity = SEE_THROUGH if see_through else None
+            handle.position = self.replay.position[frame, index]
+            handle.wxyz = self.replay.wxyz[frame, index]

@@ -1,0 +1,87 @@
+"""Force plates and forces in the scene."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import viser
+from jaxtyping import Float
+
+from addb_viewer.app.palette import GREY, RESIDUAL, UNASSIGNED, Rgb, foot_color
+from addb_viewer.app.replay import PlateReplay, Replay
+
+
+@dataclass(frozen=True)
+class ForceSizes:
+    """How forces are drawn."""
+
+    metres_per_newton: float = 1e-3  # standing on one leg reaches about the hip
+    smallest: float = 20.0  # [N] below it an arrow is noise
+    shaft_radius: float = 0.010  # [m]
+    head_radius: float = 0.026  # [m]
+    head_length: float = 0.07  # [m]
+    outline: float = 0.006  # [m]
+
+
+class PlateNodes:
+    """Outlines and names of the plates; a plate without known corners is named where its force acts."""
+
+    def __init__(self, scene: viser.SceneApi, parent: str, plates: tuple[PlateReplay, ...]) -> None:
+        for i, plate in enumerate(plates):
+            if plate.corners is not None:
+                edges = np.stack([plate.corners, np.roll(plate.corners, -1, axis=0)], axis=1)
+                scene.add_line_segments(f"{parent}/{i}/outline", edges, GREY, thickness=ForceSizes().outline)
+            place = _name_place(plate)
+            if place is not None:
+                scene.add_label(
+                    f"{parent}/{i}/name", plate.name, position=place, font_size_mode="scene",
+                    font_scene_height=0.05, anchor="center-center", depth_test=True,
+                )  # fmt: skip
+
+
+class ForceNodes:
+    """One arrow a plate from its centre of pressure, and the residual force at the centre of mass."""
+
+    def __init__(self, scene: viser.SceneApi, parent: str, replay: Replay) -> None:
+        self.replay = replay
+        self.colors = [foot_color(foot, i) for i, foot in enumerate(replay.feet)]
+        self.arrows = [_arrow(scene, f"{parent}/{i}", UNASSIGNED) for i in range(len(replay.plates))]
+        self.residual = _arrow(scene, f"{parent}/residual", RESIDUAL) if replay.residual else None
+
+    def draw(self, frame: int, *, forces: bool, residual: bool) -> None:
+        """Show one frame."""
+        for plate, arrow in zip(self.replay.plates, self.arrows, strict=True):
+            color = self._color(int(plate.foot[frame]))
+            _point(arrow, plate.cop[frame], plate.force[frame], forces)
+            arrow.colors = np.array(color, dtype=np.uint8)
+        if self.residual is not None and self.replay.residual is not None:
+            r = self.replay.residual
+            _point(self.residual, r.com[frame], r.force[frame], residual)
+
+    def _color(self, foot: int) -> Rgb:
+        return self.colors[foot] if 0 <= foot < len(self.colors) else UNASSIGNED
+
+
+def _arrow(scene: viser.SceneApi, name: str, color: Rgb) -> viser.ArrowsHandle:
+    sizes = ForceSizes()
+    return scene.add_arrows(
+        name, np.array([[[0.0, 0.0, 0.0], [0.0, 0.1, 0.0]]]), np.array(color, dtype=np.uint8),
+        shaft_radius=sizes.shaft_radius, head_radius=sizes.head_radius, head_length=sizes.head_length, visible=False,
+    )  # fmt: skip
+
+
+def _point(
+    arrow: viser.ArrowsHandle, start: Float[np.ndarray, "3"], force: Float[np.ndarray, "3"], wanted: bool
+) -> None:
+    sizes = ForceSizes()
+    known = np.isfinite(start).all() and np.isfinite(force).all()
+    shown = bool(wanted and known and np.linalg.norm(force) >= sizes.smallest)
+    arrow.visible = shown
+    if shown:
+        arrow.points = np.stack([start, start + sizes.metres_per_newton * force])[None].astype(np.float32)
+
+
+def _name_place(plate: PlateReplay) -> Float[np.ndarray, "3"] | None:
+    if plate.corners is not None:
+        return plate.corners.mean(axis=0)
+    loaded = np.isfinite(plate.cop).all(axis=1) & (np.linalg.norm(plate.force, axis=1) >= ForceSizes().smallest)
+    return np.median(plate.cop[loaded], axis=0) if loaded.any() else None

@@ -1,0 +1,70 @@
+"""Colours, told apart by people with any common colour blindness, on light and dark backgrounds.
+
+Hues of Okabe & Ito, "Color Universal Design" (2008).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+
+class Rgb(NamedTuple):
+    """8 bits a channel."""
+
+    r: int
+    g: int
+    b: int
+
+    @property
+    def css(self) -> str:
+        """As a style sheet writes it."""
+        return f"rgb({self.r}, {self.g}, {self.b})"
+
+    def faded(self, opacity: float) -> str:
+        """As a style sheet writes it, see-through."""
+        return f"rgba({self.r}, {self.g}, {self.b}, {opacity:g})"
+
+
+BLUE = Rgb(0, 114, 178)
+ORANGE = Rgb(230, 159, 0)
+VERMILION = Rgb(213, 94, 0)
+GREEN = Rgb(0, 158, 115)
+PURPLE = Rgb(204, 121, 167)
+SKY = Rgb(86, 180, 233)
+GREY = Rgb(128, 128, 128)
+PALE = Rgb(190, 190, 190)
+BONE = Rgb(222, 211, 190)
+
+UNASSIGNED = ORANGE  # a force that goes to no foot
+RESIDUAL = VERMILION
+UNSEEN = PALE  # a marker while it's lost
+NO_MODEL = GREY  # a marker that nothing was fitted to
+PLATES = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, GREY)  # in the plots, in the file's order
+
+ERROR_FULL_SCALE = 0.04  # [m] Hicks et al. 2015: no marker farther than 4 cm
+_RAMP = np.array([BLUE, SKY, ORANGE, VERMILION], dtype=float)
+
+
+def foot_color(foot: str, index: int) -> Rgb:
+    """Right green, left purple, by the name's ending; further feet in the order of the list."""
+    name = foot.lower()
+    if name.endswith(("_r", "right")) or name.startswith(("r_", "right")):
+        return GREEN
+    if name.endswith(("_l", "left")) or name.startswith(("l_", "left")):
+        return PURPLE
+    return (SKY, BLUE)[index % 2]
+
+
+def error_colors(errors: Float[np.ndarray, "*markers"]) -> UInt8[np.ndarray, "*markers 3"]:
+    """Blue at no error over orange to vermilion at 4 cm; grey where there is no model marker (NaN).
+
+    Args:
+        errors: distances between measured and model marker [m].
+    """
+    known = np.isfinite(errors)
+    place = np.clip(np.where(known, errors, 0.0) / ERROR_FULL_SCALE, 0.0, 1.0) * (len(_RAMP) - 1)
+    lower = np.minimum(place.astype(int), len(_RAMP) - 2)
+    part = (place - lower)[..., None]
+    colors = _RAMP[lower] * (1 - part) + _RAMP[lower + 1] * part
+    return np.where(known[..., None], colors, np.array(NO_MODEL)).astype(np.uint8)

@@ -1,0 +1,157 @@
+"""Where in the trial we are, and playing it in real time: one thread draws, everybody else only asks."""
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+SPEEDS = (-2.0, -1.0, -0.5, -0.25, 0.25, 0.5, 1.0, 2.0)  # J and L walk through them
+PICTURES_PER_SECOND = 30.0  # what a software-rendered browser and a slow line can still take
+
+
+@dataclass(frozen=True)
+class Position:
+    """What the drawing thread shows."""
+
+    frame: int
+    playing: bool
+    speed: float
+
+
+class Playback:
+    """The present frame of a trial. All methods may be called from any thread and return at once.
+
+    Real time comes from the clock: a browser that cannot keep up skips frames, it never runs late.
+    """
+
+    def __init__(self, draw: Callable[[Position], None], clock: Callable[[], float] = time.perf_counter) -> None:
+        self._draw = draw
+        self._clock = clock
+        self._wake = threading.Condition(threading.RLock())
+        self._frames, self._rate = 1, 1.0
+        self._frame, self._speed, self._playing = 0.0, 1.0, False
+        self._started_at, self._started_frame = 0.0, 0.0
+        self._dirty, self._stopped = False, False
+        self._thread = threading.Thread(target=self._run, name="playback", daemon=True)
+
+    def start(self) -> None:
+        """Begin to draw."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread."""
+        with self._wake:
+            self._stopped = True
+            self._wake.notify_all()
+        if self._thread.is_alive() and self._thread is not threading.current_thread():
+            self._thread.join(timeout=5.0)
+
+    def open(self, frames: int, rate: float) -> None:
+        """Turn to another trial's first frame, paused."""
+        with self._wake:
+            self._frames, self._rate = max(frames, 1), rate
+            self._frame, self._playing, self._speed = 0.0, False, 1.0
+            self._changed()
+
+    @property
+    def position(self) -> Position:
+        """Where we are now."""
+        with self._wake:
+            return self._position()
+
+    def seek(self, frame: int) -> None:
+        """Pause at a frame, or at the nearest one that exists."""
+        with self._wake:
+            self._playing = False
+            self._frame = float(min(max(frame, 0), self._frames - 1))
+            self._changed()
+
+    def step(self, frames: int) -> None:
+        """Pause and move by that many frames."""
+        with self._wake:
+            self.seek(self._position().frame + frames)
+
+    def step_seconds(self, seconds: float) -> None:
+        """Pause and move by at least one frame."""
+        with self._wake:
+            sign = 1 if seconds > 0 else -1
+            self.step(sign * max(1, round(abs(seconds) * self._rate)))
+
+    def toggle(self) -> None:
+        """Play or pause; at the end of the trial, play again from the beginning."""
+        with self._wake:
+            if self._playing:
+                self.seek(self._position().frame)
+            else:
+                self._play(self._speed)
+
+    def pause(self) -> None:
+        """Stay here."""
+        with self._wake:
+            self.seek(self._position().frame)
+
+    def play_at(self, speed: float) -> None:
+        """Set the speed, 1 being real time and negative ones backwards; playing goes on if it was."""
+        with self._wake:
+            if self._playing:
+                self._play(speed)
+            else:
+                self._speed = speed
+                self._changed()
+
+    def faster(self) -> None:
+        """L: play forwards, or one speed up."""
+        with self._wake:
+            self._play(next((s for s in SPEEDS if s > self._speed), SPEEDS[-1]) if self._playing else 1.0)
+
+    def slower(self) -> None:
+        """J: one speed down, through the slow ones into backwards; from rest, backwards."""
+        with self._wake:
+            self._play(next((s for s in reversed(SPEEDS) if s < self._speed), SPEEDS[0]) if self._playing else -1.0)
+
+    def redraw(self) -> None:
+        """Draw the present frame again: an option changed."""
+        with self._wake:
+            self._changed()
+
+    def _play(self, speed: float) -> None:
+        frame = self._position().frame
+        if speed > 0 and frame >= self._frames - 1:
+            frame = 0
+        elif speed < 0 and frame <= 0:
+            frame = self._frames - 1
+        self._frame, self._started_frame, self._started_at = float(frame), float(frame), self._clock()
+        self._speed, self._playing = speed, True
+        self._changed()
+
+    def _changed(self) -> None:
+        self._dirty = True
+        self._wake.notify_all()
+
+    def _position(self) -> Position:
+        if self._playing:
+            elapsed = self._clock() - self._started_at
+            frame = self._started_frame + elapsed * self._rate * self._speed
+            self._frame = min(max(frame, 0.0), float(self._frames - 1))
+            if self._frame != frame:
+                self._playing = False
+        return Position(int(self._frame + 1e-6), self._playing, self._speed)
+
+    def _run(self) -> None:
+        shown: Position | None = None
+        while True:
+            with self._wake:
+                while not (self._dirty or self._playing or self._stopped):
+                    self._wake.wait()
+                if self._stopped:
+                    return
+                position, forced = self._position(), self._dirty
+                self._dirty = False
+            began = self._clock()
+            if forced or position != shown:
+                self._draw(position)
+                shown = position
+            with self._wake:
+                pause = 1.0 / PICTURES_PER_SECOND - (self._clock() - began)
+                if pause > 0 and not self._stopped:
+                    self._wake.wait_for(lambda: self._stopped, timeout=pause)

@@ -1,0 +1,118 @@
+"""The 3-D scene of one trial. Everything hangs below one frame that glides along, so that cameras need not."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+import viser
+from jaxtyping import Float
+
+from addb_viewer.app.body_nodes import BodyNodes
+from addb_viewer.app.force_nodes import ForceNodes, PlateNodes
+from addb_viewer.app.marker_nodes import MarkerNodes
+from addb_viewer.app.replay import Replay
+
+LAB, TRIAL = "/lab", "/lab/trial"
+
+
+@dataclass
+class SceneOptions:
+    """What the reviewer has switched on."""
+
+    bones: bool = True
+    see_through: bool = False
+    model_markers: bool = True
+    trail_seconds: float = 0.0
+    forces: bool = True
+    residual: bool = True
+    follow: bool = True
+
+
+class Scene:
+    """Owns all nodes of the scene."""
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self.server = server
+        self.options = SceneOptions()
+        server.scene.set_up_direction("+y")
+        self.lab = server.scene.add_frame(LAB, show_axes=False)
+        server.scene.add_grid(
+            f"{LAB}/ground", infinite_grid=True, plane="xz", cell_size=0.1, section_size=1.0, fade_distance=12.0,
+            cell_color=(225, 225, 225), section_color=(170, 170, 170), shadow_opacity=0.0,
+        )  # fmt: skip
+        self.replay: Replay | None = None
+        self.path = np.zeros((1, 3))
+        self.anchor = np.zeros(3)
+
+    def show(self, replay: Replay, meshes: dict[str, trimesh.Trimesh]) -> None:
+        """Put another trial in place of the present one and draw its first frame."""
+        scene = self.server.scene
+        with self.server.atomic():
+            scene.remove_by_name(TRIAL)
+            scene.add_frame(TRIAL, show_axes=False)
+            self.replay = replay
+            self.markers = MarkerNodes(scene, f"{TRIAL}/markers", replay.markers, replay.rate)
+            self.bodies = BodyNodes(scene, f"{TRIAL}/bodies", replay.bodies, meshes) if replay.bodies else None
+            self.plates = PlateNodes(scene, f"{TRIAL}/plates", replay.plates)
+            self.forces = ForceNodes(scene, f"{TRIAL}/forces", replay)
+            self.path = followed_path(replay)
+            self.anchor = np.zeros(3)
+            self.draw(0)
+
+    def draw(self, frame: int) -> None:
+        """Move everything to one frame, in one message to every browser."""
+        if self.replay is None:
+            return
+        o = self.options
+        with self.server.atomic():
+            self.markers.draw(frame, with_model=o.model_markers, trail_seconds=o.trail_seconds)
+            if self.bodies is not None:
+                self.bodies.draw(frame, visible=o.bones, see_through=o.see_through)
+            self.forces.draw(frame, forces=o.forces, residual=o.residual)
+            if o.follow:
+                self.lab.position = self.anchor - self.path[frame]
+
+    def follow(self, on: bool, frame: int) -> None:
+        """Start or stop following the pelvis without a jump of the picture."""
+        self.anchor = self.lab.position + self.path[frame]
+        self.options.follow = on
+
+
+def followed_path(replay: Replay) -> Float[np.ndarray, "frames 3"]:
+    """Where the person is on the ground [m]: the root body, else the middle of the markers seen."""
+    if replay.bodies is not None:
+        path = replay.bodies.position[:, replay.bodies.root].copy()
+    else:
+        path = _middle(replay.markers.measured)
+    path[:, 1] = 0.0
+    return _bridged(path)
+
+
+def heading(replay: Replay) -> Float[np.ndarray, "3"]:
+    """Horizontal unit vector to where the person faces on the whole: the root body's forward axis, else the way."""
+    path = followed_path(replay)
+    if replay.bodies is not None and replay.bodies.forward is not None:
+        direction = np.nanmean(replay.bodies.forward, axis=0)
+    else:
+        direction = path[-1] - path[0]
+    direction = np.nan_to_num(direction) * [1.0, 0.0, 1.0]
+    length = np.linalg.norm(direction)
+    return direction / length if length > 0.1 else np.array([1.0, 0.0, 0.0])
+
+
+def _middle(measured: Float[np.ndarray, "frames markers 3"]) -> Float[np.ndarray, "frames 3"]:
+    """Mean over the markers seen, on frames that see at least half of them; NaN on the others."""
+    seen = np.isfinite(measured).all(axis=2)
+    count = seen.sum(axis=1)
+    total = np.where(seen[:, :, None], measured, 0.0).sum(axis=1)
+    enough = 2 * count >= max(count.max(initial=0), 1)
+    return np.where(enough[:, None], total / np.maximum(count, 1)[:, None], np.nan)
+
+
+def _bridged(path: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, "frames 3"]:
+    """Linear across frames that know nothing; zero if none knows anything."""
+    known = np.isfinite(path).all(axis=1)
+    if not known.any():
+        return np.zeros_like(path)
+    rows = np.arange(len(path))
+    return np.stack([np.interp(rows, rows[known], path[known, k]) for k in range(3)], axis=1)

@@ -1,0 +1,51 @@
+"""The command line: one module a command, put together here."""
+
+import sys
+from importlib.metadata import version
+from typing import Annotated
+
+import typer
+
+from addb_viewer.commands.demo import demo
+from addb_viewer.commands.export import export
+from addb_viewer.commands.fit import fit
+from addb_viewer.commands.open import open_subject
+from addb_viewer.commands.settings import settings
+
+app = typer.Typer(
+    name="addb-viewer",
+    help="Markers and force plates in, a skeleton that obeys F = ma out; reviewed in the browser.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command(name="demo")(demo)
+app.command(name="open")(open_subject)
+app.command(name="fit")(fit)
+app.command(name="export")(export)
+app.command(name="settings")(settings)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"addb-viewer {version('addb-viewer')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    _version: Annotated[
+        bool,
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and stop."),
+    ] = False,
+) -> None:
+    pass
+
+
+def main() -> None:
+    """Run the command line on `sys.argv`."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")  # a terminal without '²' still gets its table
+    app()

@@ -1,0 +1,49 @@
+"""`addb-viewer demo`: a synthetic subject, fitted and opened in the app."""
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from solver.simulate.demo import write_demo_subject
+
+from addb_viewer.commands.errors import errors_as_lines
+from addb_viewer.commands.open import serve_app
+from addb_viewer.commands.options import DEFAULT_HOST, DEFAULT_PORT, Debug, Host, Port
+from addb_viewer.commands.solving import job_for, solved
+from addb_viewer.commands.summary_table import print_summary
+from solver.errors import CaptureError
+from solver.summary import summary
+
+SEED = 20_240_901  # any number: the same demo for everyone
+_OURS = ".addb-viewer-demo"  # marks a folder that the demo may write over
+
+Folder = Annotated[
+    Path, typer.Option("--folder", metavar="DIR", help="Folder for the demo subject.", file_okay=False)
+]
+NoServe = Annotated[bool, typer.Option("--no-serve", help="Stop after the fit; don't open the app.")]
+
+
+def demo(
+    folder: Folder = Path("demo"),
+    no_serve: NoServe = False,
+    host: Host = DEFAULT_HOST,
+    port: Port = DEFAULT_PORT,
+    debug: Debug = False,
+) -> None:
+    """Make the demo subject, fit it, and open the app on it."""
+    with errors_as_lines(debug):
+        _make_subject(folder)
+        fit, files = solved(job_for(folder))
+        print_summary(summary(fit, files=[str(path) for path in files]))
+        if not no_serve:
+            serve_app(folder, host, port)
+
+
+def _make_subject(folder: Path) -> None:
+    mark = folder / _OURS
+    if folder.is_dir() and any(folder.iterdir()) and not mark.is_file():
+        raise CaptureError(f"{folder}: not empty and not the demo's; choose another folder with --folder")
+    folder.mkdir(parents=True, exist_ok=True)
+    mark.touch()
+    write_demo_subject(folder, np.random.default_rng(SEED))

@@ -1,0 +1,51 @@
+"""How a command fails: one clear line on stderr and an exit status, never a traceback unless asked for."""
+
+import traceback
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import typer
+
+from solver.errors import Cancelled, SolverError
+
+FAILED = 1  # the data or the solve
+STOPPED = 130  # by Ctrl-C, as shells count it
+
+
+@contextmanager
+def errors_as_lines(debug: bool) -> Iterator[None]:
+    """Turn what goes wrong inside into one line on stderr and the exit status.
+
+    Args:
+        debug: print the traceback and library warnings as well.
+    """
+    try:
+        with warnings.catch_warnings():
+            if not debug:
+                warnings.simplefilter("ignore")
+            yield
+    except (typer.Exit, typer.BadParameter, BrokenPipeError):
+        raise
+    except (KeyboardInterrupt, Cancelled):
+        _fail("stopped; nothing was written", STOPPED, debug)
+    except SolverError as error:
+        _fail(str(error), FAILED, debug)
+    except OSError as error:
+        _fail(_described(error), FAILED, debug)
+    except Exception as error:
+        line = f"unexpected {type(error).__name__}: {error}"
+        _fail(line if debug else f"{line} (run with --debug for the traceback)", FAILED, debug)
+
+
+def _described(error: OSError) -> str:
+    if error.filename is None or error.strerror is None:
+        return str(error)
+    return f"{error.filename}: {error.strerror}"
+
+
+def _fail(message: str, status: int, debug: bool) -> None:
+    if debug:
+        traceback.print_exc()
+    typer.echo(f"addb-viewer: {' '.join(message.split())}", err=True)
+    raise typer.Exit(status)

@@ -1,0 +1,38 @@
+"""Arguments and options that several commands share."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+SubjectFolder = Annotated[
+    Path,
+    typer.Argument(metavar="SUBJECT", help="Folder of the recordings and, if any, the model."),
+]
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="DIR", help="Results folder; SUBJECT/results by default.", file_okay=False),
+]
+Trials = Annotated[
+    list[str] | None,
+    typer.Option("--trial", metavar="NAME", help="Fit this trial only; may be given several times."),
+]
+SettingsFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--settings",
+        metavar="FILE",
+        help="TOML file of settings instead of SUBJECT/settings.toml; see `addb-viewer settings`.",
+        dir_okay=False,
+    ),
+]
+JsonFile = Annotated[
+    Path | None,
+    typer.Option("--json", metavar="FILE", help="Write the figures to this file as JSON.", dir_okay=False),
+]
+Host = Annotated[str, typer.Option("--host", help="Address the app listens on.")]
+Port = Annotated[int, typer.Option("--port", help="Port the app listens on.", min=0, max=65535)]
+Debug = Annotated[bool, typer.Option("--debug", help="Print the traceback of an error.")]
+
+DEFAULT_HOST = "127.0.0.1"  # this machine only: recordings are people's data
+DEFAULT_PORT = 8080

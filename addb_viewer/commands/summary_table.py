@@ -1,0 +1,101 @@
+"""The summary of a fit in the terminal: units in the heads, ✓ and ✗ where Hicks et al. 2015 set a bound."""
+
+import sys
+from typing import Any
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from solver.summary import Thresholds
+
+_WIDTH_OF_A_PIPE = 120  # [characters] where no terminal says how wide it is
+
+
+def print_summary(figures: dict[str, Any]) -> None:
+    """Print what `solver.summary.summary` found."""
+    console = Console(highlight=False, width=None if sys.stdout.isatty() else _WIDTH_OF_A_PIPE)
+    console.print(_subject_line(figures))
+    console.print(_table(figures["trials"]))
+    console.print(_legend(), style="dim")
+    for note in figures["notes"]:
+        console.print(Text(f"note: {note}"), soft_wrap=True)
+    if figures["files"]:
+        console.print(Text(f"written: {figures['files'][0]}"), soft_wrap=True)
+
+
+def _subject_line(figures: dict[str, Any]) -> Text:
+    subject, model = figures["subject"], figures["model"]
+    entered = subject["mass_entered_kg"]
+    of_scale = f" ({entered:.1f} kg entered)" if entered is not None else ""
+    height = f"{subject['height_m']:.2f} m" if subject["height_m"] is not None else "height unknown"
+    return Text(
+        f"{subject['mass_kg']:.1f} kg{of_scale}, {height}; "
+        f"{model['bodies']} bodies, {model['dofs']} degrees of freedom"
+    )
+
+
+def _table(trials: list[dict[str, Any]]) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("trial", overflow="fold")
+    for head in (
+        "frames",
+        "frames\nwith force",
+        "marker RMS\n[cm]",
+        "marker max\n[cm]",
+        "residual force\nRMS [N]",
+        "\n[BW]",
+        "residual moment\nRMS [N·m]",
+        "\n[BW·h]",
+    ):
+        table.add_column(head, justify="right")
+    for trial in trials:
+        table.add_row(*_row(trial))
+    return table
+
+
+def _row(trial: dict[str, Any]) -> list[Text]:
+    linear, angular, hicks = trial["linear_residual"] or {}, trial["angular_residual"] or {}, trial["hicks"]
+    moment = _judged(angular.get("rms_BWh"), ".4f", hicks["angular"])
+    if hicks["angular_paper"] is not None:
+        moment.append(f" ({_mark(hicks['angular_paper'])})")
+    return [
+        Text(trial["name"]),
+        Text(str(trial["frames"])),
+        Text(str(trial["frames_with_force_used"])),
+        _judged(_in_cm(trial["marker_rms_m"]), ".2f", hicks["marker_rms"]),
+        _judged(_in_cm(trial["marker_max_m"]), ".1f", hicks["marker_max"]),
+        _judged(linear.get("rms_N"), ".1f", None),
+        _judged(linear.get("rms_BW"), ".4f", hicks["linear"]),
+        _judged(angular.get("rms_Nm"), ".1f", None),
+        moment,
+    ]
+
+
+def _in_cm(metres: float | None) -> float | None:
+    return None if metres is None else 100 * metres
+
+
+def _judged(value: float | None, form: str, passed: bool | None) -> Text:
+    if value is None:
+        return Text("–")
+    number = format(value, form)
+    if passed is None:
+        return Text(number)
+    return Text(f"{number} {_mark(passed)}", style="green" if passed else "red")
+
+
+def _mark(passed: bool) -> str:
+    return "✓" if passed else "✗"
+
+
+def _legend() -> Text:
+    limits = Thresholds()
+    return Text(
+        f"✓ within, ✗ beyond Hicks et al. 2015: residual force ≤ {limits.linear_BW} BW, "
+        f"moment ≤ {limits.angular_BWh} BW·h, marker RMS ≤ {100 * limits.marker_rms_m:g} cm, "
+        f"max ≤ {100 * limits.marker_max_m:g} cm; "
+        f"in brackets the dataset paper's moment ≤ {limits.angular_paper_BWh} BW·h. "
+        "Residuals are RMS over the frames with force, the moment about the root joint's centre."
+    )

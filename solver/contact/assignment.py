@@ -1,0 +1,187 @@
+"""Which foot a plate's force belongs to: the one under whose sole the centre of pressure stays over a contact.
+
+A contact is a run of loaded frames of one plate. Along it the states "foot 1", "foot 2", …, "two feet" and "no foot"
+compete: each costs its distance from the centre of pressure, every change of state costs as much as
+`takeover_m_s`, and the cheapest sequence wins. So a whole contact decides, a stray centre of pressure
+does not, and a second foot that steps on the plate takes it over when it really does.
+"""
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from solver.capture.conditioning import ConditionedPlate
+from solver.contact.settings import ContactSettings
+from solver.contact.sole import Sole, independent_feet, soles
+from solver.contact.touching import touching
+from solver.contact.wrenches import NO_FOOT, TWO_FEET, ContactWrenches
+from solver.runs import runs
+from solver.skeleton.skeleton import Skeleton
+
+
+def assign(
+    plates: Sequence[ConditionedPlate],
+    R_ground_body: Float[np.ndarray, "frames bodies 3 3"],
+    p_ground_body: Float[np.ndarray, "frames bodies 3"],
+    skeleton: Skeleton,
+    foot_bodies: Sequence[str],
+    times: Float[np.ndarray, " frames"],
+    settings: ContactSettings,
+) -> ContactWrenches:
+    """Give every plate's force, contact by contact, to a foot.
+
+    A plate is tied to no foot, and no foot to a plate. Where two feet stand on one plate its force goes to
+    neither, and the frames say so.
+
+    Args:
+        plates: conditioned, at the markers' frames.
+        R_ground_body: orientations of the skeleton's bodies.
+        p_ground_body: their origins [m].
+        skeleton: scaled.
+        foot_bodies: a body for each foot.
+        times: of the frames [s].
+        settings: thresholds.
+
+    Raises:
+        ModelError: a foot body is missing or is no foot.
+    """
+    feet = independent_feet(skeleton, foot_bodies)
+    notes = [
+        f"foot body '{name}' is part of another foot's sole; its forces count for that foot"
+        for name in foot_bodies
+        if name not in feet
+    ]
+    outlines = soles(skeleton, feet)
+    rate = (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else 1.0
+    corners = [sole.corners_ground(R_ground_body, p_ground_body) for sole in outlines]
+    touches = touching(corners, [p.cop_ground for p in plates], rate, settings)
+    owners = np.full((len(times), len(plates)), NO_FOOT)
+    for k, plate in enumerate(plates):
+        distances = _distances(outlines, R_ground_body, p_ground_body, plate.cop_ground)
+        between = _between_two(corners, touches, distances, plate.cop_ground, settings)
+        for start, end in runs(plate.loaded):
+            frames = slice(start, end)
+            owners[frames, k] = _owners(distances[frames], between[frames], plate.force_ground[frames, 1], rate, settings)
+        notes += _notes(plate, owners[:, k], distances, times)
+        owners[:, k] = _with_tails(owners[:, k], plate.loaded)
+    return _gathered(plates, owners, feet, notes)
+
+
+def _distances(
+    outlines: Sequence[Sole],
+    R_ground_body: Float[np.ndarray, "frames bodies 3 3"],
+    p_ground_body: Float[np.ndarray, "frames bodies 3"],
+    cop_ground: Float[np.ndarray, "frames 3"],
+) -> Float[np.ndarray, "frames feet"]:
+    columns = [sole.distance(R_ground_body, p_ground_body, cop_ground) for sole in outlines]
+    return np.stack(columns, axis=1) if columns else np.zeros((len(cop_ground), 0))
+
+
+def _between_two(
+    corners_ground: Sequence[Float[np.ndarray, "frames corners 3"]],
+    touches: Bool[np.ndarray, "frames feet"],
+    distances: Float[np.ndarray, "frames feet"],
+    cop_ground: Float[np.ndarray, "frames 3"],
+    settings: ContactSettings,
+) -> Bool[np.ndarray, " frames"]:
+    """Whether the centre of pressure lies outside all soles, but between two that touch the ground."""
+    outside = (distances > settings.between_feet_m).all(axis=1)
+    between = np.zeros(len(cop_ground), dtype=bool)
+    for i, j in combinations(range(len(corners_ground)), 2):
+        frames = np.flatnonzero(outside & touches[:, i] & touches[:, j])
+        around = np.concatenate([corners_ground[i][frames], corners_ground[j][frames]], axis=1)
+        between[frames] |= _enclosed(cop_ground[frames], around)
+    return between
+
+
+def _enclosed(
+    point_ground: Float[np.ndarray, "frames 3"], corners_ground: Float[np.ndarray, "frames corners 3"]
+) -> Bool[np.ndarray, " frames"]:
+    """Whether a point lies in the convex hull of corners, seen from above: no half-plane holds them all."""
+    offset = corners_ground - point_ground[:, None]
+    bearing = np.sort(np.arctan2(offset[..., 2], offset[..., 0]), axis=1)
+    gaps = np.diff(bearing, axis=1, append=bearing[:, :1] + 2 * np.pi)
+    return gaps.max(axis=1, initial=0.0) < np.pi
+
+
+def _owners(
+    distances: Float[np.ndarray, "frames feet"],
+    between: Bool[np.ndarray, " frames"],
+    load: Float[np.ndarray, " frames"],
+    rate: float,
+    settings: ContactSettings,
+) -> Int[np.ndarray, " frames"]:
+    """The state of one contact, frame by frame."""
+    feet = distances.shape[1]
+    states = np.array([*range(feet), TWO_FEET, NO_FOOT])
+    apart = np.where(between, 0.0, settings.farthest_m)
+    nowhere = np.full(len(load), settings.farthest_m)
+    cost = np.column_stack([np.minimum(distances, 2 * settings.farthest_m), apart, nowhere])
+    weight = np.clip(load / (settings.full_weight_load * load.max()), 0.0, 1.0)
+    cost = np.nan_to_num(cost * weight[:, None])
+    return states[_cheapest_path(cost, settings.takeover_m_s * rate)]
+
+
+def _cheapest_path(cost: Float[np.ndarray, "frames states"], change: float) -> Int[np.ndarray, " frames"]:
+    """The sequence of states of least total cost, where each change costs `change` (Viterbi)."""
+    frames, states = cost.shape
+    total = cost[0]
+    origin = np.empty((frames, states), dtype=int)
+    for t in range(1, frames):
+        best = int(np.argmin(total))
+        stay = total <= total[best] + change
+        origin[t] = np.where(stay, np.arange(states), best)
+        total = np.where(stay, total, total[best] + change) + cost[t]
+    path = np.empty(frames, dtype=int)
+    path[-1] = np.argmin(total)
+    for t in range(frames - 1, 0, -1):
+        path[t - 1] = origin[t, path[t]]
+    return path
+
+
+def _with_tails(
+    owners: Int[np.ndarray, " frames"], loaded: Bool[np.ndarray, " frames"]
+) -> Int[np.ndarray, " frames"]:
+    """Unloaded frames go to the foot of the nearest contact in time."""
+    known = np.flatnonzero(loaded & (owners >= 0))
+    if not len(known):
+        return owners
+    frames = np.arange(len(owners))
+    after = np.clip(np.searchsorted(known, frames), 0, len(known) - 1)
+    before = np.maximum(after - 1, 0)
+    nearest = np.where(frames - known[before] < known[after] - frames, known[before], known[after])
+    nearest = np.where(frames > known[-1], known[-1], nearest)
+    return np.where(loaded, owners, owners[nearest])
+
+
+def _gathered(
+    plates: Sequence[ConditionedPlate],
+    owners: Int[np.ndarray, "frames plates"],
+    feet: tuple[str, ...],
+    notes: Sequence[str],
+) -> ContactWrenches:
+    frames = len(owners)
+    wrench, raw = np.zeros((frames, len(feet), 6)), np.zeros((frames, len(feet), 6))
+    cop = np.full((frames, len(feet), 3), np.nan)
+    in_contact = np.zeros((frames, len(feet)), dtype=bool)
+    for f in range(len(feet)):
+        share = owners == f
+        for k, plate in enumerate(plates):
+            mine = share[:, k, None]
+            wrench[:, f] += np.where(mine, np.hstack([plate.force_ground, plate.moment_ground]), 0.0)
+            raw[:, f] += np.where(mine, np.hstack([plate.force_raw_ground, plate.moment_raw_ground]), 0.0)
+        loaded = share & np.column_stack([p.loaded for p in plates])
+        in_contact[:, f] = loaded.any(axis=1)
+        cop[:, f] = _cop(plates, loaded, wrench[:, f])
+    return ContactWrenches(
+        foot_bodies=feet,
+        wrench_ground=wrench,
+        cop_ground=cop,
+        observed=np.all([p.observed for p in plates], axis=0),
+        in_contact=in_contact,
+        plate=owners,
+        wrench_raw_ground=raw,
+        notes=tuple(notes),
+    )

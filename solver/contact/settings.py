@@ -1,0 +1,35 @@
+"""Thresholds of plate assignment and contact phases, each with its reason."""
+
+from dataclasses import dataclass
+
+from solver.settings_field import setting
+
+
+@dataclass(frozen=True)
+class ContactSettings:
+    """Which foot a plate's force belongs to, and when a foot stands on the ground."""
+
+    farthest_m: float = setting(
+        0.25, unit="m", why="a centre of pressure farther from every sole is not a foot's: about one foot length"
+    )
+    between_feet_m: float = setting(
+        0.04, unit="m", why="how far outside both soles, and between them, a centre of pressure shows two feet"
+    )
+    takeover_m_s: float = setting(
+        0.004, unit="m·s", why="another foot takes a loaded plate over if it is 5 cm nearer for 80 ms, or the like"
+    )
+    full_weight_load: float = setting(
+        0.2, unit="", why="share of the contact's peak force from which its centre of pressure is trusted in full"
+    )
+    touch_height_m: float = setting(
+        0.03, unit="m", why="sole corners no higher than this above their loaded height may touch the ground"
+    )
+    touch_speed_m_s: float = setting(
+        0.5, unit="m/s", why="a sole that touches does not slide; a swinging foot passes at 2 m/s and more"
+    )
+    shortest_phase_s: float = setting(
+        0.05, unit="s", why="shorter touches are markers' noise; a sprinter's contact lasts 0.09 s"
+    )
+    shortest_gap_s: float = setting(
+        0.03, unit="s", why="shorter lifts inside a contact phase are noise; a running flight lasts 0.08 s"
+    )
