@@ -1,29 +1,28 @@
 """The whole solve as one readable function: subject folder in, fit out."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
-
-import numpy as np
+from dataclasses import replace
 
 from solver.capture.capture import Capture, Subject, TrialFiles
-from solver.capture.conditioning import ConditionedPlate, condition
+from solver.capture.conditioning import condition
 from solver.capture.trial import read_static, read_trial
 from solver.contact.assignment import assign
-from solver.contact.wrenches import ContactWrenches, FrameMask
+from solver.contact.mask import frame_mask
+from solver.contact.wrenches import ContactWrenches
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.mass import mass_from_forces
 from solver.errors import FitError
 from solver.fit import Fit, TrialFit
 from solver.kinematics.calibration import Calibration, calibrate, choose_frames
 from solver.kinematics.inverse_kinematics import inverse_kinematics
-from solver.kinematics.marker_errors import MarkerErrors
+from solver.kinematics.marker_errors import MarkerErrors, marker_errors
 from solver.kinematics.marker_matching import MarkerMatch, match_markers
 from solver.kinematics.motion import Motion
 from solver.kinematics.scale_prior import stature
 from solver.progress import Progress, part, silent
-from solver.provenance import provenance_of
+from solver.provenance import provenance
 from solver.settings import Settings, as_dict
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import body_poses, marker_positions
@@ -31,7 +30,7 @@ from solver.skeleton.osim import load_skeleton
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
 
-SCALING_SHARE = 0.3  # of the progress bar; the trials share the rest
+SCALED = 0.3  # share of the work that is done once the skeleton is scaled
 
 
 def solve(
@@ -54,42 +53,168 @@ def solve(
     """
     clock = _Clock()
     chosen = _chosen(subject, trials)
-    generic = _generic(subject)
     with clock("load"):
+        generic = _generic(subject)
         captures = [_read(files, progress) for files in chosen]
         static = read_static(subject.static) if subject.static else None
-    recordings = [c.markers for c in captures]
-    match = match_markers(generic, recordings + ([static.markers] if static else []))
+    match = match_markers(generic, [c.markers for c in ([*captures, static] if static else captures)])
     with clock("scaling"):
-        calibration = _calibrated(subject, settings, generic, match, captures, static, part(progress, 0, 0.3))
+        calibration = _calibrated(subject, settings, match.skeleton(generic), match, captures, static, progress)
     skeleton = calibration.skeleton
-    share = (1 - SCALING_SHARE) / len(captures)
+    share = (1 - SCALED) / len(captures)
     fits = []
     for i, capture in enumerate(captures):
-        start = SCALING_SHARE + i * share
-        fits.append(_moved(capture, match, skeleton, settings, part(progress, start, start + 0.8 * share)))
+        start = SCALED + i * share
+        fits.append(_tracked(capture, match, skeleton, settings, part(progress, start, start + share)))
     contacts = [_contacts(fit, skeleton, subject, settings) for fit in fits]
-    mass_kg, mass_note = _mass(subject, skeleton, fits, contacts)
+    mass_kg, mass_notes = _mass(subject, skeleton, fits, contacts, settings)
     skeleton = with_mass(skeleton, mass_kg)
-    solved = []
-    for i, (fit, contact) in enumerate(zip(fits, contacts, strict=True)):
-        solved.append(_with_dynamics(fit, contact, skeleton, settings))
-        progress("inverse dynamics", SCALING_SHARE + (i + 1) * share)
-    height = subject.height_m or stature(skeleton)
-    notes = [*subject.notes, *generic.notes, *match.notes, *calibration.notes, mass_note]
-    if subject.height_m is None and height is not None:
-        notes.append(f"height not given; the scaled model stands {height:.2f} m tall")
-    seconds = clock.seconds
+    solved = [_with_dynamics(f, c, skeleton, settings) for f, c in zip(fits, contacts, strict=True)]
+    height_m, height_notes = _height(subject, skeleton)
+    shared = {stage: seconds / len(solved) for stage, seconds in clock.seconds.items()}
     return Fit(
         subject=subject,
         skeleton=skeleton,
-        trials=tuple(
-            replace(fit, seconds=fit.seconds | {"load": seconds["load"] / len(solved), "scaling": seconds["scaling"]})
-            for fit in solved
-        ),
+        trials=tuple(replace(fit, seconds=shared | fit.seconds) for fit in solved),
         mass_kg=mass_kg,
-        height_m=height if height is not None else float("nan"),
+        height_m=height_m,
         settings=as_dict(settings),
-        provenance=provenance_of(subject, chosen),
-        notes=tuple(n for n in notes if n),
+        provenance=provenance(subject, [c.name for c in captures]),
+        notes=(*match.notes, *calibration.notes, *mass_notes, *height_notes),
+    )
+
+
+class _Clock:
+    """CPU seconds by stage."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def __call__(self, stage: str) -> Iterator[None]:
+        start = time.process_time()
+        yield
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + time.process_time() - start
+
+
+def _chosen(subject: Subject, names: Sequence[str] | None) -> list[TrialFiles]:
+    known = {t.name: t for t in subject.trials}
+    for name in names or ():
+        if name not in known:
+            raise FitError(f"{subject.folder}: no trial '{name}'; trials: {', '.join(known)}.")
+    return [known[name] for name in dict.fromkeys(names)] if names else list(subject.trials)
+
+
+def _read(files: TrialFiles, progress: Progress) -> Capture:
+    progress(f"reading {files.name}", 0.0)
+    return read_trial(files)
+
+
+def _generic(subject: Subject) -> Skeleton:
+    if subject.model is not None:
+        return load_skeleton(subject.model)
+    return default_skeleton(
+        **{k: v for k, v in (("mass_kg", subject.mass_kg), ("height_m", subject.height_m)) if v is not None},
+        sex=subject.sex,
+    )
+
+
+def _calibrated(
+    subject: Subject,
+    settings: Settings,
+    generic: Skeleton,
+    match: MarkerMatch,
+    captures: Sequence[Capture],
+    static: Capture | None,
+    progress: Progress,
+) -> Calibration:
+    frames = choose_frames(
+        [match.observed(c.markers) for c in captures],
+        match.observed(static.markers) if static else None,
+        settings.kinematics,
+    )
+    return calibrate(
+        generic,
+        frames,
+        settings.kinematics,
+        height_m=subject.height_m,
+        mass_kg=subject.mass_kg,
+        progress=part(progress, 0.0, SCALED),
+    )
+
+
+def _tracked(
+    capture: Capture, match: MarkerMatch, skeleton: Skeleton, settings: Settings, progress: Progress
+) -> TrialFit:
+    """Inverse kinematics of one trial."""
+    clock = _Clock()
+    measured = match.observed(capture.markers)
+    with clock("kinematics"):
+        q = inverse_kinematics(skeleton, measured, capture.markers.rate, settings.kinematics, progress)
+    model_markers = marker_positions(skeleton, q)
+    errors, notes = marker_errors(match.model, model_markers, measured, settings.kinematics)
+    return TrialFit(
+        capture=capture,
+        motion=Motion(skeleton.dofs, q, capture.markers.rate, capture.markers.start_time),
+        marker_errors=errors,
+        model_markers_ground=model_markers,
+        seconds=clock.seconds,
+        notes=notes,
+    )
+
+
+def _contacts(
+    fit: TrialFit, skeleton: Skeleton, subject: Subject, settings: Settings
+) -> ContactWrenches | None:
+    if not fit.capture.plates:
+        return None
+    times = fit.motion.times
+    conditioned = [condition(plate, times, settings.conditioning) for plate in fit.capture.plates]
+    R, p = body_poses(skeleton, fit.motion.q)
+    return assign(conditioned, R, p, skeleton, subject.foot_bodies, times, settings.contact)
+
+
+def _filtered(motion: Motion, settings: Settings) -> Motion:
+    return motion.low_passed(settings.conditioning.cutoff_Hz, settings.conditioning.order)
+
+
+def _mass(
+    subject: Subject,
+    skeleton: Skeleton,
+    fits: Sequence[TrialFit],
+    contacts: Sequence[ContactWrenches | None],
+    settings: Settings,
+) -> tuple[float, tuple[str, ...]]:
+    if subject.mass_kg is not None:
+        return subject.mass_kg, ()
+    measured = [(f, c) for f, c in zip(fits, contacts, strict=True) if c is not None]
+    estimate = mass_from_forces(
+        skeleton, [_filtered(f.motion, settings) for f, _ in measured], [c for _, c in measured]
+    )
+    if estimate is None:
+        note = f"mass not given and no forces to tell it; the model's own {skeleton.mass:.1f} kg is used"
+        return skeleton.mass, (note,)
+    return estimate, (f"mass not given; {estimate:.1f} kg estimated from the forces",)
+
+
+def _height(subject: Subject, skeleton: Skeleton) -> tuple[float, tuple[str, ...]]:
+    if subject.height_m is not None:
+        return subject.height_m, ()
+    height = stature(skeleton)
+    if height is None:
+        return float("nan"), ("height not given, and the model has no leg that would tell it",)
+    return height, (f"height not given; {height:.2f} m from the scaled model's legs",)
+
+
+def _with_dynamics(
+    fit: TrialFit, contacts: ContactWrenches | None, skeleton: Skeleton, settings: Settings
+) -> TrialFit:
+    if contacts is None:
+        return fit
+    clock = _Clock()
+    with clock("dynamics"):
+        mask = frame_mask(contacts, fit.capture.imported_missing_force)
+        dynamics = inverse_dynamics(skeleton, _filtered(fit.motion, settings), contacts, mask, settings.dynamics)
+    return replace(
+        fit, contacts=contacts, mask=mask, dynamics=dynamics, seconds=fit.seconds | clock.seconds
     )

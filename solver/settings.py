@@ -10,6 +10,7 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+from solver.contact.settings import ContactSettings
 from solver.errors import SettingsError
 from solver.kinematics.settings import KinematicsSettings
 
@@ -21,6 +22,7 @@ class Settings:
     """One frozen dataclass a stage; a table of the TOML file carries the field's name."""
 
     kinematics: KinematicsSettings = field(default_factory=KinematicsSettings)
+    contact: ContactSettings = field(default_factory=ContactSettings)
 
 
 def settings_for(subject_folder: Path, file: Path | None = None) -> Settings:

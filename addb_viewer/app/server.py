@@ -8,7 +8,6 @@ import socket
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any
-from unittest import mock
 from urllib.parse import urlsplit
 
 import viser
@@ -79,7 +78,8 @@ def _check_address(host: str, port: int) -> None:
     if not 0 <= port <= 65535:
         raise AddressError(f"Port {port}: ports go from 0 to 65535.")
     try:
-        family, kind, *_, where = socket.getaddrinfo(host or None, 0, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
+        found = socket.getaddrinfo(host or None, 0, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+        family, kind, _, _, where = found[0]
         with socket.socket(family, kind) as trial:
             trial.bind(where)
     except OSError as error:
@@ -101,8 +101,11 @@ def _doorkeeper(host: str) -> Iterator[None]:
 
         return serve(*args, process_request=look, **options)
 
-    with mock.patch.object(websockets.asyncio.server, "serve", guarded_serve):
+    websockets.asyncio.server.serve = guarded_serve  # type: ignore[assignment, misc]
+    try:
         yield
+    finally:
+        websockets.asyncio.server.serve = serve  # type: ignore[misc]
 
 
 def _refuse_to_share(verbose: bool = True) -> None:

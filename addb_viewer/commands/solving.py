@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 
-from solver.capture.subject import read_subject
+from solver.capture.subject import open_subject
 
 from addb_viewer.commands.progress import terminal_progress
 from solver.capture.capture import Subject
@@ -41,7 +41,7 @@ def job_for(
         SettingsError: a settings file with an unknown name or a value of the wrong kind.
     """
     check_folder(folder)
-    subject = read_subject(folder)
+    subject = open_subject(folder)
     _check_trials(subject, trials or ())
     return Job(
         subject=subject,

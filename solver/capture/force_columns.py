@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from solver.capture.storage import Storage
 from solver.errors import CaptureError
@@ -39,7 +40,7 @@ class _Label:
     kind: str
     axis: str
     of_ground: bool
-    axis_span: tuple[int, int]  # where in the text the axis letter stands
+    token: tuple[int, int]  # where in the text `vx` stands
 
 
 def find_plates(storage: Storage) -> tuple[tuple[PlateColumns, ...], tuple[str, ...]]:
@@ -67,8 +68,8 @@ def find_plates(storage: Storage) -> tuple[tuple[PlateColumns, ...], tuple[str, 
     missing: list[str] = []
     for plate in plates:
         members = [label for label in labels if label.plate == plate]
-        force, point, moment = (_triple(members, kind) for kind in (FORCE, POINT, MOMENT))
-        gaps = _missing(members, force, point, moment)
+        force, point, moment = (_triple(members, kind, storage.path) for kind in (FORCE, POINT, MOMENT))
+        gaps = _missing(force, point, moment)
         missing += gaps
         if not gaps:
             found.append(_plate(force, point, moment))
@@ -111,44 +112,47 @@ def _parse(text: str, column: int) -> _Label | None:
     plate = tuple(
         word for word in words if word not in KIND_OF_WORD and word not in GROUND_WORDS | FILLER_WORDS
     )
-    end = tokens[place][1][1]
     of_ground = any(word in GROUND_WORDS for word in words)
-    return _Label(text, column, plate, kind, match[2], of_ground, (tokens[place][1][0], end))
+    return _Label(text, column, plate, kind, match[2], of_ground, tokens[place][1])
 
 
-def _triple(members: Sequence[_Label], kind: str) -> dict[str, _Label]:
+def _triple(members: Sequence[_Label], kind: str, path: Path) -> dict[str, _Label]:
     triple: dict[str, _Label] = {}
     for label in members:
-        if label.kind == kind:
-            triple.setdefault(label.axis, label)
+        if label.kind != kind:
+            continue
+        if label.axis in triple:
+            raise CaptureError(
+                f"{path}: columns '{triple[label.axis].text}' and '{label.text}' both look like the {kind} along "
+                f"{label.axis} of one plate. Rename or remove one."
+            )
+        triple[label.axis] = label
     return triple
 
 
-def _missing(
-    members: Sequence[_Label], force: dict[str, _Label], point: dict[str, _Label], moment: dict[str, _Label]
-) -> list[str]:
+def _missing(force: dict[str, _Label], point: dict[str, _Label], moment: dict[str, _Label]) -> list[str]:
     """Names of the columns that this plate lacks."""
     names = [_sibling(triple, axis) for triple in (force, point) if triple for axis in "xyz" if axis not in triple]
     if moment and set(moment) not in ({"y"}, set("xyz")):
         names += [_sibling(moment, axis) for axis in "xyz" if axis not in moment]
-    if not point and not moment:
-        names += [_sibling(force, axis).replace("_v", "_p") for axis in "xyz"]
-    elif not point and set(moment) == {"y"}:
-        names += [_sibling(force, axis).replace("_v", "_p") for axis in "xyz"]
+    if not point and set(moment) != set("xyz"):
+        start, end = next(iter(force.values())).token
+        text = next(iter(force.values())).text
+        names += [f"{text[:start]}p{axis}{text[end:]}" for axis in "xyz"]
     return names
 
 
 def _sibling(triple: dict[str, _Label], axis: str) -> str:
     """What the column of the same triple along `axis` would be called."""
     label = next(iter(triple.values()))
-    end = label.axis_span[1]
+    end = label.token[1]
     letter = axis.upper() if label.text[end - 1].isupper() else axis
     return label.text[: end - 1] + letter + label.text[end:]
 
 
 def _plate(force: dict[str, _Label], point: dict[str, _Label], moment: dict[str, _Label]) -> PlateColumns:
     x = force["x"]
-    name = (x.text[: x.axis_span[0]] + x.text[x.axis_span[1] :]).strip("_-. ") or "force"
+    name = (x.text[: x.token[0]] + x.text[x.token[1] :]).strip("_-. ") or "force"
     return PlateColumns(
         name=name,
         force=(force["x"].column, force["y"].column, force["z"].column),

@@ -1,9 +1,9 @@
-"""Which foot a plate's force belongs to: the one under whose sole the centre of pressure stays over a contact.
+"""Which foot a plate's force belongs to: the one whose sole the centre of pressure keeps to over a contact.
 
-A contact is a run of loaded frames of one plate. Along it the states "foot 1", "foot 2", …, "two feet" and "no foot"
-compete: each costs its distance from the centre of pressure, every change of state costs as much as
-`takeover_m_s`, and the cheapest sequence wins. So a whole contact decides, a stray centre of pressure
-does not, and a second foot that steps on the plate takes it over when it really does.
+A contact is a run of loaded frames of one plate. Along it the states "foot 1", "foot 2", …, "two feet" and
+"no foot" compete: each costs its distance from the centre of pressure, every change of state costs as much as
+`takeover_m_s`, and the cheapest sequence wins. So a whole contact decides, a stray centre of pressure does
+not, and a second foot that steps on the plate takes it over when it really does.
 """
 
 from collections.abc import Sequence
@@ -25,6 +25,7 @@ def assign(
     plates: Sequence[ConditionedPlate],
     R_ground_body: Float[np.ndarray, "frames bodies 3 3"],
     p_ground_body: Float[np.ndarray, "frames bodies 3"],
+    *,
     skeleton: Skeleton,
     foot_bodies: Sequence[str],
     times: Float[np.ndarray, " frames"],
@@ -56,15 +57,16 @@ def assign(
     outlines = soles(skeleton, feet)
     rate = (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else 1.0
     corners = [sole.corners_ground(R_ground_body, p_ground_body) for sole in outlines]
-    touches = touching(corners, [p.cop_ground for p in plates], rate, settings)
+    distances = [_distances(outlines, R_ground_body, p_ground_body, p.cop_ground) for p in plates]
+    touches = touching(corners, _standing(plates, distances, len(feet), settings), rate, settings)
     owners = np.full((len(times), len(plates)), NO_FOOT)
     for k, plate in enumerate(plates):
-        distances = _distances(outlines, R_ground_body, p_ground_body, plate.cop_ground)
-        between = _between_two(corners, touches, distances, plate.cop_ground, settings)
+        between = _between_two(corners, touches, distances[k], plate.cop_ground, settings)
         for start, end in runs(plate.loaded):
             frames = slice(start, end)
-            owners[frames, k] = _owners(distances[frames], between[frames], plate.force_ground[frames, 1], rate, settings)
-        notes += _notes(plate, owners[:, k], distances, times)
+            load = plate.force_ground[frames, 1]
+            owners[frames, k] = _owners(distances[k][frames], between[frames], load, rate, settings)
+        notes += _notes(plate.name, owners[:, k], plate.loaded, distances[k], times)
         owners[:, k] = _with_tails(owners[:, k], plate.loaded)
     return _gathered(plates, owners, feet, notes)
 
@@ -76,7 +78,22 @@ def _distances(
     cop_ground: Float[np.ndarray, "frames 3"],
 ) -> Float[np.ndarray, "frames feet"]:
     columns = [sole.distance(R_ground_body, p_ground_body, cop_ground) for sole in outlines]
-    return np.stack(columns, axis=1) if columns else np.zeros((len(cop_ground), 0))
+    return np.stack(columns, axis=1)
+
+
+def _standing(
+    plates: Sequence[ConditionedPlate],
+    distances: Sequence[Float[np.ndarray, "frames feet"]],
+    feet: int,
+    settings: ContactSettings,
+) -> Bool[np.ndarray, "frames feet"]:
+    """Frames on which some plate's centre of pressure lies under a foot and nearer to it than to others."""
+    standing = np.zeros((len(plates[0].loaded) if plates else 0, feet), dtype=bool)
+    for plate, distance in zip(plates, distances, strict=True):
+        under = plate.loaded & (distance.min(axis=1) < settings.between_feet_m)
+        frames = np.flatnonzero(under)
+        standing[frames, distance[frames].argmin(axis=1)] = True
+    return standing
 
 
 def _between_two(
@@ -118,9 +135,9 @@ def _owners(
     states = np.array([*range(feet), TWO_FEET, NO_FOOT])
     apart = np.where(between, 0.0, settings.farthest_m)
     nowhere = np.full(len(load), settings.farthest_m)
-    cost = np.column_stack([np.minimum(distances, 2 * settings.farthest_m), apart, nowhere])
+    capped = np.minimum(np.nan_to_num(distances, nan=np.inf), 2 * settings.farthest_m)
     weight = np.clip(load / (settings.full_weight_load * load.max()), 0.0, 1.0)
-    cost = np.nan_to_num(cost * weight[:, None])
+    cost = np.column_stack([capped, apart, nowhere]) * weight[:, None]
     return states[_cheapest_path(cost, settings.takeover_m_s * rate)]
 
 
@@ -185,3 +202,53 @@ def _gathered(
         wrench_raw_ground=raw,
         notes=tuple(notes),
     )
+
+
+def _cop(
+    plates: Sequence[ConditionedPlate],
+    loaded: Bool[np.ndarray, "frames plates"],
+    wrench_ground: Float[np.ndarray, "frames 6"],
+) -> Float[np.ndarray, "frames 3"]:
+    """Centre of pressure under one foot [m]: its plate's, or where two plates carry it, that of their sum.
+
+    At height h: M = r × F + T ŷ gives x = (M_z + h F_x) / F_y and z = (h F_z − M_x) / F_y.
+    """
+    cop = np.full((len(loaded), 3), np.nan)
+    for k, plate in enumerate(plates):
+        alone = loaded[:, k] & (loaded.sum(axis=1) == 1)
+        cop[alone] = plate.cop_ground[alone]
+    both = np.flatnonzero(loaded.sum(axis=1) > 1)
+    if len(both):
+        load = np.column_stack([p.force_ground[both, 1] for p in plates]) * loaded[both]
+        heights = np.nan_to_num(np.column_stack([p.cop_ground[both, 1] for p in plates]))
+        height = (load * heights).sum(axis=1) / load.sum(axis=1)
+        force, moment = wrench_ground[both, :3], wrench_ground[both, 3:]
+        cop[both, 0] = (moment[:, 2] + height * force[:, 0]) / force[:, 1]
+        cop[both, 1] = height
+        cop[both, 2] = (height * force[:, 2] - moment[:, 0]) / force[:, 1]
+    return cop
+
+
+def _notes(
+    plate: str,
+    owners: Int[np.ndarray, " frames"],
+    loaded: Bool[np.ndarray, " frames"],
+    distances: Float[np.ndarray, "frames feet"],
+    times: Float[np.ndarray, " frames"],
+) -> list[str]:
+    notes = []
+    for start, end in runs(owners == TWO_FEET):
+        notes.append(
+            f"plate {plate}: two feet from {times[start]:.2f} to {times[end - 1]:.2f} s; "
+            "its force cannot be divided and goes to neither"
+        )
+    for start, end in runs(loaded & (owners == NO_FOOT)):
+        nearest = distances[start:end].min(axis=1)
+        where = "unknown"
+        if np.isfinite(nearest).any():
+            where = f"{np.nanmedian(nearest):.2f} m from the nearest sole"
+        notes.append(
+            f"plate {plate}: loaded from {times[start]:.2f} to {times[end - 1]:.2f} s, but its centre of "
+            f"pressure is {where}; its force goes to no foot"
+        )
+    return notes

@@ -10,16 +10,18 @@ class ContactSettings:
     """Which foot a plate's force belongs to, and when a foot stands on the ground."""
 
     farthest_m: float = setting(
-        0.25, unit="m", why="a centre of pressure farther from every sole is not a foot's: about one foot length"
+        0.25, unit="m", why="a centre of pressure farther from every sole is no foot's: about a foot's length"
     )
     between_feet_m: float = setting(
-        0.04, unit="m", why="how far outside both soles, and between them, a centre of pressure shows two feet"
+        0.04, unit="m", why="so far outside both soles, but between them, a centre of pressure shows two feet"
     )
     takeover_m_s: float = setting(
-        0.004, unit="m·s", why="another foot takes a loaded plate over if it is 5 cm nearer for 80 ms, or the like"
+        0.004,
+        unit="m·s",
+        why="another foot takes a loaded plate over by being 5 cm nearer for 80 ms",
     )
     full_weight_load: float = setting(
-        0.2, unit="", why="share of the contact's peak force from which its centre of pressure is trusted in full"
+        0.2, unit="", why="of the contact's peak force: from there its centre of pressure is trusted in full"
     )
     touch_height_m: float = setting(
         0.03, unit="m", why="sole corners no higher than this above their loaded height may touch the ground"

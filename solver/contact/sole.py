@@ -1,7 +1,7 @@
 """Where the soles are: flat outlines fixed to the foot's bodies, from joint centres alone.
 
-The skeleton's neutral pose gives up and forward; the ankle and the ball of the foot give the length. Bones or
-shoes are not needed: what is asked of a sole is which foot stands under a centre of pressure, to a centimetre or two.
+The skeleton's neutral pose gives up and forward; the ankle and the ball of the foot give the length. Neither
+bones nor shoes are needed to say which foot stands under a centre of pressure, to a centimetre or two.
 """
 
 from collections.abc import Sequence
@@ -14,8 +14,8 @@ from solver.errors import ModelError
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
 
-# Proportions of an adult foot's length, from its heel: Winter (2009), table 4.1 and fig. 4.1 (foot length 0.152,
-# breadth 0.055, ankle height 0.039 of stature); the depth holds a centimetre of shoe.
+# Shares of an adult foot's length, from its heel: Winter (2009), fig. 4.1 (foot length 0.152, breadth 0.055,
+# ankle height 0.039 of stature); the depth holds a centimetre of shoe.
 ANKLE = 0.25
 BALL = 0.71
 DEPTH_BELOW_ANKLE = 0.30
@@ -176,8 +176,9 @@ class _NeutralPose:
             if np.linalg.norm(lever) > SHORTEST_LEVER_M:
                 return _direction(lever, share)
         raise ModelError(
-            f"{self.skeleton.name}: body '{self.skeleton.bodies[foot].name}' is no foot: it has no toes, and neither "
-            "markers nor a mass centre ahead of its ankle. Name the foot bodies with foot_bodies in subject.toml."
+            f"{self.skeleton.name}: body '{self.skeleton.bodies[foot].name}' is no foot: it has no toes, and "
+            "neither markers nor a mass centre ahead of its ankle. Name the foot bodies with foot_bodies in "
+            "subject.toml."
         )
 
     def _in_ground(self, body: int, point_body: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:

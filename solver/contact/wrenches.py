@@ -11,7 +11,7 @@ TWO_FEET = -2  # two feet stand on the loaded plate, and one wrench cannot be di
 
 @dataclass(frozen=True)
 class ContactWrenches:
-    """Wrench [force N, moment N·m about the ground origin] on each foot, ground frame, at the markers' frames.
+    """Wrench [force N, moment N·m about the ground origin] on each foot, ground frame, markers' frames.
 
     `observed` is False on frames that the force recording doesn't cover. `plate` says for every frame which
     foot a plate's force goes to: its index, or NO_FOOT or TWO_FEET. While the plate is unloaded that is the

@@ -1,9 +1,13 @@
 """How far the fitted skeleton's markers lie from the measured ones."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
+
+from solver.kinematics.settings import KinematicsSettings
+from solver.runs import runs
 
 
 @dataclass(frozen=True)
@@ -35,3 +39,31 @@ class MarkerErrors:
     def maximum(self) -> float:
         """Largest distance of all marker-frames [m]."""
         return float(np.nanmax(self.distance))
+
+
+def marker_errors(
+    names: Sequence[str],
+    model_ground: Float[np.ndarray, "frames markers 3"],
+    measured_ground: Float[np.ndarray, "frames markers 3"],
+    settings: KinematicsSettings,
+) -> tuple[MarkerErrors, tuple[str, ...]]:
+    """Distances of every shared marker, and a note for each stretch that looks slipped, swapped or mislabelled.
+
+    Args:
+        names: of the shared markers, the model's.
+        model_ground: of the fitted skeleton [m].
+        measured_ground: as recorded, NaN where unseen [m].
+        settings: from which distance on a marker is suspect.
+    """
+    distance = np.linalg.norm(model_ground - measured_ground, axis=2)
+    notes = []
+    for i, name in enumerate(names):
+        far = distance[:, i] > settings.robust_scale_m
+        if not far.any():
+            continue
+        stretches = ", ".join(f"{start}-{end - 1}" for start, end in runs(far))
+        notes.append(
+            f"marker {name} is up to {100 * np.nanmax(distance[:, i]):.0f} cm off in frames {stretches}: "
+            "slipped, swapped or mislabelled? It had little weight there"
+        )
+    return MarkerErrors(tuple(names), distance), tuple(notes)

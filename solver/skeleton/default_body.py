@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.errors import ModelError
-from solver.skeleton.default_bones import Bones
+from solver.skeleton.default_bones import DefaultBones
 from solver.skeleton.default_frames import BodyFrames, body_frames
 from solver.skeleton.default_markers import default_markers
 from solver.skeleton.default_masses import mass_elements
@@ -54,7 +54,7 @@ def default_skeleton(*, mass_kg: float = 70.0, height_m: float = 1.72, sex: Sex 
         raise ModelError(f"sex = {sex!r}: the tables know 'male', 'female' or None (the mean of both).")
     of = lengths(height_m, sex)
     frames = body_frames(of)
-    assembly = _Assembly(mass_elements(of, frames, mass_kg, sex), Bones(of, frames))
+    assembly = _Assembly(mass_elements(of, frames, mass_kg, sex), DefaultBones(of, frames))
     assembly.add_pelvis(height=of.hip_height - frames.hip_pelvis[1])
     for side in "rl":
         assembly.add_leg(side, frames, of)
@@ -76,7 +76,7 @@ class _Assembly:
     """Bodies, joints and coordinates as they are added; sides mirror in the plane z = 0."""
 
     elements: dict[str, MassElement]
-    bones: Bones
+    bones: DefaultBones
     bodies: list[Body] = field(default_factory=list)
     joints: list[Joint] = field(default_factory=list)
     coordinates: list[Coordinate] = field(default_factory=list)

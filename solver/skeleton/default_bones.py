@@ -37,7 +37,7 @@ _FILES = {
 
 
 @dataclass(frozen=True)
-class Bones:
+class DefaultBones:
     """Meshes of one person. The meshes' own sizes are those of the skeleton they were drawn from."""
 
     lengths: Lengths

@@ -1,82 +1,127 @@
-"""Scaling as an immutable operation: a new skeleton at new proportions, with a new mass."""
+"""Scaling a skeleton to a subject, with OpenSim's rules, and moving its markers."""
 
 from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
 
-from solver.skeleton.functions import Constant, Linear, Scaled
-from solver.skeleton.skeleton import Axis, Body, Joint, Skeleton
+from solver.errors import ModelError
+from solver.skeleton.functions import Constant, Linear, ScalarFunction, Scaled
+from solver.skeleton.skeleton import Axis, Body, Geometry, Joint, Skeleton
+
+UNIFORM = 1e-13  # relative spread below which three factors count as one: rounding
 
 
 def scaled(
-    skeleton: Skeleton, factors: Float[np.ndarray, "bodies 3"], mass_kg: float | None
+    skeleton: Skeleton, factors: Float[np.ndarray, "bodies 3"], mass_kg: float | None = None
 ) -> Skeleton:
-    """The skeleton with each body's lengths multiplied along the body's axes, as OpenSim's scale tool does.
+    """The skeleton at another size, as OpenSim's scale tool does it.
 
-    Joint locations, joint translations that follow another coordinate, centres of mass, markers and meshes
-    scale; segment masses keep their shares.
+    Joint frames, centres of mass, markers and meshes follow the factors of their body; the translations of a
+    joint follow those of its parent body, unless a coordinate is that translation itself. Masses keep their
+    distribution.
+
+    Args:
+        skeleton: at any scale; its factors multiply with these.
+        factors: along the axes of each body's frame, relative to the skeleton as it is.
+        mass_kg: total mass afterwards [kg]; None leaves the masses as they are.
+
+    Raises:
+        ModelError: a factor is not positive, or the mass is not.
+    """
+    factors = np.asarray(factors, dtype=float)
+    if factors.shape != (len(skeleton.bodies), 3) or not (np.isfinite(factors) & (factors > 0)).all():
+        raise ModelError(f"{skeleton.name}: scale factors must be positive, three for each body.")
+    if mass_kg is not None and not (np.isfinite(mass_kg) and mass_kg > 0 and skeleton.mass > 0):
+        raise ModelError(f"{skeleton.name}: a body mass of {mass_kg:g} kg cannot be; give the subject's mass.")
+    mass_ratio = 1.0 if mass_kg is None else mass_kg / skeleton.mass
+    return replace(
+        skeleton,
+        bodies=tuple(_body(b, f, mass_ratio) for b, f in zip(skeleton.bodies, factors, strict=True)),
+        joints=tuple(_joint(joint, i, factors) for i, joint in enumerate(skeleton.joints)),
+        markers=tuple(replace(m, position_body=m.position_body * factors[m.body]) for m in skeleton.markers),
+    )
+
+
+def with_offsets(skeleton: Skeleton, offsets: Float[np.ndarray, "markers 3"]) -> Skeleton:
+    """The skeleton with its markers moved.
 
     Args:
         skeleton: at any scale.
-        factors: x, y, z factors of every body.
-        mass_kg: total mass afterwards [kg]; None keeps it.
+        offsets: of each marker in its body's frame [m].
     """
-    bodies = tuple(_body(b, f) for b, f in zip(skeleton.bodies, factors, strict=True))
-    joints = tuple(
-        _joint(j, factors[j.parent] if j.parent >= 0 else np.ones(3), f)
-        for j, f in zip(skeleton.joints, factors, strict=True)
-    )
-    markers = tuple(replace(m, position_body=m.position_body * factors[m.body]) for m in skeleton.markers)
-    resized = replace(skeleton, bodies=bodies, joints=joints, markers=markers)
-    return resized if mass_kg is None else with_mass(resized, mass_kg)
-
-
-def with_mass(skeleton: Skeleton, mass_kg: float) -> Skeleton:
-    """The skeleton with another total mass [kg]; shares and shapes stay."""
-    ratio = mass_kg / skeleton.mass
-    bodies = tuple(
-        replace(b, mass=b.mass * ratio, inertia_body=b.inertia_body * ratio) for b in skeleton.bodies
-    )
-    return replace(skeleton, bodies=bodies)
-
-
-def with_offsets(skeleton: Skeleton, offsets_body: Float[np.ndarray, "markers 3"]) -> Skeleton:
-    """The skeleton with its markers moved by `offsets_body` [m] in their bodies' frames."""
-    return skeleton.with_markers(
-        [
-            replace(m, position_body=m.position_body + offset)
-            for m, offset in zip(skeleton.markers, offsets_body, strict=True)
-        ]
+    pairs = zip(skeleton.markers, offsets, strict=True)
+    return replace(
+        skeleton,
+        markers=tuple(replace(marker, position_body=marker.position_body + d) for marker, d in pairs),
     )
 
 
-def _body(body: Body, factors: Float[np.ndarray, "3"]) -> Body:
-    second = 0.5 * np.trace(body.inertia_body) * np.eye(3) - body.inertia_body
-    second = second * np.outer(factors, factors)
+def scaled_inertia(
+    inertia: Float[np.ndarray, "3 3"], mass: float, factors: Float[np.ndarray, "3"]
+) -> Float[np.ndarray, "3 3"]:
+    """Inertia [kg·m²] of a body stretched by `factors` at constant mass [kg].
+
+    Exact for equal factors. Otherwise the moments are those of a cylinder about the axis of the smallest one,
+    with the same mass and length, its section stretched by the geometric mean of the other two factors.
+    Products follow the factors of their two axes.
+    """
+    if np.ptp(factors) <= UNIFORM * factors.max():
+        return inertia * factors[0] ** 2
+    if mass <= 0:
+        return np.zeros((3, 3))
+    axis = int(np.argmin(np.diag(inertia)))
+    across = [i for i in range(3) if i != axis]
+    radius_squared = max(0.0, 2 * inertia[axis, axis] / mass)
+    length_squared = max(0.0, 12 * (inertia[across[0], across[0]] / mass - radius_squared / 4))
+    radius_squared *= factors[across[0]] * factors[across[1]]
+    length_squared *= factors[axis] ** 2
+    stretched = inertia * np.outer(factors, factors)
+    stretched[axis, axis] = mass * radius_squared / 2
+    for i in across:
+        stretched[i, i] = mass * (length_squared / 12 + radius_squared / 4)
+    return stretched
+
+
+def _body(body: Body, factors: Float[np.ndarray, "3"], mass_ratio: float) -> Body:
     return replace(
         body,
+        mass=body.mass * mass_ratio,
         com_body=body.com_body * factors,
-        inertia_body=np.trace(second) * np.eye(3) - second,
-        geometry=tuple(
-            replace(g, scale=g.scale * factors, p_body_mesh=g.p_body_mesh * factors) for g in body.geometry
-        ),
+        inertia_body=scaled_inertia(body.inertia_body, body.mass, factors) * mass_ratio,
+        geometry=tuple(_mesh(mesh, factors) for mesh in body.geometry),
         scale=body.scale * factors,
     )
 
 
-def _joint(joint: Joint, parent: Float[np.ndarray, "3"], child: Float[np.ndarray, "3"]) -> Joint:
+def _mesh(mesh: Geometry, factors: Float[np.ndarray, "3"]) -> Geometry:
+    return replace(mesh, scale=mesh.scale * factors, p_body_mesh=mesh.p_body_mesh * factors)
+
+
+def _joint(joint: Joint, body: int, factors: Float[np.ndarray, "bodies 3"]) -> Joint:
+    parent = factors[joint.parent] if joint.parent >= 0 else np.ones(3)
     return replace(
         joint,
         p_parent_frame=joint.p_parent_frame * parent,
-        p_child_frame=joint.p_child_frame * child,
-        axes=tuple(_axis(a, parent, joint.R_parent_frame) for a in joint.axes),
+        p_child_frame=joint.p_child_frame * factors[body],
+        axes=tuple(_axis(axis, parent) for axis in joint.axes),
     )
 
 
-def _axis(axis: Axis, parent: Float[np.ndarray, "3"], R_parent_frame: Float[np.ndarray, "3 3"]) -> Axis:
-    plain = isinstance(axis.function, Linear) and axis.coordinate is not None
-    if axis.kind == "rotation" or plain or (isinstance(axis.function, Constant) and axis.function.value == 0):
+def _axis(axis: Axis, factors: Float[np.ndarray, "3"]) -> Axis:
+    """Displacements of a translation grow with the parent body; one that is a coordinate itself does not."""
+    if axis.kind == "rotation" or axis.function == Linear(1.0, 0.0):
         return axis
-    factor = float(np.abs(axis.axis) @ parent)
-    return replace(axis, function=Scaled(factor, axis.function))
+    direction = axis.axis / np.linalg.norm(axis.axis)
+    return replace(axis, function=multiplied(axis.function, float(np.linalg.norm(direction * factors))))
+
+
+def multiplied(function: ScalarFunction, factor: float) -> ScalarFunction:
+    """The function `factor` times as large; constants and multiples stay single."""
+    if factor == 1.0:
+        return function
+    if isinstance(function, Constant):
+        return Constant(factor * function.value)
+    if isinstance(function, Scaled):
+        return Scaled(factor * function.factor, function.inner)
+    return Scaled(factor, function)

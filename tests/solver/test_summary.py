@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -136,4 +137,4 @@ def test_ranges_say_the_same_as_the_mask(mask):
         assert first < end
         rebuilt[first:end] = True
     assert rebuilt.tolist() == mask
-    assert all(end < following for (_, end), (following, _) in zip(found, found[1:], strict=False))
+    assert all(end < following for (_, end), (following, _) in pairwise(found))

@@ -1,0 +1,215 @@
+"""What the moment columns of a force file mean, found from the numbers, and the plates' wrenches from it.
+
+The columns hold force F, centre of pressure p and a moment that is, depending on who exported the file,
+
+- `free`: the moment about the centre of pressure, which a foot can only exert about the vertical;
+- `ground`: the moment about the ground origin;
+- `plate`: the moment about some fixed point o of the plate (its origin, or the laboratory's where plates are tiled).
+
+All three say M = M_columns + r × F with r = p, 0 or o, and that M − p × F is vertical. So the horizontal part of
+M_columns + (r − p) × F, divided by the vertical force, is a lever that must vanish; o follows by least squares.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from solver.capture.capture import ForcePlate
+from solver.capture.centre_of_pressure import centre_of_pressure, surface_of
+from solver.capture.clock import find_clock
+from solver.capture.force_columns import PlateColumns, find_plates
+from solver.capture.storage import Storage
+from solver.errors import CaptureError
+
+CONVENTIONS = ("free", "ground", "plate")
+MEANING = {
+    "free": "the free moment at the centre of pressure",
+    "ground": "the moment about the ground origin",
+    "plate": "the moment about each plate's origin",
+}
+
+
+@dataclass(frozen=True)
+class PlateReadingSettings:
+    """How force columns are judged."""
+
+    loaded_N: float = 50.0  # levers are judged above: 5 N of noise are then 10 % of the force
+    centre_known_N: float = 20.0  # below, centres of pressure are noise and are not reported
+    fewest_samples: int = 10  # loaded samples that a judgement needs
+    good_lever_m: float = 0.02  # a convention that leaves more than a foot's half width explains nothing
+    plate_handicap_m: float = 0.001  # a fitted origin must do better by this than what needs no fit
+    height_weight: float = 0.01  # of "the origin lies at the surface": its height shows in the shear force only
+    usable_centre_m: float = 0.3  # an unloaded centre of pressure farther from all loaded ones is noise
+    longest_lab_m: float = 50.0  # levers longer than that are in mm
+    largest_free_Nm: float = 500.0  # free moments are below 50 N·m: a median beyond this is in N·mm
+
+
+@dataclass(frozen=True)
+class _Columns:
+    """One plate's numbers as the file has them."""
+
+    name: str
+    force: Float[np.ndarray, "samples 3"]
+    point: Float[np.ndarray, "samples 3"] | None
+    moment: Float[np.ndarray, "samples 3"]
+    loaded: Bool[np.ndarray, " samples"]
+
+
+def plates_from_storage(
+    storage: Storage,
+    *,
+    moment_convention: str | None = None,
+    settings: PlateReadingSettings = PlateReadingSettings(),
+) -> tuple[tuple[ForcePlate, ...], tuple[str, ...]]:
+    """Force plates of a .mot or .sto table: wrenches about the ground origin, y up, signs as in the file.
+
+    Args:
+        storage: the table, axes already turned to y up.
+        moment_convention: "free", "plate" or "ground" to overrule what the numbers say.
+        settings: how the columns are judged.
+
+    Returns:
+        The plates in the file's order, and what was assumed.
+
+    Raises:
+        CaptureError: columns are missing, or nothing tells where a force acts.
+    """
+    if moment_convention not in (None, *CONVENTIONS):
+        raise CaptureError(f"{storage.path}: moment convention '{moment_convention}': choose {', '.join(CONVENTIONS)}.")
+    columns, notes = find_plates(storage)
+    clock = find_clock(storage.times, path=storage.path, lines=storage.lines)
+    if not np.isfinite(clock.rate):
+        raise CaptureError(f"{storage.path}: one row of forces is no recording. Export the whole trial.")
+    values = clock.placed(storage.values)
+    plates = [_columns(values, plate, settings) for plate in columns]
+    plates, unit_notes = _in_metres(plates, storage.path.name, settings)
+    origins, convention_notes = _origins(plates, storage, moment_convention, settings)
+    built = tuple(
+        _force_plate(plate, origin, clock.rate, clock.start_time, settings)
+        for plate, origin in zip(plates, origins, strict=True)
+    )
+    return built, storage.notes + notes + unit_notes + convention_notes
+
+
+def _columns(
+    values: Float[np.ndarray, "samples columns"], plate: PlateColumns, settings: PlateReadingSettings
+) -> _Columns:
+    force = values[:, list(plate.force)]
+    moment = np.zeros_like(force)
+    for axis, column in enumerate(plate.moment or ()):
+        if column is not None:
+            moment[:, axis] = values[:, column]
+    loaded = np.abs(force[:, 1]) > settings.loaded_N
+    loaded &= np.isfinite(moment).all(axis=1)
+    point = values[:, list(plate.point)] if plate.point else None
+    if point is not None and loaded.any() and not np.any(point[loaded][:, [0, 2]]):
+        point = None  # columns of zeros: the file has none
+    if point is not None:
+        loaded &= np.isfinite(point).all(axis=1)
+    return _Columns(plate.name, force, point, moment, loaded)
+
+
+def _in_metres(
+    plates: Sequence[_Columns], source: str, settings: PlateReadingSettings
+) -> tuple[list[_Columns], tuple[str, ...]]:
+    """Centres of pressure in m and moments in N·m, where the file has mm and N·mm."""
+    points = [np.abs(plate.point[plate.loaded])[:, [0, 2]] for plate in plates if plate.point is not None]
+    distance = _median(np.concatenate(points).max(axis=1)) if points else 0.0
+    lever = _median(np.concatenate([_lever(plate, plate.moment) for plate in plates]))
+    vertical = _median(np.concatenate([np.abs(plate.moment[plate.loaded, 1]) for plate in plates]))
+    in_mm = distance > settings.longest_lab_m
+    in_Nmm = lever > settings.longest_lab_m or (
+        lever < settings.good_lever_m and vertical > settings.largest_free_Nm
+    )
+    notes: tuple[str, ...] = ()
+    if in_mm:
+        notes += (f"{source}: centres of pressure read as mm: they lie {distance:.4g} from the origin",)
+    if in_Nmm:
+        notes += (f"{source}: moments read as N·mm: their median lever is {lever:.3g}, the vertical one {vertical:.4g}",)
+    return [
+        replace(
+            plate,
+            point=plate.point * 1e-3 if in_mm and plate.point is not None else plate.point,
+            moment=plate.moment * 1e-3 if in_Nmm else plate.moment,
+        )
+        for plate in plates
+    ], notes
+
+
+def _origins(
+    plates: Sequence[_Columns], storage: Storage, forced: str | None, settings: PlateReadingSettings
+) -> tuple[list[Float[np.ndarray, "3"] | None], tuple[str, ...]]:
+    """Per plate the point about which its moment columns are; None for the centre of pressure."""
+    judged = [p for p in plates if p.point is not None and p.loaded.sum() >= settings.fewest_samples]
+    blind = [p for p in plates if p.point is None and p.loaded.any()]
+    notes: tuple[str, ...] = ()
+    convention = forced or "free"
+    if judged:
+        convention, notes = _judge(judged, storage.path.name, forced, settings)
+    if blind:
+        convention = _without_centres(blind, storage, forced, convention, settings)
+        names = ", ".join(plate.name for plate in blind)
+        notes += (
+            f"{storage.path.name}: {names}: no centre of pressure in the file; recomputed at the height y = 0, "
+            "with moments about the ground origin assumed",
+        )
+    if not judged and not blind:
+        notes += (f"{storage.path.name}: no plate is loaded long enough to tell what its moments mean",)
+    origins: list[Float[np.ndarray, "3"] | None] = []
+    for plate in plates:
+        if convention == "free":
+            origins.append(None)
+        elif convention == "ground" or plate.point is None:
+            origins.append(np.zeros(3))
+        else:
+            origins.append(_fitted_origin(plate, settings))
+    return origins, notes
+
+
+def _judge(
+    plates: Sequence[_Columns], source: str, forced: str | None, settings: PlateReadingSettings
+) -> tuple[str, tuple[str, ...]]:
+    """The convention under which the moment about the centre of pressure is most nearly vertical."""
+    levers: dict[str, list[Float[np.ndarray, " loaded"]]] = {convention: [] for convention in CONVENTIONS}
+    origins = [_fitted_origin(plate, settings) for plate in plates]
+    for plate, origin in zip(plates, origins, strict=True):
+        assert plate.point is not None
+        about_centre = plate.moment - np.cross(plate.point, plate.force)
+        levers["free"].append(_lever(plate, plate.moment))
+        levers["ground"].append(_lever(plate, about_centre))
+        levers["plate"].append(_lever(plate, about_centre + np.cross(origin, plate.force)))
+    left = {convention: _median(np.concatenate(parts)) for convention, parts in levers.items()}
+    scores = {**left, "plate": left["plate"] + settings.plate_handicap_m}
+    best = min(CONVENTIONS, key=lambda convention: scores[convention])
+    evidence = ", ".join(f"{convention} {1000 * lever:.1f} mm" for convention, lever in left.items())
+    evidence = f"median lever of the horizontal moment left at the centre of pressure: {evidence}"
+    if forced:
+        contradiction = "" if forced == best else f", although the numbers speak for {MEANING[best]}"
+        return forced, (f"{source}: moment columns read as {MEANING[forced]}, as told{contradiction} ({evidence})",)
+    if left[best] > settings.good_lever_m:
+        return "free", (
+            f"{source}: centres of pressure, forces and moments contradict each other ({evidence}); moment columns "
+            f"read as {MEANING['free']}",
+        )
+    return best, (f"{source}: moment columns read as {MEANING[best]} ({evidence})",)
+
+
+def _without_centres(
+    blind: Sequence[_Columns], storage: Storage, forced: str | None, convention: str, settings: PlateReadingSettings
+) -> str:
+    """The convention when a loaded plate has no centre of pressure of its own."""
+    lever = min(_median(_lever(plate, plate.moment)) for plate in blind)
+    names = ", ".join(plate.name for plate in blind)
+    if forced == "plate":
+        raise CaptureError(
+            f"{storage.path}: {names}: moments about the plate's origin, but nothing tells where that lies. "
+            "Export the centre of pressure, or moments about the ground origin."
+        )
+    if forced == "free" or lever == 0 or convention == "free" != forced and lever < 1e-6:
+        raise CaptureError(
+            f"{storage.path}: {names}: neither a centre of pressure nor a horizontal moment: nothing tells where the "
+            "force acts. Export the centre of pressure."
+        )
+    return "ground"

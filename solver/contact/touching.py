@@ -1,0 +1,65 @@
+"""Which feet touch the ground, from their motion: low, and moving with the surface."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from solver.contact.settings import ContactSettings
+
+
+def touching(
+    corners_ground: Sequence[Float[np.ndarray, "frames corners 3"]],
+    standing: Bool[np.ndarray, "frames feet"],
+    rate: float,
+    settings: ContactSettings,
+) -> Bool[np.ndarray, "frames feet"]:
+    """Whether any corner of a foot's sole is as low as when it is loaded, and does not slide.
+
+    The loaded frames tell how high each foot's lowest corner then is, so the sole's depth and the plates'
+    height need not be known to the centimetre, and how fast the surface moves (a treadmill's belt).
+
+    Args:
+        corners_ground: of each foot's sole [m].
+        standing: frames on which a plate certainly carries the foot.
+        rate: [Hz].
+        settings: thresholds.
+    """
+    frames = standing.shape[0]
+    if frames < 2 or not corners_ground:
+        return standing.copy()
+    lowest = np.column_stack([corners[..., 1].min(axis=1) for corners in corners_ground])
+    velocities = [np.gradient(corners, 1.0 / rate, axis=0)[..., [0, 2]] for corners in corners_ground]
+    surface = _surface_velocity(corners_ground, velocities, standing)
+    touches = np.zeros_like(standing)
+    for f, (corners, velocity) in enumerate(zip(corners_ground, velocities, strict=True)):
+        low = corners[..., 1] <= _level(lowest, standing, f) + settings.touch_height_m
+        slow = np.linalg.norm(velocity - surface, axis=2) <= settings.touch_speed_m_s
+        touches[:, f] = (low & slow).any(axis=1)
+    return touches
+
+
+def _surface_velocity(
+    corners_ground: Sequence[Float[np.ndarray, "frames corners 3"]],
+    velocities: Sequence[Float[np.ndarray, "frames corners 2"]],
+    standing: Bool[np.ndarray, "frames feet"],
+) -> Float[np.ndarray, "2"]:
+    """Median velocity of the lowest corners of standing feet [m/s]; zero where no foot stands on a plate."""
+    frames = np.arange(len(standing))
+    samples = [
+        velocity[frames, corners[..., 1].argmin(axis=1)][standing[:, f]]
+        for f, (corners, velocity) in enumerate(zip(corners_ground, velocities, strict=True))
+    ]
+    pooled = np.concatenate(samples)
+    return np.median(pooled, axis=0) if len(pooled) else np.zeros(2)
+
+
+def _level(
+    lowest: Float[np.ndarray, "frames feet"], standing: Bool[np.ndarray, "frames feet"], foot: int
+) -> float:
+    """Height of a foot's lowest corner while loaded [m]: its own, else any foot's, else as low as it gets."""
+    if standing[:, foot].any():
+        return float(np.median(lowest[standing[:, foot], foot]))
+    if standing.any():
+        return float(np.median(lowest[standing]))
+    return float(np.percentile(lowest[:, foot], 5))

@@ -1,0 +1,56 @@
+"""The command line with a solve made by hand behind it."""
+
+import os
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from addb_viewer.cli import app
+from solver.capture.capture import Subject
+from solver.fit import Fit
+from solver.provenance import provenance_of
+from solver.settings import as_dict
+
+
+@dataclass
+class CommandLine:
+    """Runs commands; `solves` counts what reached the solver, `failure` is what it raises instead."""
+
+    subject: Subject
+    solves: list[tuple[str, ...] | None] = field(default_factory=list)
+    failure: BaseException | None = None
+
+    def __call__(self, *arguments: object) -> Result:
+        return CliRunner().invoke(app, [os.fspath(a) if isinstance(a, Path) else str(a) for a in arguments])
+
+
+@pytest.fixture
+def command_line(small_fit: Fit, monkeypatch: pytest.MonkeyPatch) -> CommandLine:
+    """The app on the folder of `small_fit`, whose files exist, solved by returning `small_fit`."""
+    subject = small_fit.subject
+    for trial in subject.trials:
+        trial.markers.parent.mkdir(parents=True)
+        trial.markers.write_text(f"markers of {trial.name}")
+    line = CommandLine(subject)
+
+    def solve(subject, settings, *, trials, progress):
+        line.solves.append(trials)
+        progress("inverse kinematics", 0.5)
+        if line.failure is not None:
+            raise line.failure
+        chosen = [trial for trial in subject.trials if trials is None or trial.name in trials]
+        names = [trial.name for trial in chosen]
+        return replace(
+            small_fit,
+            trials=tuple(fit for fit in small_fit.trials if fit.capture.name in names),
+            settings=as_dict(settings),
+            provenance=provenance_of(subject, chosen),
+        )
+
+    monkeypatch.setattr("addb_viewer.commands.solving.solve", solve)
+    monkeypatch.setattr(
+        "addb_viewer.commands.solving.open_subject", lambda folder: replace(subject, folder=folder)
+    )
+    return line

@@ -1,0 +1,139 @@
+"""`addb-viewer fit`: what it prints, writes and refuses."""
+
+import json
+
+import pytest
+
+from solver.errors import FitError
+from solver.results.store import load_fit
+
+
+def test_fit_keeps_the_results_and_prints_the_summary(command_line):
+    folder = command_line.subject.folder
+    run = command_line("fit", folder)
+    assert run.exit_code == 0
+    assert load_fit(folder / "results", folder).mass_kg == 100.0
+    assert "100.0 kg (98.5 kg entered), 2.00 m; 1 bodies, 1 degrees of freedom" in run.stdout
+    walk = next(line.split() for line in run.stdout.splitlines() if line.startswith("walk"))
+    # frames, used, marker RMS and max [cm], force [N], [BW], moment [N·m], [BW·h] and the paper's bound
+    assert walk == [
+        "walk",
+        "4",
+        "3",
+        "1.50",
+        "✓",
+        "2.1",
+        "✓",
+        "7.5",
+        "0.0077",
+        "✓",
+        "0.8",
+        "0.0004",
+        "✓",
+        "(✓)",
+    ]
+    without = next(line.split() for line in run.stdout.splitlines() if line.startswith("no/forces"))
+    assert without == ["no/forces", "4", "0", "1.50", "✓", "2.1", "✓", "–", "–", "–", "–"]
+    assert "note: walk: plate 1 was not tared" in run.stdout
+    assert run.stderr == ""
+
+
+def test_json_is_the_contract(command_line, tmp_path):
+    target = tmp_path / "figures.json"
+    assert command_line("fit", command_line.subject.folder, "--json", target).exit_code == 0
+    figures = json.loads(target.read_text(encoding="utf-8"))
+    assert set(figures) == {"subject", "model", "trials", "files", "notes"}
+    assert [trial["name"] for trial in figures["trials"]] == ["walk", "no/forces"]
+    assert figures["trials"][0]["linear_residual"]["rms_N"] == pytest.approx(7.5056)
+    results = command_line.subject.folder / "results"
+    assert figures["files"][0] == str(results / "fit.json")
+    assert len(figures["files"]) == sum(path.is_file() for path in results.rglob("*"))
+
+
+def test_out_takes_the_results_elsewhere(command_line, tmp_path):
+    folder, out = command_line.subject.folder, tmp_path / "deep" / "elsewhere"
+    assert command_line("fit", folder, "--out", out).exit_code == 0
+    assert load_fit(out, folder).mass_kg == 100.0
+    assert not (folder / "results").exists()
+
+
+def test_trials_can_be_chosen(command_line):
+    folder = command_line.subject.folder
+    assert command_line("fit", folder, "--trial", "walk").exit_code == 0
+    assert command_line.solves == [("walk",)]
+    assert len(load_fit(folder / "results", folder).trials) == 1
+
+
+def test_an_unknown_trial_is_named_with_the_nearest(command_line):
+    run = command_line("fit", command_line.subject.folder, "--trial", "walk1")
+    assert run.exit_code == 1
+    assert run.stderr.count("\n") == 1
+    assert "no trial 'walk1'; nearest: walk" in run.stderr
+    assert command_line.solves == []
+
+
+def test_a_slip_in_the_settings_stops_before_the_solve(command_line):
+    (command_line.subject.folder / "settings.toml").write_text("[kinematics]\niteration = 3\n")
+    run = command_line("fit", command_line.subject.folder)
+    assert run.exit_code == 1
+    assert "unknown setting 'iteration' in [kinematics]; nearest: iterations" in run.stderr
+    assert command_line.solves == []
+
+
+def test_a_named_settings_file_is_used(command_line, tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text("[kinematics]\niterations = 3\n")
+    folder = command_line.subject.folder
+    assert command_line("fit", folder, "--settings", file).exit_code == 0
+    assert load_fit(folder / "results", folder).settings["kinematics"]["iterations"] == 3
+
+
+@pytest.mark.parametrize(
+    ("failure", "status", "line"),
+    [
+        (
+            FitError("walk: no marker of the model was recorded"),
+            1,
+            "walk: no marker of the model was recorded",
+        ),
+        (KeyboardInterrupt(), 130, "stopped; nothing was written"),
+        (
+            RuntimeError("singular"),
+            1,
+            "unexpected RuntimeError: singular (run with --debug for the traceback)",
+        ),
+    ],
+)
+def test_a_failed_solve_is_one_line_and_writes_nothing(command_line, tmp_path, failure, status, line):
+    command_line.failure = failure
+    before = sorted(command_line.subject.folder.rglob("*"))
+    target = tmp_path / "figures.json"
+    run = command_line("fit", command_line.subject.folder, "--json", target)
+    assert run.exit_code == status
+    assert run.stderr == f"addb-viewer: {line}\n"
+    assert run.stdout == ""
+    assert not target.exists()
+    assert sorted(command_line.subject.folder.rglob("*")) == before
+
+
+def test_a_folder_that_is_not_there(command_line, tmp_path):
+    run = command_line("fit", tmp_path / "nobody")
+    assert run.exit_code == 1
+    assert "nobody: no such folder" in run.stderr
+    assert run.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("fit",), ("fit", ".", "--frames", "3"), ("fly", "."), ("export", "."), ("export", ".", "--to", "abc")],
+)
+def test_wrong_use_is_status_2(command_line, arguments):
+    run = command_line(*arguments)
+    assert run.exit_code == 2
+    assert "Traceback" not in run.stderr
+
+
+def test_json_into_a_missing_folder_is_refused_before_the_solve(command_line, tmp_path):
+    run = command_line("fit", command_line.subject.folder, "--json", tmp_path / "missing" / "figures.json")
+    assert run.exit_code == 2
+    assert command_line.solves == []

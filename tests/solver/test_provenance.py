@@ -1,0 +1,64 @@
+"""Provenance tells two inputs apart exactly when a fit of them could differ."""
+
+import hashlib
+from dataclasses import replace
+
+import pytest
+
+from solver.capture.capture import Subject, TrialFiles
+from solver.provenance import provenance_of
+
+
+@pytest.fixture
+def subject(tmp_path):
+    trials = []
+    for name in ("walk", "run"):
+        (tmp_path / f"{name}.trc").write_text(f"markers of {name}")
+        (tmp_path / f"{name}.mot").write_text(f"forces of {name}")
+        trials.append(TrialFiles(name, tmp_path / f"{name}.trc", tmp_path / f"{name}.mot"))
+    (tmp_path / "model.osim").write_text("model")
+    return Subject(tmp_path, tuple(trials), mass_kg=70.0, model=tmp_path / "model.osim")
+
+
+def test_every_input_is_hashed(subject):
+    record = provenance_of(subject, subject.trials)
+    hashes = {
+        name.removeprefix("sha256 "): value for name, value in record.items() if name.startswith("sha256")
+    }
+    assert hashes == {
+        "model.osim": hashlib.sha256(b"model").hexdigest(),
+        "walk.trc": hashlib.sha256(b"markers of walk").hexdigest(),
+        "walk.mot": hashlib.sha256(b"forces of walk").hexdigest(),
+        "run.trc": hashlib.sha256(b"markers of run").hexdigest(),
+        "run.mot": hashlib.sha256(b"forces of run").hexdigest(),
+    }
+    assert {"python", "numpy", "pin", "addb-viewer"} <= set(record)
+
+
+@pytest.mark.parametrize("name", ["model.osim", "walk.trc", "walk.mot"])
+def test_a_changed_file_changes_it(subject, name):
+    before = provenance_of(subject, subject.trials)
+    (subject.folder / name).write_text("edited")
+    assert provenance_of(subject, subject.trials) != before
+
+
+def test_a_file_of_another_trial_does_not(subject):
+    before = provenance_of(subject, subject.trials[:1])
+    (subject.folder / "run.trc").write_text("edited")
+    assert provenance_of(subject, subject.trials[:1]) == before
+
+
+def test_the_description_counts(subject):
+    record = provenance_of(subject, subject.trials)
+    assert provenance_of(replace(subject, mass_kg=71.0), subject.trials) != record
+    assert provenance_of(replace(subject, foot_bodies=("foot_r",)), subject.trials) != record
+
+
+def test_a_moved_folder_is_the_same_subject(subject, tmp_path):
+    before = provenance_of(subject, subject.trials[:1])
+    moved = tmp_path / "moved"
+    moved.mkdir()
+    for path in tmp_path.glob("*.*"):
+        path.rename(moved / path.name)
+    walk = TrialFiles("walk", moved / "walk.trc", moved / "walk.mot")
+    assert provenance_of(replace(subject, folder=moved, model=moved / "model.osim"), [walk]) == before

@@ -1,0 +1,95 @@
+"""Settings: the printed file reads back, and a slip of the pen is named with its mend."""
+
+import tomllib
+from dataclasses import fields, replace
+
+import pytest
+
+from solver.errors import SettingsError
+from solver.settings import FILE_NAME, Settings, as_dict, as_toml, read_settings, settings_for
+
+STAGES = [(stage.name, f) for stage in fields(Settings) for f in fields(getattr(Settings(), stage.name))]
+
+
+def written(folder, text):
+    path = folder / FILE_NAME
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_the_printed_defaults_are_the_defaults(tmp_path):
+    assert read_settings(written(tmp_path, as_toml(Settings()))) == Settings()
+
+
+def test_every_setting_is_printed_with_the_reason_beside_it():
+    lines = as_toml(Settings()).splitlines()
+    for _, f in STAGES:
+        place = next(i for i, line in enumerate(lines) if line.removeprefix("# ").startswith(f"{f.name} ="))
+        assert lines[place - 1].startswith("# ")
+        assert f.metadata["why"] in lines[place - 1]
+        assert f.metadata["unit"] in lines[place - 1]
+
+
+@pytest.mark.parametrize(("stage", "f"), STAGES, ids=[f"{stage}.{f.name}" for stage, f in STAGES])
+def test_every_setting_has_a_reason(stage, f):
+    assert len(f.metadata.get("why", "")) > 10, (
+        f"[{stage}] {f.name}: declare it with solver.settings_field.setting"
+    )
+
+
+def test_a_file_changes_what_it_names_and_nothing_else(tmp_path):
+    changed = read_settings(written(tmp_path, "[kinematics]\nmarker_std_m = 0.02\niterations = 7\n"))
+    expected = replace(Settings().kinematics, marker_std_m=0.02, iterations=7)
+    assert changed == replace(Settings(), kinematics=expected)
+    assert as_dict(changed)["kinematics"]["iterations"] == 7
+
+
+def test_whole_numbers_pass_for_numbers(tmp_path):
+    value = read_settings(written(tmp_path, "[kinematics]\nmarker_std_m = 1\n")).kinematics.marker_std_m
+    assert isinstance(value, float)
+    assert value == 1.0
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[kinematic]\n", r"unknown table \[kinematic\]; nearest: kinematics"),
+        ("[xyz]\n", r"unknown table \[xyz\]; known: .*kinematics"),
+        (
+            "[kinematics]\nmarker_std = 0.01\n",
+            r"unknown setting 'marker_std' in \[kinematics\]; nearest: marker_std_m",
+        ),
+        (
+            "[kinematics]\nmarker_std_m = '1 cm'\n",
+            r'marker_std_m = "1 cm": expected a number, as in marker_std_m = 0.01',
+        ),
+        ("[kinematics]\nmarker_std_m = true\n", "expected a number"),
+        ("[kinematics]\nmarker_std_m = nan\n", "expected a number"),
+        ("[kinematics]\niterations = 2.5\n", "expected a whole number"),
+        ("kinematics = 3\n", "must be a table"),
+        ("[kinematics\n", "not a TOML file"),
+    ],
+)
+def test_a_slip_is_named_with_the_file_and_the_mend(tmp_path, text, message):
+    with pytest.raises(SettingsError, match=message) as error:
+        read_settings(written(tmp_path, text))
+    assert FILE_NAME in str(error.value)
+
+
+def test_bytes_that_are_no_text_are_no_settings(tmp_path):
+    (tmp_path / FILE_NAME).write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(SettingsError, match="not a TOML file"):
+        read_settings(tmp_path / FILE_NAME)
+
+
+def test_a_named_file_comes_before_the_subjects_and_that_before_the_defaults(tmp_path):
+    other = tmp_path / "other.toml"
+    other.write_text("[kinematics]\niterations = 3\n")
+    assert settings_for(tmp_path) == Settings()
+    written(tmp_path, "[kinematics]\niterations = 2\n")
+    assert settings_for(tmp_path).kinematics.iterations == 2
+    assert settings_for(tmp_path, other).kinematics.iterations == 3
+
+
+def test_the_printed_file_is_toml_with_a_table_a_stage():
+    assert set(tomllib.loads(as_toml(Settings()))) == {f.name for f in fields(Settings)}
