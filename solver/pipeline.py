@@ -15,9 +15,9 @@ from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.mass import mass_from_forces
 from solver.errors import FitError
 from solver.fit import Fit, TrialFit
-from solver.kinematics.calibration import Calibration, calibrate, choose_frames
+from solver.kinematics.calibration import calibrate, choose_frames
 from solver.kinematics.inverse_kinematics import inverse_kinematics
-from solver.kinematics.marker_errors import MarkerErrors, marker_errors
+from solver.kinematics.marker_errors import marker_errors
 from solver.kinematics.marker_matching import MarkerMatch, match_markers
 from solver.kinematics.motion import Motion
 from solver.kinematics.scale_prior import stature
@@ -59,7 +59,19 @@ def solve(
         static = read_static(subject.static) if subject.static else None
     match = match_markers(generic, [c.markers for c in ([*captures, static] if static else captures)])
     with clock("scaling"):
-        calibration = _calibrated(subject, settings, match.skeleton(generic), match, captures, static, progress)
+        frames = choose_frames(
+            [match.observed(c.markers) for c in captures],
+            match.observed(static.markers) if static else None,
+            settings.kinematics,
+        )
+        calibration = calibrate(
+            match.skeleton(generic),
+            frames,
+            settings.kinematics,
+            height_m=subject.height_m,
+            mass_kg=subject.mass_kg,
+            progress=part(progress, 0.0, SCALED),
+        )
     skeleton = calibration.skeleton
     share = (1 - SCALED) / len(captures)
     fits = []
@@ -116,30 +128,6 @@ def _generic(subject: Subject) -> Skeleton:
     return default_skeleton(
         **{k: v for k, v in (("mass_kg", subject.mass_kg), ("height_m", subject.height_m)) if v is not None},
         sex=subject.sex,
-    )
-
-
-def _calibrated(
-    subject: Subject,
-    settings: Settings,
-    generic: Skeleton,
-    match: MarkerMatch,
-    captures: Sequence[Capture],
-    static: Capture | None,
-    progress: Progress,
-) -> Calibration:
-    frames = choose_frames(
-        [match.observed(c.markers) for c in captures],
-        match.observed(static.markers) if static else None,
-        settings.kinematics,
-    )
-    return calibrate(
-        generic,
-        frames,
-        settings.kinematics,
-        height_m=subject.height_m,
-        mass_kg=subject.mass_kg,
-        progress=part(progress, 0.0, SCALED),
     )
 
 
@@ -214,7 +202,7 @@ def _with_dynamics(
     clock = _Clock()
     with clock("dynamics"):
         mask = frame_mask(contacts, fit.capture.imported_missing_force)
-        dynamics = inverse_dynamics(skeleton, _filtered(fit.motion, settings), contacts, mask, settings.dynamics)
-    return replace(
-        fit, contacts=contacts, mask=mask, dynamics=dynamics, seconds=fit.seconds | clock.seconds
-    )
+        dynamics = inverse_dynamics(
+            skeleton, _filtered(fit.motion, settings), contacts, mask, settings.dynamics
+        )
+    return replace(fit, contacts=contacts, mask=mask, dynamics=dynamics, seconds=fit.seconds | clock.seconds)

@@ -117,7 +117,6 @@ def _forces() -> dict[str, object]:
             in_contact=np.zeros((4, 1), dtype=bool),
             plate=np.full((4, 1), -1),
             wrench_raw_ground=np.zeros((4, 1, 6)),
-            shared=np.zeros((4, 1), dtype=bool),
             notes=("plate 1 was not tared",),
         ),
         "mask": FrameMask(

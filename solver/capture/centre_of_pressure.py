@@ -19,15 +19,18 @@ class Surface:
     normal_ground: Float[np.ndarray, "3"]  # unit, upwards
 
 
+LEVEL_GROUND = Surface(np.zeros(3), np.array([0.0, 1.0, 0.0]))
+
+
 def surface_of(plate: ForcePlate) -> Surface:
     """The plate's surface: its corners' plane; else the height of the file's own centres of pressure; else y = 0."""
     if plate.corners_ground is not None and np.isfinite(plate.corners_ground).all():
         return _plane(plate.corners_ground)
     pressed = plate.cop_ground[np.isfinite(plate.cop_ground).all(axis=1)]
     if not len(pressed):
-        return Surface(np.zeros(3), np.array([0.0, 1.0, 0.0]))
+        return LEVEL_GROUND
     middle = np.median(pressed, axis=0)
-    level = Surface(np.array([middle[0], middle[1], middle[2]]), np.array([0.0, 1.0, 0.0]))
+    level = Surface(middle, LEVEL_GROUND.normal_ground)
     if np.ptp(np.percentile(pressed[:, 1], [5, 95])) < UNEVEN_M:
         return level
     plane = _plane(pressed)
@@ -58,5 +61,5 @@ def _plane(points: Float[np.ndarray, "points 3"]) -> Surface:
     centre = points.mean(axis=0)
     normal = np.linalg.svd(points - centre, full_matrices=False)[2][2]
     if abs(normal[1]) < np.cos(np.radians(60)):  # points along a line leave the plane open; nobody stands on a wall
-        normal = np.array([0.0, 1.0, 0.0])
+        normal = LEVEL_GROUND.normal_ground
     return Surface(centre, normal * np.sign(normal[1]))

@@ -11,13 +11,13 @@ M_columns + (r − p) × F, divided by the vertical force, is a lever that must 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.capture import ForcePlate
-from solver.capture.centre_of_pressure import centre_of_pressure, surface_of
+from solver.capture.centre_of_pressure import LEVEL_GROUND, centre_of_pressure
 from solver.capture.clock import find_clock
 from solver.capture.force_columns import PlateColumns, find_plates
 from solver.capture.storage import Storage
@@ -149,22 +149,15 @@ def _origins(
     if judged:
         convention, notes = _judge(judged, storage.path.name, forced, settings)
     if blind:
-        convention = _without_centres(blind, storage, forced, convention, settings)
-        names = ", ".join(plate.name for plate in blind)
-        notes += (
-            f"{storage.path.name}: {names}: no centre of pressure in the file; recomputed at the height y = 0, "
-            "with moments about the ground origin assumed",
-        )
+        notes += _without_centres(blind, storage, forced)
     if not judged and not blind:
         notes += (f"{storage.path.name}: no plate is loaded long enough to tell what its moments mean",)
     origins: list[Float[np.ndarray, "3"] | None] = []
     for plate in plates:
-        if convention == "free":
-            origins.append(None)
-        elif convention == "ground" or plate.point is None:
+        if plate.point is None or convention == "ground":
             origins.append(np.zeros(3))
         else:
-            origins.append(_fitted_origin(plate, settings))
+            origins.append(None if convention == "free" else _fitted_origin(plate, settings))
     return origins, notes
 
 
@@ -196,20 +189,88 @@ def _judge(
     return best, (f"{source}: moment columns read as {MEANING[best]} ({evidence})",)
 
 
-def _without_centres(
-    blind: Sequence[_Columns], storage: Storage, forced: str | None, convention: str, settings: PlateReadingSettings
-) -> str:
-    """The convention when a loaded plate has no centre of pressure of its own."""
-    lever = min(_median(_lever(plate, plate.moment)) for plate in blind)
+def _without_centres(blind: Sequence[_Columns], storage: Storage, forced: str | None) -> tuple[str, ...]:
+    """What is assumed where a loaded plate has no centre of pressure of its own."""
     names = ", ".join(plate.name for plate in blind)
     if forced == "plate":
         raise CaptureError(
             f"{storage.path}: {names}: moments about the plate's origin, but nothing tells where that lies. "
             "Export the centre of pressure, or moments about the ground origin."
         )
-    if forced == "free" or lever == 0 or convention == "free" != forced and lever < 1e-6:
+    if forced == "free" or any(not _lever(plate, plate.moment).any() for plate in blind):
         raise CaptureError(
             f"{storage.path}: {names}: neither a centre of pressure nor a horizontal moment: nothing tells where the "
             "force acts. Export the centre of pressure."
         )
-    return "ground"
+    return (
+        f"{storage.path.name}: {names}: no centre of pressure in the file; recomputed at the height y = 0 from the "
+        "moment columns, taken to be about the ground origin",
+    )
+
+
+def _fitted_origin(plate: _Columns, settings: PlateReadingSettings) -> Float[np.ndarray, "3"]:
+    """The fixed point o for which M + (o − p) × F is most nearly vertical (least absolute levers) [m]."""
+    assert plate.point is not None
+    if plate.loaded.sum() < settings.fewest_samples:
+        return np.median(plate.point[plate.loaded], axis=0) if plate.loaded.any() else np.zeros(3)
+    force = plate.force[plate.loaded]
+    vertical = np.abs(force[:, 1])
+    known = (plate.moment - np.cross(plate.point, plate.force))[plate.loaded] / vertical[:, None]
+    fx, fy, fz = (force / vertical[:, None]).T
+    nought = np.zeros_like(fx)
+    rows = np.stack([np.stack([nought, fz, -fy], axis=1), np.stack([fy, -fx, nought], axis=1)], axis=1)
+    sought = -known[:, [0, 2]]
+    height = np.array([0.0, settings.height_weight, 0.0])
+    at_surface = settings.height_weight * float(np.median(plate.point[plate.loaded, 1]))
+    weights = np.ones(len(force))
+    origin = np.zeros(3)
+    for _ in range(20):  # reweighted least squares settle in a handful of rounds
+        scaled = rows * weights[:, None, None]
+        normal = np.einsum("sij,sik->jk", scaled, rows) + np.outer(height, height) * weights.sum()
+        right = np.einsum("sij,si->j", scaled, sought) + height * at_surface * weights.sum()
+        origin = np.linalg.solve(normal, right)
+        weights = 1 / np.maximum(np.linalg.norm(rows @ origin - sought, axis=1), 1e-4)
+    return origin
+
+
+def _lever(plate: _Columns, moment: Float[np.ndarray, "samples 3"]) -> Float[np.ndarray, " loaded"]:
+    """Horizontal moment over vertical force while loaded [m]."""
+    horizontal = np.hypot(moment[plate.loaded, 0], moment[plate.loaded, 2])
+    return horizontal / np.abs(plate.force[plate.loaded, 1])
+
+
+def _median(values: Float[np.ndarray, " values"]) -> float:
+    return float(np.median(values)) if len(values) else 0.0
+
+
+def _force_plate(
+    plate: _Columns,
+    origin: Float[np.ndarray, "3"] | None,
+    rate: float,
+    start_time: float,
+    settings: PlateReadingSettings,
+) -> ForcePlate:
+    point = _usable_points(plate, settings) if origin is None else origin
+    moment = plate.moment + np.cross(point, plate.force)
+    pressed = np.abs(plate.force[:, 1]) >= settings.centre_known_N
+    if plate.point is not None:
+        centre = plate.point
+    else:
+        sign = np.sign(np.nansum(plate.force[:, 1])) or 1.0
+        centre = centre_of_pressure(sign * plate.force, sign * moment, LEVEL_GROUND)
+    cop = np.where(pressed[:, None], centre, np.nan)
+    return ForcePlate(plate.name, plate.force, moment, cop, rate, start_time)
+
+
+def _usable_points(plate: _Columns, settings: PlateReadingSettings) -> Float[np.ndarray, "samples 3"]:
+    """The file's centres of pressure; where unloaded ones are noise, the middle of the loaded ones.
+
+    A few newtons at a centre of pressure a hundred metres away would else make hundreds of N·m.
+    """
+    assert plate.point is not None
+    if not plate.loaded.any():
+        return np.zeros_like(plate.point)
+    loaded = plate.point[plate.loaded]
+    low, high = loaded.min(axis=0) - settings.usable_centre_m, loaded.max(axis=0) + settings.usable_centre_m
+    near = ((plate.point >= low) & (plate.point <= high)).all(axis=1)
+    return np.where((near | plate.loaded)[:, None], plate.point, np.median(loaded, axis=0))

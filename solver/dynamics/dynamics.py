@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.kinematics.motion import Motion
+
 
 @dataclass(frozen=True)
 class Dynamics:
@@ -20,3 +22,4 @@ class Dynamics:
     com_ground: Float[np.ndarray, "frames 3"]  # [m]
     root_ground: Float[np.ndarray, "frames 3"]  # [m] the root joint's centre
     used: Bool[np.ndarray, " frames"]  # frames that the figures count
+    motion: Motion  # what all of this was computed on: low-passed as the forces are

@@ -78,7 +78,9 @@ def _spread(candidates: Int[np.ndarray, " candidates"], count: int) -> Int[np.nd
     """`count` of the candidates, evenly spaced."""
     if not len(candidates):
         return candidates
-    return candidates[np.unique(np.linspace(0, len(candidates) - 1, min(count, len(candidates))).round().astype(int))]
+    return candidates[
+        np.unique(np.linspace(0, len(candidates) - 1, min(count, len(candidates))).round().astype(int))
+    ]
 
 
 def calibrate(
@@ -139,7 +141,9 @@ class _BorderedSolver:
         self.generic, self.frames, self.groups, self.settings = generic, frames, groups, settings
         self.offset_precision = np.repeat(offset_std(generic.markers, settings), 3) ** -2
 
-    def prior(self, mean: Float[np.ndarray, " scales"], precision: Float[np.ndarray, "scales scales"]) -> None:
+    def prior(
+        self, mean: Float[np.ndarray, " scales"], precision: Float[np.ndarray, "scales scales"]
+    ) -> None:
         """Set the Gaussian prior of the log factors."""
         self.mean, self.precision = mean, precision
 
@@ -271,5 +275,7 @@ def _notes(
     std = offset_std(generic.markers, settings)
     far = (length > 3 * std) & (std < settings.cluster_offset_std_m)
     for i in np.flatnonzero(far):
-        notes.append(f"marker {generic.markers[i].name} sits {100 * length[i]:.1f} cm from the model's place for it")
+        notes.append(
+            f"marker {generic.markers[i].name} sits {100 * length[i]:.1f} cm from the model's place for it"
+        )
     return tuple(notes)

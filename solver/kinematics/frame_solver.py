@@ -1,4 +1,4 @@
-"""Levenberg-Marquardt on many frames at once; each frame has its own damping and stops when it has converged."""
+"""Levenberg-Marquardt on many frames at once; each has its own damping and stops when it has converged."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -66,7 +66,8 @@ class PoseProblem:
     ) -> FrameTerms:
         """Terms at q for the given frames (a frame may appear several times, with different q)."""
         parts = [
-            self._evaluate(q[i : i + CHUNK], frames[i : i + CHUNK], robust) for i in range(0, len(frames), CHUNK)
+            self._evaluate(q[i : i + CHUNK], frames[i : i + CHUNK], robust)
+            for i in range(0, len(frames), CHUNK)
         ]
         return FrameTerms(
             np.concatenate([p.cost for p in parts]),
@@ -91,7 +92,9 @@ class PoseProblem:
         error = np.where(self.seen[frames][:, :, None], x - self.observed[frames], 0.0)
         return error, np.einsum("tmi,tmi->tm", error, error)
 
-    def _marker_cost(self, squares: Float[np.ndarray, "some markers"], robust: bool) -> Float[np.ndarray, " some"]:
+    def _marker_cost(
+        self, squares: Float[np.ndarray, "some markers"], robust: bool
+    ) -> Float[np.ndarray, " some"]:
         precision, c2 = self.settings.marker_std_m**-2, self.robust_scale_m**2
         if not robust:
             return precision * squares.sum(axis=1)
@@ -105,7 +108,11 @@ class PoseProblem:
         stiffness = self.settings.limit_std_rad**-2
         pull = q - self.reference_q[frames]
         cost = stiffness * (beyond**2).sum(axis=1) + (self.pose_precision * pull**2).sum(axis=1)
-        return cost, stiffness * beyond + self.pose_precision * pull, stiffness * (beyond != 0) + self.pose_precision
+        return (
+            cost,
+            stiffness * beyond + self.pose_precision * pull,
+            stiffness * (beyond != 0) + self.pose_precision,
+        )
 
     def _evaluate(
         self, q: Float[np.ndarray, "some dofs"], frames: Int[np.ndarray, " some"], robust: bool

@@ -49,7 +49,9 @@ def inverse_kinematics(
         root = root_joint(skeleton)
         usable = np.flatnonzero(problem.seen.sum(axis=1) >= FEWEST_MARKERS)
         if not len(usable):
-            raise FitError(f"No frame shows {FEWEST_MARKERS} or more markers that the model '{skeleton.name}' knows.")
+            raise FitError(
+                f"No frame shows {FEWEST_MARKERS} or more markers that the model '{skeleton.name}' knows."
+            )
         q = np.tile(skeleton.default_q, (len(observed_ground), 1))
         spacing = max(1, round(settings.keyframe_spacing_s * rate))
         q[usable] = _track(problem, root, usable, spacing, progress)
@@ -61,7 +63,11 @@ def inverse_kinematics(
 
 
 def _track(
-    problem: PoseProblem, root: RootJoint, usable: Int[np.ndarray, " usable"], spacing: int, progress: Progress
+    problem: PoseProblem,
+    root: RootJoint,
+    usable: Int[np.ndarray, " usable"],
+    spacing: int,
+    progress: Progress,
 ) -> Float[np.ndarray, "usable dofs"]:
     """Solve key frames from scratch, then halve the gaps until all usable frames are solved."""
     count = len(usable)
@@ -81,7 +87,11 @@ def _track(
         known = np.flatnonzero(solved)
         start = _between(fresh, known, poses)
         poses[fresh], cost[fresh] = solve_frames(
-            problem, start, usable[fresh], max_iterations=MOST_TRACKING_STEPS, after_iteration=lambda: progress("inverse kinematics", 0.1)
+            problem,
+            start,
+            usable[fresh],
+            max_iterations=MOST_TRACKING_STEPS,
+            after_iteration=lambda: progress("inverse kinematics", 0.1),
         )
         solved[fresh] = True
         progress("inverse kinematics", 0.8 * solved.mean())
@@ -93,7 +103,9 @@ def _between(
     fresh: Int[np.ndarray, " fresh"], known: Int[np.ndarray, " known"], poses: Float[np.ndarray, "count dofs"]
 ) -> Float[np.ndarray, "fresh dofs"]:
     """Linear between the nearest solved frames."""
-    right = np.clip(np.searchsorted(known, fresh), 1, len(known) - 1) if len(known) > 1 else np.zeros_like(fresh)
+    right = (
+        np.clip(np.searchsorted(known, fresh), 1, len(known) - 1) if len(known) > 1 else np.zeros_like(fresh)
+    )
     left = np.maximum(right - 1, 0)
     a, b = known[left], known[right]
     fraction = np.clip((fresh - a) / np.maximum(b - a, 1), 0.0, 1.0)[:, None]
@@ -223,4 +235,3 @@ def _second_difference_square(frames: int) -> tuple[Float[np.ndarray, " frames"]
     first[1 : frames - 1] += -2.0
     second[: frames - 2] += 1.0
     return main, first, second
-

@@ -47,7 +47,7 @@ def marker_errors(
     measured_ground: Float[np.ndarray, "frames markers 3"],
     settings: KinematicsSettings,
 ) -> tuple[MarkerErrors, tuple[str, ...]]:
-    """Distances of every shared marker, and a note for each stretch that looks slipped, swapped or mislabelled.
+    """Distances of every shared marker, and a note on each that looks slipped, swapped or mislabelled.
 
     Args:
         names: of the shared markers, the model's.

@@ -79,7 +79,9 @@ def match_markers(skeleton: Skeleton, recordings: Sequence[Markers]) -> MarkerMa
     if renamed:
         notes.append(f"markers matched by similar names: {', '.join(renamed)}")
     if unknown:
-        notes.append(f"markers that the model '{skeleton.name}' does not know, left out: {', '.join(unknown)}")
+        notes.append(
+            f"markers that the model '{skeleton.name}' does not know, left out: {', '.join(unknown)}"
+        )
     order = [name for name in skeleton.marker_names if name in pairs]
     match = MarkerMatch(tuple(order), tuple(pairs[name] for name in order), tuple(notes)).seen_in(recordings)
     _require_enough(skeleton, match, unknown)
@@ -94,11 +96,12 @@ def _require_enough(skeleton: Skeleton, match: MarkerMatch, unknown: Sequence[st
     for name in unknown[:8]:
         near = get_close_matches(name, skeleton.marker_names, n=1)
         hints.append(f"{name} (nearest: {near[0]})" if near else name)
+    known = f": {', '.join(match.model)}" if match.model else ""
+    more = " …" if len(unknown) > len(hints) else ""
     raise FitError(
-        f"The model '{skeleton.name}' knows only {len(match.model)} of the recording's markers"
-        f"{': ' + ', '.join(match.model) if match.model else ''}. It does not know {', '.join(hints) or 'any'}"
-        f"{' …' if len(unknown) > len(hints) else ''}. Put the .osim model with this marker set into the subject "
-        "folder, or rename the markers."
+        f"The model '{skeleton.name}' knows only {len(match.model)} of the recording's markers{known}. "
+        f"It does not know {', '.join(hints) or 'any other'}{more}. Put the .osim model with this marker set "
+        "into the subject folder, or rename the markers."
     )
 
 

@@ -22,7 +22,9 @@ class MarkerTerms:
         self.kinematics = kinematics
 
     @cached_property
-    def _by_body(self) -> tuple[Int[np.ndarray, " markers"], Int[np.ndarray, " starts"], Int[np.ndarray, " starts"]]:
+    def _by_body(
+        self,
+    ) -> tuple[Int[np.ndarray, " markers"], Int[np.ndarray, " starts"], Int[np.ndarray, " starts"]]:
         bodies = self.kinematics.marker_bodies
         order = np.argsort(bodies, kind="stable")
         carrying, starts = np.unique(bodies[order], return_index=True)
@@ -38,7 +40,7 @@ class MarkerTerms:
 
     @cached_property
     def _driven(self) -> tuple[Int[np.ndarray, " driven"], Int[np.ndarray, " driven"], list[tuple[int, int]]]:
-        """The dofs that move anything, the first position each drives, and (row, position) of all further ones."""
+        """The dofs that move anything, the first p that each drives, and (row, p) of all further ones."""
         dof = self.kinematics.chain.dof
         driven, first = np.unique(dof, return_index=True)
         row = {int(d): i for i, d in enumerate(driven)}

@@ -60,4 +60,3 @@ class Motion:
         A cutoff at or above the Nyquist frequency, or a trial too short to filter, leaves it as it is.
         """
         return replace(self, q=low_pass(self.q, self.rate, cutoff_Hz, order))
-

@@ -56,15 +56,17 @@ def root_joint(skeleton: Skeleton) -> RootJoint:
     roots = [i for i, j in enumerate(skeleton.joints) if j.parent < 0]
     if len(roots) != 1:
         names = ", ".join(skeleton.bodies[i].name for i in roots)
-        raise ModelError(f"{skeleton.name}: exactly one body must hang on the ground; found {names or 'none'}.")
+        raise ModelError(
+            f"{skeleton.name}: exactly one body must hang on the ground; found {names or 'none'}."
+        )
     joint = skeleton.joints[roots[0]]
     free = [a for a in joint.axes if a.coordinate in skeleton.dofs]
     translations = tuple(a for a in free if a.kind == "translation")
     rotations = tuple(a for a in free if a.kind == "rotation")
     if len(translations) != 3 or len(rotations) != 3:
         raise ModelError(
-            f"{skeleton.name}: the root joint '{joint.name}' has {len(free)} free coordinates; the fit needs the "
-            "three translations and three rotations of a free root. Unlock them in the model."
+            f"{skeleton.name}: the root joint '{joint.name}' has {len(free)} free coordinates; the fit needs "
+            "the three translations and three rotations of a free root. Unlock them in the model."
         )
     return RootJoint(
         body=roots[0],

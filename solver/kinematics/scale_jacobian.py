@@ -23,7 +23,7 @@ class ScaleJacobian:
         self, poses: Poses, q: Float[np.ndarray, "frames dofs"]
     ) -> Float[np.ndarray, "frames markers 3 scales"]:
         """Derivatives [m per unit of log factor], three columns (x, y, z of the body) a group."""
-        kinematics, skeleton = self.kinematics, self.kinematics.skeleton
+        skeleton = self.kinematics.skeleton
         frames = q.shape[0]
         J = np.zeros((frames, len(skeleton.markers), 3, 3 * self.groups.count))
         parents = [j.parent for j in skeleton.joints]
@@ -39,8 +39,10 @@ class ScaleJacobian:
                 body = parents[body]
         return J
 
-    def _joint_in_parent(self, child: int, q: Float[np.ndarray, "frames dofs"]) -> Float[np.ndarray, "frames 3"]:
-        """Where the joint of `child` sits in its parent's frame: the part of it that scales with the parent."""
+    def _joint_in_parent(
+        self, child: int, q: Float[np.ndarray, "frames dofs"]
+    ) -> Float[np.ndarray, "frames 3"]:
+        """Where the joint of `child` sits in its parent's frame: the part that scales with the parent."""
         joint = self.kinematics.skeleton.joints[child]
         location = np.tile(joint.p_parent_frame, (q.shape[0], 1))
         p, _, _ = self.kinematics.chain.couple(q)
@@ -54,4 +56,3 @@ class ScaleJacobian:
             moved = p[:, k] if k is not None else axis.function(np.zeros(q.shape[0]))[0]
             location += moved[:, None] * direction
         return location
-

@@ -54,7 +54,9 @@ def without_side(name: str) -> str:
     return re.sub(r"(_r|_l|_right|_left)$|^(r_|l_|right_|left_)", "", name)
 
 
-def log_scale_precision(groups: ScaleGroups, size_std: float, settings: KinematicsSettings) -> Float[np.ndarray, "n n"]:
+def log_scale_precision(
+    groups: ScaleGroups, size_std: float, settings: KinematicsSettings
+) -> Float[np.ndarray, "n n"]:
     """Inverse covariance of the log factors: body size, plus segment, plus axis.
 
     Args:

@@ -22,18 +22,28 @@ class KinematicsSettings:
         3.0, unit="rad", why="weak pull to the reference pose: decides only what no marker sees"
     )
     smoothness_std: float = setting(
-        1.0e4, unit="rad/s² or m/s²", why="bridges gaps; a hundred times above human accelerations, so no filter"
+        1.0e4,
+        unit="rad/s² or m/s²",
+        why="bridges gaps; a hundred times above human accelerations, so no filter",
     )
-    iterations: int = setting(60, unit="", why="ceiling of Levenberg-Marquardt; frames stop when they converge")
-    tolerance: float = setting(1.0e-4, unit="", why="relative decrease of the cost at which a frame has converged; a last step follows")
+    iterations: int = setting(
+        60, unit="", why="ceiling of Levenberg-Marquardt; frames stop when they converge"
+    )
+    tolerance: float = setting(
+        1.0e-4,
+        unit="",
+        why="relative decrease of the cost at which a frame has converged; a last step follows",
+    )
     keyframe_spacing_s: float = setting(
         0.4, unit="s", why="frames solved from several start poses; the rest start between them"
     )
-    calibration_frames: int = setting(60, unit="", why="poses that decide scales and offsets; more change < 0.1 mm")
+    calibration_frames: int = setting(
+        60, unit="", why="poses that decide scales and offsets; more change < 0.1 mm"
+    )
     effective_frames: float = setting(
         5.0,
         unit="frames",
-        why="soft tissue repeats with the movement: 60 poses of it tell as much as about five independent ones; "
+        why="soft tissue repeats with the movement: 60 poses of it tell as much as five independent ones; "
         "counted in full they pull the pelvis 4 cm out of its own markers",
     )
     effective_static_frames: float = setting(
@@ -45,9 +55,15 @@ class KinematicsSettings:
     bony_offset_std_m: float = setting(
         0.012, unit="m", why="palpation repeats within 5-10 mm, the skin adds some (Della Croce 2005)"
     )
-    other_offset_std_m: float = setting(0.02, unit="m", why="markers that are neither bony landmarks nor clusters")
-    cluster_offset_std_m: float = setting(0.06, unit="m", why="tracking markers are put anywhere on the segment")
+    other_offset_std_m: float = setting(
+        0.02, unit="m", why="markers that are neither bony landmarks nor clusters"
+    )
+    cluster_offset_std_m: float = setting(
+        0.06, unit="m", why="tracking markers are put anywhere on the segment"
+    )
     scale_std: float = setting(0.1, unit="log", why="body size against the model when the height is unknown")
     height_scale_std: float = setting(0.03, unit="log", why="body size when the height is given")
-    segment_scale_std: float = setting(0.06, unit="log", why="segment lengths against body size (Drillis 1964)")
+    segment_scale_std: float = setting(
+        0.06, unit="log", why="segment lengths against body size (Drillis 1964)"
+    )
     aspect_scale_std: float = setting(0.05, unit="log", why="width and depth of a segment against its length")

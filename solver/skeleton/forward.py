@@ -26,7 +26,7 @@ class Poses:
     slope: Float[np.ndarray, "frames positions"]  # Φ', the diagonal
 
     def twists(self) -> Float[np.ndarray, "frames positions 6"]:
-        """Columns of the body Jacobians about the ground origin, by q̇ of the driving dof: [angular, linear]."""
+        """Columns of the body Jacobians about the ground origin, by the driving q̇: [angular, linear]."""
         columns = np.concatenate([self.angular_ground, self.linear_ground], axis=2)
         return columns * self.slope[:, :, None]
 
@@ -111,7 +111,7 @@ class ForwardKinematics:
 def cross(
     a: Float[np.ndarray, "*batch 3"], b: Float[np.ndarray, "*batch 3"]
 ) -> Float[np.ndarray, "*batch 3"]:
-    """a × b; several times faster than numpy.cross on stacks."""
+    """A × b; several times faster than numpy.cross on stacks."""
     out = np.empty(np.broadcast_shapes(a.shape, b.shape))
     out[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
     out[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]

@@ -129,6 +129,17 @@ class Composed:
         return value, slope * du, curvature * du**2 + slope * ddu
 
 
+def multiplied(function: ScalarFunction, factor: float) -> ScalarFunction:
+    """The function `factor` times as large; constants and multiples stay single."""
+    if factor == 1.0:
+        return function
+    if isinstance(function, Constant):
+        return Constant(factor * function.value)
+    if isinstance(function, Scaled):
+        return Scaled(factor * function.factor, function.inner)
+    return Scaled(factor, function)
+
+
 def _simm_coefficients(
     knots: Float[np.ndarray, " knots"], heights: Float[np.ndarray, " knots"]
 ) -> Float[np.ndarray, "pieces 4"]:

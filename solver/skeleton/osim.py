@@ -8,7 +8,7 @@ import numpy as np
 
 from solver.errors import ModelError
 from solver.skeleton import osim_current, osim_legacy
-from solver.skeleton.functions import Constant, Linear, ScalarFunction, Scaled
+from solver.skeleton.functions import ScalarFunction, multiplied
 from solver.skeleton.osim_document import Node, OsimDocument, read_document
 from solver.skeleton.osim_functions import find_function, function_of
 from solver.skeleton.osim_joints import joint_motion
@@ -161,11 +161,7 @@ def _inverted(document: OsimDocument, part: JointPart, axes: tuple[Axis, ...]) -
             f"it is reversed ('{part.child.body}' is nearer to the ground than '{part.parent.body}') "
             "and both turns and slides; exchange its parent and child in OpenSim.",
         )
-    return tuple(replace(axis, function=_negated(axis.function)) for axis in reversed(axes))
-
-
-def _negated(function: ScalarFunction) -> ScalarFunction:
-    return Constant(-function.value) if isinstance(function, Constant) else Scaled(-1.0, function)
+    return tuple(replace(axis, function=multiplied(axis.function, -1.0)) for axis in reversed(axes))
 
 
 # ---- coordinates ----------------------------------------------------------------------------------------
@@ -230,15 +226,7 @@ def _coupling(
         raise document.error(node, "it has no <coupled_coordinates_function>.")
     function, driver = function_of(document, function_node, independent)
     factor = document.number(node, "scale_factor", 1.0)
-    return dependent, _times(factor, function), driver
-
-
-def _times(factor: float, function: ScalarFunction) -> ScalarFunction:
-    if factor == 1.0:
-        return function
-    if isinstance(function, Linear):
-        return Linear(factor * function.slope, factor * function.intercept)
-    return Constant(factor * function.value) if isinstance(function, Constant) else Scaled(factor, function)
+    return dependent, multiplied(function, factor), driver
 
 
 # ---- markers and masses ---------------------------------------------------------------------------------

@@ -58,14 +58,14 @@ class RigidBodyModel:
             Joint torques [N·m], or forces [N] for translations; the root's are the residual about its axes.
         """
         p, dp, ddp, slope = self._trajectory(q, v, a)
-        if wrenches_ground is None or len(bodies) == 0:
-            torque = np.stack([pin.rnea(self.model, self.data, *row) for row in zip(p, dp, ddp, strict=True)])
-            return (torque * slope) @ self.selection
         torque = np.empty_like(p)
         for t in range(len(p)):
-            pin.forwardKinematics(self.model, self.data, p[t])
-            forces = self._joint_forces(wrenches_ground[t], bodies)
-            torque[t] = pin.rnea(self.model, self.data, p[t], dp[t], ddp[t], forces)
+            if wrenches_ground is None:
+                torque[t] = pin.rnea(self.model, self.data, p[t], dp[t], ddp[t])
+            else:
+                pin.forwardKinematics(self.model, self.data, p[t])
+                forces = self._joint_forces(wrenches_ground[t], bodies)
+                torque[t] = pin.rnea(self.model, self.data, p[t], dp[t], ddp[t], forces)
         return (torque * slope) @ self.selection
 
     def mass_matrix(self, q: Float[np.ndarray, "frames dofs"]) -> Float[np.ndarray, "frames dofs dofs"]:
@@ -82,7 +82,10 @@ class RigidBodyModel:
     def centre_of_mass(self, q: Float[np.ndarray, "frames dofs"]) -> Float[np.ndarray, "frames 3"]:
         """Centre of mass of the whole body in the ground frame [m]."""
         p, _, _ = self.couple(q)
-        return np.stack([pin.centerOfMass(self.model, self.data, row).copy() for row in p])
+        centres = np.empty((len(p), 3))
+        for t in range(len(p)):
+            centres[t] = pin.centerOfMass(self.model, self.data, p[t])
+        return centres
 
     def centre_of_mass_acceleration(
         self,
@@ -133,7 +136,7 @@ class RigidBodyModel:
         self.body_joint[index], self.body_placement[index] = joint, placement
         return positions
 
-    # ---- the coupling map, in Pinocchio's order -------------------------------------------------------------
+    # ---- the coupling map, in Pinocchio's order -----------------------------------------------------------
 
     def couple(
         self, q: Float[np.ndarray, "frames dofs"]

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.errors import ModelError
-from solver.skeleton.functions import Constant, Linear, ScalarFunction, Scaled
+from solver.skeleton.functions import Linear, multiplied
 from solver.skeleton.skeleton import Axis, Body, Geometry, Joint, Skeleton
 
 UNIFORM = 1e-13  # relative spread below which three factors count as one: rounding
@@ -32,14 +32,33 @@ def scaled(
     factors = np.asarray(factors, dtype=float)
     if factors.shape != (len(skeleton.bodies), 3) or not (np.isfinite(factors) & (factors > 0)).all():
         raise ModelError(f"{skeleton.name}: scale factors must be positive, three for each body.")
-    if mass_kg is not None and not (np.isfinite(mass_kg) and mass_kg > 0 and skeleton.mass > 0):
-        raise ModelError(f"{skeleton.name}: a body mass of {mass_kg:g} kg cannot be; give the subject's mass.")
-    mass_ratio = 1.0 if mass_kg is None else mass_kg / skeleton.mass
-    return replace(
+    resized = replace(
         skeleton,
-        bodies=tuple(_body(b, f, mass_ratio) for b, f in zip(skeleton.bodies, factors, strict=True)),
+        bodies=tuple(_body(body, f) for body, f in zip(skeleton.bodies, factors, strict=True)),
         joints=tuple(_joint(joint, i, factors) for i, joint in enumerate(skeleton.joints)),
         markers=tuple(replace(m, position_body=m.position_body * factors[m.body]) for m in skeleton.markers),
+    )
+    return resized if mass_kg is None else with_mass(resized, mass_kg)
+
+
+def with_mass(skeleton: Skeleton, mass_kg: float) -> Skeleton:
+    """The skeleton with another total mass [kg]; each body keeps its share, and inertias follow.
+
+    Raises:
+        ModelError: the mass is not positive, or the skeleton has none to distribute.
+    """
+    if not (np.isfinite(mass_kg) and mass_kg > 0):
+        raise ModelError(
+            f"{skeleton.name}: a body mass of {mass_kg:g} kg cannot be; give the subject's mass."
+        )
+    if skeleton.mass <= 0:
+        raise ModelError(f"{skeleton.name}: no body of the model has a mass; there are no shares to keep.")
+    ratio = mass_kg / skeleton.mass
+    return replace(
+        skeleton,
+        bodies=tuple(
+            replace(b, mass=b.mass * ratio, inertia_body=b.inertia_body * ratio) for b in skeleton.bodies
+        ),
     )
 
 
@@ -83,12 +102,11 @@ def scaled_inertia(
     return stretched
 
 
-def _body(body: Body, factors: Float[np.ndarray, "3"], mass_ratio: float) -> Body:
+def _body(body: Body, factors: Float[np.ndarray, "3"]) -> Body:
     return replace(
         body,
-        mass=body.mass * mass_ratio,
         com_body=body.com_body * factors,
-        inertia_body=scaled_inertia(body.inertia_body, body.mass, factors) * mass_ratio,
+        inertia_body=scaled_inertia(body.inertia_body, body.mass, factors),
         geometry=tuple(_mesh(mesh, factors) for mesh in body.geometry),
         scale=body.scale * factors,
     )
@@ -114,14 +132,3 @@ def _axis(axis: Axis, factors: Float[np.ndarray, "3"]) -> Axis:
         return axis
     direction = axis.axis / np.linalg.norm(axis.axis)
     return replace(axis, function=multiplied(axis.function, float(np.linalg.norm(direction * factors))))
-
-
-def multiplied(function: ScalarFunction, factor: float) -> ScalarFunction:
-    """The function `factor` times as large; constants and multiples stay single."""
-    if factor == 1.0:
-        return function
-    if isinstance(function, Constant):
-        return Constant(factor * function.value)
-    if isinstance(function, Scaled):
-        return Scaled(factor * function.factor, function.inner)
-    return Scaled(factor, function)

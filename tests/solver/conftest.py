@@ -21,13 +21,15 @@ def _axes(names, kinds, vectors):
     )
 
 
-def _joint(name, parent, location, axes, turn=(0.0, 0.0, 0.0), child=(0.0, 0.0, 0.0)):
-    return Joint(name, parent, body_fixed_xyz(np.array(turn)), np.array(location), np.eye(3), np.array(child), axes)
+def _joint(name, parent, location, axes, *, turn=(0.0, 0.0, 0.0), child=(0.0, 0.0, 0.0)):
+    return Joint(
+        name, parent, body_fixed_xyz(np.array(turn)), np.array(location), np.eye(3), np.array(child), axes
+    )
 
 
 @pytest.fixture(scope="session")
 def crane() -> Skeleton:
-    """Free root, a ball-like hip, a knee whose translation follows its angle, a coupled and a locked joint."""
+    """Free root, a ball-like hip, a knee whose translation follows its angle, a coupled and a locked one."""
     x, y, z = np.eye(3)
     root = _axes(
         ["tx", "ty", "tz", "tilt", "list", "turn"], ["translation"] * 3 + ["rotation"] * 3, [x, y, z, z, x, y]
@@ -50,7 +52,9 @@ def crane() -> Skeleton:
     coordinates = (
         *free,
         Coordinate("knee_angle", "rotation", 0.3, (0.0, 2.5)),
-        Coordinate("cap_angle", "coupled", 0.0, (-9.0, 9.0), coupling=Linear(0.6, 0.05), coupled_to="knee_angle"),
+        Coordinate(
+            "cap_angle", "coupled", 0.0, (-9.0, 9.0), coupling=Linear(0.6, 0.05), coupled_to="knee_angle"
+        ),
         Coordinate("ankle_angle", "rotation", 0.0, (-1.0, 1.0)),
         Coordinate("locked_angle", "rotation", 0.2, (-1.0, 1.0), locked=True),
         Coordinate("arm_angle", "rotation", 0.0, (-3.0, 3.0)),
@@ -67,7 +71,7 @@ def crane() -> Skeleton:
     )
     rng = np.random.default_rng(3)
     markers = tuple(
-        Marker(f"M{i}", body, rng.normal(0, 0.08, 3) + (0, -0.15 * (body > 0), 0))
+        Marker(f"M{i}", body, rng.normal(0, 0.08, 3) + np.array([0, -0.15 * (body > 0), 0]))
         for i, body in enumerate([0, 0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 4, 4, 4, 5, 5])
     )
     return Skeleton("crane", tuple(_body(b) for b in bodies), joints, coordinates, markers)

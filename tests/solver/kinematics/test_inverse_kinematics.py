@@ -35,7 +35,9 @@ def test_gaps_are_bridged_without_a_jump(crane, crane_q):
     q = solve(crane, observed)
     ankle = crane.dofs.index("ankle_angle")
     assert np.abs(q[40:52, ankle] - crane_q[40:52, ankle]).max() < 0.1
-    assert np.abs(np.diff(q[36:56, ankle], n=2)).max() < 5 * np.abs(np.diff(crane_q[:, ankle], n=2)).max() + 5e-3
+    assert (
+        np.abs(np.diff(q[36:56, ankle], n=2)).max() < 5 * np.abs(np.diff(crane_q[:, ankle], n=2)).max() + 5e-3
+    )
 
 
 def test_swapped_markers_do_not_bend_the_body(crane, crane_q):
