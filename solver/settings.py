@@ -10,7 +10,9 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+from solver.capture.force_settings import ConditioningSettings
 from solver.contact.settings import ContactSettings
+from solver.dynamics.settings import DynamicsSettings
 from solver.errors import SettingsError
 from solver.kinematics.settings import KinematicsSettings
 
@@ -22,7 +24,9 @@ class Settings:
     """One frozen dataclass a stage; a table of the TOML file carries the field's name."""
 
     kinematics: KinematicsSettings = field(default_factory=KinematicsSettings)
+    conditioning: ConditioningSettings = field(default_factory=ConditioningSettings)
     contact: ContactSettings = field(default_factory=ContactSettings)
+    dynamics: DynamicsSettings = field(default_factory=DynamicsSettings)
 
 
 def settings_for(subject_folder: Path, file: Path | None = None) -> Settings:

@@ -1,32 +1,17 @@
 """A fit's figures as the command line's JSON states them: SI units, ranges end before their second number."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.dynamics.thresholds import Figures, Thresholds, verdicts
 from solver.fit import Fit, TrialFit
 from solver.kinematics.marker_errors import MarkerErrors
 
 STANDARD_GRAVITY = 9.80665  # [m/s²] turns the fitted mass into one body weight (BW)
 
-Figures = dict[str, float | None]
-
-
-@dataclass(frozen=True)
-class Thresholds:
-    """Up to where a fit counts as good.
-
-    Hicks et al. 2015 (J Biomech Eng 137:020905) for all but `angular_paper_BWh`, the looser bound that the
-    AddBiomechanics Dataset reports beside them (Werling et al. 2024).
-    """
-
-    linear_BW: float = 0.05  # RMS residual force, body weights
-    angular_BWh: float = 0.01  # RMS residual moment, body weight · height
-    marker_rms_m: float = 0.02
-    marker_max_m: float = 0.04
-    angular_paper_BWh: float = 0.1
+Numbers = dict[str, float | None]
 
 
 def summary(fit: Fit, files: Sequence[str] = (), thresholds: Thresholds | None = None) -> dict[str, object]:
@@ -70,13 +55,13 @@ def ranges(used: Bool[np.ndarray, " frames"]) -> list[list[int]]:
     return edges.reshape(-1, 2).tolist()
 
 
-def linear_figures(residual: Float[np.ndarray, "frames 3"], body_weight: float) -> Figures:
+def linear_figures(residual: Float[np.ndarray, "frames 3"], body_weight: float) -> Numbers:
     """RMS [N], mean norm [N] and RMS in body weights of residual forces [N]."""
     rms, mean = _rms_and_mean_norm(residual)
     return {"rms_N": _number(rms), "mean_norm_N": _number(mean), "rms_BW": _number(rms / body_weight)}
 
 
-def angular_figures(residual: Float[np.ndarray, "frames 3"], body_weight: float, height: float) -> Figures:
+def angular_figures(residual: Float[np.ndarray, "frames 3"], body_weight: float, height: float) -> Numbers:
     """RMS [N·m], mean norm [N·m] and RMS in body weight · height of residual moments [N·m]."""
     rms, mean = _rms_and_mean_norm(residual)
     scaled = rms / (body_weight * height)
@@ -94,14 +79,14 @@ def _trial(trial: TrialFit, body_weight: float, height: float, limits: Threshold
         "frames_used_ranges": ranges(used),
         "mask_source": trial.mask.source if trial.mask else "none",
         **figures,
-        "hicks": _verdicts(figures, limits),
+        "hicks": verdicts(_judged(figures), limits),
         "heldout": None,
         "kinematics_only": None,
         "seconds": {stage: _number(seconds) for stage, seconds in trial.seconds.items()},
     }
 
 
-def _marker_figures(errors: MarkerErrors) -> Figures:
+def _marker_figures(errors: MarkerErrors) -> Numbers:
     if not np.isfinite(errors.distance).any():
         return {"marker_rms_m": None, "marker_rms_frame_mean_m": None, "marker_max_m": None}
     return {
@@ -111,7 +96,7 @@ def _marker_figures(errors: MarkerErrors) -> Figures:
     }
 
 
-def _residual_figures(trial: TrialFit, body_weight: float, height: float) -> dict[str, Figures | None]:
+def _residual_figures(trial: TrialFit, body_weight: float, height: float) -> dict[str, Numbers | None]:
     names = ("linear_residual", "angular_residual", "linear_residual_raw", "angular_residual_raw")
     if trial.dynamics is None or not trial.dynamics.used.any():
         return dict.fromkeys(names)
@@ -126,20 +111,14 @@ def _residual_figures(trial: TrialFit, body_weight: float, height: float) -> dic
     return dict(zip(names, figures, strict=True))
 
 
-def _verdicts(figures: dict, limits: Thresholds) -> dict[str, bool | None]:
-    linear = (figures["linear_residual"] or {}).get("rms_BW")
-    angular = (figures["angular_residual"] or {}).get("rms_BWh")
-    return {
-        "linear": _within(linear, limits.linear_BW),
-        "angular": _within(angular, limits.angular_BWh),
-        "marker_rms": _within(figures["marker_rms_m"], limits.marker_rms_m),
-        "marker_max": _within(figures["marker_max_m"], limits.marker_max_m),
-        "angular_paper": _within(angular, limits.angular_paper_BWh),
-    }
-
-
-def _within(value: float | None, limit: float) -> bool | None:
-    return None if value is None else value <= limit
+def _judged(figures: dict) -> Figures:
+    """Those of a trial's figures that have a threshold."""
+    return Figures(
+        linear_BW=(figures["linear_residual"] or {}).get("rms_BW"),
+        angular_BWh=(figures["angular_residual"] or {}).get("rms_BWh"),
+        marker_rms_m=figures["marker_rms_m"],
+        marker_max_m=figures["marker_max_m"],
+    )
 
 
 def _rms_and_mean_norm(vectors: Float[np.ndarray, "frames 3"]) -> tuple[float, float]:

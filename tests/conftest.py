@@ -92,13 +92,15 @@ def _one_segment() -> Skeleton:
     )
 
 
+def _motion() -> Motion:
+    return Motion(("hip_flexion",), q=np.array([[0.0], [0.1], [0.2], [0.3]]), rate=100.0, start_time=0.25)
+
+
 def _moved(capture: Capture) -> TrialFit:
     distance = np.array([[0.003], [0.003], [0.021], [0.021]])  # [m] RMS 0.015, mean 0.012
     return TrialFit(
         capture=capture,
-        motion=Motion(
-            ("hip_flexion",), q=np.array([[0.0], [0.1], [0.2], [0.3]]), rate=100.0, start_time=0.25
-        ),
+        motion=_motion(),
         marker_errors=MarkerErrors(("ASIS",), distance),
         model_markers_ground=np.ones((4, 1, 3)),
     )
@@ -129,5 +131,6 @@ def _forces() -> dict[str, object]:
             com_ground=np.zeros((4, 3)),
             root_ground=np.zeros((4, 3)),
             used=used,
+            motion=_motion(),
         ),
     }

@@ -131,15 +131,30 @@ def _residual_charts(replay: Replay) -> Iterator[Chart]:
         return
     limits = Thresholds()
     yield _residual_chart(
-        "Residual force", "N", residual.force, f"{100 * limits.linear_BW:g} % BW", residual.force_limit, residual
+        "Residual force",
+        "N",
+        residual.force,
+        f"{100 * limits.linear_BW:g} % BW",
+        residual.force_limit,
+        residual,
     )
     yield _residual_chart(
-        "Residual moment", "N·m", residual.moment, f"{100 * limits.angular_BWh:g} % BW·h", residual.moment_limit, residual
+        "Residual moment",
+        "N·m",
+        residual.moment,
+        f"{100 * limits.angular_BWh:g} % BW·h",
+        residual.moment_limit,
+        residual,
     )
 
 
 def _residual_chart(
-    title: str, unit: str, vector: Float[np.ndarray, "frames 3"], name: str, limit: float, residual: ResidualReplay
+    title: str,
+    unit: str,
+    vector: Float[np.ndarray, "frames 3"],
+    name: str,
+    limit: float,
+    residual: ResidualReplay,
 ) -> Chart:
     norm = np.linalg.norm(vector, axis=1)
     lines = (Line("norm", norm, RESIDUAL), _limit(f"{name} = {limit:.0f} {unit}", limit, len(norm)))

@@ -27,14 +27,14 @@ class PlateNodes:
 
     def __init__(self, scene: viser.SceneApi, parent: str, plates: tuple[PlateReplay, ...]) -> None:
         for i, plate in enumerate(plates):
-            if plate.corners is not None:
+            if plate.corners is not None and np.isfinite(plate.corners).all():
                 edges = np.stack([plate.corners, np.roll(plate.corners, -1, axis=0)], axis=1)
                 scene.add_line_segments(f"{parent}/{i}/outline", edges, GREY, thickness=ForceSizes().outline)
             place = _name_place(plate)
             if place is not None:
                 scene.add_label(
                     f"{parent}/{i}/name", plate.name, position=place, font_size_mode="scene",
-                    font_scene_height=0.05, anchor="center-center", depth_test=True,
+                    font_scene_height=0.04, anchor="top-center",
                 )  # fmt: skip
 
 
@@ -52,7 +52,7 @@ class ForceNodes:
         for plate, arrow in zip(self.replay.plates, self.arrows, strict=True):
             color = self._color(int(plate.foot[frame]))
             _point(arrow, plate.cop[frame], plate.force[frame], forces)
-            arrow.colors = np.array(color, dtype=np.uint8)
+            arrow.colors = np.array(color.linear, dtype=np.uint8)
         if self.residual is not None and self.replay.residual is not None:
             r = self.replay.residual
             _point(self.residual, r.com[frame], r.force[frame], residual)
@@ -64,7 +64,7 @@ class ForceNodes:
 def _arrow(scene: viser.SceneApi, name: str, color: Rgb) -> viser.ArrowsHandle:
     sizes = ForceSizes()
     return scene.add_arrows(
-        name, np.array([[[0.0, 0.0, 0.0], [0.0, 0.1, 0.0]]]), np.array(color, dtype=np.uint8),
+        name, np.array([[[0.0, 0.0, 0.0], [0.0, 0.1, 0.0]]]), np.array(color.linear, dtype=np.uint8),
         shaft_radius=sizes.shaft_radius, head_radius=sizes.head_radius, head_length=sizes.head_length, visible=False,
     )  # fmt: skip
 
@@ -81,7 +81,11 @@ def _point(
 
 
 def _name_place(plate: PlateReplay) -> Float[np.ndarray, "3"] | None:
-    if plate.corners is not None:
-        return plate.corners.mean(axis=0)
-    loaded = np.isfinite(plate.cop).all(axis=1) & (np.linalg.norm(plate.force, axis=1) >= ForceSizes().smallest)
+    """On the edge farthest to the side, where feet and forces do not hide it."""
+    if plate.corners is not None and np.isfinite(plate.corners).all():
+        edges = 0.5 * (plate.corners + np.roll(plate.corners, -1, axis=0))
+        return edges[edges[:, 2].argmax()]
+    loaded = np.isfinite(plate.cop).all(axis=1) & (
+        np.linalg.norm(plate.force, axis=1) >= ForceSizes().smallest
+    )
     return np.median(plate.cop[loaded], axis=0) if loaded.any() else None

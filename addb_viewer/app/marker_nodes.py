@@ -16,8 +16,8 @@ TRAIL_SEGMENTS = 24  # a marker: enough for a smooth second, few enough for 60 m
 class MarkerSizes:
     """Diameters and thicknesses [m]; a motion-capture marker measures 9 to 14 mm."""
 
-    measured: float = 0.018
-    model: float = 0.010
+    measured: float = 0.015
+    model: float = 0.009
     line: float = 0.003
     trail: float = 0.003
 
@@ -35,10 +35,20 @@ class MarkerNodes:
         self.colors[~self.seen] = UNSEEN
         sizes, nothing = MarkerSizes(), np.zeros((0, 3), dtype=np.float32)
         self.points = scene.add_point_cloud(
-            f"{parent}/measured", nothing, nothing, point_size=sizes.measured, point_shape="circle", precision="float32"
+            f"{parent}/measured",
+            nothing,
+            nothing,
+            point_size=sizes.measured,
+            point_shape="circle",
+            precision="float32",
         )
         self.model_points = scene.add_point_cloud(
-            f"{parent}/model", nothing, GREY, point_size=sizes.model, point_shape="circle", precision="float32"
+            f"{parent}/model",
+            nothing,
+            GREY,
+            point_size=sizes.model,
+            point_shape="circle",
+            precision="float32",
         )
         none = np.zeros((0, 2, 3), dtype=np.float32)
         self.lines = scene.add_line_segments(f"{parent}/lines", none, GREY, thickness=sizes.line)

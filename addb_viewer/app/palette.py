@@ -21,9 +21,19 @@ class Rgb(NamedTuple):
         """As a style sheet writes it."""
         return f"rgb({self.r}, {self.g}, {self.b})"
 
+    @property
+    def linear(self) -> "Rgb":
+        """The same colour as light intensities: how viser's page takes the colours of arrows."""
+        return Rgb(*(round(255 * _intensity(c / 255)) for c in self))
+
     def faded(self, opacity: float) -> str:
         """As a style sheet writes it, see-through."""
         return f"rgba({self.r}, {self.g}, {self.b}, {opacity:g})"
+
+
+def _intensity(c: float) -> float:
+    """sRGB's transfer function (IEC 61966-2-1)."""
+    return c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4
 
 
 BLUE = Rgb(0, 114, 178)

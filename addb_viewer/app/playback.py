@@ -24,7 +24,9 @@ class Playback:
     Real time comes from the clock: a browser that cannot keep up skips frames, it never runs late.
     """
 
-    def __init__(self, draw: Callable[[Position], None], clock: Callable[[], float] = time.perf_counter) -> None:
+    def __init__(
+        self, draw: Callable[[Position], None], clock: Callable[[], float] = time.perf_counter
+    ) -> None:
         self._draw = draw
         self._clock = clock
         self._wake = threading.Condition(threading.RLock())
@@ -52,6 +54,11 @@ class Playback:
             self._frames, self._rate = max(frames, 1), rate
             self._frame, self._playing, self._speed = 0.0, False, 1.0
             self._changed()
+
+    @property
+    def frames(self) -> int:
+        """Length of the trial."""
+        return self._frames
 
     @property
     def position(self) -> Position:
@@ -107,7 +114,9 @@ class Playback:
     def slower(self) -> None:
         """J: one speed down, through the slow ones into backwards; from rest, backwards."""
         with self._wake:
-            self._play(next((s for s in reversed(SPEEDS) if s < self._speed), SPEEDS[0]) if self._playing else -1.0)
+            self._play(
+                next((s for s in reversed(SPEEDS) if s < self._speed), SPEEDS[0]) if self._playing else -1.0
+            )
 
     def redraw(self) -> None:
         """Draw the present frame again: an option changed."""

@@ -1,5 +1,7 @@
 """The plot panel: one chart below the other on a common time axis, with a cursor at the present frame."""
 
+import html
+
 import viser
 from viser import uplot
 
@@ -7,7 +9,7 @@ from addb_viewer.app.charts import Chart, Points, thinned
 from addb_viewer.app.palette import GREY, VERMILION
 from addb_viewer.app.replay import Replay
 
-CHART_HEIGHT = 150  # [pixel] four of them fit below one another on a laptop
+CHART_HEIGHT = 132  # [pixel] four of them fit below one another on a laptop
 AXIS_WIDTH = 44  # [pixel] the same for all, so that times lie below one another
 OWN_SCALE = "share"  # of cursor and shading: 0 to 1 whatever the curves do
 
@@ -18,21 +20,20 @@ class PlotPanel:
     def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle) -> None:
         self.gui, self.tab = gui, tab
         self.plots: list[tuple[viser.GuiUplotHandle, Points]] = []
+        self.texts: list[viser.GuiHtmlHandle] = []
         self.time = float("nan")
-        self.empty: viser.GuiHtmlHandle | None = None
 
     def show(self, replay: Replay, charts: tuple[Chart, ...]) -> None:
         """Put another trial's charts in place."""
-        for plot, _ in self.plots:
-            plot.remove()
-        if self.empty is not None:
-            self.empty.remove()
-            self.empty = None
+        for handle in (*self.texts, *(plot for plot, _ in self.plots)):
+            handle.remove()
+        self.texts, self.plots = [], []
         self.time = float(replay.times[0])
         with self.tab:
-            if not charts:
-                self.empty = self.gui.add_html("<p style='padding:0 1em'>Nothing to plot: no forces, no fit.</p>")
-            self.plots = [self._added(chart, replay) for chart in charts]
+            for chart in charts:
+                self.texts.append(self.gui.add_html(heading_html(chart)))
+                self.plots.append(self._added(chart, replay))
+            self.texts.append(self.gui.add_html(footer_html(charts)))
 
     def cursor(self, time: float) -> None:
         """Move the cursor to a time [s]."""
@@ -47,19 +48,39 @@ class PlotPanel:
         plot = self.gui.add_uplot(
             points.with_cursor(self.time),
             _series(chart),
-            title=chart.heading,
             scales={
                 "x": uplot.Scale(time=False, range=(float(replay.times[0]), float(replay.times[-1]))),
                 "y": uplot.Scale(auto=True),
-                OWN_SCALE: uplot.Scale(auto=False, range=(0.001, 1.0)),
+                OWN_SCALE: uplot.Scale(auto=False, range=(0.02, 1.0)),
             },
-            axes=(uplot.Axis(size=26, label=None), uplot.Axis(size=AXIS_WIDTH, scale="y")),
-            legend=uplot.Legend(show=True, live=False),
+            axes=(uplot.Axis(size=24), uplot.Axis(size=AXIS_WIDTH, scale="y")),
+            legend=uplot.Legend(show=False),
             cursor=uplot.Cursor(drag={"x": True, "y": False, "setScale": True}),
             height=CHART_HEIGHT,
-            padding=(0, 12, 0, 0),
+            padding=(10, 12, 0, 0),
         )
         return plot, points
+
+
+def heading_html(chart: Chart) -> str:
+    """Title, unit, and which colour is which curve."""
+    keys = " ".join(
+        f"<span style='white-space:nowrap'><span style='color:{line.color.css};font-weight:bold'>"
+        f"{'┅' if line.dashed else '━'}</span> {html.escape(line.label)}</span>"
+        for line in chart.lines
+    )
+    return (
+        "<div style='display:flex;flex-wrap:wrap;gap:0 .7em;font-size:.75rem;padding:0 .6em'>"
+        f"<b>{html.escape(chart.heading)}</b>{keys}</div>"
+    )
+
+
+def footer_html(charts: tuple[Chart, ...]) -> str:
+    """What all charts share."""
+    text = "Nothing to plot: no forces and no fit."
+    if charts:
+        text = "Over time [s]. Grey: not measured or not counted. Drag to zoom, double-click to see all."
+    return f"<p style='font-size:.75rem;opacity:.75;padding:0 .8em;margin:.3em 0'>{text}</p>"
 
 
 def _series(chart: Chart) -> tuple[uplot.Series, ...]:
@@ -75,5 +96,3 @@ def _series(chart: Chart) -> tuple[uplot.Series, ...]:
     )
     spike = uplot.Series(label="now", scale=OWN_SCALE, stroke=VERMILION.css, width=1.0, points={"show": False})
     return (uplot.Series(label="time [s]"), *curves, shading, spike)
-
-

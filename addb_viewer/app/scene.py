@@ -35,6 +35,10 @@ class Scene:
         self.server = server
         self.options = SceneOptions()
         server.scene.set_up_direction("+y")
+        # Colours in the scene mean something: light that keeps them, without shadows, which cost half the frame rate.
+        server.scene.configure_environment_map(None)
+        server.scene.configure_default_lights(cast_shadow=False)
+        server.scene.add_light_ambient("/light", intensity=0.7)
         self.lab = server.scene.add_frame(LAB, show_axes=False)
         server.scene.add_grid(
             f"{LAB}/ground", infinite_grid=True, plane="xz", cell_size=0.1, section_size=1.0, fade_distance=12.0,
@@ -52,7 +56,9 @@ class Scene:
             scene.add_frame(TRIAL, show_axes=False)
             self.replay = replay
             self.markers = MarkerNodes(scene, f"{TRIAL}/markers", replay.markers, replay.rate)
-            self.bodies = BodyNodes(scene, f"{TRIAL}/bodies", replay.bodies, meshes) if replay.bodies else None
+            self.bodies = (
+                BodyNodes(scene, f"{TRIAL}/bodies", replay.bodies, meshes) if replay.bodies else None
+            )
             self.plates = PlateNodes(scene, f"{TRIAL}/plates", replay.plates)
             self.forces = ForceNodes(scene, f"{TRIAL}/forces", replay)
             self.path = followed_path(replay)
@@ -71,6 +77,13 @@ class Scene:
             self.forces.draw(frame, forces=o.forces, residual=o.residual)
             if o.follow:
                 self.lab.position = self.anchor - self.path[frame]
+
+    def center(self, frame: int) -> Float[np.ndarray, "3"]:
+        """The middle of the person as the cameras see it [m]."""
+        assert self.replay is not None
+        heights = self.markers.held[frame, :, 1]
+        middle = 0.5 * (float(heights.min()) + float(heights.max())) if heights.size else 1.0
+        return self.lab.position + self.path[frame] + [0.0, middle, 0.0]
 
     def follow(self, on: bool, frame: int) -> None:
         """Start or stop following the pelvis without a jump of the picture."""

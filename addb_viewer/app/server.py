@@ -83,7 +83,9 @@ def _check_address(host: str, port: int) -> None:
         with socket.socket(family, kind) as trial:
             trial.bind(where)
     except OSError as error:
-        raise AddressError(f"Host '{host}' is no address of this machine ({error.strerror or error}).") from error
+        raise AddressError(
+            f"Host '{host}' is no address of this machine ({error.strerror or error})."
+        ) from error
 
 
 @contextlib.contextmanager

@@ -8,9 +8,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from solver.summary import Thresholds
+from solver.dynamics.thresholds import Thresholds
 
 _WIDTH_OF_A_PIPE = 120  # [characters] where no terminal says how wide it is
+_COLUMNS = ("used of\nframes", "marker\nRMS cm", "\nmax cm", "force\nN", "\nBW", "moment\nN·m", "\nBW·h")
 
 
 def print_summary(figures: dict[str, Any]) -> None:
@@ -38,18 +39,9 @@ def _subject_line(figures: dict[str, Any]) -> Text:
 
 def _table(trials: list[dict[str, Any]]) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("trial", overflow="fold")
-    for head in (
-        "frames",
-        "frames\nwith force",
-        "marker RMS\n[cm]",
-        "marker max\n[cm]",
-        "residual force\nRMS [N]",
-        "\n[BW]",
-        "residual moment\nRMS [N·m]",
-        "\n[BW·h]",
-    ):
-        table.add_column(head, justify="right")
+    table.add_column("trial", overflow="fold", min_width=8)
+    for head in _COLUMNS:
+        table.add_column(Text(head), justify="right", no_wrap=True)
     for trial in trials:
         table.add_row(*_row(trial))
     return table
@@ -62,8 +54,7 @@ def _row(trial: dict[str, Any]) -> list[Text]:
         moment.append(f" ({_mark(hicks['angular_paper'])})")
     return [
         Text(trial["name"]),
-        Text(str(trial["frames"])),
-        Text(str(trial["frames_with_force_used"])),
+        Text(f"{trial['frames_with_force_used']} of {trial['frames']}"),
         _judged(_in_cm(trial["marker_rms_m"]), ".2f", hicks["marker_rms"]),
         _judged(_in_cm(trial["marker_max_m"]), ".1f", hicks["marker_max"]),
         _judged(linear.get("rms_N"), ".1f", None),
@@ -93,9 +84,8 @@ def _mark(passed: bool) -> str:
 def _legend() -> Text:
     limits = Thresholds()
     return Text(
-        f"✓ within, ✗ beyond Hicks et al. 2015: residual force ≤ {limits.linear_BW} BW, "
-        f"moment ≤ {limits.angular_BWh} BW·h, marker RMS ≤ {100 * limits.marker_rms_m:g} cm, "
-        f"max ≤ {100 * limits.marker_max_m:g} cm; "
-        f"in brackets the dataset paper's moment ≤ {limits.angular_paper_BWh} BW·h. "
-        "Residuals are RMS over the frames with force, the moment about the root joint's centre."
+        "used: frames whose forces count. force, moment: RMS residual over them, the moment about the root "
+        f"joint's centre. ✓ within, ✗ beyond Hicks et al. 2015: marker RMS {100 * limits.marker_rms_m:g} cm, "
+        f"max {100 * limits.marker_max_m:g} cm, force {limits.linear_BW} BW, moment {limits.angular_BWh} "
+        f"BW·h (in brackets: {limits.angular_paper_BWh} BW·h, the dataset paper's bound)."
     )

@@ -7,7 +7,9 @@ from jaxtyping import Float
 
 from solver.capture.capture import ForcePlate
 
-UNEVEN_M = 0.01  # a surface whose height varies by more under the loaded foot is a ramp, not a plate out of level
+UNEVEN_M = (
+    0.01  # a surface whose height varies by more under the loaded foot is a ramp, not a plate out of level
+)
 FLAT_RESIDUAL_M = 0.003  # how well a plane must describe it then
 
 
@@ -23,7 +25,7 @@ LEVEL_GROUND = Surface(np.zeros(3), np.array([0.0, 1.0, 0.0]))
 
 
 def surface_of(plate: ForcePlate) -> Surface:
-    """The plate's surface: its corners' plane; else the height of the file's own centres of pressure; else y = 0."""
+    """The plate's surface: its corners' plane, else through the file's centres of pressure, else y = 0."""
     if plate.corners_ground is not None and np.isfinite(plate.corners_ground).all():
         return _plane(plate.corners_ground)
     pressed = plate.cop_ground[np.isfinite(plate.cop_ground).all(axis=1)]
@@ -39,7 +41,9 @@ def surface_of(plate: ForcePlate) -> Surface:
 
 
 def centre_of_pressure(
-    force_ground: Float[np.ndarray, "samples 3"], moment_ground: Float[np.ndarray, "samples 3"], surface: Surface
+    force_ground: Float[np.ndarray, "samples 3"],
+    moment_ground: Float[np.ndarray, "samples 3"],
+    surface: Surface,
 ) -> Float[np.ndarray, "samples 3"]:
     """Where the wrench's moment is along the surface's normal: p = p₀ + n × M₀ / (n · F), M₀ = M − p₀ × F.
 
@@ -60,6 +64,8 @@ def centre_of_pressure(
 def _plane(points: Float[np.ndarray, "points 3"]) -> Surface:
     centre = points.mean(axis=0)
     normal = np.linalg.svd(points - centre, full_matrices=False)[2][2]
-    if abs(normal[1]) < np.cos(np.radians(60)):  # points along a line leave the plane open; nobody stands on a wall
+    if abs(normal[1]) < np.cos(
+        np.radians(60)
+    ):  # points along a line leave the plane open; nobody stands on a wall
         normal = LEVEL_GROUND.normal_ground
     return Surface(centre, normal * np.sign(normal[1]))

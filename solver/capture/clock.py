@@ -8,24 +8,33 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from solver.errors import CaptureError
+from solver.settings_field import setting
 
 
 @dataclass(frozen=True)
 class ClockSettings:
     """What counts as a uniform clock."""
 
-    finest_decimals: int = 9  # time columns are printed with at most so many decimals; beyond is float noise
-    jitter: float = 0.05  # [samples] that a time may be off beyond its rounding: clocks are that good
-    rate_tolerance: float = 5e-4  # header and time column that differ by less say the same
-    gap_limit: float = 1.0  # missing rows per present row; more is two recordings in one file
+    finest_decimals: int = setting(
+        9, unit="", why="time columns are printed with at most so many decimals; beyond is float noise"
+    )
+    jitter: float = setting(
+        0.05, unit="samples", why="how far a time may be off beyond its rounding: clocks are that good"
+    )
+    rate_tolerance: float = setting(
+        5e-4, unit="", why="header and time column that differ by less say the same"
+    )
+    gap_limit: float = setting(
+        1.0, unit="", why="missing rows per present row; with more, two recordings are in one file"
+    )
 
 
 @dataclass(frozen=True)
 class Clock:
     """Where each row of a file lies on a uniform clock.
 
-    `sample[i]` is the index of row i; rows with `keep` False repeat the row before them. Indices without a row
-    are gaps.
+    `sample[i]` is the index of row i; rows with `keep` False repeat the row before them. Indices without a
+    row are gaps.
     """
 
     rate: float  # [Hz]
@@ -82,18 +91,20 @@ def find_clock(
             "Are these two recordings in one file? Export them one by one."
         )
     if header_rate and abs(header_rate - 1) > 0.5 and np.allclose(steps, 1, rtol=0, atol=1e-9):
-        note = f"{path.name}: the time column counts frames; times follow from the header's {header_rate:g} Hz"
+        note = (
+            f"{path.name}: the time column counts frames; times follow from the header's {header_rate:g} Hz"
+        )
         return Clock(header_rate, 0.0, np.arange(rows), np.ones(rows, bool), (note,))
 
     resolution = _resolution(times, settings.finest_decimals)
     sample = np.arange(rows)
     if not _fits(times, sample, resolution, settings) or _hides_gaps(times, resolution, header_rate):
-        sample = _with_gaps(times, steps, resolution, path, lines, settings)
+        sample = _with_gaps(times, resolution=resolution, path=path, lines=lines, settings=settings)
     keep = np.r_[True, np.diff(sample) > 0]
     notes = _gap_notes(times, sample, keep, path.name)
 
-    span = times[-1] - times[0]
-    rate = float(sample[-1] / span)
+    span = float(times[-1] - times[0])
+    rate = round(float(sample[-1]) / span, settings.finest_decimals)
     if header_rate and abs(header_rate - rate) <= max(1e-9, rate * resolution / span):
         rate = header_rate  # the same within what rounding of the times can tell
     elif header_rate and abs(header_rate / rate - 1) > settings.rate_tolerance:
@@ -113,7 +124,9 @@ def _header_clock(times: Float[np.ndarray, " rows"], path: Path, header_rate: fl
         raise CaptureError(f"{path}: the time column holds one and the same time or none. Export it again.")
     notes: tuple[str, ...] = ()
     if rows > 1:
-        notes = (f"{path.name}: the time column is unusable; times follow from the header's {header_rate:g} Hz",)
+        notes = (
+            f"{path.name}: the time column is unusable; times follow from the header's {header_rate:g} Hz",
+        )
     return Clock(header_rate, start, np.arange(rows), np.ones(rows, bool), notes)
 
 
@@ -139,8 +152,8 @@ def _fits(
 def _hides_gaps(times: Float[np.ndarray, " rows"], resolution: float, header_rate: float | None) -> bool:
     """Whether missing or repeated rows could pass as rounding, where one period is about the last digit.
 
-    Rounding leaves a residual no wider than the last digit and comes back in regular intervals; rows that were
-    lost don't, except where there is but one.
+    Rounding leaves a residual no wider than the last digit and comes back in regular intervals; rows that
+    were lost don't, except where there is but one.
     """
     steps = np.diff(times)
     period = float(np.median(steps))
@@ -157,12 +170,13 @@ def _hides_gaps(times: Float[np.ndarray, " rows"], resolution: float, header_rat
 
 def _with_gaps(
     times: Float[np.ndarray, " rows"],
-    steps: Float[np.ndarray, " steps"],
+    *,
     resolution: float,
     path: Path,
     lines: Sequence[int],
     settings: ClockSettings,
 ) -> Int[np.ndarray, " rows"]:
+    steps = np.diff(times)
     median = float(np.median(steps))
     single = steps[(steps > 0.5 * median) & (steps < 1.5 * median)]
     if not len(single):
@@ -173,8 +187,9 @@ def _with_gaps(
     k = int(np.argmax(error))
     if error[k] > 1.01 * resolution + settings.jitter * period:
         raise CaptureError(
-            f"{path}: line {lines[k + 1]}: the time steps are irregular ({steps.min():.6g} to {steps.max():.6g} s; "
-            f"here from {times[k]:.6g} to {times[k + 1]:.6g} s). Export at a constant rate."
+            f"{path}: line {lines[k + 1]}: the time steps are irregular ({steps.min():.6g} to "
+            f"{steps.max():.6g} s; here from {times[k]:.6g} to {times[k + 1]:.6g} s). "
+            "Export at a constant rate."
         )
     k = int(np.argmax(jumps))
     if jumps.sum() + 1 > (1 + settings.gap_limit) * len(times):
@@ -196,8 +211,8 @@ def _gap_notes(
     if jumps.max(initial=0) > 1:
         first = times[int(np.argmax(jumps > 1))]
         notes += (
-            f"{source}: {int((jumps[jumps > 1] - 1).sum())} rows are missing in {int((jumps > 1).sum())} places "
-            f"(first after {first:g} s); nothing is known there",
+            f"{source}: {int((jumps[jumps > 1] - 1).sum())} rows are missing in "
+            f"{int((jumps > 1).sum())} places (first after {first:g} s); nothing is known there",
         )
     if not keep.all():
         repeated = times[int(np.argmin(keep))]

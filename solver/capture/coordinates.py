@@ -1,4 +1,4 @@
-"""Generalized coordinates in .mot and .sto files: degrees or radians, whatever the header says or forgets to say."""
+"""Generalized coordinates in .mot and .sto files, in degrees or radians, also where the header forgets it."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -9,8 +9,8 @@ from jaxtyping import Float
 
 from solver.capture.storage import Storage, write_storage
 
-# No joint turns by more than a whole turn, and the heading only where somebody walks in circles: if two columns
-# go beyond this many radians the file is in degrees.
+# No joint turns by more than a whole turn, and the heading only where somebody walks in circles: if two
+# columns go beyond this many radians the file is in degrees.
 RADIANS_AT_MOST = 2 * np.pi
 
 
@@ -29,8 +29,8 @@ def coordinates_from_storage(storage: Storage, rotational: Collection[str]) -> C
 
     Args:
         storage: a column for each coordinate.
-        rotational: the coordinates that are angles in the file's units. In OpenSim's files these are the ones of
-            motion type "rotational" only; coupled ones, such as `knee_angle_r_beta`, stay in radians.
+        rotational: the coordinates that are angles in the file's units. In OpenSim's files these are the
+            ones of motion type "rotational" only; coupled ones, such as `knee_angle_r_beta`, stay in radians.
     """
     columns = [k for k, label in enumerate(storage.labels) if label in rotational]
     in_degrees, notes = storage.in_degrees, storage.notes
@@ -48,6 +48,7 @@ def write_coordinates(
     names: Sequence[str],
     times: Float[np.ndarray, " rows"],
     values: Float[np.ndarray, "rows coordinates"],
+    *,
     rotational: Collection[str],
     in_degrees: bool = True,
 ) -> None:
@@ -65,7 +66,7 @@ def write_coordinates(
         CaptureError: the file cannot be written.
     """
     scale = np.array([180 / np.pi if in_degrees and name in rotational else 1.0 for name in names])
-    write_storage(path, names, times, values * scale, in_degrees, name="Coordinates")
+    write_storage(path, names, times, values * scale, in_degrees=in_degrees, name="Coordinates")
 
 
 def _looks_like_degrees(angles: Float[np.ndarray, "rows angles"], source: str) -> tuple[bool, str]:
@@ -73,6 +74,6 @@ def _looks_like_degrees(angles: Float[np.ndarray, "rows angles"], source: str) -
     second = float(largest[-2:].min(initial=np.inf)) if len(largest) else 0.0
     in_degrees = second > RADIANS_AT_MOST
     return in_degrees, (
-        f"{source}: the header doesn't say whether angles are degrees; {'degrees' if in_degrees else 'radians'} assumed, "
-        f"since the second largest of them reaches {second:.3g}"
+        f"{source}: the header doesn't say whether angles are degrees; "
+        f"{'degrees' if in_degrees else 'radians'} assumed, since the second largest reaches {second:.3g}"
     )

@@ -44,10 +44,11 @@ class _Label:
 
 
 def find_plates(storage: Storage) -> tuple[tuple[PlateColumns, ...], tuple[str, ...]]:
-    """Force plates of a table, in file order, or by number where every plate has one; and which columns are ignored.
+    """Force plates of a table, by number where every plate has one, else in file order; and what is ignored.
 
-    A column name is words and numbers: the axis with or without a letter for its kind (`vx`, `px`, `mx`, `tx`, `x`),
-    the words for force, point and moment, and what remains, which names the plate: nothing, a number, a side, a body.
+    A column name is words and numbers: the axis with or without a letter for its kind (`vx`, `px`, `mx`,
+    `tx`, `x`), words for force, point and moment, and what remains, which names the plate: nothing, a number,
+    a side, a body.
 
     Raises:
         CaptureError: there is no force column, or a plate lacks one of its columns.
@@ -58,8 +59,8 @@ def find_plates(storage: Storage) -> tuple[tuple[PlateColumns, ...], tuple[str, 
     plates = list(dict.fromkeys(label.plate for label in labels if label.kind == FORCE))
     if not plates:
         raise CaptureError(
-            f"{storage.path}: no ground force among the columns {', '.join(storage.labels[:12])}; expected names such as "
-            "ground_force_vx, R_ground_force_vx, ground_force_1_vx."
+            f"{storage.path}: no ground force among the columns {', '.join(storage.labels[:12])}; expected "
+            "names such as ground_force_vx, R_ground_force_vx, ground_force_1_vx."
         )
     if all(len(plate) == 1 and plate[0].isdigit() for plate in plates):
         plates.sort(key=lambda plate: int(plate[0]))
@@ -123,8 +124,8 @@ def _triple(members: Sequence[_Label], kind: str, path: Path) -> dict[str, _Labe
             continue
         if label.axis in triple:
             raise CaptureError(
-                f"{path}: columns '{triple[label.axis].text}' and '{label.text}' both look like the {kind} along "
-                f"{label.axis} of one plate. Rename or remove one."
+                f"{path}: columns '{triple[label.axis].text}' and '{label.text}' both look like the {kind} "
+                f"along {label.axis} of one plate. Rename or remove one."
             )
         triple[label.axis] = label
     return triple
@@ -132,7 +133,9 @@ def _triple(members: Sequence[_Label], kind: str, path: Path) -> dict[str, _Labe
 
 def _missing(force: dict[str, _Label], point: dict[str, _Label], moment: dict[str, _Label]) -> list[str]:
     """Names of the columns that this plate lacks."""
-    names = [_sibling(triple, axis) for triple in (force, point) if triple for axis in "xyz" if axis not in triple]
+    names = [
+        _sibling(triple, axis) for triple in (force, point) if triple for axis in "xyz" if axis not in triple
+    ]
     if moment and set(moment) not in ({"y"}, set("xyz")):
         names += [_sibling(moment, axis) for axis in "xyz" if axis not in moment]
     if not point and set(moment) != set("xyz"):

@@ -36,7 +36,7 @@ def metres_per_unit(
         path: for messages.
 
     Raises:
-        CaptureError: the unit is unknown, or contradicts the size of the data with no other unit that fits a person.
+        CaptureError: the unit is unknown, or contradicts the size of the data and no other one fits a person.
     """
     unit = unit_of(claimed) if claimed is not None else None
     extent = _extent(positions)
@@ -67,7 +67,7 @@ def metres_per_unit(
 
 
 def _extent(positions: Float[np.ndarray, "frames markers 3"]) -> float:
-    """Diagonal of the box around the markers in the median frame; NaN unless two markers are seen together."""
+    """Diagonal of the box around the markers in the median frame; NaN unless two are seen together."""
     several = np.isfinite(positions).all(axis=2).sum(axis=1) >= 2
     if not several.any():
         return float("nan")

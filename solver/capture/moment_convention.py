@@ -4,10 +4,10 @@ The columns hold force F, centre of pressure p and a moment that is, depending o
 
 - `free`: the moment about the centre of pressure, which a foot can only exert about the vertical;
 - `ground`: the moment about the ground origin;
-- `plate`: the moment about some fixed point o of the plate (its origin, or the laboratory's where plates are tiled).
+- `plate`: the moment about some fixed point o of the plate.
 
-All three say M = M_columns + r × F with r = p, 0 or o, and that M − p × F is vertical. So the horizontal part of
-M_columns + (r − p) × F, divided by the vertical force, is a lever that must vanish; o follows by least squares.
+All three say M = M_columns + r × F with r = p, 0 or o, and that M − p × F is vertical. So the horizontal part
+of M_columns + (r − p) × F, divided by the vertical force, is a lever that must vanish; o follows by a fit.
 """
 
 from collections.abc import Sequence
@@ -20,6 +20,7 @@ from solver.capture.capture import ForcePlate
 from solver.capture.centre_of_pressure import LEVEL_GROUND, centre_of_pressure
 from solver.capture.clock import find_clock
 from solver.capture.force_columns import PlateColumns, find_plates
+from solver.capture.force_settings import PLATE_READING, PlateReadingSettings
 from solver.capture.storage import Storage
 from solver.errors import CaptureError
 
@@ -29,21 +30,6 @@ MEANING = {
     "ground": "the moment about the ground origin",
     "plate": "the moment about each plate's origin",
 }
-
-
-@dataclass(frozen=True)
-class PlateReadingSettings:
-    """How force columns are judged."""
-
-    loaded_N: float = 50.0  # levers are judged above: 5 N of noise are then 10 % of the force
-    centre_known_N: float = 20.0  # below, centres of pressure are noise and are not reported
-    fewest_samples: int = 10  # loaded samples that a judgement needs
-    good_lever_m: float = 0.02  # a convention that leaves more than a foot's half width explains nothing
-    plate_handicap_m: float = 0.001  # a fitted origin must do better by this than what needs no fit
-    height_weight: float = 0.01  # of "the origin lies at the surface": its height shows in the shear force only
-    usable_centre_m: float = 0.3  # an unloaded centre of pressure farther from all loaded ones is noise
-    longest_lab_m: float = 50.0  # levers longer than that are in mm
-    largest_free_Nm: float = 500.0  # free moments are below 50 N·m: a median beyond this is in N·mm
 
 
 @dataclass(frozen=True)
@@ -61,7 +47,7 @@ def plates_from_storage(
     storage: Storage,
     *,
     moment_convention: str | None = None,
-    settings: PlateReadingSettings = PlateReadingSettings(),
+    settings: PlateReadingSettings = PLATE_READING,
 ) -> tuple[tuple[ForcePlate, ...], tuple[str, ...]]:
     """Force plates of a .mot or .sto table: wrenches about the ground origin, y up, signs as in the file.
 
@@ -77,7 +63,9 @@ def plates_from_storage(
         CaptureError: columns are missing, or nothing tells where a force acts.
     """
     if moment_convention not in (None, *CONVENTIONS):
-        raise CaptureError(f"{storage.path}: moment convention '{moment_convention}': choose {', '.join(CONVENTIONS)}.")
+        raise CaptureError(
+            f"{storage.path}: moment convention '{moment_convention}': choose {', '.join(CONVENTIONS)}."
+        )
     columns, notes = find_plates(storage)
     clock = find_clock(storage.times, path=storage.path, lines=storage.lines)
     if not np.isfinite(clock.rate):
@@ -127,7 +115,10 @@ def _in_metres(
     if in_mm:
         notes += (f"{source}: centres of pressure read as mm: they lie {distance:.4g} from the origin",)
     if in_Nmm:
-        notes += (f"{source}: moments read as N·mm: their median lever is {lever:.3g}, the vertical one {vertical:.4g}",)
+        notes += (
+            f"{source}: moments read as N·mm: their median lever is {lever:.3g}, the median vertical one "
+            f"{vertical:.4g}",
+        )
     return [
         replace(
             plate,
@@ -180,11 +171,13 @@ def _judge(
     evidence = f"median lever of the horizontal moment left at the centre of pressure: {evidence}"
     if forced:
         contradiction = "" if forced == best else f", although the numbers speak for {MEANING[best]}"
-        return forced, (f"{source}: moment columns read as {MEANING[forced]}, as told{contradiction} ({evidence})",)
+        return forced, (
+            f"{source}: moment columns read as {MEANING[forced]}, as told{contradiction} ({evidence})",
+        )
     if left[best] > settings.good_lever_m:
         return "free", (
-            f"{source}: centres of pressure, forces and moments contradict each other ({evidence}); moment columns "
-            f"read as {MEANING['free']}",
+            f"{source}: centres of pressure, forces and moments contradict each other ({evidence}); moment "
+            f"columns read as {MEANING['free']}",
         )
     return best, (f"{source}: moment columns read as {MEANING[best]} ({evidence})",)
 
@@ -199,12 +192,12 @@ def _without_centres(blind: Sequence[_Columns], storage: Storage, forced: str | 
         )
     if forced == "free" or any(not _lever(plate, plate.moment).any() for plate in blind):
         raise CaptureError(
-            f"{storage.path}: {names}: neither a centre of pressure nor a horizontal moment: nothing tells where the "
-            "force acts. Export the centre of pressure."
+            f"{storage.path}: {names}: neither a centre of pressure nor a horizontal moment: nothing tells "
+            "where the force acts. Export the centre of pressure."
         )
     return (
-        f"{storage.path.name}: {names}: no centre of pressure in the file; recomputed at the height y = 0 from the "
-        "moment columns, taken to be about the ground origin",
+        f"{storage.path.name}: {names}: no centre of pressure in the file; recomputed at the height y = 0 "
+        "from the moment columns, taken to be about the ground origin",
     )
 
 
@@ -272,5 +265,6 @@ def _usable_points(plate: _Columns, settings: PlateReadingSettings) -> Float[np.
         return np.zeros_like(plate.point)
     loaded = plate.point[plate.loaded]
     low, high = loaded.min(axis=0) - settings.usable_centre_m, loaded.max(axis=0) + settings.usable_centre_m
-    near = ((plate.point >= low) & (plate.point <= high)).all(axis=1)
+    written = plate.point[:, [0, 2]].any(axis=1)  # 0 0 is what programs write for "none"
+    near = written & ((plate.point >= low) & (plate.point <= high)).all(axis=1)
     return np.where((near | plate.loaded)[:, None], plate.point, np.median(loaded, axis=0))

@@ -1,4 +1,4 @@
-"""Tables over time in .mot and .sto files, with every header that they come with; and as OpenSim reads them back."""
+"""Tables over time in .mot and .sto files, with every header they come with; as OpenSim reads them back."""
 
 import re
 from collections.abc import Sequence
@@ -46,7 +46,9 @@ class Storage:
             CaptureError: there is no such column.
         """
         if label not in self.labels:
-            raise CaptureError(f"{self.path}: column '{label}' missing; there are {', '.join(self.labels[:60])}.")
+            raise CaptureError(
+                f"{self.path}: column '{label}' missing; there are {', '.join(self.labels[:60])}."
+            )
         return self.values[:, self.labels.index(label)]
 
 
@@ -54,8 +56,8 @@ def read_storage(path: Path) -> Storage:
     """Read a .mot or .sto file.
 
     Raises:
-        CaptureError: the file is empty or cut off before its first row, has no time column, holds letters where a
-            number belongs, or rows that don't fit its columns.
+        CaptureError: the file is empty or cut off before its first row, has no time column, holds letters
+            where a number belongs, or rows that don't fit its columns.
     """
     path = Path(path)
     text = read_text(path)
@@ -65,7 +67,9 @@ def read_storage(path: Path) -> Storage:
     if first is None:
         raise CaptureError(f"{path}: no row of data after the column names. Export the trial again.")
     if re.search(r"datatype\s*=\s*(?!double)", "\n".join(head), re.IGNORECASE):
-        raise CaptureError(f"{path}: only tables of plain numbers (DataType=double) can be read. Export those.")
+        raise CaptureError(
+            f"{path}: only tables of plain numbers (DataType=double) can be read. Export those."
+        )
 
     labels, unnamed = _split_labels(text.lines[label_line])
     unique, repeated = unique_names(labels)
@@ -78,12 +82,18 @@ def read_storage(path: Path) -> Storage:
         )
     dialect = dialect_of(text.lines[first])
     rows = rows_of_numbers(
-        path, text, first, dialect, lambda k: unique[k] if k < len(unique) else f"number {k + 1}, without a name"
+        path,
+        text,
+        first,
+        dialect,
+        lambda k: unique[k] if k < len(unique) else f"number {k + 1}, without a name",
     )
     rows, cut = _whole_rows(path, text, rows, dialect, unique)
     time_column = next((k for k, label in enumerate(unique) if TIME_LABEL.fullmatch(label)), None)
     if time_column is None:
-        raise CaptureError(f"{path}: no column 'time' among {', '.join(unique[:12])}. Export with a time column.")
+        raise CaptureError(
+            f"{path}: no column 'time' among {', '.join(unique[:12])}. Export with a time column."
+        )
 
     table = np.array([row.values[: len(unique)] for row in rows])
     times = table[:, time_column]
@@ -110,6 +120,7 @@ def write_storage(
     labels: Sequence[str],
     times: Float[np.ndarray, " rows"],
     values: Float[np.ndarray, "rows columns"],
+    *,
     in_degrees: bool = False,
     name: str = "",
 ) -> None:
@@ -138,20 +149,24 @@ def write_storage(
         "endheader",
         "\t".join(["time", *labels]),
     ]
-    lines += ["\t".join(f"{value:.12g}" for value in row) for row in np.column_stack([times, values]).tolist()]
+    lines += [
+        "\t".join(f"{value:.12g}" for value in row) for row in np.column_stack([times, values]).tolist()
+    ]
     write_whole(path, "\n".join(lines) + "\n")
 
 
 def _label_line(path: Path, text: Text) -> tuple[int, tuple[str, ...]]:
     """Index of the line of column names."""
-    end = next((k for k, line in enumerate(text.lines) if re.match(r"\s*endheader\b", line, re.IGNORECASE)), None)
+    end = next(
+        (k for k, line in enumerate(text.lines) if re.match(r"\s*endheader\b", line, re.IGNORECASE)), None
+    )
     notes: tuple[str, ...] = ()
     if end is None:
         found = next((k for k, line in enumerate(text.lines) if _looks_like_labels(text.lines, k)), None)
         if found is None:
             raise CaptureError(
-                f"{path}: neither 'endheader' nor a line of column names that begins with 'time': the file is cut off, "
-                "or not a .mot or .sto file. Export it again."
+                f"{path}: neither 'endheader' nor a line of column names that begins with 'time': the file "
+                "is cut off, or not a .mot or .sto file. Export it again."
             )
         return found, (f"{path.name}: no 'endheader'; the column names were found in line {found + 1}",)
     found = next((k for k in range(end + 1, len(text.lines)) if text.lines[k].strip()), None)
@@ -159,7 +174,8 @@ def _label_line(path: Path, text: Text) -> tuple[int, tuple[str, ...]]:
         raise CaptureError(f"{path}: nothing follows the header: the file is cut off. Export it again.")
     if starts_with_number(text.lines[found]):
         raise CaptureError(
-            f"{path}: line {found + 1}: numbers where the column names belong. Add the line that begins with 'time'."
+            f"{path}: line {found + 1}: numbers where the column names belong. Add the line that begins with "
+            "'time'."
         )
     return found, notes
 
@@ -195,13 +211,15 @@ def _whole_rows(
         if written != len(labels):
             blanks = " (blanks inside column names?)" if dialect.separator is None else ""
             raise CaptureError(
-                f"{path}: line {row.line} holds {written} numbers, but there are {len(labels)} columns{blanks}. "
-                "Is the file cut off? Export it again."
+                f"{path}: line {row.line} holds {written} numbers, but there are {len(labels)} "
+                f"columns{blanks}. Is the file cut off? Export it again."
             )
     return rows, notes
 
 
-def _rate(path: Path, times: Float[np.ndarray, " rows"], lines: Sequence[int]) -> tuple[float, tuple[str, ...]]:
+def _rate(
+    path: Path, times: Float[np.ndarray, " rows"], lines: Sequence[int]
+) -> tuple[float, tuple[str, ...]]:
     try:
         clock = find_clock(times, path=path, lines=lines)
     except CaptureError as irregular:
@@ -232,7 +250,10 @@ def _title(head: Sequence[str]) -> str:
 
 def _count_notes(source: str, head: Sequence[str], rows: int, columns: int) -> tuple[str, ...]:
     notes: tuple[str, ...] = ()
-    for pattern, found, what in ((r"(nrows|datarows)", rows, "rows"), (r"(ncolumns|datacolumns)", columns, "columns")):
+    for pattern, found, what in (
+        (r"(nrows|datarows)", rows, "rows"),
+        (r"(ncolumns|datacolumns)", columns, "columns"),
+    ):
         for line in head:
             match = re.match(rf"\s*{pattern}\s*[=: ]\s*(\d+)", line, re.IGNORECASE)
             if match and int(match[2]) != found:

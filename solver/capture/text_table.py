@@ -1,4 +1,4 @@
-"""Number tables in text files as laboratories export them: encodings, separators, blanks and spellings of NaN."""
+"""Number tables in text files as laboratories export them: encodings, separators, blanks, ways to say NaN."""
 
 import math
 import re

@@ -12,7 +12,14 @@ from solver.capture.atomic import write_whole
 from solver.capture.capture import Markers
 from solver.capture.clock import find_clock
 from solver.capture.length_units import METRES_PER_UNIT, metres_per_unit
-from solver.capture.text_table import Text, dialect_of, read_text, rows_of_numbers, starts_with_number, unique_names
+from solver.capture.text_table import (
+    Text,
+    dialect_of,
+    read_text,
+    rows_of_numbers,
+    starts_with_number,
+    unique_names,
+)
 from solver.capture.trc_header import TrcHeader, read_header
 from solver.capture.unseen_markers import far_as_nan, unseen_as_nan
 from solver.errors import CaptureError
@@ -30,7 +37,8 @@ def read_trc(path: Path) -> MarkerFile:
     """Read a .trc file: metres, NaN where a marker was not seen, axes as the file has them.
 
     Raises:
-        CaptureError: the file is empty, cut off before its first row, or written so that a position would be a guess.
+        CaptureError: the file is empty, cut off before its first row, or written so that a position would be
+            a guess.
     """
     path = Path(path)
     text = read_text(path)
@@ -100,19 +108,19 @@ def _table(
         rows, widths = rows[:-1], widths[:-1]
     if not header.aligned and max(widths) < expected:
         raise CaptureError(
-            f"{path}: line {header.label_line + 1} holds {len(header.labels)} names, but rows of {max(widths)} numbers, frame "
-            f"and time included, hold {(max(widths) - header.lead) / 3:.3g} markers. Export the trial again."
+            f"{path}: line {header.label_line + 1} holds {len(header.labels)} names, but rows of "
+            f"{max(widths)} numbers have room for {(max(widths) - header.lead) // 3}. Export the trial again."
         )
     short = [row for row, width in zip(rows, widths, strict=True) if width < expected]
     if short and dialect.separator is None:
         raise CaptureError(
-            f"{path}: line {short[0].line} holds {len(short[0].values)} numbers, the names call for {expected}; between "
-            "blanks a missing marker leaves no trace. Export with tabs, or with NaN for missing markers."
+            f"{path}: line {short[0].line} holds {len(short[0].values)} numbers, the names call for "
+            f"{expected}; between blanks a missing marker leaves no trace. Export with tabs, or with NaN."
         )
     if short:
         notes += (
-            f"{path.name}: {len(short)} rows are shorter than the names call for (first in line {short[0].line}); "
-            "the markers at their ends count as not seen",
+            f"{path.name}: {len(short)} rows are shorter than the names call for (first in line "
+            f"{short[0].line}); the markers at their ends count as not seen",
         )
     table = np.full((len(rows), max(expected, *widths)), np.nan)
     for i, row in enumerate(rows):
@@ -149,14 +157,14 @@ def _markers(
     if not header.labels:
         found = f"; the rows hold {len(places)} markers without a name" if places else ""
         raise CaptureError(
-            f"{path}: line {header.label_line + 1} names no marker{found}. Label the markers and export again."
+            f"{path}: line {header.label_line + 1} names no marker{found}. Label them and export again."
         )
     notes: tuple[str, ...] = ()
     unnamed = sorted(int(place) + 1 for place in places - {place for place, _ in header.labels})
     if unnamed and not header.aligned:
         raise CaptureError(
-            f"{path}: line {header.label_line + 1} holds {len(header.labels)} names, the rows {max(places) + 1} markers: which "
-            "is which? Give every marker a name, or put two tabs behind each name."
+            f"{path}: line {header.label_line + 1} holds {len(header.labels)} names, the rows "
+            f"{max(places) + 1} markers: which is which? Name every marker, or put two tabs behind each."
         )
     if unnamed:
         listed = ", ".join(str(place) for place in unnamed[:12]) + (", …" if len(unnamed) > 12 else "")

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from solver.capture.length_units import unit_of
@@ -36,13 +37,15 @@ def read_header(path: Path, text: Text) -> TrcHeader:
     Raises:
         CaptureError: there is no line of names.
     """
-    for label_line, line in enumerate(text.lines[:SEARCHED_LINES]):
-        if re.match(r"[\s#]*(frame|time)", line, re.IGNORECASE) and "DataRate" not in line:
-            break
-    else:
+    label_line = next(
+        (k for k, x in enumerate(text.lines[:SEARCHED_LINES]) if re.match(r"[\s#]*(frame|time)", x, re.I)),
+        None,
+    )
+    if label_line is None:
         raise CaptureError(
             f"{path}: no line of marker names (it begins with 'Frame#' and 'Time') in the first "
-            f"{min(len(text.lines), SEARCHED_LINES)} lines: the file is cut off, or not a .trc file. Export it again."
+            f"{min(len(text.lines), SEARCHED_LINES)} lines: the file is cut off, or not a .trc file. "
+            "Export it again."
         )
     lead, time_column, aligned, labels = _labels(text.lines[label_line])
     rate, frames, markers, units = _claims(text.lines[:label_line])
@@ -72,7 +75,7 @@ def _labels(line: str) -> tuple[int, int | None, bool, tuple[tuple[int, str], ..
 
 def _claims(lines: tuple[str, ...]) -> tuple[float | None, int | None, int | None, str | None]:
     """Rate, frames, markers and units: the numbers are counted from the units, since some leave one out."""
-    for keys, values in zip(lines, lines[1:], strict=False):
+    for keys, values in pairwise(lines):
         if "datarate" not in keys.lower():
             continue
         cells = [cell for cell in re.split(r"[\s;,]+", values.strip()) if cell]

@@ -24,7 +24,7 @@ def unseen_as_nan(
     notes = _listed(zero, names, f"{source}: 0 0 0 counts as not seen")
     notes += _listed(torn, names, f"{source}: a coordinate is missing, the marker counts as not seen")
     cleaned = np.where((zero | ~written.all(axis=2))[:, :, None], np.nan, positions)
-    never = [name for name, seen in zip(names, np.isfinite(cleaned).any(axis=(0, 2)), strict=True) if not seen]
+    never = [name for k, name in enumerate(names) if not np.isfinite(cleaned[:, k]).any()]
     if never:
         notes += (f"{source}: never seen: {', '.join(never)}",)
     return cleaned, notes
@@ -43,7 +43,5 @@ def _listed(where: Bool[np.ndarray, "frames markers"], names: Sequence[str], hea
     if not where.any():
         return ()
     counts = where.sum(axis=0)
-    listed = ", ".join(
-        f"{name} ({count} frames)" for name, count in zip(names, counts, strict=True) if count
-    )
+    listed = ", ".join(f"{name} ({count} frames)" for name, count in zip(names, counts, strict=True) if count)
     return (f"{heading}: {listed}",)

@@ -13,11 +13,11 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from solver.capture.conditioning import ConditionedPlate
+from solver.capture.zero_level import runs
 from solver.contact.settings import ContactSettings
 from solver.contact.sole import Sole, independent_feet, soles
 from solver.contact.touching import touching
 from solver.contact.wrenches import NO_FOOT, TWO_FEET, ContactWrenches
-from solver.runs import runs
 from solver.skeleton.skeleton import Skeleton
 
 
@@ -64,7 +64,7 @@ def assign(
         between = _between_two(corners, touches, distances[k], plate.cop_ground, settings)
         for start, end in runs(plate.loaded):
             frames = slice(start, end)
-            load = plate.force_ground[frames, 1]
+            load = np.linalg.norm(plate.force_ground[frames], axis=1)
             owners[frames, k] = _owners(distances[k][frames], between[frames], load, rate, settings)
         notes += _notes(plate.name, owners[:, k], plate.loaded, distances[k], times)
         owners[:, k] = _with_tails(owners[:, k], plate.loaded)
@@ -133,7 +133,7 @@ def _owners(
     """The state of one contact, frame by frame."""
     feet = distances.shape[1]
     states = np.array([*range(feet), TWO_FEET, NO_FOOT])
-    apart = np.where(between, 0.0, settings.farthest_m)
+    apart = np.where(between, 0.0, 2 * settings.farthest_m)
     nowhere = np.full(len(load), settings.farthest_m)
     capped = np.minimum(np.nan_to_num(distances, nan=np.inf), 2 * settings.farthest_m)
     weight = np.clip(load / (settings.full_weight_load * load.max()), 0.0, 1.0)
@@ -180,15 +180,16 @@ def _gathered(
     notes: Sequence[str],
 ) -> ContactWrenches:
     frames = len(owners)
+    filtered = [np.nan_to_num(np.hstack([p.force_ground, p.moment_ground])) for p in plates]
+    recorded = [np.nan_to_num(np.hstack([p.force_raw_ground, p.moment_raw_ground])) for p in plates]
     wrench, raw = np.zeros((frames, len(feet), 6)), np.zeros((frames, len(feet), 6))
     cop = np.full((frames, len(feet), 3), np.nan)
     in_contact = np.zeros((frames, len(feet)), dtype=bool)
     for f in range(len(feet)):
         share = owners == f
-        for k, plate in enumerate(plates):
-            mine = share[:, k, None]
-            wrench[:, f] += np.where(mine, np.hstack([plate.force_ground, plate.moment_ground]), 0.0)
-            raw[:, f] += np.where(mine, np.hstack([plate.force_raw_ground, plate.moment_raw_ground]), 0.0)
+        for k in range(len(plates)):
+            wrench[:, f] += share[:, k, None] * filtered[k]
+            raw[:, f] += share[:, k, None] * recorded[k]
         loaded = share & np.column_stack([p.loaded for p in plates])
         in_contact[:, f] = loaded.any(axis=1)
         cop[:, f] = _cop(plates, loaded, wrench[:, f])

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
-from solver.contact.runs import runs, without_short_gaps
+from solver.capture.zero_level import runs
 from solver.contact.settings import ContactSettings
 from solver.contact.sole import soles
 from solver.contact.touching import touching
@@ -48,9 +48,17 @@ def contact_phases(
     on_ground = contacts.in_contact | touching(corners, contacts.in_contact, rate, settings)
     phases = []
     for foot in range(len(contacts.foot_bodies)):
-        closed = without_short_gaps(on_ground[:, foot], round(settings.shortest_gap_s * rate))
+        closed = _without_short_gaps(on_ground[:, foot], round(settings.shortest_gap_s * rate))
         for start, end in runs(closed):
             if end - start >= settings.shortest_phase_s * rate:
                 loaded = float(contacts.in_contact[start:end, foot].mean())
                 phases.append(ContactPhase(foot, start, end, loaded))
     return tuple(sorted(phases, key=lambda phase: (phase.start, phase.foot)))
+
+
+def _without_short_gaps(flags: Bool[np.ndarray, " frames"], shortest: int) -> Bool[np.ndarray, " frames"]:
+    closed = flags.copy()
+    for start, end in runs(~flags):
+        if start > 0 and end < len(flags) and end - start < shortest:
+            closed[start:end] = True
+    return closed

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from solver.contact.runs import runs
+from solver.capture.zero_level import runs
 from solver.contact.wrenches import TWO_FEET, ContactWrenches, FrameMask
 
 NOT_RECORDED = "hasNoForcePlateData"  # as the B3D format calls it

@@ -13,9 +13,9 @@ TWO_FEET = -2  # two feet stand on the loaded plate, and one wrench cannot be di
 class ContactWrenches:
     """Wrench [force N, moment N·m about the ground origin] on each foot, ground frame, markers' frames.
 
-    `observed` is False on frames that the force recording doesn't cover. `plate` says for every frame which
-    foot a plate's force goes to: its index, or NO_FOOT or TWO_FEET. While the plate is unloaded that is the
-    foot of the nearest contact in time, to which the filter's tails belong.
+    `observed` is False on frames that no force recording covers; wrenches are zero there. `plate` says
+    for every frame which foot a plate's force goes to: its index, or NO_FOOT or TWO_FEET. While the plate is
+    unloaded that is the foot of the nearest contact in time, to which the filter's tails belong.
     """
 
     foot_bodies: tuple[str, ...]
@@ -47,4 +47,4 @@ class FrameMask:
     @property
     def all_feet(self) -> Bool[np.ndarray, " frames"]:
         """Frames on which every foot's force counts: the complement of the paper's U."""
-        return self.counts.all(axis=1)
+        return np.all(self.counts, axis=1)

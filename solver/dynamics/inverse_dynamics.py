@@ -1,17 +1,17 @@
 """Joint torques τ = M q̈ + C(q, q̇) + g(q) − Jᵀ f, and what the measured forces fail to explain at the root."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.capture.resampling import ANTI_ALIAS_SHARE
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
+from solver.dynamics.root_wrench import about_point, centre_of_mass, root_centre, root_wrench
 from solver.dynamics.settings import DynamicsSettings
 from solver.errors import FitError
 from solver.kinematics.motion import Motion
-from solver.kinematics.root_joint import RootJoint, root_joint
-from solver.skeleton.forward import ForwardKinematics, Poses
+from solver.kinematics.root_joint import root_joint
+from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton
 
@@ -45,15 +45,16 @@ def inverse_dynamics(
             "they must be of the same trial at the markers' frames."
         )
     root = root_joint(skeleton)
-    filtered = motion.low_passed(settings.cutoff_Hz, settings.filter_order)
+    filtered = smoothed(motion, settings)
     wrenches = counted_wrenches(contacts.wrench_ground, mask)
     feet = [skeleton.body_index(name) for name in contacts.foot_bodies]
     torques = RigidBodyModel(skeleton).inverse_dynamics(
         filtered.q, filtered.velocity, filtered.acceleration, wrenches, feet
     )
-    poses = ForwardKinematics(skeleton).poses(filtered.q)
+    kinematics = ForwardKinematics(skeleton)
+    poses = kinematics.poses(filtered.q)
     centre = root_centre(root, poses)
-    residual = about_point(root_wrench(root, poses, torques), centre)
+    residual = about_point(root_wrench(root, kinematics.chain, poses, torques), centre)
     unsmoothed = wrenches - counted_wrenches(contacts.wrench_raw_ground, mask)
     return Dynamics(
         joint_torques=torques,
@@ -64,6 +65,14 @@ def inverse_dynamics(
         used=used_frames(contacts, mask, settings.end_frames),
         motion=filtered,
     )
+
+
+def smoothed(motion: Motion, settings: DynamicsSettings) -> Motion:
+    """The motion after the filter that the forces have passed; slow cameras allow a lower cutoff only."""
+    if settings.cutoff_Hz is None:
+        return motion
+    cutoff = min(settings.cutoff_Hz, ANTI_ALIAS_SHARE * motion.rate / 2)
+    return motion.low_passed(cutoff, settings.filter_order)
 
 
 def counted_wrenches(

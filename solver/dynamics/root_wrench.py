@@ -1,31 +1,58 @@
-"""The external wrench in Cartesian terms: from generalized forces of the root joint to force and moment."""
+"""From generalized forces of the root joint to a force and a moment in the ground frame."""
 
 import numpy as np
 from jaxtyping import Float
 
 from solver.kinematics.root_joint import RootJoint
-from solver.skeleton.forward import Poses
+from solver.skeleton.chain import Chain
+from solver.skeleton.forward import Poses, cross
 from solver.skeleton.skeleton import Skeleton
 
-NEARLY_SINGULAR = 1e-9  # relative singular value below which the root's angles say nothing about an axis
+NEARLY_SINGULAR = 1e-9  # of the largest singular value; below it the root's angles describe no rotation
 
 
 def root_wrench(
-    root: RootJoint, poses: Poses, torques: Float[np.ndarray, "frames dofs"]
+    root: RootJoint, chain: Chain, poses: Poses, torques: Float[np.ndarray, "frames dofs"]
 ) -> Float[np.ndarray, "frames 6"]:
-    """The wrench on the root body that the generalized forces of its joint amount to.
+    """The wrench on the root body that its joint's generalized forces amount to.
 
-    The root's velocities q̇ make the twist S q̇, and equal power means τ = Sᵀ w. Everything hangs on the root,
-    so w is the external wrench that the whole motion demands beyond the one given to inverse dynamics.
-    Euler axes are neither orthogonal nor at the joint's centre: the three rotational τ are no Cartesian moment.
+    The joint's velocities make the twist S q̇ of the root body, and equal power means τ = Sᵀ w. As everything
+    hangs on the root, w is the external wrench that the motion demands beyond what inverse dynamics got.
+    The τ of Euler angles are no Cartesian moment: their axes are neither orthogonal nor fixed.
 
     Args:
         root: the free root joint.
+        chain: of the same skeleton.
         poses: at the frames of `torques`.
         torques: generalized forces of all dofs [N·m or N].
 
     Returns:
         Force [N] and moment about the ground origin [N·m], ground frame.
     """
-    moving = np.flatnonzero(root.chain_body_mask)
-    return moving
+    columns = poses.twists()[:, chain.body == root.body]
+    driven_by = chain.dof[chain.body == root.body][:, None] == root.dofs
+    twist = np.einsum("tpk,pd->tdk", columns, driven_by.astype(float))
+    moment_and_force = np.linalg.pinv(twist, rcond=NEARLY_SINGULAR) @ torques[:, root.dofs, None]
+    return np.concatenate([moment_and_force[:, 3:, 0], moment_and_force[:, :3, 0]], axis=1)
+
+
+def root_centre(root: RootJoint, poses: Poses) -> Float[np.ndarray, "frames 3"]:
+    """The root joint's centre, fixed to the root body, in the ground frame [m]."""
+    R_ground_root = poses.R_ground_body[:, root.body]
+    return poses.p_ground_body[:, root.body] + R_ground_root @ root.joint.p_child_frame
+
+
+def about_point(
+    wrench_ground: Float[np.ndarray, "frames 6"], point_ground: Float[np.ndarray, "frames 3"]
+) -> Float[np.ndarray, "frames 6"]:
+    """The same wrench with its moment about another point than the ground origin [N, N·m]."""
+    force, moment = wrench_ground[:, :3], wrench_ground[:, 3:]
+    return np.concatenate([force, moment - cross(point_ground, force)], axis=1)
+
+
+def centre_of_mass(skeleton: Skeleton, poses: Poses) -> Float[np.ndarray, "frames 3"]:
+    """Centre of mass of the whole body in the ground frame [m]."""
+    mass = np.array([body.mass for body in skeleton.bodies])
+    offset = np.array([body.com_body for body in skeleton.bodies])
+    com_bodies = poses.p_ground_body + (poses.R_ground_body @ offset[None, :, :, None])[..., 0]
+    return np.einsum("b,tbi->ti", mass / mass.sum(), com_bodies)

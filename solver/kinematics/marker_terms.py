@@ -8,7 +8,7 @@ carries, give JᵀWJ without forming J. The cost per frame is that of a mass mat
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
 from solver.skeleton.forward import ForwardKinematics, Poses, cross
 
@@ -31,21 +31,25 @@ class MarkerTerms:
         return order, starts, carrying
 
     @cached_property
-    def _ancestry(self) -> Bool[np.ndarray, "positions positions"]:
-        """Entry (k, l): p_l comes before p_k on the way from the ground, or is p_k."""
-        carries = self.kinematics.carries
-        body = self.kinematics.chain.body
-        earlier = np.arange(len(body))[:, None] >= np.arange(len(body))[None, :]
-        return carries[:, body].T & earlier
-
-    @cached_property
-    def _driven(self) -> tuple[Int[np.ndarray, " driven"], Int[np.ndarray, " driven"], list[tuple[int, int]]]:
-        """The dofs that move anything, the first p that each drives, and (row, p) of all further ones."""
+    def _order(self) -> tuple[Int[np.ndarray, " positions"], Int[np.ndarray, " driven"], list[tuple[int, int]]]:
+        """Positions with the first of every driven dof in front; these dofs; (its dof's row, row) of the rest."""
         dof = self.kinematics.chain.dof
         driven, first = np.unique(dof, return_index=True)
+        rest = np.setdiff1d(np.arange(len(dof)), first)
         row = {int(d): i for i, d in enumerate(driven)}
-        further = [(row[int(dof[k])], k) for k in range(len(dof)) if k not in first]
-        return driven, first, further
+        return (
+            np.concatenate([first, rest]),
+            driven,
+            [(row[int(dof[k])], len(driven) + i) for i, k in enumerate(rest)],
+        )
+
+    @cached_property
+    def _ancestry(self) -> Float[np.ndarray, "positions positions"]:
+        """Entry (k, l): 1 where p_l comes before p_k on the way from the ground, and ½ where it is p_k."""
+        order, _, _ = self._order
+        body = self.kinematics.chain.body
+        above = self.kinematics.carries[:, body].T & np.tri(len(body), k=-1, dtype=bool)
+        return (above + 0.5 * np.eye(len(body)))[np.ix_(order, order)]
 
     def normal_equations(
         self,
@@ -62,17 +66,37 @@ class MarkerTerms:
             error_ground: model minus measured [m]; zero where unseen.
             weight: of each marker [1/m²]; zero where unseen.
         """
-        composite = self._composites(markers_ground, error_ground, weight)
-        carried = composite[:, self.kinematics.chain.body]
-        twist = poses.twists()
+        order, driven, further = self._order
+        carried = self._composites(markers_ground, error_ground, weight)[:, self.kinematics.chain.body[order]]
+        twist = poses.twists()[:, order]
         angular, linear = twist[..., :3], twist[..., 3:]
         total, first, second = carried[..., 0:1], carried[..., 1:4], carried[..., 4:10]
         wrench = np.empty_like(twist)
         wrench[..., :3] = _rotational_inertia(second, angular) + cross(first, linear)
         wrench[..., 3:] = total * linear + cross(angular, first)
-        by_position = (wrench @ twist.transpose(0, 2, 1)) * self._ancestry
-        gradient = (twist * carried[..., 10:16]).sum(axis=2)
-        return self._by_dofs(by_position, gradient)
+        half = wrench @ twist.transpose(0, 2, 1)
+        half *= self._ancestry
+        H = half + half.transpose(0, 2, 1)
+        g = np.einsum("tki,tki->tk", twist, carried[..., 10:16])
+        for row, k in further:
+            H[:, row] += H[:, k]
+            g[:, row] += g[:, k]
+        for row, k in further:
+            H[:, :, row] += H[:, :, k]
+        return self._all_dofs(H[:, : len(driven), : len(driven)], g[:, : len(driven)])
+
+    def _all_dofs(
+        self, H: Float[np.ndarray, "frames driven driven"], g: Float[np.ndarray, "frames driven"]
+    ) -> tuple[Float[np.ndarray, "frames dofs dofs"], Float[np.ndarray, "frames dofs"]]:
+        """With zeros for coordinates that move nothing."""
+        _, driven, _ = self._order
+        dofs = self.kinematics.chain.dofs
+        if len(driven) == dofs:
+            return H, g
+        wide_H, wide_g = np.zeros((len(H), dofs, dofs)), np.zeros((len(H), dofs))
+        wide_H[:, driven[:, None], driven] = H
+        wide_g[:, driven] = g
+        return wide_H, wide_g
 
     def _composites(
         self,
@@ -98,30 +122,6 @@ class MarkerTerms:
             if joints[body].parent >= 0:
                 sums[:, joints[body].parent] += sums[:, body]
         return sums
-
-    def _by_dofs(
-        self,
-        lower: Float[np.ndarray, "frames positions positions"],
-        gradient: Float[np.ndarray, "frames positions"],
-    ) -> tuple[Float[np.ndarray, "frames dofs dofs"], Float[np.ndarray, "frames dofs"]]:
-        driven, first, further = self._driven
-        diagonal = np.arange(lower.shape[1])
-        symmetric = lower + lower.transpose(0, 2, 1)
-        symmetric[:, diagonal, diagonal] = lower[:, diagonal, diagonal]
-        vector = gradient[:, first]
-        for row, k in further:
-            symmetric[:, first[row]] += symmetric[:, k]
-            vector[:, row] += gradient[:, k]
-        for row, k in further:
-            symmetric[:, :, first[row]] += symmetric[:, :, k]
-        block = symmetric[:, first[:, None], first]
-        dofs = self.kinematics.chain.dofs
-        if len(driven) == dofs:
-            return block, vector
-        H, g = np.zeros((lower.shape[0], dofs, dofs)), np.zeros((lower.shape[0], dofs))
-        H[:, driven[:, None], driven] = block
-        g[:, driven] = vector
-        return H, g
 
 
 def _rotational_inertia(

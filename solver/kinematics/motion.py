@@ -37,8 +37,11 @@ class Motion:
     def _spline(self) -> BSpline:
         degree = min(5, self.frames - 1)
         times = np.arange(self.frames) / self.rate
-        natural = "natural" if degree == 5 and self.frames >= 8 else None
-        return make_interp_spline(times, self.q, k=degree, bc_type=natural)
+        if self.frames < 8:
+            return make_interp_spline(times, self.q, k=degree)
+        nothing = np.zeros(self.q.shape[1])
+        natural_end = [(3, nothing), (4, nothing)]  # a quadratic beyond the ends
+        return make_interp_spline(times, self.q, k=degree, bc_type=(natural_end, natural_end))
 
     def derivative(self, order: int) -> Float[np.ndarray, "frames dofs"]:
         """The spline's derivative of that order at the frames [rad/sⁿ or m/sⁿ]."""

@@ -1,8 +1,8 @@
 """The default full body: 22 bodies and 37 degrees of freedom, built from published tables.
 
 Bodies, joints and coordinates carry OpenSim's usual names and signs, and body frames lie where OpenSim's do
-(x forward, y up, z right; pelvis between the anterior spines, femur at the hip, tibia at the knee, calcn at the
-heel, torso at the lumbar joint), so that bone meshes drawn for OpenSim fit. The numbers are those of
+(x forward, y up, z right; pelvis between the anterior spines, femur at the hip, tibia at the knee, calcn at
+the heel, torso at the lumbar joint), so that bone meshes drawn for OpenSim fit. The numbers are those of
 `solver.skeleton.segment_tables`; its left side is the mirror image of the right.
 """
 
@@ -49,7 +49,9 @@ def default_skeleton(*, mass_kg: float = 70.0, height_m: float = 1.72, sex: Sex 
         ModelError: mass or height cannot be a person's, or the sex is neither "male", "female" nor None.
     """
     if not (2 <= mass_kg <= 400 and 0.5 <= height_m <= 2.6):
-        raise ModelError(f"No person has a mass of {mass_kg:g} kg and a height of {height_m:g} m; check the units.")
+        raise ModelError(
+            f"No person has a mass of {mass_kg:g} kg and a height of {height_m:g} m; check the units."
+        )
     if sex not in (None, "male", "female"):
         raise ModelError(f"sex = {sex!r}: the tables know 'male', 'female' or None (the mean of both).")
     of = lengths(height_m, sex)
@@ -71,6 +73,19 @@ def default_skeleton(*, mass_kg: float = 70.0, height_m: float = 1.72, sex: Sex 
     return skeleton.with_markers(default_markers(skeleton, of, frames))
 
 
+@dataclass(frozen=True)
+class _Hinge:
+    """A right-hand or central joint."""
+
+    name: str
+    parent: str | None
+    centre_parent: Float[np.ndarray, "3"]  # [m]
+    axes: tuple[Axis, ...]
+    centre_child: Float[np.ndarray, "3"] = field(
+        default_factory=lambda: np.zeros(3)
+    )  # [m] in the body carried
+
+
 @dataclass
 class _Assembly:
     """Bodies, joints and coordinates as they are added; sides mirror in the plane z = 0."""
@@ -82,7 +97,7 @@ class _Assembly:
     coordinates: list[Coordinate] = field(default_factory=list)
 
     def add_pelvis(self, height: float) -> None:
-        self._add("pelvis", "", None, np.zeros(3), "ground_pelvis", _floating_axes())
+        self._add("pelvis", "", _Hinge("ground_pelvis", None, np.zeros(3), _floating_axes()))
         turn, reach = np.pi, _PELVIS_REACH_M
         for name in ("pelvis_tilt", "pelvis_list", "pelvis_rotation"):
             self.coordinates.append(Coordinate(name, "rotation", 0.0, (-turn, turn)))
@@ -91,33 +106,34 @@ class _Assembly:
 
     def add_leg(self, side: str, frames: BodyFrames, of: Lengths) -> None:
         hip = (("hip_flexion", Z), ("hip_adduction", X), ("hip_rotation", Y))
-        self._add("femur", side, "pelvis", frames.hip_pelvis, "hip", self._rotations(side, hip))
+        self._add("femur", side, _Hinge("hip", "pelvis", frames.hip_pelvis, self._rotations(side, hip)))
         knee = (*_knee_translations(f"knee_angle_{side}", of), *self._rotations(side, (("knee_angle", -Z),)))
-        self._add("tibia", side, "femur", frames.knee_femur, "walker_knee", knee)
+        self._add("tibia", side, _Hinge("walker_knee", "femur", frames.knee_femur, knee))
         self._add_patella(side, frames)
         ankle = self._rotations(side, (("ankle_angle", ANKLE_AXIS),))
-        self._add("talus", side, "tibia", frames.ankle_tibia, "ankle", ankle)
+        self._add("talus", side, _Hinge("ankle", "tibia", frames.ankle_tibia, ankle))
         subtalar = self._rotations(side, (("subtalar_angle", SUBTALAR_AXIS),))
-        self._add("calcn", side, "talus", np.zeros(3), "subtalar", subtalar, child=-frames.calcn_talus)
+        self._add("calcn", side, _Hinge("subtalar", "talus", np.zeros(3), subtalar, -frames.calcn_talus))
         toes = self._rotations(side, (("mtp_angle", METATARSAL_BREAK_AXIS),))
-        self._add("toes", side, "calcn", frames.toes_calcn, "mtp", toes)
+        self._add("toes", side, _Hinge("mtp", "calcn", frames.toes_calcn, toes))
 
     def add_torso(self, frames: BodyFrames) -> None:
         back = (("lumbar_extension", Z), ("lumbar_bending", X), ("lumbar_rotation", Y))
-        self._add("torso", "", "pelvis", frames.torso_pelvis, "back", self._rotations("", back))
+        self._add("torso", "", _Hinge("back", "pelvis", frames.torso_pelvis, self._rotations("", back)))
 
     def add_arm(self, side: str, frames: BodyFrames, of: Lengths) -> None:
         shoulder = (("arm_flex", Z), ("arm_add", X), ("arm_rot", Y))
-        self._add("humerus", side, "torso", frames.shoulder_torso, "acromial", self._rotations(side, shoulder))
+        upper_arm = self._rotations(side, shoulder)
+        self._add("humerus", side, _Hinge("acromial", "torso", frames.shoulder_torso, upper_arm))
         # the axis halves the carrying angle, so that the flexed forearm lies over the upper arm
         half = of.carrying_angle / 2
         elbow = self._rotations(side, (("elbow_flex", np.array([0.0, np.sin(half), np.cos(half)])),))
-        self._add("ulna", side, "humerus", frames.elbow_humerus, "elbow", elbow)
+        self._add("ulna", side, _Hinge("elbow", "humerus", frames.elbow_humerus, elbow))
         ulnar_head = frames.wrist_ulna - np.array([0.0, 0.0, 0.07 * of.forearm])
         forearm = self._rotations(side, (("pro_sup", frames.radius_ulna - ulnar_head),))
-        self._add("radius", side, "ulna", frames.radius_ulna, "radioulnar", forearm)
+        self._add("radius", side, _Hinge("radioulnar", "ulna", frames.radius_ulna, forearm))
         wrist = self._rotations(side, (("wrist_flex", Z), ("wrist_dev", X)))
-        self._add("hand", side, "radius", frames.wrist_radius, "radius_hand", wrist)
+        self._add("hand", side, _Hinge("radius_hand", "radius", frames.wrist_radius, wrist))
 
     def _add_patella(self, side: str, frames: BodyFrames) -> None:
         """The patella circles the knee's centre in the femur, a fixed share of the knee's flexion."""
@@ -125,12 +141,18 @@ class _Assembly:
         low, high = np.radians(RANGES_DEG["knee_angle"]) * PATELLA_FLEXION_RATIO
         self.coordinates.append(
             Coordinate(
-                beta, "coupled", 0.0, (low, high), coupling=Linear(PATELLA_FLEXION_RATIO, 0.0), coupled_to=knee
+                beta,
+                "coupled",
+                0.0,
+                (low, high),
+                coupling=Linear(PATELLA_FLEXION_RATIO, 0.0),
+                coupled_to=knee,
             )
         )
         axes = (Axis("rotation", -Z, _SAME, beta),)
         below_pole = frames.knee_femur - frames.patella_femur
-        self._add("patella", side, "femur", frames.knee_femur, "patellofemoral", axes, child=below_pole)
+        hinge = _Hinge("patellofemoral", "femur", frames.knee_femur, axes, below_pole)
+        self._add("patella", side, hinge)
 
     def _rotations(self, side: str, turns: Sequence[tuple[str, Float[np.ndarray, "3"]]]) -> tuple[Axis, ...]:
         """One axis a coordinate, and the coordinates themselves. Axial vectors mirror to (−x, −y, z)."""
@@ -143,30 +165,22 @@ class _Assembly:
             axes.append(Axis("rotation", mirrored / np.linalg.norm(axis), _SAME, name))
         return tuple(axes)
 
-    def _add(
-        self,
-        kind: str,
-        side: str,
-        parent: str | None,
-        origin: Float[np.ndarray, "3"],
-        joint: str,
-        axes: tuple[Axis, ...],
-        child: Float[np.ndarray, "3"] | None = None,
-    ) -> None:
-        """A body on its joint; `origin` is the joint's centre in the parent, `child` in the body itself."""
+    def _add(self, kind: str, side: str, hinge: "_Hinge") -> None:
+        """A body on its joint, mirrored for the left side."""
         mirror = np.array([1.0, 1.0, -1.0]) if side == "l" else np.ones(3)
         suffix = f"_{side}" if side else ""
         names = [body.name for body in self.bodies]
-        parent_name = next((name for name in (f"{parent}{suffix}", parent) if name in names), None)
+        parents = (f"{hinge.parent}{suffix}", hinge.parent)
+        parent = next((names.index(name) for name in parents if name in names), -1)
         self.joints.append(
             Joint(
-                name=f"{joint}{suffix}",
-                parent=names.index(parent_name) if parent_name else -1,
+                name=f"{hinge.name}{suffix}",
+                parent=parent,
                 R_parent_frame=np.eye(3),
-                p_parent_frame=mirror * origin,
+                p_parent_frame=mirror * hinge.centre_parent,
                 R_child_frame=np.eye(3),
-                p_child_frame=mirror * (child if child is not None else np.zeros(3)),
-                axes=axes,
+                p_child_frame=mirror * hinge.centre_child,
+                axes=hinge.axes,
             )
         )
         element = self.elements[kind]
@@ -182,7 +196,9 @@ class _Assembly:
 
 
 def _floating_axes() -> tuple[Axis, ...]:
-    translations = [Axis("translation", axis, _SAME, f"pelvis_t{name}") for axis, name in ((X, "x"), (Y, "y"), (Z, "z"))]
+    translations = [
+        Axis("translation", axis, _SAME, f"pelvis_t{name}") for axis, name in ((X, "x"), (Y, "y"), (Z, "z"))
+    ]
     turns = ((Z, "pelvis_tilt"), (X, "pelvis_list"), (Y, "pelvis_rotation"))
     return (*translations, *(Axis("rotation", axis, _SAME, name) for axis, name in turns))
 

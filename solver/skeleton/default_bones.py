@@ -54,11 +54,17 @@ class DefaultBones:
         of, frames = self.lengths, self.frames
         if kind == "pelvis":  # hip sockets 5.6 cm behind, 7.8 cm below the spines and 7.7 cm from the midline
             return np.abs(frames.hip_pelvis) / (0.056, 0.078, 0.077)
-        if kind == "torso":  # shoulder sockets 37 cm above and 17 cm beside the lumbar joint, the vertex 65 cm
+        if (
+            kind == "torso"
+        ):  # shoulder sockets 37 cm above and 17 cm beside the lumbar joint, the vertex 65 cm
             vertex = frames.hip_pelvis[1] + of.c7_above_hips + of.head - frames.torso_pelvis[1]
             up = (frames.shoulder_torso[1] / 0.37 + vertex / 0.65) / 2
             return np.array([up, up, of.shoulder_half_width / 0.17])
-        if kind in ("talus", "calcn", "toes"):  # from heel to ball 17.9 cm, from ankle down to the heel 4.2 cm
+        if kind in (
+            "talus",
+            "calcn",
+            "toes",
+        ):  # from heel to ball 17.9 cm, from ankle down to the heel 4.2 cm
             along = frames.toes_calcn[0] / 0.179
             return np.array([along, -frames.calcn_talus[1] / 0.042, along])
         length = {  # hip to knee, knee to ankle, shoulder to elbow, elbow to wrist [m]

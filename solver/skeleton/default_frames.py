@@ -48,13 +48,15 @@ class BodyFrames:
 def body_frames(of: Lengths) -> BodyFrames:
     """Frames of a person of these lengths.
 
-    The lumbar joint stands at the navel's height, where the tables cut the trunk, two thirds of the pelvic depth
-    behind the anterior spines; the shoulders stand 2 cm (at 1.75 m) behind the hips. The forearm turns about a
-    line from the radial head to the ulnar head.
+    The lumbar joint stands at the navel's height, where the tables cut the trunk, two thirds of the pelvic
+    depth behind the anterior spines; the shoulders stand 2 cm (at 1.75 m) behind the hips. The forearm turns
+    about a line from the radial head to the ulnar head.
     """
     hip = hip_centre(of)
     torso = np.array([-2 / 3 * of.pelvis_depth, hip[1] + of.navel_above_hips, 0.0])
-    shoulder = np.array([hip[0] - 0.0115 * of.stature, hip[1] + of.shoulders_above_hips, of.shoulder_half_width])
+    shoulder = np.array(
+        [hip[0] - 0.0115 * of.stature, hip[1] + of.shoulders_above_hips, of.shoulder_half_width]
+    )
     wrist_ulna = of.forearm * np.array([0.0, -np.cos(of.carrying_angle), np.sin(of.carrying_angle)])
     radial_head = np.array([0.0, -0.05 * of.forearm, 0.07 * of.forearm])
     return BodyFrames(

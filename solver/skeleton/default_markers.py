@@ -1,4 +1,4 @@
-"""The default body's marker set: Plug-in-Gait's names, usual clusters, and other laboratories' names for the same places."""
+"""The default body's marker set: Plug-in-Gait, usual clusters, and other names for those places."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.skeleton.default_frames import BodyFrames
-from solver.skeleton.segment_tables import PELVIC_INCLINATION, Lengths
+from solver.skeleton.segment_tables import BALL_ALONG_FOOT, PELVIC_INCLINATION, Lengths
 from solver.skeleton.skeleton import Marker, Skeleton
 
 _RADIUS = 0.008  # [m] from the skin to the centre of a usual 14 mm marker, with its base
@@ -37,7 +37,14 @@ def default_markers(skeleton: Skeleton, of: Lengths, frames: BodyFrames) -> tupl
         of: the lengths it was built from.
         frames: likewise.
     """
-    places = (*_pelvis(of), *_thigh(of), *_shank(of), *_foot(of, frames), *_trunk(of, frames), *_arm(of, frames))
+    places = (
+        *_pelvis(of),
+        *_thigh(of),
+        *_shank(of),
+        *_foot(of, frames),
+        *_trunk(of, frames),
+        *_arm(of, frames),
+    )
     markers = []
     for place in places:
         for side in "rl" if place.paired else ("",):
@@ -51,7 +58,9 @@ def default_markers(skeleton: Skeleton, of: Lengths, frames: BodyFrames) -> tupl
 
 
 def _pelvis(of: Lengths) -> list[_Place]:
-    behind = np.array([-np.cos(PELVIC_INCLINATION), np.sin(PELVIC_INCLINATION), 0.0]) * (of.pelvis_depth + _RADIUS)
+    behind = np.array([-np.cos(PELVIC_INCLINATION), np.sin(PELVIC_INCLINATION), 0.0]) * (
+        of.pelvis_depth + _RADIUS
+    )
     beside = np.array([0.0, 0.0, 0.026 * of.stature])
     front = np.array([_RADIUS, 0.0, of.pelvis_width / 2])
     return [
@@ -70,11 +79,19 @@ def _thigh(of: Lengths) -> list[_Place]:
     knee = 0.028 * h + _RADIUS  # half the breadth over the epicondyles, 9.8 cm
     return [
         _Place(("{S}THI",), "femur", on_thigh(0.62, 0.0, 0.045), bony=False),
-        _Place(("{S}TH1", "{S}.Thigh.Upper", "{s}_thigh1"), "femur", on_thigh(0.45, 0.010, 0.048), bony=False),
-        _Place(("{S}TH2", "{S}.Thigh.Front", "{s}_thigh2"), "femur", on_thigh(0.55, 0.040, 0.022), bony=False),
-        _Place(("{S}TH3", "{S}.Thigh.Rear", "{s}_thigh3"), "femur", on_thigh(0.66, -0.012, 0.042), bony=False),
         _Place(
-            ("{S}KNE", "{S}LFC", "{S}FLE", "{S}.Knee.Lat", "{S}_knee", "{S}LEPI"), "femur", np.array([0, down, knee])
+            ("{S}TH1", "{S}.Thigh.Upper", "{s}_thigh1"), "femur", on_thigh(0.45, 0.010, 0.048), bony=False
+        ),
+        _Place(
+            ("{S}TH2", "{S}.Thigh.Front", "{s}_thigh2"), "femur", on_thigh(0.55, 0.040, 0.022), bony=False
+        ),
+        _Place(
+            ("{S}TH3", "{S}.Thigh.Rear", "{s}_thigh3"), "femur", on_thigh(0.66, -0.012, 0.042), bony=False
+        ),
+        _Place(
+            ("{S}KNE", "{S}LFC", "{S}FLE", "{S}.Knee.Lat", "{S}_knee", "{S}LEPI"),
+            "femur",
+            np.array([0, down, knee]),
         ),
         _Place(
             ("{S}KNM", "{S}MFC", "{S}FME", "{S}.Knee.Med", "{s}_mknee", "{S}MEPI", "{S}MKNE"),
@@ -113,14 +130,18 @@ def _shank(of: Lengths) -> list[_Place]:
 def _foot(of: Lengths, frames: BodyFrames) -> list[_Place]:
     ball, low = frames.toes_calcn[0], -frames.calcn_above_sole
     half = of.foot_breadth / 2
-    tip = (1 - 0.725) * of.foot
+    tip = (1 - BALL_ALONG_FOOT) * of.foot
     return [
         _Place(
             ("{S}HEE", "{S}CAL", "{S}.Heel", "{S}FCC", "{s}_calc"),
             "calcn",
             np.array([-frames.heel_behind_calcn - _RADIUS, low + 0.020 * of.stature, 0.0]),
         ),
-        _Place(("{S}TOE", "{S}MT2", "{S}FM2", "{s}_toe"), "calcn", np.array([ball, low + 0.7 * of.ankle_height, 0])),
+        _Place(
+            ("{S}TOE", "{S}MT2", "{S}FM2", "{s}_toe"),
+            "calcn",
+            np.array([ball, low + 0.7 * of.ankle_height, 0]),
+        ),
         _Place(
             ("{S}MT5", "{S}FM5", "{S}P5MT", "{s}_5meta", "{S}_MTP5"),
             "calcn",
@@ -149,7 +170,7 @@ def _trunk(of: Lengths, frames: BodyFrames) -> list[_Place]:
         _Place(("C7", "CV7"), "torso", on_trunk(of.c7_above_hips, -0.048), paired=False),
         _Place(("T10",), "torso", on_trunk(of.navel_above_hips + middle, -0.070), paired=False),
         _Place(("CLAV", "SJN", "IJ"), "torso", on_trunk(notch, 0.030), paired=False),
-        _Place(("STRN", "SXS", "PX", "Sternum"), "torso", on_trunk(notch - upper, 0.072), paired=False),
+        _Place(("STRN", "SXS", "PX", "Sternum"), "torso", on_trunk(notch - upper, 0.055), paired=False),
         _Place(("RBAK",), "torso", on_trunk(notch - 0.6 * upper, -0.072, 0.05), bony=False, paired=False),
         _Place(
             ("{S}SHO", "{S}ACR", "{S}AC", "{S}.Acromium", "{S}_Shoulder", "{S}SH"),
@@ -163,22 +184,33 @@ def _trunk(of: Lengths, frames: BodyFrames) -> list[_Place]:
 
 def _arm(of: Lengths, frames: BodyFrames) -> list[_Place]:
     h = of.stature
-    elbow, wrist = 0.019 * h + _RADIUS, 0.016 * h + _RADIUS  # half the breadths, 6.6 and 5.6 cm
+    elbow = 0.019 * h + _RADIUS  # half the breadth, 6.6 cm
+    wrist = np.array([0.0, 0.0, 0.016 * h + _RADIUS])  # likewise, 5.6 cm
     along = frames.wrist_ulna / of.forearm
 
     def on_upper_arm(share: float, forward: float, aside: float) -> Float[np.ndarray, "3"]:
         return np.array([forward * h, -share * of.upper_arm, aside * h])
 
     return [
-        _Place(("{S}UPA", "{S}UA1", "{S}.Bicep", "{S}_humerus"), "humerus", on_upper_arm(0.45, 0.0, 0.032), bony=False),
+        _Place(
+            ("{S}UPA", "{S}UA1", "{S}.Bicep", "{S}_humerus"),
+            "humerus",
+            on_upper_arm(0.45, 0.0, 0.032),
+            bony=False,
+        ),
         _Place(("{S}UA2",), "humerus", on_upper_arm(0.60, 0.020, 0.024), bony=False),
         _Place(("{S}UA3",), "humerus", on_upper_arm(0.60, -0.020, 0.024), bony=False),
-        _Place(("{S}ELB", "{S}LEL", "{S}.Elbow", "{S}_elbow_lat"), "humerus", on_upper_arm(1.0, 0.0, elbow / h)),
+        _Place(
+            ("{S}ELB", "{S}LEL", "{S}.Elbow", "{S}_elbow_lat"), "humerus", on_upper_arm(1.0, 0.0, elbow / h)
+        ),
         _Place(("{S}ELM", "{S}MEL", "{S}_elbow_med"), "humerus", on_upper_arm(1.0, 0.0, -elbow / h)),
         _Place(
-            ("{S}FRM", "{S}FAsuperior", "{S}_forearm"), "ulna", 0.45 * of.forearm * along + (-0.024 * h, 0, 0), bony=False
+            ("{S}FRM", "{S}FAsuperior", "{S}_forearm"),
+            "ulna",
+            0.45 * of.forearm * along + (-0.024 * h, 0, 0),
+            bony=False,
         ),
-        _Place(("{S}WRA", "{S}FAradius", "{S}_wrist_radius"), "radius", frames.wrist_radius + (0, 0.01, wrist)),
-        _Place(("{S}WRB", "{S}FAulna", "{S}_wrist_ulna"), "radius", frames.wrist_radius + (0, 0.01, -wrist)),
-        _Place(("{S}FIN",), "hand", frames.knuckle_hand + (-0.012, 0.0, 0.010)),
+        _Place(("{S}WRA", "{S}FAradius", "{S}_wrist_radius"), "radius", frames.wrist_radius + wrist),
+        _Place(("{S}WRB", "{S}FAulna", "{S}_wrist_ulna"), "radius", frames.wrist_radius - wrist),
+        _Place(("{S}FIN",), "hand", frames.knuckle_hand - np.array([_RADIUS, 0.0, 0.0])),
     ]

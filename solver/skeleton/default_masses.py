@@ -6,8 +6,8 @@ from solver.skeleton.default_frames import BodyFrames
 from solver.skeleton.mass_elements import MassElement, box, ellipsoid, segment_element, together, without
 from solver.skeleton.segment_tables import BALL_ALONG_FOOT, Lengths, Sex, segment_shape
 
-# A foot whose height falls evenly from the heel to 0.3 of it at the toes holds this share before the ball; its
-# centroid then lies at 41 % of the length, between de Leva's 40 % (women) and 44 % (men).
+# A foot whose height falls evenly from the heel to 0.3 of it at the toes holds this share before the ball;
+# its centroid then lies at 41 % of the length, between de Leva's 40 % (women) and 44 % (men).
 _TIP = 0.3
 TOES_SHARE = 1 - (BALL_ALONG_FOOT - (1 - _TIP) * BALL_ALONG_FOOT**2 / 2) / (1 - (1 - _TIP) / 2)
 TALUS_SHARE = 0.1  # of the foot: the bone and what surrounds it; no table cuts the foot here
@@ -41,7 +41,9 @@ def _trunk(of: Lengths, frames: BodyFrames, mass: float, sex: Sex | None) -> dic
         "head": (of.c7_above_hips + of.head, of.c7_above_hips),
     }
     parts = {
-        name: segment_element(segment_shape(name, sex), mass, frames.trunk_line(top), frames.trunk_line(bottom))
+        name: segment_element(
+            segment_shape(name, sex), mass, frames.trunk_line(top), frames.trunk_line(bottom)
+        )
         for name, (top, bottom) in ends.items()
     }
     above = [parts[name].moved(-frames.torso_pelvis) for name in ("middle_trunk", "upper_trunk", "head")]

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from solver.skeleton.chain import Chain, Fixed, chain_of
+from solver.skeleton.chain import Chain, Fixed, Moving, chain_of
 from solver.skeleton.rotations import skew
 from solver.skeleton.skeleton import Skeleton
 
@@ -45,41 +45,56 @@ class ForwardKinematics:
             q: generalized coordinates in the order of `skeleton.dofs` [rad or m].
         """
         p, slope, _ = self.chain.couple(q)
-        frames, bodies = q.shape[0], len(self.skeleton.bodies)
-        sine, versine = np.sin(p), 1.0 - np.cos(p)
-        R_ground = np.empty((bodies, frames, 3, 3))
-        o_ground = np.empty((bodies, frames, 3))
-        angular = np.zeros((self.chain.positions, frames, 3))
-        linear = np.zeros((self.chain.positions, frames, 3))
-        R0, o0 = np.broadcast_to(np.eye(3), (frames, 3, 3)), np.zeros((frames, 3))
+        frames, bodies, positions = q.shape[0], len(self.skeleton.bodies), self.chain.positions
+        R_ground_body = np.empty((bodies, frames, 3, 3))
+        p_ground_body = np.empty((bodies, frames, 3))
+        R_after = np.empty((positions, frames, 3, 3))  # orientation once p_k has turned it
+        anchor_ground = np.empty((positions, frames, 3))  # a point on the axis of p_k
+        turns = self._turns(p)
+        ground = np.broadcast_to(np.eye(3), (frames, 3, 3)), np.zeros((frames, 3))
         for body, steps in enumerate(self.chain.steps):
             parent = self.skeleton.joints[body].parent
-            R, o = (R0, o0) if parent < 0 else (R_ground[parent], o_ground[parent])
+            R, o = ground if parent < 0 else (R_ground_body[parent], p_ground_body[parent])
             for step in steps:
                 if isinstance(step, Fixed):
-                    o = o + R @ step.p
-                    R = _times_constant(R, step.R)
+                    o = o + R @ step.p if step.p.any() else o
+                    R = R if _is_identity(step.R) else _times_constant(R, step.R)
                     continue
-                axis_ground = R @ step.axis
                 k = step.index
                 if step.kind == "translation":
-                    linear[k] = axis_ground
-                    o = o + p[:, k, None] * axis_ground
+                    o = o + p[:, k, None] * (R @ step.axis)
                 else:
-                    angular[k] = axis_ground
-                    linear[k] = cross(o, axis_ground)
-                    cross_matrix = skew(step.axis)
-                    turned = _times_constant(R, cross_matrix)
-                    R = R + sine[:, k, None, None] * turned
-                    R += versine[:, k, None, None] * _times_constant(turned, cross_matrix)
-            R_ground[body], o_ground[body] = R, o
+                    R = R @ turns[k]
+                R_after[k], anchor_ground[k] = R, o
+            R_ground_body[body], p_ground_body[body] = R, o
+        axis_ground = (R_after @ self._axes[:, None, :, None])[..., 0]
+        rotational = self._rotational[:, None, None]
         return Poses(
-            R_ground_body=R_ground.transpose(1, 0, 2, 3),
-            p_ground_body=o_ground.transpose(1, 0, 2),
-            angular_ground=angular.transpose(1, 0, 2),
-            linear_ground=linear.transpose(1, 0, 2),
+            R_ground_body=R_ground_body.transpose(1, 0, 2, 3),
+            p_ground_body=p_ground_body.transpose(1, 0, 2),
+            angular_ground=(axis_ground * rotational).transpose(1, 0, 2),
+            linear_ground=np.where(rotational, cross(anchor_ground, axis_ground), axis_ground).transpose(1, 0, 2),
             slope=slope,
         )
+
+    @cached_property
+    def _moving(self) -> list[Moving]:
+        moving = [s for steps in self.chain.steps for s in steps if isinstance(s, Moving)]
+        return sorted(moving, key=lambda s: s.index)
+
+    @cached_property
+    def _axes(self) -> Float[np.ndarray, "positions 3"]:
+        return np.array([s.axis for s in self._moving]).reshape(-1, 3)
+
+    @cached_property
+    def _rotational(self) -> Bool[np.ndarray, " positions"]:
+        return np.array([s.kind == "rotation" for s in self._moving], dtype=bool)
+
+    def _turns(self, p: Float[np.ndarray, "frames positions"]) -> Float[np.ndarray, "positions frames 3 3"]:
+        """Rotation about each axis by its own p (Rodrigues); of no meaning for translations."""
+        cross_matrix = skew(self._axes)
+        sine, versine = np.sin(p).T[:, :, None, None], (1.0 - np.cos(p)).T[:, :, None, None]
+        return np.eye(3) + sine * cross_matrix[:, None] + versine * (cross_matrix @ cross_matrix)[:, None]
 
     @cached_property
     def marker_bodies(self) -> Int[np.ndarray, " markers"]:
@@ -93,9 +108,12 @@ class ForwardKinematics:
 
     def markers(self, poses: Poses) -> Float[np.ndarray, "frames markers 3"]:
         """Positions of the model markers in the ground frame [m]."""
-        R = poses.R_ground_body[:, self.marker_bodies]
-        turned = (R @ self.marker_offsets[None, :, :, None])[..., 0]
-        return turned + poses.p_ground_body[:, self.marker_bodies]
+        positions = np.empty((poses.p_ground_body.shape[0], len(self.marker_bodies), 3))
+        for body in np.unique(self.marker_bodies):
+            own = np.flatnonzero(self.marker_bodies == body)
+            turned = self.marker_offsets[own] @ poses.R_ground_body[:, body].transpose(0, 2, 1)
+            positions[:, own] = turned + poses.p_ground_body[:, body, None]
+        return positions
 
     @cached_property
     def carries(self) -> Bool[np.ndarray, "positions bodies"]:
@@ -117,6 +135,10 @@ def cross(
     out[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
     out[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
     return out
+
+
+def _is_identity(R: Float[np.ndarray, "3 3"]) -> bool:
+    return bool((R == np.eye(3)).all())
 
 
 def _times_constant(

@@ -22,9 +22,10 @@ SUFFIXES = (".vtp", ".obj", ".stl")
 class MeshSettings:
     """How finely bones are drawn, and what a model may ask us to load."""
 
-    triangles_per_metre: float = 1500.0  # of the bounding box's diagonal: a femur about 700
+    triangles_per_square_metre: float = 18000.0  # ribs and vertebrae are all surface
+    triangles_per_metre: float = 800.0  # of the bounding box's diagonal, for the slender bones of hand and foot
     fewest_triangles: int = 60  # below this a phalanx is a splinter
-    most_triangles: int = 800  # software rendering keeps 10 frames/s with 30 bodies of this size
+    most_triangles: int = 6000  # a whole body stays near 15 000, which software rendering still moves
     largest_file: int = 64 * 2**20  # bytes; a bone scan of a million triangles
 
 
@@ -81,7 +82,8 @@ def _read(path: Path) -> trimesh.Trimesh:
 
 
 def _thinned(mesh: trimesh.Trimesh, settings: MeshSettings) -> trimesh.Trimesh:
-    wanted = settings.triangles_per_metre * float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
+    diagonal = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
+    wanted = settings.triangles_per_square_metre * mesh.area + settings.triangles_per_metre * diagonal
     target = int(np.clip(wanted, settings.fewest_triangles, settings.most_triangles))
     if len(mesh.faces) <= target:
         return mesh

@@ -154,14 +154,14 @@ def _joint(document: OsimDocument, link: _Link, axes: tuple[Axis, ...], index: d
 
 
 def _inverted(document: OsimDocument, part: JointPart, axes: tuple[Axis, ...]) -> tuple[Axis, ...]:
-    """The axes of the joint seen from its child: opposite displacements in opposite order."""
+    """The axes of the joint seen from its child: opposite directions in opposite order."""
     if len({axis.kind for axis in axes}) > 1:
         raise document.error(
             part.node,
             f"it is reversed ('{part.child.body}' is nearer to the ground than '{part.parent.body}') "
             "and both turns and slides; exchange its parent and child in OpenSim.",
         )
-    return tuple(replace(axis, function=multiplied(axis.function, -1.0)) for axis in reversed(axes))
+    return tuple(replace(axis, axis=-axis.axis) for axis in reversed(axes))
 
 
 # ---- coordinates ----------------------------------------------------------------------------------------

@@ -25,11 +25,7 @@ def read_parts(document: OsimDocument) -> ModelParts:
     """Bodies, joints and markers of a document of version 40000 or later."""
     frames = _Frames(document)
     nodes = [node for _, node in frames.components]
-    joints = [
-        (path, node)
-        for path, node in frames.components
-        if node.tag.endswith("Joint") or node.find("socket_child_frame") is not None
-    ]
+    joints = [(path, node) for path, node in frames.components if _is_joint(node)]
     joint_parts = tuple(
         JointPart(
             node=node,
@@ -68,6 +64,7 @@ class _Frames:
         self.document = document
         self.components = list(self._walk())
         self.by_path = dict(self.components)
+        self._reject_hidden()
 
     def placed(self, owner: str, node: Node, socket: str) -> Placement:
         """The frame that a component's socket names."""
@@ -120,6 +117,8 @@ class _Frames:
                 f"<{socket}> names '{path}', a {node.tag}; it must name a body, ground or {OFFSET_FRAME}.",
             )
         target = self.document.word(node, "socket_parent")
+        if not target:
+            raise self.document.error(node, "<socket_parent> is empty; name the frame that it is fixed to.")
         base_path = posixpath.normpath(posixpath.join(path, target))
         base = self._placement(base_path, node, "socket_parent", (*seen, path))
         zero = (0.0, 0.0, 0.0)
@@ -127,6 +126,16 @@ class _Frames:
             self.document.numbers(node, "translation", 3, default=zero),
             self.document.numbers(node, "orientation", 3, default=zero),
         )
+
+    def _reject_hidden(self) -> None:
+        """Bodies and joints inside of components that we know nothing of would be lost."""
+        known = {id(node) for _, node in self.components}
+        known |= {id(node) for block in children(self.document.model, "defaults") for node in block}
+        for node in self.document.model.iter():
+            if isinstance(node, Node) and id(node) not in known and _moves(node):
+                raise self.document.error(
+                    node, "it lies inside of another component; move it to the BodySet or the JointSet."
+                )
 
     def _walk(self) -> Iterator[tuple[str, Node]]:
         model = self.document.model
@@ -149,3 +158,11 @@ class _Frames:
                     child_path = f"{path}/{child.get('name', '')}"
                     yield child_path, child
                     yield from self._owned(child_path, child)
+
+
+def _is_joint(node: Node) -> bool:
+    return node.tag.endswith("Joint") or node.find("socket_child_frame") is not None
+
+
+def _moves(node: Node) -> bool:
+    return node.tag == "Body" or node.find("socket_child_frame") is not None

@@ -175,11 +175,13 @@ def _parse(path: Path) -> Node:
             f"{path}: contains a document type or entity definition, which models never need; remove it."
         ) from error
     except ParseError as error:
-        line = error.position[0]
+        reason = str(error).split(":")[0]
         raise ModelError(
-            f"{path}:{line}: not well-formed XML ({error.msg if hasattr(error, 'msg') else error}); "
+            f"{path}:{error.position[0]}: not well-formed XML ({reason}); "
             "the file is damaged or cut off. Export it again."
         ) from error
+    except (ValueError, LookupError) as error:
+        raise ModelError(f"{path}:1: cannot be decoded ({error}); save it as UTF-8.") from error
     return root
 
 

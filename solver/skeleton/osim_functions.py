@@ -11,7 +11,7 @@ from solver.skeleton.functions import (
     PiecewiseLinear,
     Polynomial,
     ScalarFunction,
-    multiplied,
+    Scaled,
 )
 from solver.skeleton.osim_document import Node, OsimDocument, children
 
@@ -91,7 +91,9 @@ def _multiplied(document: OsimDocument, node: Node) -> ScalarFunction:
     inner_node = find_function(node, "function")
     if inner_node is None:
         raise document.error(node, "there is no function to multiply inside it.")
-    return multiplied(_read(document, inner_node), document.number(node, "scale", 1.0))
+    factor = document.number(node, "scale", 1.0)
+    inner = _read(document, inner_node)
+    return Constant(factor * inner.value) if isinstance(inner, Constant) else Scaled(factor, inner)
 
 
 def _knots(document: OsimDocument, node: Node) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -1,6 +1,6 @@
 """Joint elements of OpenSim models: which axes they move along, and their coordinates."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -63,14 +63,19 @@ def joint_motion(document: OsimDocument, joint: JointPart) -> JointMotion:
         )
     elements = {node.get("name"): node for node in joint.coordinates}
     coordinates = tuple(_coordinate(document, name, elements.get(name), axes) for name in names)
-    notes = tuple(
+    notes = [
         f"coordinate '{node.get('name')}': its prescribed motion is ignored; it is solved for like any other"
         for node in joint.coordinates
         if document.flag(node, "prescribed", False)
-    )
-    moving = [axis for axis in axes if axis.function != Constant(0.0)]
+    ]
+    driving = {axis.coordinate for axis in axes if not isinstance(axis.function, Constant)}
+    notes += [
+        f"coordinate '{c.name}' moves nothing; it stays locked" for c in coordinates if c.name not in driving
+    ]
+    coordinates = tuple(c if c.name in driving else replace(c, locked=True) for c in coordinates)
+    moving = [axis for axis in axes if axis.coordinate or axis.function != Constant(0.0)]
     ordered = sorted(moving, key=lambda axis: axis.kind == "rotation")
-    return JointMotion(axes=tuple(ordered), coordinates=coordinates, notes=notes)
+    return JointMotion(axes=tuple(ordered), coordinates=coordinates, notes=tuple(notes))
 
 
 def _standard_axes(document: OsimDocument, joint: JointPart) -> tuple[list[Axis], list[str]]:
@@ -126,6 +131,8 @@ def _transform_axis(
     if function_node is None:
         return Axis(kind, direction, Constant(0.0), None), driving
     function, coordinate = function_of(document, function_node, driving)
+    if coordinate is None and driving:
+        coordinate = driving[0]  # a constant of this coordinate: it moves nothing, but belongs to the joint
     return Axis(kind, direction, function, coordinate), driving
 
 

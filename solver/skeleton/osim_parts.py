@@ -10,6 +10,7 @@ from solver.skeleton.rotations import body_fixed_xyz
 from solver.skeleton.skeleton import Body, Geometry
 
 GROUND = "ground"
+ROUNDING = 1e-6  # of the largest moment; files print as few as six digits
 
 
 @dataclass(frozen=True)
@@ -67,11 +68,16 @@ def body_of(
     if mass < 0:
         raise document.error(node, f"its mass is {mass:g} kg; masses are zero or positive.")
     xx, yy, zz, xy, xz, yz = inertia if mass > 0 else np.zeros(6)
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if np.diag(tensor).min() < 0 or np.linalg.eigvalsh(tensor)[0] < -ROUNDING * np.abs(tensor).max():
+        raise document.error(
+            node, "its inertia has a negative principal moment; correct its moments and products."
+        )
     return Body(
         name=required_name(document, node),
         mass=mass,
         com_body=document.numbers(node, "mass_center", 3, default=(0.0, 0.0, 0.0)),
-        inertia_body=np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]),
+        inertia_body=tensor,
         geometry=geometry,
     )
 

@@ -27,6 +27,15 @@ def body_fixed_xyz(angles: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
     return turns[0] @ turns[1] @ turns[2]
 
 
+def body_fixed_angles(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "3"]:
+    """OpenSim's orientation triple of a rotation [rad]: `body_fixed_xyz` backwards, gimbal lock included."""
+    x = np.arctan2(-R[1, 2], R[2, 2])
+    y = np.arctan2(R[0, 2], np.hypot(R[0, 0], R[0, 1]))
+    sine, cosine = np.sin(x), np.cos(x)
+    z = np.arctan2(cosine * R[1, 0] + sine * R[2, 0], cosine * R[1, 1] + sine * R[2, 1])
+    return np.array([x, y, z])
+
+
 def nearest_rotation(M: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*batch 3 3"]:
     """The rotation R that maximizes tr(RᵀM): Kabsch's orthogonal Procrustes problem."""
     U, _, Vt = np.linalg.svd(M)

@@ -1,7 +1,7 @@
 """Published tables from which the default body is built: lengths, masses, inertias, joint axes, ranges.
 
-Lengths are fractions of stature, masses fractions of body mass; where a table has two columns they are for men
-and women, and a person of unknown sex gets their mean.
+Lengths are fractions of stature, masses fractions of body mass; where a table has two columns they are for
+men and women, and a person of unknown sex gets their mean.
 """
 
 from dataclasses import dataclass
@@ -27,9 +27,9 @@ class SegmentShape:
 
 
 # de Leva P. Adjustments to Zatsiorsky-Seluyanov's segment inertia parameters. J Biomech 1996; 29: 1223-1230,
-# table 4, percent: mass, centre of mass, sagittal, transverse and longitudinal radius; men, then women.
-# End points: head VERT-CERV; upper, middle, lower trunk SUPR-XYPH-OMPH-MIDH; arms SJC-EJC-WJC-MET3;
-# legs HJC-KJC-AJC; foot HEEL-TTIP.
+# table 4, percent: mass, centre of mass, sagittal, transverse and longitudinal radius; men, then women. End
+# points: head VERT-CERV; upper, middle, lower trunk SUPR-XYPH-OMPH-MIDH; arms SJC-EJC-WJC-MET3; legs
+# HJC-KJC-AJC; foot HEEL-TTIP.
 _DE_LEVA = {
     "head": ((6.94, 50.02, 30.3, 31.5, 26.1), (6.68, 48.41, 27.1, 29.5, 26.1)),
     "upper_trunk": ((15.96, 29.99, 71.6, 45.4, 65.9), (15.45, 20.77, 74.6, 50.2, 71.8)),
@@ -100,14 +100,14 @@ class Lengths:
 def lengths(stature: float, sex: Sex | None) -> Lengths:
     """Segment lengths from stature.
 
-    Legs: Drillis R, Contini R. Body segment parameters. New York University report 1166-03, 1966 (fractions as
-    drawn in Winter, Biomechanics and Motor Control of Human Movement, fig. 4.1). Arms: de Leva's means over his
-    mean stature. Trunk and head: his proportions, stretched by one factor so that legs, trunk and head add up to
-    the stature. Shoulder centres: half the biacromial breadth of Gordon et al., 1988 Anthropometric Survey of US
-    Army Personnel (39.7 of 175.6 cm, 36.3 of 162.9 cm), less the humeral head's radius (24 mm; Iannotti et al.,
-    J Bone Joint Surg Am 1992; 74: 491-500). Pelvis: rounded means of adults of both sexes (24 cm wide and 15 cm
-    deep at 1.74 m; Seidel et al., J Biomech 1995; 28: 995-998, report such sizes). Carrying angle of the elbow:
-    Keats et al., Radiology 1966; 87: 904-907 (men 11°, women 13°).
+    Legs: Drillis R, Contini R. Body segment parameters. New York University report 1166-03, 1966 (fractions
+    as drawn in Winter, Biomechanics and Motor Control of Human Movement, fig. 4.1). Arms: de Leva's means
+    over his mean stature. Trunk and head: his proportions, stretched by one factor so that legs, trunk and
+    head add up to the stature. Shoulder centres: half the biacromial breadth of Gordon et al., 1988
+    Anthropometric Survey of US Army Personnel (39.7 of 175.6 cm, 36.3 of 162.9 cm), less the humeral head's
+    radius (24 mm; Iannotti et al., J Bone Joint Surg Am 1992; 74: 491-500). Pelvis: rounded means of adults
+    of both sexes (24 cm wide and 15 cm deep at 1.74 m; Seidel et al., J Biomech 1995; 28: 995-998, report
+    such sizes). Carrying angle of the elbow: Keats et al., Radiology 1966; 87: 904-907 (men 11°, women 13°).
     """
     thigh, shank, ankle = 0.245, 0.246, 0.039
     mm = {name: float(_of_sex(np.array(pair), sex)) for name, pair in _DE_LEVA_LENGTHS_MM.items()}
@@ -137,11 +137,11 @@ def lengths(stature: float, sex: Sex | None) -> Lengths:
 
 
 def hip_centre(of: Lengths) -> np.ndarray:
-    """Right hip centre in the pelvis frame [m]: origin between the anterior spines, y upright, z to the right.
+    """Right hip centre in the pelvis frame [m]: origin between the anterior spines, y up, z to the right.
 
-    Harrington ME et al. Prediction of the hip joint centre. J Biomech 2007; 40: 595-602, whose frame lies in the
-    plane of the four spines; in upright stance that plane falls forward by 11° (Levine D, Whittle MW. J Orthop
-    Sports Phys Ther 1996; 24: 130-135).
+    Harrington ME et al. Prediction of the hip joint centre. J Biomech 2007; 40: 595-602, whose frame lies in
+    the plane of the four spines; in upright stance that plane falls forward by 11° (Levine D, Whittle MW. J
+    Orthop Sports Phys Ther 1996; 24: 130-135).
     """
     in_spine_plane = np.array(
         [-0.24 * of.pelvis_depth - 0.0099, -0.30 * of.pelvis_width - 0.0109, 0.33 * of.pelvis_width + 0.0073]
@@ -152,10 +152,11 @@ def hip_centre(of: Lengths) -> np.ndarray:
 
 PELVIC_INCLINATION = float(np.radians(11.0))
 
-# Isman RE, Inman VT. Anthropometric studies of the human foot and ankle. Bull Prosthet Res 1969; 10-11: 97-129:
-# the ankle's axis makes 80° with the shank's line (its lateral end is the lower) and 84° with the foot's midline
-# (its lateral end lies behind); the subtalar axis rises 41° and points 23° to the medial side of the midline;
-# the metatarsal break makes 62° with the foot's long axis. Positive: dorsiflexion, inversion, toe extension.
+# Isman RE, Inman VT. Anthropometric studies of the human foot and ankle. Bull Prosthet Res 1969; 10-11:
+# 97-129: the ankle's axis makes 80° with the shank's line (its lateral end is the lower) and 84° with the
+# foot's midline (its lateral end lies behind); the subtalar axis rises 41° and points 23° to the medial side
+# of the midline; the metatarsal break makes 62° with the foot's long axis. Positive: dorsiflexion, inversion,
+# toe extension.
 ANKLE_AXIS = np.array([-np.tan(np.radians(6)), -np.tan(np.radians(10)), 1.0])
 SUBTALAR_AXIS = np.array(
     [np.cos(np.radians(41)) * np.cos(np.radians(23)), np.sin(np.radians(41)),
@@ -163,19 +164,21 @@ SUBTALAR_AXIS = np.array(
 )  # fmt: skip
 METATARSAL_BREAK_AXIS = np.array([-np.cos(np.radians(62)), 0.0, np.sin(np.radians(62))])
 
-# Foot: the ankle stands over 24 % of its length; the ball lies at 72.5 % (Gordon et al. 1988: 19.5 of 26.9 cm).
+# Foot: the ankle stands over 24 % of its length; the ball lies at 72.5 % (Gordon et al. 1988: 19.5 of 26.9
+# cm).
 ANKLE_ALONG_FOOT = 0.24
 BALL_ALONG_FOOT = 0.725
 
-# Iwaki H, Pinskerova V, Freeman MAR. J Bone Joint Surg Br 2000; 82: 1189-1195, and Johal P et al. J Biomech 2005;
-# 38: 269-276: from extension to 120° the medial condyle's flexion centre stays within some 3 mm while the lateral
-# one rolls back about 17 mm, so their midpoint rolls back 10 mm, in a person of 1.75 m.
+# Iwaki H, Pinskerova V, Freeman MAR. J Bone Joint Surg Br 2000; 82: 1189-1195, and Johal P et al. J Biomech
+# 2005; 38: 269-276: from extension to 120° the medial condyle's flexion centre stays within some 3 mm while
+# the lateral one rolls back about 17 mm, so their midpoint rolls back 10 mm, in a person of 1.75 m.
 KNEE_ROLL_BACK_AT_120_DEG = 0.010 / 1.75  # of stature
-# Amis AA, Senavongse W, Bull AMJ. J Orthop Res 2006; 24: 2201-2211: the patella flexes 0.7° a degree of the knee.
+# Amis AA, Senavongse W, Bull AMJ. J Orthop Res 2006; 24: 2201-2211: the patella flexes 0.7° a degree of the
+# knee.
 PATELLA_FLEXION_RATIO = 0.7
 
-# Greene WB, Heckman JD. The Clinical Measurement of Joint Motion. AAOS 1994, rounded outwards to leave room for
-# errors of axes and markers [deg]; pronation counts from full supination.
+# Greene WB, Heckman JD. The Clinical Measurement of Joint Motion. AAOS 1994, rounded outwards to leave room
+# for errors of axes and markers [deg]; pronation counts from full supination.
 RANGES_DEG: dict[str, tuple[float, float]] = {
     "hip_flexion": (-40, 130), "hip_adduction": (-55, 40), "hip_rotation": (-50, 50),
     "knee_angle": (-10, 150), "ankle_angle": (-60, 40), "subtalar_angle": (-30, 40), "mtp_angle": (-45, 80),

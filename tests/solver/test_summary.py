@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from solver.dynamics.thresholds import Thresholds
 from solver.kinematics.marker_errors import MarkerErrors
-from solver.summary import Thresholds, all_notes, ranges, summary
+from solver.summary import all_notes, ranges, summary
 
 BODY_WEIGHT = 980.665  # [N] of 100 kg
 

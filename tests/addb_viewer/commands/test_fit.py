@@ -14,26 +14,10 @@ def test_fit_keeps_the_results_and_prints_the_summary(command_line):
     assert run.exit_code == 0
     assert load_fit(folder / "results", folder).mass_kg == 100.0
     assert "100.0 kg (98.5 kg entered), 2.00 m; 1 bodies, 1 degrees of freedom" in run.stdout
-    walk = next(line.split() for line in run.stdout.splitlines() if line.startswith("walk"))
-    # frames, used, marker RMS and max [cm], force [N], [BW], moment [N·m], [BW·h] and the paper's bound
-    assert walk == [
-        "walk",
-        "4",
-        "3",
-        "1.50",
-        "✓",
-        "2.1",
-        "✓",
-        "7.5",
-        "0.0077",
-        "✓",
-        "0.8",
-        "0.0004",
-        "✓",
-        "(✓)",
-    ]
-    without = next(line.split() for line in run.stdout.splitlines() if line.startswith("no/forces"))
-    assert without == ["no/forces", "4", "0", "1.50", "✓", "2.1", "✓", "–", "–", "–", "–"]
+    rows = {line.split()[0]: line.split()[1:] for line in run.stdout.splitlines() if line.split()}
+    # used frames, marker RMS and max [cm], force [N], [BW], moment [N·m], [BW·h] and the paper's bound
+    assert " ".join(rows["walk"]) == "3 of 4 1.50 ✓ 2.1 ✓ 7.5 0.0077 ✓ 0.8 0.0004 ✓ (✓)"
+    assert " ".join(rows["no/forces"]) == "0 of 4 1.50 ✓ 2.1 ✓ – – – –"
     assert "note: walk: plate 1 was not tared" in run.stdout
     assert run.stderr == ""
 
@@ -44,7 +28,7 @@ def test_json_is_the_contract(command_line, tmp_path):
     figures = json.loads(target.read_text(encoding="utf-8"))
     assert set(figures) == {"subject", "model", "trials", "files", "notes"}
     assert [trial["name"] for trial in figures["trials"]] == ["walk", "no/forces"]
-    assert figures["trials"][0]["linear_residual"]["rms_N"] == pytest.approx(7.5056)
+    assert figures["trials"][0]["linear_residual"]["rms_N"] == pytest.approx(7.50555, rel=1e-6)
     results = command_line.subject.folder / "results"
     assert figures["files"][0] == str(results / "fit.json")
     assert len(figures["files"]) == sum(path.is_file() for path in results.rglob("*"))
@@ -91,17 +75,9 @@ def test_a_named_settings_file_is_used(command_line, tmp_path):
 @pytest.mark.parametrize(
     ("failure", "status", "line"),
     [
-        (
-            FitError("walk: no marker of the model was recorded"),
-            1,
-            "walk: no marker of the model was recorded",
-        ),
+        (FitError("walk: no marker of the model"), 1, "walk: no marker of the model"),
         (KeyboardInterrupt(), 130, "stopped; nothing was written"),
-        (
-            RuntimeError("singular"),
-            1,
-            "unexpected RuntimeError: singular (run with --debug for the traceback)",
-        ),
+        (TypeError("odd"), 1, "unexpected TypeError: odd (run with --debug for the traceback)"),
     ],
 )
 def test_a_failed_solve_is_one_line_and_writes_nothing(command_line, tmp_path, failure, status, line):
@@ -123,12 +99,9 @@ def test_a_folder_that_is_not_there(command_line, tmp_path):
     assert run.stderr.count("\n") == 1
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [("fit",), ("fit", ".", "--frames", "3"), ("fly", "."), ("export", "."), ("export", ".", "--to", "abc")],
-)
-def test_wrong_use_is_status_2(command_line, arguments):
-    run = command_line(*arguments)
+@pytest.mark.parametrize("line", ["fit", "fit . --frames 3", "fly .", "export .", "export . --to abc"])
+def test_wrong_use_is_status_2(command_line, line):
+    run = command_line(*line.split())
     assert run.exit_code == 2
     assert "Traceback" not in run.stderr
 

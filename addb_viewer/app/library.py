@@ -1,0 +1,85 @@
+"""The trials of a subject and their fit, loaded when first looked at."""
+
+from collections import OrderedDict
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import trimesh
+
+from addb_viewer.app.replay import Person, Replay, fitted_replay, unfitted_replay
+from solver.capture.capture import Subject
+from solver.capture.subject import open_subject
+from solver.capture.trial import read_trial
+from solver.fit import Fit
+from solver.results.store import default_folder, has_fit, load_fit
+from solver.skeleton.bones import body_meshes
+from solver.summary import all_notes, summary
+
+KEPT = 4  # replays in memory: the one on the screen and those one goes back to
+
+
+@dataclass
+class Library:
+    """One subject. A trial that the fit lacks is shown as measured."""
+
+    subject: Subject
+    fit: Fit | None = None
+    meshes: dict[str, trimesh.Trimesh] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    kept: OrderedDict[str, Replay] = field(default_factory=OrderedDict)
+
+    @property
+    def trials(self) -> tuple[str, ...]:
+        """Names of the trials, those of the fit first."""
+        fitted = [trial.capture.name for trial in self.fit.trials] if self.fit else []
+        return tuple(dict.fromkeys([*fitted, *(trial.name for trial in self.subject.trials)]))
+
+    def replay(self, name: str) -> Replay:
+        """One trial, ready to be drawn.
+
+        Raises:
+            CaptureError: its files cannot be read.
+        """
+        if name not in self.kept:
+            self.kept[name] = self._load(name)
+            while len(self.kept) > KEPT:
+                self.kept.popitem(last=False)
+        self.kept.move_to_end(name)
+        return self.kept[name]
+
+    def figures(self, name: str) -> dict[str, Any]:
+        """The trial's part of the fit's summary; empty without a fit."""
+        if self.fit is None:
+            return {}
+        trials: Any = summary(self.fit)["trials"]
+        return next((t for t in trials if t["name"] == name), {})
+
+    def _load(self, name: str) -> Replay:
+        if self.fit is not None:
+            person = Person(self.fit.mass_kg, self.fit.height_m)
+            for trial in self.fit.trials:
+                if trial.capture.name == name:
+                    return fitted_replay(trial, self.fit.skeleton, person)
+        files = next(trial for trial in self.subject.trials if trial.name == name)
+        return unfitted_replay(read_trial(files))
+
+
+def open_library(subject_folder: Path, results: Path | None = None) -> Library:
+    """Open a subject's folder, and its fit where there is one.
+
+    Args:
+        subject_folder: as the user names it.
+        results: where the fit lies; `results` inside the subject's folder by default.
+
+    Raises:
+        CaptureError: the folder is no subject's.
+        ResultsError: there is half a fit, or one of another version.
+    """
+    subject = open_subject(subject_folder)
+    folder = results or default_folder(subject_folder)
+    if not has_fit(folder):
+        return Library(subject, notes=(*subject.notes, "Not fitted yet: markers and forces as measured."))
+    fit = load_fit(folder, subject_folder)
+    bones = body_meshes(fit.skeleton, subject_folder / "Geometry")
+    return Library(subject, fit, bones.meshes, (*all_notes(fit), *bones.notes))

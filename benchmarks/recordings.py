@@ -1,0 +1,31 @@
+"""The real recordings: every folder with a subject's description below $ADDB_DATA."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from solver.capture.capture import Subject
+from solver.capture.subject import open_subject
+from solver.errors import SolverError
+
+
+def data_folder() -> Path:
+    """$ADDB_DATA, else ../shared/data beside the project."""
+    beside = Path(__file__).resolve().parents[2] / "shared" / "data"
+    return Path(os.environ.get("ADDB_DATA", beside))
+
+
+def subjects() -> Iterator[tuple[str, Subject | SolverError]]:
+    """Name and subject of every folder that describes one, or why it does not open."""
+    root = data_folder()
+    described = {p.parent for name in ("subject.toml", "_subject.json") for p in root.rglob(name)}
+    for folder in sorted(described):
+        try:
+            yield str(folder.relative_to(root)), open_subject(folder)
+        except SolverError as error:
+            yield str(folder.relative_to(root)), error
+
+
+def scaled_reference_models(subject: Subject) -> list[Path]:
+    """Models that somebody else scaled to this subject, as they lie beside the recording."""
+    return sorted((subject.folder / "reference").glob("*.osim"))

@@ -1,0 +1,152 @@
+"""Markers and force plates of a C3D file, in the laboratory's own axes; which of them points up is found here too."""
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.capture.axes import AxesSettings, VerticalAxis, vertical_axis
+from solver.capture.c3d_contents import C3dContents, open_c3d
+from solver.capture.capture import ForcePlate, Markers
+from solver.capture.centre_of_pressure import Surface, centre_of_pressure
+from solver.capture.force_platform import ForcePlatformSettings, Platform, force_platforms, plate_axes
+from solver.capture.length_units import METRES_PER_UNIT, metres_per_unit, unit_of
+from solver.capture.point_labels import marker_points
+from solver.capture.unseen_markers import far_as_nan, unseen_as_nan
+from solver.errors import CaptureError
+from solver.settings_field import setting
+
+COMPUTED_GROUPS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS")
+
+
+@dataclass(frozen=True)
+class C3dSettings:
+    """How a C3D file is read."""
+
+    centre_known_N: float = setting(20.0, unit="N", why="below, centres of pressure are noise and are not reported")
+    platforms: ForcePlatformSettings = field(default_factory=ForcePlatformSettings)
+    axes: AxesSettings = field(default_factory=AxesSettings)
+
+
+@dataclass(frozen=True)
+class C3dFile:
+    """One C3D file: metres, newtons, NaN where not seen; axes as the laboratory has them.
+
+    Forces are those on the person. The first stored frame is at 0 s, whatever number it has.
+    """
+
+    markers: Markers
+    plates: tuple[ForcePlate, ...]
+    up: VerticalAxis
+    notes: tuple[str, ...] = ()
+
+
+def read_c3d(path: Path, up: VerticalAxis | None = None, settings: C3dSettings = C3dSettings()) -> C3dFile:
+    """Read markers and force plates.
+
+    Args:
+        path: the file.
+        up: the axis that points up, where a person said so.
+        settings: thresholds.
+
+    Raises:
+        CaptureError: the file cannot be read, holds no marker, or has force platforms of unknown type.
+    """
+    path = Path(path)
+    contents = open_c3d(path)
+    markers, metres, notes = _markers(contents)
+    platforms, platform_notes = force_platforms(contents, metres, settings.platforms)
+    if up is None:
+        up = _upwards(contents, markers, platforms, settings)
+    rate = contents.rate * contents.samples_per_frame
+    plates, sign_notes = [], []
+    for platform in platforms:
+        plate, note = _on_the_person(platform, up, rate, settings)
+        plates.append(plate)
+        if note:
+            sign_notes.append(f"{path.name}: {platform.name}: {note}")
+    notes += (*_rate_notes(contents, rate if platforms else 0.0), *platform_notes, *sign_notes)
+    return C3dFile(markers, tuple(plates), up, notes)
+
+
+def read_c3d_markers(path: Path, up: VerticalAxis | None = None, settings: C3dSettings = C3dSettings()) -> C3dFile:
+    """Read markers only, whatever the force platforms are.
+
+    Raises:
+        CaptureError: the file cannot be read or holds no marker.
+    """
+    contents = open_c3d(Path(path))
+    markers, _, notes = _markers(contents)
+    return C3dFile(markers, (), up or _upwards(contents, markers, (), settings), notes)
+
+
+def _upwards(
+    contents: C3dContents, markers: Markers, platforms: tuple[Platform, ...], settings: C3dSettings
+) -> VerticalAxis:
+    return vertical_axis(
+        markers,
+        [platform.force_lab for platform in platforms],
+        [platform.corners_lab for platform in platforms],
+        default="z",
+        screen_up=next(iter(contents.words("POINT", "Y_SCREEN")), ""),
+        settings=settings.axes,
+    )
+
+
+def _markers(contents: C3dContents) -> tuple[Markers, float, tuple[str, ...]]:
+    """The markers, metres per POINT:UNITS, and notes."""
+    source = contents.path.name
+    computed = frozenset(label for group in COMPUTED_GROUPS for label in contents.words("POINT", group))
+    seen_frames = np.isfinite(contents.points).all(axis=2) & (contents.points != 0).any(axis=2)
+    chosen = marker_points(contents.words("POINT", "LABELS"), seen_frames.sum(axis=0), computed, source)
+    if not chosen.names:
+        listed = "; ".join(chosen.notes).replace(f"{source}: ", "")
+        raise CaptureError(f"{contents.path}: the file holds no marker ({listed}). Export it with its trajectories.")
+    seen, unseen_notes = unseen_as_nan(contents.points[:, list(chosen.columns)], chosen.names, source)
+    metres, unit_notes = _metres(contents, seen)
+    positions, far_notes = far_as_nan(seen * metres, chosen.names, source)
+    notes = (*contents.notes, *chosen.notes, *unit_notes, *unseen_notes, *far_notes)
+    return Markers(chosen.names, positions, contents.rate), metres, notes
+
+
+def _metres(contents: C3dContents, positions: Float[np.ndarray, "frames markers 3"]) -> tuple[float, tuple[str, ...]]:
+    claimed = next((word for word in contents.words("POINT", "UNITS") if word), None)
+    where = "POINT:UNITS"
+    if claimed is not None and unit_of(claimed) is None:
+        metres, notes = metres_per_unit(None, positions, contents.path, where)
+        return metres, (f"{contents.path.name}: unknown POINT:UNITS '{claimed}'", *notes)
+    if claimed is None and np.isnan(positions).all():
+        return METRES_PER_UNIT["mm"], (f"{contents.path.name}: no POINT:UNITS and no marker seen; mm assumed",)
+    return metres_per_unit(claimed, positions, contents.path, where)
+
+
+def _rate_notes(contents: C3dContents, rate: float) -> tuple[str, ...]:
+    said = contents.number("ANALOG", "RATE", 0.0)
+    if rate and abs(said / rate - 1) > 1e-3:
+        return (f"{contents.path.name}: ANALOG:RATE says {said:g} Hz, the file holds {rate:g} samples a second",)
+    return ()
+
+
+def _on_the_person(
+    platform: Platform, up: VerticalAxis, rate: float, settings: C3dSettings
+) -> tuple[ForcePlate, str | None]:
+    """The plate with the sign of the force on the person, which is upwards."""
+    force, moment, note = platform.force_lab, platform.moment_lab, None
+    vertical = force @ up.up_lab
+    loaded = np.abs(vertical) > settings.axes.loaded_N
+    if loaded.sum() >= settings.axes.fewest_samples and np.median(vertical[loaded]) < 0:
+        force, moment, vertical = -force, -moment, -vertical
+        note = "its forces point downwards: they are those on the plate, and their sign is turned"
+    normal = plate_axes(platform.corners_lab)[:, 2]
+    normal = normal * (np.sign(normal @ up.up_lab) or 1.0)
+    centre = centre_of_pressure(force, moment, Surface(platform.corners_lab.mean(axis=0), normal))
+    known = vertical >= settings.centre_known_N
+    return ForcePlate(
+        name=platform.name,
+        force_ground=force,
+        moment_ground=moment,
+        cop_ground=np.where(known[:, None], centre, np.nan),
+        rate=rate,
+        corners_ground=platform.corners_lab,
+    ), note

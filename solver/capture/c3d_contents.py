@@ -1,0 +1,94 @@
+"""What ezc3d finds in a C3D file, as plain arrays: parameters, points, analog samples."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import ezc3d
+import numpy as np
+from jaxtyping import Float
+
+from solver.capture.c3d_header import EXPORT_AGAIN, C3dHeader, read_data, read_header
+from solver.errors import CaptureError
+
+
+@dataclass(frozen=True)
+class C3dContents:
+    """One C3D file, axes and units as stored."""
+
+    path: Path
+    parameters: Any  # ezc3d's mapping of groups of parameters
+    points: Float[np.ndarray, "frames points 3"]  # [POINT:UNITS] NaN where not seen
+    rate: float  # [Hz] of the points
+    analogs: Float[np.ndarray, "samples channels"]  # [ANALOG:UNITS]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def samples_per_frame(self) -> int:
+        """Analog samples for each frame of points."""
+        return len(self.analogs) // max(1, len(self.points))
+
+    def array(self, group: str, name: str) -> np.ndarray:
+        """A numeric parameter in its own shape, first dimension first; empty where the file lacks it."""
+        if group not in self.parameters or name not in self.parameters[group]:
+            return np.zeros(0)
+        return np.asarray(self.parameters[group][name]["value"], dtype=float)
+
+    def number(self, group: str, name: str, default: float) -> float:
+        """First value of a numeric parameter."""
+        values = self.array(group, name).ravel()
+        return float(values[0]) if len(values) else default
+
+    def words(self, group: str, name: str) -> tuple[str, ...]:
+        """A parameter of texts, stripped, with its continuation in NAME2, NAME3, …"""
+        if group not in self.parameters:
+            return ()
+        found: list[str] = []
+        for key in (name, *(f"{name}{part}" for part in range(2, 20))):
+            if key in self.parameters[group]:
+                found += [str(word).strip() for word in self.parameters[group][key]["value"]]
+        return tuple(found)
+
+
+def open_c3d(path: Path) -> C3dContents:
+    """Open a C3D file.
+
+    Raises:
+        CaptureError: it is missing, empty, cut off, damaged, in SGI/MIPS numbers, or holds no point or no rate.
+    """
+    header = read_header(path)
+    try:
+        raw = ezc3d.c3d(str(path))
+    except Exception as error:  # ezc3d raises whatever its C++ threw
+        reason = str(error).split(". If you")[0].removesuffix(": iostream error")
+        raise CaptureError(f"{path}: the C3D file is damaged ({reason}). {EXPORT_AGAIN}") from error
+    points, analogs, notes = _data(path, raw, header)
+    contents = C3dContents(path, raw["parameters"], points, 0.0, analogs)
+    rate = contents.number("POINT", "RATE", 0.0)
+    if not (np.isfinite(rate) and rate > 0):
+        rate = float(raw["header"]["points"]["frame_rate"])
+        notes += (f"{path.name}: POINT:RATE is missing; the header's {rate:g} Hz is used",)
+    if not (np.isfinite(rate) and rate > 0):
+        raise CaptureError(f"{path}: neither the header nor POINT:RATE says how many frames a second holds.")
+    if points.shape[0] == 0 or points.shape[1] == 0:
+        raise CaptureError(f"{path}: the file holds no marker. Export it with its trajectories.")
+    if header.frames is not None and header.frames > points.shape[0]:
+        notes += (f"{path.name}: the header says {header.frames} frames, the file holds {points.shape[0]}",)
+    return C3dContents(path, raw["parameters"], points, rate, analogs, notes)
+
+
+def _data(
+    path: Path, raw: Any, header: C3dHeader
+) -> tuple[Float[np.ndarray, "frames points 3"], Float[np.ndarray, "samples channels"], tuple[str, ...]]:
+    positions = np.moveaxis(raw["data"]["points"][:3], 2, 0).transpose(0, 2, 1)
+    residuals = raw["data"]["meta_points"]["residuals"][0].T
+    analogs = raw["data"]["analogs"][0].T
+    seen_per_frame = len(analogs) * analogs.shape[1] / max(1, len(positions))
+    if seen_per_frame != header.analogs_per_frame:
+        stored = read_data(path, header)
+        note = (
+            f"{path.name}: ANALOG:USED and ANALOG:RATE say nothing of the {header.analogs_per_frame} analog samples "
+            "a frame; the header is believed, scales and offsets are taken as 1 and 0"
+        )
+        return stored.points, stored.analogs, (note,)
+    return np.where((residuals < 0)[:, :, None], np.nan, positions), analogs, ()

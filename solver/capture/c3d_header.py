@@ -1,0 +1,189 @@
+"""The first block of a C3D file, and whether the parameters after it are whole enough to be read.
+
+ezc3d ends the whole program on some damaged parameter sections, so the chain of records is walked here first.
+"""
+
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.errors import CaptureError
+
+BLOCK = 512  # bytes; all addresses in a C3D file count blocks from 1
+SIGNATURE = 0x50
+INTEL, DEC, MIPS = 84, 85, 86
+LARGEST_COUNT = 65535  # the header's frame numbers are 16 bits; longer files keep theirs elsewhere
+EXPORT_AGAIN = "Export the trial again, or copy the file anew."
+
+
+@dataclass(frozen=True)
+class C3dHeader:
+    """What the header block says about the data section."""
+
+    processor: int
+    points: int
+    analogs_per_frame: int  # all samples of all channels between two frames
+    samples_per_frame: int
+    first_frame: int
+    last_frame: int
+    scale: float  # of the stored integers [POINT:UNITS]; negative where numbers are stored as floats
+    data_block: int
+    file_bytes: int
+
+    @property
+    def frames(self) -> int | None:
+        """Number of frames that it claims; None where 16 bits don't hold it."""
+        return None if self.last_frame == LARGEST_COUNT else self.last_frame - self.first_frame + 1
+
+    @property
+    def frames_held(self) -> int:
+        """Number of whole frames in the file, if nothing follows them."""
+        return max(0, self.file_bytes - self.data_start) // self.frame_bytes if self.frame_bytes else 0
+
+    @property
+    def data_start(self) -> int:
+        """Address of the first frame [bytes]."""
+        return (self.data_block - 1) * BLOCK
+
+    @property
+    def words_per_frame(self) -> int:
+        """Numbers stored for each frame."""
+        return 4 * self.points + self.analogs_per_frame
+
+    @property
+    def frame_bytes(self) -> int:
+        """Size of a frame: floats of four bytes or integers of two."""
+        return self.words_per_frame * (4 if self.scale < 0 else 2)
+
+
+@dataclass(frozen=True)
+class C3dData:
+    """The data section as stored, without analog scales and offsets."""
+
+    points: Float[np.ndarray, "frames points 3"]  # [POINT:UNITS] NaN where a camera saw nothing
+    analogs: Float[np.ndarray, "samples channels"]
+
+
+def read_header(path: Path) -> C3dHeader:
+    """Read the header and check the parameters, so that ezc3d can be trusted with the rest.
+
+    Raises:
+        CaptureError: not a C3D file; or an empty, cut-off or damaged one; or one in SGI/MIPS numbers.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise CaptureError(f"{path}: cannot be read ({error.strerror}).") from error
+    if not data:
+        raise CaptureError(f"{path}: the file is empty. {EXPORT_AGAIN}")
+    if len(data) > 1 and data[1] != SIGNATURE:
+        raise CaptureError(
+            f"{path}: not a C3D file (its second byte is not 50 hex). Give the .c3d of the trial."
+        )
+    parameters = (data[0] - 1) * BLOCK if data else 0
+    if parameters < BLOCK or len(data) < parameters + BLOCK:
+        raise CaptureError(
+            f"{path}: the file ends after {len(data)} bytes, before its parameters. {EXPORT_AGAIN}"
+        )
+    processor = data[parameters + 3]
+    if processor == MIPS:
+        raise CaptureError(
+            f"{path}: written in SGI/MIPS numbers, which cannot be read. Save it as Intel (PC) C3D, as every "
+            "present capture program and C3D editor does."
+        )
+    if processor not in (INTEL, DEC):
+        raise CaptureError(
+            f"{path}: unknown number format {processor} in the parameter section. {EXPORT_AGAIN}"
+        )
+    _check_parameters(path, data, parameters)
+    words = struct.unpack_from("<24H", data)
+    header = C3dHeader(
+        processor=processor,
+        points=words[1],
+        analogs_per_frame=words[2],
+        samples_per_frame=max(1, words[9]),
+        first_frame=words[3],
+        last_frame=words[4],
+        scale=_number(data, 12, processor),
+        data_block=words[8],
+        file_bytes=len(data),
+    )
+    _check_length(path, header)
+    return header
+
+
+def read_data(path: Path, header: C3dHeader) -> C3dData:
+    """Decode the data section by the header alone.
+
+    For files whose ANALOG parameters are missing: ezc3d then takes the analog samples for points.
+
+    Raises:
+        CaptureError: the numbers are not Intel's.
+    """
+    if header.processor != INTEL or header.frames is None:
+        raise CaptureError(
+            f"{path}: ANALOG:USED and ANALOG:RATE are missing although the file holds analog samples. Export it again."
+        )
+    kind, frames = ("<f4" if header.scale < 0 else "<i2"), min(header.frames, header.frames_held)
+    words = np.fromfile(path, kind, frames * header.words_per_frame, offset=header.data_start)
+    table = words.reshape(frames, header.words_per_frame).astype(float)
+    points = table[:, : 4 * header.points].reshape(frames, header.points, 4)
+    scale = 1.0 if header.scale < 0 else header.scale
+    positions = np.where(points[:, :, 3:] < 0, np.nan, points[:, :, :3] * scale)
+    samples = frames * header.samples_per_frame
+    return C3dData(positions, table[:, 4 * header.points :].reshape(samples, -1))
+
+
+def _number(data: bytes, address: int, processor: int) -> float:
+    """A float of the header; DEC's has its halves swapped and counts the exponent two higher."""
+    raw = data[address : address + 4]
+    if processor == DEC:
+        return float(struct.unpack("<f", raw[2:] + raw[:2])[0]) / 4
+    return float(struct.unpack("<f", raw)[0])
+
+
+def _check_length(path: Path, header: C3dHeader) -> None:
+    """A file that breaks off within a frame is cut; one that ends with a frame was trimmed by somebody."""
+    held = header.frames_held
+    if header.frames is None or held >= header.frames:
+        return
+    if held == 0 or header.data_start + held * header.frame_bytes != header.file_bytes:
+        raise CaptureError(
+            f"{path}: the file is cut off in frame {held + 1} of {header.frames}. {EXPORT_AGAIN}"
+        )
+
+
+def _check_parameters(path: Path, data: bytes, start: int) -> None:
+    """Walk the chain of groups and parameters to its end."""
+    at = start + 4
+    while at + 2 < len(data) and data[at]:
+        length = abs(struct.unpack_from("<b", data, at)[0])
+        is_group = data[at + 1] >= 128
+        pointer = at + 2 + length
+        if pointer + 4 > len(data):
+            raise _damaged(path, at)
+        step = struct.unpack_from("<H", data, pointer)[0]
+        if not is_group and not _fits(data, pointer + 2):
+            raise _damaged(path, at)
+        if step == 0:
+            return
+        at = pointer + step
+    if at + 2 >= len(data):
+        raise _damaged(path, len(data))
+
+
+def _fits(data: bytes, at: int) -> bool:
+    """Whether the parameter described at `at` has a known type and lies within the file."""
+    size = abs(struct.unpack_from("<b", data, at)[0])
+    dimensions = data[at + 1]
+    if size not in (1, 2, 4) or dimensions > 7 or at + 2 + dimensions > len(data):
+        return False
+    count = int(np.prod([int(extent) for extent in data[at + 2 : at + 2 + dimensions]], dtype=object))
+    return at + 2 + dimensions + size * count <= len(data)
+
+
+def _damaged(path: Path, at: int) -> CaptureError:
+    return CaptureError(f"{path}: the parameter section is damaged at byte {at}. {EXPORT_AGAIN}")

@@ -1,0 +1,221 @@
+"""From a plate as recorded to the wrench that the solver uses, on the markers' clock.
+
+In this order: short gaps filled, turned to act on the foot, zero level taken off, unloaded samples set to
+zero, and only then filtered: force and moment about the ground origin alike, both with the filter of the
+kinematics. The centre of pressure comes last, from the filtered wrench; filtering it as such would average
+numbers without meaning.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from solver.capture.capture import ForcePlate
+from solver.capture.centre_of_pressure import centre_of_pressure, surface_of
+from solver.capture.force_settings import CONDITIONING, ConditioningSettings
+from solver.capture.resampling import ANTI_ALIAS_SHARE, covered, interpolate, rate_of, resample
+from solver.capture.zero_level import runs, zeroed
+from solver.filters import low_pass
+
+
+@dataclass(frozen=True)
+class ConditionedPlate:
+    """A plate's wrench on the foot at the markers' frames; NaN on frames that the recording doesn't cover.
+
+    The filter spreads a contact's edges by some 10 ms, so that small forces remain beside `loaded` frames.
+    They belong to the filtered signal; so do the filtered accelerations that they balance.
+    """
+
+    name: str
+    force_ground: Float[np.ndarray, "frames 3"]  # [N]
+    moment_ground: Float[np.ndarray, "frames 3"]  # [N·m] about the ground origin
+    cop_ground: Float[np.ndarray, "frames 3"]  # [m] NaN unless loaded
+    loaded: Bool[np.ndarray, " frames"]
+    observed: Bool[np.ndarray, " frames"]
+    force_raw_ground: Float[np.ndarray, "frames 3"]  # [N] zero level off, resampled, nothing else
+    moment_raw_ground: Float[np.ndarray, "frames 3"]  # [N·m]
+    notes: tuple[str, ...] = ()
+
+
+def condition(
+    plate: ForcePlate,
+    times: Float[np.ndarray, " frames"],
+    settings: ConditioningSettings = CONDITIONING,
+) -> ConditionedPlate:
+    """Clean, filter and resample one plate.
+
+    Args:
+        plate: as recorded, at its own rate and start.
+        times: the markers' frames, equally spaced [s], on the same clock.
+        settings: thresholds and filter.
+    """
+    whole, recorded, gap_notes = gaps_filled(plate, settings)
+    whole, sign_notes = upright(whole, settings)
+    tared, zero_notes = zeroed(whole, settings)
+    wrench = np.concatenate([tared.force_ground, tared.moment_ground], axis=1)
+    carrying = contact_samples(tared, settings) & recorded
+    masked = np.where(carrying[:, None], wrench, 0.0)
+
+    cutoff = shared_cutoff(rate_of(times), settings)
+    smooth = low_pass(masked, plate.rate, cutoff, settings.order)
+    filtered = interpolate(smooth, plate.rate, plate.start_time, times)
+    raw = resample(wrench, plate.rate, plate.start_time, times)
+
+    observed = _at(recorded, plate, times) & covered(plate.rate, plate.start_time, plate.samples, times)
+    filtered[~observed] = np.nan
+    raw[~observed] = np.nan
+    surface = surface_of(plate)
+    spread_s = 0.5 / cutoff  # how far the filter carries a contact's edge
+    pressing = filtered[:, :3] @ surface.normal_ground
+    loaded = (
+        observed
+        & (pressing >= settings.threshold_N)
+        & _at(_widened(carrying, spread_s * plate.rate), plate, times)
+    )
+    cop = centre_of_pressure(filtered[:, :3], filtered[:, 3:], surface)
+    return ConditionedPlate(
+        name=plate.name,
+        force_ground=filtered[:, :3],
+        moment_ground=filtered[:, 3:],
+        cop_ground=np.where(loaded[:, None], cop, np.nan),
+        loaded=loaded,
+        observed=observed,
+        force_raw_ground=raw[:, :3],
+        moment_raw_ground=raw[:, 3:],
+        notes=(
+            *gap_notes,
+            *sign_notes,
+            *zero_notes,
+            *_cutoff_notes(plate.name, cutoff, settings),
+            *_coverage_notes(plate.name, observed, times),
+        ),
+    )
+
+
+def shared_cutoff(marker_rate: float, settings: ConditioningSettings = CONDITIONING) -> float:
+    """The corner that forces and kinematics share [Hz]: at most 0.8 of the markers' Nyquist frequency."""
+    return min(settings.cutoff_Hz, ANTI_ALIAS_SHARE * marker_rate / 2)
+
+
+def resampled(
+    plate: ForcePlate, times: Float[np.ndarray, " frames"]
+) -> tuple[ForcePlate, Bool[np.ndarray, " frames"]]:
+    """The plate on another clock, and which frames its recording covers; NaN on the others.
+
+    Args:
+        plate: no NaN in force and moment.
+        times: equally spaced [s].
+    """
+    wrench = np.concatenate([plate.force_ground, plate.moment_ground], axis=1)
+    values = resample(wrench, plate.rate, plate.start_time, times)
+    pressed = _at(np.isfinite(plate.cop_ground).all(axis=1), plate, times)
+    cop = centre_of_pressure(values[:, :3], values[:, 3:], surface_of(plate))
+    rate = rate_of(times)
+    moved = replace(
+        plate,
+        force_ground=values[:, :3],
+        moment_ground=values[:, 3:],
+        cop_ground=np.where(pressed[:, None], cop, np.nan),
+        rate=rate if np.isfinite(rate) else plate.rate,
+        start_time=float(times[0]),
+    )
+    return moved, covered(plate.rate, plate.start_time, plate.samples, times)
+
+
+def upright(
+    plate: ForcePlate, settings: ConditioningSettings = CONDITIONING
+) -> tuple[ForcePlate, tuple[str, ...]]:
+    """The plate with forces as they act on the foot: upwards. Some files hold the force on the plate."""
+    vertical = plate.force_ground[:, 1]
+    up = float(vertical[vertical > settings.sign_N].sum())
+    down = float(-vertical[vertical < -settings.sign_N].sum())
+    if down > settings.one_sided * up:
+        flipped = replace(plate, force_ground=-plate.force_ground, moment_ground=-plate.moment_ground)
+        return flipped, (f"{plate.name}: pulls down on the foot; force and moment are turned round",)
+    if down > up / settings.one_sided:
+        return plate, (
+            f"{plate.name}: pushes and pulls alike (vertically up to {vertical.max():.0f} and "
+            f"{vertical.min():.0f} N); left as it is. Is y its vertical axis?",
+        )
+    return plate, ()
+
+
+def gaps_filled(
+    plate: ForcePlate, settings: ConditioningSettings = CONDITIONING
+) -> tuple[ForcePlate, Bool[np.ndarray, " samples"], tuple[str, ...]]:
+    """No NaN in force and moment: gaps are bridged by lines; and which samples count as recorded.
+
+    Samples in gaps longer than `longest_gap_s`, and at the ends, don't count.
+    """
+    wrench = np.concatenate([plate.force_ground, plate.moment_ground], axis=1)
+    known = np.isfinite(wrench).all(axis=1)
+    if known.all():
+        return plate, known, ()
+    recorded = known.copy()
+    bridged, lost = 0, []
+    for start, end in runs(~known):
+        inside = start > 0 and end < plate.samples
+        if inside and (end - start) <= settings.longest_gap_s * plate.rate:
+            recorded[start:end] = True
+            bridged += end - start
+        else:
+            lost.append(f"{plate.times[start]:.3f} to {plate.times[end - 1]:.3f} s")
+    notes: tuple[str, ...] = ()
+    if bridged:
+        notes += (
+            f"{plate.name}: {bridged} samples without a number bridged, in gaps of up to "
+            f"{settings.longest_gap_s:g} s",
+        )
+    if lost:
+        listed = ", ".join(lost[:5]) + (f" and {len(lost) - 5} more" if len(lost) > 5 else "")
+        notes += (f"{plate.name}: no numbers from {listed}; those frames count as not observed",)
+    order = np.arange(plate.samples)
+    filled = np.zeros_like(wrench)
+    if known.any():
+        filled = np.stack([np.interp(order, order[known], column[known]) for column in wrench.T], axis=1)
+    return replace(plate, force_ground=filled[:, :3], moment_ground=filled[:, 3:]), recorded, notes
+
+
+def contact_samples(
+    plate: ForcePlate, settings: ConditioningSettings = CONDITIONING
+) -> Bool[np.ndarray, " samples"]:
+    """Where the plate carries a load: above the threshold, for longer than vibration lasts."""
+    above = plate.force_ground @ surface_of(plate).normal_ground >= settings.threshold_N
+    for start, end in runs(above):
+        inside = start > 0 and end < plate.samples
+        if inside and (end - start) < settings.shortest_contact_s * plate.rate:
+            above[start:end] = False
+    return above
+
+
+def _at(
+    mask: Bool[np.ndarray, " samples"], plate: ForcePlate, times: Float[np.ndarray, " frames"]
+) -> Bool[np.ndarray, " frames"]:
+    """The mask at the sample nearest to each time."""
+    nearest = np.round((times - plate.start_time) * plate.rate).astype(int)
+    return mask[np.clip(nearest, 0, plate.samples - 1)]
+
+
+def _widened(mask: Bool[np.ndarray, " samples"], by: float) -> Bool[np.ndarray, " samples"]:
+    reach = round(by)
+    return np.convolve(mask, np.ones(2 * reach + 1), mode="same") > 0.5 if reach else mask
+
+
+def _cutoff_notes(name: str, cutoff: float, settings: ConditioningSettings) -> tuple[str, ...]:
+    if cutoff == settings.cutoff_Hz:
+        return ()
+    return (
+        f"{name}: low-passed at {cutoff:.3g} Hz instead of {settings.cutoff_Hz:g} Hz: the markers are too slow",
+    )
+
+
+def _coverage_notes(
+    name: str, observed: Bool[np.ndarray, " frames"], times: Float[np.ndarray, " frames"]
+) -> tuple[str, ...]:
+    if observed.all():
+        return ()
+    if not observed.any():
+        return (f"{name}: its recording covers none of the marker frames; do both share one clock?",)
+    listed = ", ".join(f"{times[start]:.3f} to {times[end - 1]:.3f} s" for start, end in runs(~observed))
+    return (f"{name}: {int((~observed).sum())} marker frames are not observed ({listed})",)

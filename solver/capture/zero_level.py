@@ -1,0 +1,85 @@
+"""The zero level of a force plate that was not tared: found where nobody stands on it, and taken off."""
+
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from solver.capture.capture import ForcePlate
+from solver.capture.force_settings import CONDITIONING, ConditioningSettings
+
+BIN_N = 2.0  # of the histogram in which the level is looked for: the noise of a quiet plate
+
+
+def zeroed(
+    plate: ForcePlate, settings: ConditioningSettings = CONDITIONING
+) -> tuple[ForcePlate, tuple[str, ...]]:
+    """The plate less the constant wrench that it shows while unloaded, and what was taken off.
+
+    Left alone: plates that are never unloaded, and files whose unloaded samples were set to exactly zero.
+
+    Args:
+        plate: force up on the foot; NaN where nothing was recorded.
+        settings: what counts as unloaded.
+    """
+    unloaded = unloaded_stretches(plate, settings)
+    if not unloaded.any():
+        return plate, ()
+    force = np.median(plate.force_ground[unloaded], axis=0)
+    moment = np.median(plate.moment_ground[unloaded], axis=0)
+    size = float(np.linalg.norm(force))
+    if size < settings.zero_smallest_N:
+        return plate, ()
+    seconds = unloaded.sum() / plate.rate
+    listed = ", ".join(f"{component:.1f}" for component in force)
+    notes: tuple[str, ...] = (
+        f"{plate.name}: reads {listed} N (x, y, z) while unloaded ({seconds:.2f} s); taken off as its zero "
+        "level",
+    )
+    levels = [float(np.median(plate.force_ground[start:end, 1])) for start, end in runs(unloaded)]
+    if abs(levels[-1] - levels[0]) > settings.zero_drift_N:
+        notes += (
+            f"{plate.name}: its zero level drifts from {levels[0]:.1f} to {levels[-1]:.1f} N vertically",
+        )
+    return replace(
+        plate, force_ground=plate.force_ground - force, moment_ground=plate.moment_ground - moment
+    ), notes
+
+
+def unloaded_stretches(plate: ForcePlate, settings: ConditioningSettings) -> Bool[np.ndarray, " samples"]:
+    """Where nobody stands on the plate; nowhere if the file sets such samples to exactly zero."""
+    nobody = np.zeros(plate.samples, dtype=bool)
+    fewest = max(2, round(settings.zero_stretch_s * plate.rate))
+    if any(end - start >= fewest for start, end in runs((plate.force_ground == 0).all(axis=1))):
+        return nobody
+    finite = np.isfinite(plate.force_ground).all(axis=1) & np.isfinite(plate.moment_ground).all(axis=1)
+    vertical = np.where(finite, plate.force_ground[:, 1], np.inf)
+    if not finite.any():
+        return nobody
+    peak = float(np.abs(vertical[finite]).max())
+    limit = settings.zero_largest_N
+    if peak > limit + settings.zero_noise_N:
+        limit = min(limit, settings.zero_share * peak)
+    low = vertical[np.abs(vertical) <= limit]
+    if len(low) < fewest:
+        return nobody
+    level = _commonest(low, BIN_N)
+    near = np.abs(vertical - level) <= settings.zero_noise_N
+    for start, end in runs(near):
+        if end - start >= fewest:
+            nobody[start:end] = True
+    return nobody
+
+
+def runs(mask: Bool[np.ndarray, " samples"]) -> list[tuple[int, int]]:
+    """Where the mask is True: (start, end), end exclusive."""
+    edges = np.flatnonzero(np.diff(np.r_[False, mask, False].astype(int)))
+    return [(int(start), int(end)) for start, end in edges.reshape(-1, 2)]
+
+
+def _commonest(values: Float[np.ndarray, " values"], bin_width: float) -> float:
+    """Middle of the fullest bin of a histogram smoothed over three bins."""
+    low = np.floor(values.min() / bin_width) * bin_width
+    counts = np.bincount(((values - low) / bin_width).astype(int))
+    smooth = np.convolve(counts, np.ones(3), mode="same")
+    return float(low + (np.argmax(smooth) + 0.5) * bin_width)

@@ -1,0 +1,126 @@
+"""The clock behind a printed time column."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from solver.capture.clock import find_clock
+from solver.errors import CaptureError
+
+
+def clock_of(times, header_rate=None):
+    times = np.asarray(times, dtype=float)
+    return find_clock(times, path=Path("x.trc"), lines=range(7, 7 + len(times)), header_rate=header_rate)
+
+
+@given(
+    rate=st.sampled_from([25, 29.97, 30, 50, 59.94, 60, 100, 119.88, 120, 150, 200, 250, 300, 500, 600, 960, 1000, 2000]),
+    rows=st.integers(200, 3000),
+    start=st.floats(0, 100),
+    decimals=st.sampled_from([3, 4, 6]),
+)
+def test_recovers_the_rate_from_rounded_times(rate, rows, start, decimals):
+    true = start + np.arange(rows) / rate
+    clock = clock_of(np.round(true, decimals))
+    assert clock.samples == rows
+    assert clock.notes == ()
+    span = true[-1] - true[0]
+    assert clock.rate == pytest.approx(rate, rel=1.01 * 10.0**-decimals / span)
+
+
+def test_the_median_step_would_be_wrong():
+    times = np.round(np.arange(151) / 60, 3)
+    assert 1 / np.median(np.diff(times)) == pytest.approx(58.82, abs=0.01)
+    assert clock_of(times).rate == 60
+
+
+def test_the_header_refines_what_rounding_hides():
+    times = np.round(np.arange(11) / 119.88, 3)
+    assert clock_of(times).rate != pytest.approx(119.88, abs=0.1)
+    assert clock_of(times, header_rate=119.88).rate == 119.88
+
+
+def test_the_time_column_wins_over_a_wrong_header():
+    clock = clock_of(np.arange(100) / 200, header_rate=100)
+    assert clock.rate == 200
+    assert "header says 100 Hz, the time column 200 Hz" in clock.notes[0]
+
+
+@pytest.mark.parametrize("times", [np.zeros(50), np.full(50, np.nan)])
+def test_the_header_serves_where_times_say_nothing(times):
+    clock = clock_of(times, header_rate=120)
+    assert (clock.rate, clock.samples) == (120, 50)
+    assert "unusable" in clock.notes[0]
+
+
+def test_no_rate_at_all_is_an_error():
+    with pytest.raises(CaptureError, match=r"x\.trc: the time column holds one and the same time"):
+        clock_of(np.zeros(50))
+
+
+def test_frame_numbers_in_place_of_times():
+    clock = clock_of(np.arange(1, 51), header_rate=100)
+    assert (clock.rate, clock.start_time) == (100, 0)
+    assert "counts frames" in clock.notes[0]
+
+
+@pytest.mark.parametrize("decimals", [2, 3, 6])
+def test_missing_rows_become_gaps(decimals):
+    true = np.round(np.arange(300) / 100, decimals)
+    kept = np.delete(np.arange(300), [50, 51, 120])
+    clock = clock_of(true[kept])
+    np.testing.assert_array_equal(clock.sample, kept)
+    assert clock.rate == pytest.approx(100)
+    assert "3 rows are missing in 2 places" in clock.notes[0]
+    placed = clock.placed(kept[:, None].astype(float))
+    assert np.isnan(placed[[50, 51, 120]]).all()
+    assert placed[121, 0] == 121
+
+
+def test_missing_rows_of_a_rate_that_rounding_blurs():
+    true = np.round(np.arange(300) / 60, 3)
+    kept = np.delete(np.arange(300), [100, 200, 201])
+    clock = clock_of(true[kept])
+    np.testing.assert_array_equal(clock.sample, kept)
+    assert clock.rate == pytest.approx(60, rel=1e-3)
+
+
+def test_one_row_lost_where_a_period_is_the_last_digit():
+    kept = np.delete(np.arange(200), 90)
+    clock = clock_of(kept / 100)
+    np.testing.assert_array_equal(clock.sample, kept)
+
+
+def test_a_repeated_row_counts_once():
+    clock = clock_of(np.r_[np.arange(50), np.arange(49, 100)] / 100)
+    assert clock.samples == 100
+    assert clock.rate == pytest.approx(100)
+    assert "repeat the time before" in clock.notes[0]
+    assert clock.placed(np.r_[np.zeros(50), 7.0, np.zeros(50)])[49] == 0
+
+
+def test_time_running_backwards_names_the_line():
+    with pytest.raises(CaptureError, match=r"x\.trc: line 57: time runs backwards, from 0\.49 to 0 s"):
+        clock_of(np.r_[np.arange(50), np.arange(50)] / 100)
+
+
+def test_a_missing_time_names_the_line():
+    times = np.arange(50) / 100
+    times[3] = np.nan
+    with pytest.raises(CaptureError, match=r"line 10, column 'time': the time is missing"):
+        clock_of(times)
+
+
+def test_irregular_steps_name_the_line():
+    times = np.arange(100) / 100
+    times[40] += 0.004
+    with pytest.raises(CaptureError, match=r"line 4[678]: the time steps are irregular"):
+        clock_of(times)
+
+
+def test_two_recordings_in_one_file():
+    with pytest.raises(CaptureError, match=r"line 57: time jumps from 0\.49 to 60 s"):
+        clock_of(np.r_[np.arange(50), 6000 + np.arange(50)] / 100)
