@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from solver.dynamics.thresholds import Figures, Thresholds, verdicts
 from solver.fit import Fit, TrialFit
 from solver.kinematics.marker_errors import MarkerErrors
+from solver.runs import runs
 
 STANDARD_GRAVITY = 9.80665  # [m/s²] turns the fitted mass into one body weight (BW)
 
@@ -49,12 +50,6 @@ def all_notes(fit: Fit) -> tuple[str, ...]:
     return tuple(dict.fromkeys(notes))
 
 
-def ranges(used: Bool[np.ndarray, " frames"]) -> list[list[int]]:
-    """Runs of True as [first, end) pairs: frame `end` is the first that no longer belongs."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], used, [False]]).astype(np.int8)))
-    return edges.reshape(-1, 2).tolist()
-
-
 def linear_figures(residual: Float[np.ndarray, "frames 3"], body_weight: float) -> Numbers:
     """RMS [N], mean norm [N] and RMS in body weights of residual forces [N]."""
     rms, mean = _rms_and_mean_norm(residual)
@@ -76,7 +71,7 @@ def _trial(trial: TrialFit, body_weight: float, height: float, limits: Threshold
         "frames": trial.motion.frames,
         "rate_hz": _number(trial.motion.rate),
         "frames_with_force_used": int(used.sum()),
-        "frames_used_ranges": ranges(used),
+        "frames_used_ranges": [list(run) for run in runs(used)],
         "mask_source": trial.mask.source if trial.mask else "none",
         **figures,
         "hicks": verdicts(_judged(figures), limits),

@@ -25,7 +25,8 @@ from addb_viewer.app.replay import Replay
 from addb_viewer.app.scene import Scene, heading
 from addb_viewer.app.server import address, open_server
 
-CURSOR_EVERY = 0.1  # [s] while playing; redrawing the plots costs more than the scene
+READOUT_EVERY = 0.1  # [s] while playing: slider and time
+CURSOR_EVERY = 0.25  # [s] while playing: redrawing the plots costs a browser more than the scene
 CONTROL_WIDTH, PLOT_WIDTH = 300, 400  # [pixel]
 
 
@@ -48,7 +49,7 @@ class ReviewApp:
         self.playback = Playback(self.notices.guard("Drawing", self._draw))
         self.shown: str | None = None
         self.replay: Replay | None = None
-        self.cursor_at = 0.0
+        self.read_at, self.cursor_at = 0.0, 0.0
         self._bind()
         keys.register(server.gui, self._actions(), self.notices)
         self.playback.start()
@@ -101,13 +102,14 @@ class ReviewApp:
 
     def _show_position(self, position: Position, frame: int) -> None:
         assert self.replay is not None
-        c, seconds = self.controls, float(self.replay.times[frame])
-        c.frame.value = frame
+        c, seconds, now = self.controls, float(self.replay.times[frame]), time.perf_counter()
         c.play.label = "Pause" if position.playing else "Play"
-        now = time.perf_counter()
+        if not position.playing or now - self.read_at >= READOUT_EVERY:
+            self.read_at = now
+            c.frame.value = frame
+            c.time.value = f"{seconds:.3f} s"
         if not position.playing or now - self.cursor_at >= CURSOR_EVERY:
             self.cursor_at = now
-            c.time.value = f"{seconds:.3f} s"
             self.plots.cursor(seconds)
 
     def _actions(self) -> dict[str, keys.Action]:

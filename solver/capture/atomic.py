@@ -18,11 +18,10 @@ def write_whole(path: Path, text: str) -> None:
         CaptureError: the folder is missing or cannot be written to.
     """
     path = Path(path)
+    data = text.encode()
     try:
-        with tempfile.NamedTemporaryFile(
-            "w", encoding="utf-8", newline="", dir=path.parent, prefix=f".{path.name}.", delete=False
-        ) as draft:
-            draft.write(text)
+        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as draft:
+            draft.write(data)
     except OSError as error:
         raise CaptureError(
             f"{path}: cannot write here ({error.strerror}); choose another output folder."

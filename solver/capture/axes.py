@@ -27,15 +27,21 @@ class AxesSettings:
     )
     force_weight: float = setting(6.0, unit="", why="gravity itself; outweighs a body that lies down")
     plate_weight: float = setting(2.0, unit="", why="plates lie flat, but for ramps and stairs")
-    names_share: float = setting(0.8, unit="", why="of the way from feet to trunk along one axis: upright posture")
+    names_share: float = setting(0.8, unit="", why="of the way from feet to trunk along one axis: upright")
     names_weight: float = setting(3.0, unit="", why="feet below trunk; not so when lying")
     spread_ratio: float = setting(1.25, unit="", why="people are taller than wide, standing or walking")
     spread_weight: float = setting(2.0, unit="", why="a strong ratio of height to width")
-    screen_weight: float = setting(1.0, unit="", why="POINT:Y_SCREEN is how a program draws; its sign is no evidence")
+    floor_weight: float = setting(1.5, unit="", why="the floor is at zero; walkways have it in their midst")
+    floor_slack_m: float = setting(0.05, unit="m", why="how far below zero markers may be: tilted axes")
+    screen_weight: float = setting(
+        1.0, unit="", why="POINT:Y_SCREEN: how a program draws; its sign says nothing"
+    )
     default_weight: float = setting(0.5, unit="", why="z in C3D files, y in OpenSim's; decides ties only")
     margin: float = setting(1.0, unit="", why="a lead smaller than this over the next axis is ambiguous")
-    upright_m: float = setting(0.3, unit="m", why="feet nearer to the trunk, or less height, don't tell up from down")
-    floor_ratio: float = setting(0.3, unit="", why="the floor is at zero: one end of the vertical axis lies near it")
+    upright_m: float = setting(0.3, unit="m", why="less between feet and trunk doesn't tell up from down")
+    still_m_s: float = setting(0.03, unit="m/s", why="a planted foot; a standing trunk sways faster")
+    still_share: float = setting(0.25, unit="", why="of the frames: in walking a foot rests longer")
+    floor_ratio: float = setting(0.3, unit="", why="the floor is at zero: one end of the axis is near it")
 
 
 @dataclass(frozen=True)
@@ -64,7 +70,7 @@ class VerticalAxis:
         return np.stack([x_ground, self.up_lab, np.cross(x_ground, self.up_lab)])
 
     def notes(self, source: str) -> tuple[str, ...]:
-        """What was found, for the capture's notes; nothing where y was up and all agreed."""
+        """What was found, for the capture's notes."""
         because = f" ({'; '.join(self.evidence)})" if self.evidence else ""
         if not self.certain:
             return (f"{source}: which axis points up is ambiguous; {self.name} assumed{because}",)
@@ -79,7 +85,9 @@ def vertical_axis_named(name: str) -> VerticalAxis:
     """
     match = re.fullmatch(r"([+-]?)([xyz])", name.strip().lower())
     if match is None:
-        raise CaptureError(f"up = '{name}': no axis of that name. Write x, y or z, with - in front if it points down.")
+        raise CaptureError(
+            f"up = '{name}': no such axis. Write x, y or z, with - before it if it points down."
+        )
     return VerticalAxis(AXES.index(match[2]), -1 if match[1] == "-" else 1, ("as told",))
 
 
@@ -112,6 +120,7 @@ def vertical_axis(
             _from_corners(corners),
             _from_names(trunk_from_feet, settings),
             _from_spread(markers, settings),
+            _from_floor(markers, settings),
             _from_screen(screen_up),
         )
         if found is not None
@@ -155,7 +164,9 @@ class _Evidence:
     sentence: str
 
 
-def _from_forces(forces: Sequence[Float[np.ndarray, "samples 3"]], settings: AxesSettings) -> _Evidence | None:
+def _from_forces(
+    forces: Sequence[Float[np.ndarray, "samples 3"]], settings: AxesSettings
+) -> _Evidence | None:
     squares, count = np.zeros(3), 0
     for force in forces:
         size = np.nan_to_num(np.linalg.norm(force, axis=1))
@@ -207,6 +218,18 @@ def _from_spread(markers: Markers, settings: AxesSettings) -> _Evidence | None:
     return _Evidence(int(first), "spread_weight", f"the markers spread most along {AXES[first]}")
 
 
+def _from_floor(markers: Markers, settings: AxesSettings) -> _Evidence | None:
+    """The one axis on one side of whose zero all markers stay."""
+    seen = markers.positions_ground[np.isfinite(markers.positions_ground).all(axis=2)]
+    if not len(seen):
+        return None
+    low, high = np.percentile(seen, [1, 99], axis=0)
+    sided = np.flatnonzero((low > -settings.floor_slack_m) | (high < settings.floor_slack_m))
+    if len(sided) != 1:
+        return None
+    return _Evidence(int(sided[0]), "floor_weight", f"all markers are on one side of {AXES[sided[0]]} = 0")
+
+
 def _from_screen(screen_up: str) -> _Evidence | None:
     match = re.fullmatch(r"[+-]?([XYZ])", screen_up.strip().upper())
     if match is None:
@@ -217,15 +240,31 @@ def _from_screen(screen_up: str) -> _Evidence | None:
 def _sign(
     markers: Markers, axis: int, trunk_from_feet: Float[np.ndarray, "3"] | None, settings: AxesSettings
 ) -> tuple[int, list[str]]:
-    """Upwards by the names; else by the floor, which is at zero; else the axis points up as almost all do."""
-    if trunk_from_feet is not None and abs(trunk_from_feet[axis]) > settings.upright_m:
-        return (1, []) if trunk_from_feet[axis] > 0 else (-1, ["with the trunk on the negative side of the feet"])
+    """Upwards by the names; else by which end rests; else by the floor at zero; else the axis points up, as usual."""
+    way = 0.0 if trunk_from_feet is None else trunk_from_feet[axis]
+    if abs(way) > settings.upright_m:
+        return (1, []) if way > 0 else (-1, ["with the trunk on the negative side of the feet"])
+    way = _height_above_resting(markers, axis, settings)
+    if abs(way) > settings.upright_m:
+        return (1, []) if way > 0 else (-1, ["with markers at its positive end that rest as planted feet do"])
     along = markers.positions_ground[:, :, axis]
     if np.isfinite(along).any():
         bottom, top = np.nanpercentile(along, [1, 99])
-        if bottom < -settings.upright_m and top < settings.floor_ratio * -bottom and top > settings.floor_ratio * bottom:
-            return -1, ["with the floor, near zero, at its upper end"]
+        if bottom < -settings.upright_m and abs(top) < settings.floor_ratio * abs(bottom):
+            return -1, ["with the floor, near zero, at its positive end"]
     return 1, []
+
+
+def _height_above_resting(markers: Markers, axis: int, settings: AxesSettings) -> float:
+    """How far along the axis the markers that move lie from those that rest [m]; 0 where none or all do."""
+    steps = np.linalg.norm(np.diff(markers.positions_ground, axis=0), axis=2) * markers.rate
+    seen = np.isfinite(steps).sum(axis=0)
+    resting = (steps < settings.still_m_s).sum(axis=0) > settings.still_share * np.maximum(seen, 1)
+    moving = (seen > 0) & ~resting
+    if not resting.any() or resting.sum() > moving.sum():
+        return 0.0
+    along = markers.positions_ground[:, :, axis]
+    return float(np.nanmedian(along[:, moving]) - np.nanmedian(along[:, resting]))
 
 
 def _mean(positions: Float[np.ndarray, "frames markers 3"]) -> Float[np.ndarray, "frames 3"]:

@@ -24,7 +24,7 @@ COMPUTED_GROUPS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTION
 class C3dSettings:
     """How a C3D file is read."""
 
-    centre_known_N: float = setting(20.0, unit="N", why="below, centres of pressure are noise and are not reported")
+    centre_known_N: float = setting(20.0, unit="N", why="below, centres of pressure are noise")
     platforms: ForcePlatformSettings = field(default_factory=ForcePlatformSettings)
     axes: AxesSettings = field(default_factory=AxesSettings)
 
@@ -70,7 +70,9 @@ def read_c3d(path: Path, up: VerticalAxis | None = None, settings: C3dSettings =
     return C3dFile(markers, tuple(plates), up, notes)
 
 
-def read_c3d_markers(path: Path, up: VerticalAxis | None = None, settings: C3dSettings = C3dSettings()) -> C3dFile:
+def read_c3d_markers(
+    path: Path, up: VerticalAxis | None = None, settings: C3dSettings = C3dSettings()
+) -> C3dFile:
     """Read markers only, whatever the force platforms are.
 
     Raises:
@@ -102,7 +104,9 @@ def _markers(contents: C3dContents) -> tuple[Markers, float, tuple[str, ...]]:
     chosen = marker_points(contents.words("POINT", "LABELS"), seen_frames.sum(axis=0), computed, source)
     if not chosen.names:
         listed = "; ".join(chosen.notes).replace(f"{source}: ", "")
-        raise CaptureError(f"{contents.path}: the file holds no marker ({listed}). Export it with its trajectories.")
+        raise CaptureError(
+            f"{contents.path}: the file holds no marker ({listed}). Export it with its trajectories."
+        )
     seen, unseen_notes = unseen_as_nan(contents.points[:, list(chosen.columns)], chosen.names, source)
     metres, unit_notes = _metres(contents, seen)
     positions, far_notes = far_as_nan(seen * metres, chosen.names, source)
@@ -110,21 +114,27 @@ def _markers(contents: C3dContents) -> tuple[Markers, float, tuple[str, ...]]:
     return Markers(chosen.names, positions, contents.rate), metres, notes
 
 
-def _metres(contents: C3dContents, positions: Float[np.ndarray, "frames markers 3"]) -> tuple[float, tuple[str, ...]]:
+def _metres(
+    contents: C3dContents, positions: Float[np.ndarray, "frames markers 3"]
+) -> tuple[float, tuple[str, ...]]:
     claimed = next((word for word in contents.words("POINT", "UNITS") if word), None)
     where = "POINT:UNITS"
     if claimed is not None and unit_of(claimed) is None:
         metres, notes = metres_per_unit(None, positions, contents.path, where)
         return metres, (f"{contents.path.name}: unknown POINT:UNITS '{claimed}'", *notes)
     if claimed is None and np.isnan(positions).all():
-        return METRES_PER_UNIT["mm"], (f"{contents.path.name}: no POINT:UNITS and no marker seen; mm assumed",)
+        return METRES_PER_UNIT["mm"], (
+            f"{contents.path.name}: no POINT:UNITS and no marker seen; mm assumed",
+        )
     return metres_per_unit(claimed, positions, contents.path, where)
 
 
 def _rate_notes(contents: C3dContents, rate: float) -> tuple[str, ...]:
     said = contents.number("ANALOG", "RATE", 0.0)
     if rate and abs(said / rate - 1) > 1e-3:
-        return (f"{contents.path.name}: ANALOG:RATE says {said:g} Hz, the file holds {rate:g} samples a second",)
+        return (
+            f"{contents.path.name}: ANALOG:RATE says {said:g} Hz, the file holds {rate:g} samples a second",
+        )
     return ()
 
 

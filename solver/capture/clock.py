@@ -161,11 +161,13 @@ def _hides_gaps(times: Float[np.ndarray, " rows"], resolution: float, header_rat
         return False
     multiples = steps / period
     odd = np.round(multiples) != 1
-    if not np.allclose(multiples, np.round(multiples), atol=1e-3) or not odd.any() or odd.mean() > 0.1:
+    if not np.allclose(multiples, np.round(multiples), atol=1e-3) or not odd.any():
         return False
+    if header_rate:
+        return True
     order = np.arange(len(times))
     residual = times - np.polyval(np.polyfit(order, times, 1), order)
-    return bool(odd.sum() == 1 or np.ptp(residual) > 1.1 * resolution)
+    return bool(odd.sum() == 1 or (odd.mean() < 0.1 and np.ptp(residual) > 1.1 * resolution))
 
 
 def _with_gaps(

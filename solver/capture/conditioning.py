@@ -206,7 +206,7 @@ def _cutoff_notes(name: str, cutoff: float, settings: ConditioningSettings) -> t
     if cutoff == settings.cutoff_Hz:
         return ()
     return (
-        f"{name}: low-passed at {cutoff:.3g} Hz instead of {settings.cutoff_Hz:g} Hz: the markers are too slow",
+        f"{name}: low-passed at {cutoff:.3g} Hz instead of {settings.cutoff_Hz:g}: the markers are too slow",
     )
 
 

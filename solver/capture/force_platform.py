@@ -23,12 +23,12 @@ class ForcePlatformSettings:
     """How platforms are checked."""
 
     zero_limit_N: float = setting(
-        50.0, unit="N", why="more vertical force than drift makes: somebody stood there on the FORCE_PLATFORM:ZERO frames"
+        50.0, unit="N", why="more than drift: on the FORCE_PLATFORM:ZERO frames somebody stood there"
     )
     side_range_m: tuple[float, float] = setting(
         (0.1, 6.0), unit="m", why="plates and treadmill belts; other corners are garbage"
     )
-    farthest_m: float = setting(100.0, unit="m", why="corners farther from the laboratory's origin are garbage")
+    farthest_m: float = setting(100.0, unit="m", why="corners farther from the origin are garbage")
     units: UnitSettings = field(default_factory=UnitSettings)
 
 
@@ -58,26 +58,32 @@ def force_platforms(
     used = int(contents.number("FORCE_PLATFORM", "USED", 0))
     source = contents.path.name
     if used and not contents.analogs.size:
-        return (), (f"{source}: {used} force plates declared, but the file holds no analog samples: no forces",)
+        return (), (
+            f"{source}: {used} force plates declared, but the file holds no analog samples: no forces",
+        )
     types = contents.array("FORCE_PLATFORM", "TYPE").ravel().astype(int)[:used]
     _refuse_unknown_types(contents, types)
     platforms: list[Platform] = []
-    notes: tuple[str, ...] = ()
+    remarks: dict[str, list[int]] = {}
     for k in range(used):
-        name = f"plate {k + 1}"
         corners = _of_plate(contents.array("FORCE_PLATFORM", "CORNERS"), k, 2).T * metres
         flaw = _flaw(contents, k, types, corners, settings)
         if flaw:
-            notes += (f"{source}: {name} is left out: {flaw}",)
+            remarks.setdefault(f"left out: {flaw}", []).append(k + 1)
             continue
-        signals, zero_notes = _zeroed(contents, _signals(contents, k, int(types[k]), corners, metres), settings)
+        signals, zero_notes = _zeroed(
+            contents, _signals(contents, k, int(types[k]), corners, metres), settings
+        )
         force, moment, wrench_notes = wrench_on_surface(signals, settings.units)
         R_lab_plate = plate_axes(corners)
         force_lab = force @ R_lab_plate.T
         moment_lab = moment @ R_lab_plate.T + np.cross(corners.mean(axis=0), force_lab)
-        platforms.append(Platform(name, force_lab, moment_lab, corners))
-        notes += tuple(f"{source}: {name}: {note}" for note in zero_notes + wrench_notes)
-    return tuple(platforms), notes
+        platforms.append(Platform(f"plate {k + 1}", force_lab, moment_lab, corners))
+        for remark in zero_notes + wrench_notes:
+            remarks.setdefault(remark, []).append(k + 1)
+    return tuple(platforms), tuple(
+        f"{source}: plate {', '.join(map(str, plates))}: {remark}" for remark, plates in remarks.items()
+    )
 
 
 def plate_axes(corners: Float[np.ndarray, "4 3"]) -> Float[np.ndarray, "3 3"]:
@@ -171,4 +177,6 @@ def _zeroed(
     vertical, frames = abs(float(force[0, 2])), f"frames {zero[0]} to {zero[1]} (FORCE_PLATFORM:ZERO)"
     if vertical > settings.zero_limit_N:
         return plate, (f"not zeroed: it carries {vertical:.0f} N on {frames}",)
-    return replace(plate, signals=plate.signals - baseline), (f"zeroed by its mean on {frames}, {vertical:.1f} N",)
+    return replace(plate, signals=plate.signals - baseline), (
+        f"zeroed by its mean on {frames}, {vertical:.1f} N",
+    )

@@ -41,7 +41,7 @@ class ConditioningSettings:
     cutoff_Hz: float = setting(
         30.0,
         unit="Hz",
-        why="the dataset paper's; in walking 20 to 50 Hz hardly matters; lowered to 0.8 of the markers' Nyquist",
+        why="the dataset paper's; in walking 20 to 50 Hz hardly matters; at most 0.8 of the markers' Nyquist",
     )
     order: int = setting(3, unit="", why="of the single pass; likewise the paper's")
     threshold_N: float = setting(

@@ -26,7 +26,10 @@ def unit_of(word: str) -> str | None:
 
 
 def metres_per_unit(
-    claimed: str | None, positions: Float[np.ndarray, "frames markers 3"], path: Path
+    claimed: str | None,
+    positions: Float[np.ndarray, "frames markers 3"],
+    path: Path,
+    place: str = "its third line",
 ) -> tuple[float, tuple[str, ...]]:
     """What to multiply with to get metres, and what had to be assumed.
 
@@ -34,6 +37,7 @@ def metres_per_unit(
         claimed: the header's word; None where there is none.
         positions: as in the file, NaN where not seen.
         path: for messages.
+        place: where the file names its units, for messages.
 
     Raises:
         CaptureError: the unit is unknown, or contradicts the size of the data and no other one fits a person.
@@ -47,7 +51,7 @@ def metres_per_unit(
         )
     if unit is None:
         if len(fitting) != 1:
-            raise CaptureError(f"{path}: the header gives no units. Write mm, cm or m into its third line.")
+            raise CaptureError(f"{path}: the header gives no units. Write mm, cm or m into {place}.")
         return METRES_PER_UNIT[fitting[0]], (
             f"{path.name}: the header gives no units; {fitting[0]} assumed, since the markers then span "
             f"{extent * METRES_PER_UNIT[fitting[0]]:.2f} m",
@@ -58,7 +62,7 @@ def metres_per_unit(
     if len(fitting) != 1:
         raise CaptureError(
             f"{path}: units '{unit}' in the header, but then the markers span {extent * metres:.4g} m. "
-            "Correct the units in its third line."
+            f"Correct the units in {place}."
         )
     return METRES_PER_UNIT[fitting[0]], (
         f"{path.name}: the header says {unit}, but then the markers would span {extent * metres:.4g} m; "

@@ -33,7 +33,7 @@ class UnitSettings:
     )
     inside_share: float = setting(0.8, unit="", why="of loaded samples inside: confirms a unit")
     calibrated_spread: float = setting(
-        0.03, unit="", why="ANALOG:SCALE over CAL_MATRIX agree that well among channels: scales hold the calibration"
+        0.03, unit="", why="ANALOG:SCALE over CAL_MATRIX agrees that well among channels"
     )
 
 
@@ -76,14 +76,17 @@ def _centre_and_free_moment(
         return force, np.cross(centre, force) + np.stack([nought, nought, free * twist], axis=1)
 
     declared = LENGTH_UNITS.get(plate.units[3].strip().lower(), plate.metres)
-    return _with_likely_unit(plate, wrench, declared, LENGTH_UNITS, "centres of pressure", settings)
+    return _with_likely_unit(
+        plate, wrench, declared, units=LENGTH_UNITS, what="centres of pressure", settings=settings
+    )
 
 
 def _force_and_moment(
     plate: PlatformSignals, settings: UnitSettings
 ) -> tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"], tuple[str, ...]]:
     """Types 2 and 4: force and moment about the sensors' origin; type 4 through the calibration matrix."""
-    channels, notes = plate.signals, ()
+    channels = plate.signals
+    notes: tuple[str, ...] = ()
     if plate.kind == 4 and plate.calibration is not None:
         if _already_calibrated(plate.scales, plate.calibration, settings):
             notes = ("ANALOG:SCALE holds the calibration already; CAL_MATRIX is not applied a second time",)
@@ -98,7 +101,9 @@ def _force_and_moment(
 
     declared = MOMENT_UNITS.get(_word(plate.units[3]), plate.metres)
     units = {"N·m": 1.0, "N·mm": 1e-3, "N·cm": 1e-2}
-    force, moment, unit_notes = _with_likely_unit(plate, wrench, declared, units, "moments", settings)
+    force, moment, unit_notes = _with_likely_unit(
+        plate, wrench, declared, units=units, what="moments", settings=settings
+    )
     return force, moment, (*notes, *origin_notes, *unit_notes)
 
 
@@ -117,10 +122,8 @@ def _eight_channels(
         [b * (z1 + z2 - z3 - z4), a * (z2 + z3 - z1 - z4), b * (x34 - x12) + a * (y14 - y23)], axis=1
     ) + np.cross(force, height)
     if a == 0 or b == 0:
-        return force, np.zeros_like(force), (
-            "FORCE_PLATFORM:ORIGIN doesn't say how far apart the sensors are: the force is taken to act in the middle "
-            "of the plate",
-        )
+        note = "FORCE_PLATFORM:ORIGIN lacks the distances of the sensors: the force is taken to act in the middle"
+        return force, np.zeros_like(force), (note,)
     if plate.cop_polynomial is None or not np.any(plate.cop_polynomial):
         return force, moment, ()
     return force, _straightened(plate, force, moment), ("centre of pressure corrected by FPCOPPOLY",)
@@ -135,7 +138,8 @@ def _straightened(
     with np.errstate(divide="ignore", invalid="ignore"):
         x = np.where(force[:, 2] == 0, 0.0, -moment[:, 1] / force[:, 2]) / plate.metres
         y = np.where(force[:, 2] == 0, 0.0, moment[:, 0] / force[:, 2]) / plate.metres
-    on_plate = (np.abs(x) * plate.metres < plate.half_sides[0]) & (np.abs(y) * plate.metres < plate.half_sides[1])
+    half_x, half_y = plate.half_sides / plate.metres
+    on_plate = (np.abs(x) < half_x) & (np.abs(y) < half_y)
     dx = (c[0] * y**4 + c[1] * y**2 + c[2]) * x**3 + (c[3] * y**4 + c[4] * y**2 + c[5]) * x
     dy = (c[6] * x**4 + c[7] * x**2 + c[8]) * y**3 + (c[9] * x**4 + c[10] * x**2 + c[11]) * y
     shift = np.stack([dx, dy, np.zeros_like(dx)], axis=1) * plate.metres
@@ -154,9 +158,9 @@ def _already_calibrated(
     scales: Float[np.ndarray, " channels"], calibration: Float[np.ndarray, "6 6"], settings: UnitSettings
 ) -> bool:
     """Whether the channels' scales are the calibration's diagonal times one number, forces and moments apart."""
-    diagonal = np.abs(np.diag(calibration))
-    scales = np.abs(scales)
-    if np.any(diagonal == 0) or np.any(scales == 0) or np.ptp(scales[:3]) <= settings.calibrated_spread * scales[:3].max():
+    diagonal, scales = np.abs(np.diag(calibration)), np.abs(scales)
+    alike = np.ptp(scales[:3]) <= settings.calibrated_spread * scales[:3].max()
+    if alike or not diagonal.all() or not scales.all():
         return False
     ratio = (scales / diagonal).reshape(2, 3)
     return bool(np.all(np.ptp(ratio, axis=1) <= settings.calibrated_spread * ratio.min(axis=1)))
@@ -166,11 +170,12 @@ def _with_likely_unit(
     plate: PlatformSignals,
     wrench: Callable[[float], Wrench],
     declared: float,
+    *,
     units: Mapping[str, float],
     what: str,
     settings: UnitSettings,
 ) -> tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"], tuple[str, ...]]:
-    """The wrench under the declared unit, unless only another one puts the centres of pressure on the plate."""
+    """The wrench under the declared unit, unless only another puts the centres of pressure on the plate."""
     force, moment = wrench(declared)
     inside = _share_inside(plate, force, moment, settings)
     if inside is None or inside >= settings.inside_share:

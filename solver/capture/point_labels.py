@@ -54,11 +54,10 @@ def marker_points(
     columns, twin_notes = _seen_twins(columns, short, seen_frames, source)
     names, repeated = unique_names([short[k] for k in columns])
     if repeated:
-        notes_repeated = (
+        twin_notes += (
             f"{source}: more than one marker is called {', '.join(repeated)}; "
             "the later ones are called name#2, name#3, …",
         )
-        return MarkerPoints(names, tuple(columns), notes + prefix_notes + twin_notes + notes_repeated)
     return MarkerPoints(names, tuple(columns), notes + prefix_notes + twin_notes)
 
 
@@ -84,7 +83,8 @@ def _without_subject(
     mine = {short[k] for k in belongs if parts[k]} | bare
     if all(short[k] not in mine for k in labels if k not in belongs):
         return list(labels), short, (f"{source}: the names {', '.join(prefixes)} are taken off the labels",)
-    return belongs, short, (note, f"{source}: the markers of {', '.join(others)} are left out: another subject")
+    note_others = f"{source}: the markers of {', '.join(others)} are left out: another subject"
+    return belongs, short, (note, note_others)
 
 
 def _seen_twins(

@@ -13,11 +13,11 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from solver.capture.conditioning import ConditionedPlate
-from solver.capture.zero_level import runs
 from solver.contact.settings import ContactSettings
 from solver.contact.sole import Sole, independent_feet, soles
 from solver.contact.touching import touching
 from solver.contact.wrenches import NO_FOOT, TWO_FEET, ContactWrenches
+from solver.runs import runs
 from solver.skeleton.skeleton import Skeleton
 
 
@@ -62,10 +62,10 @@ def assign(
     owners = np.full((len(times), len(plates)), NO_FOOT)
     for k, plate in enumerate(plates):
         between = _between_two(corners, touches, distances[k], plate.cop_ground, settings)
+        cost = _cost(distances[k], between, settings) * _trust(plate, settings)[:, None]
+        states = np.array([*range(len(feet)), TWO_FEET, NO_FOOT])
         for start, end in runs(plate.loaded):
-            frames = slice(start, end)
-            load = np.linalg.norm(plate.force_ground[frames], axis=1)
-            owners[frames, k] = _owners(distances[k][frames], between[frames], load, rate, settings)
+            owners[start:end, k] = states[_cheapest_path(cost[start:end], settings.takeover_m_s * rate)]
         notes += _notes(plate.name, owners[:, k], plate.loaded, distances[k], times)
         owners[:, k] = _with_tails(owners[:, k], plate.loaded)
     return _gathered(plates, owners, feet, notes)
@@ -123,22 +123,23 @@ def _enclosed(
     return gaps.max(axis=1, initial=0.0) < np.pi
 
 
-def _owners(
+def _cost(
     distances: Float[np.ndarray, "frames feet"],
     between: Bool[np.ndarray, " frames"],
-    load: Float[np.ndarray, " frames"],
-    rate: float,
     settings: ContactSettings,
-) -> Int[np.ndarray, " frames"]:
-    """The state of one contact, frame by frame."""
-    feet = distances.shape[1]
-    states = np.array([*range(feet), TWO_FEET, NO_FOOT])
-    apart = np.where(between, 0.0, 2 * settings.farthest_m)
-    nowhere = np.full(len(load), settings.farthest_m)
+) -> Float[np.ndarray, "frames states"]:
+    """Of each foot, of two feet, and of no foot [m]."""
     capped = np.minimum(np.nan_to_num(distances, nan=np.inf), 2 * settings.farthest_m)
-    weight = np.clip(load / (settings.full_weight_load * load.max()), 0.0, 1.0)
-    cost = np.column_stack([capped, apart, nowhere]) * weight[:, None]
-    return states[_cheapest_path(cost, settings.takeover_m_s * rate)]
+    together = np.where(between, 0.0, 2 * settings.farthest_m)
+    nowhere = np.full(len(between), settings.farthest_m)
+    return np.column_stack([capped, together, nowhere])
+
+
+def _trust(plate: ConditionedPlate, settings: ContactSettings) -> Float[np.ndarray, " frames"]:
+    """Weight of a centre of pressure: its variance grows with the inverse square of the load."""
+    load = np.where(plate.loaded, np.linalg.norm(plate.force_ground, axis=1), 0.0)
+    full = settings.full_weight_load * load.max(initial=0.0)
+    return np.minimum(1.0, (load / full) ** 2) if full > 0 else load
 
 
 def _cheapest_path(cost: Float[np.ndarray, "frames states"], change: float) -> Int[np.ndarray, " frames"]:

@@ -21,7 +21,7 @@ class ContactSettings:
         why="another foot takes a loaded plate over by being 5 cm nearer for 80 ms",
     )
     full_weight_load: float = setting(
-        0.2, unit="", why="of the contact's peak force: from there its centre of pressure is trusted in full"
+        0.2, unit="", why="of the plate's peak force: from there the centre of pressure is trusted in full"
     )
     touch_height_m: float = setting(
         0.03, unit="m", why="sole corners no higher than this above their loaded height may touch the ground"

@@ -22,4 +22,4 @@ class Dynamics:
     com_ground: Float[np.ndarray, "frames 3"]  # [m]
     root_ground: Float[np.ndarray, "frames 3"]  # [m] the root joint's centre
     used: Bool[np.ndarray, " frames"]  # frames that the figures count
-    motion: Motion  # what all of this was computed on: low-passed as the forces are
+    motion: Motion  # that all of this was computed on: low-passed as the forces are

@@ -3,7 +3,6 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.capture.resampling import ANTI_ALIAS_SHARE
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.root_wrench import about_point, centre_of_mass, root_centre, root_wrench
@@ -25,12 +24,12 @@ def inverse_dynamics(
 ) -> Dynamics:
     """Joint torques and residual wrench of a trial.
 
-    The motion passes the filter that the forces have passed. A foot whose force does not count enters
-    without it; such frames, those without force data and the trial's ends are not used for figures.
+    A foot whose force does not count enters without it; such frames, those without force data and the trial's
+    ends are not used for figures.
 
     Args:
         skeleton: scaled, with the subject's mass.
-        motion: as the kinematics fitted it, unfiltered.
+        motion: as the kinematics fitted it, unmotion.
         contacts: filtered with the same cutoff and order.
         mask: which feet's forces count.
         settings: cutoff and ends.
@@ -45,14 +44,13 @@ def inverse_dynamics(
             "they must be of the same trial at the markers' frames."
         )
     root = root_joint(skeleton)
-    filtered = smoothed(motion, settings)
     wrenches = counted_wrenches(contacts.wrench_ground, mask)
     feet = [skeleton.body_index(name) for name in contacts.foot_bodies]
     torques = RigidBodyModel(skeleton).inverse_dynamics(
-        filtered.q, filtered.velocity, filtered.acceleration, wrenches, feet
+        motion.q, motion.velocity, motion.acceleration, wrenches, feet
     )
     kinematics = ForwardKinematics(skeleton)
-    poses = kinematics.poses(filtered.q)
+    poses = kinematics.poses(motion.q)
     centre = root_centre(root, poses)
     residual = about_point(root_wrench(root, kinematics.chain, poses, torques), centre)
     unsmoothed = wrenches - counted_wrenches(contacts.wrench_raw_ground, mask)
@@ -63,16 +61,8 @@ def inverse_dynamics(
         com_ground=centre_of_mass(skeleton, poses),
         root_ground=centre,
         used=used_frames(contacts, mask, settings.end_frames),
-        motion=filtered,
+        motion=motion,
     )
-
-
-def smoothed(motion: Motion, settings: DynamicsSettings) -> Motion:
-    """The motion after the filter that the forces have passed; slow cameras allow a lower cutoff only."""
-    if settings.cutoff_Hz is None:
-        return motion
-    cutoff = min(settings.cutoff_Hz, ANTI_ALIAS_SHARE * motion.rate / 2)
-    return motion.low_passed(cutoff, settings.filter_order)
 
 
 def counted_wrenches(

@@ -7,14 +7,8 @@ from solver.settings_field import setting
 
 @dataclass(frozen=True)
 class DynamicsSettings:
-    """How motion and forces are smoothed alike, and which frames the figures leave out."""
+    """Which frames the figures leave out."""
 
-    cutoff_Hz: float | None = setting(
-        30.0,
-        unit="Hz",
-        why="low-pass of motion and forces alike (Werling et al. 2024, supplement)",
-    )
-    filter_order: int = setting(3, unit="", why="of the single pass, for motion and forces alike (likewise)")
     end_frames: int = setting(
         10,
         unit="frames",

@@ -56,10 +56,7 @@ class GroundDemand:
         a: Float[np.ndarray, "times dofs"],
         about: Float[np.ndarray, "times 3"],
     ) -> DemandSlopes:
-        """The wrench about points fixed in the ground frame, with its derivatives.
-
-        The third derivative of the coupling map is left out: it only slows convergence a little.
-        """
+        """The wrench about points fixed in the ground frame, with its derivatives."""
         chain, pin_model, data = self.model.chain, self.model.model, self.model.data
         p, slope, curvature = chain.couple(q)
         v_p, a_p = v[:, chain.dof], a[:, chain.dof]
@@ -80,7 +77,13 @@ class GroundDemand:
         for table in (by_p, by_dp, by_ddp):
             table[:, 3:] += lever @ table[:, :3]
         by_p[:, 3:] -= across @ (by_ddp[:, :3] / self.mass)
-        by_q = by_p * slope[:, None] + by_dp * (curvature * v_p)[:, None] + by_ddp * (curvature * a_p)[:, None]
+        bending = curvature * a_p + self._third_slope(q) * v_p**2
+        by_q = by_p * slope[:, None] + by_dp * (curvature * v_p)[:, None] + by_ddp * bending[:, None]
         by_v = by_dp * slope[:, None] + by_ddp * (2 * curvature * v_p)[:, None]
         by_a = by_ddp * slope[:, None]
         return DemandSlopes(wrench, *(table @ self._to_dofs for table in (by_q, by_v, by_a)))
+
+    def _third_slope(self, q: Float[np.ndarray, "times dofs"]) -> Float[np.ndarray, "times positions"]:
+        """The coupling map's third derivative, by differences of the second."""
+        step = 1e-5  # [rad or m]
+        return (self.model.chain.couple(q + step)[2] - self.model.chain.couple(q - step)[2]) / (2 * step)

@@ -79,6 +79,8 @@ class _Problem:
         self.load = loads.sum(axis=1)
         cop = np.nan_to_num(wish.contacts.centres_of_pressure(times))
         self.cop = np.einsum("tf,tfi->ti", wish.contacts.shares(times), cop)
+        places = [self.dofs.index(name) for name in ("pelvis_tx", "pelvis_ty", "pelvis_tz")]
+        self.cop[self.flying] = wish.q[np.ix_(self.flying, places)]  # moments in flight count about the pelvis
         self.planted, self.planted_weight = self._planted_targets()
         root = ("pelvis_tx", "pelvis_ty", "pelvis_tz")
         self.jerk = np.array([settings.jerk_root if d in root else settings.jerk_joint for d in self.dofs])
@@ -180,7 +182,7 @@ class _Problem:
         weight = np.repeat(self.planted_weight.reshape(frames, -1), 3, axis=1)
         residual = (points - self.planted).reshape(frames, -1) * weight
         low = self._too_low(points).reshape(frames, -1)
-        low_slope = by_q[..., 1, :].reshape(frames, -1, n) * (-(low > 0) / self.settings.clearance)[..., None]
+        low_slope = by_q[..., 1, :].reshape(frames, -1, n) * ((low > 0) / -self.settings.clearance)[..., None]
         residual = np.concatenate([residual, low], axis=1)
         slopes = np.concatenate([by_q.reshape(frames, -1, n) * weight[..., None], low_slope], axis=1)
         rows = np.einsum("tk,tmd->tmkd", self.basis[0], slopes)
@@ -216,7 +218,10 @@ class _Problem:
             spread[i, firsts[i] * n : (firsts[i] + ACTIVE) * n] = flat[i]
         answer = cho_solve_banded((factor, True), spread.T, check_finite=False)
         multipliers = np.linalg.lstsq(spread @ answer, violated.ravel() + spread @ step, rcond=1e-13)[0]
-        return step - answer @ multipliers
+        out = step - answer @ multipliers
+        S = spread @ answer
+        print("lin res", np.abs(spread @ out + violated.ravel()).max(), "cond", np.linalg.cond(S), np.abs(S-S.T).max()/np.abs(S).max(), "step", np.abs(out).max())
+        return out
 
     def _add_diagonal(
         self, blocks: np.ndarray, gradient: np.ndarray, order: int, residual: np.ndarray, slope: np.ndarray

@@ -22,10 +22,11 @@ SUFFIXES = (".vtp", ".obj", ".stl")
 class MeshSettings:
     """How finely bones are drawn, and what a model may ask us to load."""
 
-    triangles_per_square_metre: float = 18000.0  # ribs and vertebrae are all surface
+    triangles_per_square_metre: float = 5000.0  # ribs and vertebrae are all surface
     triangles_per_metre: float = 800.0  # of the bounding box's diagonal, for the slender bones of hand and foot
     fewest_triangles: int = 60  # below this a phalanx is a splinter
-    most_triangles: int = 6000  # a whole body stays near 15 000, which software rendering still moves
+    most_triangles: int = 2500  # a whole body stays near 12 000, which software rendering still moves
+    aggression: int = 3  # of the decimation: its default of 7 tears the ribs
     largest_file: int = 64 * 2**20  # bytes; a bone scan of a million triangles
 
 
@@ -87,7 +88,7 @@ def _thinned(mesh: trimesh.Trimesh, settings: MeshSettings) -> trimesh.Trimesh:
     target = int(np.clip(wanted, settings.fewest_triangles, settings.most_triangles))
     if len(mesh.faces) <= target:
         return mesh
-    return mesh.simplify_quadric_decimation(face_count=target)
+    return mesh.simplify_quadric_decimation(face_count=target, aggression=settings.aggression)
 
 
 def _kept_mesh(path: Path) -> trimesh.Trimesh | None:

@@ -113,10 +113,13 @@ class _PolyData:
         return _unpacked(stretch, self.header)
 
     def _encoded(self, text: bytes) -> bytes:
-        """Base64: the lead and the data are encoded one after the other, each with its own padding."""
+        """Base64: lead and data encoded as one; compressed, and by some writers always, one after the other."""
         width = np.dtype(self.header.integer).itemsize
         if not self.header.compressed:
-            size = int(self._integers(_decoded(text, width), 1)[0])
+            lead = _decoded(text, width)
+            size = int(self._integers(lead, 1)[0])
+            if text[: _encoded_length(width)].endswith(b"="):
+                return _decoded(text[_encoded_length(width) :], size)
             return _unpacked(_decoded(text, width + size), self.header)
         blocks = int(self._integers(_decoded(text, width), 1)[0])
         _checked(blocks * width)
@@ -169,7 +172,7 @@ def _checked(size: int) -> int:
 
 
 def _fans(connectivity: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    starts = np.concatenate([[0], offsets[:-1]]).astype(np.int64)
+    starts = np.append(0, offsets)[:-1]
     counts = offsets - starts
     polygon = np.repeat(np.arange(len(offsets)), np.maximum(counts - 2, 0))
     first = np.concatenate([[0], np.cumsum(np.maximum(counts - 2, 0))])[:-1]
@@ -180,7 +183,7 @@ def _fans(connectivity: np.ndarray, offsets: np.ndarray) -> np.ndarray:
 
 def _strips(connectivity: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     triangles = []
-    for start, end in zip(np.concatenate([[0], offsets[:-1]]).astype(int), offsets, strict=True):
+    for start, end in zip(np.append(0, offsets)[:-1], offsets, strict=True):
         strip = connectivity[start:end]
         for i in range(len(strip) - 2):
             triangles.append(strip[i : i + 3] if i % 2 == 0 else strip[[i + 1, i, i + 2]])

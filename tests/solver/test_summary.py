@@ -2,16 +2,13 @@
 
 import json
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from solver.dynamics.thresholds import Thresholds
 from solver.kinematics.marker_errors import MarkerErrors
-from solver.summary import all_notes, ranges, summary
+from solver.summary import all_notes, summary
 
 BODY_WEIGHT = 980.665  # [N] of 100 kg
 
@@ -128,14 +125,3 @@ def test_the_contract_has_all_its_fields(small_fit):
 
 def test_thresholds_are_those_of_hicks_2015():
     assert Thresholds() == Thresholds(0.05, 0.01, 0.02, 0.04, 0.1)
-
-
-@given(st.lists(st.booleans(), max_size=50))
-def test_ranges_say_the_same_as_the_mask(mask):
-    found = ranges(np.array(mask, dtype=bool))
-    rebuilt = np.zeros(len(mask), dtype=bool)
-    for first, end in found:
-        assert first < end
-        rebuilt[first:end] = True
-    assert rebuilt.tolist() == mask
-    assert all(end < following for (_, end), (following, _) in pairwise(found))

@@ -17,7 +17,9 @@ def clock_of(times, header_rate=None):
 
 
 @given(
-    rate=st.sampled_from([25, 29.97, 30, 50, 59.94, 60, 100, 119.88, 120, 150, 200, 250, 300, 500, 600, 960, 1000, 2000]),
+    rate=st.sampled_from(
+        [25, 29.97, 30, 50, 59.94, 60, 100, 119.88, 120, 150, 200, 250, 300, 500, 600, 960, 1000, 2000]
+    ),
     rows=st.integers(200, 3000),
     start=st.floats(0, 100),
     decimals=st.sampled_from([3, 4, 6]),

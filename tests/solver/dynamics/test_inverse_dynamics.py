@@ -16,7 +16,7 @@ from solver.skeleton.rotations import body_fixed_xyz, skew
 from solver.skeleton.skeleton import Axis, Body, Coordinate, Joint, Skeleton
 
 RATE = 250.0  # [Hz]
-UNFILTERED = DynamicsSettings(cutoff_Hz=None)
+SETTINGS = DynamicsSettings()
 
 
 @pytest.fixture
@@ -123,7 +123,7 @@ def test_residual_is_the_change_of_momentum_less_the_measured_wrench(jumper):
     rng = np.random.default_rng(3)
     wrench = np.repeat(rng.normal(size=(1, 1, 6)) * [50, 300, 50, 20, 20, 20], motion.frames, axis=0)
     found = inverse_dynamics(
-        jumper, motion, _contacts(motion.frames, wrench), _counting(motion.frames), UNFILTERED
+        jumper, motion, _contacts(motion.frames, wrench), _counting(motion.frames), SETTINGS
     )
     expected = _momentum_rate(jumper, motion.times) - wrench[:, 0]
     expected[:, 3:] -= np.cross(found.root_ground, expected[:, :3])
@@ -134,7 +134,7 @@ def test_residual_is_the_change_of_momentum_less_the_measured_wrench(jumper):
 
 def test_the_moment_is_about_the_root_joints_centre_not_the_pelvis_origin(jumper):
     motion = _motion(jumper)
-    found = inverse_dynamics(jumper, motion, _contacts(motion.frames), _counting(motion.frames), UNFILTERED)
+    found = inverse_dynamics(jumper, motion, _contacts(motion.frames), _counting(motion.frames), SETTINGS)
     translations = motion.q[:, [jumper.dofs.index(name) for name in ("tx", "ty", "tz")]]
     np.testing.assert_allclose(found.root_ground, translations, atol=1e-12)
 
@@ -142,7 +142,7 @@ def test_the_moment_is_about_the_root_joints_centre_not_the_pelvis_origin(jumper
 def test_joint_torques_do_the_power_that_changes_the_energy(jumper):
     """Σ τ q̇ over all dofs, root included, is the rate of kinetic plus potential energy."""
     motion = _motion(jumper)
-    found = inverse_dynamics(jumper, motion, _contacts(motion.frames), _counting(motion.frames), UNFILTERED)
+    found = inverse_dynamics(jumper, motion, _contacts(motion.frames), _counting(motion.frames), SETTINGS)
     power = np.sum(found.joint_torques * motion.velocity, axis=1)
     energy = [_energy(jumper, motion.times + s) for s in (-2e-4, 2e-4)]
     middle = slice(30, -30)
@@ -169,7 +169,7 @@ def _energy(skeleton: Skeleton, times: np.ndarray) -> np.ndarray:
 
 def test_com_is_the_weighted_mean_of_the_bodies(jumper):
     motion = _motion(jumper, 0.2)
-    found = inverse_dynamics(jumper, motion, _contacts(motion.frames), _counting(motion.frames), UNFILTERED)
+    found = inverse_dynamics(jumper, motion, _contacts(motion.frames), _counting(motion.frames), SETTINGS)
     R, p = body_poses(jumper, motion.q)
     centres = [p[:, b] + R[:, b] @ body.com_body for b, body in enumerate(jumper.bodies)]
     masses = [body.mass for body in jumper.bodies]
@@ -180,7 +180,7 @@ def test_raw_residual_differs_by_what_conditioning_took_away(jumper):
     motion = _motion(jumper, 0.4)
     wrench = np.tile([10.0, 500.0, -20.0, 1.0, 2.0, 3.0], (motion.frames, 1, 1))
     found = inverse_dynamics(
-        jumper, motion, _contacts(motion.frames, wrench), _counting(motion.frames), UNFILTERED
+        jumper, motion, _contacts(motion.frames, wrench), _counting(motion.frames), SETTINGS
     )
     missing = -0.5 * wrench[:, 0]  # the raw forces of `_contacts` are half as large again
     np.testing.assert_allclose(found.residual_raw_root[:, :3] - found.residual_root[:, :3], missing[:, :3])
@@ -188,34 +188,13 @@ def test_raw_residual_differs_by_what_conditioning_took_away(jumper):
     np.testing.assert_allclose(found.residual_raw_root[:, 3:] - found.residual_root[:, 3:], moment)
 
 
-def test_motion_passes_the_filter_of_the_settings(jumper):
-    motion = _motion(jumper)
-    noisy = replace(motion, q=motion.q + 1e-3 * np.random.default_rng(0).normal(size=motion.q.shape))
-    settings = DynamicsSettings(cutoff_Hz=12.0, filter_order=3)
-    found = inverse_dynamics(jumper, noisy, _contacts(motion.frames), _counting(motion.frames), settings)
-    np.testing.assert_array_equal(found.motion.q, noisy.low_passed(12.0, 3).q)
-    unfiltered = inverse_dynamics(
-        jumper, noisy, _contacts(motion.frames), _counting(motion.frames), UNFILTERED
-    )
-    error, noise = (
-        np.std(d.residual_root[30:-30] - _clean_residual(jumper, motion)[30:-30]) for d in (found, unfiltered)
-    )
-    assert error < 0.1 * noise
-
-
-def _clean_residual(jumper, motion):
-    return inverse_dynamics(
-        jumper, motion, _contacts(motion.frames), _counting(motion.frames), UNFILTERED
-    ).residual_root
-
-
 def test_a_force_that_does_not_count_enters_neither_torques_nor_figures(jumper):
     motion = _motion(jumper, 0.4)
     wrench = np.tile([10.0, 500.0, -20.0, 1.0, 2.0, 3.0], (motion.frames, 1, 1))
     counts = np.ones((motion.frames, 1), dtype=bool)
     counts[40:50] = False
-    masked = inverse_dynamics(jumper, motion, _contacts(motion.frames, wrench), FrameMask(counts), UNFILTERED)
-    without = inverse_dynamics(jumper, motion, _contacts(motion.frames), _counting(motion.frames), UNFILTERED)
+    masked = inverse_dynamics(jumper, motion, _contacts(motion.frames, wrench), FrameMask(counts), SETTINGS)
+    without = inverse_dynamics(jumper, motion, _contacts(motion.frames), _counting(motion.frames), SETTINGS)
     np.testing.assert_allclose(masked.joint_torques[40:50], without.joint_torques[40:50])
     assert not np.allclose(masked.joint_torques[39], without.joint_torques[39])
     assert not masked.used[40:50].any()
@@ -227,7 +206,7 @@ def test_ends_and_unrecorded_frames_are_not_used(jumper):
     contacts = _contacts(motion.frames)
     observed = contacts.observed.copy()
     observed[:17] = False
-    settings = replace(UNFILTERED, end_frames=10)
+    settings = replace(SETTINGS, end_frames=10)
     used = inverse_dynamics(
         jumper, motion, replace(contacts, observed=observed), _counting(motion.frames), settings
     ).used
@@ -236,7 +215,7 @@ def test_ends_and_unrecorded_frames_are_not_used(jumper):
 
 def test_a_short_trial_keeps_its_middle(jumper):
     motion = _motion(jumper, 12 / RATE)
-    used = inverse_dynamics(jumper, motion, _contacts(12), _counting(12), UNFILTERED).used
+    used = inverse_dynamics(jumper, motion, _contacts(12), _counting(12), SETTINGS).used
     np.testing.assert_array_equal(np.flatnonzero(used), np.arange(3, 9))
 
 
@@ -248,9 +227,9 @@ def test_a_root_that_cannot_move_freely_is_an_error(jumper):
     coordinates = tuple(c for c in jumper.coordinates if c.name != "tz")
     fixed = replace(jumper, joints=(replace(root, axes=held), *jumper.joints[1:]), coordinates=coordinates)
     with pytest.raises(ModelError, match="root joint 'root'"):
-        inverse_dynamics(fixed, _motion(fixed, 0.1), _contacts(25), _counting(25), UNFILTERED)
+        inverse_dynamics(fixed, _motion(fixed, 0.1), _contacts(25), _counting(25), SETTINGS)
 
 
 def test_forces_of_another_length_are_an_error(jumper):
     with pytest.raises(FitError, match="25 frames, forces 24"):
-        inverse_dynamics(jumper, _motion(jumper, 0.1), _contacts(24), _counting(24), UNFILTERED)
+        inverse_dynamics(jumper, _motion(jumper, 0.1), _contacts(24), _counting(24), SETTINGS)

@@ -120,6 +120,19 @@ class Referee:
             wrench += np.concatenate([force, np.cross(origin + R @ station, force)])
         return mapped.D.T @ tau[self.mobility], wrench
 
+    def scale(self, factors, mass_kg) -> None:
+        """OpenSim's own scaling, masses keeping their distribution."""
+        scales = self.opensim.ScaleSet()
+        for name, factor in zip(self.skeleton.body_names, factors, strict=True):
+            scale = self.opensim.Scale()
+            scale.setSegmentName(name)
+            scale.setScaleFactors(self.opensim.Vec3(*factor))
+            scale.setApply(True)
+            scales.cloneAndAppend(scale)
+        self.model.scale(self.state, scales, True, mass_kg)
+        self.state = self.model.initSystem()
+        self.matter = self.model.getMatterSubsystem()
+
 
 @pytest.fixture(scope="session")
 def opensim():
@@ -169,3 +182,37 @@ def random_q() -> Callable[[Skeleton, np.random.Generator], np.ndarray]:
         return rng.uniform(np.maximum(bounds[:, 0], -1.5), np.minimum(bounds[:, 1], 1.5))
 
     return draw
+
+
+@pytest.fixture(scope="session")
+def document4() -> Callable[..., str]:
+    """A small OpenSim 4 document around the given joints; bodies a, b, … each of 1 kg."""
+
+    def write(joints: str, bodies: str = "a", rest: str = "", head: str = "") -> str:
+        elements = "".join(
+            f'<Body name="{name}"><mass>1</mass><mass_center>0 0.1 0</mass_center><inertia>1 1 1 0 0 0</inertia></Body>'
+            for name in bodies.split()
+        )
+        return (
+            f'<?xml version="1.0"?>\n<OpenSimDocument Version="40000">\n<Model name="small">{head}\n'
+            f'<Ground name="ground"/>\n<BodySet name="bodyset"><objects>{elements}</objects></BodySet>\n'
+            f'<JointSet name="jointset"><objects>{joints}</objects></JointSet>\n{rest}\n</Model></OpenSimDocument>'
+        )
+
+    return write
+
+
+@pytest.fixture(scope="session")
+def document3() -> Callable[..., str]:
+    """A small OpenSim 3 document: body a of 1 kg on the given joint."""
+
+    def write(joint: str, rest: str = "", body: str = "") -> str:
+        inertia = "".join(f"<inertia_{axis}>1</inertia_{axis}>" for axis in ("xx", "yy", "zz"))
+        return (
+            '<?xml version="1.0"?>\n<OpenSimDocument Version="30000">\n<Model name="small">\n<BodySet><objects>\n'
+            '<Body name="ground"><mass>0</mass><Joint/></Body>\n'
+            f'<Body name="a"><mass>1</mass><mass_center>0 0.1 0</mass_center>{inertia}{body}\n'
+            f"<Joint>{joint}</Joint></Body>\n</objects></BodySet>{rest}</Model></OpenSimDocument>"
+        )
+
+    return write

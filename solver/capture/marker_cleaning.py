@@ -1,0 +1,147 @@
+"""Measured markers without single-frame spikes, teleports and empty trajectories. Gaps stay gaps."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from solver.capture.capture import Markers
+from solver.settings_field import setting
+
+
+@dataclass(frozen=True)
+class MarkerCleaningSettings:
+    """What no human movement does."""
+
+    spike_m: float = setting(0.08, unit="m", why="smaller spikes are left to the fit's robust loss")
+    spike_m_s2: float = setting(
+        3000.0, unit="m/s²", why="300 g: markers on a sprinter's foot reach a third of it when it strikes"
+    )
+    return_share: float = setting(
+        0.5, unit="", why="of a spike's height: nearer than that to each other are the frames around it"
+    )
+    teleport_m_s: float = setting(
+        60.0, unit="m/s", why="no body part is that fast; hands of throwers reach 25 to 40 m/s"
+    )
+    teleport_s: float = setting(0.1, unit="s", why="longer stays are another marker's trajectory, not a slip")
+    same_m: float = setting(1e-6, unit="m", why="two trajectories nearer than rounding are copies")
+    listed: int = setting(8, unit="", why="frames named in a note; the rest is counted")
+
+
+def clean_markers(
+    markers: Markers, settings: MarkerCleaningSettings = MarkerCleaningSettings()
+) -> tuple[Markers, tuple[str, ...]]:
+    """Take out what is no movement; nothing is filled in.
+
+    Args:
+        markers: one trial [m], NaN where not seen.
+        settings: what no human movement does.
+
+    Returns:
+        The markers with NaN in place of spikes and teleports and without those that were never seen, and notes that
+        name marker and frames (counted from 0).
+    """
+    spikes = _spikes(markers.positions_ground, markers.rate, settings)
+    positions = np.where(spikes[:, :, None], np.nan, markers.positions_ground)
+    slips, lasting = _teleports(positions, markers.rate, settings)
+    positions = np.where(slips[:, :, None], np.nan, positions)
+    seen = np.flatnonzero(np.isfinite(positions).all(axis=2).any(axis=0)).tolist()
+    never = [name for k, name in enumerate(markers.names) if k not in seen]
+    notes = (
+        *_listed("spikes taken out", spikes, markers.names, settings),
+        *_listed("teleports there and back taken out", slips, markers.names, settings),
+        *_listed(
+            "jumps that last, perhaps to another marker; left as they are", lasting, markers.names, settings
+        ),
+        *((f"left out, never seen: {', '.join(never)}",) if never else ()),
+    )
+    names = tuple(markers.names[k] for k in seen)
+    cleaned = replace(markers, names=names, positions_ground=positions[:, seen])
+    return cleaned, notes + _copies(cleaned, settings)
+
+
+def _spikes(
+    positions: Float[np.ndarray, "frames markers 3"], rate: float, settings: MarkerCleaningSettings
+) -> Bool[np.ndarray, "frames markers"]:
+    """Frames that stick out from their two neighbours by more than any acceleration explains."""
+    spikes = np.zeros(positions.shape[:2], bool)
+    if len(positions) < 3:
+        return spikes
+    before, here, after = positions[:-2], positions[1:-1], positions[2:]
+    height = np.linalg.norm(here - 0.5 * (before + after), axis=2)
+    across = np.linalg.norm(after - before, axis=2)
+    limit = max(settings.spike_m, 0.5 * settings.spike_m_s2 / rate**2)
+    spikes[1:-1] = (height > limit) & (across < settings.return_share * height)
+    return spikes
+
+
+def _teleports(
+    positions: Float[np.ndarray, "frames markers 3"], rate: float, settings: MarkerCleaningSettings
+) -> tuple[Bool[np.ndarray, "frames markers"], Bool[np.ndarray, "frames markers"]]:
+    """Frames spent elsewhere between a jump and the jump back; and first frames after jumps that last."""
+    away = np.zeros(positions.shape[:2], bool)
+    lasting = np.zeros_like(away)
+    for k in range(positions.shape[1]):
+        frames = np.flatnonzero(np.isfinite(positions[:, k]).all(axis=1))
+        path = positions[frames, k]
+        reach = np.maximum(settings.teleport_m_s * np.diff(frames) / rate, settings.spike_m)
+        jumps = list(np.flatnonzero(np.linalg.norm(np.diff(path, axis=0), axis=1) > reach))
+        while jumps:
+            jump = jumps.pop(0)
+            back = jumps[0] if jumps else None
+            if back is not None and _returns(path, frames, int(jump), int(back), rate, settings):
+                away[frames[jump + 1 : back + 1], k] = True
+                jumps.pop(0)
+            else:
+                lasting[frames[jump + 1], k] = True
+    return away, lasting
+
+
+def _returns(
+    path: Float[np.ndarray, "seen 3"],
+    frames: np.ndarray,
+    jump: int,
+    back: int,
+    rate: float,
+    settings: MarkerCleaningSettings,
+) -> bool:
+    """Whether the marker comes back soon to where it could have moved meanwhile."""
+    duration = (frames[back + 1] - frames[jump]) / rate
+    if (frames[back] - frames[jump]) / rate > settings.teleport_s:
+        return False
+    gap = np.linalg.norm(path[back + 1] - path[jump])
+    outside = np.linalg.norm(path[jump + 1] - path[jump])
+    return bool(gap <= settings.teleport_m_s * duration and gap < settings.return_share * outside)
+
+
+def _copies(markers: Markers, settings: MarkerCleaningSettings) -> tuple[str, ...]:
+    """Markers whose trajectories are one and the same wherever both were seen."""
+    positions = markers.positions_ground
+    notes: tuple[str, ...] = ()
+    with np.errstate(invalid="ignore"):
+        for k in range(positions.shape[1] - 1):
+            apart = np.abs(positions[:, k + 1 :] - positions[:, k : k + 1]).max(axis=2)
+            both = np.isfinite(apart)
+            same = (apart <= settings.same_m) & both
+            copies = (both.sum(axis=0) > 1) & (same.sum(axis=0) == both.sum(axis=0))
+            notes += tuple(
+                f"{markers.names[k]} and {markers.names[k + 1 + other]} are one and the same trajectory"
+                for other in np.flatnonzero(copies)
+            )
+    return notes
+
+
+def _listed(
+    what: str,
+    where: Bool[np.ndarray, "frames markers"],
+    names: Sequence[str],
+    settings: MarkerCleaningSettings,
+) -> tuple[str, ...]:
+    found = []
+    for k in np.flatnonzero(where.any(axis=0)).tolist():
+        frames = np.flatnonzero(where[:, k])
+        shown = ", ".join(map(str, frames[: settings.listed]))
+        more = f" and {len(frames) - settings.listed} more" if len(frames) > settings.listed else ""
+        found.append(f"{names[k]} (frame {shown}{more})")
+    return (f"{what}: {'; '.join(found)}",) if found else ()

@@ -1,0 +1,139 @@
+"""Results as files that OpenSim 4.6 opens, and runs its own inverse dynamics on, as they are.
+
+model.osim                  the fitted skeleton
+TRIAL_ik.mot                the motion that the joint torques belong to, already filtered; radians and metres
+TRIAL_grf.mot               the recorded forces after conditioning, a set of columns for each foot
+TRIAL_external_loads.xml    which foot each set acts on
+TRIAL_id.sto                our joint torques
+TRIAL_id_setup.xml          OpenSim's inverse dynamics of the same files, without a second filter
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.capture.coordinates import write_coordinates
+from solver.capture.storage import write_storage
+from solver.contact.wrenches import ContactWrenches, FrameMask
+from solver.dynamics.dynamics import Dynamics
+from solver.dynamics.inverse_dynamics import counted_wrenches
+from solver.errors import FitError
+from solver.export.opensim_setup import write_external_loads, write_inverse_dynamics_setup
+from solver.fit import Fit, TrialFit
+from solver.kinematics.motion import Motion
+from solver.skeleton.osim_writer import write_skeleton
+from solver.skeleton.skeleton import Coordinate, Skeleton
+
+AXES = "xyz"
+
+
+def export_opensim(fit: Fit, folder: Path) -> list[Path]:
+    """Write a fit for OpenSim.
+
+    Angles are radians, so that no program has to guess which coordinates are angles. A trial without forces
+    gets its motion only.
+
+    Args:
+        fit: the solved subject.
+        folder: made where it is missing.
+
+    Returns:
+        The files written.
+
+    Raises:
+        FitError: the folder cannot be made.
+        CaptureError, ModelError: a file cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FitError(
+            f"{folder}: cannot be made ({error.strerror}); choose another output folder."
+        ) from error
+    model = folder / "model.osim"
+    write_skeleton(fit.skeleton, model)
+    written = [model]
+    for trial in fit.trials:
+        written += _export_trial(trial, fit.skeleton, folder)
+    return written
+
+
+def file_stem(trial: str) -> str:
+    """A trial's name with what file systems or OpenSim dislike in it replaced by "_"."""
+    return re.sub(r"[^\w.+-]+", "_", trial, flags=re.ASCII).lstrip(".") or "trial"
+
+
+def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path) -> list[Path]:
+    stem = file_stem(trial.capture.name)
+    ik = folder / f"{stem}_ik.mot"
+    if trial.dynamics is None or trial.contacts is None or trial.mask is None:
+        _write_motion(trial.motion, skeleton, ik)
+        return [ik]
+    forces, torques = folder / f"{stem}_grf.mot", folder / f"{stem}_id.sto"
+    loads, setup = folder / f"{stem}_external_loads.xml", folder / f"{stem}_id_setup.xml"
+    times = trial.dynamics.motion.times
+    _write_motion(trial.dynamics.motion, skeleton, ik)
+    _write_forces(trial.contacts, trial.mask, times, forces)
+    _write_torques(trial.dynamics, skeleton, torques)
+    write_external_loads(loads, trial.contacts.foot_bodies, forces)
+    write_inverse_dynamics_setup(
+        setup,
+        model="model.osim",
+        coordinates=ik,
+        loads=loads,
+        span=(times[0], times[-1]),
+        result=f"{stem}_id_opensim.sto",
+    )
+    return [ik, forces, torques, loads, setup]
+
+
+def _write_motion(motion: Motion, skeleton: Skeleton, path: Path) -> None:
+    """All coordinates of the model, the locked and coupled ones too: OpenSim would take them as zero."""
+    by_name = {c.name: c for c in skeleton.coordinates}
+    values = np.column_stack([_values(c, by_name, motion) for c in skeleton.coordinates])
+    write_coordinates(path, list(by_name), motion.times, values, rotational=(), in_degrees=False)
+
+
+def _values(
+    coordinate: Coordinate, by_name: dict[str, Coordinate], motion: Motion
+) -> Float[np.ndarray, " frames"]:
+    if coordinate.locked:
+        return np.full(motion.frames, coordinate.default)
+    if coordinate.coupling is None or coordinate.coupled_to is None:
+        return motion.q[:, motion.dofs.index(coordinate.name)]
+    return coordinate.coupling(_values(by_name[coordinate.coupled_to], by_name, motion))[0]
+
+
+def _write_forces(
+    contacts: ContactWrenches, mask: FrameMask, times: Float[np.ndarray, " frames"], path: Path
+) -> None:
+    """Force, point and remaining torque of each foot; zero where a foot's force does not count."""
+    wrenches = counted_wrenches(contacts.wrench_ground, mask)
+    labels, columns = [], []
+    for f, foot in enumerate(contacts.foot_bodies):
+        point = _held(contacts.cop_ground[:, f])
+        force, moment = wrenches[:, f, :3], wrenches[:, f, 3:]
+        labels += [f"ground_force_{foot}_v{axis}" for axis in AXES]
+        labels += [f"ground_force_{foot}_p{axis}" for axis in AXES]
+        labels += [f"ground_torque_{foot}_{axis}" for axis in AXES]
+        columns += [force, point, moment - np.cross(point, force)]
+    write_storage(path, labels, times, np.hstack(columns))
+
+
+def _held(cop_ground: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, "frames 3"]:
+    """While a foot is unloaded, its last centre of pressure (at first, the first one to come)."""
+    known = np.flatnonzero(np.isfinite(cop_ground).all(axis=1))
+    if not len(known):
+        return np.zeros_like(cop_ground)
+    last = np.searchsorted(known, np.arange(len(cop_ground)), side="right") - 1
+    return cop_ground[known[np.maximum(last, 0)]]
+
+
+def _write_torques(dynamics: Dynamics, skeleton: Skeleton, path: Path) -> None:
+    """Named as OpenSim names them: moments of rotations, forces of everything else."""
+    labels = [
+        f"{c.name}_{'moment' if c.motion == 'rotation' else 'force'}" for c in skeleton.free_coordinates
+    ]
+    write_storage(path, labels, dynamics.motion.times, dynamics.joint_torques)

@@ -1,0 +1,270 @@
+"""Walking and running on level ground: footprints, timing, and what the body should look like."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
+
+from solver.simulate.angle_patterns import RUNNING_LEG, WALKING_LEG, Knots, pattern, wave
+from solver.simulate.contacts import ContactPlan, Course, Stance
+from solver.simulate.sole import SIDES, Sole
+from solver.simulate.trajectory_fit import Wish
+from solver.skeleton.skeleton import Skeleton
+
+GRAVITY = 9.80665  # [m/s²]
+
+
+@dataclass(frozen=True)
+class GaitStyle:
+    """How someone walks or runs. Shares of a stance count from 0 (contact) to 1 (toe-off)."""
+
+    leg: Mapping[str, Knots]
+    stance_share: float  # of the cycle
+    step_width: float  # [m]
+    toe_out_deg: float
+    heel_planted: tuple[float, float]
+    forefoot_planted: tuple[float, float]
+    harmonics: tuple[float, ...]  # of the vertical force over the stance: sin πs, sin 3πs, …
+    braking: float  # peak fore-aft force over the mean vertical force
+    along: tuple[tuple[float, float], ...]  # centre of pressure along the sole over the stance
+    trunk_lean_deg: float
+    elbow_deg: float
+    arm_swing_deg: float
+    pelvis_drop: float  # of stature, below upright stance
+    bounce: float  # [m] half the rise and fall of the pelvis
+
+
+WALKING = GaitStyle(
+    leg=WALKING_LEG,
+    stance_share=0.62,
+    step_width=0.10,
+    toe_out_deg=7.0,
+    heel_planted=(0.02, 0.58),
+    forefoot_planted=(0.15, 0.95),
+    harmonics=(1.0, 0.30, 0.05),
+    braking=0.22,
+    along=((0.0, 0.08), (0.08, 0.13), (0.25, 0.33), (0.5, 0.50), (0.75, 0.68), (0.92, 0.80), (1.0, 0.86)),
+    trunk_lean_deg=-4.0,
+    elbow_deg=25.0,
+    arm_swing_deg=17.0,
+    pelvis_drop=0.014,
+    bounce=0.018,
+)
+RUNNING = GaitStyle(
+    leg=RUNNING_LEG,
+    stance_share=0.36,
+    step_width=0.05,
+    toe_out_deg=6.0,
+    heel_planted=(0.06, 0.50),
+    forefoot_planted=(0.12, 0.92),
+    harmonics=(1.0, -0.05),
+    braking=0.28,
+    along=((0.0, 0.30), (0.15, 0.36), (0.4, 0.52), (0.7, 0.68), (1.0, 0.78)),
+    trunk_lean_deg=-9.0,
+    elbow_deg=88.0,
+    arm_swing_deg=28.0,
+    pelvis_drop=0.035,
+    bounce=0.03,
+)
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Contacts in order, left and right in turn, along +x from the origin."""
+
+    times: Float[np.ndarray, " steps"]  # [s]
+    feet: tuple[int, ...]
+    positions: Float[np.ndarray, "steps 2"]  # (x, z) of the ankle's place on the ground [m]
+    yaws: Float[np.ndarray, " steps"]  # [rad]
+
+
+def natural_step_time(speed: float, height: float, running: bool) -> float:
+    """Seconds a step at a speed [m/s].
+
+    Walking: step rate grows as speed^0.42 (Grieve DW, Gear RJ. Ergonomics 1966; 5: 379-399), 1.85 Hz at
+    1.3 m/s and 1.75 m. Running: 2.75 Hz at 3 m/s, rising slowly (Cavanagh PR, Kram R. Med Sci Sports Exerc
+    1989; 21: 467-479). Both scale with the root of stature, like a pendulum.
+    """
+    rate = 2.75 * (speed / 3.0) ** 0.15 if running else 1.85 * (speed / 1.3) ** 0.42
+    return float(1 / rate * np.sqrt(height / 1.75))
+
+
+def plan_steps(
+    style: GaitStyle, speed: float, step_time: float, span: tuple[float, float], rng: np.random.Generator, variation: float
+) -> Steps:
+    """Steps from before until after a span of time [s]; x = 0 is under the body at time 0.
+
+    Args:
+        style: of the gait.
+        speed: [m/s].
+        step_time: [s] on average.
+        span: first and last time that the motion needs [s].
+        rng: of the step-to-step variation.
+        variation: relative standard deviation of step time and step length; that of width is 1 cm at 0.02.
+    """
+    reach = 2 * step_time + style.stance_share * 2 * step_time
+    first = int(np.floor((span[0] - reach) / step_time))
+    count = int(np.ceil((span[1] + reach) / step_time)) - first
+    index = first + np.arange(count)
+    late = 0.3 * step_time  # a contact is not at time 0
+    times = late + step_time * (index + variation * rng.standard_normal(count))
+    along = speed * times + speed * step_time * (0.5 + variation * rng.standard_normal(count))
+    feet = tuple(int(k % 2) for k in index)
+    side = np.array([1.0 if SIDES[foot] == "r" else -1.0 for foot in feet])
+    across = side * style.step_width / 2 + 0.5 * variation * rng.standard_normal(count)
+    yaws = -side * np.radians(style.toe_out_deg + 50 * variation * rng.standard_normal(count))
+    return Steps(times, feet, np.stack([along, across], axis=1), yaws)
+
+
+def gait_contacts(style: GaitStyle, steps: Steps, sole: Sole, mass: float, step_time: float) -> ContactPlan:
+    """Stances of a row of steps, each carrying the body's weight for its part of the time."""
+    duration = style.stance_share * 2 * step_time
+    stances = []
+    for k in range(1, len(steps.times) - 1):
+        start = float(steps.times[k])
+        end = start + duration
+        foot = steps.feet[k]
+        yaw = float(steps.yaws[k])
+        forward = np.array([np.cos(yaw), 0.0, -np.sin(yaw)])
+        ankle = np.array([steps.positions[k, 0], 0.0, steps.positions[k, 1]])
+        impulse = mass * GRAVITY * (steps.times[k + 1] - steps.times[k - 1]) / 2
+        stances.append(
+            Stance(
+                foot=foot,
+                start=start,
+                end=end,
+                origin_ground=ankle - sole.ankle * forward,
+                yaw=yaw,
+                load=_load(style, impulse, start, duration),
+                along=_curve(style.along, start, duration),
+                across=_curve(((0.0, 0.0), (0.3, 0.18), (0.6, 0.12), (1.0, -0.2)), start, duration),
+                heel_planted=(start + style.heel_planted[0] * duration, start + style.heel_planted[1] * duration),
+                forefoot_planted=(
+                    start + style.forefoot_planted[0] * duration,
+                    start + style.forefoot_planted[1] * duration,
+                ),
+            )
+        )
+    return ContactPlan(tuple(stances), sole)
+
+
+def gait_wish(
+    skeleton: Skeleton, style: GaitStyle, steps: Steps, contacts: ContactPlan, times: Float[np.ndarray, " times"]
+) -> Wish:
+    """What the body should look like at those times."""
+    step_time = float(np.mean(np.diff(steps.times)))
+    count = CubicSpline(steps.times, np.arange(len(steps.times)))(times)  # steps so far
+    right_first = steps.feet[0]  # 0: even steps are right ones
+    phase = {"r": (count - right_first) / 2, "l": (count - (1 - right_first)) / 2}
+    stretch = float(np.clip(np.mean(np.diff(steps.positions[:, 0])) / 0.70, 0.5, 1.6)) if style is WALKING else 1.0
+    columns = _angles(style, phase, stretch)
+    columns |= _pelvis_path(skeleton, style, steps, times, phase["r"])
+    q = np.stack([columns[name] for name in skeleton.dofs], axis=1)
+
+    loads = contacts.loads(times)
+    force = np.zeros((len(times), 3))
+    force[:, 1] = loads.sum(axis=1)
+    for stance in contacts.stances:
+        on = stance.covers(times)
+        share = (times[on] - stance.start) / (stance.end - stance.start)
+        side = 1.0 if SIDES[stance.foot] == "r" else -1.0
+        mean = skeleton.mass * GRAVITY * step_time / (stance.end - stance.start)
+        force[on, 0] -= style.braking * mean * np.sin(2 * np.pi * share) * np.sin(np.pi * share) ** 0.5
+        force[on, 2] -= side * 0.05 * loads[on, stance.foot]
+    return Wish(
+        times=times,
+        q=q,
+        tolerance=np.array([_tolerance(name) for name in skeleton.dofs]),
+        contacts=contacts,
+        force=force,
+        clearance=np.full((len(times), len(SIDES)), 0.012),
+    )
+
+
+def _angles(style: GaitStyle, phase: Mapping[str, np.ndarray], stretch: float) -> dict[str, np.ndarray]:
+    right = phase["r"]
+    columns: dict[str, np.ndarray] = {
+        "lumbar_extension": wave(2 * right, style.trunk_lean_deg, 1.0, 0.1),
+        "lumbar_bending": wave(right, 0.0, -4.0, 0.15),
+        "lumbar_rotation": wave(right, 0.0, 8.0 * stretch, 0.0),
+    }
+    for side in SIDES:
+        for name, knots in style.leg.items():
+            columns[f"{name}_{side}"] = pattern(knots, phase[side]) * (stretch if name == "hip_flexion" else 1.0)
+        swing = style.arm_swing_deg * stretch
+        columns[f"arm_flex_{side}"] = wave(phase[side], -2.0, -swing, 0.03)
+        columns[f"arm_add_{side}"] = wave(phase[side], -8.0, 1.5)
+        columns[f"arm_rot_{side}"] = wave(phase[side], 8.0, 3.0)
+        columns[f"elbow_flex_{side}"] = wave(phase[side], style.elbow_deg, -0.5 * swing, 0.1)
+        columns[f"pro_sup_{side}"] = wave(phase[side], 95.0, 4.0)
+        columns[f"wrist_flex_{side}"] = wave(phase[side], 6.0, 3.0, 0.2)
+        columns[f"wrist_dev_{side}"] = wave(phase[side], 2.0, 2.0, 0.3)
+    return columns
+
+
+def _pelvis_path(
+    skeleton: Skeleton, style: GaitStyle, steps: Steps, times: np.ndarray, phase: np.ndarray
+) -> dict[str, np.ndarray]:
+    hip = skeleton.joints[skeleton.body_index("femur_r")].p_parent_frame
+    upright = skeleton.default_q[skeleton.dofs.index("pelvis_ty")]
+    over_foot = steps.times + 0.46 * style.stance_share * 2 * float(np.mean(np.diff(steps.times)))
+    x = CubicSpline(over_foot, steps.positions[:, 0])(times) - hip[0]
+    sideways = 0.018 if style is WALKING else 0.006
+    between = (steps.positions[1:, 1] + steps.positions[:-1, 1]) / 2
+    z = CubicSpline(steps.times[1:], between)(times) + sideways * np.sin(2 * np.pi * (phase - 0.06))
+    stature = skeleton_stature(skeleton)
+    lowest = 0.0 if style is WALKING else 0.12  # of half a cycle after contact
+    y = upright - style.pelvis_drop * stature - style.bounce * np.cos(4 * np.pi * (phase - lowest / 2))
+    return {
+        "pelvis_tilt": wave(2 * phase, -6.0 if style is WALKING else -10.0, 1.0),
+        "pelvis_list": wave(phase, 0.0, 4.0, 0.15),
+        "pelvis_rotation": wave(phase, 0.0, 4.0, 0.0),
+        "pelvis_tx": x,
+        "pelvis_ty": y,
+        "pelvis_tz": z,
+    }
+
+
+def skeleton_stature(skeleton: Skeleton) -> float:
+    """Stature of the default body, back from its thigh (0.245 of it) [m]."""
+    return float(-skeleton.joints[skeleton.body_index("tibia_r")].p_parent_frame[1] / 0.245)
+
+
+def turned(wish_q: np.ndarray, dofs: tuple[str, ...], heading: float) -> np.ndarray:
+    """The same poses with the pelvis turned and carried about the ground's y axis [rad]."""
+    angles = [dofs.index(name) for name in ("pelvis_tilt", "pelvis_list", "pelvis_rotation")]
+    places = [dofs.index(name) for name in ("pelvis_tx", "pelvis_ty", "pelvis_tz")]
+    turn = Rotation.from_rotvec([0.0, heading, 0.0])
+    q = wish_q.copy()
+    q[:, angles] = np.unwrap((turn * Rotation.from_euler("ZXY", wish_q[:, angles])).as_euler("ZXY"), axis=0)
+    q[:, places] = turn.apply(wish_q[:, places])
+    return q
+
+
+def _tolerance(dof: str) -> float:
+    """How far the motion may leave the pattern [rad or m]."""
+    if dof in ("pelvis_tx", "pelvis_ty", "pelvis_tz"):
+        return 0.03
+    loose = ("hip", "knee", "ankle", "subtalar", "mtp")
+    return float(np.radians(6.0 if dof.startswith(loose) else 2.5))
+
+
+def _load(style: GaitStyle, impulse: float, start: float, duration: float) -> Course:
+    """Vertical force over a stance: odd sines, eased in and out, scaled to the impulse."""
+    fine = np.linspace(0, 1, 401)
+
+    def shape(share: np.ndarray) -> np.ndarray:
+        waves = sum(a * np.sin((2 * k + 1) * np.pi * share) for k, a in enumerate(style.harmonics))
+        edge = np.clip(np.minimum(share, 1 - share) / 0.12, 0, 1)
+        return waves * edge * edge * (3 - 2 * edge)
+
+    peak = impulse / duration / float(np.mean(shape(fine)))
+    return lambda times: peak * shape((times - start) / duration)
+
+
+def _curve(knots: tuple[tuple[float, float], ...], start: float, duration: float) -> Course:
+    through = CubicSpline(*np.array(knots).T)
+    return lambda times: through((times - start) / duration)

@@ -1,0 +1,28 @@
+"""Files appear whole or not at all."""
+
+import pytest
+
+from solver.capture.atomic import write_whole
+from solver.errors import CaptureError
+
+
+def test_writes_and_replaces(tmp_path):
+    path = tmp_path / "a.txt"
+    write_whole(path, "one\n")
+    write_whole(path, "Zoë\r\n")
+    assert path.read_bytes() == "Zoë\r\n".encode()
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_missing_folder_is_named(tmp_path):
+    with pytest.raises(CaptureError, match=r"nowhere.*cannot write here"):
+        write_whole(tmp_path / "nowhere" / "a.txt", "x")
+
+
+def test_the_old_file_stays_when_writing_fails(tmp_path):
+    path = tmp_path / "a.txt"
+    write_whole(path, "old")
+    with pytest.raises(UnicodeEncodeError):
+        write_whole(path, "new \udc80")
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
