@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from solver.capture.capture import Capture, Subject, TrialFiles
-from solver.capture.conditioning import condition
+from solver.capture.conditioning import condition, shared_cutoff
 from solver.capture.trial import read_static, read_trial
 from solver.contact.assignment import assign
 from solver.contact.mask import frame_mask
@@ -163,7 +163,8 @@ def _contacts(
 
 
 def _filtered(motion: Motion, settings: Settings) -> Motion:
-    return motion.low_passed(settings.conditioning.cutoff_Hz, settings.conditioning.order)
+    """The motion after the filter that the forces pass."""
+    return motion.low_passed(shared_cutoff(motion.rate, settings.conditioning), settings.conditioning.order)
 
 
 def _mass(

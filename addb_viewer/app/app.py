@@ -1,8 +1,13 @@
 """The review app: puts scene, plots, panel and keys together."""
 
+import os
+import sys
 import threading
 import time
+import webbrowser
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import viser
 
@@ -17,6 +22,7 @@ from addb_viewer.app.panels import (
     build_controls,
     legend_html,
     notes_html,
+    speed_name,
     summary_html,
 )
 from addb_viewer.app.playback import Playback, Position
@@ -27,6 +33,7 @@ from addb_viewer.app.server import address, open_server
 
 READOUT_EVERY = 0.1  # [s] while playing: slider and time
 CURSOR_EVERY = 0.25  # [s] while playing: redrawing the plots costs a browser more than the scene
+SCRUBBING = 0.3  # [s] for so long the slider under a person's hand is not moved from here
 CONTROL_WIDTH, PLOT_WIDTH = 300, 400  # [pixel]
 
 
@@ -40,6 +47,7 @@ class ReviewApp:
         server.gui.configure_theme(show_logo=False, show_share_button=False)
         self.scene = Scene(server)
         self.controls = build_controls(server.gui, library.trials, tuple(VIEWS))
+        server.gui.set_panel_label(f"addb-viewer · {library.subject.name}")
         server.gui.main_panel.dock_left()
         server.gui.main_panel.set_width(CONTROL_WIDTH)
         panel = server.gui.add_panel()
@@ -49,9 +57,10 @@ class ReviewApp:
         self.playback = Playback(self.notices.guard("Drawing", self._draw))
         self.shown: str | None = None
         self.replay: Replay | None = None
-        self.read_at, self.cursor_at = 0.0, 0.0
+        self.looked: str | None = None
+        self.read_at = self.cursor_at = self.scrubbed_at = 0.0
         self._bind()
-        keys.register(server.gui, self._actions(), self.notices)
+        keys.register(server.gui, self._moves(), self._views(), self.notices)
         self.playback.start()
 
     def open_trial(self, name: str) -> None:
@@ -67,12 +76,14 @@ class ReviewApp:
             self.scene.show(replay, self.library.meshes)
             self.plots.show(replay, charts_of(replay))
             self._fill_panel(replay, name)
-            self.view("Reset")
+            if self.looked is None:  # later trials are seen from where the reviewer went
+                self.view("Reset")
 
     def view(self, name: str) -> None:
         """Look from one of the named sides."""
         if self.replay is not None:
             with self.drawing:
+                self.looked = name
                 look(self.server, name, heading(self.replay), self.scene.center(self.playback.position.frame))
 
     def close(self) -> None:
@@ -83,8 +94,8 @@ class ReviewApp:
     def _fill_panel(self, replay: Replay, name: str) -> None:
         c, fit, subject = self.controls, self.library.fit, self.library.subject
         c.frame.max = max(replay.frames - 1, 1)
-        c.frame.value = 0
-        c.trial.value = name
+        _set(c.frame, 0)
+        _set(c.trial, name)
         mass, height = (fit.mass_kg, fit.height_m) if fit else (subject.mass_kg, subject.height_m)
         person = {k: v for k, v in (("mass_kg", mass), ("height_m", height)) if v is not None}
         c.summary.content = summary_html(self.library.figures(name), person, replay)
@@ -104,15 +115,17 @@ class ReviewApp:
         assert self.replay is not None
         c, seconds, now = self.controls, float(self.replay.times[frame]), time.perf_counter()
         c.play.label = "Pause" if position.playing else "Play"
+        _set(c.speed, speed_name(position.speed))
         if not position.playing or now - self.read_at >= READOUT_EVERY:
             self.read_at = now
-            c.frame.value = frame
-            c.time.value = f"{seconds:.3f} s"
+            if now - self.scrubbed_at > SCRUBBING or not 0 <= c.frame.value < self.replay.frames:
+                _set(c.frame, frame)
+            _set(c.time, f"{seconds:.3f} s")
         if not position.playing or now - self.cursor_at >= CURSOR_EVERY:
             self.cursor_at = now
             self.plots.cursor(seconds)
 
-    def _actions(self) -> dict[str, keys.Action]:
+    def _moves(self) -> dict[str, keys.Action]:
         p = self.playback
         return {
             "toggle": p.toggle,
@@ -127,8 +140,10 @@ class ReviewApp:
             "slower": p.slower,
             "stop": p.pause,
             "faster": p.faster,
-            **{f"view_{name.lower()}": (lambda name=name: self.view(name)) for name in VIEWS},
         }
+
+    def _views(self) -> dict[str, keys.Action]:
+        return {f"view_{name.lower()}": partial(self.view, name) for name in VIEWS}
 
     def _bind(self) -> None:
         c, guard, p = self.controls, self.notices.guard, self.playback
@@ -139,15 +154,19 @@ class ReviewApp:
             handle.on_update(lambda event: guarded() if event.client is not None else None)
 
         by_a_person(c.trial, "Opening the trial", self._chosen)
-        by_a_person(c.frame, "Moving", lambda: p.seek(int(c.frame.value)))
+        by_a_person(c.frame, "Moving", self._scrubbed)
         by_a_person(c.speed, "Setting the speed", lambda: p.play_at(SPEED_NAMES[c.speed.value]))
         for handle in (c.bones, c.see_through, c.model_markers, c.forces, c.residual, c.trails):
             by_a_person(handle, "Showing", self._options_changed)
         by_a_person(c.follow, "Following", self._follow_changed)
         c.play.on_click(guard("Playing", lambda _: p.toggle()))
-        actions = self._actions()
-        c.move.on_click(guard("Moving", lambda event: actions[MOVES[event.target.value]]()))
+        moves = self._moves()
+        c.move.on_click(guard("Moving", lambda event: moves[MOVES[event.target.value]]()))
         c.view.on_click(guard("Turning the camera", lambda event: self.view(event.target.value)))
+
+    def _scrubbed(self) -> None:
+        self.scrubbed_at = time.perf_counter()
+        self.playback.seek(int(self.controls.frame.value))
 
     def _chosen(self) -> None:
         with self.drawing:
@@ -158,7 +177,7 @@ class ReviewApp:
                 self.open_trial(wanted)
             except Exception:
                 if self.shown is not None:
-                    self.controls.trial.value = self.shown
+                    _set(self.controls.trial, self.shown)
                 raise
 
     def _options_changed(self) -> None:
@@ -171,6 +190,11 @@ class ReviewApp:
         with self.drawing:
             self.scene.follow(self.controls.follow.value, self.playback.position.frame)
         self.playback.redraw()
+
+
+def _set(handle: viser.GuiInputHandle[Any], value: object) -> None:
+    """Show a value that the app found, not a person."""
+    handle.value = value  # type: ignore[misc]
 
 
 def start(
@@ -204,12 +228,21 @@ def serve(
 ) -> None:
     """Show a subject in the browser until Ctrl+C; prints the address. Arguments as for `start`."""
     app = start(subject_folder, host, port, results)
-    if port and app.server.get_port() != port:
-        print(f"Port {port} is taken.")
-    print(f"Open {address(app.server, host)} in a browser; Ctrl+C ends.")
+    where = address(app.server, host)
+    taken = f"Port {port} is taken. " if port and app.server.get_port() != port else ""
+    print(f"{taken}The app is at {where} (Ctrl+C ends it).", flush=True)
+    if _has_display():
+        webbrowser.open(where)
     try:
         threading.Event().wait()
     except KeyboardInterrupt:
         print()
     finally:
         app.close()
+
+
+def _has_display() -> bool:
+    """Whether a browser could open beside the terminal."""
+    if sys.platform in ("darwin", "win32"):
+        return "SSH_CONNECTION" not in os.environ
+    return any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))

@@ -13,7 +13,7 @@ DISTANCE = 3.6  # [m] a person fills the height
 
 @dataclass(frozen=True)
 class View:
-    """Direction from the person to the camera: shares of where the person faces, of their right, and of up."""
+    """Direction from the person to the camera: shares of the way they face, of their right, and of up."""
 
     forward: float
     right: float

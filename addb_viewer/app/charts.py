@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from addb_viewer.app.palette import BLUE, GREY, PLATES, RESIDUAL, SKY, Rgb
-from addb_viewer.app.replay import Replay, ResidualReplay
+from addb_viewer.app.replay import Replay
 from solver.summary import Thresholds
 
 MOST_POINTS = 600  # about the width of the panel in pixels, twice
@@ -118,11 +118,11 @@ def _marker_chart(replay: Replay) -> Iterator[Chart]:
 def _force_chart(replay: Replay) -> Iterator[Chart]:
     if not replay.plates:
         return
-    unknown = ~np.isfinite([plate.force[:, 1] for plate in replay.plates]).any(axis=0)
+    measured = np.stack([np.isfinite(plate.force[:, 1]) for plate in replay.plates])
     lines = tuple(
         Line(plate.name, plate.force[:, 1], PLATES[i % len(PLATES)]) for i, plate in enumerate(replay.plates)
     )
-    yield Chart("Vertical force", "N", lines, shaded=unknown)
+    yield Chart("Vertical force", "N", lines, shaded=np.asarray(~measured.any(axis=0)))
 
 
 def _residual_charts(replay: Replay) -> Iterator[Chart]:
@@ -130,35 +130,14 @@ def _residual_charts(replay: Replay) -> Iterator[Chart]:
     if residual is None or not np.isfinite(residual.force).any():
         return
     limits = Thresholds()
-    yield _residual_chart(
-        "Residual force",
-        "N",
-        residual.force,
-        f"{100 * limits.linear_BW:g} % BW",
-        residual.force_limit,
-        residual,
-    )
-    yield _residual_chart(
-        "Residual moment",
-        "N·m",
-        residual.moment,
-        f"{100 * limits.angular_BWh:g} % BW·h",
-        residual.moment_limit,
-        residual,
-    )
+    bound = _limit(f"{100 * limits.linear_BW:g} % BW", residual.force_limit, replay.frames)
+    yield Chart("Residual force", "N", (_norm(residual.force), bound), shaded=~residual.used)
+    bound = _limit(f"{100 * limits.angular_BWh:g} % BW·h", residual.moment_limit, replay.frames)
+    yield Chart("Residual moment", "N·m", (_norm(residual.moment), bound), shaded=~residual.used)
 
 
-def _residual_chart(
-    title: str,
-    unit: str,
-    vector: Float[np.ndarray, "frames 3"],
-    name: str,
-    limit: float,
-    residual: ResidualReplay,
-) -> Chart:
-    norm = np.linalg.norm(vector, axis=1)
-    lines = (Line("norm", norm, RESIDUAL), _limit(f"{name} = {limit:.0f} {unit}", limit, len(norm)))
-    return Chart(title, unit, lines, shaded=~residual.used)
+def _norm(vectors: Float[np.ndarray, "frames 3"]) -> Line:
+    return Line("size", np.linalg.norm(vectors, axis=1), RESIDUAL)
 
 
 def _limit(label: str, value: float, frames: int) -> Line:

@@ -65,7 +65,8 @@ def _arrow(scene: viser.SceneApi, name: str, color: Rgb) -> viser.ArrowsHandle:
     sizes = ForceSizes()
     return scene.add_arrows(
         name, np.array([[[0.0, 0.0, 0.0], [0.0, 0.1, 0.0]]]), np.array(color.linear, dtype=np.uint8),
-        shaft_radius=sizes.shaft_radius, head_radius=sizes.head_radius, head_length=sizes.head_length, visible=False,
+        shaft_radius=sizes.shaft_radius, head_radius=sizes.head_radius, head_length=sizes.head_length,
+        visible=False,
     )  # fmt: skip
 
 

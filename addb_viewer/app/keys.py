@@ -33,8 +33,9 @@ COMMANDS = (
     Command("Play or pause", "toggle", "space"),
     Command("One frame back", "back_frame", ","),
     Command("One frame on", "on_frame", "."),
-    Command("0.1 s back", "back_tenth", ",", shift=True),
-    Command("0.1 s on", "on_tenth", ".", shift=True),
+    # Not Shift with comma and period: what those make differs between keyboards.
+    Command("0.1 s back", "back_tenth", "pageup", shift=True),
+    Command("0.1 s on", "on_tenth", "pagedown", shift=True),
     Command("1 s back", "back_second", "pageup"),
     Command("1 s on", "on_second", "pagedown"),
     Command("First frame", "first", "home"),
@@ -49,8 +50,17 @@ COMMANDS = (
 )
 
 
-def register(gui: viser.GuiApi, actions: Mapping[str, Action], notices: Notices) -> None:
-    """Bind every command to its action."""
+def register(
+    gui: viser.GuiApi, at_once: Mapping[str, Action], later: Mapping[str, Action], notices: Notices
+) -> None:
+    """Bind every command to its action.
+
+    Args:
+        gui: where the commands go.
+        at_once: actions that return immediately; they run in the order of the keys.
+        later: actions that may take a while.
+        notices: told what fails.
+    """
     for command in COMMANDS:
         handle = gui.add_command(
             command.label,
@@ -58,7 +68,15 @@ def register(gui: viser.GuiApi, actions: Mapping[str, Action], notices: Notices)
             hotkey=cast(Any, command.key),
             modifier="shift" if command.key and command.shift else None,
         )
-        handle.on_trigger(notices.in_order(command.label, actions[command.action]))
+        if command.action in at_once:
+            handle.on_trigger(notices.in_order(command.label, at_once[command.action]))
+        else:
+            handle.on_trigger(notices.guard(command.label, without_event(later[command.action])))
+
+
+def without_event(action: Action) -> Callable[[object], None]:
+    """For actions that need not know who asked."""
+    return lambda _event: action()
 
 
 def help_html() -> str:

@@ -32,7 +32,7 @@ class Rgb(NamedTuple):
 
 
 def _intensity(c: float) -> float:
-    """sRGB's transfer function (IEC 61966-2-1)."""
+    """SRGB's transfer function (IEC 61966-2-1)."""
     return c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4
 
 

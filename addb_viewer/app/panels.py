@@ -22,7 +22,7 @@ from addb_viewer.app.palette import (
 from addb_viewer.app.playback import SPEEDS
 from addb_viewer.app.replay import Replay
 
-SPEED_NAMES = {f"{speed:g}×": speed for speed in SPEEDS}
+SPEED_NAMES = {f"{speed:g}×".replace("-", "−"): speed for speed in SPEEDS}
 TRAIL_LONGEST = 2.0  # [s]
 
 
@@ -85,15 +85,17 @@ def build_controls(gui: viser.GuiApi, trials: tuple[str, ...], views: tuple[str,
     )  # fmt: skip
 
 
+def speed_name(speed: float) -> str:
+    """As the list has it."""
+    return next(name for name, known in SPEED_NAMES.items() if known == speed)
+
+
 def summary_html(figures: dict[str, Any], person: dict[str, float], replay: Replay) -> str:
-    """The trial's figures with their limits; what was not computed is left out."""
-    rows = [("Frames", f"{replay.frames} at {replay.rate:g} Hz")]
-    rows += [(name, text) for name, text in person_rows(person)]
+    """The trial's figures, with a mark for each limit kept or passed; what was not computed is left out."""
+    rows = [("Frames", f"{replay.frames} at {replay.rate:g} Hz"), *person_rows(person)]
     if not figures:
         return _boxed(_table(rows) + "<p>Not fitted yet.</p>")
-    passed = figures.get("hicks") or {}
-    rows += _figure_rows(figures, passed)
-    return _boxed(_table(rows))
+    return _boxed(_table(rows + _figure_rows(figures)))
 
 
 def person_rows(person: dict[str, float]) -> list[tuple[str, str]]:
@@ -131,29 +133,30 @@ def legend_html(replay: Replay) -> str:
     return _boxed("".join(parts))
 
 
-def _figure_rows(figures: dict[str, Any], passed: dict[str, Any]) -> list[tuple[str, str]]:
+def _figure_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
+    verdicts: dict[str, bool | None] = figures.get("hicks") or {}
+
     def mark(key: str) -> str:
-        return {True: " ✓", False: " ✗"}.get(passed.get(key), "")
+        verdict = verdicts.get(key)
+        return "" if verdict is None else " ✓" if verdict else " ✗"
 
     rows = []
     if figures.get("marker_rms_m") is not None:
         rows.append(("Marker RMS", f"{100 * figures['marker_rms_m']:.2f} cm{mark('marker_rms')}"))
         rows.append(("Largest", f"{100 * figures['marker_max_m']:.2f} cm{mark('marker_max')}"))
-    linear, angular = figures.get("linear_residual"), figures.get("angular_residual")
-    if linear:
-        rows.append(
-            ("Residual force", f"{linear['rms_N']:.1f} N = {100 * linear['rms_BW']:.1f} % BW{mark('linear')}")
-        )
-    if angular:
+    if linear := figures.get("linear_residual"):
+        text = f"{linear['rms_N']:.1f} N = {100 * linear['rms_BW']:.1f} % BW{mark('linear')}"
+        rows.append(("Residual force", text))
+    if angular := figures.get("angular_residual"):
         text = f"{angular['rms_Nm']:.1f} N·m = {100 * angular['rms_BWh']:.2f} % BW·h{mark('angular')}"
         rows.append(("Residual moment", text))
-    rows.append(("Frames with force", f"{figures.get('frames_with_force_used', 0)}"))
-    return rows
+    return [*rows, ("Frames with force", f"{figures.get('frames_with_force_used', 0)}")]
 
 
 def _table(rows: list[tuple[str, str]]) -> str:
     cells = "".join(
-        f"<tr><td style='padding-right:.8em;opacity:.75'>{html.escape(name)}</td><td>{html.escape(text)}</td></tr>"
+        f"<tr><td style='padding-right:.8em;opacity:.75'>{html.escape(name)}</td>"
+        f"<td>{html.escape(text)}</td></tr>"
         for name, text in rows
     )
     return f"<table>{cells}</table>"

@@ -52,7 +52,7 @@ class Playback:
         """Turn to another trial's first frame, paused."""
         with self._wake:
             self._frames, self._rate = max(frames, 1), rate
-            self._frame, self._playing, self._speed = 0.0, False, 1.0
+            self._frame, self._playing = 0.0, False
             self._changed()
 
     @property

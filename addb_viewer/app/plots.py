@@ -84,15 +84,14 @@ def footer_html(charts: tuple[Chart, ...]) -> str:
 
 
 def _series(chart: Chart) -> tuple[uplot.Series, ...]:
+    bare = uplot.Series_Points(show=False)
     curves = [
         uplot.Series(
             label=line.label, stroke=line.color.css, width=1.0 if line.dashed else 1.5, scale="y",
-            dash=(5.0, 4.0) if line.dashed else (), points={"show": False},
+            dash=(5.0, 4.0) if line.dashed else (), points=bare,
         )
         for line in chart.lines
     ]  # fmt: skip
-    shading = uplot.Series(
-        label="not counted", scale=OWN_SCALE, stroke=GREY.faded(0.0), fill=GREY.faded(0.25), points={"show": False}
-    )
-    spike = uplot.Series(label="now", scale=OWN_SCALE, stroke=VERMILION.css, width=1.0, points={"show": False})
-    return (uplot.Series(label="time [s]"), *curves, shading, spike)
+    shading = uplot.Series(scale=OWN_SCALE, stroke=GREY.faded(0.0), fill=GREY.faded(0.25), points=bare)
+    spike = uplot.Series(scale=OWN_SCALE, stroke=VERMILION.css, width=1.0, points=bare)
+    return (uplot.Series(), *curves, shading, spike)

@@ -1,4 +1,4 @@
-"""The 3-D scene of one trial. Everything hangs below one frame that glides along, so that cameras need not."""
+"""The 3-D scene of one trial. Everything hangs below one frame that glides along; cameras stand still."""
 
 from dataclasses import dataclass
 
@@ -35,14 +35,14 @@ class Scene:
         self.server = server
         self.options = SceneOptions()
         server.scene.set_up_direction("+y")
-        # Colours in the scene mean something: light that keeps them, without shadows, which cost half the frame rate.
+        # Colours mean something here: light that keeps them, and no shadows, which software renders slowly.
         server.scene.configure_environment_map(None)
         server.scene.configure_default_lights(cast_shadow=False)
         server.scene.add_light_ambient("/light", intensity=0.7)
         self.lab = server.scene.add_frame(LAB, show_axes=False)
         server.scene.add_grid(
-            f"{LAB}/ground", infinite_grid=True, plane="xz", cell_size=0.1, section_size=1.0, fade_distance=12.0,
-            cell_color=(225, 225, 225), section_color=(170, 170, 170), shadow_opacity=0.0,
+            f"{LAB}/ground", infinite_grid=True, plane="xz", cell_size=0.1, section_size=1.0,
+            fade_distance=12.0, cell_color=(225, 225, 225), section_color=(170, 170, 170), shadow_opacity=0.0,
         )  # fmt: skip
         self.replay: Replay | None = None
         self.path = np.zeros((1, 3))
@@ -102,7 +102,7 @@ def followed_path(replay: Replay) -> Float[np.ndarray, "frames 3"]:
 
 
 def heading(replay: Replay) -> Float[np.ndarray, "3"]:
-    """Horizontal unit vector to where the person faces on the whole: the root body's forward axis, else the way."""
+    """Horizontal unit vector to where the person faces on the whole; without a skeleton, where they go."""
     path = followed_path(replay)
     if replay.bodies is not None and replay.bodies.forward is not None:
         direction = np.nanmean(replay.bodies.forward, axis=0)

@@ -16,11 +16,13 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
+from solver.errors import SolverError
+
 _PATCHING = threading.Lock()
 _WILDCARDS = ("0.0.0.0", "::", "")
 
 
-class AddressError(Exception):
+class AddressError(SolverError):
     """The address cannot be listened on."""
 
 

@@ -1,4 +1,4 @@
-"""Which laboratory axis points up, from the recording itself; and turning everything to y up by one rotation."""
+"""Which laboratory axis points up, found from the recording; and turning all to y up by one rotation."""
 
 import re
 from collections.abc import Sequence
@@ -92,7 +92,7 @@ def vertical_axis_named(name: str) -> VerticalAxis:
 
 
 def vertical_axis(
-    markers: Markers,
+    markers: Markers | None,
     forces: Sequence[Float[np.ndarray, "samples 3"]] = (),
     corners: Sequence[Float[np.ndarray, "4 3"]] = (),
     *,
@@ -103,7 +103,7 @@ def vertical_axis(
     """Find the axis that points up by weighing what the recording holds.
 
     Args:
-        markers: in the laboratory's axes [m].
+        markers: in the laboratory's axes [m]; None where only forces were recorded.
         forces: of each plate in the same axes [N], whichever way they point.
         corners: of each plate whose corners are known [m].
         default: "y" or "z", assumed where nothing tells.
@@ -112,30 +112,36 @@ def vertical_axis(
     """
     weights = np.zeros(3)
     weights[AXES.index(default)] = settings.default_weight
-    trunk_from_feet = _trunk_from_feet(markers)
-    evidence = [
-        found
-        for found in (
-            _from_forces(forces, settings),
-            _from_corners(corners),
-            _from_names(trunk_from_feet, settings),
-            _from_spread(markers, settings),
-            _from_floor(markers, settings),
-            _from_screen(screen_up),
-        )
-        if found is not None
+    trunk_from_feet = None if markers is None else _trunk_from_feet(markers)
+    clues = [
+        _from_forces(forces, settings),
+        _from_corners(corners),
+        _from_names(trunk_from_feet, settings),
+        None if markers is None else _from_spread(markers, settings),
+        None if markers is None else _from_floor(markers, settings),
+        _from_screen(screen_up),
     ]
-    for found in evidence:
-        weights[found.axis] += getattr(settings, found.weight)
+    evidence = [clue for clue in clues if clue is not None]
+    for clue in evidence:
+        weights[clue.axis] += getattr(settings, clue.weight)
     order = np.argsort(-weights, kind="stable")
     certain = bool(evidence) and bool(weights[order[0]] - weights[order[1]] >= settings.margin)
     axis = int(order[0]) if certain else AXES.index(default)
-    sign, sign_sentence = _sign(markers, axis, trunk_from_feet, settings)
-    said = [found.sentence for found in evidence if found.axis == axis] + sign_sentence
-    against = [found.sentence for found in evidence if found.axis != axis]
+    sign, sign_sentence = (1, []) if markers is None else _sign(markers, axis, trunk_from_feet, settings)
+    said = [clue.sentence for clue in evidence if clue.axis == axis] + sign_sentence
+    against = [clue.sentence for clue in evidence if clue.axis != axis]
     if against:
         said.append("although " + ", ".join(against))
     return VerticalAxis(axis, sign, tuple(said), certain)
+
+
+def points_down(
+    force: Float[np.ndarray, "samples 3"], up: Float[np.ndarray, "3"], settings: AxesSettings = AxesSettings()
+) -> bool:
+    """Whether a plate's loaded force points downwards: then it is the one on the plate, not on the person."""
+    vertical = np.nan_to_num(force @ up)
+    loaded = np.abs(vertical) > max(settings.loaded_N, 0.2 * float(np.abs(vertical).max(initial=0.0)))
+    return bool(loaded.sum() >= settings.fewest_samples and np.median(vertical[loaded]) < 0)
 
 
 def markers_y_up(markers: Markers, up: VerticalAxis) -> Markers:
@@ -240,7 +246,7 @@ def _from_screen(screen_up: str) -> _Evidence | None:
 def _sign(
     markers: Markers, axis: int, trunk_from_feet: Float[np.ndarray, "3"] | None, settings: AxesSettings
 ) -> tuple[int, list[str]]:
-    """Upwards by the names; else by which end rests; else by the floor at zero; else the axis points up, as usual."""
+    """Upwards by the names; else by which end rests; else by the floor at zero; else as the axis points."""
     way = 0.0 if trunk_from_feet is None else trunk_from_feet[axis]
     if abs(way) > settings.upright_m:
         return (1, []) if way > 0 else (-1, ["with the trunk on the negative side of the feet"])

@@ -1,12 +1,12 @@
-"""Markers and force plates of a C3D file, in the laboratory's own axes; which of them points up is found here too."""
+"""Markers and force plates of a C3D file in the laboratory's own axes, and which of these points up."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.axes import AxesSettings, VerticalAxis, vertical_axis
+from solver.capture.axes import AxesSettings, VerticalAxis, points_down, vertical_axis
 from solver.capture.c3d_contents import C3dContents, open_c3d
 from solver.capture.capture import ForcePlate, Markers
 from solver.capture.centre_of_pressure import Surface, centre_of_pressure
@@ -143,15 +143,13 @@ def _on_the_person(
 ) -> tuple[ForcePlate, str | None]:
     """The plate with the sign of the force on the person, which is upwards."""
     force, moment, note = platform.force_lab, platform.moment_lab, None
-    vertical = force @ up.up_lab
-    loaded = np.abs(vertical) > settings.axes.loaded_N
-    if loaded.sum() >= settings.axes.fewest_samples and np.median(vertical[loaded]) < 0:
-        force, moment, vertical = -force, -moment, -vertical
+    if points_down(force, up.up_lab, settings.axes):
+        force, moment = -force, -moment
         note = "its forces point downwards: they are those on the plate, and their sign is turned"
     normal = plate_axes(platform.corners_lab)[:, 2]
     normal = normal * (np.sign(normal @ up.up_lab) or 1.0)
     centre = centre_of_pressure(force, moment, Surface(platform.corners_lab.mean(axis=0), normal))
-    known = vertical >= settings.centre_known_N
+    known = force @ up.up_lab >= settings.centre_known_N
     return ForcePlate(
         name=platform.name,
         force_ground=force,

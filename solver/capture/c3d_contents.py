@@ -40,7 +40,7 @@ class C3dContents:
         return float(values[0]) if len(values) else default
 
     def words(self, group: str, name: str) -> tuple[str, ...]:
-        """A parameter of texts, stripped, with its continuation in NAME2, NAME3, …"""
+        """A parameter of texts, stripped, with its continuation in NAME2, NAME3 and so on."""
         if group not in self.parameters:
             return ()
         found: list[str] = []
@@ -54,7 +54,7 @@ def open_c3d(path: Path) -> C3dContents:
     """Open a C3D file.
 
     Raises:
-        CaptureError: it is missing, empty, cut off, damaged, in SGI/MIPS numbers, or holds no point or no rate.
+        CaptureError: it is missing, empty, cut off, damaged, in SGI/MIPS numbers, or without points or rate.
     """
     header = read_header(path)
     try:
@@ -87,8 +87,8 @@ def _data(
     if seen_per_frame != header.analogs_per_frame:
         stored = read_data(path, header)
         note = (
-            f"{path.name}: ANALOG:USED and ANALOG:RATE say nothing of the {header.analogs_per_frame} analog samples "
-            "a frame; the header is believed, scales and offsets are taken as 1 and 0"
+            f"{path.name}: the header counts {header.analogs_per_frame} analog numbers a frame, ANALOG:USED "
+            "and ANALOG:RATE don't; the header is believed, scales and offsets are taken as 1 and 0"
         )
         return stored.points, stored.analogs, (note,)
     return np.where((residuals < 0)[:, :, None], np.nan, positions), analogs, ()

@@ -125,7 +125,8 @@ def read_data(path: Path, header: C3dHeader) -> C3dData:
     """
     if header.processor != INTEL or header.frames is None:
         raise CaptureError(
-            f"{path}: ANALOG:USED and ANALOG:RATE are missing although the file holds analog samples. Export it again."
+            f"{path}: ANALOG:USED and ANALOG:RATE disagree with the header's count of analog samples. "
+            "Export the trial again."
         )
     kind, frames = ("<f4" if header.scale < 0 else "<i2"), min(header.frames, header.frames_held)
     words = np.fromfile(path, kind, frames * header.words_per_frame, offset=header.data_start)

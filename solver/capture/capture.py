@@ -76,6 +76,8 @@ class TrialFiles:
     markers: Path
     forces: Path | None = None
     reviews: tuple[Path, ...] = ()  # review.json of the segments in order
+    up: str | None = None  # "z", "-y": the laboratory's axis that points up, where a person said so
+    moments: str | None = None  # "free", "plate", "ground": what moment columns mean, where a person said so
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,7 @@ def find_plates(storage: Storage) -> tuple[tuple[PlateColumns, ...], tuple[str, 
     """
     labels = [label for k, text in enumerate(storage.labels) if (label := _parse(text, k))]
     if any(label.of_ground and label.kind == FORCE for label in labels):
-        labels = [label for label in labels if label.of_ground]
+        labels = [label for label in labels if label.of_ground or label.kind != FORCE]
     plates = list(dict.fromkeys(label.plate for label in labels if label.kind == FORCE))
     if not plates:
         raise CaptureError(
@@ -119,9 +119,10 @@ def _parse(text: str, column: int) -> _Label | None:
 
 def _triple(members: Sequence[_Label], kind: str, path: Path) -> dict[str, _Label]:
     triple: dict[str, _Label] = {}
-    for label in members:
-        if label.kind != kind:
-            continue
+    candidates = [label for label in members if label.kind == kind]
+    if any(label.of_ground for label in candidates):
+        candidates = [label for label in candidates if label.of_ground]
+    for label in candidates:
         if label.axis in triple:
             raise CaptureError(
                 f"{path}: columns '{triple[label.axis].text}' and '{label.text}' both look like the {kind} "

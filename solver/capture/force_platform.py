@@ -1,7 +1,7 @@
 """Force platforms of a C3D file, as wrenches about the laboratory's origin.
 
-The plate frame follows from the corners, which are numbered by the quadrants of the plate's own x-y plane: x runs
-from corner 2 to 1, y from corner 4 to 1, z = x × y (downwards on plates that keep to the specification).
+The plate frame follows from the corners, which are numbered by the quadrants of the plate's own x-y plane: x
+runs from corner 2 to 1, y from corner 4 to 1, z = x × y (downwards on plates that keep to the specification).
 Source: The C3D File Format User Guide (Motion Lab Systems 2008), FORCE_PLATFORM group.
 """
 
@@ -99,8 +99,9 @@ def _refuse_unknown_types(contents: C3dContents, types: np.ndarray) -> None:
     if unknown:
         which = ", ".join(f"plate {k + 1}" for k, kind in enumerate(types) if kind in unknown)
         raise CaptureError(
-            f"{contents.path}: {which}: force platforms of type {', '.join(map(str, unknown))} cannot be read (types 1 "
-            "to 4 can). Export the forces as .mot and name that file as `forces` of the trial in subject.toml."
+            f"{contents.path}: {which}: force platforms of type {', '.join(map(str, unknown))} cannot be "
+            "read, only types 1 to 4. Export the forces as .mot and name that file as the trial's `forces` "
+            "in subject.toml."
         )
 
 

@@ -39,7 +39,7 @@ def clean_markers(
         settings: what no human movement does.
 
     Returns:
-        The markers with NaN in place of spikes and teleports and without those that were never seen, and notes that
+        The markers with NaN in place of spikes and teleports and without those never seen; and notes that
         name marker and frames (counted from 0).
     """
     spikes = _spikes(markers.positions_ground, markers.rate, settings)
@@ -84,15 +84,13 @@ def _teleports(
     lasting = np.zeros_like(away)
     for k in range(positions.shape[1]):
         frames = np.flatnonzero(np.isfinite(positions[:, k]).all(axis=1))
-        path = positions[frames, k]
-        reach = np.maximum(settings.teleport_m_s * np.diff(frames) / rate, settings.spike_m)
-        jumps = list(np.flatnonzero(np.linalg.norm(np.diff(path, axis=0), axis=1) > reach))
+        path, times = positions[frames, k], frames / rate
+        reach = np.maximum(settings.teleport_m_s * np.diff(times), settings.spike_m)
+        jumps = np.flatnonzero(np.linalg.norm(np.diff(path, axis=0), axis=1) > reach).tolist()
         while jumps:
             jump = jumps.pop(0)
-            back = jumps[0] if jumps else None
-            if back is not None and _returns(path, frames, int(jump), int(back), rate, settings):
-                away[frames[jump + 1 : back + 1], k] = True
-                jumps.pop(0)
+            if jumps and _returns(path, times, jump, jumps[0], settings):
+                away[frames[jump + 1 : jumps.pop(0) + 1], k] = True
             else:
                 lasting[frames[jump + 1], k] = True
     return away, lasting
@@ -100,19 +98,18 @@ def _teleports(
 
 def _returns(
     path: Float[np.ndarray, "seen 3"],
-    frames: np.ndarray,
+    times: Float[np.ndarray, " seen"],
     jump: int,
     back: int,
-    rate: float,
     settings: MarkerCleaningSettings,
 ) -> bool:
     """Whether the marker comes back soon to where it could have moved meanwhile."""
-    duration = (frames[back + 1] - frames[jump]) / rate
-    if (frames[back] - frames[jump]) / rate > settings.teleport_s:
+    if times[back] - times[jump] > settings.teleport_s:
         return False
     gap = np.linalg.norm(path[back + 1] - path[jump])
     outside = np.linalg.norm(path[jump + 1] - path[jump])
-    return bool(gap <= settings.teleport_m_s * duration and gap < settings.return_share * outside)
+    reach = settings.teleport_m_s * (times[back + 1] - times[jump])
+    return bool(gap <= reach and gap < settings.return_share * outside)
 
 
 def _copies(markers: Markers, settings: MarkerCleaningSettings) -> tuple[str, ...]:

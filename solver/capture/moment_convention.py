@@ -34,7 +34,7 @@ MEANING = {
 
 @dataclass(frozen=True)
 class _Columns:
-    """One plate's numbers as the file has them."""
+    """One plate's numbers as the file has them; `loaded` where all are known and the force is not small."""
 
     name: str
     force: Float[np.ndarray, "samples 3"]
@@ -95,7 +95,7 @@ def _columns(
     if point is not None and loaded.any() and not np.any(point[loaded][:, [0, 2]]):
         point = None  # columns of zeros: the file has none
     if point is not None:
-        loaded &= np.isfinite(point).all(axis=1)
+        loaded &= _written(point)
     return _Columns(plate.name, force, point, moment, loaded)
 
 
@@ -141,6 +141,7 @@ def _origins(
         convention, notes = _judge(judged, storage.path.name, forced, settings)
     if blind:
         notes += _without_centres(blind, storage, forced)
+    notes += _gap_notes(plates, storage.path.name, convention, settings)
     if not judged and not blind:
         notes += (f"{storage.path.name}: no plate is loaded long enough to tell what its moments mean",)
     origins: list[Float[np.ndarray, "3"] | None] = []
@@ -180,6 +181,20 @@ def _judge(
             f"columns read as {MEANING['free']}",
         )
     return best, (f"{source}: moment columns read as {MEANING[best]} ({evidence})",)
+
+
+def _gap_notes(
+    plates: Sequence[_Columns], source: str, convention: str, settings: PlateReadingSettings
+) -> tuple[str, ...]:
+    notes: tuple[str, ...] = ()
+    for plate in plates:
+        if plate.point is None:
+            continue
+        lost = (np.abs(plate.force[:, 1]) > settings.loaded_N) & ~_written(plate.point)
+        guess = "; the force is taken to act amid the known ones" if convention == "free" else ""
+        if lost.any():
+            notes += (f"{source}: {plate.name}: no centre of pressure on {lost.sum()} loaded samples{guess}",)
+    return notes
 
 
 def _without_centres(blind: Sequence[_Columns], storage: Storage, forced: str | None) -> tuple[str, ...]:
@@ -247,12 +262,17 @@ def _force_plate(
     moment = plate.moment + np.cross(point, plate.force)
     pressed = np.abs(plate.force[:, 1]) >= settings.centre_known_N
     if plate.point is not None:
-        centre = plate.point
+        centre = np.where(_written(plate.point)[:, None], plate.point, np.nan)
     else:
         sign = np.sign(np.nansum(plate.force[:, 1])) or 1.0
         centre = centre_of_pressure(sign * plate.force, sign * moment, LEVEL_GROUND)
     cop = np.where(pressed[:, None], centre, np.nan)
     return ForcePlate(plate.name, plate.force, moment, cop, rate, start_time)
+
+
+def _written(point: Float[np.ndarray, "samples 3"]) -> Bool[np.ndarray, " samples"]:
+    """Where the file gives a centre of pressure: 0 0 is what programs write for "none"."""
+    return np.isfinite(point).all(axis=1) & point[:, [0, 2]].any(axis=1)
 
 
 def _usable_points(plate: _Columns, settings: PlateReadingSettings) -> Float[np.ndarray, "samples 3"]:
@@ -265,6 +285,5 @@ def _usable_points(plate: _Columns, settings: PlateReadingSettings) -> Float[np.
         return np.zeros_like(plate.point)
     loaded = plate.point[plate.loaded]
     low, high = loaded.min(axis=0) - settings.usable_centre_m, loaded.max(axis=0) + settings.usable_centre_m
-    written = plate.point[:, [0, 2]].any(axis=1)  # 0 0 is what programs write for "none"
-    near = written & ((plate.point >= low) & (plate.point <= high)).all(axis=1)
+    near = _written(plate.point) & ((plate.point >= low) & (plate.point <= high)).all(axis=1)
     return np.where((near | plate.loaded)[:, None], plate.point, np.median(loaded, axis=0))

@@ -55,7 +55,7 @@ class PlatformSignals:
 def wrench_on_surface(
     plate: PlatformSignals, settings: UnitSettings = UnitSettings()
 ) -> tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"], tuple[str, ...]]:
-    """Force [N] and moment about the middle of the surface [N·m], plate axes, signs as recorded; what was assumed."""
+    """Force [N] and moment about the middle of the surface [N·m] in plate axes, as recorded; and notes."""
     if plate.kind == 1:
         return _centre_and_free_moment(plate, settings)
     if plate.kind == 3:
@@ -122,7 +122,7 @@ def _eight_channels(
         [b * (z1 + z2 - z3 - z4), a * (z2 + z3 - z1 - z4), b * (x34 - x12) + a * (y14 - y23)], axis=1
     ) + np.cross(force, height)
     if a == 0 or b == 0:
-        note = "FORCE_PLATFORM:ORIGIN lacks the distances of the sensors: the force is taken to act in the middle"
+        note = "FORCE_PLATFORM:ORIGIN lacks the distances of the sensors; the force is placed in the middle"
         return force, np.zeros_like(force), (note,)
     if plate.cop_polynomial is None or not np.any(plate.cop_polynomial):
         return force, moment, ()
@@ -132,7 +132,7 @@ def _eight_channels(
 def _straightened(
     plate: PlatformSignals, force: Float[np.ndarray, "samples 3"], moment: Float[np.ndarray, "samples 3"]
 ) -> Float[np.ndarray, "samples 3"]:
-    """The moment after Kistler's correction of the centre of pressure, which bends towards the plate's rim."""
+    """The moment after Kistler's correction of the centre of pressure, which errs towards the rim."""
     assert plate.cop_polynomial is not None
     c = plate.cop_polynomial
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -157,7 +157,7 @@ def _below_surface(origin: Float[np.ndarray, "3"]) -> tuple[Float[np.ndarray, "3
 def _already_calibrated(
     scales: Float[np.ndarray, " channels"], calibration: Float[np.ndarray, "6 6"], settings: UnitSettings
 ) -> bool:
-    """Whether the channels' scales are the calibration's diagonal times one number, forces and moments apart."""
+    """Whether the scales are the calibration's diagonal times one number, forces and moments apart."""
     diagonal, scales = np.abs(np.diag(calibration)), np.abs(scales)
     alike = np.ptp(scales[:3]) <= settings.calibrated_spread * scales[:3].max()
     if alike or not diagonal.all() or not scales.all():

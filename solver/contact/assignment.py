@@ -58,14 +58,20 @@ def assign(
     rate = (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else 1.0
     corners = [sole.corners_ground(R_ground_body, p_ground_body) for sole in outlines]
     distances = [_distances(outlines, R_ground_body, p_ground_body, p.cop_ground) for p in plates]
-    touches = touching(corners, _standing(plates, distances, len(feet), settings), rate, settings)
+    standing = np.stack([_standing(p.loaded, d, settings) for p, d in zip(plates, distances, strict=True)])
+    touches = touching(corners, np.any(standing, axis=0), rate, settings)
     owners = np.full((len(times), len(plates)), NO_FOOT)
     for k, plate in enumerate(plates):
-        between = _between_two(corners, touches, distances[k], plate.cop_ground, settings)
+        elsewhere = np.any(np.delete(standing, k, axis=0), axis=0)
+        between = _between_two(
+            plate.cop_ground, distances[k], corners, touches=touches, elsewhere=elsewhere, settings=settings
+        )
+        both = (touches & ~elsewhere).sum(axis=1) > 1
         cost = _cost(distances[k], between, settings) * _trust(plate, settings)[:, None]
         states = np.array([*range(len(feet)), TWO_FEET, NO_FOOT])
         for start, end in runs(plate.loaded):
-            owners[start:end, k] = states[_cheapest_path(cost[start:end], settings.takeover_m_s * rate)]
+            path = _cheapest_path(cost[start:end], settings.takeover_m_s * rate, unlikely=len(feet))
+            owners[start:end, k] = _widened(states[path], both[start:end])
         notes += _notes(plate.name, owners[:, k], plate.loaded, distances[k], times)
         owners[:, k] = _with_tails(owners[:, k], plate.loaded)
     return _gathered(plates, owners, feet, notes)
@@ -82,32 +88,36 @@ def _distances(
 
 
 def _standing(
-    plates: Sequence[ConditionedPlate],
-    distances: Sequence[Float[np.ndarray, "frames feet"]],
-    feet: int,
+    loaded: Bool[np.ndarray, " frames"],
+    distances: Float[np.ndarray, "frames feet"],
     settings: ContactSettings,
 ) -> Bool[np.ndarray, "frames feet"]:
-    """Frames on which some plate's centre of pressure lies under a foot and nearer to it than to others."""
-    standing = np.zeros((len(plates[0].loaded) if plates else 0, feet), dtype=bool)
-    for plate, distance in zip(plates, distances, strict=True):
-        under = plate.loaded & (distance.min(axis=1) < settings.between_feet_m)
-        frames = np.flatnonzero(under)
-        standing[frames, distance[frames].argmin(axis=1)] = True
-    return standing
+    """Frames on which the plate's centre of pressure lies under a foot."""
+    nearest = distances == distances.min(axis=1, keepdims=True)
+    return loaded[:, None] & nearest & (distances < settings.between_feet_m)
 
 
 def _between_two(
-    corners_ground: Sequence[Float[np.ndarray, "frames corners 3"]],
-    touches: Bool[np.ndarray, "frames feet"],
-    distances: Float[np.ndarray, "frames feet"],
     cop_ground: Float[np.ndarray, "frames 3"],
+    distances: Float[np.ndarray, "frames feet"],
+    corners_ground: Sequence[Float[np.ndarray, "frames corners 3"]],
+    *,
+    touches: Bool[np.ndarray, "frames feet"],
+    elsewhere: Bool[np.ndarray, "frames feet"],
     settings: ContactSettings,
 ) -> Bool[np.ndarray, " frames"]:
-    """Whether the centre of pressure lies outside all soles, but between two that touch the ground."""
+    """Whether the centre of pressure lies outside all soles, but between two that touch the ground.
+
+    It must lie farther from both where another plate carries one of them already (`elsewhere`).
+    """
     outside = (distances > settings.between_feet_m).all(axis=1)
     between = np.zeros(len(cop_ground), dtype=bool)
     for i, j in combinations(range(len(corners_ground)), 2):
-        frames = np.flatnonzero(outside & touches[:, i] & touches[:, j])
+        pair = distances[:, [i, j]]
+        carried = elsewhere[:, i] | elsewhere[:, j]
+        share = np.where(carried, settings.share_if_carried, settings.smaller_share)
+        amid = pair.min(axis=1) > share * pair.sum(axis=1)
+        frames = np.flatnonzero(outside & amid & touches[:, i] & touches[:, j])
         around = np.concatenate([corners_ground[i][frames], corners_ground[j][frames]], axis=1)
         between[frames] |= _enclosed(cop_ground[frames], around)
     return between
@@ -142,10 +152,16 @@ def _trust(plate: ConditionedPlate, settings: ContactSettings) -> Float[np.ndarr
     return np.minimum(1.0, (load / full) ** 2) if full > 0 else load
 
 
-def _cheapest_path(cost: Float[np.ndarray, "frames states"], change: float) -> Int[np.ndarray, " frames"]:
-    """The sequence of states of least total cost, where each change costs `change` (Viterbi)."""
+def _cheapest_path(
+    cost: Float[np.ndarray, "frames states"], change: float, unlikely: int
+) -> Int[np.ndarray, " frames"]:
+    """The sequence of states of least total cost, where each change costs `change` (Viterbi).
+
+    To begin in the state `unlikely` costs as much as a change.
+    """
     frames, states = cost.shape
-    total = cost[0]
+    total = cost[0].copy()
+    total[unlikely] += change
     origin = np.empty((frames, states), dtype=int)
     for t in range(1, frames):
         best = int(np.argmin(total))
@@ -157,6 +173,17 @@ def _cheapest_path(cost: Float[np.ndarray, "frames states"], change: float) -> I
     for t in range(frames - 1, 0, -1):
         path[t - 1] = origin[t, path[t]]
     return path
+
+
+def _widened(
+    owners: Int[np.ndarray, " frames"], both: Bool[np.ndarray, " frames"]
+) -> Int[np.ndarray, " frames"]:
+    """Two feet on the plate stay two for as long as both touch, though one may carry nearly all."""
+    widened = owners.copy()
+    for start, end in runs(both):
+        if (owners[start:end] == TWO_FEET).any():
+            widened[start:end] = TWO_FEET
+    return widened
 
 
 def _with_tails(

@@ -13,7 +13,13 @@ class ContactSettings:
         0.25, unit="m", why="a centre of pressure farther from every sole is no foot's: about a foot's length"
     )
     between_feet_m: float = setting(
-        0.04, unit="m", why="so far outside both soles, but between them, a centre of pressure shows two feet"
+        0.02, unit="m", why="so far outside both soles, but between them, a centre of pressure shows two feet"
+    )
+    smaller_share: float = setting(
+        0.1, unit="", why="and so far on the way from one to the other: real steps on one plate stay below it"
+    )
+    share_if_carried: float = setting(
+        0.25, unit="", why="likewise while another plate carries one of the two: a roll-off reaches 0.18"
     )
     takeover_m_s: float = setting(
         0.004,
@@ -24,10 +30,15 @@ class ContactSettings:
         0.2, unit="", why="of the plate's peak force: from there the centre of pressure is trusted in full"
     )
     touch_height_m: float = setting(
-        0.03, unit="m", why="sole corners no higher than this above their loaded height may touch the ground"
+        0.04, unit="m", why="sole corners no higher than this above their loaded height may touch the ground"
     )
     touch_speed_m_s: float = setting(
-        0.5, unit="m/s", why="a sole that touches does not slide; a swinging foot passes at 2 m/s and more"
+        0.8,
+        unit="m/s",
+        why="a touching sole creeps while the foot rolls; a swinging one passes at 2 m/s",
+    )
+    shortest_standing_s: float = setting(
+        0.1, unit="s", why="of loaded frames from which a foot's height above the ground is learnt"
     )
     shortest_phase_s: float = setting(
         0.05, unit="s", why="shorter touches are markers' noise; a sprinter's contact lasts 0.09 s"

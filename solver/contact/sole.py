@@ -26,6 +26,7 @@ FORWARD_MARKER = 0.75  # a foot's foremost marker sits about the metatarsal head
 
 ANKLE_REACH_M = 0.15  # joints of the hind foot lie this near to the foot's origin; the knee does not
 SHORTEST_LEVER_M = 0.03  # from the ankle to whatever tells where the toes are
+HEIGHT_SLACK_M = 0.04  # the same ankle is 7 cm above the ground barefoot and 10 cm in running shoes
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class SolePart:
     axes_body: Float[np.ndarray, "3 3"]  # rows: forward, to the left, up
 
     def distance(self, point_body: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, " frames"]:
-        """Distance of points in the body's frame from the polygon [m]."""
+        """Distance of points in the body's frame from the polygon [m]; no height below the slack counts."""
         flat = (point_body - self.corners_body[0]) @ self.axes_body.T
         height, point = flat[:, 2], flat[:, :2]
         start = ((self.corners_body - self.corners_body[0]) @ self.axes_body.T)[:, :2]
@@ -46,7 +47,7 @@ class SolePart:
         along = np.clip(np.sum(offset * edge, axis=2) / np.sum(edge**2, axis=1), 0.0, 1.0)
         to_edge = np.linalg.norm(offset - along[..., None] * edge, axis=2).min(axis=1)
         inside = (edge[:, 0] * offset[..., 1] - edge[:, 1] * offset[..., 0] >= 0).all(axis=1)
-        return np.hypot(np.where(inside, 0.0, to_edge), height)
+        return np.hypot(np.where(inside, 0.0, to_edge), np.maximum(0.0, np.abs(height) - HEIGHT_SLACK_M))
 
 
 @dataclass(frozen=True)

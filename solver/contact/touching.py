@@ -33,7 +33,8 @@ def touching(
     surface = _surface_velocity(corners_ground, velocities, standing)
     touches = np.zeros_like(standing)
     for f, (corners, velocity) in enumerate(zip(corners_ground, velocities, strict=True)):
-        low = corners[..., 1] <= _level(lowest, standing, f) + settings.touch_height_m
+        level = _level(lowest, standing, f, settings.shortest_standing_s * rate)
+        low = corners[..., 1] <= level + settings.touch_height_m
         slow = np.linalg.norm(velocity - surface, axis=2) <= settings.touch_speed_m_s
         touches[:, f] = (low & slow).any(axis=1)
     return touches
@@ -55,11 +56,14 @@ def _surface_velocity(
 
 
 def _level(
-    lowest: Float[np.ndarray, "frames feet"], standing: Bool[np.ndarray, "frames feet"], foot: int
+    lowest: Float[np.ndarray, "frames feet"],
+    standing: Bool[np.ndarray, "frames feet"],
+    foot: int,
+    enough: float,
 ) -> float:
     """Height of a foot's lowest corner while loaded [m]: its own, else any foot's, else as low as it gets."""
-    if standing[:, foot].any():
+    if standing[:, foot].sum() >= enough:
         return float(np.median(lowest[standing[:, foot], foot]))
-    if standing.any():
+    if standing.sum() >= enough:
         return float(np.median(lowest[standing]))
     return float(np.percentile(lowest[:, foot], 5))

@@ -58,8 +58,8 @@ RUNNING = GaitStyle(
     stance_share=0.36,
     step_width=0.05,
     toe_out_deg=6.0,
-    heel_planted=(0.06, 0.50),
-    forefoot_planted=(0.12, 0.92),
+    heel_planted=(0.10, 0.50),
+    forefoot_planted=(0.14, 0.92),
     harmonics=(1.0, -0.05),
     braking=0.28,
     along=((0.0, 0.30), (0.15, 0.36), (0.4, 0.52), (0.7, 0.68), (1.0, 0.78)),
@@ -180,7 +180,7 @@ def gait_wish(
         tolerance=np.array([_tolerance(name) for name in skeleton.dofs]),
         contacts=contacts,
         force=force,
-        clearance=np.full((len(times), len(SIDES)), 0.012),
+        force_tolerance=0.08,
     )
 
 

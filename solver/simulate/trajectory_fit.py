@@ -1,21 +1,24 @@
 """From what a movement should look like to a motion that the ground can carry.
 
 Unknown are the coefficients of the motion's spline. Joint angles are wanted as the pattern has them, standing
-feet stay put, the ground's demanded force passes through the wanted centre of pressure, and in flight it is zero
-exactly: Gauss-Newton with equality constraints, its matrix banded in time.
+feet stay put, the wrench demanded of the ground acts at the wanted centre of pressure, and in flight it is zero
+exactly: Gauss-Newton with equality constraints.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
-from scipy.linalg import cho_solve_banded, cholesky_banded
+from jaxtyping import Bool, Float
 
+from solver.simulate.block_band import BlockBand
 from solver.simulate.contacts import ContactPlan
 from solver.simulate.foot_points import FootPoints
 from solver.simulate.ground_demand import GroundDemand
 from solver.simulate.spline_motion import ACTIVE, SplineMotion, coefficient_count, local_basis
+from solver.skeleton.forward import cross
 from solver.skeleton.pinocchio_model import RigidBodyModel
+
+PLACE = ("pelvis_tx", "pelvis_ty", "pelvis_tz")
 
 
 @dataclass(frozen=True)
@@ -27,7 +30,7 @@ class Wish:
     tolerance: Float[np.ndarray, " dofs"]  # [rad or m]
     contacts: ContactPlan
     force: Float[np.ndarray, "times 3"]  # [N] from the ground in all
-    clearance: Float[np.ndarray, "times feet"]  # [m] least height of a swinging foot's points
+    force_tolerance: float  # body weights
 
 
 @dataclass(frozen=True)
@@ -35,15 +38,18 @@ class FitSettings:
     """Tolerances of the fit, as standard deviations."""
 
     planted: float = 0.0005  # [m] what a foot under load may move
-    force: float = 0.08  # body weights; the demand follows from the angles, the wish is a sketch
-    cop: float = 0.004  # [m] times the load: the arm of the moment about the wanted centre of pressure
-    smallest_moment: float = 0.05  # [N·m] where the load vanishes
-    clearance: float = 0.004  # [m]
+    cop: float = 0.004  # [m] times the load: the arm of the demand about the wanted centre of pressure
+    least_force: float = 0.002  # body weights, and
+    least_moment: float = 0.05  # [N·m]: tolerances where the load vanishes
+    clearance: float = 0.010  # [m] least height of a swinging foot's points, away from contact and lift-off
+    clearance_ramp: float = 0.12  # [s] over which it grows
+    clearance_tolerance: float = 0.006  # [m]
     jerk_joint: float = 2500.0  # [rad/s³] a running knee reaches about 3000
     jerk_root: float = 150.0  # [m/s³]
-    iterations: int = 25
-    converged: float = 1e-4  # relative decrease of the cost
-    flight: float = 1e-7  # [N, N·m] largest demand left in flight
+    iterations: int = 15
+    converged: float = 1e-3  # relative decrease of the cost
+    flight: float = 1e-8  # [N, N·m] largest demand left in flight
+    price: float = 10.0  # of flight's demand [1/N] against the cost, in choosing the step length
 
 
 def fit_trajectory(
@@ -58,9 +64,8 @@ def fit_trajectory(
         settings: tolerances.
     """
     problem = _Problem(wish, model, spacing, settings or FitSettings())
-    motion = problem.starting_motion()
-    motion = problem.solved(motion, with_demand=False)
-    return problem.solved(motion, with_demand=True)
+    motion = problem.improved(problem.starting_motion(), with_demand=False)
+    return problem.weightless_in_flight(problem.improved(motion, with_demand=True))
 
 
 class _Problem:
@@ -69,23 +74,70 @@ class _Problem:
         self.demand = GroundDemand(model)
         self.feet = FootPoints(model.skeleton, wish.contacts.sole)
         self.dofs = model.skeleton.dofs
-        times = wish.times
+        times, contacts = wish.times, wish.contacts
         self.count = coefficient_count(times[-1] - times[0], spacing)
         position, last = (times - times[0]) / spacing, self.count - ACTIVE
         self.first = local_basis(position, 0, spacing, last)[0]
         self.basis = [local_basis(position, order, spacing, last)[1] for order in range(4)]
-        self.flying = wish.contacts.flight(times)
-        loads = wish.contacts.loads(times)
-        self.load = loads.sum(axis=1)
-        cop = np.nan_to_num(wish.contacts.centres_of_pressure(times))
-        self.cop = np.einsum("tf,tfi->ti", wish.contacts.shares(times), cop)
-        places = [self.dofs.index(name) for name in ("pelvis_tx", "pelvis_ty", "pelvis_tz")]
-        self.cop[self.flying] = wish.q[np.ix_(self.flying, places)]  # moments in flight count about the pelvis
-        self.planted, self.planted_weight = self._planted_targets()
-        root = ("pelvis_tx", "pelvis_ty", "pelvis_tz")
-        self.jerk = np.array([settings.jerk_root if d in root else settings.jerk_joint for d in self.dofs])
+        self.flying: Bool[np.ndarray, " times"] = contacts.flight(times)
+        self.about = np.einsum(
+            "tf,tfi->ti", contacts.shares(times), np.nan_to_num(contacts.centres_of_pressure(times))
+        )
+        places = [self.dofs.index(name) for name in PLACE]
+        self.about[self.flying] = wish.q[np.ix_(self.flying, places)]  # a near point keeps moments small
+        self.wanted_demand = np.concatenate([wish.force, np.zeros_like(wish.force)], axis=1)
+        self.demand_tolerance = self._demand_tolerance()
+        self.planted, self.planted_weight = self._planted()
+        self.clearance = self._clearance()
+        self.jerk = np.array([settings.jerk_root if d in PLACE else settings.jerk_joint for d in self.dofs])
 
-    def _planted_targets(self) -> tuple[np.ndarray, np.ndarray]:
+    def starting_motion(self) -> SplineMotion:
+        """The spline through the wanted angles, eased a little."""
+        band = BlockBand(self.count, len(self.dofs))
+        ones = np.ones(len(self.dofs))
+        band.add_diagonal(self.first, self.basis[0], self.wish.q, ones)
+        right = band.gradient.ravel().copy()
+        band.add_diagonal(self.first, self.basis[3], np.zeros_like(self.wish.q), 1e-5 * ones)
+        return self._motion(band.factor().solve(right))
+
+    def improved(self, motion: SplineMotion, with_demand: bool) -> SplineMotion:
+        """Gauss-Newton, halving steps that do not help."""
+        cost, violation = self._cost(motion, with_demand)
+        for _ in range(self.settings.iterations):
+            step = self._step(motion, with_demand)
+            merit = cost + self.settings.price * violation
+            for halving in range(6):
+                trial = self._motion(motion.coefficients.ravel() + step * 0.5**halving)
+                trial_cost, trial_violation = self._cost(trial, with_demand)
+                if trial_cost + self.settings.price * trial_violation < merit:
+                    break
+            else:
+                break
+            print('   ',round(trial_cost,1),trial_violation,halving)
+            done = abs(cost - trial_cost) < self.settings.converged * cost
+            motion, cost, violation = trial, trial_cost, trial_violation
+            if done:
+                break
+        return motion
+
+    def weightless_in_flight(self, motion: SplineMotion) -> SplineMotion:
+        """Newton steps to the nearest motion that demands nothing of the ground while no foot touches it."""
+        if not self.flying.any():
+            return motion
+        for _ in range(self.settings.iterations):
+            print('  f',self._cost(motion, with_demand=True)[1])
+            if self._cost(motion, with_demand=True)[1] < self.settings.flight:
+                break
+            motion = self._motion(motion.coefficients.ravel() + self._step(motion, True, only_constraints=True))
+        return motion
+
+    def _motion(self, coefficients: np.ndarray) -> SplineMotion:
+        table = coefficients.reshape(self.count, len(self.dofs))
+        return SplineMotion(self.dofs, table, float(self.wish.times[0]), self.spacing)
+
+    # ---- what is wanted -----------------------------------------------------------------------------------
+
+    def _planted(self) -> tuple[Float[np.ndarray, "times feet points 3"], Float[np.ndarray, "times feet points"]]:
         """Where each foot point should be, and the inverse tolerance, zero while it is free."""
         times = self.wish.times
         shape = (len(times), 2, len(self.feet.body_names))
@@ -98,171 +150,73 @@ class _Problem:
                 weight[on, stance.foot, k] = 1 / self.settings.planted
         return target, weight
 
-    def starting_motion(self) -> SplineMotion:
-        """The least-squares spline through the wanted angles."""
-        blocks = np.zeros((self.count, ACTIVE, 1, 1))
-        right = np.zeros((self.count, len(self.dofs)))
-        for j, first in enumerate(self.first):
-            b, jerk = self.basis[0][j], self.basis[3][j] * 1e-5
-            square = np.outer(b, b) + np.outer(jerk, jerk)
-            _add_lower(blocks, first, square[:, None, :, None])
-            right[first : first + ACTIVE] += b[:, None] * self.wish.q[j]
-        factor = cholesky_banded(_banded(blocks), lower=True)
-        return self._motion(cho_solve_banded((factor, True), right))
+    def _clearance(self) -> Float[np.ndarray, "times feet"]:
+        """Least height of each foot's points [m]: none in stance, growing after it, shrinking before."""
+        since_stance = np.full((len(self.wish.times), 2), np.inf)
+        for stance in self.wish.contacts.stances:
+            outside = np.maximum(stance.start - self.wish.times, self.wish.times - stance.end)
+            since_stance[:, stance.foot] = np.minimum(since_stance[:, stance.foot], np.maximum(outside, 0))
+        return self.settings.clearance * np.minimum(since_stance / self.settings.clearance_ramp, 1.0)
 
-    def _motion(self, coefficients: np.ndarray) -> SplineMotion:
-        return SplineMotion(self.dofs, coefficients, float(self.wish.times[0]), self.spacing)
-
-    def solved(self, motion: SplineMotion, with_demand: bool) -> SplineMotion:
-        """Gauss-Newton from a motion, halving steps that do not help."""
-        cost, violation = self._cost(motion, with_demand)
-        for _ in range(self.settings.iterations):
-            step = self._step(motion, with_demand)
-            price = 10.0  # of constraint violation [1/N] against the cost
-            for halving in range(6):
-                trial = self._motion(motion.coefficients + step * 0.5**halving)
-                trial_cost, trial_violation = self._cost(trial, with_demand)
-                if trial_cost + price * trial_violation < cost + price * violation:
-                    break
-            else:
-                break
-            gained = cost - trial_cost
-            motion, cost, violation = trial, trial_cost, trial_violation
-            print("   ", round(cost,2), violation, halving)
-            if abs(gained) < self.settings.converged * cost and violation < self.settings.flight:
-                break
-        return motion
+    def _demand_tolerance(self) -> Float[np.ndarray, "times 6"]:
+        load = self.wish.contacts.loads(self.wish.times).sum(axis=1, keepdims=True)
+        weight = float(np.linalg.norm(self.demand.weight))
+        force = self.wish.force_tolerance * np.minimum(load, weight) + self.settings.least_force * weight
+        moment = self.settings.cop * load + self.settings.least_moment
+        return np.concatenate([np.repeat(force, 3, axis=1), np.repeat(moment, 3, axis=1)], axis=1)
 
     # ---- residuals ----------------------------------------------------------------------------------------
 
     def _cost(self, motion: SplineMotion, with_demand: bool) -> tuple[float, float]:
+        """Sum of squares, and the largest demand in flight [N, N·m]."""
         q, v, a = motion.state(self.wish.times)
         third = motion.derivative(self.wish.times, 3)
-        cost = np.sum(((q - self.wish.q) / self.wish.tolerance) ** 2) + np.sum((third / self.jerk) ** 2)
         points = self.feet.positions(q)
+        cost = np.sum(((q - self.wish.q) / self.wish.tolerance) ** 2) + np.sum((third / self.jerk) ** 2)
         cost += np.sum(((points - self.planted) * self.planted_weight[..., None]) ** 2)
         cost += np.sum(self._too_low(points) ** 2)
         if not with_demand:
             return float(cost), 0.0
         wrench = self.demand.wrench(q, v, a)
-        moment = wrench[:, 3:] - np.cross(self.cop, wrench[:, :3])
-        scaled = (np.concatenate([wrench[:, :3], moment], axis=1) - self._wanted_demand) / self._demand_tolerance
-        violation = np.abs(scaled[self.flying] * self._demand_tolerance[self.flying]).max(initial=0.0)
-        return float(cost + np.sum(scaled[~self.flying] ** 2)), float(violation)
+        wrench[:, 3:] -= cross(self.about, wrench[:, :3])
+        scaled = (wrench - self.wanted_demand) / self.demand_tolerance
+        return float(cost + np.sum(scaled[~self.flying] ** 2)), float(np.abs(wrench[self.flying]).max(initial=0))
 
-    def _too_low(self, points: np.ndarray) -> np.ndarray:
-        missing = np.maximum(self.wish.clearance[..., None] - points[..., 1], 0.0)
-        return np.where(self.planted_weight > 0, 0.0, missing / self.settings.clearance)
+    def _too_low(self, points: Float[np.ndarray, "times feet points 3"]) -> np.ndarray:
+        missing = np.maximum(self.clearance[..., None] - points[..., 1], 0.0)
+        return np.where(self.planted_weight > 0, 0.0, missing / self.settings.clearance_tolerance)
 
-    @property
-    def _wanted_demand(self) -> np.ndarray:
-        return np.concatenate([self.wish.force, np.zeros_like(self.wish.force)], axis=1)
-
-    @property
-    def _demand_tolerance(self) -> np.ndarray:
-        settings = self.settings
-        weight = np.linalg.norm(self.demand.weight)
-        tolerance = np.empty((len(self.load), 6))
-        tolerance[:, :3] = settings.force * weight * (0.02 + np.minimum(self.load / weight, 1.0))[:, None]
-        tolerance[:, 3:] = settings.cop * self.load[:, None] + settings.smallest_moment
-        return tolerance
-
-    # ---- one step -----------------------------------------------------------------------------------------
-
-    def _step(self, motion: SplineMotion, with_demand: bool) -> np.ndarray:
+    def _step(self, motion: SplineMotion, with_demand: bool, only_constraints: bool = False) -> np.ndarray:
+        """A Gauss-Newton step, or the shortest one that meets the constraints."""
         q, v, a = motion.state(self.wish.times)
         third = motion.derivative(self.wish.times, 3)
-        n = len(self.dofs)
-        blocks, gradient = np.zeros((self.count, ACTIVE, n, n)), np.zeros((self.count, n))
-        self._add_diagonal(blocks, gradient, 0, (q - self.wish.q) / self.wish.tolerance, 1 / self.wish.tolerance)
-        self._add_diagonal(blocks, gradient, 3, third / self.jerk, 1 / self.jerk)
+        frames, n = len(q), len(self.dofs)
+        band = BlockBand(self.count, n)
+        tolerance = self.wish.tolerance
+        band.add_diagonal(self.first, self.basis[0], (q - self.wish.q) / tolerance, 1 / tolerance)
+        band.add_diagonal(self.first, self.basis[3], third / self.jerk, 1 / self.jerk)
 
         points, by_q = self.feet.slopes(q)
-        frames = len(q)
         weight = np.repeat(self.planted_weight.reshape(frames, -1), 3, axis=1)
-        residual = (points - self.planted).reshape(frames, -1) * weight
         low = self._too_low(points).reshape(frames, -1)
-        low_slope = by_q[..., 1, :].reshape(frames, -1, n) * ((low > 0) / -self.settings.clearance)[..., None]
-        residual = np.concatenate([residual, low], axis=1)
-        slopes = np.concatenate([by_q.reshape(frames, -1, n) * weight[..., None], low_slope], axis=1)
-        rows = np.einsum("tk,tmd->tmkd", self.basis[0], slopes)
-        constraint_rows = np.zeros((0, 6, ACTIVE, n))
-        violated = np.zeros((0, 6))
-        if with_demand:
-            table = self.demand.slopes(q, v, a, self.cop)
-            demand_rows = sum(
-                np.einsum("tk,tmd->tmkd", self.basis[order], slope)
-                for order, slope in enumerate((table.by_q, table.by_v, table.by_a))
-            )
-            scaled = (table.wrench - self._wanted_demand) / self._demand_tolerance
-            on = ~self.flying
-            demand = np.where(on[:, None, None, None], demand_rows / self._demand_tolerance[..., None, None], 0)
-            rows = np.concatenate([rows, demand], axis=1)
-            residual = np.concatenate([residual, scaled * on[:, None]], axis=1)
-            constraint_rows, violated = demand_rows[self.flying], table.wrench[self.flying]
-        self._add_rows(blocks, gradient, rows, residual)
-        factor = cholesky_banded(_banded(blocks), lower=True, overwrite_ab=True, check_finite=False)
-        step = -cho_solve_banded((factor, True), gradient.ravel())
-        if len(violated):
-            step = self._onto_constraints(step, factor, constraint_rows, violated)
-        return step.reshape(self.count, n)
+        up = by_q[..., 1, :].reshape(frames, -1, n) * ((low > 0) / -self.settings.clearance_tolerance)[..., None]
+        slopes = np.concatenate([by_q.reshape(frames, -1, n) * weight[..., None], up], axis=1)
+        residual = np.concatenate([(points - self.planted).reshape(frames, -1) * weight, low], axis=1)
+        band.add_rows(self.first, self._rows(slopes, 0), residual)
+        if not with_demand:
+            return -band.factor().solve(band.gradient.ravel())
 
-    def _onto_constraints(
-        self, step: np.ndarray, factor: np.ndarray, rows: np.ndarray, violated: np.ndarray
-    ) -> np.ndarray:
-        n, count = len(self.dofs), violated.size
-        spread = np.zeros((count, self.count * n))
-        firsts = np.repeat(self.first[self.flying], 6)
-        flat = rows.reshape(count, ACTIVE * n)
-        for i in range(count):
-            spread[i, firsts[i] * n : (firsts[i] + ACTIVE) * n] = flat[i]
-        answer = cho_solve_banded((factor, True), spread.T, check_finite=False)
-        multipliers = np.linalg.lstsq(spread @ answer, violated.ravel() + spread @ step, rcond=1e-13)[0]
-        out = step - answer @ multipliers
-        S = spread @ answer
-        print("lin res", np.abs(spread @ out + violated.ravel()).max(), "cond", np.linalg.cond(S), np.abs(S-S.T).max()/np.abs(S).max(), "step", np.abs(out).max())
-        return out
+        table = self.demand.slopes(q, v, a, self.about)
+        rows = sum(self._rows(slope, order) for order, slope in enumerate((table.by_q, table.by_v, table.by_a)))
+        on = ~self.flying
+        scaled = (table.wrench - self.wanted_demand) / self.demand_tolerance
+        band.add_rows(self.first[on], rows[on] / self.demand_tolerance[on][..., None, None], scaled[on])
+        factor = band.factor()
+        step = np.zeros(self.count * n) if only_constraints else -factor.solve(band.gradient.ravel())
+        if self.flying.any():
+            flying = self.flying
+            step = factor.onto_constraints(step, self.first[flying], rows[flying], table.wrench[flying])
+        return step
 
-    def _add_diagonal(
-        self, blocks: np.ndarray, gradient: np.ndarray, order: int, residual: np.ndarray, slope: np.ndarray
-    ) -> None:
-        basis = self.basis[order]
-        diagonal = np.arange(len(self.dofs))
-        for later in range(ACTIVE):
-            np.add.at(gradient, self.first + later, basis[:, later, None] * residual * slope)
-            for earlier in range(later + 1):
-                product = np.bincount(self.first + earlier, basis[:, later] * basis[:, earlier], self.count)
-                blocks[:, later - earlier, diagonal, diagonal] += product[:, None] * slope**2
-
-    def _add_rows(
-        self, blocks: np.ndarray, gradient: np.ndarray, rows: np.ndarray, residual: np.ndarray
-    ) -> None:
-        n = len(self.dofs)
-        starts = np.flatnonzero(np.diff(self.first, prepend=-1))
-        for since, until in zip(starts, [*starts[1:], len(self.first)], strict=True):
-            first = self.first[since]
-            flat = rows[since:until].reshape(-1, ACTIVE * n)
-            flat = flat[np.any(flat, axis=1)]
-            _add_lower(blocks, first, (flat.T @ flat).reshape(ACTIVE, n, ACTIVE, n))
-            own = np.einsum("tmkd,tm->kd", rows[since:until], residual[since:until])
-            gradient[first : first + ACTIVE] += own
-
-
-def _add_lower(blocks: np.ndarray, first: int, square: np.ndarray) -> None:
-    """Add a square over the active coefficients to the lower block band."""
-    for later in range(ACTIVE):
-        for earlier in range(later + 1):
-            blocks[first + earlier, later - earlier] += square[later, :, earlier]
-
-
-def _banded(blocks: np.ndarray) -> np.ndarray:
-    """LAPACK's lower banded storage of a lower block band: blocks[k, d] stands at row k + d, column k."""
-    count, bands, n, _ = blocks.shape
-    banded = np.zeros((bands * n, count * n))
-    for d in range(bands):
-        for i in range(n):
-            for j in range(n):
-                offset = d * n + i - j
-                if offset >= 0:
-                    banded[offset, j::n] = blocks[:, d, i, j]
-    return banded
+    def _rows(self, slope: Float[np.ndarray, "times residuals dofs"], order: int) -> np.ndarray:
+        return self.basis[order][:, None, :, None] * slope[:, :, None, :]

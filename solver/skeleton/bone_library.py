@@ -87,8 +87,8 @@ def _candidates(folder: Path, stem: str) -> tuple[StockBone, ...]:
         return (StockBone(folder / f"{hand}.stl", placement, left),)
     if in_arm_frame and bone in _PLACEMENTS:
         return (StockBone(folder / f"{bone}.stl", _PLACEMENTS[bone], left),)
-    if bone != stem:
-        return (StockBone(folder / f"{bone}.stl", Placement()),)
+    if bone != stem and not in_arm_frame:
+        return (StockBone(folder / f"{bone}.stl", Placement(), left),)
     return ()
 
 

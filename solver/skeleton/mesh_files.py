@@ -23,10 +23,12 @@ class MeshSettings:
     """How finely bones are drawn, and what a model may ask us to load."""
 
     triangles_per_square_metre: float = 5000.0  # ribs and vertebrae are all surface
-    triangles_per_metre: float = 800.0  # of the bounding box's diagonal, for the slender bones of hand and foot
+    triangles_per_metre: float = (
+        800.0  # of the bounding box's diagonal, for the slender bones of hand and foot
+    )
     fewest_triangles: int = 60  # below this a phalanx is a splinter
     most_triangles: int = 2500  # a whole body stays near 12 000, which software rendering still moves
-    aggression: int = 3  # of the decimation: its default of 7 tears the ribs
+    aggressions: tuple[int, ...] = (3, 5, 7)  # gentle first: 7 tears ribs, but 3 cannot thin a dense phalanx
     largest_file: int = 64 * 2**20  # bytes; a bone scan of a million triangles
 
 
@@ -86,9 +88,13 @@ def _thinned(mesh: trimesh.Trimesh, settings: MeshSettings) -> trimesh.Trimesh:
     diagonal = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
     wanted = settings.triangles_per_square_metre * mesh.area + settings.triangles_per_metre * diagonal
     target = int(np.clip(wanted, settings.fewest_triangles, settings.most_triangles))
-    if len(mesh.faces) <= target:
-        return mesh
-    return mesh.simplify_quadric_decimation(face_count=target, aggression=settings.aggression)
+    thinned = mesh
+    for aggression in settings.aggressions:
+        if len(thinned.faces) <= 1.1 * target:
+            break
+        thinned = mesh.simplify_quadric_decimation(face_count=target, aggression=aggression)
+    # In single precision, as it's kept: the second time must give what the first gave.
+    return trimesh.Trimesh(thinned.vertices.astype(np.float32), thinned.faces, process=False)
 
 
 def _kept_mesh(path: Path) -> trimesh.Trimesh | None:

@@ -113,7 +113,7 @@ class _PolyData:
         return _unpacked(stretch, self.header)
 
     def _encoded(self, text: bytes) -> bytes:
-        """Base64: lead and data encoded as one; compressed, and by some writers always, one after the other."""
+        """Base64: lead and data encoded as one; if compressed (some writers: always) one after the other."""
         width = np.dtype(self.header.integer).itemsize
         if not self.header.compressed:
             lead = _decoded(text, width)
@@ -146,7 +146,9 @@ def _unpacked(content: bytes, header: _Header) -> bytes:
     start, parts = dtype.itemsize * (3 + blocks), []
     for packed in sizes:
         unzip = zlib.decompressobj()
-        parts.append(unzip.decompress(_exactly(content[start:], int(packed)), size or last))
+        parts.append(
+            unzip.decompress(_exactly(content[start:], int(packed)), max(size, last, 1))
+        )  # 0: no limit
         start += int(packed)
     return b"".join(parts)
 

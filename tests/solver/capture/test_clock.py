@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solver.capture.clock import find_clock
@@ -16,6 +16,7 @@ def clock_of(times, header_rate=None):
     return find_clock(times, path=Path("x.trc"), lines=range(7, 7 + len(times)), header_rate=header_rate)
 
 
+@settings(deadline=None)  # the machine may be busy
 @given(
     rate=st.sampled_from(
         [25, 29.97, 30, 50, 59.94, 60, 100, 119.88, 120, 150, 200, 250, 300, 500, 600, 960, 1000, 2000]

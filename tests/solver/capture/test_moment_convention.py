@@ -17,7 +17,7 @@ SAMPLES = 600
 
 @pytest.fixture(params=range(5))
 def walk(request):
-    """Two steps on two plates: force, centre of pressure, free moment; and the truth about the ground origin."""
+    """Two steps on two plates: force, centre of pressure, free moment of each."""
     rng = np.random.default_rng(request.param)
     phase = np.linspace(0, 1, 300)
     plates = []
@@ -111,7 +111,8 @@ def test_standing_still_at_the_plates_origin_is_no_free_moment():
     built, notes = plates_from_storage(storage_of(plates, "plate"))
     assert any(MEANING["plate"] in note for note in notes), notes
     for plate, (force, point, _) in zip(built, plates, strict=True):
-        np.testing.assert_allclose(plate.moment_ground, np.cross(point, force), atol=0.2)
+        # 3 cm of the origin's height show in the shear force of some 10 N only
+        np.testing.assert_allclose(plate.moment_ground, np.cross(point, force), atol=0.5)
 
 
 def test_spikes_do_not_move_a_plates_origin(walk):
@@ -138,12 +139,23 @@ def test_the_argument_overrules_and_says_so(walk):
 
 
 def test_numbers_that_fit_no_convention_are_noted(walk):
-    swapped = [(walk[1][0], walk[0][1], walk[0][2]), (walk[0][0], walk[1][1], walk[1][2])]
-    columns = storage_of(walk, "plate")
-    values = columns.values.copy()
-    values[:, 0:3], values[:, 9:12] = swapped[0][0], swapped[1][0]
-    _, notes = plates_from_storage(replace(columns, values=values))
+    storage = storage_of(walk, "plate")
+    values = storage.values.copy()
+    values[:, [3, 5, 12, 14]] = np.random.default_rng(2).uniform(-1, 1, (SAMPLES, 4))
+    _, notes = plates_from_storage(replace(storage, values=values))
     assert any("contradict each other" in note for note in notes), notes
+
+
+def test_a_centre_of_pressure_lost_under_load_is_noted(walk):
+    storage = storage_of(walk, "free")
+    values = storage.values.copy()
+    values[150:160, 3:6] = 0
+    plates, notes = plates_from_storage(replace(storage, values=values))
+    assert any("ground_force_1: no centre of pressure on 10 loaded samples" in note for note in notes), notes
+    assert np.isnan(plates[0].cop_ground[150:160]).all()
+    force, point, free = walk[0]
+    lever = (plates[0].moment_ground - np.cross(point, force) - free)[150:160] / force[150:160, [1]]
+    assert np.abs(lever).max() < 0.2
 
 
 def test_a_missing_centre_of_pressure_is_recomputed(walk):

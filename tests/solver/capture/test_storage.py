@@ -1,8 +1,13 @@
 """Tables over time with every header that was seen in the field, and round trips through OpenSim."""
 
+from contextlib import suppress
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from solver.capture.moment_convention import plates_from_storage
 from solver.capture.storage import read_storage, write_storage
 from solver.errors import CaptureError
 
@@ -255,3 +260,18 @@ def test_real_files_hold_what_their_description_says(real_data, file, shape, rat
     assert storage.values.shape == shape
     assert storage.rate == rate
     assert storage.in_degrees is in_degrees
+
+
+@settings(deadline=None)  # the machine may be busy
+@given(data=st.data())
+def test_damaged_files_open_or_fail_with_a_clear_error(tmp_path_factory, data):
+    text = bytearray(mot().encode())
+    text = text[: data.draw(st.integers(0, len(text)), label="cut at")]
+    for _ in range(data.draw(st.integers(0, 3), label="damaged bytes") if text else 0):
+        text[data.draw(st.integers(0, len(text) - 1))] = data.draw(st.integers(0, 255))
+    path = tmp_path_factory.mktemp("damaged") / "grf.mot"
+    path.write_bytes(bytes(text))
+    with suppress(CaptureError):
+        storage = read_storage(path)
+        assert storage.values.shape == (len(storage.times), len(storage.labels))
+        plates_from_storage(storage)

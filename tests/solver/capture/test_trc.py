@@ -1,7 +1,11 @@
 """Marker files with every trap that was seen in the field, and round trips through OpenSim."""
 
+from contextlib import suppress
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from solver.capture.capture import Markers
 from solver.capture.trc import read_trc, write_trc
@@ -386,3 +390,18 @@ def a_walk() -> Markers:
     positions[3, 1] = np.nan
     positions[:, 2, 0] = 1 / 3
     return Markers(("R.ASIS", "L.ASIS", "V Sacral"), positions, rate=119.88, start_time=1.25)
+
+
+@settings(deadline=None)  # the machine may be busy
+@given(data=st.data())
+def test_damaged_files_open_or_fail_with_a_clear_error(tmp_path_factory, data):
+    text = bytearray(trc().encode())
+    text = text[: data.draw(st.integers(0, len(text)), label="cut at")]
+    for _ in range(data.draw(st.integers(0, 3), label="damaged bytes") if text else 0):
+        text[data.draw(st.integers(0, len(text) - 1))] = data.draw(st.integers(0, 255))
+    path = tmp_path_factory.mktemp("damaged") / "walk.trc"
+    path.write_bytes(bytes(text))
+    with suppress(CaptureError):
+        markers = read_trc(path).markers
+        assert markers.positions_ground.shape == (markers.frames, len(markers.names), 3)
+        assert markers.rate > 0

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.contact.sole import independent_feet, soles
+from solver.contact.sole import HEIGHT_SLACK_M, independent_feet, soles
 from solver.errors import ModelError
 
 
@@ -23,10 +23,11 @@ def test_the_sole_reaches_from_heel_to_toes_below_the_ankle(standing):
     [
         ((0.0, 0.0, 0.1), 0.0),  # under the ankle
         ((0.20, 0.0, 0.1), 0.0),  # under the toes, which are a body of their own
-        ((0.0, 0.03, 0.1), 0.03),  # inside the foot
+        ((0.0, 0.03, 0.1), 0.0),  # inside the foot; soles are no thicker known than that
+        ((0.0, 0.10, 0.1), 0.06),  # above it
         ((0.312, 0.0, 0.1), 0.10),  # ahead of the toes
         ((-0.071, 0.0, 0.1), 0.0),  # at the heel's edge
-        ((-0.101, 0.04, 0.1), 0.05),  # behind and above: 3-4-5
+        ((-0.101, 0.08, 0.1), 0.05),  # behind and above: 3-4-5
     ],
 )
 def test_distance_from_a_sole(standing, point, expected):
@@ -47,7 +48,11 @@ def test_distance_is_that_from_the_nearest_of_many_points(standing):
         weights = rng.dirichlet(np.full(len(part.corners_body), 0.3), size=20000)
         cover.append(weights @ part.corners_body + p[0, part.body])
     points = rng.uniform([-0.3, -0.1, -0.2], [0.4, 0.2, 0.4], size=(len(p), 3))
-    expected = [np.linalg.norm(np.concatenate(cover) - point, axis=1).min() for point in points]
+    expected = []
+    for point in points:
+        offset = np.concatenate(cover) - point
+        offset[:, 1] = np.maximum(0.0, np.abs(offset[:, 1]) - HEIGHT_SLACK_M)
+        expected.append(np.linalg.norm(offset, axis=1).min())
     np.testing.assert_allclose(sole.distance(R, p, points), expected, atol=4e-3)
 
 

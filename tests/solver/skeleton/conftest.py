@@ -140,6 +140,7 @@ def opensim():
         "opensim", reason="OpenSim's wheel is not installed; pip install .[reference]"
     )
     module.Logger.setLevelString("Error")
+    module.Logger.removeFileSink()  # it would leave an opensim.log where the tests run
     return module
 
 
@@ -151,26 +152,34 @@ def referee(opensim) -> Callable[[Path, Skeleton], Referee]:
 @pytest.fixture(scope="session")
 def model_files(real_data) -> list[Path]:
     """Every model beside the recordings, each content once."""
-    files = {hashlib.sha256(p.read_bytes()).digest(): p for p in sorted(real_data.rglob("*.osim"))}
-    return sorted(files.values())
+    first: dict[bytes, Path] = {}
+    for path in sorted(real_data.rglob("*.osim")):
+        first.setdefault(hashlib.sha256(path.read_bytes()).digest(), path)
+    return list(first.values())
 
 
 @pytest.fixture(scope="session")
-def referees(referee, model_files, tmp_path_factory) -> dict[Path, Referee]:
-    """The models that we support, opened in OpenSim without their muscles."""
+def without_muscles(tmp_path_factory) -> Callable[[Path], Path]:
+    """A copy of a model without its muscles, which take OpenSim longer than all the rest."""
     folder = tmp_path_factory.mktemp("without_muscles")
-    opened = {}
-    for i, path in enumerate(model_files):
+
+    def strip(path):
         text = path.read_text(encoding="utf-8", errors="replace")
-        if "ScapulothoracicJoint" in text:
-            continue
         for tag in NOT_SKELETON:
             text = re.sub(rf"<{tag}\b[^>]*?(/>|>.*?</{tag}>)", "", text, flags=re.DOTALL)
-        bare = folder / f"{i}.osim"
+        bare = folder / f"{len(list(folder.iterdir()))}.osim"
         bare.write_text(text, encoding="utf-8")
-        opened[path] = referee(bare, load_skeleton(path))
-    assert opened
-    return opened
+        return bare
+
+    return strip
+
+
+@pytest.fixture(scope="session")
+def referees(referee, model_files, without_muscles) -> dict[Path, Referee]:
+    """The models that we support, opened in OpenSim."""
+    supported = [path for path in model_files if "ScapulothoracicJoint" not in path.name]
+    assert supported
+    return {path: referee(without_muscles(path), load_skeleton(path)) for path in supported}
 
 
 @pytest.fixture(scope="session")
@@ -182,37 +191,3 @@ def random_q() -> Callable[[Skeleton, np.random.Generator], np.ndarray]:
         return rng.uniform(np.maximum(bounds[:, 0], -1.5), np.minimum(bounds[:, 1], 1.5))
 
     return draw
-
-
-@pytest.fixture(scope="session")
-def document4() -> Callable[..., str]:
-    """A small OpenSim 4 document around the given joints; bodies a, b, … each of 1 kg."""
-
-    def write(joints: str, bodies: str = "a", rest: str = "", head: str = "") -> str:
-        elements = "".join(
-            f'<Body name="{name}"><mass>1</mass><mass_center>0 0.1 0</mass_center><inertia>1 1 1 0 0 0</inertia></Body>'
-            for name in bodies.split()
-        )
-        return (
-            f'<?xml version="1.0"?>\n<OpenSimDocument Version="40000">\n<Model name="small">{head}\n'
-            f'<Ground name="ground"/>\n<BodySet name="bodyset"><objects>{elements}</objects></BodySet>\n'
-            f'<JointSet name="jointset"><objects>{joints}</objects></JointSet>\n{rest}\n</Model></OpenSimDocument>'
-        )
-
-    return write
-
-
-@pytest.fixture(scope="session")
-def document3() -> Callable[..., str]:
-    """A small OpenSim 3 document: body a of 1 kg on the given joint."""
-
-    def write(joint: str, rest: str = "", body: str = "") -> str:
-        inertia = "".join(f"<inertia_{axis}>1</inertia_{axis}>" for axis in ("xx", "yy", "zz"))
-        return (
-            '<?xml version="1.0"?>\n<OpenSimDocument Version="30000">\n<Model name="small">\n<BodySet><objects>\n'
-            '<Body name="ground"><mass>0</mass><Joint/></Body>\n'
-            f'<Body name="a"><mass>1</mass><mass_center>0 0.1 0</mass_center>{inertia}{body}\n'
-            f"<Joint>{joint}</Joint></Body>\n</objects></BodySet>{rest}</Model></OpenSimDocument>"
-        )
-
-    return write

@@ -1,0 +1,74 @@
+"""AddBiomechanics' upload layout: _subject.json, and a folder of files for each trial."""
+
+import re
+from pathlib import Path
+
+from solver.capture.capture import TrialFiles
+from solver.capture.description import Description, read_json
+from solver.capture.loose_files import files_in, is_static, natural_order
+
+USED_KEYS = ("massKg", "heightM", "sex", "ageYears", "footBodyNames", "subjectTags", "trialRanges")
+PROCESSING_KEYS = (  # settings of AddBiomechanics' own server, which mean nothing here
+    *("email", "skeletonPreset", "exportSDF", "exportMJCF", "exportMoco", "runMoco", "ignoreJointLimits"),
+    *("residualsToZero", "useReactionWheels", "tuneResidualLoss", "shiftGRF", "maxTrialsToSolveMassOver"),
+    *("regularizeJointAcc", "dynamicsMarkerOffsets", "dynamicsMarkerWeight", "dynamicsJointWeight"),
+    *("dynamicsRegularizePoses", "ignoreFootNotOverForcePlate", "fitDynamics", "disableDynamics"),
+    *("segmentTrials", "segmentedTrials", "mergeZeroForceSegmentsThreshold"),
+)
+
+
+def read_subject_json(path: Path) -> Description:
+    """Read a _subject.json, in which numbers may stand in quotes.
+
+    Raises:
+        CaptureError: broken JSON, or a value of the wrong kind.
+    """
+    entries = read_json(path)
+    mass, mass_notes = entries.number("massKg", "mass")
+    height, height_notes = entries.number("heightM", "height")
+    age, age_notes = entries.number("ageYears", "age")
+    sex, sex_notes = entries.sex("sex")
+    notes = mass_notes + height_notes + age_notes + sex_notes
+    ranges = entries.values.get("trialRanges")
+    if ranges:
+        named = ", ".join(map(str, ranges))
+        notes += (f"{path.name}: trialRanges ({named}) are not applied: trials are read whole",)
+    return Description(
+        mass_kg=mass,
+        height_m=height,
+        sex=sex,
+        age_years=age,
+        foot_bodies=entries.texts("footBodyNames"),
+        tags=entries.texts("subjectTags"),
+        notes=notes + entries.unknown(USED_KEYS + PROCESSING_KEYS),
+    )
+
+
+def trials_of(folder: Path) -> Description:
+    """Trials and static trial in SUBJECT/trials/NAME/."""
+    trials, notes, static = [], [], None
+    for place in sorted((p for p in folder.iterdir() if p.is_dir()), key=lambda p: natural_order(p.name)):
+        if place.name.startswith("."):
+            continue
+        files = {p.name.lower(): p for p in files_in(place)}
+        forces = next((files[name] for name in ("grf.mot", "grf.sto") if name in files), None)
+        by_need = ("markers.trc", "markers.c3d") if forces else ("markers.c3d", "markers.trc")
+        markers = next((files[name] for name in by_need if name in files), None)
+        if markers is None:
+            notes.append(f"{folder.name}/{place.name}: no markers.trc or markers.c3d; left out")
+        elif is_static(place.name):
+            if static is None:
+                static = markers
+            else:
+                notes.append(
+                    f"{folder.name}/{place.name}: another static trial; {static.parent.name} is used"
+                )
+        else:
+            trials.append(TrialFiles(place.name, markers, forces, _reviews(place)))
+    return Description(trials=tuple(trials) or None, static=static, notes=tuple(notes))
+
+
+def _reviews(place: Path) -> tuple[Path, ...]:
+    segments = [p for p in place.glob("segment_*") if re.fullmatch(r"segment_\d+", p.name)]
+    reviews = [p / "review.json" for p in sorted(segments, key=lambda p: natural_order(p.name))]
+    return tuple(review for review in reviews if review.is_file())

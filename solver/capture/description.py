@@ -1,0 +1,178 @@
+"""What a subject's own files say about a person: checked values, and paths that stay inside the folder."""
+
+import json
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from difflib import get_close_matches
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Any
+
+from solver.capture.capture import TrialFiles
+from solver.errors import CaptureError
+
+SEXES = {
+    **dict.fromkeys(("male", "m", "man"), "male"),
+    **dict.fromkeys(("female", "f", "w", "woman"), "female"),
+}
+LARGEST = {"mass": (500.0, "kg"), "height": (3.0, "m"), "age": (130.0, "years")}
+
+
+@dataclass(frozen=True)
+class Description:
+    """What one file says; None where it is silent."""
+
+    mass_kg: float | None = None
+    height_m: float | None = None
+    sex: str | None = None
+    age_years: float | None = None
+    foot_bodies: tuple[str, ...] | None = None
+    tags: tuple[str, ...] | None = None
+    model: Path | None = None
+    static: Path | None = None
+    trials: tuple[TrialFiles, ...] | None = None
+    notes: tuple[str, ...] = ()
+
+    def or_else(self, other: "Description") -> "Description":
+        """The same, with the other one's word where this one is silent."""
+        silent = {
+            field.name: getattr(other, field.name)
+            for field in fields(self)
+            if getattr(self, field.name) is None
+        }
+        return replace(self, **silent, notes=self.notes + other.notes)
+
+
+@dataclass(frozen=True)
+class Entries:
+    """A table of keys and values in a file, which is named in every complaint."""
+
+    path: Path
+    values: Mapping[str, Any]
+    prefix: str = ""
+
+    def complaint(self, key: str, wrong: str) -> CaptureError:
+        """An error about one key."""
+        return CaptureError(
+            f"{self.path}: {self.prefix}{key} = {json.dumps(self.values.get(key), default=str)}: {wrong}"
+        )
+
+    def number(self, key: str, quantity: str) -> tuple[float | None, tuple[str, ...]]:
+        """A positive number, written as such or in quotes; None where absent or not above zero."""
+        value = self.values.get(key)
+        if value is None or value == "":
+            return None, ()
+        largest, unit = LARGEST[quantity]
+        try:
+            number = float(str(value).strip().replace(",", ".")) if not isinstance(value, bool) else math.nan
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            raise self.complaint(key, f"not a number. Write the {quantity} in {unit}.")
+        if number > largest:
+            raise self.complaint(key, f"no {quantity} in {unit}. Write it in {unit}.")
+        if number <= 0:
+            return None, (f"{self.path.name}: {key} = {number:g} is no {quantity} and counts as unknown",)
+        return number, ()
+
+    def sex(self, key: str) -> tuple[str | None, tuple[str, ...]]:
+        """The sex as "male" or "female", or None."""
+        word = str(self.values.get(key) or "").strip().lower()
+        if word in SEXES or word in ("", "unknown", "other"):
+            return SEXES.get(word), ()
+        return None, (f"{self.path.name}: {key} = '{word}' counts as unknown",)
+
+    def texts(self, key: str) -> tuple[str, ...] | None:
+        """A list of texts, or a single one; None where absent."""
+        value = self.values.get(key)
+        if value is None:
+            return None
+        listed = [value] if isinstance(value, str) else value
+        if not isinstance(listed, list) or not all(isinstance(item, str) and item.strip() for item in listed):
+            raise self.complaint(key, "a list of names is needed.")
+        return tuple(item.strip() for item in listed)
+
+    def word(self, key: str, choices: tuple[str, ...]) -> str | None:
+        """One of several words; None where absent."""
+        value = self.values.get(key)
+        if value is not None and value not in choices:
+            raise self.complaint(key, f"choose one of {', '.join(choices)}.")
+        return value
+
+    def file(self, key: str) -> Path | None:
+        """A file inside the folder of this one; None where absent."""
+        value = self.values.get(key)
+        if value is None:
+            return None
+        if not isinstance(value, str) or not value.strip():
+            raise self.complaint(key, "the name of a file is needed.")
+        return self._inside(key, value)
+
+    def files(self, key: str) -> tuple[Path, ...]:
+        """Files inside the folder of this one."""
+        return tuple(self._inside(key, name) for name in self.texts(key) or ())
+
+    def unknown(self, known: tuple[str, ...]) -> tuple[str, ...]:
+        """A note about keys that mean nothing here, with the nearest that does."""
+        strange = []
+        for key in self.values:
+            if key not in known:
+                near = get_close_matches(key, known, n=1)
+                strange.append(f"{self.prefix}{key}" + (f" ({near[0]}?)" if near else ""))
+        return (f"{self.path.name}: unknown keys are ignored: {', '.join(strange)}",) if strange else ()
+
+    def _inside(self, key: str, name: str) -> Path:
+        parts = PurePosixPath(name.strip().replace("\\", "/")).parts
+        if PureWindowsPath(name).anchor or PurePosixPath(name).is_absolute() or ".." in parts:
+            raise self.complaint(key, "leads out of the subject's folder. Copy the file into it.")
+        path = self.path.parent.joinpath(*parts)
+        if path.is_file():
+            return path
+        lying = [
+            str(p.relative_to(self.path.parent)) for p in sorted(self.path.parent.rglob("*")) if p.is_file()
+        ]
+        near = get_close_matches("/".join(parts), lying, n=1)
+        raise self.complaint(key, "there is no such file." + (f" Is it '{near[0]}'?" if near else ""))
+
+
+def read_toml(path: Path) -> Entries:
+    """The table of a TOML file.
+
+    Raises:
+        CaptureError: it cannot be read or parsed.
+    """
+    try:
+        return Entries(path, tomllib.loads(_text(path)))
+    except tomllib.TOMLDecodeError as error:
+        raise CaptureError(f"{path}: {str(error)[0].lower()}{str(error)[1:]}. Correct that line.") from error
+
+
+def read_json(path: Path) -> Entries:
+    """The object of a JSON file.
+
+    Raises:
+        CaptureError: it cannot be read or parsed, or is no object.
+    """
+    try:
+        values = json.loads(_text(path))
+    except json.JSONDecodeError as error:
+        raise CaptureError(
+            f"{path}: line {error.lineno}, column {error.colno}: {error.msg.lower()}. Correct that line."
+        ) from error
+    except RecursionError as error:
+        raise CaptureError(f"{path}: nested too deeply for a description. Write it anew.") from error
+    if not isinstance(values, dict):
+        raise CaptureError(f"{path}: an object in braces is needed, found {type(values).__name__}.")
+    return Entries(path, values)
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise CaptureError(f"{path}: cannot be read ({error.strerror}).") from error
+    except UnicodeDecodeError as error:
+        raise CaptureError(
+            f"{path}: byte {error.start} is not UTF-8. Save the file as UTF-8 text."
+        ) from error

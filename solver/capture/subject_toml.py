@@ -1,0 +1,75 @@
+"""subject.toml: any layout of files, described by hand."""
+
+from pathlib import Path
+
+from solver.capture.capture import TrialFiles
+from solver.capture.description import Description, Entries, read_toml
+from solver.capture.moment_convention import CONVENTIONS
+from solver.errors import CaptureError
+
+KEYS = ("mass_kg", "height_m", "sex", "age_years", "model", "foot_bodies", "static", "tags", "trials")
+TRIAL_KEYS = ("markers", "forces", "review", "up", "moments")
+
+
+def read_subject_toml(path: Path) -> Description:
+    """Read a subject.toml.
+
+    Raises:
+        CaptureError: broken TOML, a value of the wrong kind, or a file that is missing or outside the folder.
+    """
+    entries = read_toml(path)
+    mass, mass_notes = entries.number("mass_kg", "mass")
+    height, height_notes = entries.number("height_m", "height")
+    age, age_notes = entries.number("age_years", "age")
+    sex, sex_notes = entries.sex("sex")
+    trials, trial_notes = _trials(entries)
+    notes = mass_notes + height_notes + age_notes + sex_notes + trial_notes + entries.unknown(KEYS)
+    return Description(
+        mass_kg=mass,
+        height_m=height,
+        sex=sex,
+        age_years=age,
+        foot_bodies=entries.texts("foot_bodies"),
+        tags=entries.texts("tags"),
+        model=entries.file("model"),
+        static=entries.file("static"),
+        trials=trials,
+        notes=notes,
+    )
+
+
+def _trials(entries: Entries) -> tuple[tuple[TrialFiles, ...] | None, tuple[str, ...]]:
+    tables = entries.values.get("trials")
+    if tables is None:
+        return None, ()
+    if not isinstance(tables, dict) or not tables:
+        raise CaptureError(
+            f'{entries.path}: trials are tables of their own: [trials.NAME], then markers = "FILE".'
+        )
+    trials: list[TrialFiles] = []
+    notes: tuple[str, ...] = ()
+    for name, table in tables.items():
+        if not isinstance(table, dict):
+            raise CaptureError(
+                f"{entries.path}: trials.{name} is no table. Write [trials.{name}] above its keys."
+            )
+        if not name.strip() or name.startswith(".") or "/" in name or "\\" in name:
+            raise CaptureError(
+                f"{entries.path}: trial '{name}': results are filed under that name; leave out / and \\."
+            )
+        trial = Entries(entries.path, table, f"trials.{name}.")
+        markers = trial.file("markers")
+        if markers is None:
+            raise CaptureError(f'{entries.path}: trials.{name} has no markers. Add markers = "FILE.trc".')
+        trials.append(
+            TrialFiles(
+                name=name,
+                markers=markers,
+                forces=trial.file("forces"),
+                reviews=trial.files("review"),
+                up=trial.word("up", ("x", "y", "z", "+x", "+y", "+z", "-x", "-y", "-z")),
+                moments=trial.word("moments", CONVENTIONS),
+            )
+        )
+        notes += trial.unknown(TRIAL_KEYS)
+    return tuple(trials), notes

@@ -1,0 +1,259 @@
+"""One trial from its files: read, turned to y up, cleaned, with everything that was assumed on the way."""
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from solver.capture.axes import (
+    AxesSettings,
+    VerticalAxis,
+    markers_y_up,
+    plate_y_up,
+    points_down,
+    vertical_axis,
+    vertical_axis_named,
+)
+from solver.capture.c3d import C3dSettings, read_c3d, read_c3d_markers
+from solver.capture.capture import Capture, ForcePlate, Markers, TrialFiles
+from solver.capture.force_columns import find_plates
+from solver.capture.marker_cleaning import MarkerCleaningSettings, clean_markers
+from solver.capture.moment_convention import PlateReadingSettings, plates_from_storage
+from solver.capture.review import imported_review
+from solver.capture.storage import Storage, read_storage
+from solver.capture.trc import read_trc
+from solver.errors import CaptureError
+from solver.settings_field import setting
+
+MARKER_KINDS = (".trc", ".c3d")
+FORCE_KINDS = (".mot", ".sto", ".c3d")
+
+
+@dataclass(frozen=True)
+class TrialSettings:
+    """How a trial's files are read, stage by stage."""
+
+    cleaning: MarkerCleaningSettings = field(default_factory=MarkerCleaningSettings)
+    axes: AxesSettings = field(default_factory=AxesSettings)
+    c3d: C3dSettings = field(default_factory=C3dSettings)
+    plates: PlateReadingSettings = field(default_factory=PlateReadingSettings)
+    near_m: float = setting(
+        0.5,
+        unit="m",
+        why="a foot's markers are within 0.2 m of its centre of pressure; this far off it isn't under it",
+    )
+    judged_samples: int = setting(
+        50, unit="", why="loaded samples of a plate whose distance to markers is judged"
+    )
+
+
+def read_trial(files: TrialFiles, settings: TrialSettings = TrialSettings()) -> Capture:
+    """Read one trial: metres, newtons, y up, forces on the person, NaN where a marker was not seen.
+
+    A force file that is named beside a C3D file of markers wins over the forces inside that.
+
+    Args:
+        files: where it lies, and what a person said about axes and moments.
+        settings: thresholds.
+
+    Raises:
+        CaptureError: a file cannot be read, or not be understood without a guess.
+    """
+    recording = _recording(files, settings)
+    markers, cleaning_notes = _cleaned(recording.markers, files.markers, settings)
+    mask, review_notes = imported_review(files.reviews, markers)
+    notes = (
+        *recording.notes,
+        *cleaning_notes,
+        *_overlap_notes(recording),
+        *_distance_notes(recording, settings),
+    )
+    return Capture(
+        name=files.name,
+        markers=markers,
+        plates=recording.plates,
+        notes=notes + review_notes,
+        files=tuple(path for path in (files.markers, files.forces, *files.reviews) if path is not None),
+        imported_missing_force=mask,
+    )
+
+
+def read_static(path: Path, settings: TrialSettings = TrialSettings()) -> Capture:
+    """Read the markers of a static trial, whatever else its file holds.
+
+    Raises:
+        CaptureError: the file cannot be read.
+    """
+    path = Path(path)
+    lab = _markers_in_lab(path, None, settings)
+    markers, notes = _cleaned(markers_y_up(lab.markers, lab.up), path, settings)
+    return Capture(path.stem, markers, (), (*lab.notes, *lab.up.notes(path.name), *notes), (path,))
+
+
+@dataclass(frozen=True)
+class _MarkersInLab:
+    """Markers in the laboratory's axes, and which of these points up."""
+
+    markers: Markers
+    up: VerticalAxis
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Recording:
+    """Markers and plates in axes of which y points up."""
+
+    markers: Markers
+    plates: tuple[ForcePlate, ...]
+    notes: tuple[str, ...]
+
+
+def _recording(files: TrialFiles, settings: TrialSettings) -> _Recording:
+    up = vertical_axis_named(files.up) if files.up else None
+    kind = _kind(files.markers, MARKER_KINDS)
+    if files.forces in (None, files.markers) and kind == ".c3d":
+        c3d = read_c3d(files.markers, up, settings.c3d)
+        plates = tuple(plate_y_up(plate, c3d.up) for plate in c3d.plates)
+        return _Recording(
+            markers_y_up(c3d.markers, c3d.up), plates, c3d.notes + c3d.up.notes(files.markers.name)
+        )
+    lab = _markers_in_lab(files.markers, up, settings)
+    if files.forces is None:
+        return _Recording(markers_y_up(lab.markers, lab.up), (), lab.notes + lab.up.notes(files.markers.name))
+    if kind == ".c3d":
+        note = f"{files.markers.name}: forces inside it, if any, are not used: {files.forces.name} is named"
+        lab = replace(lab, notes=(*lab.notes, note))
+    if _kind(files.forces, FORCE_KINDS) == ".c3d":
+        c3d = read_c3d(files.forces, up, settings.c3d)
+        return _Recording(
+            markers_y_up(lab.markers, lab.up),
+            tuple(plate_y_up(plate, c3d.up) for plate in c3d.plates),
+            lab.notes + lab.up.notes(files.markers.name) + c3d.notes + c3d.up.notes(files.forces.name),
+        )
+    return _with_table(lab, files, up, settings)
+
+
+def _kind(path: Path, kinds: tuple[str, ...]) -> str:
+    if path.suffix.lower() not in kinds:
+        raise CaptureError(
+            f"{path}: files of that ending cannot be read here. Export one of {', '.join(kinds)}."
+        )
+    return path.suffix.lower()
+
+
+def _markers_in_lab(path: Path, up: VerticalAxis | None, settings: TrialSettings) -> _MarkersInLab:
+    if _kind(path, MARKER_KINDS) == ".c3d":
+        c3d = read_c3d_markers(path, up, settings.c3d)
+        return _MarkersInLab(c3d.markers, c3d.up, c3d.notes)
+    trc = read_trc(path)
+    up = up or vertical_axis(trc.markers, default="y", settings=settings.axes)
+    return _MarkersInLab(trc.markers, up, trc.notes)
+
+
+def _cleaned(markers: Markers, path: Path, settings: TrialSettings) -> tuple[Markers, tuple[str, ...]]:
+    cleaned, notes = clean_markers(markers, settings.cleaning)
+    if not cleaned.names:
+        raise CaptureError(f"{path}: no marker was ever seen. Export the trial with its trajectories.")
+    return cleaned, tuple(f"{path.name}: {note}" for note in notes)
+
+
+def _with_table(
+    lab: _MarkersInLab, files: TrialFiles, told: VerticalAxis | None, settings: TrialSettings
+) -> _Recording:
+    """Markers with the plates of a .mot or .sto file, which mostly are in the same axes as the markers.
+
+    Where markers and forces each say clearly that another axis is vertical, either somebody lies on the floor
+    or one of the two files was turned: whichever brings the centres of pressure under the feet is true.
+    """
+    assert files.forces is not None
+    storage = read_storage(files.forces)
+    forces = [storage.values[:, list(plate.force)] for plate in find_plates(storage)[0]]
+    of_forces = told or vertical_axis(None, forces, default="y", settings=settings.axes)
+    if files.markers.suffix.lower() == ".c3d":
+        return _turned(lab, files, storage, (lab.up, of_forces), settings)
+    both = told or vertical_axis(lab.markers, forces, default="y", settings=settings.axes)
+    together = _turned(lab, files, storage, (both, both), settings)
+    differ = (lab.up.axis, lab.up.sign) != (of_forces.axis, of_forces.sign)
+    if not (differ and lab.up.certain and of_forces.certain):
+        return together
+    apart = _turned(lab, files, storage, (lab.up, of_forces), settings)
+    is_nearer = _distance(apart, settings) < min(settings.near_m, 0.5 * _distance(together, settings))
+    return apart if is_nearer else together
+
+
+def _turned(
+    lab: _MarkersInLab,
+    files: TrialFiles,
+    storage: Storage,
+    ups: tuple[VerticalAxis, VerticalAxis],
+    settings: TrialSettings,
+) -> _Recording:
+    """Markers and forces turned to y up, each from its own axes."""
+    assert files.forces is not None
+    upright = _storage_y_up(storage, ups[1])
+    plates, plate_notes = plates_from_storage(
+        upright, moment_convention=files.moments, settings=settings.plates
+    )
+    y = np.array([0.0, 1.0, 0.0])
+    down = [points_down(plate.force_ground, y, settings.axes) for plate in plates]
+    plates = tuple(_reversed(p) if is_down else p for p, is_down in zip(plates, down, strict=True))
+    names = ", ".join(plate.name for plate, is_down in zip(plates, down, strict=True) if is_down)
+    notes = (*lab.notes, *ups[0].notes(files.markers.name), *plate_notes)
+    if ups[0] != ups[1]:
+        notes += ups[1].notes(files.forces.name)
+    if names:
+        notes += (
+            f"{files.forces.name}: {names}: forces point downwards, on the plate; their sign is turned",
+        )
+    return _Recording(markers_y_up(lab.markers, ups[0]), plates, notes)
+
+
+def _storage_y_up(storage: Storage, up: VerticalAxis) -> Storage:
+    """The table with forces, centres of pressure and moments turned to y up."""
+    values = storage.values.copy()
+    for plate in find_plates(storage)[0]:
+        for columns in (plate.force, plate.point, plate.moment):
+            xyz = [column for column in columns or () if column is not None]
+            if len(xyz) == 3:
+                values[:, xyz] = storage.values[:, xyz] @ up.R_ground_lab.T
+    return replace(storage, values=values)
+
+
+def _reversed(plate: ForcePlate) -> ForcePlate:
+    return replace(plate, force_ground=-plate.force_ground, moment_ground=-plate.moment_ground)
+
+
+def _overlap_notes(recording: _Recording) -> tuple[str, ...]:
+    times = recording.markers.times
+    apart = [p.name for p in recording.plates if p.times[0] > times[-1] or p.times[-1] < times[0]]
+    if not apart:
+        return ()
+    return (
+        f"{', '.join(apart)}: recorded at other times than the markers ({times[0]:g} to {times[-1]:g} s): "
+        "do the files belong together?",
+    )
+
+
+def _distance_notes(recording: _Recording, settings: TrialSettings) -> tuple[str, ...]:
+    distance = _distance(recording, settings)
+    if not np.isfinite(distance) or distance < settings.near_m:
+        return ()
+    return (
+        f"the centres of pressure are {distance:.1f} m from the nearest marker: are markers and forces in "
+        "the same axes, and do the files belong together?",
+    )
+
+
+def _distance(recording: _Recording, settings: TrialSettings) -> float:
+    """How far loaded centres of pressure typically are from the nearest marker [m]; infinite without any."""
+    markers, nearest = recording.markers, []
+    for plate in recording.plates:
+        frames = np.round((plate.times - markers.start_time) * markers.rate).astype(int)
+        known = np.isfinite(plate.cop_ground).all(axis=1) & (frames >= 0) & (frames < markers.frames)
+        loaded = np.flatnonzero(known & (plate.force_ground[:, 1] > settings.axes.loaded_N))
+        sample = loaded[:: max(1, len(loaded) // settings.judged_samples)]
+        away = np.linalg.norm(
+            markers.positions_ground[frames[sample]] - plate.cop_ground[sample, None], axis=2
+        )
+        nearest += np.where(np.isfinite(away), away, np.inf).min(axis=1, initial=np.inf).tolist()
+    return float(np.median(nearest)) if nearest else float("inf")
