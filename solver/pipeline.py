@@ -22,7 +22,7 @@ from solver.kinematics.marker_matching import MarkerMatch, match_markers
 from solver.kinematics.motion import Motion
 from solver.kinematics.scale_prior import stature
 from solver.progress import Progress, part, silent
-from solver.provenance import provenance
+from solver.provenance import provenance_of
 from solver.settings import Settings, as_dict
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import body_poses, marker_positions
@@ -91,7 +91,7 @@ def solve(
         mass_kg=mass_kg,
         height_m=height_m,
         settings=as_dict(settings),
-        provenance=provenance(subject, [c.name for c in captures]),
+        provenance=provenance_of(subject, chosen),
         notes=(*match.notes, *calibration.notes, *mass_notes, *height_notes),
     )
 
@@ -159,7 +159,15 @@ def _contacts(
     times = fit.motion.times
     conditioned = [condition(plate, times, settings.conditioning) for plate in fit.capture.plates]
     R, p = body_poses(skeleton, fit.motion.q)
-    return assign(conditioned, R, p, skeleton, subject.foot_bodies, times, settings.contact)
+    return assign(
+        conditioned,
+        R,
+        p,
+        skeleton=skeleton,
+        foot_bodies=subject.foot_bodies,
+        times=times,
+        settings=settings.contact,
+    )
 
 
 def _filtered(motion: Motion, settings: Settings) -> Motion:

@@ -97,12 +97,12 @@ def test_a_foot_that_follows_the_other_onto_a_plate_without_a_pause(walk):
     plate = walk.plate("long", [(first_right, walk.under[:, RIGHT]), (first_left, walk.under[:, LEFT])])
     found = walk.assigned(plate)
     owner = found.plate[:, 0]
-    assert set(owner[10:48]) == {RIGHT}
-    assert set(owner[68:108]) == {LEFT}
+    assert set(owner[10:44]) == {RIGHT}
+    assert set(owner[71:108]) == {LEFT}
     shared = np.flatnonzero(owner == TWO_FEET)
-    assert len(shared) >= 5
-    assert shared.min() >= 50  # both feet are down from 50 to 65
-    assert shared.max() <= 65
+    assert shared.min() <= 50  # both feet are down from 50 to 65
+    assert shared.max() >= 65
+    np.testing.assert_array_equal(np.diff(shared), 1)
     np.testing.assert_array_equal(found.wrench_ground[shared], 0.0)
     assert any("two feet" in note and "plate long" in note for note in found.notes)
 

@@ -1,0 +1,128 @@
+"""Standing and squatting with both feet on the ground."""
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.simulate.contacts import ContactPlan, Course, Stance
+from solver.simulate.sole import Sole
+from solver.simulate.trajectory_fit import Wish
+from solver.skeleton.skeleton import Skeleton
+
+GRAVITY = 9.80665  # [m/s²]
+# Joint angles at the bottom of a squat [deg], of our own choosing: thighs short of level, trunk leaning forward.
+SQUAT = {
+    "hip_flexion": 92, "hip_adduction": -8, "knee_angle": 100, "ankle_angle": 30, "pelvis_tilt": -24,
+    "lumbar_extension": -16, "arm_flex": 75, "elbow_flex": 10,
+}  # fmt: skip
+STANDING = {"hip_flexion": 4, "knee_angle": 3, "arm_add": -10, "elbow_flex": 12, "pro_sup": 80, "ankle_angle": 2}
+STATIC = {"arm_add": -35, "elbow_flex": 8, "pro_sup": 60}
+
+
+def standing_contacts(sole: Sole, mass: float, width: float, span: tuple[float, float], rng: np.random.Generator) -> ContactPlan:
+    """Both feet planted throughout, the load swaying slowly from one to the other and to and fro.
+
+    Args:
+        sole: of the person.
+        mass: [kg].
+        width: between the feet's midlines [m].
+        span: first and last time [s].
+        rng: of the sway.
+    """
+    before, after = span[0] - 1.0, span[1] + 1.0
+    sideways, forward = _sway(rng, 0.03), _sway(rng, 0.015)
+    stances = []
+    for foot, side in enumerate((1.0, -1.0)):
+
+        def load(times: np.ndarray, side: float = side) -> np.ndarray:
+            return mass * GRAVITY * (0.5 + side * sideways(times))
+
+        stances.append(
+            Stance(
+                foot=foot,
+                start=before,
+                end=after,
+                origin_ground=np.array([-sole.ankle, 0.0, side * width / 2]),
+                yaw=-side * np.radians(8.0),
+                load=load,
+                along=lambda times: 0.42 + forward(times),
+                across=lambda times: np.full(len(times), 0.05),
+                heel_planted=(before, after),
+                forefoot_planted=(before, after),
+            )
+        )
+    return ContactPlan(tuple(stances), sole)
+
+
+def squat_depth(span: tuple[float, float], rng: np.random.Generator) -> Course:
+    """Depth over time, 0 upright to about 1: squats of 2.2 s or so with a short rest between, never quite alike."""
+    starts, depths, lengths = [], [], []
+    start = 0.5
+    while start < span[1]:
+        starts.append(start)
+        lengths.append(2.2 * (1 + 0.06 * rng.standard_normal()))
+        depths.append(np.clip(0.85 + 0.06 * rng.standard_normal(), 0.6, 1.0))
+        start += lengths[-1] + 0.35
+
+    def course(times: np.ndarray) -> np.ndarray:
+        depth = np.zeros(len(times))
+        for since, deep, length in zip(starts, depths, lengths, strict=True):
+            share = np.clip((times - since) / length, 0, 1)
+            depth += deep * np.sin(np.pi * share) ** 2
+        return depth
+
+    return course
+
+
+def posture_wish(
+    skeleton: Skeleton,
+    contacts: ContactPlan,
+    times: Float[np.ndarray, " times"],
+    depth: Float[np.ndarray, " times"] | None,
+) -> Wish:
+    """Upright with the arms held off the body, or squatting to a depth.
+
+    Args:
+        skeleton: who stands.
+        contacts: of both feet.
+        times: [s].
+        depth: of a squat, 0 upright, 1 the bottom; None for quiet standing with the arms out of the markers' way.
+    """
+    base = {**STANDING, **(STATIC if depth is None else {})}
+    bottom = SQUAT if depth is not None else {}
+    deep = depth if depth is not None else np.zeros(len(times))
+    q = np.zeros((len(times), len(skeleton.dofs)))
+    for i, dof in enumerate(skeleton.dofs):
+        stem = dof[:-2] if dof.endswith(("_r", "_l")) else dof
+        degrees = base.get(stem, 0.0) + deep * (bottom[stem] - base.get(stem, 0.0) if stem in bottom else 0.0)
+        q[:, i] = np.radians(degrees)
+    height = skeleton.dofs.index("pelvis_ty")
+    thigh = -skeleton.joints[skeleton.body_index("tibia_r")].p_parent_frame[1]
+    hip = skeleton.joints[skeleton.body_index("femur_r")].p_parent_frame
+    q[:, height] = skeleton.default_q[height] - 0.002 - deep * 1.15 * thigh
+    q[:, skeleton.dofs.index("pelvis_tx")] = -hip[0] + 0.03 - 0.20 * deep
+    upright = np.array([0.0, skeleton.mass * GRAVITY, 0.0])
+    return Wish(
+        times=times,
+        q=q,
+        tolerance=np.array([_tolerance(name) for name in skeleton.dofs]),
+        contacts=contacts,
+        force=np.tile(upright, (len(times), 1)),
+        force_tolerance=0.5,
+    )
+
+
+def _tolerance(dof: str) -> float:
+    """How far the motion may leave the pattern [rad or m]."""
+    if dof in ("pelvis_tx", "pelvis_ty", "pelvis_tz"):
+        return 0.06
+    return float(np.radians(2.5 if dof.startswith(("arm", "elbow", "pro", "wrist", "lumbar")) else 6.0))
+
+
+def _sway(rng: np.random.Generator, size: float) -> Course:
+    """A slow irregular course: a few sines between 0.1 and 0.6 Hz, of that standard deviation."""
+    rates = rng.uniform(0.1, 0.6, 4)
+    phases = rng.uniform(0, 2 * np.pi, 4)
+    amplitude = size * np.sqrt(2 / 4)
+    return lambda times: amplitude * np.sin(2 * np.pi * np.outer(times, rates) + phases).sum(axis=1)
+
+
