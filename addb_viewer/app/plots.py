@@ -10,7 +10,7 @@ from addb_viewer.app.palette import GREY, VERMILION
 from addb_viewer.app.replay import Replay
 
 CHART_HEIGHT = 132  # [pixel] four of them fit below one another on a laptop
-AXIS_WIDTH = 44  # [pixel] the same for all, so that times lie below one another
+AXIS_WIDTH = 52  # [pixel] the same for all, so that times lie below one another
 OWN_SCALE = "share"  # of cursor and shading: 0 to 1 whatever the curves do
 
 

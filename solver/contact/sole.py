@@ -101,7 +101,17 @@ def soles(skeleton: Skeleton, foot_bodies: Sequence[str]) -> tuple[Sole, ...]:
 
 
 def independent_feet(skeleton: Skeleton, foot_bodies: Sequence[str]) -> tuple[str, ...]:
-    """The foot bodies without those that hang on another one: toes are part of their foot's sole."""
+    """The foot bodies without those that hang on another one: toes are part of their foot's sole.
+
+    Raises:
+        ModelError: a name is no body of the model, or there is none.
+    """
+    missing = [name for name in foot_bodies if name not in skeleton.body_names]
+    if missing or not foot_bodies:
+        raise ModelError(
+            f"{skeleton.name}: {'no body ' + ', '.join(missing) if missing else 'no foot bodies are named'}. "
+            f"Name them with foot_bodies in subject.toml; bodies: {', '.join(skeleton.body_names)}."
+        )
     indices = {skeleton.body_index(name): name for name in foot_bodies}
     return tuple(
         name for i, name in indices.items() if not any(p in indices for p in _ancestors(skeleton, i)[1:])

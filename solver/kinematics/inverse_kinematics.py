@@ -19,7 +19,9 @@ SMALL_STEP = 0.01  # rad or m: one Gauss-Newton step of that size lands within 1
 COST_OF_SMOOTHNESS = 0.01  # of a marker at one standard deviation; a frame that pays more keeps its pose
 REFINEMENT = 8  # each pass solves that many times more frames, started between those already solved
 MOST_TRACKING_STEPS = 15  # for stragglers; what they miss, their neighbours and the last step mend
-WORSE_THAN_NEIGHBOURS = 4.0  # times their cost: such a frame is started again from both sides
+WORSE_THAN_NEIGHBOURS = 1.5  # times their cost: such a frame is started again from both sides
+WORSE_PER_MARKER = 0.2  # and by that much a marker, in squares of the expected error
+MOST_RETRIES = 50  # each mends the edge of a bad stretch by one frame
 
 
 def inverse_kinematics(
@@ -120,10 +122,10 @@ def _retry_worse_than_neighbours(
 ) -> None:
     """Frames in a worse minimum than their neighbours are started again from the neighbours' poses."""
     per_marker = cost / np.maximum(problem.seen[usable].sum(axis=1), 1)
-    for _ in range(8):
+    for _ in range(MOST_RETRIES):
         padded = np.pad(per_marker, 1, mode="edge")
         best_neighbour = np.minimum(padded[:-2], padded[2:])
-        bad = np.flatnonzero(per_marker > WORSE_THAN_NEIGHBOURS * best_neighbour + 1.0)
+        bad = np.flatnonzero(per_marker > WORSE_THAN_NEIGHBOURS * best_neighbour + WORSE_PER_MARKER)
         if not len(bad):
             return
         from_left, from_right = np.maximum(bad - 1, 0), np.minimum(bad + 1, len(usable) - 1)
@@ -142,7 +144,8 @@ def _retry_worse_than_neighbours(
 
 
 def _rotations(skeleton: Skeleton) -> Int[np.ndarray, " rotations"]:
-    return np.flatnonzero([c.motion == "rotation" for c in skeleton.free_coordinates])
+    turning = {a.coordinate for j in skeleton.joints for a in j.axes if a.kind == "rotation"}
+    return np.flatnonzero([d in turning for d in skeleton.dofs])
 
 
 def _unwrapped(

@@ -1,44 +1,45 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from solver.contact.mask import NOT_RECORDED, REVIEWED, TWO_FEET_ON_ONE_PLATE, frame_mask
+from solver.contact.mask import frame_mask
 from solver.contact.wrenches import TWO_FEET, ContactWrenches
-from solver.errors import FitError
+
+FRAMES = 10
 
 
 @pytest.fixture
-def contacts() -> ContactWrenches:
-    """Ten frames, two feet, one plate: not recorded on the first two, two feet on it at 5 and 6."""
-    observed, plate = np.ones(10, dtype=bool), np.zeros((10, 1), dtype=int)
-    observed[:2] = False
-    plate[5:7] = TWO_FEET
+def contacts():
     return ContactWrenches(
         foot_bodies=("calcn_r", "calcn_l"),
-        wrench_ground=np.zeros((10, 2, 6)),
-        cop_ground=np.full((10, 2, 3), np.nan),
-        observed=observed,
-        in_contact=np.zeros((10, 2), dtype=bool),
-        plate=plate,
-        wrench_raw_ground=np.zeros((10, 2, 6)),
+        wrench_ground=np.zeros((FRAMES, 2, 6)),
+        cop_ground=np.full((FRAMES, 2, 3), np.nan),
+        observed=np.ones(FRAMES, dtype=bool),
+        in_contact=np.zeros((FRAMES, 2), dtype=bool),
+        plate=np.zeros((FRAMES, 2), dtype=int),
+        wrench_raw_ground=np.zeros((FRAMES, 2, 6)),
     )
 
 
-def test_what_was_not_measured_does_not_count(contacts):
-    mask = frame_mask(contacts)
-    np.testing.assert_array_equal(np.flatnonzero(mask.all_feet), [2, 3, 4, 7, 8, 9])
-    assert mask.reasons == ((0, 2, None, NOT_RECORDED), (5, 7, None, TWO_FEET_ON_ONE_PLATE))
+def flags(*frames):
+    marked = np.zeros(FRAMES, dtype=bool)
+    marked[list(frames)] = True
+    return marked
+
+
+def test_everything_counts_when_nothing_speaks_against_it(contacts):
+    mask = frame_mask(contacts, ~flags(), None)
+    assert mask.all_feet.all()
     assert mask.source == "none"
+    assert mask.reasons == ()
 
 
-def test_a_review_adds_to_it(contacts):
-    flagged = np.zeros(10, dtype=bool)
-    flagged[4:6] = True
-    mask = frame_mask(contacts, flagged)
-    np.testing.assert_array_equal(np.flatnonzero(mask.all_feet), [2, 3, 7, 8, 9])
-    assert (4, 6, None, REVIEWED) in mask.reasons
+def test_each_reason_takes_out_its_own_frames_and_says_so(contacts):
+    plate = contacts.plate.copy()
+    plate[4:6, 1] = TWO_FEET
+    given = replace(contacts, observed=~flags(9), plate=plate)
+    mask = frame_mask(given, ~flags(0), flags(2, 3))
+    np.testing.assert_array_equal(~mask.all_feet, flags(0, 2, 3, 4, 5, 9))
+    assert [(start, end) for start, end, _, _ in mask.reasons] == [(0, 1), (2, 4), (4, 6), (9, 10)]
     assert mask.source == "review.json"
-
-
-def test_a_review_of_another_length_is_an_error(contacts):
-    with pytest.raises(FitError, match="9 frames, the trial has 10"):
-        frame_mask(contacts, np.zeros(9, dtype=bool))

@@ -60,9 +60,10 @@ def test_toes_named_as_feet_belong_to_their_foot(standing):
     assert independent_feet(standing.skeleton, ("toes_r", "calcn_r", "calcn_l")) == ("calcn_r", "calcn_l")
 
 
-def test_a_foot_that_is_not_in_the_model_is_named(standing):
-    with pytest.raises(ModelError, match="no body 'foot_r'"):
-        soles(standing.skeleton, ("foot_r",))
+@pytest.mark.parametrize(("named", "message"), [(("foot_r",), "no body foot_r"), ((), "no foot bodies")])
+def test_feet_that_are_not_in_the_model_are_named(feet, named, message):
+    with pytest.raises(ModelError, match=f"{message}.*bodies: shank_r, calcn_r"):
+        independent_feet(feet, named)
 
 
 def test_a_foot_in_one_piece_points_to_its_centre_of_mass(feet):

@@ -1,0 +1,140 @@
+import threading
+import time
+
+import pytest
+
+from addb_viewer.app.playback import PICTURES_PER_SECOND, Playback
+
+
+class Clock:
+    def __init__(self):
+        self.now = 0.0
+
+    def __call__(self):
+        return self.now
+
+
+@pytest.fixture
+def clock():
+    return Clock()
+
+
+@pytest.fixture
+def playback(clock):
+    """101 frames at 100 Hz; nothing draws."""
+    p = Playback(lambda position: None, clock)
+    p.open(101, 100.0)
+    return p
+
+
+def test_playing_follows_the_clock_at_the_chosen_speed(playback, clock):
+    playback.toggle()
+    clock.now = 0.25
+    assert playback.position.frame == 25
+    playback.play_at(0.5)
+    clock.now = 0.45
+    assert playback.position.frame == 35
+    assert playback.position.playing
+
+
+def test_it_stops_at_the_end_and_starts_over(playback, clock):
+    playback.toggle()
+    clock.now = 5.0
+    assert playback.position.frame == 100
+    assert not playback.position.playing
+    playback.toggle()
+    clock.now = 5.1
+    assert playback.position.frame == 10
+
+
+def test_backwards_from_the_start_begins_at_the_end(playback, clock):
+    playback.slower()
+    assert playback.position.speed == -1.0
+    assert playback.position.frame == 100
+    clock.now = 0.1
+    assert playback.position.frame == 90
+
+
+def test_pausing_keeps_the_frame(playback, clock):
+    playback.toggle()
+    clock.now = 0.333
+    playback.toggle()
+    clock.now = 9.0
+    assert playback.position.frame == 33
+    assert not playback.position.playing
+
+
+def test_steps_pause_and_stay_inside(playback, clock):
+    playback.toggle()
+    clock.now = 0.2
+    playback.step(1)
+    assert (playback.position.frame, playback.position.playing) == (21, False)
+    playback.step(-1000)
+    assert playback.position.frame == 0
+    playback.step_seconds(0.5)
+    assert playback.position.frame == 50
+    playback.step_seconds(-0.001)
+    assert playback.position.frame == 49
+    playback.seek(10**6)
+    assert playback.position.frame == 100
+
+
+def test_l_and_j_walk_through_the_speeds(playback):
+    speeds = []
+    for press in [
+        playback.faster,
+        playback.faster,
+        playback.slower,
+        playback.slower,
+        playback.slower,
+        playback.slower,
+    ]:
+        press()
+        speeds.append(playback.position.speed)
+    assert speeds == [1.0, 2.0, 1.0, 0.5, 0.25, -0.25]
+
+
+def test_setting_the_speed_does_not_start(playback, clock):
+    playback.play_at(2.0)
+    clock.now = 1.0
+    assert not playback.position.playing
+    playback.toggle()
+    clock.now = 1.25
+    assert playback.position.frame == 50
+
+
+def test_another_trial_starts_at_its_first_frame(playback, clock):
+    playback.seek(70)
+    playback.open(50, 200.0)
+    assert (playback.position.frame, playback.frames) == (0, 50)
+
+
+def test_one_thread_draws_no_more_often_than_it_may():
+    drawn, threads = [], set()
+
+    def draw(position):
+        drawn.append(position.frame)
+        threads.add(threading.get_ident())
+
+    playback = Playback(draw)
+    playback.open(100_000, 1000.0)
+    playback.start()
+    playback.toggle()
+    time.sleep(1.0)
+    playback.stop()
+    assert drawn == sorted(drawn)
+    assert 5 <= len(drawn) <= PICTURES_PER_SECOND + 2
+    assert drawn[-1] == pytest.approx(1000, abs=150)
+    assert threads != {threading.get_ident()}
+    assert len(threads) == 1
+
+
+def test_many_wishes_end_at_the_last():
+    seen = threading.Event()
+    playback = Playback(lambda position: seen.set() if position.frame == 77 else None)
+    playback.open(100, 100.0)
+    playback.start()
+    for frame in [*range(60), 77]:
+        playback.seek(frame)
+    assert seen.wait(2.0)
+    playback.stop()

@@ -1,0 +1,172 @@
+"""What we write for OpenSim, read back; and what OpenSim makes of it."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.referee import referee
+from solver.capture.capture import Capture, Markers, Subject
+from solver.capture.storage import read_storage
+from solver.contact.wrenches import ContactWrenches, FrameMask
+from solver.dynamics.inverse_dynamics import inverse_dynamics
+from solver.dynamics.settings import DynamicsSettings
+from solver.errors import FitError
+from solver.export.opensim import export_opensim
+from solver.fit import Fit, TrialFit
+from solver.kinematics.marker_errors import MarkerErrors
+from solver.kinematics.motion import Motion
+
+RATE = 50.0
+LOADED = slice(20, 60)
+
+
+@pytest.fixture
+def contacts(crane_q) -> ContactWrenches:
+    """A foot that stands on frames 20 to 59, with a filter's tail on five frames more."""
+    frames = len(crane_q)
+    t = np.arange(frames) / RATE
+    cop = np.full((frames, 1, 3), np.nan)
+    cop[LOADED, 0] = np.column_stack([0.1 + 0.2 * t, 0.01 + 0 * t, -0.1 + 0 * t])[LOADED]
+    force = np.zeros((frames, 3))
+    force[LOADED] = np.column_stack([20 * np.sin(9 * t), 300 + 50 * np.sin(5 * t), 10 * np.cos(4 * t)])[
+        LOADED
+    ]
+    free = np.zeros((frames, 3))
+    free[LOADED, 1] = 3.0
+    moment = np.cross(np.nan_to_num(cop[:, 0]), force) + free
+    force[60:65, 1], moment[60:65, 0] = [9, 5, 2, 1, 0.3], [1, 0.7, 0.3, 0.1, 0.0]
+    wrench = np.hstack([force, moment])[:, None]
+    loaded = np.isfinite(cop[..., 0])
+    return ContactWrenches(
+        foot_bodies=("foot_r",),
+        wrench_ground=wrench,
+        cop_ground=cop,
+        observed=np.ones(frames, dtype=bool),
+        in_contact=loaded,
+        plate=np.zeros((frames, 1), dtype=int),
+        wrench_raw_ground=wrench,
+    )
+
+
+@pytest.fixture
+def fit(crane, crane_q, contacts) -> Fit:
+    motion = Motion(crane.dofs, crane_q, RATE, start_time=0.35)
+    mask = FrameMask(np.ones((len(crane_q), 1), dtype=bool))
+    markers = Markers(("M0",), np.zeros((len(crane_q), 1, 3)), RATE, 0.35)
+    trial = TrialFit(
+        capture=Capture("walk", markers),
+        motion=motion,
+        marker_errors=MarkerErrors(("M0",), np.zeros((len(crane_q), 1))),
+        model_markers_ground=np.zeros((len(crane_q), 1, 3)),
+        contacts=contacts,
+        mask=mask,
+        dynamics=inverse_dynamics(crane, motion, contacts, mask, DynamicsSettings()),
+    )
+    return Fit(Subject(Path("subject"), ()), crane, (trial,), mass_kg=crane.mass, height_m=1.7)
+
+
+def with_trial(fit: Fit, **changes) -> Fit:
+    return replace(fit, trials=(replace(fit.trials[0], **changes),))
+
+
+def test_all_of_it_is_written_and_named(fit, tmp_path):
+    written = export_opensim(fit, tmp_path / "results" / "opensim")
+    names = [
+        "model.osim",
+        "walk_ik.mot",
+        "walk_grf.mot",
+        "walk_id.sto",
+        "walk_external_loads.xml",
+        "walk_id_setup.xml",
+    ]
+    assert [path.name for path in written] == names
+    assert sorted(path.name for path in (tmp_path / "results" / "opensim").iterdir()) == sorted(names)
+
+
+def test_the_motion_has_locked_and_coupled_coordinates_too(fit, tmp_path):
+    export_opensim(fit, tmp_path)
+    table = read_storage(tmp_path / "walk_ik.mot")
+    assert table.labels == tuple(c.name for c in fit.skeleton.coordinates)
+    assert table.in_degrees is False
+    knee = fit.trials[0].motion.q[:, fit.skeleton.dofs.index("knee_angle")]
+    np.testing.assert_allclose(table.column("knee_angle"), knee)
+    np.testing.assert_allclose(table.column("cap_angle"), 0.6 * knee + 0.05)
+    np.testing.assert_allclose(table.column("locked_angle"), 0.2)
+    np.testing.assert_allclose(table.times, fit.trials[0].motion.times)
+
+
+def test_the_forces_make_the_recorded_wrench(fit, contacts, tmp_path):
+    export_opensim(fit, tmp_path)
+    table = read_storage(tmp_path / "walk_grf.mot")
+    force, point, torque = (
+        np.column_stack([table.column(f"ground_{kind}{axis}") for axis in "xyz"])
+        for kind in ("force_foot_r_v", "force_foot_r_p", "torque_foot_r_")
+    )
+    np.testing.assert_allclose(force, contacts.wrench_ground[:, 0, :3], atol=1e-9)
+    np.testing.assert_allclose(np.cross(point, force) + torque, contacts.wrench_ground[:, 0, 3:], atol=1e-9)
+    np.testing.assert_allclose(point[LOADED], contacts.cop_ground[LOADED, 0], atol=1e-12)
+    np.testing.assert_allclose(torque[LOADED], [[0, 3, 0]] * 40, atol=1e-9)
+    np.testing.assert_allclose(point[60:], [contacts.cop_ground[59, 0]] * 30)
+
+
+def test_a_force_that_does_not_count_is_not_exported(fit, tmp_path):
+    counts = np.ones((90, 1), dtype=bool)
+    counts[30:40] = False
+    export_opensim(with_trial(fit, mask=FrameMask(counts)), tmp_path)
+    table = read_storage(tmp_path / "walk_grf.mot")
+    np.testing.assert_array_equal(table.values[30:40, [0, 1, 2, 6, 7, 8]], 0.0)
+    assert (table.values[[29, 40], 1] > 200).all()
+
+
+def test_torques_carry_opensims_names(fit, tmp_path):
+    export_opensim(fit, tmp_path)
+    table = read_storage(tmp_path / "walk_id.sto")
+    assert table.labels[:6] == (
+        "tilt_moment",
+        "list_moment",
+        "turn_moment",
+        "tx_force",
+        "ty_force",
+        "tz_force",
+    )
+    np.testing.assert_allclose(table.values, fit.trials[0].dynamics.joint_torques, rtol=1e-9, atol=1e-9)
+
+
+def test_a_trial_without_forces_has_its_motion_only(fit, tmp_path):
+    written = export_opensim(with_trial(fit, contacts=None, mask=None, dynamics=None), tmp_path)
+    assert [path.name for path in written] == ["model.osim", "walk_ik.mot"]
+
+
+def test_names_that_files_cannot_have(fit, tmp_path):
+    capture = replace(fit.trials[0].capture, name="../día 2/walk:1")
+    written = export_opensim(with_trial(fit, capture=capture), tmp_path)
+    assert {path.parent for path in written} == {tmp_path}
+    assert written[1].name == "_d_a_2_walk_1_ik.mot"
+
+
+def test_a_folder_that_cannot_be_made(fit, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(FitError, match="choose another output folder"):
+        export_opensim(fit, tmp_path / "file" / "opensim")
+
+
+@pytest.mark.opensim
+def test_opensim_finds_our_residuals_and_torques(fit, tmp_path):
+    """Its inverse dynamics of the exported files, mapped to a wrench by its own Jacobian."""
+    pytest.importorskip("opensim")
+    folder = tmp_path / "Zoë Ørsted" / "opensim"
+    export_opensim(fit, folder)
+    verdict = referee(folder, "walk")
+    dynamics = fit.trials[0].dynamics
+    assert len(verdict.times) == 90
+    assert np.abs(dynamics.residual_root).max() > 30
+    np.testing.assert_allclose(verdict.residual_root, dynamics.residual_root, atol=1e-4)
+    for name in ("hip_adduction", "ankle_angle", "arm_angle"):
+        ours = dynamics.joint_torques[:, fit.skeleton.dofs.index(name)]
+        np.testing.assert_allclose(verdict.torques[name], ours, atol=1e-4)
+    knee = verdict.torques["knee_angle"] + 0.6 * verdict.torques["cap_angle"]  # its cap moves freely
+    np.testing.assert_allclose(
+        knee, dynamics.joint_torques[:, fit.skeleton.dofs.index("knee_angle")], atol=1e-4
+    )
