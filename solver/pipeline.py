@@ -210,7 +210,8 @@ def _with_dynamics(
         return fit
     clock = _Clock()
     with clock("dynamics"):
-        mask = frame_mask(contacts, fit.capture.imported_missing_force)
+        tracked = fit.marker_errors.seen_share >= settings.kinematics.fewest_seen_share
+        mask = frame_mask(contacts, tracked, fit.capture.imported_missing_force)
         dynamics = inverse_dynamics(
             skeleton, _filtered(fit.motion, settings), contacts, mask, settings.dynamics
         )

@@ -34,7 +34,7 @@ from addb_viewer.app.server import address, open_server
 READOUT_EVERY = 0.1  # [s] while playing: slider and time
 CURSOR_EVERY = 0.25  # [s] while playing: redrawing the plots costs a browser more than the scene
 SCRUBBING = 0.3  # [s] for so long the slider under a person's hand is not moved from here
-CONTROL_WIDTH, PLOT_WIDTH = 300, 400  # [pixel]
+CONTROL_WIDTH, PLOT_WIDTH = 330, 390  # [pixel]
 
 
 class ReviewApp:
@@ -47,7 +47,7 @@ class ReviewApp:
         server.gui.configure_theme(show_logo=False, show_share_button=False)
         self.scene = Scene(server)
         self.controls = build_controls(server.gui, library.trials, tuple(VIEWS))
-        server.gui.set_panel_label(f"addb-viewer · {library.subject.name}")
+        server.gui.set_panel_label(library.subject.name)
         server.gui.main_panel.dock_left()
         server.gui.main_panel.set_width(CONTROL_WIDTH)
         panel = server.gui.add_panel()

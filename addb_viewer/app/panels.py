@@ -143,14 +143,14 @@ def _figure_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
     rows = []
     if figures.get("marker_rms_m") is not None:
         rows.append(("Marker RMS", f"{100 * figures['marker_rms_m']:.2f} cm{mark('marker_rms')}"))
-        rows.append(("Largest", f"{100 * figures['marker_max_m']:.2f} cm{mark('marker_max')}"))
+        rows.append(("Marker maximum", f"{100 * figures['marker_max_m']:.2f} cm{mark('marker_max')}"))
     if linear := figures.get("linear_residual"):
         text = f"{linear['rms_N']:.1f} N = {100 * linear['rms_BW']:.1f} % BW{mark('linear')}"
         rows.append(("Residual force", text))
     if angular := figures.get("angular_residual"):
         text = f"{angular['rms_Nm']:.1f} N·m = {100 * angular['rms_BWh']:.2f} % BW·h{mark('angular')}"
         rows.append(("Residual moment", text))
-    return [*rows, ("Frames with force", f"{figures.get('frames_with_force_used', 0)}")]
+    return [*rows, ("Frames counted", f"{figures.get('frames_with_force_used', 0)} (force known)")]
 
 
 def _table(rows: list[tuple[str, str]]) -> str:

@@ -50,16 +50,24 @@ class PlotPanel:
             _series(chart),
             scales={
                 "x": uplot.Scale(time=False, range=(float(replay.times[0]), float(replay.times[-1]))),
-                "y": uplot.Scale(auto=True),
+                "y": uplot.Scale(range=value_range(points)),
                 OWN_SCALE: uplot.Scale(auto=False, range=(0.02, 1.0)),
             },
-            axes=(uplot.Axis(size=24), uplot.Axis(size=AXIS_WIDTH, scale="y")),
+            axes=(uplot.Axis(size=24), uplot.Axis(size=AXIS_WIDTH, scale="y", space=24)),
             legend=uplot.Legend(show=False),
             cursor=uplot.Cursor(drag={"x": True, "y": False, "setScale": True}),
             height=CHART_HEIGHT,
             padding=(10, 12, 0, 0),
         )
         return plot, points
+
+
+def value_range(points: Points) -> tuple[float, float]:
+    """Axis limits around all curves and zero, with a little air."""
+    lowest = min(0.0, *(float(curve.min()) for curve in points.curves))
+    highest = max(0.0, *(float(curve.max()) for curve in points.curves))
+    air = 0.06 * (highest - lowest) or 1.0
+    return (lowest - air if lowest < 0 else 0.0, highest + air)
 
 
 def heading_html(chart: Chart) -> str:

@@ -19,7 +19,7 @@ class MarkerCleaningSettings:
         3000.0, unit="m/s²", why="300 g: markers on a sprinter's foot reach a third of it when it strikes"
     )
     return_share: float = setting(
-        0.5, unit="", why="of a spike's height: nearer than that to each other are the frames around it"
+        0.5, unit="", why="of the way out: nearer than that to where it left comes a marker that returns"
     )
     teleport_m_s: float = setting(
         60.0, unit="m/s", why="no body part is that fast; hands of throwers reach 25 to 40 m/s"
@@ -64,7 +64,10 @@ def clean_markers(
 def _spikes(
     positions: Float[np.ndarray, "frames markers 3"], rate: float, settings: MarkerCleaningSettings
 ) -> Bool[np.ndarray, "frames markers"]:
-    """Frames that stick out from their two neighbours by more than any acceleration explains."""
+    """Frames that stick out from their two neighbours by more than any acceleration explains.
+
+    Where a marker jumps and stays, the neighbours are twice as far apart as the frame sticks out.
+    """
     spikes = np.zeros(positions.shape[:2], bool)
     if len(positions) < 3:
         return spikes
@@ -72,7 +75,7 @@ def _spikes(
     height = np.linalg.norm(here - 0.5 * (before + after), axis=2)
     across = np.linalg.norm(after - before, axis=2)
     limit = max(settings.spike_m, 0.5 * settings.spike_m_s2 / rate**2)
-    spikes[1:-1] = (height > limit) & (across < settings.return_share * height)
+    spikes[1:-1] = (height > limit) & (across < height)
     return spikes
 
 

@@ -32,6 +32,11 @@ class UnitSettings:
         1.25, unit="", why="of half a side: room for drift of the signals and misplaced corners"
     )
     inside_share: float = setting(0.8, unit="", why="of loaded samples inside: confirms a unit")
+    middle_m: float = setting(
+        0.005,
+        unit="m",
+        why="feet press farther from the middle than that; levers a thousandth of theirs do not",
+    )
     calibrated_spread: float = setting(
         0.03, unit="", why="ANALOG:SCALE over CAL_MATRIX agrees that well among channels"
     )
@@ -77,7 +82,7 @@ def _centre_and_free_moment(
 
     declared = LENGTH_UNITS.get(plate.units[3].strip().lower(), plate.metres)
     return _with_likely_unit(
-        plate, wrench, declared, units=LENGTH_UNITS, what="centres of pressure", settings=settings
+        plate, wrench, declared, units={"m": 1.0, "mm": 1e-3}, what="centres of pressure", settings=settings
     )
 
 
@@ -100,7 +105,7 @@ def _force_and_moment(
         return force, moment * newton_metres + lever
 
     declared = MOMENT_UNITS.get(_word(plate.units[3]), plate.metres)
-    units = {"N·m": 1.0, "N·mm": 1e-3, "N·cm": 1e-2}
+    units = {"N·m": 1.0, "N·mm": 1e-3}
     force, moment, unit_notes = _with_likely_unit(
         plate, wrench, declared, units=units, what="moments", settings=settings
     )
@@ -175,15 +180,28 @@ def _with_likely_unit(
     what: str,
     settings: UnitSettings,
 ) -> tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"], tuple[str, ...]]:
-    """The wrench under the declared unit, unless only another puts the centres of pressure on the plate."""
+    """The wrench under the declared unit, unless another one fits the plate better.
+
+    A factor of a thousand too much puts the centres of pressure off the plate, one too little puts all of them
+    into its very middle: right is the largest unit that leaves them on the plate.
+    """
     force, moment = wrench(declared)
     inside = _share_inside(plate, force, moment, settings)
-    if inside is None or inside >= settings.inside_share:
+    if inside is None:
         return force, moment, ()
-    for name, factor in units.items():
+    for factor in sorted({declared, *units.values()}, reverse=True):
         other = wrench(factor)
-        if (_share_inside(plate, *other, settings) or 0.0) >= settings.inside_share:
-            return *other, (f"{what} read as {name}: only so do the centres of pressure lie on the plate",)
+        if (_share_inside(plate, *other, settings) or 0.0) < settings.inside_share:
+            continue
+        if factor == declared:
+            return force, moment, ()
+        vertical = np.maximum(np.abs(force[:, 2]), settings.loaded_N)
+        reach = np.linalg.norm(other[1] - wrench(0.0)[1], axis=1) / vertical
+        if np.nanmedian(reach[vertical > settings.loaded_N]) > settings.middle_m:
+            name = next(name for name, metres in units.items() if metres == factor)
+            return *other, (f"{what} read as {name}: only so do they fit the size of the plate",)
+    if inside >= settings.inside_share:
+        return force, moment, ()
     return force, moment, (f"only {inside:.0%} of the centres of pressure under load lie on the plate",)
 
 

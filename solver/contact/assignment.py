@@ -34,10 +34,10 @@ def assign(
     """Give every plate's force, contact by contact, to a foot.
 
     A plate is tied to no foot, and no foot to a plate. Where two feet stand on one plate its force goes to
-    neither, and the frames say so.
+    neither, and the frames say so. The plates' own notes are passed on.
 
     Args:
-        plates: conditioned, at the markers' frames.
+        plates: conditioned, at the markers' frames; at least one.
         R_ground_body: orientations of the skeleton's bodies.
         p_ground_body: their origins [m].
         skeleton: scaled.
@@ -49,7 +49,8 @@ def assign(
         ModelError: a foot body is missing or is no foot.
     """
     feet = independent_feet(skeleton, foot_bodies)
-    notes = [
+    notes = [note for plate in plates for note in plate.notes]
+    notes += [
         f"foot body '{name}' is part of another foot's sole; its forces count for that foot"
         for name in foot_bodies
         if name not in feet

@@ -9,36 +9,42 @@ from solver.runs import runs
 
 NOT_RECORDED = "hasNoForcePlateData"  # as the B3D format calls it
 REVIEWED = "manualReview"  # likewise
+TOO_FEW_MARKERS = "too few markers seen"
 TWO_FEET_ON_ONE_PLATE = "two feet on one plate"
 
 
 def frame_mask(
-    contacts: ContactWrenches, imported_missing_force: Bool[np.ndarray, " frames"] | None = None
+    contacts: ContactWrenches,
+    tracked: Bool[np.ndarray, " frames"],
+    missing: Bool[np.ndarray, " frames"] | None,
 ) -> FrameMask:
-    """Every frame counts, but those without recorded force, with two feet on a plate, or that a review flags.
+    """Every frame counts but those without recorded force or a pose, with two feet on a plate, or flagged.
 
     Args:
         contacts: assigned forces.
-        imported_missing_force: from review.json: true where a person says that force is missing or wrong.
+        tracked: frames that show enough markers for a pose.
+        missing: from review.json: true where a person says that force is missing or wrong.
 
     Raises:
         FitError: the review is of another number of frames.
     """
     unrecorded = ~contacts.observed
+    untracked = ~tracked
     shared = (contacts.plate == TWO_FEET).any(axis=1)
     flagged = np.zeros(contacts.frames, dtype=bool)
-    if imported_missing_force is not None:
-        flagged = imported_missing_force
+    if missing is not None:
+        flagged = missing
         if len(flagged) != contacts.frames:
             raise FitError(
                 f"The review is of {len(flagged)} frames, the trial has {contacts.frames}. "
                 "Export it again, or leave it out."
             )
-    out = unrecorded | shared | flagged
+    out = unrecorded | untracked | shared | flagged
     reasons = [
         (start, end, None, reason)
         for flags, reason in (
             (unrecorded, NOT_RECORDED),
+            (untracked, TOO_FEW_MARKERS),
             (shared, TWO_FEET_ON_ONE_PLATE),
             (flagged, REVIEWED),
         )
@@ -47,5 +53,5 @@ def frame_mask(
     return FrameMask(
         counts=np.repeat(~out[:, None], len(contacts.foot_bodies), axis=1),
         reasons=tuple(sorted(reasons, key=lambda reason: reason[:2])),
-        source="none" if imported_missing_force is None else "review.json",
+        source="none" if missing is None else "review.json",
     )

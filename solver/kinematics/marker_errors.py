@@ -18,6 +18,11 @@ class MarkerErrors:
     distance: Float[np.ndarray, "frames markers"]  # [m]
 
     @property
+    def seen_share(self) -> Float[np.ndarray, " frames"]:
+        """Share of the shared markers that each frame shows, 0 to 1."""
+        return np.isfinite(self.distance).mean(axis=1)
+
+    @property
     def rms(self) -> float:
         """Root mean square over all seen marker-frames [m]."""
         return float(np.sqrt(np.nanmean(self.distance**2)))

@@ -31,7 +31,9 @@ class MarkerTerms:
         return order, starts, carrying
 
     @cached_property
-    def _order(self) -> tuple[Int[np.ndarray, " positions"], Int[np.ndarray, " driven"], list[tuple[int, int]]]:
+    def _order(
+        self,
+    ) -> tuple[Int[np.ndarray, " positions"], Int[np.ndarray, " driven"], list[tuple[int, int]]]:
         """Positions with the first of every driven dof in front; these dofs; (its dof's row, row) of the rest."""
         dof = self.kinematics.chain.dof
         driven, first = np.unique(dof, return_index=True)

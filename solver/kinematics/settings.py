@@ -38,7 +38,9 @@ class KinematicsSettings:
         0.4, unit="s", why="frames solved from several start poses; the rest start between them"
     )
     fewest_seen_share: float = setting(
-        0.5, unit="", why="of the shared markers; frames that show fewer have a pose but no say in the figures"
+        0.5,
+        unit="",
+        why="of the shared markers; frames that show fewer have a pose but no say in the figures",
     )
     calibration_frames: int = setting(
         60, unit="", why="poses that decide scales and offsets; more change < 0.1 mm"

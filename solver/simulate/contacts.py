@@ -1,13 +1,14 @@
 """Which foot stands where and when, and what the ground should do to it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
 
 from solver.simulate.sole import SIDES, Sole
 
+GRAVITY = 9.80665  # [m/s²]
 Course = Callable[[Float[np.ndarray, " times"]], Float[np.ndarray, " times"]]
 
 
@@ -30,31 +31,43 @@ class Stance:
     heel_planted: tuple[float, float]  # [s]
     forefoot_planted: tuple[float, float]  # [s]
 
+    def moved(self, heading: float, by: Float[np.ndarray, "3"]) -> "Stance":
+        """The same stance turned about the ground's y axis [rad], then carried along."""
+        return replace(
+            self, origin_ground=about_vertical(heading) @ self.origin_ground + by, yaw=self.yaw + heading
+        )
+
     def covers(self, times: Float[np.ndarray, " times"]) -> np.ndarray:
         """Whether the foot stands at those times."""
         return (times > self.start) & (times < self.end)
 
     def to_ground(self, points_sole: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3"]:
         """From the sole's frame to the ground's; a left foot's points are given as a right one's."""
-        c, s = np.cos(self.yaw), np.sin(self.yaw)
-        R = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
-        side = np.array([1.0, 1.0, -1.0]) if SIDES[self.foot] == "l" else np.ones(3)
-        return self.origin_ground + (points_sole * side) @ R.T
+        return self.origin_ground + (points_sole * self._mirror) @ about_vertical(self.yaw).T
 
     def to_sole(self, points_ground: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3"]:
         """The inverse of `to_ground`."""
-        c, s = np.cos(self.yaw), np.sin(self.yaw)
-        R = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
-        side = np.array([1.0, 1.0, -1.0]) if SIDES[self.foot] == "l" else np.ones(3)
-        return ((points_ground - self.origin_ground) @ R) * side
+        return ((points_ground - self.origin_ground) @ about_vertical(self.yaw)) * self._mirror
+
+    @property
+    def _mirror(self) -> Float[np.ndarray, "3"]:
+        return np.array([1.0, 1.0, -1.0]) if SIDES[self.foot] == "l" else np.ones(3)
 
 
 @dataclass(frozen=True)
 class ContactPlan:
-    """All stances of a trial, and the horizontal force wanted besides."""
+    """All stances of a trial.
+
+    While both feet stand they push apart with `brace` times the product of their shares of the load.
+    """
 
     stances: tuple[Stance, ...]
     sole: Sole
+    brace: float = 0.0  # [N]
+
+    def moved(self, heading: float, by: Float[np.ndarray, "3"]) -> "ContactPlan":
+        """The same contacts turned about the ground's y axis [rad], then carried along."""
+        return replace(self, stances=tuple(stance.moved(heading, by) for stance in self.stances))
 
     def loads(self, times: Float[np.ndarray, " times"]) -> Float[np.ndarray, "times feet"]:
         """Wanted vertical force on each foot [N]; zero off the ground."""
@@ -84,3 +97,9 @@ class ContactPlan:
     def flight(self, times: Float[np.ndarray, " times"]) -> np.ndarray:
         """Whether no foot touches the ground."""
         return ~np.any([stance.covers(times) for stance in self.stances], axis=0)
+
+
+def about_vertical(angle: float) -> Float[np.ndarray, "3 3"]:
+    """Rotation about +y [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])

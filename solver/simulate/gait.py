@@ -6,15 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from scipy.interpolate import CubicSpline
-from scipy.spatial.transform import Rotation
 
 from solver.simulate.angle_patterns import RUNNING_LEG, WALKING_LEG, Knots, pattern, wave
-from solver.simulate.contacts import ContactPlan, Course, Stance
+from solver.simulate.contacts import GRAVITY, ContactPlan, Course, Stance
 from solver.simulate.sole import SIDES, Sole
 from solver.simulate.trajectory_fit import Wish
 from solver.skeleton.skeleton import Skeleton
-
-GRAVITY = 9.80665  # [m/s²]
 
 
 @dataclass(frozen=True)
@@ -33,6 +30,7 @@ class GaitStyle:
     trunk_lean_deg: float
     elbow_deg: float
     arm_swing_deg: float
+    brace: float  # body weights; see `ContactPlan`
     pelvis_drop: float  # of stature, below upright stance
     bounce: float  # [m] half the rise and fall of the pelvis
 
@@ -42,14 +40,15 @@ WALKING = GaitStyle(
     stance_share=0.62,
     step_width=0.10,
     toe_out_deg=7.0,
-    heel_planted=(0.02, 0.58),
-    forefoot_planted=(0.15, 0.95),
+    heel_planted=(0.05, 0.57),
+    forefoot_planted=(0.17, 0.92),
     harmonics=(1.0, 0.30, 0.05),
     braking=0.22,
     along=((0.0, 0.08), (0.08, 0.13), (0.25, 0.33), (0.5, 0.50), (0.75, 0.68), (0.92, 0.80), (1.0, 0.86)),
     trunk_lean_deg=-4.0,
     elbow_deg=25.0,
     arm_swing_deg=17.0,
+    brace=0.45,
     pelvis_drop=0.014,
     bounce=0.018,
 )
@@ -58,14 +57,15 @@ RUNNING = GaitStyle(
     stance_share=0.36,
     step_width=0.05,
     toe_out_deg=6.0,
-    heel_planted=(0.10, 0.50),
-    forefoot_planted=(0.14, 0.92),
+    heel_planted=(0.12, 0.50),
+    forefoot_planted=(0.16, 0.90),
     harmonics=(1.0, -0.05),
     braking=0.28,
     along=((0.0, 0.30), (0.15, 0.36), (0.4, 0.52), (0.7, 0.68), (1.0, 0.78)),
     trunk_lean_deg=-9.0,
     elbow_deg=88.0,
     arm_swing_deg=28.0,
+    brace=0.0,
     pelvis_drop=0.035,
     bounce=0.03,
 )
@@ -148,7 +148,7 @@ def gait_contacts(style: GaitStyle, steps: Steps, sole: Sole, mass: float, step_
                 ),
             )
         )
-    return ContactPlan(tuple(stances), sole)
+    return ContactPlan(tuple(stances), sole, style.brace * mass * GRAVITY)
 
 
 def gait_wish(
@@ -180,7 +180,7 @@ def gait_wish(
         tolerance=np.array([_tolerance(name) for name in skeleton.dofs]),
         contacts=contacts,
         force=force,
-        force_tolerance=0.08,
+        force_tolerance=0.05,
     )
 
 
@@ -231,17 +231,6 @@ def _pelvis_path(
 def skeleton_stature(skeleton: Skeleton) -> float:
     """Stature of the default body, back from its thigh (0.245 of it) [m]."""
     return float(-skeleton.joints[skeleton.body_index("tibia_r")].p_parent_frame[1] / 0.245)
-
-
-def turned(wish_q: np.ndarray, dofs: tuple[str, ...], heading: float) -> np.ndarray:
-    """The same poses with the pelvis turned and carried about the ground's y axis [rad]."""
-    angles = [dofs.index(name) for name in ("pelvis_tilt", "pelvis_list", "pelvis_rotation")]
-    places = [dofs.index(name) for name in ("pelvis_tx", "pelvis_ty", "pelvis_tz")]
-    turn = Rotation.from_rotvec([0.0, heading, 0.0])
-    q = wish_q.copy()
-    q[:, angles] = np.unwrap((turn * Rotation.from_euler("ZXY", wish_q[:, angles])).as_euler("ZXY"), axis=0)
-    q[:, places] = turn.apply(wish_q[:, places])
-    return q
 
 
 def _tolerance(dof: str) -> float:

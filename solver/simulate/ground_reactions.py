@@ -8,7 +8,6 @@ from jaxtyping import Float
 from solver.simulate.contacts import ContactPlan
 from solver.skeleton.forward import cross
 
-GRAVITY = 9.80665  # [m/s²]
 
 
 @dataclass(frozen=True)
@@ -32,7 +31,6 @@ def share_demand(
     demand_ground: Float[np.ndarray, "times 6"],
     plan: ContactPlan,
     times: Float[np.ndarray, " times"],
-    brace: float = 0.0,
 ) -> GroundReactions:
     """Split a demand so that nothing of it is lost.
 
@@ -45,7 +43,6 @@ def share_demand(
         demand_ground: force [N] and moment about the ground origin [N·m].
         plan: who stands where.
         times: of the demand [s].
-        brace: of the forces between the feet: largest one over body weight, times four.
     """
     shares = plan.shares(times)
     wanted = np.nan_to_num(plan.centres_of_pressure(times))
@@ -60,8 +57,7 @@ def share_demand(
     apart = cop[:, 0] - cop[:, 1]
     distance = np.linalg.norm(apart, axis=1, keepdims=True)
     towards_right = np.divide(apart, distance, out=np.zeros_like(apart), where=distance > 0)
-    weight = float(np.mean(force[loaded, 1])) if loaded.any() else 0.0
-    inner = brace * weight * shares[:, :1] * shares[:, 1:] * towards_right
+    inner = plan.brace * shares[:, :1] * shares[:, 1:] * towards_right
     feet_force[:, 0] -= inner
     feet_force[:, 1] += inner
 

@@ -3,18 +3,18 @@
 import numpy as np
 from jaxtyping import Float
 
-from solver.simulate.contacts import ContactPlan, Course, Stance
+from solver.simulate.contacts import GRAVITY, ContactPlan, Course, Stance
 from solver.simulate.sole import Sole
 from solver.simulate.trajectory_fit import Wish
 from solver.skeleton.skeleton import Skeleton
 
-GRAVITY = 9.80665  # [m/s²]
+
 # Joint angles at the bottom of a squat [deg], of our own choosing: thighs short of level, trunk leaning forward.
 SQUAT = {
     "hip_flexion": 92, "hip_adduction": -8, "knee_angle": 100, "ankle_angle": 30, "pelvis_tilt": -24,
     "lumbar_extension": -16, "arm_flex": 75, "elbow_flex": 10,
 }  # fmt: skip
-STANDING = {"hip_flexion": 4, "knee_angle": 3, "arm_add": -10, "elbow_flex": 12, "pro_sup": 80, "ankle_angle": 2}
+STANDING = {"hip_flexion": 4, "hip_rotation": -8, "hip_adduction": -3, "knee_angle": 3, "arm_add": -10, "elbow_flex": 12, "pro_sup": 80, "ankle_angle": 2}
 STATIC = {"arm_add": -35, "elbow_flex": 8, "pro_sup": 60}
 
 

@@ -31,6 +31,7 @@ class Wish:
     contacts: ContactPlan
     force: Float[np.ndarray, "times 3"]  # [N] from the ground in all
     force_tolerance: float  # body weights
+    external: Float[np.ndarray, "times 6"] | None = None  # [N, N·m about the ground origin] not from the ground
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,11 @@ class FitSettings:
 
 
 def fit_trajectory(
-    wish: Wish, model: RigidBodyModel, spacing: float, settings: FitSettings | None = None
+    wish: Wish,
+    model: RigidBodyModel,
+    spacing: float,
+    settings: FitSettings | None = None,
+    start: SplineMotion | None = None,
 ) -> SplineMotion:
     """The motion nearest to the wish.
 
@@ -62,9 +67,10 @@ def fit_trajectory(
         model: of the skeleton that moves.
         spacing: [s] between knots.
         settings: tolerances.
+        start: a motion for nearly the same wish, if there is one.
     """
     problem = _Problem(wish, model, spacing, settings or FitSettings())
-    motion = problem.improved(problem.starting_motion(), with_demand=False)
+    motion = start or problem.improved(problem.starting_motion(), with_demand=False)
     return problem.weightless_in_flight(problem.improved(motion, with_demand=True))
 
 
@@ -85,6 +91,7 @@ class _Problem:
         )
         places = [self.dofs.index(name) for name in PLACE]
         self.about[self.flying] = wish.q[np.ix_(self.flying, places)]  # a near point keeps moments small
+        self.external = self._external()
         self.wanted_demand = np.concatenate([wish.force, np.zeros_like(wish.force)], axis=1)
         self.demand_tolerance = self._demand_tolerance()
         self.planted, self.planted_weight = self._planted()
@@ -113,7 +120,6 @@ class _Problem:
                     break
             else:
                 break
-            print('   ',round(trial_cost,1),trial_violation,halving)
             done = abs(cost - trial_cost) < self.settings.converged * cost
             motion, cost, violation = trial, trial_cost, trial_violation
             if done:
@@ -125,7 +131,6 @@ class _Problem:
         if not self.flying.any():
             return motion
         for _ in range(self.settings.iterations):
-            print('  f',self._cost(motion, with_demand=True)[1])
             if self._cost(motion, with_demand=True)[1] < self.settings.flight:
                 break
             motion = self._motion(motion.coefficients.ravel() + self._step(motion, True, only_constraints=True))
@@ -158,6 +163,13 @@ class _Problem:
             since_stance[:, stance.foot] = np.minimum(since_stance[:, stance.foot], np.maximum(outside, 0))
         return self.settings.clearance * np.minimum(since_stance / self.settings.clearance_ramp, 1.0)
 
+    def _external(self) -> Float[np.ndarray, "times 6"]:
+        """The external wrench about the same points as the demand."""
+        if self.wish.external is None:
+            return np.zeros((len(self.wish.times), 6))
+        force, moment = self.wish.external[:, :3], self.wish.external[:, 3:]
+        return np.concatenate([force, moment - cross(self.about, force)], axis=1)
+
     def _demand_tolerance(self) -> Float[np.ndarray, "times 6"]:
         load = self.wish.contacts.loads(self.wish.times).sum(axis=1, keepdims=True)
         weight = float(np.linalg.norm(self.demand.weight))
@@ -179,6 +191,7 @@ class _Problem:
             return float(cost), 0.0
         wrench = self.demand.wrench(q, v, a)
         wrench[:, 3:] -= cross(self.about, wrench[:, :3])
+        wrench -= self.external
         scaled = (wrench - self.wanted_demand) / self.demand_tolerance
         return float(cost + np.sum(scaled[~self.flying] ** 2)), float(np.abs(wrench[self.flying]).max(initial=0))
 
@@ -208,14 +221,14 @@ class _Problem:
 
         table = self.demand.slopes(q, v, a, self.about)
         rows = sum(self._rows(slope, order) for order, slope in enumerate((table.by_q, table.by_v, table.by_a)))
-        on = ~self.flying
-        scaled = (table.wrench - self.wanted_demand) / self.demand_tolerance
+        wrench, on = table.wrench - self.external, ~self.flying
+        scaled = (wrench - self.wanted_demand) / self.demand_tolerance
         band.add_rows(self.first[on], rows[on] / self.demand_tolerance[on][..., None, None], scaled[on])
         factor = band.factor()
         step = np.zeros(self.count * n) if only_constraints else -factor.solve(band.gradient.ravel())
         if self.flying.any():
             flying = self.flying
-            step = factor.onto_constraints(step, self.first[flying], rows[flying], table.wrench[flying])
+            step = factor.onto_constraints(step, self.first[flying], rows[flying], wrench[flying])
         return step
 
     def _rows(self, slope: Float[np.ndarray, "times residuals dofs"], order: int) -> np.ndarray:

@@ -64,7 +64,7 @@ def page(browser, app):
     page.on("pageerror", lambda error: page.errors.append(str(error)))
     page.goto(f"http://127.0.0.1:{app.server.get_port()}")
     page.wait_for_selector("canvas", timeout=1000 * PATIENCE)
-    until(lambda: app.server.get_clients())
+    until(app.server.get_clients)
     page.get_by_text("Trial", exact=True).first.wait_for(timeout=1000 * PATIENCE)
     time.sleep(2.0)
     for close in page.query_selector_all(".mantine-Notification-closeButton"):
@@ -126,7 +126,7 @@ def test_space_plays_and_pauses(app, page):
     until(lambda: app.playback.position.frame > 20)
     page.keyboard.press("Space")
     until(lambda: not app.playback.position.playing)
-    box = page.get_by_role("textbox", name="Frame") if False else page.locator("input[inputmode]").first
+    box = frame_box(page)
     until(lambda: box.input_value() == str(app.playback.position.frame), "the frame box")
 
 
@@ -152,15 +152,15 @@ def test_j_k_l(app, page):
 
 
 def test_a_typed_frame_is_gone_to(app, page):
-    box = page.locator("input[inputmode]").first
+    box = frame_box(page)
     box.fill("57")
     frame_is(app, 57)
-    assert app.scene.bodies.handles[0].position[0] == pytest.approx(0.57)
-    page.get_by_text("2.570 s").or_(page.locator("input[value='2.570 s']")).first.wait_for()
+    until(lambda: app.scene.bodies.handles[0].position[0] == pytest.approx(0.57))
+    until(lambda: page.locator("input[disabled]").first.input_value() == "2.570 s")
 
 
 def test_keys_do_not_act_while_a_number_is_typed(app, page):
-    box = page.locator("input[inputmode]").first
+    box = frame_box(page)
     box.click()
     page.keyboard.press("End")
     page.keyboard.press("j")
@@ -202,12 +202,11 @@ def test_following_keeps_the_person_in_the_middle_and_stops_without_a_jump(app, 
     app.playback.seek(150)
     until(lambda: abs(app.scene.lab.position[0] + 1.5) < 1e-6)
     page.get_by_text("Follow", exact=True).click()
-    page.locator("input[type=checkbox]").last.click()
     until(lambda: not app.scene.options.follow)
     app.playback.seek(50)
     until(lambda: app.scene.bodies.handles[0].position[0] == pytest.approx(0.5))
     assert app.scene.lab.position[0] == pytest.approx(-1.5)
-    page.locator("input[type=checkbox]").last.click()
+    page.get_by_text("Follow", exact=True).click()
     until(lambda: app.scene.options.follow)
     assert app.scene.lab.position[0] == pytest.approx(-1.5)
     app.scene.anchor[:] = 0.0
@@ -241,6 +240,10 @@ def test_another_web_page_cannot_connect(app, browser, tmp_path):
     assert outcome == "refused"
 
 
+def frame_box(page):
+    return page.locator("input[inputmode]").first
+
+
 def choose(page, trial):
-    page.get_by_role("textbox").first.click()
-    page.get_by_role("option", name=trial).click()
+    page.get_by_text("Trial", exact=True).first.click()
+    page.get_by_role("option", name=trial).click(timeout=10_000)

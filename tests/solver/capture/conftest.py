@@ -69,7 +69,9 @@ def write_c3d():
             c3d.add_parameter(
                 "FORCE_PLATFORM", "CORNERS", np.stack([plate.corners.T for plate in plates], axis=2)
             )
-            c3d.add_parameter("FORCE_PLATFORM", "ORIGIN", np.array([plate.origin for plate in plates]).T)
+            c3d.add_parameter(
+                "FORCE_PLATFORM", "ORIGIN", np.array([plate.origin for plate in plates], float).T
+            )
             c3d.add_parameter("FORCE_PLATFORM", "CHANNEL", channel.astype(float))
             c3d.add_parameter(
                 "FORCE_PLATFORM", "CAL_MATRIX", np.stack([plate.calibration for plate in plates], axis=2)

@@ -177,6 +177,11 @@ def test_an_unloaded_plate_says_nothing(standing):
     assert found.notes == ()
 
 
+def test_what_conditioning_noted_is_passed_on(standing):
+    plate = replace(standing.plate("1", []), notes=("1: zero level of 3 N taken off",))
+    assert standing.assigned(plate).notes == ("1: zero level of 3 N taken off",)
+
+
 def test_the_filters_tails_go_with_their_contact(walk):
     first_right, second_right = steps_of(walk, RIGHT)
     plate = walk.plate("a", [(first_right, walk.under[:, RIGHT]), (second_right, walk.under[:, RIGHT])])

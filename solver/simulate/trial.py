@@ -1,0 +1,129 @@
+"""One synthetic trial: a person moves, and the ground answers just as F = ma demands."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+from scipy.spatial.transform import Rotation
+
+from solver.kinematics.motion import Motion
+from solver.simulate.contacts import ContactPlan, about_vertical
+from solver.simulate.gait import RUNNING, WALKING, gait_contacts, gait_wish, natural_step_time, plan_steps
+from solver.simulate.ground_demand import GroundDemand
+from solver.simulate.ground_reactions import GroundReactions, share_demand
+from solver.simulate.person import TrueBody
+from solver.simulate.posture import posture_wish, squat_depth, standing_contacts
+from solver.simulate.spline_motion import SplineMotion
+from solver.simulate.trajectory_fit import PLACE, Wish, fit_trajectory
+from solver.skeleton.pinocchio_model import RigidBodyModel
+
+External = Callable[[SplineMotion, Float[np.ndarray, " times"]], Float[np.ndarray, "times 6"]]
+"""What does not come from the ground, along a motion: force [N], moment about the ground origin [N·m]."""
+
+Activity = Literal["walk", "run", "squat", "stand"]
+GRID = 0.01  # [s] of the fit; knots lie on it, so that frames of 100 Hz and its multiples meet them
+KNOTS = {"walk": 0.03, "run": 0.02, "squat": 0.03, "stand": 0.05}  # [s] between knots
+EXTERNAL_ROUNDS = 3  # of fitting to an external wrench that depends on the motion
+MARGIN = 0.3  # [s] simulated before and after the recording, where the ends of the spline are loose
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """What happens in a trial."""
+
+    name: str
+    activity: Activity
+    duration: float = 4.0  # [s]
+    speed: float | None = None  # [m/s] of walking or running; None: 1.3 and 3.2
+    heading_deg: float = 0.0  # of progression, about +y from +x
+    centre: tuple[float, float] = (0.0, 0.0)  # (x, z) that the person passes, or stands at [m]
+    variation: float = 0.015  # step-to-step, relative
+
+
+@dataclass(frozen=True)
+class SyntheticTrial:
+    """The truth of one trial."""
+
+    scenario: Scenario
+    body: TrueBody
+    motion: SplineMotion
+    contacts: ContactPlan
+    external: External | None = None
+
+    def frames(self, rate: float) -> Motion:
+        """The motion sampled from time 0 to the trial's end."""
+        times = np.arange(int(round(self.scenario.duration * rate)) + 1) / rate
+        return Motion(self.motion.dofs, self.motion.derivative(times, 0), rate)
+
+    def demand(self, times: Float[np.ndarray, " times"]) -> Float[np.ndarray, "times 6"]:
+        """What the motion demands of the ground: force [N], moment about the ground origin [N·m]."""
+        demand = GroundDemand(RigidBodyModel(self.body.skeleton)).wrench(*self.motion.state(times))
+        return demand - self.external(self.motion, times) if self.external else demand
+
+    def reactions(self, times: Float[np.ndarray, " times"]) -> GroundReactions:
+        """What the ground does to each foot."""
+        return share_demand(self.demand(times), self.contacts, times)
+
+
+def simulate_trial(
+    scenario: Scenario, body: TrueBody, rng: np.random.Generator, external: External | None = None
+) -> SyntheticTrial:
+    """Let a person do what the scenario says.
+
+    Args:
+        scenario: of the trial.
+        body: whose.
+        rng: of the steps and the sway.
+        external: what acts on the person besides gravity and the ground (a support, a tether), if anything;
+            the person leans so that the ground still acts under the feet.
+    """
+    span = (-MARGIN, scenario.duration + MARGIN)
+    times = span[0] + GRID * np.arange(int(np.ceil((span[1] - span[0]) / GRID - 1e-9)) + 1)
+    on_foot = scenario.activity in ("walk", "run")
+    wish = _placed((_gait if on_foot else _posture)(scenario, body, times, rng), body, scenario)
+    model, knots = RigidBodyModel(body.skeleton), KNOTS[scenario.activity]
+    motion = fit_trajectory(wish, model, knots)
+    for _ in range(EXTERNAL_ROUNDS if external else 0):
+        assert external
+        motion = fit_trajectory(replace(wish, external=external(motion, times)), model, knots, start=motion)
+    return SyntheticTrial(scenario, body, motion, wish.contacts, external)
+
+
+def _gait(scenario: Scenario, body: TrueBody, times: np.ndarray, rng: np.random.Generator) -> Wish:
+    running = scenario.activity == "run"
+    style = RUNNING if running else WALKING
+    speed = scenario.speed if scenario.speed is not None else (3.2 if running else 1.3)
+    stature = body.skeleton.joints[body.skeleton.body_index("tibia_r")].p_parent_frame[1] / -0.245
+    step_time = natural_step_time(speed, stature, running)
+    steps = plan_steps(style, speed, step_time, (times[0], times[-1]), rng, scenario.variation)
+    middle = speed * scenario.duration / 2
+    steps = replace(steps, positions=steps.positions - (middle, 0.0))
+    contacts = gait_contacts(style, steps, body.sole, body.skeleton.mass, step_time)
+    return gait_wish(body.skeleton, style, steps, contacts, times)
+
+
+def _posture(scenario: Scenario, body: TrueBody, times: np.ndarray, rng: np.random.Generator) -> Wish:
+    span = (float(times[0]), float(times[-1]))
+    hip = body.skeleton.joints[body.skeleton.body_index("femur_r")].p_parent_frame
+    squats = scenario.activity == "squat"
+    width = (3.2 if squats else 2.4) * hip[2]
+    contacts = standing_contacts(body.sole, body.skeleton.mass, width, span, rng)
+    depth = squat_depth(span, rng)(times) if squats else None
+    return posture_wish(body.skeleton, contacts, times, depth)
+
+
+def _placed(wish: Wish, body: TrueBody, scenario: Scenario) -> Wish:
+    """The wish turned to its heading and carried to its place."""
+    heading = np.radians(scenario.heading_deg)
+    by = np.array([scenario.centre[0], 0.0, scenario.centre[1]])
+    dofs = body.skeleton.dofs
+    angles = [dofs.index(name) for name in ("pelvis_tilt", "pelvis_list", "pelvis_rotation")]
+    places = [dofs.index(name) for name in PLACE]
+    turn = Rotation.from_matrix(about_vertical(heading))
+    q = wish.q.copy()
+    if heading:
+        q[:, angles] = np.unwrap((turn * Rotation.from_euler("ZXY", q[:, angles])).as_euler("ZXY"), axis=0)
+    q[:, places] = turn.apply(q[:, places]) + by
+    return replace(wish, q=q, contacts=wish.contacts.moved(heading, by), force=turn.apply(wish.force))

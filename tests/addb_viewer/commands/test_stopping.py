@@ -1,0 +1,39 @@
+"""Ctrl-C in the middle of a solve, in a process of its own."""
+
+import signal
+import subprocess
+import sys
+import textwrap
+
+SOLVE_THAT_WAITS = """
+    import sys, time
+    from addb_viewer import cli
+    from addb_viewer.commands import solving
+
+    def solve(*_, progress, **__):
+        progress("scaling", 0.1)
+        print("solving", flush=True)
+        time.sleep(60)
+
+    solving.solve = solve
+    cli.main()
+"""
+
+
+def test_ctrl_c_ends_with_130_and_nothing_written(tmp_path):
+    (tmp_path / "walk.trc").write_text("never read")
+    (tmp_path / "subject.toml").write_text('[trials.walk]\nmarkers = "walk.trc"\n')
+    before = sorted(tmp_path.rglob("*"))
+    run = subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(SOLVE_THAT_WAITS), "fit", tmp_path],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert run.stdout is not None
+    assert run.stdout.readline() == "solving\n"
+    run.send_signal(signal.SIGINT)
+    _, error = run.communicate(timeout=20)
+    assert run.returncode == 130
+    assert error == "addb-viewer: stopped; nothing was written\n"
+    assert sorted(tmp_path.rglob("*")) == before

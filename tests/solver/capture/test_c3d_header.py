@@ -1,0 +1,73 @@
+import shutil
+
+import numpy as np
+import pytest
+
+from solver.capture.c3d_contents import open_c3d
+from solver.capture.c3d_header import read_data, read_header
+from solver.errors import CaptureError
+
+LASEM = "c3d_lab_trials/lasem_FAILT01/FAILT01_SLDJ06.c3d"
+SMALL = "c3d_conformance/ezc3d/FP_Type3.c3d"
+
+
+@pytest.mark.parametrize("share", [0.00001, 0.0005, 0.002, 0.01, 0.03, 0.1, 0.5, 0.9, 0.99])
+@pytest.mark.parametrize("name", [LASEM, "c3d_conformance/c3dorg_sample02/pc_int.c3d"])
+def test_a_file_that_was_cut_off(real_data, tmp_path, name, share):
+    whole = (real_data / name).read_bytes()
+    path = tmp_path / "cut.c3d"
+    path.write_bytes(whole[: max(1, int(len(whole) * share))])
+    with pytest.raises(CaptureError, match=r"cut\.c3d: .*(cut off|ends after|damaged)"):
+        open_c3d(path)
+
+
+def test_a_file_that_ends_with_a_whole_frame_was_trimmed(real_data):
+    contents = open_c3d(real_data / "c3d_conformance/ezc3d/Optotrak.c3d")
+    assert len(contents.points) == 29
+    assert any("1149 frames, the file holds 29" in note for note in contents.notes)
+
+
+@pytest.mark.parametrize("text", [b"not a c3d file at all, but long enough to be one" * 50, bytes(2000)])
+def test_other_files(tmp_path, text):
+    path = tmp_path / "other.c3d"
+    path.write_bytes(text)
+    with pytest.raises(CaptureError, match="not a C3D file"):
+        read_header(path)
+
+
+def test_missing_file_and_folder(tmp_path):
+    for path in (tmp_path / "none.c3d", tmp_path):
+        with pytest.raises(CaptureError, match="cannot be read"):
+            read_header(path)
+
+
+def test_a_parameter_with_impossible_dimensions_is_found_before_ezc3d_ends_the_program(real_data, tmp_path):
+    data = bytearray((real_data / SMALL).read_bytes())
+    rate = data.index(b"RATE\x1b\x00\x04\x00")
+    data[rate + 7] = 134  # number of dimensions
+    path = tmp_path / "damaged.c3d"
+    path.write_bytes(data)
+    with pytest.raises(CaptureError, match="damaged at byte"):
+        read_header(path)
+
+
+def test_a_parameter_that_reaches_beyond_the_file(real_data, tmp_path):
+    data = bytearray((real_data / SMALL).read_bytes())
+    channel = data.index(b"CHANNEL")
+    dimensions = data.index(b"\x02\x02", channel)  # integers in two dimensions
+    data[dimensions + 2 : dimensions + 4] = b"\xff\xff"
+    path = tmp_path / "damaged.c3d"
+    path.write_bytes(data)
+    with pytest.raises(CaptureError, match="damaged at byte"):
+        read_header(path)
+
+
+def test_the_data_section_decoded_by_the_header_alone_agrees_with_ezc3d(real_data, tmp_path):
+    for name in (LASEM, "c3d_conformance/c3dorg_sample02/pc_int.c3d"):
+        path = shutil.copy(real_data / name, tmp_path)
+        contents = open_c3d(real_data / name)
+        stored = read_data(path, read_header(real_data / name))
+        np.testing.assert_allclose(stored.points, contents.points, atol=1e-4)
+        assert stored.analogs.shape == contents.analogs.shape
+    real = open_c3d(real_data / LASEM)  # its analog scales are 1
+    np.testing.assert_allclose(read_data(real.path, read_header(real.path)).analogs, real.analogs, atol=1e-9)
