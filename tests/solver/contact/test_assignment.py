@@ -117,7 +117,7 @@ def test_two_feet_standing_on_one_plate(standing):
     assert (found.plate == TWO_FEET).all()
     assert not found.in_contact.any()
     np.testing.assert_array_equal(found.wrench_ground, 0.0)
-    mask = frame_mask(found)
+    mask = frame_mask(found, np.ones(found.frames, dtype=bool), None)
     assert not mask.counts.any()
     assert mask.reasons == ((0, 100, None, TWO_FEET_ON_ONE_PLATE),)
 
@@ -211,7 +211,7 @@ def test_frames_without_recording_have_no_force_and_do_not_count(walk):
     found = walk.assigned(replace(plate, loaded=loaded, observed=observed, **gapped))
     np.testing.assert_array_equal(found.wrench_ground[missing], 0.0)
     assert np.isfinite(found.wrench_ground).all()
-    mask = frame_mask(found)
+    mask = frame_mask(found, np.ones(found.frames, dtype=bool), None)
     np.testing.assert_array_equal(np.flatnonzero(~mask.all_feet), np.arange(30, 40))
     assert mask.reasons == ((30, 40, None, NOT_RECORDED),)
 
