@@ -15,13 +15,12 @@ STANDARD_GRAVITY = 9.80665  # [m/s²] turns the fitted mass into one body weight
 Numbers = dict[str, float | None]
 
 
-def summary(fit: Fit, files: Sequence[str] = (), thresholds: Thresholds | None = None) -> dict[str, object]:
+def summary(fit: Fit, files: Sequence[str] = ()) -> dict[str, object]:
     """The figures of a fit in the shape of `fit --json`; what was not computed is None.
 
     Args:
         fit: the solved subject.
         files: names of the files that hold it.
-        thresholds: of the pass/fail entries; Hicks et al. 2015 by default.
     """
     body_weight = fit.mass_kg * STANDARD_GRAVITY
     return {
@@ -31,9 +30,7 @@ def summary(fit: Fit, files: Sequence[str] = (), thresholds: Thresholds | None =
             "height_m": _number(fit.height_m),
         },
         "model": {"bodies": len(fit.skeleton.bodies), "dofs": len(fit.skeleton.dofs)},
-        "trials": [
-            _trial(trial, body_weight, fit.height_m, thresholds or Thresholds()) for trial in fit.trials
-        ],
+        "trials": [_trial(trial, body_weight, fit.height_m) for trial in fit.trials],
         "files": list(files),
         "notes": list(all_notes(fit)),
     }
@@ -63,7 +60,7 @@ def angular_figures(residual: Float[np.ndarray, "frames 3"], body_weight: float,
     return {"rms_Nm": _number(rms), "mean_norm_Nm": _number(mean), "rms_BWh": _number(scaled)}
 
 
-def _trial(trial: TrialFit, body_weight: float, height: float, limits: Thresholds) -> dict[str, object]:
+def _trial(trial: TrialFit, body_weight: float, height: float) -> dict[str, object]:
     used = trial.dynamics.used if trial.dynamics else np.zeros(trial.motion.frames, dtype=bool)
     figures = {**_marker_figures(trial.marker_errors), **_residual_figures(trial, body_weight, height)}
     return {
@@ -74,7 +71,7 @@ def _trial(trial: TrialFit, body_weight: float, height: float, limits: Threshold
         "frames_used_ranges": [list(run) for run in runs(used)],
         "mask_source": trial.mask.source if trial.mask else "none",
         **figures,
-        "hicks": verdicts(_judged(figures), limits),
+        "hicks": verdicts(_judged(figures), Thresholds()),
         "heldout": None,
         "kinematics_only": None,
         "seconds": {stage: _number(seconds) for stage, seconds in trial.seconds.items()},

@@ -14,7 +14,7 @@ from solver.capture.trial import read_trial
 from solver.fit import Fit
 from solver.results.store import default_folder, has_fit, load_fit
 from solver.skeleton.bones import body_meshes
-from solver.summary import all_notes, summary
+from solver.summary import summary
 
 KEPT = 4  # replays in memory: the one on the screen and those one goes back to
 
@@ -26,7 +26,7 @@ class Library:
     subject: Subject
     fit: Fit | None = None
     meshes: dict[str, trimesh.Trimesh] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # of the subject; a trial's own are in its replay
     kept: OrderedDict[str, Replay] = field(default_factory=OrderedDict)
 
     @property
@@ -82,4 +82,5 @@ def open_library(subject_folder: Path, results: Path | None = None) -> Library:
         return Library(subject, notes=(*subject.notes, "Not fitted yet: markers and forces as measured."))
     fit = load_fit(folder, subject_folder)
     bones = body_meshes(fit.skeleton, subject_folder / "Geometry")
-    return Library(subject, fit, bones.meshes, (*all_notes(fit), *bones.notes))
+    notes = (*subject.notes, *fit.skeleton.notes, *fit.notes, *bones.notes)
+    return Library(subject, fit, bones.meshes, notes)

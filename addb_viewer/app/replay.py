@@ -110,8 +110,9 @@ def fitted_replay(trial: TrialFit, skeleton: Skeleton, person: Person) -> Replay
     bare = unfitted_replay(trial.capture)
     on_fit = _Clock(bare.times, trial.motion.start_time, trial.motion.rate, trial.motion.frames)
     feet: tuple[str, ...] = ()
-    plates = bare.plates
+    plates, notes = bare.plates, bare.notes
     if trial.contacts is not None:
+        notes = (*notes, *trial.contacts.notes)
         feet = trial.contacts.foot_bodies
         plates = tuple(
             PlateReplay(p.name, p.force, p.cop, on_fit.integers(trial.contacts.plate[:, i]), p.corners)
@@ -126,7 +127,7 @@ def fitted_replay(trial: TrialFit, skeleton: Skeleton, person: Person) -> Replay
         feet=feet,
         bodies=_bodies(trial, skeleton, on_fit),
         residual=_residual(trial, person, on_fit),
-        notes=(*bare.notes, *trial.notes),
+        notes=(*notes, *trial.notes),
     )
 
 

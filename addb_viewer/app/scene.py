@@ -41,8 +41,8 @@ class Scene:
         server.scene.add_light_ambient("/light", intensity=0.7)
         self.lab = server.scene.add_frame(LAB, show_axes=False)
         server.scene.add_grid(
-            f"{LAB}/ground", infinite_grid=True, plane="xz", cell_size=0.1, section_size=1.0,
-            fade_distance=12.0, cell_color=(225, 225, 225), section_color=(170, 170, 170), shadow_opacity=0.0,
+            f"{LAB}/ground", infinite_grid=True, plane="xz", cell_size=0.25, section_size=1.0,
+            fade_distance=12.0, cell_color=(195, 195, 195), section_color=(150, 150, 150), shadow_opacity=0.0,
         )  # fmt: skip
         self.replay: Replay | None = None
         self.path = np.zeros((1, 3))

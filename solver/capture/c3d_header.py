@@ -98,7 +98,7 @@ def read_header(path: Path) -> C3dHeader:
         raise CaptureError(
             f"{path}: unknown number format {processor} in the parameter section. {EXPORT_AGAIN}"
         )
-    _check_parameters(path, data, parameters)
+    names = _check_parameters(path, data, parameters)
     words = struct.unpack_from("<24H", data)
     header = C3dHeader(
         processor=processor,
@@ -112,6 +112,7 @@ def read_header(path: Path) -> C3dHeader:
         file_bytes=len(data),
     )
     _check_length(path, header)
+    _check_analog(path, header, names)
     return header
 
 
@@ -157,23 +158,38 @@ def _check_length(path: Path, header: C3dHeader) -> None:
         )
 
 
-def _check_parameters(path: Path, data: bytes, start: int) -> None:
-    """Walk the chain of groups and parameters to its end."""
+def _check_parameters(path: Path, data: bytes, start: int) -> frozenset[str]:
+    """Walk the chain of groups and parameters to its end; the names found, as in "ANALOG:SCALE"."""
+    groups: dict[int, str] = {}
+    found: list[tuple[int, str]] = []
     at = start + 4
     while at + 2 < len(data) and data[at]:
-        length = abs(struct.unpack_from("<b", data, at)[0])
-        is_group = data[at + 1] >= 128
+        length, group = abs(struct.unpack_from("<b", data, at)[0]), struct.unpack_from("<b", data, at + 1)[0]
         pointer = at + 2 + length
-        if pointer + 4 > len(data):
+        if pointer + 4 > len(data) or (group > 0 and not _fits(data, pointer + 2)):
             raise _damaged(path, at)
+        name = data[at + 2 : pointer].decode("latin-1").upper()
+        if group < 0:
+            groups[-group] = name
+        else:
+            found.append((group, name))
         step = struct.unpack_from("<H", data, pointer)[0]
-        if not is_group and not _fits(data, pointer + 2):
-            raise _damaged(path, at)
         if step == 0:
-            return
+            break
         at = pointer + step
     if at + 2 >= len(data):
         raise _damaged(path, len(data))
+    return frozenset(f"{groups.get(group)}:{name}" for group, name in found)
+
+
+def _check_analog(path: Path, header: C3dHeader, parameters: frozenset[str]) -> None:
+    """Without scale or offset nothing tells what the samples mean, and ezc3d ends the program."""
+    if header.analogs_per_frame and {"ANALOG:USED", "ANALOG:RATE"} <= parameters:
+        missing = sorted({"ANALOG:SCALE", "ANALOG:OFFSET"} - parameters)
+        if missing:
+            raise CaptureError(
+                f"{path}: {' and '.join(missing)} missing: analog samples without unit. {EXPORT_AGAIN}"
+            )
 
 
 def _fits(data: bytes, at: int) -> bool:

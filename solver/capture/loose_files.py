@@ -40,7 +40,8 @@ def loose_trials(folder: Path) -> Description:
         kind = markers.suffix.lower()
         if kind not in (".trc", ".c3d"):
             continue
-        forces = _forces(markers, by_name)
+        forces, force_notes = _forces(markers, by_name)
+        notes += force_notes
         twin = by_name.get(markers.stem.lower() + (".c3d" if kind == ".trc" else ".trc"))
         if twin is not None and kind == (".trc" if forces is None else ".c3d"):
             notes.append(f"{markers.name}: left out, the trial is read from {twin.name}")
@@ -80,19 +81,18 @@ def find_model(folder: Path) -> Path | None:
     return None
 
 
-def _forces(markers: Path, by_name: dict[str, Path]) -> Path | None:
+def _forces(markers: Path, by_name: dict[str, Path]) -> tuple[Path | None, tuple[str, ...]]:
     """The force file beside a marker file; X.mot only where it holds forces, not joint angles."""
     for ending in FORCE_ENDINGS:
         for suffix in (".mot", ".sto"):
             forces = by_name.get(f"{markers.stem}{ending}{suffix}".lower())
-            if forces is not None and (ending or _holds_forces(forces)):
-                return forces
-    return None
-
-
-def _holds_forces(path: Path) -> bool:
-    try:
-        find_plates(read_storage(path))
-    except CaptureError:
-        return False
-    return True
+            if forces is None:
+                continue
+            if ending:
+                return forces, ()
+            try:
+                find_plates(read_storage(forces))
+            except CaptureError as error:
+                return None, (f"{forces.name}: no forces of {markers.name} ({error})",)
+            return forces, ()
+    return None, ()

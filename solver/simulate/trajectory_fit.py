@@ -44,7 +44,7 @@ class FitSettings:
     least_moment: float = 0.05  # [N·m]: tolerances where the load vanishes
     clearance: float = 0.010  # [m] least height of a swinging foot's points, away from contact and lift-off
     clearance_ramp: float = 0.12  # [s] over which it grows
-    clearance_tolerance: float = 0.006  # [m]
+    clearance_tolerance: float = 0.002  # [m]
     jerk_joint: float = 2500.0  # [rad/s³] a running knee reaches about 3000
     jerk_root: float = 150.0  # [m/s³]
     iterations: int = 15

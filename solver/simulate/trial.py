@@ -87,7 +87,7 @@ def simulate_trial(
     motion = fit_trajectory(wish, model, knots)
     for _ in range(EXTERNAL_ROUNDS if external else 0):
         assert external
-        motion = fit_trajectory(replace(wish, external=external(motion, times)), model, knots, start=motion)
+        motion = fit_trajectory(replace(wish, external=external(motion, wish.times)), model, knots, start=motion)
     return SyntheticTrial(scenario, body, motion, wish.contacts, external)
 
 
@@ -101,7 +101,17 @@ def _gait(scenario: Scenario, body: TrueBody, times: np.ndarray, rng: np.random.
     middle = speed * scenario.duration / 2
     steps = replace(steps, positions=steps.positions - (middle, 0.0))
     contacts = gait_contacts(style, steps, body.sole, body.skeleton.mass, step_time)
+    if running:
+        times = _with_edges(times, contacts)
     return gait_wish(body.skeleton, style, steps, contacts, times)
+
+
+def _with_edges(times: np.ndarray, contacts: ContactPlan) -> np.ndarray:
+    """The grid with the ends of flight, where the demand has to vanish too, unless a grid time is close by."""
+    edges = np.array([edge for stance in contacts.stances for edge in (stance.start, stance.end)])
+    edges = edges[(edges > times[0]) & (edges < times[-1])]
+    apart = np.abs(edges[:, None] - times).min(axis=1)
+    return np.union1d(times, edges[apart > 0.25 * GRID])
 
 
 def _posture(scenario: Scenario, body: TrueBody, times: np.ndarray, rng: np.random.Generator) -> Wish:

@@ -1,5 +1,6 @@
 """Skeletons as OpenSim 4 model files: bodies, joints, couplings, markers and meshes, without muscles."""
 
+import re
 from pathlib import Path
 from xml.etree.ElementTree import Element, ElementTree, SubElement, indent
 
@@ -32,7 +33,7 @@ def write_skeleton(skeleton: Skeleton, path: Path | str) -> None:
         ModelError: a function of the skeleton has no form in OpenSim, or the file cannot be written.
     """
     document = Element("OpenSimDocument", Version=VERSION)
-    model = SubElement(document, "Model", name=skeleton.name)
+    model = SubElement(document, "Model", name=_component_name(skeleton.name))
     SubElement(model, "Ground", name="ground")
     _property(model, "gravity", skeleton.gravity)
     _property(model, "length_units", "meters")
@@ -85,7 +86,7 @@ def _write_meshes(owner: Element, prefix: str, meshes: tuple[Geometry, ...]) -> 
 
 
 def _write_marker(markers: Element, marker: Marker, skeleton: Skeleton) -> None:
-    node = SubElement(markers, "Marker", name=marker.name)
+    node = SubElement(markers, "Marker", name=_component_name(marker.name))
     _property(node, "socket_parent_frame", _body_path(skeleton.bodies[marker.body].name))
     _property(node, "location", marker.position_body)
     _property(node, "fixed", marker.fixed)
@@ -246,6 +247,11 @@ def _text(value: object) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     return " ".join(repr(float(number)) for number in np.atleast_1d(np.asarray(value, dtype=float)))
+
+
+def _component_name(name: str) -> str:
+    """The name without the characters that OpenSim refuses in components' names."""
+    return re.sub(r"[\\/*+\s]", "_", name)
 
 
 def _body_path(name: str | None) -> str:

@@ -63,6 +63,7 @@ def test_a_fit_brings_bodies_model_markers_residuals_and_limits(small_fit):
     assert replay.residual.moment_limit == pytest.approx(0.01 * 980.665 * 2.0)
     np.testing.assert_array_equal(replay.residual.used, [True, False, True, True])
     np.testing.assert_array_equal(replay.residual.force[:, 0], [3, 1000, 0, 0])
+    assert replay.notes == ("plate 1 was not tared",)
 
 
 def test_a_trial_without_forces_has_no_residual(small_fit):

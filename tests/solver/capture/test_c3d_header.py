@@ -62,6 +62,16 @@ def test_a_parameter_that_reaches_beyond_the_file(real_data, tmp_path):
         read_header(path)
 
 
+@pytest.mark.parametrize("name", [b"\x02SCALE_\x00", b"\x06\x02OFFSET4"])
+def test_analog_samples_without_scale_or_offset(real_data, tmp_path, name):
+    data = (real_data / SMALL).read_bytes()
+    assert data.count(name) == 1
+    path = tmp_path / "unscaled.c3d"
+    path.write_bytes(data.replace(name, name.replace(b"S", b"Q", 1)))
+    with pytest.raises(CaptureError, match=r"ANALOG:(SCALE|OFFSET) missing"):
+        read_header(path)
+
+
 def test_the_data_section_decoded_by_the_header_alone_agrees_with_ezc3d(real_data, tmp_path):
     for name in (LASEM, "c3d_conformance/c3dorg_sample02/pc_int.c3d"):
         path = shutil.copy(real_data / name, tmp_path)

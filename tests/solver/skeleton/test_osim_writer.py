@@ -109,3 +109,11 @@ def _assert_same(ours, theirs, where="skeleton"):
         np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-14, err_msg=where)
     else:
         assert ours == theirs, where
+
+
+def test_names_that_opensim_refuses_are_written_with_underscores(crane, tmp_path):
+    named = replace(crane, name="default body, 71 kg", markers=(replace(crane.markers[0], name="R/ASIS *1"),))
+    write_skeleton(named, tmp_path / "model.osim")
+    again = load_skeleton(tmp_path / "model.osim")
+    assert again.name == "default_body,_71_kg"
+    assert again.marker_names == ("R_ASIS__1",)
