@@ -20,6 +20,7 @@ class ForceSizes:
     head_radius: float = 0.026  # [m]
     head_length: float = 0.07  # [m]
     outline: float = 0.006  # [m]
+    between_names: float = 0.35  # [m] two names nearer than this overlap on the screen
 
 
 class PlateNodes:
@@ -27,15 +28,27 @@ class PlateNodes:
 
     def __init__(self, scene: viser.SceneApi, parent: str, plates: tuple[PlateReplay, ...]) -> None:
         for i, plate in enumerate(plates):
-            if plate.corners is not None and np.isfinite(plate.corners).all():
-                edges = np.stack([plate.corners, np.roll(plate.corners, -1, axis=0)], axis=1)
+            edges = _edges(plate)
+            if edges is not None:
                 scene.add_line_segments(f"{parent}/{i}/outline", edges, GREY, thickness=ForceSizes().outline)
-            place = _name_place(plate)
-            if place is not None:
-                scene.add_label(
-                    f"{parent}/{i}/name", plate.name, position=place, font_size_mode="scene",
-                    font_scene_height=0.04, anchor="top-center",
-                )  # fmt: skip
+        for i, place in name_places(plates).items():
+            scene.add_label(
+                f"{parent}/{i}/name", plates[i].name, position=place, font_size_mode="scene",
+                font_scene_height=0.04, anchor="top-center",
+            )  # fmt: skip
+
+
+def name_places(plates: tuple[PlateReplay, ...]) -> dict[int, Float[np.ndarray, "3"]]:
+    """Where each plate's name stands [m], none over another; a plate that is nowhere has none."""
+    places: dict[int, Float[np.ndarray, "3"]] = {}
+    for i, plate in enumerate(plates):
+        place = _name_place(plate)
+        if place is None:
+            continue
+        while any(np.linalg.norm(place - other) < ForceSizes().between_names for other in places.values()):
+            place = place + np.array([ForceSizes().between_names, 0.0, 0.0])
+        places[i] = place
+    return places
 
 
 class ForceNodes:
@@ -81,11 +94,19 @@ def _point(
         arrow.points = np.stack([start, start + sizes.metres_per_newton * force])[None].astype(np.float32)
 
 
+def _edges(plate: PlateReplay) -> Float[np.ndarray, "4 2 3"] | None:
+    """Ends of the four sides; None where the file does not say where the plate is."""
+    if plate.corners is None or not np.isfinite(plate.corners).all():
+        return None
+    return np.stack([plate.corners, np.roll(plate.corners, -1, axis=0)], axis=1)
+
+
 def _name_place(plate: PlateReplay) -> Float[np.ndarray, "3"] | None:
     """On the edge farthest to the side, where feet and forces do not hide it."""
-    if plate.corners is not None and np.isfinite(plate.corners).all():
-        edges = 0.5 * (plate.corners + np.roll(plate.corners, -1, axis=0))
-        return edges[edges[:, 2].argmax()]
+    edges = _edges(plate)
+    if edges is not None:
+        middles = edges.mean(axis=1)
+        return middles[middles[:, 2].argmax()]
     loaded = np.isfinite(plate.cop).all(axis=1) & (
         np.linalg.norm(plate.force, axis=1) >= ForceSizes().smallest
     )

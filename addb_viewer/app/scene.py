@@ -13,6 +13,7 @@ from addb_viewer.app.marker_nodes import MarkerNodes
 from addb_viewer.app.replay import Replay
 
 LAB, TRIAL = "/lab", "/lab/trial"
+PELVIS_TO_MIDDLE = 0.93  # half of a standing person's height over the pelvis' (Winter 2009: 0.50 over 0.54)
 
 
 @dataclass
@@ -79,11 +80,13 @@ class Scene:
                 self.lab.position = self.anchor - self.path[frame]
 
     def center(self, frame: int) -> Float[np.ndarray, "3"]:
-        """The middle of the person as the cameras see it [m]."""
+        """The middle of the person as the cameras see it [m]: the pelvis, else half-way up the markers."""
         assert self.replay is not None
-        heights = self.markers.held[frame, :, 1]
+        bodies, heights = self.replay.bodies, self.markers.held[frame, :, 1]
         middle = 0.5 * (float(heights.min()) + float(heights.max())) if heights.size else 1.0
-        return self.lab.position + self.path[frame] + [0.0, middle, 0.0]
+        if bodies is not None and np.isfinite(bodies.position[frame, bodies.root, 1]):
+            middle = PELVIS_TO_MIDDLE * float(bodies.position[frame, bodies.root, 1])
+        return self.lab.position + self.path[frame] + np.array([0.0, middle, 0.0])
 
     def follow(self, on: bool, frame: int) -> None:
         """Start or stop following the pelvis without a jump of the picture."""

@@ -21,6 +21,10 @@ class AxesSettings:
     """What tells the vertical, and how much each sign of it weighs."""
 
     loaded_N: float = setting(50.0, unit="N", why="the direction of smaller forces is noise")
+    loaded_share: float = setting(
+        0.2, unit="", why="of the largest force: an untared plate's offset is no load"
+    )
+    flat_share: float = setting(0.98, unit="", why="of a plate's normal along one axis: level within 11°")
     fewest_samples: int = setting(20, unit="", why="loaded samples that make the force's direction evidence")
     force_share: float = setting(
         0.85, unit="", why="of the squared force along one axis: friction stays below 40 % of the load"
@@ -73,7 +77,8 @@ class VerticalAxis:
         """What was found, for the capture's notes."""
         because = f" ({'; '.join(self.evidence)})" if self.evidence else ""
         if not self.certain:
-            return (f"{source}: which axis points up is ambiguous; {self.name} assumed{because}",)
+            mend = "`up` in the trial's table of subject.toml overrules"
+            return (f"{source}: which axis points up is ambiguous; {self.name} assumed{because}; {mend}",)
         return (f"{source}: {self.name} points up{because}",)
 
 
@@ -115,15 +120,15 @@ def vertical_axis(
     trunk_from_feet = None if markers is None else _trunk_from_feet(markers)
     clues = [
         _from_forces(forces, settings),
-        _from_corners(corners),
+        _from_corners(corners, settings),
         _from_names(trunk_from_feet, settings),
         None if markers is None else _from_spread(markers, settings),
         None if markers is None else _from_floor(markers, settings),
-        _from_screen(screen_up),
+        _from_screen(screen_up, settings),
     ]
     evidence = [clue for clue in clues if clue is not None]
     for clue in evidence:
-        weights[clue.axis] += getattr(settings, clue.weight)
+        weights[clue.axis] += clue.weight
     order = np.argsort(-weights, kind="stable")
     certain = bool(evidence) and bool(weights[order[0]] - weights[order[1]] >= settings.margin)
     axis = int(order[0]) if certain else AXES.index(default)
@@ -140,7 +145,8 @@ def points_down(
 ) -> bool:
     """Whether a plate's loaded force points downwards: then it is the one on the plate, not on the person."""
     vertical = np.nan_to_num(force @ up)
-    loaded = np.abs(vertical) > max(settings.loaded_N, 0.2 * float(np.abs(vertical).max(initial=0.0)))
+    largest = float(np.abs(vertical).max(initial=0.0))
+    loaded = np.abs(vertical) > max(settings.loaded_N, settings.loaded_share * largest)
     return bool(loaded.sum() >= settings.fewest_samples and np.median(vertical[loaded]) < 0)
 
 
@@ -163,10 +169,10 @@ def plate_y_up(plate: ForcePlate, up: VerticalAxis) -> ForcePlate:
 
 @dataclass(frozen=True)
 class _Evidence:
-    """One sign of the vertical; `weight` names the setting that says how much it counts."""
+    """One sign of the vertical, and how much it counts."""
 
     axis: int
-    weight: str
+    weight: float
     sentence: str
 
 
@@ -176,22 +182,24 @@ def _from_forces(
     squares, count = np.zeros(3), 0
     for force in forces:
         size = np.nan_to_num(np.linalg.norm(force, axis=1))
-        loaded = size > max(settings.loaded_N, 0.2 * float(size.max(initial=0.0)))
+        loaded = size > max(settings.loaded_N, settings.loaded_share * float(size.max(initial=0.0)))
         squares += np.square(force[loaded]).sum(axis=0)
         count += int(loaded.sum())
     axis = int(np.argmax(squares))
     if count < settings.fewest_samples or squares[axis] < settings.force_share * squares.sum():
         return None
-    return _Evidence(axis, "force_weight", f"the plates' forces act along {AXES[axis]}")
+    return _Evidence(axis, settings.force_weight, f"the plates' forces act along {AXES[axis]}")
 
 
-def _from_corners(corners: Sequence[Float[np.ndarray, "4 3"]]) -> _Evidence | None:
+def _from_corners(corners: Sequence[Float[np.ndarray, "4 3"]], settings: AxesSettings) -> _Evidence | None:
     normals = [np.abs(np.cross(c[0] - c[1], c[0] - c[3])) for c in corners]
     axes = {int(np.argmax(normal)) for normal in normals}
-    if len(axes) != 1 or any(normal.max() < 0.98 * np.linalg.norm(normal) for normal in normals):
+    if len(axes) != 1 or any(
+        normal.max() < settings.flat_share * np.linalg.norm(normal) for normal in normals
+    ):
         return None
     axis = axes.pop()
-    return _Evidence(axis, "plate_weight", f"the plates lie flat across {AXES[axis]}")
+    return _Evidence(axis, settings.plate_weight, f"the plates lie flat across {AXES[axis]}")
 
 
 def _trunk_from_feet(markers: Markers) -> Float[np.ndarray, "3"] | None:
@@ -209,7 +217,7 @@ def _from_names(trunk_from_feet: Float[np.ndarray, "3"] | None, settings: AxesSe
     axis = int(np.argmax(np.abs(trunk_from_feet)))
     if abs(trunk_from_feet[axis]) < settings.names_share * np.linalg.norm(trunk_from_feet):
         return None
-    return _Evidence(axis, "names_weight", f"trunk and feet lie apart along {AXES[axis]}")
+    return _Evidence(axis, settings.names_weight, f"trunk and feet lie apart along {AXES[axis]}")
 
 
 def _from_spread(markers: Markers, settings: AxesSettings) -> _Evidence | None:
@@ -221,7 +229,7 @@ def _from_spread(markers: Markers, settings: AxesSettings) -> _Evidence | None:
     second, first = np.argsort(spread)[1:]
     if spread[first] < settings.spread_ratio * spread[second]:
         return None
-    return _Evidence(int(first), "spread_weight", f"the markers spread most along {AXES[first]}")
+    return _Evidence(int(first), settings.spread_weight, f"the markers spread most along {AXES[first]}")
 
 
 def _from_floor(markers: Markers, settings: AxesSettings) -> _Evidence | None:
@@ -233,14 +241,18 @@ def _from_floor(markers: Markers, settings: AxesSettings) -> _Evidence | None:
     sided = np.flatnonzero((low > -settings.floor_slack_m) | (high < settings.floor_slack_m))
     if len(sided) != 1:
         return None
-    return _Evidence(int(sided[0]), "floor_weight", f"all markers are on one side of {AXES[sided[0]]} = 0")
+    return _Evidence(
+        int(sided[0]), settings.floor_weight, f"all markers are on one side of {AXES[sided[0]]} = 0"
+    )
 
 
-def _from_screen(screen_up: str) -> _Evidence | None:
+def _from_screen(screen_up: str, settings: AxesSettings) -> _Evidence | None:
     match = re.fullmatch(r"[+-]?([XYZ])", screen_up.strip().upper())
     if match is None:
         return None
-    return _Evidence(AXES.index(match[1].lower()), "screen_weight", f"the file draws {screen_up} upwards")
+    return _Evidence(
+        AXES.index(match[1].lower()), settings.screen_weight, f"the file draws {screen_up} upwards"
+    )
 
 
 def _sign(

@@ -27,6 +27,9 @@ class UnitSettings:
     """How units of moments and centres of pressure are checked: the latter must lie on the plate."""
 
     loaded_N: float = setting(50.0, unit="N", why="judged above: 5 N of noise are then 10 % of the force")
+    loaded_share: float = setting(
+        0.2, unit="", why="of the largest force: an untared plate's offset is no load"
+    )
     fewest_samples: int = setting(20, unit="", why="loaded samples that a judgement needs")
     inside_margin: float = setting(
         1.25, unit="", why="of half a side: room for drift of the signals and misplaced corners"
@@ -182,7 +185,7 @@ def _with_likely_unit(
 ) -> tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"], tuple[str, ...]]:
     """The wrench under the declared unit, unless another one fits the plate better.
 
-    A factor of a thousand too much puts the centres of pressure off the plate, one too little puts all of them
+    A factor of a thousand too much puts the centres of pressure off the plate, one too little puts them all
     into its very middle: right is the largest unit that leaves them on the plate.
     """
     force, moment = wrench(declared)
@@ -213,7 +216,7 @@ def _share_inside(
 ) -> float | None:
     """Share of loaded samples whose centre of pressure lies on the plate; None where too few are loaded."""
     vertical = np.nan_to_num(np.abs(force[:, 2]))
-    loaded = vertical > max(settings.loaded_N, 0.2 * float(vertical.max(initial=0.0)))
+    loaded = vertical > max(settings.loaded_N, settings.loaded_share * float(vertical.max(initial=0.0)))
     if loaded.sum() < settings.fewest_samples:
         return None
     centre = np.abs(moment[loaded][:, [1, 0]]) / vertical[loaded, None]

@@ -88,7 +88,7 @@ def read_storage(path: Path) -> Storage:
         dialect,
         lambda k: unique[k] if k < len(unique) else f"number {k + 1}, without a name",
     )
-    rows, cut = _whole_rows(path, text, rows, dialect, unique)
+    _require_whole_rows(path, text, rows, dialect, unique)
     time_column = next((k for k, label in enumerate(unique) if TIME_LABEL.fullmatch(label)), None)
     if time_column is None:
         raise CaptureError(
@@ -111,7 +111,7 @@ def read_storage(path: Path) -> Storage:
         in_degrees=_in_degrees(head),
         name=_title(head),
         lines=lines,
-        notes=(*notes, *cut, *_count_notes(path.name, head, len(rows), len(unique)), *clock_notes),
+        notes=(*notes, *_count_notes(path.name, head, len(rows), len(unique)), *clock_notes),
     )
 
 
@@ -196,14 +196,15 @@ def _split_labels(line: str) -> tuple[list[str], int]:
     return [cell or f"column_{k + 1}" for k, cell in enumerate(cells)], unnamed
 
 
-def _whole_rows(
+def _require_whole_rows(
     path: Path, text: Text, rows: list[Row], dialect: Dialect, labels: Sequence[str]
-) -> tuple[list[Row], tuple[str, ...]]:
-    """The rows but a last one that breaks off; all must have a number for each column."""
-    notes: tuple[str, ...] = ()
-    if not text.ends_with_newline and len(rows) > 1 and len(rows[-1].values) < len(labels):
-        notes = (f"{path.name}: the last row breaks off and is left out; is the file complete?",)
-        rows = rows[:-1]
+) -> None:
+    """Refuse rows that do not have a number for each column."""
+    if not text.ends_with_newline and len(rows[-1].values) < len(labels):
+        raise CaptureError(
+            f"{path}: line {rows[-1].line}: the file is cut off inside this row. Copy or export it again; to "
+            "work with what is there, delete the row."
+        )
     for row in rows:
         written = len(row.values)
         while written > len(labels) and np.isnan(row.values[written - 1]):
@@ -214,7 +215,6 @@ def _whole_rows(
                 f"{path}: line {row.line} holds {written} numbers, but there are {len(labels)} "
                 f"columns{blanks}. Is the file cut off? Export it again."
             )
-    return rows, notes
 
 
 def _rate(

@@ -65,7 +65,7 @@ def _trials(folder: Path) -> Description:
 
 
 def _what_was_sought(folder: Path) -> str:
-    below = sum(1 for p in folder.rglob("*") if p.suffix.lower() in (".trc", ".c3d"))
+    below = sum(p.suffix.lower() in (".trc", ".c3d") and p.parent != folder for p in folder.rglob("*"))
     found = f" {below} marker files lie elsewhere in it." if below else ""
     return (
         "Put files into trials/NAME/markers.trc, or X.trc beside X_grf.mot, or X.c3d, or name them in a "

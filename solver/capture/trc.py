@@ -101,11 +101,12 @@ def _table(
     rows = rows_of_numbers(path, text, first, dialect, lambda column: _column_name(header, column))
     widths = [len(row.values) for row in rows]
     expected = header.lead + 3 * (header.labels[-1][0] + 1) if header.labels else max(widths)
-    full = min(expected, max(widths))
     notes: tuple[str, ...] = ()
-    if not text.ends_with_newline and len(rows) > 1 and widths[-1] < full:
-        notes += (f"{path.name}: the last row breaks off and is left out; is the file complete?",)
-        rows, widths = rows[:-1], widths[:-1]
+    if not text.ends_with_newline and widths[-1] < min([*widths[:-1], expected]):
+        raise CaptureError(
+            f"{path}: line {rows[-1].line}: the file is cut off inside this row. Copy or export it again; to "
+            "work with what is there, delete the row."
+        )
     if not header.aligned and max(widths) < expected:
         raise CaptureError(
             f"{path}: line {header.label_line + 1} holds {len(header.labels)} names, but rows of "

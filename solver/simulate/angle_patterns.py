@@ -15,8 +15,28 @@ WALKING_LEG: Mapping[str, Knots] = {
     "hip_flexion": ((0, 27), (0.12, 23), (0.3, 3), (0.5, -13), (0.62, -4), (0.75, 18), (0.87, 29)),
     "hip_adduction": ((0, -1), (0.15, 5), (0.35, 3), (0.5, 1), (0.63, -6), (0.8, -3)),
     "hip_rotation": ((0, -2), (0.2, 3), (0.5, 1), (0.65, -3), (0.85, -1)),
-    "knee_angle": ((0, 5), (0.13, 17), (0.27, 11), (0.41, 5), (0.52, 12), (0.62, 38), (0.73, 60), (0.87, 27), (0.96, 5)),
-    "ankle_angle": ((0, 1), (0.06, -5), (0.14, 0), (0.3, 6), (0.45, 11), (0.54, 3), (0.63, -17), (0.74, -4), (0.86, 2)),
+    "knee_angle": (
+        (0, 5),
+        (0.13, 17),
+        (0.27, 11),
+        (0.41, 5),
+        (0.52, 12),
+        (0.62, 38),
+        (0.73, 60),
+        (0.87, 27),
+        (0.96, 5),
+    ),
+    "ankle_angle": (
+        (0, 1),
+        (0.06, -5),
+        (0.14, 0),
+        (0.3, 6),
+        (0.45, 11),
+        (0.54, 3),
+        (0.63, -17),
+        (0.74, -4),
+        (0.86, 2),
+    ),
     "subtalar_angle": ((0, 2), (0.15, -4), (0.4, -2), (0.6, 6), (0.8, 2)),
     "mtp_angle": ((0, 8), (0.12, 1), (0.38, 1), (0.55, 22), (0.63, 28), (0.72, 14), (0.88, 12)),
 }
@@ -38,6 +58,8 @@ def pattern(knots: Knots, phase: Float[np.ndarray, " times"]) -> Float[np.ndarra
     return np.radians(CubicSpline(x, y, bc_type="periodic")(np.mod(phase, 1.0)))
 
 
-def wave(phase: Float[np.ndarray, " times"], mean_deg: float, amplitude_deg: float, peak: float = 0.0) -> np.ndarray:
+def wave(
+    phase: Float[np.ndarray, " times"], mean_deg: float, amplitude_deg: float, peak: float = 0.0
+) -> np.ndarray:
     """mean + amplitude · cos 2π(phase − peak), in radians."""
     return np.radians(mean_deg + amplitude_deg * np.cos(2 * np.pi * (phase - peak)))

@@ -16,8 +16,9 @@ Course = Callable[[Float[np.ndarray, " times"]], Float[np.ndarray, " times"]]
 class Stance:
     """One foot on the ground from `start` to `end`.
 
-    `load` is the wanted vertical force [N], `along` and `across` the wanted centre of pressure as shares of the
-    sole (see `Sole.point`), each over time. Heel and forefoot stay put during their own part of the stance.
+    `load` is the wanted vertical force [N], `along` and `across` the wanted centre of pressure as shares of
+    the sole (see `Sole.point`), each over time. Heel and forefoot stay put during their own part of the
+    stance.
     """
 
     foot: int  # 0 right, 1 left

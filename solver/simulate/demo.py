@@ -5,7 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
-from solver.simulate.laboratory import MeasurementSettings, Plate, measure, plates_under, standing_plates, stances_within
+from solver.simulate.laboratory import (
+    MeasurementSettings,
+    Plate,
+    measure,
+    plates_under,
+    standing_plates,
+    stances_within,
+)
 from solver.simulate.person import Person, TrueBody, body_of
 from solver.simulate.subject_folder import write_subject
 from solver.simulate.trial import Scenario, SyntheticTrial, simulate_trial

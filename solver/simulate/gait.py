@@ -84,16 +84,21 @@ class Steps:
 def natural_step_time(speed: float, height: float, running: bool) -> float:
     """Seconds a step at a speed [m/s].
 
-    Walking: step rate grows as speed^0.42 (Grieve DW, Gear RJ. Ergonomics 1966; 5: 379-399), 1.85 Hz at
-    1.3 m/s and 1.75 m. Running: 2.75 Hz at 3 m/s, rising slowly (Cavanagh PR, Kram R. Med Sci Sports Exerc
-    1989; 21: 467-479). Both scale with the root of stature, like a pendulum.
+    Walking: step rate grows as speed^0.42 (Grieve DW, Gear RJ. Ergonomics 1966; 5: 379-399), 1.85 Hz at 1.3
+    m/s and 1.75 m. Running: 2.75 Hz at 3 m/s, rising slowly (Cavanagh PR, Kram R. Med Sci Sports Exerc 1989;
+    21: 467-479). Both scale with the root of stature, like a pendulum.
     """
     rate = 2.75 * (speed / 3.0) ** 0.15 if running else 1.85 * (speed / 1.3) ** 0.42
     return float(1 / rate * np.sqrt(height / 1.75))
 
 
 def plan_steps(
-    style: GaitStyle, speed: float, step_time: float, span: tuple[float, float], rng: np.random.Generator, variation: float
+    style: GaitStyle,
+    speed: float,
+    step_time: float,
+    span: tuple[float, float],
+    rng: np.random.Generator,
+    variation: float,
 ) -> Steps:
     """Steps from before until after a span of time [s]; x = 0 is under the body at time 0.
 
@@ -141,7 +146,10 @@ def gait_contacts(style: GaitStyle, steps: Steps, sole: Sole, mass: float, step_
                 load=_load(style, impulse, start, duration),
                 along=_curve(style.along, start, duration),
                 across=_curve(((0.0, 0.0), (0.3, 0.18), (0.6, 0.12), (1.0, -0.2)), start, duration),
-                heel_planted=(start + style.heel_planted[0] * duration, start + style.heel_planted[1] * duration),
+                heel_planted=(
+                    start + style.heel_planted[0] * duration,
+                    start + style.heel_planted[1] * duration,
+                ),
                 forefoot_planted=(
                     start + style.forefoot_planted[0] * duration,
                     start + style.forefoot_planted[1] * duration,
@@ -152,14 +160,20 @@ def gait_contacts(style: GaitStyle, steps: Steps, sole: Sole, mass: float, step_
 
 
 def gait_wish(
-    skeleton: Skeleton, style: GaitStyle, steps: Steps, contacts: ContactPlan, times: Float[np.ndarray, " times"]
+    skeleton: Skeleton,
+    style: GaitStyle,
+    steps: Steps,
+    contacts: ContactPlan,
+    times: Float[np.ndarray, " times"],
 ) -> Wish:
     """What the body should look like at those times."""
     step_time = float(np.mean(np.diff(steps.times)))
     count = CubicSpline(steps.times, np.arange(len(steps.times)))(times)  # steps so far
     right_first = steps.feet[0]  # 0: even steps are right ones
     phase = {"r": (count - right_first) / 2, "l": (count - (1 - right_first)) / 2}
-    stretch = float(np.clip(np.mean(np.diff(steps.positions[:, 0])) / 0.70, 0.5, 1.6)) if style is WALKING else 1.0
+    stretch = (
+        float(np.clip(np.mean(np.diff(steps.positions[:, 0])) / 0.70, 0.5, 1.6)) if style is WALKING else 1.0
+    )
     columns = _angles(style, phase, stretch)
     columns |= _pelvis_path(skeleton, style, steps, times, phase["r"])
     q = np.stack([columns[name] for name in skeleton.dofs], axis=1)
@@ -193,7 +207,9 @@ def _angles(style: GaitStyle, phase: Mapping[str, np.ndarray], stretch: float) -
     }
     for side in SIDES:
         for name, knots in style.leg.items():
-            columns[f"{name}_{side}"] = pattern(knots, phase[side]) * (stretch if name == "hip_flexion" else 1.0)
+            columns[f"{name}_{side}"] = pattern(knots, phase[side]) * (
+                stretch if name == "hip_flexion" else 1.0
+            )
         swing = style.arm_swing_deg * stretch
         columns[f"arm_flex_{side}"] = wave(phase[side], -2.0, -swing, 0.03)
         columns[f"arm_add_{side}"] = wave(phase[side], -8.0, 1.5)

@@ -28,8 +28,7 @@ class GroundDemand:
         self.model = model
         self.mass = model.skeleton.mass
         self.weight = -self.mass * np.asarray(model.skeleton.gravity)
-        self._to_dofs = np.zeros((model.chain.positions, model.chain.dofs))
-        self._to_dofs[np.arange(model.chain.positions), model.chain.dof] = 1.0
+        self._dof = model.chain.dof[model.order]  # that drives each of Pinocchio's positions
 
     def wrench(
         self,
@@ -38,9 +37,9 @@ class GroundDemand:
         a: Float[np.ndarray, "times dofs"],
     ) -> Float[np.ndarray, "times 6"]:
         """Force [N] and moment about the ground origin [N·m], ground frame."""
-        p, slope, curvature = self.model.chain.couple(q)
-        dof = self.model.chain.dof
-        dp, ddp = slope * v[:, dof], slope * a[:, dof] + curvature * v[:, dof] ** 2
+        p, slope, curvature = self.model.couple(q)
+        v_p, a_p = v[:, self._dof], a[:, self._dof]
+        dp, ddp = slope * v_p, slope * a_p + curvature * v_p**2
         pin_model, data = self.model.model, self.model.data
         rate, com = np.empty((len(q), 6)), np.empty((len(q), 3))
         for t in range(len(q)):
@@ -57,11 +56,11 @@ class GroundDemand:
         about: Float[np.ndarray, "times 3"],
     ) -> DemandSlopes:
         """The wrench about points fixed in the ground frame, with its derivatives."""
-        chain, pin_model, data = self.model.chain, self.model.model, self.model.data
-        p, slope, curvature = chain.couple(q)
-        v_p, a_p = v[:, chain.dof], a[:, chain.dof]
+        pin_model, data = self.model.model, self.model.data
+        p, slope, curvature = self.model.couple(q)
+        v_p, a_p = v[:, self._dof], a[:, self._dof]
         dp, ddp = slope * v_p, slope * a_p + curvature * v_p**2
-        shape = (len(q), 6, chain.positions)
+        shape = (len(q), 6, p.shape[1])
         rate, by_p, by_dp, by_ddp = np.empty(shape[:2]), np.empty(shape), np.empty(shape), np.empty(shape)
         com = np.empty((len(q), 3))
         for t in range(len(q)):
@@ -81,9 +80,9 @@ class GroundDemand:
         by_q = by_p * slope[:, None] + by_dp * (curvature * v_p)[:, None] + by_ddp * bending[:, None]
         by_v = by_dp * slope[:, None] + by_ddp * (2 * curvature * v_p)[:, None]
         by_a = by_ddp * slope[:, None]
-        return DemandSlopes(wrench, *(table @ self._to_dofs for table in (by_q, by_v, by_a)))
+        return DemandSlopes(wrench, *(table @ self.model.selection for table in (by_q, by_v, by_a)))
 
     def _third_slope(self, q: Float[np.ndarray, "times dofs"]) -> Float[np.ndarray, "times positions"]:
         """The coupling map's third derivative, by differences of the second."""
         step = 1e-5  # [rad or m]
-        return (self.model.chain.couple(q + step)[2] - self.model.chain.couple(q - step)[2]) / (2 * step)
+        return (self.model.couple(q + step)[2] - self.model.couple(q - step)[2]) / (2 * step)

@@ -9,7 +9,6 @@ from solver.simulate.contacts import ContactPlan
 from solver.skeleton.forward import cross
 
 
-
 @dataclass(frozen=True)
 class GroundReactions:
     """What the ground does to each foot (right, left); their sum is the demand, exactly."""
@@ -34,10 +33,10 @@ def share_demand(
 ) -> GroundReactions:
     """Split a demand so that nothing of it is lost.
 
-    Each foot in contact takes its planned share of the force. Where the demand acts beside the planned centre of
-    pressure, the feet's centres of pressure shift alike by that distance. What moment is left about the vertical is
-    shared like the force. A foot in front brakes while the one behind pushes: a pair of opposite forces along the line
-    between their centres of pressure, which the body doesn't notice.
+    Each foot in contact takes its planned share of the force. Where the demand acts beside the planned centre
+    of pressure, the feet's centres of pressure shift alike by that distance. What moment is left about the
+    vertical is shared like the force. A foot in front brakes while the one behind pushes: a pair of opposite
+    forces along the line between their centres of pressure, which the body doesn't notice.
 
     Args:
         demand_ground: force [N] and moment about the ground origin [N·m].

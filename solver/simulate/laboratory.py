@@ -83,8 +83,8 @@ def plates_under(
 
 
 def stances_within(contacts: ContactPlan, span: tuple[float, float]) -> list[Stance]:
-    """Stances of which at least a tenth of a second falls into a span of time [s]."""
-    return [s for s in contacts.stances if min(s.end, span[1]) - max(s.start, span[0]) > 0.1]
+    """Stances that reach into a span of time [s] by more than the hundredth of a second that loads nothing."""
+    return [s for s in contacts.stances if min(s.end, span[1]) - max(s.start, span[0]) > 0.01]
 
 
 def measure(
@@ -108,7 +108,9 @@ def measure(
     return Capture(trial.scenario.name, markers, _forces(trial, plates, settings, force_rng))
 
 
-def standing_plates(stances: Sequence[Stance], middle: float, size: tuple[float, float] = (0.60, 0.40)) -> tuple[Plate, ...]:
+def standing_plates(
+    stances: Sequence[Stance], middle: float, size: tuple[float, float] = (0.60, 0.40)
+) -> tuple[Plate, ...]:
     """Two plates side by side, a foot on each; `middle` is the sole's middle before its origin [m]."""
     plates = []
     for stance in stances:
@@ -153,7 +155,11 @@ def _forces(
 
 
 def _read_out(
-    name: str, plate: Plate, wrench: Float[np.ndarray, "samples 6"], settings: MeasurementSettings, rng: np.random.Generator
+    name: str,
+    plate: Plate,
+    wrench: Float[np.ndarray, "samples 6"],
+    settings: MeasurementSettings,
+    rng: np.random.Generator,
 ) -> ForcePlate:
     """The plate's own channels with their noise, and what its software makes of them."""
     force = wrench[:, :3] + np.array(settings.force_noise_N) * rng.standard_normal((len(wrench), 3))

@@ -67,7 +67,8 @@ def _with_lengths(skeleton: Skeleton, person: Person, rng: np.random.Generator) 
     # stand on the soles again: the ankles keep their height
     ankle = skeleton.body_index("talus_r")
     heights = [
-        ForwardKinematics(s).poses(skeleton.default_q[None]).p_ground_body[0, ankle, 1] for s in (skeleton, resized)
+        ForwardKinematics(s).poses(skeleton.default_q[None]).p_ground_body[0, ankle, 1]
+        for s in (skeleton, resized)
     ]
     lift = heights[0] - heights[1]
     coordinates = tuple(

@@ -9,16 +9,28 @@ from solver.simulate.trajectory_fit import Wish
 from solver.skeleton.skeleton import Skeleton
 
 
-# Joint angles at the bottom of a squat [deg], of our own choosing: thighs short of level, trunk leaning forward.
+# Joint angles at the bottom of a squat [deg], of our own choosing: thighs short of level, trunk leaning
+# forward.
 SQUAT = {
     "hip_flexion": 92, "hip_adduction": -8, "knee_angle": 100, "ankle_angle": 30, "pelvis_tilt": -24,
     "lumbar_extension": -16, "arm_flex": 75, "elbow_flex": 10,
 }  # fmt: skip
-STANDING = {"hip_flexion": 4, "hip_rotation": -8, "hip_adduction": -3, "knee_angle": 3, "arm_add": -10, "elbow_flex": 12, "pro_sup": 80, "ankle_angle": 2}
+STANDING = {
+    "hip_flexion": 4,
+    "hip_rotation": -8,
+    "hip_adduction": -3,
+    "knee_angle": 3,
+    "arm_add": -10,
+    "elbow_flex": 12,
+    "pro_sup": 80,
+    "ankle_angle": 2,
+}
 STATIC = {"arm_add": -35, "elbow_flex": 8, "pro_sup": 60}
 
 
-def standing_contacts(sole: Sole, mass: float, width: float, span: tuple[float, float], rng: np.random.Generator) -> ContactPlan:
+def standing_contacts(
+    sole: Sole, mass: float, width: float, span: tuple[float, float], rng: np.random.Generator
+) -> ContactPlan:
     """Both feet planted throughout, the load swaying slowly from one to the other and to and fro.
 
     Args:
@@ -124,5 +136,3 @@ def _sway(rng: np.random.Generator, size: float) -> Course:
     phases = rng.uniform(0, 2 * np.pi, 4)
     amplitude = size * np.sqrt(2 / 4)
     return lambda times: amplitude * np.sin(2 * np.pi * np.outer(times, rates) + phases).sum(axis=1)
-
-

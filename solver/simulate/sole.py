@@ -49,7 +49,9 @@ class Sole:
         forward = self.ball if body == "toes" else 0.0
         return position + np.array([forward, self.thickness, 0.0])
 
-    def contains(self, points: Float[np.ndarray, "times 2"], margin: float = 0.0) -> Bool[np.ndarray, " times"]:
+    def contains(
+        self, points: Float[np.ndarray, "times 2"], margin: float = 0.0
+    ) -> Bool[np.ndarray, " times"]:
         """Whether points (x, z) lie on the sole, drawn as a rounded bar [m]."""
         radius = self.half_width
         nearest = np.clip(points[:, 0], self.heel + radius, self.toe_tip - radius)

@@ -1,8 +1,8 @@
 """From what a movement should look like to a motion that the ground can carry.
 
 Unknown are the coefficients of the motion's spline. Joint angles are wanted as the pattern has them, standing
-feet stay put, the wrench demanded of the ground acts at the wanted centre of pressure, and in flight it is zero
-exactly: Gauss-Newton with equality constraints.
+feet stay put, the wrench demanded of the ground acts at the wanted centre of pressure, and in flight it is
+zero exactly: Gauss-Newton with equality constraints.
 """
 
 from dataclasses import dataclass
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.errors import FitError
 from solver.simulate.block_band import BlockBand
 from solver.simulate.contacts import ContactPlan
 from solver.simulate.foot_points import FootPoints
@@ -31,7 +32,9 @@ class Wish:
     contacts: ContactPlan
     force: Float[np.ndarray, "times 3"]  # [N] from the ground in all
     force_tolerance: float  # body weights
-    external: Float[np.ndarray, "times 6"] | None = None  # [N, N·m about the ground origin] not from the ground
+    external: Float[np.ndarray, "times 6"] | None = (
+        None  # [N, N·m about the ground origin] not from the ground
+    )
 
 
 @dataclass(frozen=True)
@@ -132,9 +135,14 @@ class _Problem:
             return motion
         for _ in range(self.settings.iterations):
             if self._cost(motion, with_demand=True)[1] < self.settings.flight:
-                break
-            motion = self._motion(motion.coefficients.ravel() + self._step(motion, True, only_constraints=True))
-        return motion
+                return motion
+            motion = self._motion(
+                motion.coefficients.ravel() + self._step(motion, True, only_constraints=True)
+            )
+        raise FitError(
+            f"No motion near the wanted one leaves the ground alone in flight (t = {self.wish.times[0]:.2f} to "
+            f"{self.wish.times[-1]:.2f} s). Choose a slower speed or less variation."
+        )
 
     def _motion(self, coefficients: np.ndarray) -> SplineMotion:
         table = coefficients.reshape(self.count, len(self.dofs))
@@ -142,7 +150,9 @@ class _Problem:
 
     # ---- what is wanted -----------------------------------------------------------------------------------
 
-    def _planted(self) -> tuple[Float[np.ndarray, "times feet points 3"], Float[np.ndarray, "times feet points"]]:
+    def _planted(
+        self,
+    ) -> tuple[Float[np.ndarray, "times feet points 3"], Float[np.ndarray, "times feet points"]]:
         """Where each foot point should be, and the inverse tolerance, zero while it is free."""
         times = self.wish.times
         shape = (len(times), 2, len(self.feet.body_names))
@@ -193,7 +203,9 @@ class _Problem:
         wrench[:, 3:] -= cross(self.about, wrench[:, :3])
         wrench -= self.external
         scaled = (wrench - self.wanted_demand) / self.demand_tolerance
-        return float(cost + np.sum(scaled[~self.flying] ** 2)), float(np.abs(wrench[self.flying]).max(initial=0))
+        return float(cost + np.sum(scaled[~self.flying] ** 2)), float(
+            np.abs(wrench[self.flying]).max(initial=0)
+        )
 
     def _too_low(self, points: Float[np.ndarray, "times feet points 3"]) -> np.ndarray:
         missing = np.maximum(self.clearance[..., None] - points[..., 1], 0.0)
@@ -212,7 +224,10 @@ class _Problem:
         points, by_q = self.feet.slopes(q)
         weight = np.repeat(self.planted_weight.reshape(frames, -1), 3, axis=1)
         low = self._too_low(points).reshape(frames, -1)
-        up = by_q[..., 1, :].reshape(frames, -1, n) * ((low > 0) / -self.settings.clearance_tolerance)[..., None]
+        up = (
+            by_q[..., 1, :].reshape(frames, -1, n)
+            * ((low > 0) / -self.settings.clearance_tolerance)[..., None]
+        )
         slopes = np.concatenate([by_q.reshape(frames, -1, n) * weight[..., None], up], axis=1)
         residual = np.concatenate([(points - self.planted).reshape(frames, -1) * weight, low], axis=1)
         band.add_rows(self.first, self._rows(slopes, 0), residual)
@@ -220,7 +235,9 @@ class _Problem:
             return -band.factor().solve(band.gradient.ravel())
 
         table = self.demand.slopes(q, v, a, self.about)
-        rows = sum(self._rows(slope, order) for order, slope in enumerate((table.by_q, table.by_v, table.by_a)))
+        rows = sum(
+            self._rows(slope, order) for order, slope in enumerate((table.by_q, table.by_v, table.by_a))
+        )
         wrench, on = table.wrench - self.external, ~self.flying
         scaled = (wrench - self.wanted_demand) / self.demand_tolerance
         band.add_rows(self.first[on], rows[on] / self.demand_tolerance[on][..., None, None], scaled[on])

@@ -87,7 +87,9 @@ def simulate_trial(
     motion = fit_trajectory(wish, model, knots)
     for _ in range(EXTERNAL_ROUNDS if external else 0):
         assert external
-        motion = fit_trajectory(replace(wish, external=external(motion, wish.times)), model, knots, start=motion)
+        motion = fit_trajectory(
+            replace(wish, external=external(motion, wish.times)), model, knots, start=motion
+        )
     return SyntheticTrial(scenario, body, motion, wish.contacts, external)
 
 

@@ -19,6 +19,8 @@ from scipy.spatial.transform import Rotation
 
 _SIDE = re.compile(r"^(?:(?P<prefix>[rl])_)?(?P<bone>.+?)(?:_(?P<suffix>[rl])(?P<visible>v?s?m?\d*))?$")
 _RIGHT_LEFT = ("femur", "tibia", "fibula", "patella", "talus", "foot", "bofoot", "pelvis")
+_SHANK = ("tibia", "fibula")
+_ANKLE_BELOW_KNEE = 0.40  # [m] in Rajagopal et al. 2016, whose shank this is; older models have 0.43 m
 _SYNONYMS = {
     "pat": "patella", "calcn": "foot", "calcaneus": "foot", "calcaneous": "foot", "toes": "bofoot",
     "hip_bone": "pelvis", "innominate": "pelvis", "hat_ribs": "hat_ribs_scap", "ribs": "hat_ribs_scap",
@@ -51,6 +53,9 @@ class StockBone:
     path: Path
     placement: Placement
     mirrored: bool = False  # a right bone seen in the z = 0 plane's mirror
+    reach: float | None = (
+        None  # [m] how far below the body's origin the next joint lies for this mesh
+    )
 
 
 def stock_bones(file: str) -> tuple[StockBone, ...]:
@@ -74,13 +79,14 @@ def stock_folder() -> Path | None:
 
 def _candidates(folder: Path, stem: str) -> tuple[StockBone, ...]:
     exact = folder / f"{stem}.stl"
-    if exact.is_file():
-        return (StockBone(exact, Placement()),)
     bone, left, in_arm_frame = _parsed(stem)
     if bone in _COMPOUND:
         return tuple(StockBone(folder / f"{part}.stl", Placement()) for part in _COMPOUND[bone])
     if bone in _RIGHT_LEFT:
-        return (StockBone(folder / f"{'l' if left else 'r'}_{bone}.stl", Placement()),)
+        path = folder / f"{'l' if left else 'r'}_{bone}.stl"
+        return (StockBone(path, Placement(), reach=_ANKLE_BELOW_KNEE if bone in _SHANK else None),)
+    if exact.is_file():
+        return (StockBone(exact, Placement()),)
     hand = _hand_bone(bone)
     if in_arm_frame and hand in _hand_offsets(folder):
         placement = _PLACEMENTS["hand"].after(_hand_offsets(folder)[hand])

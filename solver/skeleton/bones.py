@@ -28,9 +28,12 @@ class CapsuleSettings:
     """Bodies that no mesh draws become rods between their joint centres."""
 
     shortest: float = 0.02  # [m] shorter ones are joint-coupling bodies, not limbs
-    slenderness: float = 0.1  # radius over length
+    slenderness: float = 0.06  # radius over length
     thinnest: float = 0.008  # [m]
-    thickest: float = 0.03  # [m]
+    thickest: float = 0.02  # [m]
+
+
+MOST_STRETCH = 1.4  # of a stock bone; a model that asks for more means something else by the name
 
 
 def body_meshes(skeleton: Skeleton, geometry_folder: Path | None = None) -> Bones:
@@ -48,7 +51,7 @@ def body_meshes(skeleton: Skeleton, geometry_folder: Path | None = None) -> Bone
     for index, body in enumerate(skeleton.bodies):
         parts: list[trimesh.Trimesh] = []
         for geometry in body.geometry:
-            mesh, trouble = _geometry_mesh(geometry, geometry_folder)
+            mesh, trouble = _geometry_mesh(geometry, geometry_folder, _reach(skeleton, index))
             notes += trouble
             parts += [mesh] if mesh is not None else []
             missing += [geometry.file] if mesh is None else []
@@ -66,7 +69,9 @@ def body_meshes(skeleton: Skeleton, geometry_folder: Path | None = None) -> Bone
     return Bones(meshes, tuple(notes))
 
 
-def _geometry_mesh(geometry: Geometry, folder: Path | None) -> tuple[trimesh.Trimesh | None, list[str]]:
+def _geometry_mesh(
+    geometry: Geometry, folder: Path | None, reach: float
+) -> tuple[trimesh.Trimesh | None, list[str]]:
     """The geometry in its body's frame, and what went wrong with the user's own file."""
     notes: list[str] = []
     own = _own_file(geometry.file, folder)
@@ -78,7 +83,8 @@ def _geometry_mesh(geometry: Geometry, folder: Path | None) -> tuple[trimesh.Tri
     stock = stock_bones(_file_name(geometry.file))
     if not stock:
         return None, notes
-    return _placed(_joined([_stock_mesh(bone) for bone in stock]), geometry), notes
+    placed = [_stretched(_placed(_stock_mesh(bone), geometry), bone, geometry, reach) for bone in stock]
+    return _joined(placed), notes
 
 
 def _own_file(name: str, folder: Path | None) -> Path | None:
@@ -107,6 +113,20 @@ def _stock_mesh(bone: StockBone) -> trimesh.Trimesh:
         mesh.vertices *= [1.0, 1.0, -1.0]
         mesh.invert()
     return mesh
+
+
+def _stretched(mesh: trimesh.Trimesh, bone: StockBone, geometry: Geometry, reach: float) -> trimesh.Trimesh:
+    """Lengthen a stock bone so that it ends where the model has the next joint."""
+    if bone.reach is not None:
+        factor = reach / (bone.reach * geometry.scale[1])
+        if 1 / MOST_STRETCH <= factor <= MOST_STRETCH:
+            mesh.vertices *= [1.0, factor, 1.0]
+    return mesh
+
+
+def _reach(skeleton: Skeleton, index: int) -> float:
+    """How far below the body's origin its farthest child's joint lies [m]."""
+    return -min((j.p_parent_frame[1] for j in skeleton.joints if j.parent == index), default=0.0)
 
 
 def _joined(meshes: list[trimesh.Trimesh]) -> trimesh.Trimesh:

@@ -138,7 +138,7 @@ def cross(
 
 
 def _is_identity(R: Float[np.ndarray, "3 3"]) -> bool:
-    return bool((R == np.eye(3)).all())
+    return bool((np.eye(3) == R).all())
 
 
 def _times_constant(

@@ -6,8 +6,8 @@ import ezc3d
 import numpy as np
 import pytest
 
-# Corner numbers follow the quadrants of the plate's x-y plane; with these, x_plate = y_lab, y_plate = x_lab and
-# z_plate points down.
+# Corner numbers follow the quadrants of the plate's x-y plane; with these, x_plate = y_lab, y_plate = x_lab
+# and z_plate points down.
 FLAT_CORNERS = np.array([[0.9, 0.6, 0.0], [0.9, 0.2, 0.0], [0.3, 0.2, 0.0], [0.3, 0.6, 0.0]])
 
 
@@ -17,7 +17,7 @@ class Plate:
 
     kind: int
     channels: np.ndarray  # samples × channels
-    corners: np.ndarray  # 4 × 3
+    corners: np.ndarray = field(default_factory=lambda: FLAT_CORNERS * 1000)  # 4 × 3
     origin: tuple = (0.0, 0.0, 0.0)
     units: tuple = ()
     calibration: np.ndarray = field(default_factory=lambda: np.eye(6))

@@ -121,7 +121,7 @@ def test_forces_alone():
 
 @given(st.sampled_from(SIGNED), st.integers(0, 2**32 - 1))
 def test_turning_a_plate_keeps_the_wrench(name, seed):
-    """Power of the wrench under a twist, and the moment about the centre of pressure, don't depend on axes."""
+    """What doesn't depend on axes: the moment about the centre of pressure, and its part along the force."""
     rng = np.random.default_rng(seed)
     force, moment, cop = rng.normal(size=(3, 4, 3))
     plate = ForcePlate("p", force, moment, cop, 100.0, corners_ground=rng.normal(size=(4, 3)))

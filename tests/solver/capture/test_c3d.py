@@ -1,4 +1,5 @@
 import dataclasses
+from itertools import pairwise
 
 import ezc3d
 import numpy as np
@@ -25,7 +26,7 @@ def standing(frames=30):
 LABELS = ("RHEE", "RTOE", "RKNE", "RASI", "LASI", "C7")
 
 
-# Frames, markers, rate and share of unseen marker-frames as the recordings' own notes list them; axis that points up.
+# Frames, markers, rate and share of unseen marker-frames as their README lists them; axis that is up.
 RECORDINGS = {
     "anomalies/UpsideDownData/trial2.c3d": (48, 37, 240, 0.0, "+z"),
     f"{CONFORMANCE}/btk_others/ADemo1_rewrite_c3d_pc_integer.c3d": (512, 24, 200, 0.0069, "+z"),
@@ -51,7 +52,7 @@ def test_markers_of_real_recordings(real_data, name):
     assert c3d.markers.start_time == 0.0
 
 
-# Largest vertical force [N] and when more than 20 N are carried [s], as the recordings' own notes list them.
+# Largest vertical force [N] and when more than 20 N are carried [s], as their README lists them.
 LOADS = {
     f"{CONFORMANCE}/btk_others/ADemo1_rewrite_c3d_pc_integer.c3d": {1: (656, [[0.95, 1.53]])},
     f"{CONFORMANCE}/c3dorg_sample10/TYPE-2.C3D": {1: (398, [[0.83, 1.51]])},
@@ -106,7 +107,7 @@ def test_loaded_centres_of_pressure_lie_on_the_plate_and_under_the_person(real_d
         assert np.median(np.nanmin(np.linalg.norm(away, axis=2), axis=1)) < 0.15
 
 
-# Files without ZERO frames to subtract and with a usable plate each: there ezc3d's own filter must agree.
+# Files without ZERO frames to subtract and with usable plates: there ezc3d's own filter must agree.
 SAME_AS_EZC3D = (
     f"{CONFORMANCE}/btk_others/ADemo1_rewrite_c3d_pc_integer.c3d",
     f"{CONFORMANCE}/ezc3d/BTS.c3d",
@@ -188,14 +189,14 @@ def test_first_stored_frame_is_at_zero_whatever_its_number(real_data):
 
 
 def test_the_same_sprint_as_its_text_files_tell_it(real_data):
-    """The .trc of the same trial starts at the C3D's frame 1 (0.004 s) and is turned and shifted, so lengths agree."""
+    """The .trc of the trial starts at the C3D's frame 1 (0.004 s), turned and shifted: lengths agree."""
     from solver.capture.trc import read_trc
 
     c3d = read_c3d(real_data / SPRINT).markers
     trc = read_trc(real_data / "sprint_overground_dorn2012_JA1_9ms/run0900cms.trc").markers
     shared = [name for name in trc.names if name in c3d.names]
     assert len(shared) > 40
-    for one, two in zip(shared[:-1], shared[1:], strict=True):
+    for one, two in pairwise(shared):
         apart = [
             m.positions_ground[:, m.names.index(one)] - m.positions_ground[:, m.names.index(two)]
             for m in (c3d, trc)
@@ -205,7 +206,7 @@ def test_the_same_sprint_as_its_text_files_tell_it(real_data):
 
 
 def test_analog_samples_that_the_parameters_keep_silent_about(real_data):
-    """ezc3d takes them for points, so that its markers of these files are noise; a rigid cluster shows the truth."""
+    """ezc3d takes them for points and so makes noise of the markers; two on one knee stay together."""
     folder = real_data / f"{CONFORMANCE}/c3dorg_sample28"
     repaired, damaged = read_c3d(folder / "type1.C3D"), read_c3d(folder / "dynamic.C3D")
     markers = repaired.markers

@@ -33,9 +33,9 @@ def test_no_number(tmp_path, text):
 
 def test_centimetres_and_grams_are_noticed(tmp_path):
     entries = toml(tmp_path, "height_m = 180\nmass_kg = 75930")
-    with pytest.raises(CaptureError, match="height_m = 180: .*in m"):
+    with pytest.raises(CaptureError, match=r"height_m = 180: .*in m"):
         entries.number("height_m", "height")
-    with pytest.raises(CaptureError, match="mass_kg = 75930: .*in kg"):
+    with pytest.raises(CaptureError, match=r"mass_kg = 75930: .*in kg"):
         entries.number("mass_kg", "mass")
 
 
@@ -55,7 +55,7 @@ def test_texts(tmp_path):
     assert entries.texts("tags") == ("a", "b")
     assert entries.texts("one") == ("c",)
     assert entries.texts("none") is None
-    with pytest.raises(CaptureError, match="bad = .*list of names"):
+    with pytest.raises(CaptureError, match=r"bad = .*list of names"):
         entries.texts("bad")
 
 

@@ -1,4 +1,4 @@
-"""Channels are made from known loads, sensor by sensor or about the sensors' origin, and must give the loads back."""
+"""Channels made from known loads, sensor by sensor or about the sensors' origin, give the loads back."""
 
 import numpy as np
 import pytest

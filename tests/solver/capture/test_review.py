@@ -12,7 +12,7 @@ def markers(frames=20, rate=100.0, start=0.5):
     return Markers(("A",), np.zeros((frames, 1, 3)), rate, start)
 
 
-def segment(folder, number, labels, times=None, finished=True, header="timestamp,knee"):
+def segment(folder, number, labels, times=None, *, finished=True, header="timestamp,knee"):
     place = folder / f"segment_{number}"
     place.mkdir()
     if labels is not None:

@@ -254,7 +254,7 @@ def test_no_folder_no_trials(folder):
     with pytest.raises(CaptureError, match="no folder of that name"):
         open_subject(folder / "none")
     put(folder, "a.txt")
-    with pytest.raises(CaptureError, match="is no folder|no folder of that name.*Give its folder"):
+    with pytest.raises(CaptureError, match=r"no folder of that name.*Give its folder"):
         open_subject(folder / "a.txt")
     with pytest.raises(CaptureError, match=r"no trials.*subject\.toml"):
         open_subject(folder)

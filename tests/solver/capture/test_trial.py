@@ -123,7 +123,7 @@ def test_the_named_force_file_wins_over_the_c3d_s_own(real_data):
 
 
 def test_c3d_and_text_of_one_sprint_agree_about_forces(real_data):
-    """The .mot was converted from the C3D by others, filtered and a few ms late: the impulse [N·s] is the same."""
+    """The .mot was made of the C3D by others, filtered and a few ms late: the impulse [N·s] is the same."""
     folder = real_data / SPRINT
     c3d = read_trial(TrialFiles("a", folder / "JA1Gait35.c3d"))
     mot = read_trial(TrialFiles("a", folder / "run0900cms.trc", folder / "sprint_grf.mot"))

@@ -1,0 +1,61 @@
+import numpy as np
+import pytest
+
+from solver.simulate.person import Person, body_of
+from solver.skeleton.default_body import default_skeleton
+from solver.skeleton.forward import body_poses, marker_positions
+
+
+@pytest.fixture(scope="module")
+def body():
+    return body_of(Person(66.0, 1.71, "female"), np.random.default_rng(8))
+
+
+def test_weighs_what_the_scale_says(body):
+    assert body.skeleton.mass == pytest.approx(66.0, rel=1e-12)
+
+
+def test_differs_from_the_tables_as_much_as_people_do(body):
+    tables = default_skeleton(mass_kg=66.0, height_m=1.71, sex="female")
+    ratios = np.array([b.mass / t.mass for b, t in zip(body.skeleton.bodies, tables.bodies, strict=True)])
+    assert 0.01 < np.std(ratios) < 0.12
+    thigh = [s.joints[s.body_index("tibia_r")].p_parent_frame[1] for s in (body.skeleton, tables)]
+    assert 1e-4 < abs(thigh[0] / thigh[1] - 1) < 0.08
+
+
+def test_is_alike_on_both_sides(body):
+    by_name = {b.name: b for b in body.skeleton.bodies}
+    for name, right in by_name.items():
+        if name.endswith("_r"):
+            left = by_name[name[:-1] + "l"]
+            assert left.mass == pytest.approx(right.mass, rel=1e-12)
+            np.testing.assert_allclose(left.com_body, right.com_body * (1, 1, -1), atol=1e-12)
+
+
+def test_stands_on_the_soles(body):
+    _, origins = body_poses(body.skeleton, body.skeleton.default_q[None])
+    for name in ("calcn_r", "toes_l"):
+        assert origins[0, body.skeleton.body_index(name), 1] == pytest.approx(body.sole.thickness, abs=1e-9)
+
+
+def test_skin_moves_cluster_markers_more_than_bony_ones_and_none_in_the_default_pose(body):
+    skeleton = body.skeleton
+    np.testing.assert_allclose(
+        body.markers(skeleton.default_q[None]),
+        marker_positions(skeleton, skeleton.default_q[None]),
+        atol=0.004,
+    )
+    q = skeleton.default_q.copy()
+    q[[skeleton.dofs.index(f"{joint}_r") for joint in ("hip_flexion", "knee_angle", "ankle_angle")]] = 0.8
+    moved = np.linalg.norm(body.markers(q[None]) - marker_positions(skeleton, q[None]), axis=2)[0]
+    on_leg = np.array([skeleton.bodies[m.body].name in ("femur_r", "tibia_r") for m in skeleton.markers])
+    fixed = np.array([m.fixed for m in skeleton.markers])
+    assert 0.005 < moved[on_leg & ~fixed].mean() < 0.05
+    assert moved[on_leg & fixed].mean() < 0.6 * moved[on_leg & ~fixed].mean()
+
+
+def test_two_people_differ_and_one_stays_the_same():
+    one, again, other = (body_of(Person(), np.random.default_rng(seed)) for seed in (1, 1, 2))
+    assert one.skeleton.bodies[0].mass == again.skeleton.bodies[0].mass
+    np.testing.assert_array_equal(one.softness, again.softness)
+    assert one.skeleton.bodies[0].mass != other.skeleton.bodies[0].mass
