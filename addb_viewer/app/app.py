@@ -16,6 +16,7 @@ from addb_viewer.app.camera import VIEWS, look
 from addb_viewer.app.charts import charts_of
 from addb_viewer.app.library import Library, open_library
 from addb_viewer.app.notices import Notices
+from addb_viewer.app.page_script import hand_back_the_keyboard
 from addb_viewer.app.panels import (
     MOVES,
     SPEED_NAMES,
@@ -45,6 +46,7 @@ class ReviewApp:
         self.notices = Notices(server)
         self.drawing = threading.RLock()  # scene and plots belong to one thread at a time
         server.gui.configure_theme(show_logo=False, show_share_button=False)
+        hand_back_the_keyboard(server)
         self.scene = Scene(server)
         self.controls = build_controls(server.gui, library.trials, tuple(VIEWS))
         server.gui.set_panel_label(library.subject.name)
@@ -234,11 +236,15 @@ def serve(
     if _has_display():
         webbrowser.open(where)
     try:
-        threading.Event().wait()
+        _until_interrupted()
     except KeyboardInterrupt:
         print()
     finally:
         app.close()
+
+
+def _until_interrupted() -> None:
+    threading.Event().wait()
 
 
 def _has_display() -> bool:

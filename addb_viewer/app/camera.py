@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 UP = np.array([0.0, 1.0, 0.0])
 FIELD_OF_VIEW = np.radians(40.0)  # vertical; wider bends limbs at the picture's edge
-DISTANCE = 3.6  # [m] a person fills the height
+DISTANCE = 3.3  # [m] a person fills the height
 
 
 @dataclass(frozen=True)

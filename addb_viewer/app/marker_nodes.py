@@ -33,24 +33,15 @@ class MarkerNodes:
         self.held = held(self.measured, self.seen)
         self.colors = error_colors(replay.errors[:, ever])
         self.colors[~self.seen] = UNSEEN
-        sizes, nothing = MarkerSizes(), np.zeros((0, 3), dtype=np.float32)
+        sizes, none = MarkerSizes(), np.zeros((0, 2, 3), dtype=np.float32)
         self.points = scene.add_point_cloud(
-            f"{parent}/measured",
-            nothing,
-            nothing,
-            point_size=sizes.measured,
-            point_shape="circle",
-            precision="float32",
-        )
+            f"{parent}/measured", self.held[0], self.colors[0], point_size=sizes.measured,
+            point_shape="circle", precision="float32",
+        )  # fmt: skip
         self.model_points = scene.add_point_cloud(
-            f"{parent}/model",
-            nothing,
-            GREY,
-            point_size=sizes.model,
-            point_shape="circle",
-            precision="float32",
-        )
-        none = np.zeros((0, 2, 3), dtype=np.float32)
+            f"{parent}/model", none[:, 0], GREY, point_size=sizes.model,
+            point_shape="circle", precision="float32",
+        )  # fmt: skip
         self.lines = scene.add_line_segments(f"{parent}/lines", none, GREY, thickness=sizes.line)
         self.trails = scene.add_line_segments(f"{parent}/trails", none, NO_MODEL, thickness=sizes.trail)
 

@@ -81,7 +81,6 @@ def _data(
     path: Path, raw: Any, header: C3dHeader
 ) -> tuple[Float[np.ndarray, "frames points 3"], Float[np.ndarray, "samples channels"], tuple[str, ...]]:
     positions = np.moveaxis(raw["data"]["points"][:3], 2, 0).transpose(0, 2, 1)
-    residuals = raw["data"]["meta_points"]["residuals"][0].T
     analogs = raw["data"]["analogs"][0].T
     seen_per_frame = len(analogs) * analogs.shape[1] / max(1, len(positions))
     if seen_per_frame != header.analogs_per_frame:
@@ -91,4 +90,4 @@ def _data(
             "and ANALOG:RATE don't; the header is believed, scales and offsets are taken as 1 and 0"
         )
         return stored.points, stored.analogs, (note,)
-    return np.where((residuals < 0)[:, :, None], np.nan, positions), analogs, ()
+    return positions, analogs, ()

@@ -106,13 +106,12 @@ def _returns(
     back: int,
     settings: MarkerCleaningSettings,
 ) -> bool:
-    """Whether the marker comes back soon to where it could have moved meanwhile."""
+    """Whether the marker is soon back near the place that it left."""
     if times[back] - times[jump] > settings.teleport_s:
         return False
     gap = np.linalg.norm(path[back + 1] - path[jump])
     outside = np.linalg.norm(path[jump + 1] - path[jump])
-    reach = settings.teleport_m_s * (times[back + 1] - times[jump])
-    return bool(gap <= reach and gap < settings.return_share * outside)
+    return bool(gap < settings.return_share * outside)
 
 
 def _copies(markers: Markers, settings: MarkerCleaningSettings) -> tuple[str, ...]:

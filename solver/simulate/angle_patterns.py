@@ -61,5 +61,5 @@ def pattern(knots: Knots, phase: Float[np.ndarray, " times"]) -> Float[np.ndarra
 def wave(
     phase: Float[np.ndarray, " times"], mean_deg: float, amplitude_deg: float, peak: float = 0.0
 ) -> np.ndarray:
-    """mean + amplitude · cos 2π(phase − peak), in radians."""
+    """A cosine over the cycle: mean + amplitude · cos 2π(phase − peak), in radians."""
     return np.radians(mean_deg + amplitude_deg * np.cos(2 * np.pi * (phase - peak)))

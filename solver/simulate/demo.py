@@ -10,8 +10,8 @@ from solver.simulate.laboratory import (
     Plate,
     measure,
     plates_under,
-    standing_plates,
     stances_within,
+    standing_plates,
 )
 from solver.simulate.person import Person, TrueBody, body_of
 from solver.simulate.subject_folder import write_subject

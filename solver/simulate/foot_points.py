@@ -1,12 +1,10 @@
 """Where points of the feet are, and how they move with the coordinates."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from jaxtyping import Float
 
 from solver.simulate.sole import SIDES, Sole
-from solver.skeleton.forward import ForwardKinematics, cross
+from solver.skeleton.forward import ForwardKinematics, Poses, cross
 from solver.skeleton.skeleton import Skeleton
 
 
@@ -46,7 +44,8 @@ class FootPoints:
             slopes[:, k] = moves.transpose(0, 2, 1) @ self._to_dofs[columns]
         return positions, slopes.reshape(*positions.shape, -1)
 
-    def _positions_in(self, poses) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[no-untyped-def]
+    def _positions_in(self, poses: Poses) -> tuple[np.ndarray, np.ndarray]:
+        """Positions by foot and point, and in one row."""
         flat = np.stack(
             [
                 poses.p_ground_body[:, body] + poses.R_ground_body[:, body] @ position

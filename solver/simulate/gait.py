@@ -1,7 +1,7 @@
 """Walking and running on level ground: footprints, timing, and what the body should look like."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -31,6 +31,10 @@ class GaitStyle:
     elbow_deg: float
     arm_swing_deg: float
     brace: float  # body weights; see `ContactPlan`
+    pelvis_tilt_deg: float
+    sway: float  # [m] of the pelvis towards the standing foot
+    lowest: float  # when the pelvis is lowest, as a share of the step
+    pattern_step: float | None  # [m] step length of the angle pattern; None: it serves for all
     pelvis_drop: float  # of stature, below upright stance
     bounce: float  # [m] half the rise and fall of the pelvis
 
@@ -49,6 +53,10 @@ WALKING = GaitStyle(
     elbow_deg=25.0,
     arm_swing_deg=17.0,
     brace=0.45,
+    pelvis_tilt_deg=-6.0,
+    sway=0.018,
+    lowest=0.0,
+    pattern_step=0.70,
     pelvis_drop=0.014,
     bounce=0.018,
 )
@@ -66,6 +74,10 @@ RUNNING = GaitStyle(
     elbow_deg=88.0,
     arm_swing_deg=28.0,
     brace=0.0,
+    pelvis_tilt_deg=-10.0,
+    sway=0.006,
+    lowest=0.12,
+    pattern_step=None,
     pelvis_drop=0.035,
     bounce=0.03,
 )
@@ -81,42 +93,64 @@ class Steps:
     yaws: Float[np.ndarray, " steps"]  # [rad]
 
 
-def natural_step_time(speed: float, height: float, running: bool) -> float:
-    """Seconds a step at a speed [m/s].
+@dataclass(frozen=True)
+class Pace:
+    """How fast, and how long each step takes on average."""
 
-    Walking: step rate grows as speed^0.42 (Grieve DW, Gear RJ. Ergonomics 1966; 5: 379-399), 1.85 Hz at 1.3
-    m/s and 1.75 m. Running: 2.75 Hz at 3 m/s, rising slowly (Cavanagh PR, Kram R. Med Sci Sports Exerc 1989;
-    21: 467-479). Both scale with the root of stature, like a pendulum.
+    speed: float  # [m/s]
+    step_time: float  # [s]
+
+
+def natural_pace(speed: float, stature: float, running: bool) -> Pace:
+    """The step time that people choose at a speed [m/s].
+
+    Walking: step rate grows as speed^0.42 (Grieve DW, Gear RJ. Ergonomics 1966; 5: 379-399), 1.85 Hz at
+    1.3 m/s and 1.75 m. Running: 2.75 Hz at 3 m/s, rising slowly (Cavanagh PR, Kram R. Med Sci Sports Exerc
+    1989; 21: 467-479). Both scale with the root of stature, like a pendulum.
     """
     rate = 2.75 * (speed / 3.0) ** 0.15 if running else 1.85 * (speed / 1.3) ** 0.42
-    return float(1 / rate * np.sqrt(height / 1.75))
+    return Pace(speed, float(np.sqrt(stature / 1.75) / rate))
+
+
+def at_pace(style: GaitStyle, pace: Pace, stature: float) -> GaitStyle:
+    """The style with the stance that goes with a pace.
+
+    Walkers stand 62 % of the cycle at 1.3 m/s and some 4 % less for each m/s more (Murray MP et al. Arch Phys
+    Med Rehabil 1984; 65: 65-70). A runner's body travels no farther over the foot than the leg's length
+    allows, 0.85 m at a stature of 1.75 m.
+    """
+    if style is WALKING:
+        share = style.stance_share - 0.04 * (pace.speed - 1.3)
+    else:
+        share = min(style.stance_share, 0.85 * stature / 1.75 / (pace.speed * 2 * pace.step_time))
+    return replace(style, stance_share=float(share))
 
 
 def plan_steps(
     style: GaitStyle,
-    speed: float,
-    step_time: float,
+    pace: Pace,
     span: tuple[float, float],
     rng: np.random.Generator,
     variation: float,
 ) -> Steps:
-    """Steps from before until after a span of time [s]; x = 0 is under the body at time 0.
+    """Steps from before until after a span of time; x = 0 is under the body at time 0.
 
     Args:
         style: of the gait.
-        speed: [m/s].
-        step_time: [s] on average.
+        pace: speed and step time.
         span: first and last time that the motion needs [s].
         rng: of the step-to-step variation.
-        variation: relative standard deviation of step time and step length; that of width is 1 cm at 0.02.
+        variation: relative standard deviation of step time and step length; half of it, in metres, is that of
+            the step width.
     """
+    step_time, step_length = pace.step_time, pace.speed * pace.step_time
     reach = 2 * step_time + style.stance_share * 2 * step_time
     first = int(np.floor((span[0] - reach) / step_time))
     count = int(np.ceil((span[1] + reach) / step_time)) - first
     index = first + np.arange(count)
     late = 0.3 * step_time  # a contact is not at time 0
     times = late + step_time * (index + variation * rng.standard_normal(count))
-    along = speed * times + speed * step_time * (0.5 + variation * rng.standard_normal(count))
+    along = pace.speed * times + step_length * (0.5 + variation * rng.standard_normal(count))
     feet = tuple(int(k % 2) for k in index)
     side = np.array([1.0 if SIDES[foot] == "r" else -1.0 for foot in feet])
     across = side * style.step_width / 2 + 0.5 * variation * rng.standard_normal(count)
@@ -171,9 +205,7 @@ def gait_wish(
     count = CubicSpline(steps.times, np.arange(len(steps.times)))(times)  # steps so far
     right_first = steps.feet[0]  # 0: even steps are right ones
     phase = {"r": (count - right_first) / 2, "l": (count - (1 - right_first)) / 2}
-    stretch = (
-        float(np.clip(np.mean(np.diff(steps.positions[:, 0])) / 0.70, 0.5, 1.6)) if style is WALKING else 1.0
-    )
+    stretch = _stretch(style, steps)
     columns = _angles(style, phase, stretch)
     columns |= _pelvis_path(skeleton, style, steps, times, phase["r"])
     q = np.stack([columns[name] for name in skeleton.dofs], axis=1)
@@ -196,6 +228,13 @@ def gait_wish(
         force=force,
         force_tolerance=0.05,
     )
+
+
+def _stretch(style: GaitStyle, steps: Steps) -> float:
+    """How far the swing of hips and arms departs from the pattern's."""
+    if style.pattern_step is None:
+        return 1.0
+    return float(np.clip(np.mean(np.diff(steps.positions[:, 0])) / style.pattern_step, 0.5, 1.6))
 
 
 def _angles(style: GaitStyle, phase: Mapping[str, np.ndarray], stretch: float) -> dict[str, np.ndarray]:
@@ -228,14 +267,15 @@ def _pelvis_path(
     upright = skeleton.default_q[skeleton.dofs.index("pelvis_ty")]
     over_foot = steps.times + 0.46 * style.stance_share * 2 * float(np.mean(np.diff(steps.times)))
     x = CubicSpline(over_foot, steps.positions[:, 0])(times) - hip[0]
-    sideways = 0.018 if style is WALKING else 0.006
     between = (steps.positions[1:, 1] + steps.positions[:-1, 1]) / 2
-    z = CubicSpline(steps.times[1:], between)(times) + sideways * np.sin(2 * np.pi * (phase - 0.06))
-    stature = skeleton_stature(skeleton)
-    lowest = 0.0 if style is WALKING else 0.12  # of half a cycle after contact
-    y = upright - style.pelvis_drop * stature - style.bounce * np.cos(4 * np.pi * (phase - lowest / 2))
+    z = CubicSpline(steps.times[1:], between)(times) + style.sway * np.sin(2 * np.pi * (phase - 0.06))
+    y = (
+        upright
+        - style.pelvis_drop * stature_of(skeleton)
+        - style.bounce * np.cos(4 * np.pi * (phase - style.lowest / 2))
+    )
     return {
-        "pelvis_tilt": wave(2 * phase, -6.0 if style is WALKING else -10.0, 1.0),
+        "pelvis_tilt": wave(2 * phase, style.pelvis_tilt_deg, 1.0),
         "pelvis_list": wave(phase, 0.0, 4.0, 0.15),
         "pelvis_rotation": wave(phase, 0.0, 4.0, 0.0),
         "pelvis_tx": x,
@@ -244,7 +284,7 @@ def _pelvis_path(
     }
 
 
-def skeleton_stature(skeleton: Skeleton) -> float:
+def stature_of(skeleton: Skeleton) -> float:
     """Stature of the default body, back from its thigh (0.245 of it) [m]."""
     return float(-skeleton.joints[skeleton.body_index("tibia_r")].p_parent_frame[1] / 0.245)
 

@@ -22,7 +22,7 @@ class DemandSlopes:
 
 
 class GroundDemand:
-    """Newton and Euler for the whole body: f = d(m ċ)/dt − m g, and n_c = dL_c/dt about the centre of mass."""
+    """Newton and Euler for the whole body: f = m c̈ − m g, and n_c = dL_c/dt about the centre of mass c."""
 
     def __init__(self, model: RigidBodyModel) -> None:
         self.model = model

@@ -1,4 +1,4 @@
-"""The demanded wrench shared between the feet: a force at a centre of pressure, and a free vertical moment."""
+"""The demanded wrench shared by the feet: a force at a centre of pressure, and a free vertical moment."""
 
 from dataclasses import dataclass
 

@@ -46,7 +46,7 @@ class MeasurementSettings:
 
     marker_rate: float = 100.0  # [Hz]
     force_rate: float = 1000.0  # [Hz]
-    marker_noise_m: float = 0.0004
+    marker_noise_m: float = 0.0002
     gaps_per_marker_minute: float = 2.0
     gap_length_s: float = 0.12  # mean
     force_noise_N: tuple[float, float, float] = (0.8, 1.5, 0.8)
@@ -83,7 +83,7 @@ def plates_under(
 
 
 def stances_within(contacts: ContactPlan, span: tuple[float, float]) -> list[Stance]:
-    """Stances that reach into a span of time [s] by more than the hundredth of a second that loads nothing."""
+    """Stances that reach into a span of time [s] by more than a hundredth of a second."""
     return [s for s in contacts.stances if min(s.end, span[1]) - max(s.start, span[0]) > 0.01]
 
 
@@ -140,7 +140,7 @@ def _markers(
 def _forces(
     trial: SyntheticTrial, plates: Sequence[Plate], settings: MeasurementSettings, rng: np.random.Generator
 ) -> tuple[ForcePlate, ...]:
-    samples = int(round(trial.scenario.duration * settings.force_rate)) + 1
+    samples = round(trial.scenario.duration * settings.force_rate) + 1
     times = np.arange(samples) / settings.force_rate
     reactions = trial.reactions(times)
     wrench = reactions.wrench_ground

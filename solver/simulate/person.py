@@ -27,13 +27,13 @@ class Person:
     com_scatter_m: float = 0.004  # of each segment's centre of mass
     bony_scatter_m: float = 0.005  # of a marker on a bony landmark
     cluster_scatter_m: float = 0.015  # of a marker on soft parts, which nobody places twice alike
-    bony_softness_m_per_rad: float = 0.006  # skin over bone moves this much a radian of the next joints
-    cluster_softness_m_per_rad: float = 0.020
+    bony_softness_m_per_rad: float = 0.005  # skin over bone moves this much a radian of the next joints
+    cluster_softness_m_per_rad: float = 0.014
 
 
 @dataclass(frozen=True)
 class TrueBody:
-    """The person's own skeleton; `softness[m, :, d]` moves marker m in its body's frame with dof d [m/rad]."""
+    """The person's skeleton; `softness[m, :, d]` moves marker m in its body's frame with dof d [m/rad]."""
 
     skeleton: Skeleton
     sole: Sole

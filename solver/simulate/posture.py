@@ -8,7 +8,6 @@ from solver.simulate.sole import Sole
 from solver.simulate.trajectory_fit import Wish
 from solver.skeleton.skeleton import Skeleton
 
-
 # Joint angles at the bottom of a squat [deg], of our own choosing: thighs short of level, trunk leaning
 # forward.
 SQUAT = {
@@ -66,7 +65,7 @@ def standing_contacts(
 
 
 def squat_depth(span: tuple[float, float], rng: np.random.Generator) -> Course:
-    """Depth over time, 0 upright to about 1: squats of 2.2 s or so with a short rest between, never quite alike."""
+    """Depth over time, 0 upright to about 1: squats of some 2.2 s with a short rest between them."""
     starts, depths, lengths = [], [], []
     start = 0.5
     while start < span[1]:
@@ -97,7 +96,7 @@ def posture_wish(
         skeleton: who stands.
         contacts: of both feet.
         times: [s].
-        depth: of a squat, 0 upright, 1 the bottom; None for quiet standing with the arms out of the markers' way.
+        depth: of a squat, 0 upright, 1 the bottom; None for standing, arms off the body.
     """
     base = {**STANDING, **(STATIC if depth is None else {})}
     bottom = SQUAT if depth is not None else {}

@@ -13,7 +13,7 @@ SIDES = ("r", "l")  # order of the feet wherever an axis runs over feet
 
 @dataclass(frozen=True)
 class Sole:
-    """Lengths of a right foot [m]; the sole's frame lies on the ground below calcn's origin, x to the toes."""
+    """Lengths of a right foot [m]; the sole's frame lies on the ground below calcn's origin, x to the toe."""
 
     heel: float  # back of the heel, negative
     ball: float

@@ -93,7 +93,7 @@ class _Problem:
             "tf,tfi->ti", contacts.shares(times), np.nan_to_num(contacts.centres_of_pressure(times))
         )
         places = [self.dofs.index(name) for name in PLACE]
-        self.about[self.flying] = wish.q[np.ix_(self.flying, places)]  # a near point keeps moments small
+        self.about[self.flying] = wish.q[self.flying][:, places]  # a near point keeps moments small
         self.external = self._external()
         self.wanted_demand = np.concatenate([wish.force, np.zeros_like(wish.force)], axis=1)
         self.demand_tolerance = self._demand_tolerance()
@@ -140,8 +140,8 @@ class _Problem:
                 motion.coefficients.ravel() + self._step(motion, True, only_constraints=True)
             )
         raise FitError(
-            f"No motion near the wanted one leaves the ground alone in flight (t = {self.wish.times[0]:.2f} to "
-            f"{self.wish.times[-1]:.2f} s). Choose a slower speed or less variation."
+            "No motion near the wanted one leaves the ground alone in flight. Choose a slower speed or less "
+            "variation from step to step."
         )
 
     def _motion(self, coefficients: np.ndarray) -> SplineMotion:
@@ -235,9 +235,7 @@ class _Problem:
             return -band.factor().solve(band.gradient.ravel())
 
         table = self.demand.slopes(q, v, a, self.about)
-        rows = sum(
-            self._rows(slope, order) for order, slope in enumerate((table.by_q, table.by_v, table.by_a))
-        )
+        rows = self._rows(table.by_q, 0) + self._rows(table.by_v, 1) + self._rows(table.by_a, 2)
         wrench, on = table.wrench - self.external, ~self.flying
         scaled = (wrench - self.wanted_demand) / self.demand_tolerance
         band.add_rows(self.first[on], rows[on] / self.demand_tolerance[on][..., None, None], scaled[on])

@@ -10,7 +10,16 @@ from scipy.spatial.transform import Rotation
 
 from solver.kinematics.motion import Motion
 from solver.simulate.contacts import ContactPlan, about_vertical
-from solver.simulate.gait import RUNNING, WALKING, gait_contacts, gait_wish, natural_step_time, plan_steps
+from solver.simulate.gait import (
+    RUNNING,
+    WALKING,
+    at_pace,
+    gait_contacts,
+    gait_wish,
+    natural_pace,
+    plan_steps,
+    stature_of,
+)
 from solver.simulate.ground_demand import GroundDemand
 from solver.simulate.ground_reactions import GroundReactions, share_demand
 from solver.simulate.person import TrueBody
@@ -54,7 +63,7 @@ class SyntheticTrial:
 
     def frames(self, rate: float) -> Motion:
         """The motion sampled from time 0 to the trial's end."""
-        times = np.arange(int(round(self.scenario.duration * rate)) + 1) / rate
+        times = np.arange(round(self.scenario.duration * rate) + 1) / rate
         return Motion(self.motion.dofs, self.motion.derivative(times, 0), rate)
 
     def demand(self, times: Float[np.ndarray, " times"]) -> Float[np.ndarray, "times 6"]:
@@ -95,21 +104,21 @@ def simulate_trial(
 
 def _gait(scenario: Scenario, body: TrueBody, times: np.ndarray, rng: np.random.Generator) -> Wish:
     running = scenario.activity == "run"
-    style = RUNNING if running else WALKING
     speed = scenario.speed if scenario.speed is not None else (3.2 if running else 1.3)
-    stature = body.skeleton.joints[body.skeleton.body_index("tibia_r")].p_parent_frame[1] / -0.245
-    step_time = natural_step_time(speed, stature, running)
-    steps = plan_steps(style, speed, step_time, (times[0], times[-1]), rng, scenario.variation)
+    stature = stature_of(body.skeleton)
+    pace = natural_pace(speed, stature, running)
+    style = at_pace(RUNNING if running else WALKING, pace, stature)
+    steps = plan_steps(style, pace, (times[0], times[-1]), rng, scenario.variation)
     middle = speed * scenario.duration / 2
     steps = replace(steps, positions=steps.positions - (middle, 0.0))
-    contacts = gait_contacts(style, steps, body.sole, body.skeleton.mass, step_time)
+    contacts = gait_contacts(style, steps, body.sole, body.skeleton.mass, pace.step_time)
     if running:
         times = _with_edges(times, contacts)
     return gait_wish(body.skeleton, style, steps, contacts, times)
 
 
 def _with_edges(times: np.ndarray, contacts: ContactPlan) -> np.ndarray:
-    """The grid with the ends of flight, where the demand has to vanish too, unless a grid time is close by."""
+    """The grid with the ends of flight, where the demand has to vanish too, but those next to its times."""
     edges = np.array([edge for stance in contacts.stances for edge in (stance.start, stance.end)])
     edges = edges[(edges > times[0]) & (edges < times[-1])]
     apart = np.abs(edges[:, None] - times).min(axis=1)

@@ -8,6 +8,7 @@ the heel, torso at the lumbar joint), so that bone meshes drawn for OpenSim fit.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import cast
 
 import numpy as np
 from jaxtyping import Float
@@ -37,7 +38,7 @@ _SAME = Linear(1.0, 0.0)
 _PELVIS_REACH_M = 100.0  # a walkway's length: translations have no anatomical range
 
 
-def default_skeleton(*, mass_kg: float = 70.0, height_m: float = 1.72, sex: Sex | None = None) -> Skeleton:
+def default_skeleton(*, mass_kg: float = 70.0, height_m: float = 1.72, sex: str | None = None) -> Skeleton:
     """A person of this mass and stature, upright with the soles on the ground in the default pose.
 
     Args:
@@ -54,9 +55,10 @@ def default_skeleton(*, mass_kg: float = 70.0, height_m: float = 1.72, sex: Sex 
         )
     if sex not in (None, "male", "female"):
         raise ModelError(f"sex = {sex!r}: the tables know 'male', 'female' or None (the mean of both).")
-    of = lengths(height_m, sex)
+    table = cast(Sex | None, sex)
+    of = lengths(height_m, table)
     frames = body_frames(of)
-    assembly = _Assembly(mass_elements(of, frames, mass_kg, sex), DefaultBones(of, frames))
+    assembly = _Assembly(mass_elements(of, frames, mass_kg, table), DefaultBones(of, frames))
     assembly.add_pelvis(height=of.hip_height - frames.hip_pelvis[1])
     for side in "rl":
         assembly.add_leg(side, frames, of)

@@ -169,13 +169,26 @@ def test_keys_do_not_act_while_a_number_is_typed(app, page):
     assert not app.playback.position.playing
 
 
+def test_keys_act_again_right_after_a_click_or_a_typed_frame(app, page):
+    page.get_by_text("See-through").click()
+    until(lambda: app.scene.options.see_through)
+    page.keyboard.press(".")
+    frame_is(app, 1)
+    page.get_by_text("See-through").click()
+    until(lambda: not app.scene.options.see_through)
+    box = frame_box(page)
+    box.fill("30")
+    frame_is(app, 30)
+    box.press("Enter")
+    page.keyboard.press(".")
+    frame_is(app, 31)
+
+
 def test_the_chooser_turns_to_other_trials_even_bare_ones(app, page):
     for name, frames in [("no forces", 80), ("measured only", 120)]:
         choose(page, name)
         until(lambda name=name: app.shown == name)
         until(lambda frames=frames: app.playback.frames == frames)
-        page.keyboard.press("Escape")
-        page.mouse.click(450, 20)
         page.keyboard.press("End")
         frame_is(app, frames - 1)
 

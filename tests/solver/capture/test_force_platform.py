@@ -60,6 +60,9 @@ def test_zero_frames(tmp_path, write_c3d, plate_of, flat_corners, points):
     zeroed, notes = read(1, 5)
     np.testing.assert_allclose(zeroed, [0, 500], atol=1e-4)
     assert "zeroed" in notes[0]
+    plate.channels[0, 2] = -20.0
+    np.testing.assert_allclose(read(1, 1)[0], [0, 488], atol=1e-4)
+    plate.channels[0, 2] = -8.0
     loaded, notes = read(12, 16)
     np.testing.assert_allclose(loaded, [8, 508])
     assert "not zeroed" in notes[0]

@@ -84,6 +84,15 @@ def test_the_fastest_throw_is_no_artefact(rate):
     assert clean_markers(markers)[1] == ()
 
 
+@pytest.mark.parametrize("rate", [30.0, 50.0, 100.0])
+def test_a_shaken_hand_is_no_artefact(rate):
+    """20 cm to either side nine times a second, 640 m/s²: slow cameras see it turn from frame to frame."""
+    time = np.arange(0, 1, 1 / rate)
+    y = 0.2 * np.cos(2 * np.pi * 9 * time)
+    markers = Markers(("HAND",), np.stack([0 * y, y, 0 * y + 1], axis=1)[:, None], rate)
+    assert clean_markers(markers)[1] == ()
+
+
 @pytest.mark.parametrize("rate", [60.0, 100.0, 250.0])
 def test_a_foot_that_strikes_the_ground_is_no_artefact(rate):
     """12 m/s forwards, then 0 from one frame to the next."""

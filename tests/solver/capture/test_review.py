@@ -49,7 +49,7 @@ def test_timestamps_place_a_segment(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "times", [[0.5, 0.5, 0.5], [0.6, 0.55, 0.5], ["a", "b", "c"], [9.0, 9.01, 9.02], [0.5]]
+    "times", [[0.5, 0.5, 0.5], [0.5, 0.51, 0.52], [0.6, 0.55, 0.5], ["a", "b", "c"], [9.0, 9.01, 9.02], [0.5]]
 )
 def test_unusable_timestamps_are_not_used(tmp_path, times):
     reviews = [segment(tmp_path, 1, [False, False]), segment(tmp_path, 2, [True, False, True], times)]

@@ -6,7 +6,8 @@ from solver.simulate.ground_reactions import share_demand
 from solver.simulate.sole import sole_of
 
 
-def stance(foot, start, end, x, side, load):
+def stance(foot, span, x, load):
+    (start, end), side = span, 1 - 2 * foot
     return Stance(
         foot=foot,
         start=start,
@@ -29,7 +30,7 @@ def plan():
     def ramp_up(t):
         return 700 * np.clip((t - 0.5) / 0.2, 0, 1)
 
-    stances = (stance(0, 0.0, 0.7, 0.0, 1, ramp_down), stance(1, 0.5, 1.2, 0.6, -1, ramp_up))
+    stances = (stance(0, (0.0, 0.7), 0.0, ramp_down), stance(1, (0.5, 1.2), 0.6, ramp_up))
     return ContactPlan(stances, sole_of(1.75, None), brace=300.0)
 
 

@@ -64,7 +64,7 @@ def test_noise_and_gaps_are_as_set(walk, perfect, real):
     assert 0.005 < missing.mean() < 0.3
     assert (np.isnan(real.markers.positions_ground).all(axis=2) == missing).all()
     off = np.nanstd(np.diff(real.markers.positions_ground - perfect.markers.positions_ground, axis=0))
-    assert off == pytest.approx(0.0004 * np.sqrt(2), rel=0.2)
+    assert off == pytest.approx(0.0002 * np.sqrt(2), rel=0.2)
     loaded = real.plates[1].force_ground[:, 1] > 100
     noise = (real.plates[1].force_ground - perfect.plates[1].force_ground)[loaded]
     np.testing.assert_allclose(noise.std(axis=0), [0.8, 1.5, 0.8], rtol=0.2)

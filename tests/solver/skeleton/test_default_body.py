@@ -126,10 +126,9 @@ def test_centre_of_mass_is_as_high_as_measured_in_standing(person):
 
 
 def test_whole_body_inertia_agrees_with_the_pendulum_measurements():
-    """Santschi et al. 1963 (AMRL-TDR-63-36), 66 men of 75.5 kg and 1.76 m, upright with arms at their sides."""
-    _, inertia = whole_body(
-        *(s := default_skeleton(mass_kg=75.5, height_m=1.76, sex="male"), s.default_q[None])
-    )
+    """Santschi et al. 1963 (AMRL-TDR-63-36): men of 75.5 kg and 1.76 m, upright, arms at their sides."""
+    skeleton = default_skeleton(mass_kg=75.5, height_m=1.76, sex="male")
+    _, inertia = whole_body(skeleton, skeleton.default_q[None])
     assert inertia[0, 0] == pytest.approx(13.0, rel=0.1)
     assert inertia[2, 2] == pytest.approx(11.6, rel=0.1)
     assert inertia[1, 1] == pytest.approx(1.28, rel=0.3)

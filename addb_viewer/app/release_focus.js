@@ -1,0 +1,27 @@
+// Gives the keyboard back to the review keys after a click: the page ignores them while an input has the focus,
+// and a checkbox or a list keeps it. People who move by keyboard keep their focus where it is.
+(() => {
+  if (window.addbViewerReleasesFocus) return;
+  window.addbViewerReleasesFocus = true;
+  let pointerAt = -Infinity;
+  const release = () => document.activeElement?.blur?.();
+  const releaseSoon = () => setTimeout(release); // after the page's own handlers, which may take the focus back
+  const byPointer = () => performance.now() - pointerAt < 1000;
+  const lastUse = () => (pointerAt = performance.now());
+  document.addEventListener("pointerdown", lastUse, true);
+  document.addEventListener(
+    "pointerup",
+    () => {
+      lastUse();
+      if (document.activeElement?.getAttribute("role") === "slider") releaseSoon();
+    },
+    true,
+  );
+  document.addEventListener("click", (event) => {
+    if (byPointer() && event.target.closest?.("[role=option], input[type=checkbox], button")) releaseSoon();
+  });
+  document.addEventListener("keydown", (event) => {
+    const typed = event.target instanceof HTMLInputElement && event.target.type !== "checkbox";
+    if (typed && (event.key === "Enter" || event.key === "Escape")) release();
+  });
+})();

@@ -1,0 +1,74 @@
+"""Quintic B-splines through a trial: what each frame's position, velocity, acceleration takes of the coefficients."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.interpolate import BSpline
+
+DEGREE = 5
+ORDER = DEGREE + 1  # coefficients that act on one instant
+
+
+@dataclass(frozen=True)
+class SplineBasis:
+    """q(t) = Σ_a B_a(t) c_a on equally spaced knots that reach beyond both ends of the trial.
+
+    On frame t the coefficients first[t] … first[t] + 5 act, with the weights `derivative[k][t]` on the k-th
+    derivative.
+    """
+
+    frames: int
+    rate: float  # [Hz]
+    spacing: int  # frames between knots
+    coefficients: int
+    first: Int[np.ndarray, " frames"]
+    derivative: tuple[Float[np.ndarray, "frames 6"], ...]  # orders 0, 1, 2 [1, 1/s, 1/s²]
+    jerk_gram: Float[np.ndarray, "coefficients 6"]  # ∫B'''_a B'''_(a+k) dt over the trial, k = 0 … 5 [1/s⁵]
+
+    def evaluate(
+        self, coefficients: Float[np.ndarray, "coefficients dofs"], order: int = 0
+    ) -> Float[np.ndarray, "frames dofs"]:
+        """The spline's derivative of that order (0, 1 or 2) at the frames."""
+        local = coefficients[self.first[:, None] + np.arange(ORDER)]
+        return np.einsum("ta,tad->td", self.derivative[order], local)
+
+
+def spline_basis(frames: int, rate: float, spacing: int) -> SplineBasis:
+    """The basis for a trial.
+
+    Args:
+        frames: of the trial, at least 2.
+        rate: [Hz].
+        spacing: frames from knot to knot.
+    """
+    pieces = max(1, -(-(frames - 1) // spacing))
+    count = pieces + DEGREE
+    piece = np.minimum(np.arange(frames) // spacing, pieces - 1)
+    within = np.arange(frames) / spacing - piece
+    width = spacing / rate
+    derivative = tuple(_weights(within, order) / width**order for order in range(3))
+    return SplineBasis(frames, rate, spacing, count, piece, derivative, _jerk_gram(pieces, width))
+
+
+def _weights(within: Float[np.ndarray, " some"], order: int) -> Float[np.ndarray, "some 6"]:
+    """Derivatives by the piece's own coordinate (0 to 1) of the six splines that live on a piece."""
+    knots = np.arange(-DEGREE, ORDER + 1, dtype=float)
+    columns = []
+    for a in range(ORDER):
+        unit = np.zeros(len(knots) - ORDER)
+        unit[a] = 1.0
+        columns.append(BSpline(knots, unit, DEGREE)(within, nu=order))
+    return np.stack(columns, axis=1)
+
+
+def _jerk_gram(pieces: int, width: float) -> Float[np.ndarray, "coefficients 6"]:
+    """Exact by Gauss's rule: on a piece the third derivative is a parabola."""
+    nodes, weights = np.polynomial.legendre.leggauss(3)
+    third = _weights((nodes + 1) / 2, 3)
+    piece = np.einsum("g,ga,gb->ab", weights / 2, third, third) / width**5
+    gram = np.zeros((pieces + DEGREE, ORDER))
+    for a in range(ORDER):
+        for b in range(a, ORDER):
+            gram[a : a + pieces, b - a] += piece[a, b]
+    return gram

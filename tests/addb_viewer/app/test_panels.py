@@ -1,0 +1,77 @@
+import numpy as np
+import pytest
+
+from addb_viewer.app.camera import VIEWS
+from addb_viewer.app.charts import Points, charts_of
+from addb_viewer.app.keys import COMMANDS, help_html
+from addb_viewer.app.library import Library
+from addb_viewer.app.panels import SPEED_NAMES, legend_html, notes_html, speed_name, summary_html
+from addb_viewer.app.playback import SPEEDS
+from addb_viewer.app.plots import heading_html, value_range
+
+SPITEFUL = "<script>alert(1)</script>"
+
+
+def test_the_summary_shows_figures_with_units_and_verdicts(small_fit, make_replay):
+    library = Library(small_fit.subject, small_fit)
+    text = summary_html(library.figures("walk"), {"mass_kg": 100.0, "height_m": 2.0}, make_replay())
+    for part in (
+        "100.0 kg",
+        "2.00 m",
+        "1.50 cm ✓",
+        "2.10 cm ✓",
+        "7.5 N = 0.8 % BW ✓",
+        "N·m",
+        "% BW·h",
+        "3 (force known)",
+    ):
+        assert part in text, part
+
+
+def test_a_trial_without_dynamics_has_no_residual_rows(small_fit, make_replay):
+    text = summary_html(Library(small_fit.subject, small_fit).figures("no/forces"), {}, make_replay())
+    assert "Residual" not in text
+    assert "Marker RMS" in text
+
+
+def test_without_a_fit_it_says_so(make_replay):
+    assert "Not fitted yet" in summary_html({}, {}, make_replay(fitted=False))
+
+
+def test_texts_from_files_are_escaped(make_replay):
+    assert "<script>" not in notes_html((SPITEFUL,))
+    replay = make_replay()
+    object.__setattr__(replay, "feet", (SPITEFUL,))
+    assert "<script>" not in legend_html(replay)
+    object.__setattr__(replay.plates[0], "name", SPITEFUL)
+    assert not any("<script>" in heading_html(chart) for chart in charts_of(replay))
+
+
+def test_the_legend_names_what_is_there(make_replay):
+    assert "calcn_r" in legend_html(make_replay())
+    assert "marker error" not in legend_html(make_replay(fitted=False))
+    assert "foot" not in legend_html(make_replay(plates=0))
+
+
+def test_every_key_is_in_the_help_and_none_is_the_cameras():
+    taken = {(c.key, c.shift) for c in COMMANDS if c.key}
+    assert len(taken) == sum(c.key is not None for c in COMMANDS)
+    assert not {"W", "A", "S", "D", "Q", "E"} & {key for key, _ in taken}
+    for command in COMMANDS:
+        assert command.key is None or f"<b>{command.shown}</b>" in help_html()
+
+
+def test_every_view_has_a_command():
+    assert {f"view_{name.lower()}" for name in VIEWS} <= {command.action for command in COMMANDS}
+
+
+def test_speeds_have_names():
+    assert [SPEED_NAMES[speed_name(speed)] for speed in SPEEDS] == list(SPEEDS)
+
+
+@pytest.mark.parametrize(
+    ("values", "lowest", "highest"), [([0, 10], 0.0, 10.6), ([-10, 10], -11.2, 11.2), ([0, 0], 0.0, 1.0)]
+)
+def test_axes_hold_all_values_and_zero(values, lowest, highest):
+    points = Points(np.arange(2.0), (np.array(values, float),), np.zeros(2))
+    assert value_range(points) == pytest.approx((lowest, highest))
