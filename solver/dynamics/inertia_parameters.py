@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from solver.dynamics.settings import DynamicsSettings
+from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.kinematics.scale_prior import scale_groups
 from solver.skeleton.skeleton import Body, Skeleton
 
@@ -75,7 +75,7 @@ class InertiaParameters:
         return self.mirrored[body] * phi[PER_BODY * group : PER_BODY * (group + 1)]
 
 
-def inertia_parameters(skeleton: Skeleton, settings: DynamicsSettings) -> InertiaParameters:
+def inertia_parameters(skeleton: Skeleton, settings: TrajectorySettings) -> InertiaParameters:
     """Parameters of the bodies that weigh enough to matter; twins share theirs."""
     tied = scale_groups(skeleton)
     weighs = np.array([b.mass >= settings.lightest_segment_kg and _is_physical(b) for b in skeleton.bodies])
@@ -90,7 +90,7 @@ def inertia_parameters(skeleton: Skeleton, settings: DynamicsSettings) -> Inerti
     return InertiaParameters(skeleton, factors, group, mirrored, tuple(tied.names[g] for g in kept))
 
 
-def prior_std(parameters: InertiaParameters, settings: DynamicsSettings) -> Float[np.ndarray, " parameters"]:
+def prior_std(parameters: InertiaParameters, settings: TrajectorySettings) -> Float[np.ndarray, " parameters"]:
     """How far each φ may go: half the relative scatter of lengths and mass, shifts in gyration radii."""
     shape, shift = settings.inertia_std / 2, settings.com_std_m
     one = []

@@ -25,7 +25,7 @@ from solver.kinematics.scale_prior import (
 )
 from solver.kinematics.settings import KinematicsSettings
 from solver.progress import Progress, silent
-from solver.skeleton.forward import ForwardKinematics, Poses, cross
+from solver.skeleton.forward import marker_jacobian
 from solver.skeleton.scaling import scaled, with_offsets
 from solver.skeleton.skeleton import Skeleton
 
@@ -213,7 +213,7 @@ class _BorderedSolver:
         error = np.where(problem.seen[:, :, None], x - problem.observed, 0.0)
         squares = (error**2).sum(axis=2)
         weight = problem.seen * self.settings.marker_std_m**-2 / (1 + squares / problem.robust_scale_m**2)
-        J_q = _marker_jacobian(kinematics, poses, x)
+        J_q = marker_jacobian(kinematics, poses, x)
         J_s = ScaleJacobian(kinematics, self.groups).columns(poses, q)
         frames, markers = weight.shape
         J_o = np.zeros((frames, markers, 3, markers, 3))
@@ -246,20 +246,6 @@ class _BorderedSolver:
         border[everything, everything] *= 1 + damping
         step = -np.linalg.solve(border, gradient)
         return -solved_g - solved_coupling @ step, step
-
-
-def _marker_jacobian(
-    kinematics: ForwardKinematics, poses: Poses, markers_ground: Float[np.ndarray, "frames markers 3"]
-) -> Float[np.ndarray, "frames coordinates dofs"]:
-    """∂x_m/∂q of every frame; markers and their x, y, z in one axis."""
-    twist = poses.twists()
-    velocity = cross(twist[:, :, None, :3], markers_ground[:, None]) + twist[:, :, None, 3:]
-    velocity *= kinematics.carries[:, kinematics.marker_bodies][None, :, :, None]
-    frames, markers = markers_ground.shape[:2]
-    J = np.zeros((frames, 3 * markers, kinematics.chain.dofs))
-    for k, dof in enumerate(kinematics.chain.dof):
-        J[:, :, dof] += velocity[:, k].reshape(frames, -1)
-    return J
 
 
 def _notes(

@@ -90,7 +90,7 @@ def _plates(trial: SyntheticTrial, missed: tuple[int, ...]) -> tuple[Plate, ...]
     if scenario.activity == "stand":
         return ()
     if scenario.activity == "squat":
-        return standing_plates(contacts.stances, (contacts.sole.heel + contacts.sole.toe_tip) / 2)
+        return standing_plates(contacts)
     size = (0.60, 0.40) if scenario.activity == "walk" else (0.90, 0.60)
     return plates_under(contacts, (0.0, scenario.duration), missed=missed, size=size)
 

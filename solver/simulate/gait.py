@@ -25,7 +25,7 @@ class GaitStyle:
     heel_planted: tuple[float, float]
     forefoot_planted: tuple[float, float]
     harmonics: tuple[float, ...]  # of the vertical force over the stance: sin πs, sin 3πs, …
-    braking: float  # peak fore-aft force over the mean vertical force
+    braking: float  # fore-aft force over vertical force at contact, and with the other sign at toe-off
     along: tuple[tuple[float, float], ...]  # centre of pressure along the sole over the stance
     trunk_lean_deg: float
     elbow_deg: float
@@ -201,7 +201,6 @@ def gait_wish(
     times: Float[np.ndarray, " times"],
 ) -> Wish:
     """What the body should look like at those times."""
-    step_time = float(np.mean(np.diff(steps.times)))
     count = CubicSpline(steps.times, np.arange(len(steps.times)))(times)  # steps so far
     right_first = steps.feet[0]  # 0: even steps are right ones
     phase = {"r": (count - right_first) / 2, "l": (count - (1 - right_first)) / 2}
@@ -217,9 +216,9 @@ def gait_wish(
         on = stance.covers(times)
         share = (times[on] - stance.start) / (stance.end - stance.start)
         side = 1.0 if SIDES[stance.foot] == "r" else -1.0
-        mean = skeleton.mass * GRAVITY * step_time / (stance.end - stance.start)
-        force[on, 0] -= style.braking * mean * np.sin(2 * np.pi * share) * np.sin(np.pi * share) ** 0.5
-        force[on, 2] -= side * 0.05 * loads[on, stance.foot]
+        load = loads[on, stance.foot]
+        force[on, 0] -= style.braking * load * np.cos(np.pi * share)
+        force[on, 2] -= side * 0.05 * load
     return Wish(
         times=times,
         q=q,

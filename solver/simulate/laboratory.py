@@ -108,14 +108,21 @@ def measure(
     return Capture(trial.scenario.name, markers, _forces(trial, plates, settings, force_rng))
 
 
-def standing_plates(
-    stances: Sequence[Stance], middle: float, size: tuple[float, float] = (0.60, 0.40)
-) -> tuple[Plate, ...]:
-    """Two plates side by side, a foot on each; `middle` is the sole's middle before its origin [m]."""
+def standing_plates(contacts: ContactPlan, size: tuple[float, float] = (0.60, 0.40)) -> tuple[Plate, ...]:
+    """Two plates that meet between the feet, one under each.
+
+    Args:
+        contacts: of both feet, right first.
+        size: length to the front, and width [m].
+    """
+    middle = np.array([(contacts.sole.heel + contacts.sole.toe_tip) / 2, 0.0, 0.0])
+    right, left = (stance.to_ground(middle) for stance in contacts.stances)
+    sideways = (right - left) / np.linalg.norm(right - left)
+    yaw = float(np.arctan2(sideways[0], sideways[2]))
     plates = []
-    for stance in stances:
-        x, _, z = stance.to_ground(np.array([middle, 0.0, 0.0]))
-        plates.append(Plate((float(x), float(np.sign(z) * (size[1] / 2 + 0.002))), size[0] / 2, size[1] / 2))
+    for side in (1, -1):
+        x, _, z = (right + left) / 2 + side * (size[1] / 2 + 0.002) * sideways
+        plates.append(Plate((float(x), float(z)), size[0] / 2, size[1] / 2, yaw))
     return tuple(plates)
 
 

@@ -9,7 +9,7 @@ from solver.simulate.sole import Sole, sole_of
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.scaling import scaled, with_offsets
-from solver.skeleton.segment_tables import Sex
+from solver.skeleton.segment_tables import Sex, lengths
 from solver.skeleton.skeleton import Skeleton
 
 FEET = ("talus", "calcn", "toes")
@@ -61,6 +61,12 @@ def body_of(person: Person, rng: np.random.Generator) -> TrueBody:
 
 def _with_lengths(skeleton: Skeleton, person: Person, rng: np.random.Generator) -> Skeleton:
     draws = {name: float(np.exp(person.length_scatter * rng.standard_normal())) for name in _kinds(skeleton)}
+    of = lengths(person.height_m, person.sex)
+    upright = {"femur": of.thigh, "tibia": of.shank, "pelvis": of.navel_above_hips}
+    upright["torso"] = of.stature - of.ankle_height - sum(upright.values())
+    excess = sum(draws[name] * length for name, length in upright.items()) / (of.stature - of.ankle_height)
+    for name in upright:  # the stature is measured
+        draws[name] /= excess
     draws["patella"], draws["radius"] = draws["femur"], draws["ulna"]
     factors = [1.0 if _kind(name) in FEET else draws[_kind(name)] for name in skeleton.body_names]
     resized = scaled(skeleton, np.repeat(np.array(factors)[:, None], 3, axis=1), person.mass_kg)

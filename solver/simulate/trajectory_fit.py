@@ -24,7 +24,7 @@ PLACE = ("pelvis_tx", "pelvis_ty", "pelvis_tz")
 
 @dataclass(frozen=True)
 class Wish:
-    """What the motion should look like, on an even grid of times."""
+    """What the motion should look like, at times that increase about evenly."""
 
     times: Float[np.ndarray, " times"]  # [s]
     q: Float[np.ndarray, "times dofs"]  # [rad or m]
@@ -66,7 +66,7 @@ def fit_trajectory(
     """The motion nearest to the wish.
 
     Args:
-        wish: its grid should be at least twice as fine as the knots.
+        wish: its times should be at least twice as dense as the knots.
         model: of the skeleton that moves.
         spacing: [s] between knots.
         settings: tolerances.

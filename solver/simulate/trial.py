@@ -33,7 +33,7 @@ External = Callable[[SplineMotion, Float[np.ndarray, " times"]], Float[np.ndarra
 
 Activity = Literal["walk", "run", "squat", "stand"]
 GRID = 0.01  # [s] of the fit; knots lie on it, so that frames of 100 Hz and its multiples meet them
-KNOTS = {"walk": 0.03, "run": 0.02, "squat": 0.03, "stand": 0.05}  # [s] between knots
+KNOTS = {"walk": 0.03, "run": 0.01, "squat": 0.03, "stand": 0.05}  # [s] between knots
 EXTERNAL_ROUNDS = 3  # of fitting to an external wrench that depends on the motion
 MARGIN = 0.3  # [s] simulated before and after the recording, where the ends of the spline are loose
 

@@ -53,9 +53,7 @@ class StockBone:
     path: Path
     placement: Placement
     mirrored: bool = False  # a right bone seen in the z = 0 plane's mirror
-    reach: float | None = (
-        None  # [m] how far below the body's origin the next joint lies for this mesh
-    )
+    reach: float | None = None  # [m] how far below the body's origin the next joint lies for this mesh
 
 
 def stock_bones(file: str) -> tuple[StockBone, ...]:

@@ -167,3 +167,28 @@ def marker_positions(
     """Model markers in the ground frame [m]; arguments as in `body_poses`."""
     kinematics = ForwardKinematics(skeleton)
     return kinematics.markers(kinematics.poses(q))
+
+
+def marker_jacobian(
+    kinematics: ForwardKinematics, poses: Poses, markers_ground: Float[np.ndarray, "frames markers 3"]
+) -> Float[np.ndarray, "frames coordinates dofs"]:
+    """∂x_m/∂q of every frame; markers and their x, y, z in one axis."""
+    twist = poses.twists()
+    frames, markers = markers_ground.shape[:2]
+    J = np.zeros((frames, markers, 3, kinematics.chain.dofs))
+    for k, dof in enumerate(kinematics.chain.dof):
+        moved = np.flatnonzero(kinematics.carries[k, kinematics.marker_bodies])
+        by_dof = J[..., dof]
+        by_dof[:, moved] += cross(twist[:, k, None, :3], markers_ground[:, moved]) + twist[:, k, None, 3:]
+    return J.reshape(frames, 3 * markers, -1)
+
+
+def point_jacobian(
+    kinematics: ForwardKinematics, poses: Poses, body: int, point_ground: Float[np.ndarray, "frames 3"]
+) -> Float[np.ndarray, "frames 3 dofs"]:
+    """∂(point)/∂q of a point fixed to a body."""
+    twist = poses.twists()
+    J = np.zeros((len(point_ground), 3, kinematics.chain.dofs))
+    for k in np.flatnonzero(kinematics.carries[:, body]):
+        J[:, :, kinematics.chain.dof[k]] += cross(twist[:, k, :3], point_ground) + twist[:, k, 3:]
+    return J

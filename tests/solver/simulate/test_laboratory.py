@@ -1,7 +1,14 @@
 import numpy as np
 import pytest
 
-from solver.simulate.laboratory import MeasurementSettings, Plate, measure, plates_under, stances_within
+from solver.simulate.laboratory import (
+    MeasurementSettings,
+    Plate,
+    measure,
+    plates_under,
+    stances_within,
+    standing_plates,
+)
 from solver.skeleton.forward import marker_positions
 
 PERFECT = MeasurementSettings(
@@ -87,3 +94,15 @@ def test_corners_enclose_what_the_plate_holds():
     assert not plate.holds(np.full(3, np.nan))
     assert np.linalg.norm(corners[1] - corners[0]) == pytest.approx(0.4)
     assert np.linalg.norm(corners[2] - corners[1]) == pytest.approx(0.6)
+
+
+def test_a_standing_person_has_a_plate_for_each_foot(squat):
+    plates = standing_plates(squat.contacts)
+    reactions, sole = squat.reactions(np.linspace(0, 3.2, 50)), squat.body.sole
+    for foot in (0, 1):
+        assert plates[foot].holds(reactions.cop_ground[:, foot]).all()
+        assert not plates[1 - foot].holds(reactions.cop_ground[:, foot]).any()
+        outline = squat.contacts.stances[foot].to_ground(
+            np.array([[x, 0.0, z] for x in (sole.heel, sole.toe_tip) for z in (-0.04, 0.04)])
+        )
+        assert plates[foot].holds(outline).all()

@@ -4,6 +4,7 @@ import pytest
 from solver.simulate.person import Person, body_of
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import body_poses, marker_positions
+from solver.skeleton.segment_tables import lengths
 
 
 @pytest.fixture(scope="module")
@@ -59,3 +60,13 @@ def test_two_people_differ_and_one_stays_the_same():
     assert one.skeleton.bodies[0].mass == again.skeleton.bodies[0].mass
     np.testing.assert_array_equal(one.softness, again.softness)
     assert one.skeleton.bodies[0].mass != other.skeleton.bodies[0].mass
+
+
+def test_is_as_tall_as_measured_whatever_the_segments(body):
+    of = lengths(1.71, "female")
+    tables = default_skeleton(mass_kg=66.0, height_m=1.71, sex="female")
+    torso = body.skeleton.body_index("torso")
+    _, origins = body_poses(body.skeleton, body.skeleton.default_q[None])
+    stretch = body.skeleton.bodies[torso].scale[1] / tables.bodies[torso].scale[1]
+    above_navel = of.stature - of.hip_height - of.navel_above_hips
+    assert origins[0, torso, 1] + stretch * above_navel == pytest.approx(1.71, abs=2e-3)

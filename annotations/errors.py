@@ -1,0 +1,5 @@
+"""Errors for people: every message says where, what is wrong, and what to do."""
+
+
+class ReviewError(Exception):
+    """A review cannot be recorded or read as it is."""

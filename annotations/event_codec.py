@@ -1,0 +1,66 @@
+"""Events as a kind and plain JSON, the form in which a database keeps them for good."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from typing import Any
+
+from annotations.errors import ReviewError
+from annotations.events import (
+    AcceptProposal,
+    ClearRange,
+    Event,
+    FlagRange,
+    ImportLabels,
+    Proposal,
+    Redo,
+    RejectProposal,
+    SetActivity,
+    SetStatus,
+    Status,
+    Undo,
+)
+
+KINDS: dict[str, type[Event]] = {
+    "flag": FlagRange,
+    "clear": ClearRange,
+    "accept proposal": AcceptProposal,
+    "reject proposal": RejectProposal,
+    "activity": SetActivity,
+    "status": SetStatus,
+    "import": ImportLabels,
+    "undo": Undo,
+    "redo": Redo,
+}
+_KIND_OF = {event: kind for kind, event in KINDS.items()}
+
+_READ: dict[str, Callable[[Any], object]] = {
+    "proposal": lambda content: Proposal(**content),
+    "status": Status,
+    "missing": lambda ranges: tuple((start, end) for start, end in ranges),
+}  # by name of the field, where JSON has no such type
+
+
+def encoded(event: Event) -> tuple[str, dict[str, Any]]:
+    """An event's kind, and its fields as JSON has them."""
+    return _KIND_OF[type(event)], asdict(event)
+
+
+def decoded(kind: str, content: Mapping[str, Any]) -> Event:
+    """The event that `encoded` was given.
+
+    Raises:
+        ReviewError: a kind, a field or a value that this version does not know.
+    """
+    if kind not in KINDS:
+        raise ReviewError(f"edits of the kind '{kind}' are unknown to this version; update addb-viewer")
+    try:
+        fields = {name: _READ.get(name, _as_it_is)(value) for name, value in content.items()}
+        return KINDS[kind](**fields)
+    except (TypeError, ValueError) as error:
+        raise ReviewError(
+            f"an edit of the kind '{kind}' says what this version does not know ({error}); update addb-viewer"
+        ) from error
+
+
+def _as_it_is(value: object) -> object:
+    return value

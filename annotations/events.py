@@ -1,0 +1,150 @@
+"""What an edit may say. An edit is never changed or removed; taking one back is an edit too."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from enum import StrEnum
+
+from annotations.activities import checked_activity
+from annotations.errors import ReviewError
+from annotations.reasons import checked_reason
+
+IMPORTED = "imported"  # the reviewer under whose name labels from files are kept
+
+
+class Status(StrEnum):
+    """How far the review of a trial has come."""
+
+    UNSEEN = "unseen"
+    IN_WORK = "in work"
+    FINISHED = "finished"
+    SECOND_LOOK = "needs a second look"
+
+
+@dataclass(frozen=True)
+class FrameRange:
+    """Frames start to end − 1 of a trial, counted from 0."""
+
+    start: int
+    end: int
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.start < self.end:
+            raise ReviewError(
+                f"no frames in {self.start}:{self.end}; give START:END with START at least 0 and below END"
+            )
+
+
+@dataclass(frozen=True)
+class FlagRange(FrameRange):
+    """The force of a foot, or of all feet, is missing or wrong on these frames."""
+
+    reason: str
+    foot: str | None = None  # name of the foot's body; None for all
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checked_reason(self.reason)
+
+
+@dataclass(frozen=True)
+class ClearRange(FrameRange):
+    """The force of a foot, or of all feet, counts on these frames."""
+
+    foot: str | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Proposal(FrameRange):
+    """What a detector believes about a range, with the numbers that it rests on."""
+
+    reason: str
+    foot: str | None = None
+    confidence: float = 1.0  # 0 to 1
+    evidence: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checked_reason(self.reason)
+
+
+@dataclass(frozen=True)
+class AcceptProposal:
+    """A person agrees with a detector: the force is missing there."""
+
+    proposal: Proposal
+
+
+@dataclass(frozen=True)
+class RejectProposal:
+    """A person disagrees with a detector: the force counts, wherever nobody has flagged it by hand."""
+
+    proposal: Proposal
+
+
+@dataclass(frozen=True)
+class SetActivity(FrameRange):
+    """What the person does on these frames."""
+
+    activity: str
+    subclass: str | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checked_activity(self.activity, self.subclass)
+
+
+@dataclass(frozen=True)
+class SetStatus:
+    """How far the review of the trial has come."""
+
+    status: Status
+
+
+@dataclass(frozen=True)
+class ImportLabels:
+    """All labels of another program's review of the trial, in place of those imported before."""
+
+    missing: tuple[tuple[int, int], ...]  # ranges of frames without force, all feet
+    frames: int  # of the trial that they are about
+    finished: bool  # a person had finished that review
+
+
+@dataclass(frozen=True)
+class Undo:
+    """The edit of this number no longer counts."""
+
+    edit: int
+
+
+@dataclass(frozen=True)
+class Redo:
+    """The undone edit of this number counts again."""
+
+    edit: int
+
+
+Event = (
+    FlagRange
+    | ClearRange
+    | AcceptProposal
+    | RejectProposal
+    | SetActivity
+    | SetStatus
+    | ImportLabels
+    | Undo
+    | Redo
+)
+
+
+@dataclass(frozen=True)
+class Edit:
+    """One line of the log. Numbers grow with time, over all trials of a database."""
+
+    number: int
+    trial: str
+    author: str
+    made_at: datetime  # UTC
+    event: Event

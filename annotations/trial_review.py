@@ -1,0 +1,118 @@
+"""What people have decided about one trial, as of now."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from jaxtyping import Bool
+
+from annotations.activities import ERRONEOUS
+from annotations.errors import ReviewError
+from annotations.events import Proposal, Status
+from annotations.reasons import MANUAL_REVIEW
+
+MissingRange = tuple[int, int, str | None, str]  # start, end, foot or None for all, reason
+
+
+class Source(StrEnum):
+    """Where a label comes from."""
+
+    PERSON = "person"
+    IMPORTED = "imported"
+    ACCEPTED = "accepted proposal"
+
+
+@dataclass(frozen=True)
+class FlaggedRange:
+    """Frames start to end − 1 on which a foot's force, or all feet's, does not count."""
+
+    start: int
+    end: int
+    foot: str | None
+    reason: str
+    source: Source
+    author: str
+    edit: int  # its number in the log
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class ActivityRange:
+    """What the person does on frames start to end − 1."""
+
+    start: int
+    end: int
+    activity: str
+    subclass: str | None
+    author: str
+    edit: int
+
+
+@dataclass(frozen=True)
+class Opinion:
+    """One reviewer's present label of a range, in words."""
+
+    author: str
+    label: str
+    edit: int
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """Two reviewers label the same frames differently; the later label counts."""
+
+    start: int
+    end: int
+    foot: str | None  # None for all, and for activities
+    earlier: Opinion
+    later: Opinion
+
+    def __str__(self) -> str:
+        of_foot = f", {self.foot}" if self.foot else ""
+        return (
+            f"frames {self.start} to {self.end - 1}{of_foot}: {self.earlier.author} says "
+            f"'{self.earlier.label}' (edit {self.earlier.edit}), {self.later.author} says "
+            f"'{self.later.label}' (edit {self.later.edit}); the later one, {self.later.author}'s, counts"
+        )
+
+
+@dataclass(frozen=True)
+class TrialReview:
+    """The present state of one trial's review; `annotations.folding.folded` makes it from the log."""
+
+    trial: str
+    feet: tuple[str, ...]
+    status: Status
+    status_author: str | None  # None while nobody has said anything
+    decided: bool  # a person has judged forces, or taken the trial in hand
+    flags: tuple[FlaggedRange, ...] = ()  # a foot's ranges do not overlap
+    activities: tuple[ActivityRange, ...] = ()  # nor do these
+    conflicts: tuple[Conflict, ...] = ()
+    accepted: tuple[Proposal, ...] = ()
+    rejected: tuple[Proposal, ...] = ()
+
+    @property
+    def missing_ranges(self) -> tuple[MissingRange, ...]:
+        """Where forces must not be used: what is flagged, and whole stretches that are erroneous."""
+        flagged = [(flag.start, flag.end, flag.foot, flag.reason) for flag in self.flags]
+        erroneous = [(a.start, a.end, None, MANUAL_REVIEW) for a in self.activities if a.activity == ERRONEOUS]
+        return tuple(sorted([*flagged, *erroneous], key=lambda missing: missing[:2]))
+
+    def missing(self, frames: int) -> Bool[np.ndarray, "frames feet"]:
+        """True where a foot's force is missing or wrong.
+
+        Args:
+            frames: of the trial.
+
+        Raises:
+            ReviewError: a label lies beyond the trial's end.
+        """
+        missing = np.zeros((frames, len(self.feet)), dtype=bool)
+        for start, end, foot, _ in self.missing_ranges:
+            if end > frames:
+                raise ReviewError(
+                    f"{self.trial}: frames {start} to {end - 1} are labelled, but the trial has only {frames}; "
+                    "undo that label, or bring back the recording that it is about"
+                )
+            missing[start:end, slice(None) if foot is None else self.feet.index(foot)] = True
+        return missing

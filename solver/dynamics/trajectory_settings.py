@@ -1,0 +1,50 @@
+"""Weights of the trajectory fit, each with its reason."""
+
+from dataclasses import dataclass
+
+from solver.settings_field import setting
+
+
+@dataclass(frozen=True)
+class TrajectorySettings:
+    """One trajectory through all frames that follows the markers and obeys F = ma where forces count."""
+
+    knot_spacing_s: float = setting(
+        0.02, unit="s", why="a quintic spline with it differs from the referee's derivatives by less than 1 N"
+    )
+    marker_std_m: float = setting(0.01, unit="m", why="expected marker error: soft tissue and placement")
+    marker_robust_scale_m: float = setting(
+        0.06, unit="m", why="beyond it a marker loses influence (Cauchy loss), as in the kinematics"
+    )
+    marker_drift_std_m_s: float = setting(
+        0.1,
+        unit="m/s",
+        why="marker errors are not white: they change by 1 mm from frame to frame at 100 Hz; without it the "
+        "trajectory snaps back to the markers wherever force is missing",
+    )
+    residual_force_std_N: float = setting(
+        7.0, unit="N", why="5 to 10 N of filtered plates and unmodelled mass; less bends the body"
+    )
+    residual_moment_std_Nm: float = setting(7.0, unit="N·m", why="likewise: a centimetre of lever at body weight")
+    jerk_weight: float = setting(
+        3.0e-3, unit="s⁵/rad²", why="1e-3 to 1e-2 keeps withheld steps sane without moving the markers' fit"
+    )
+    root_jerk_factor: float = setting(
+        10.0, unit="", why="the pelvis' translation carries the whole body and is the smoothest of all"
+    )
+    pose_std_rad: float = setting(
+        0.3, unit="rad", why="pull to the marker fit: dofs that markers barely see would absorb the residual"
+    )
+    iterations: int = setting(12, unit="", why="ceiling of Gauss-Newton; three or four suffice as a rule")
+    tolerance: float = setting(1.0e-3, unit="", why="relative decrease of the cost at which the fit has converged")
+    fit_inertias: bool = setting(True, unit="", why="the moment is limited by segments' masses and centres")
+    inertia_prior_weight: float = setting(
+        10.0, unit="", why="the frames of a trial are correlated: a hundred of them tell as much as about ten"
+    )
+    mass_std: float = setting(0.03, unit="", why="relative scatter of segment masses in anthropometric tables")
+    com_std_m: float = setting(0.005, unit="m", why="scatter of segments' centres of mass")
+    inertia_std: float = setting(0.05, unit="", why="relative scatter of segments' moments of inertia")
+    body_mass_std: float = setting(0.01, unit="", why="relative: a scale's reading, clothes and shoes")
+    lightest_segment_kg: float = setting(
+        0.3, unit="kg", why="lighter ones (patella, talus) keep their inertia: nothing tells it"
+    )

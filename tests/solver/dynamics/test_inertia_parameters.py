@@ -1,0 +1,82 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.dynamics.inertia_parameters import demanded_wrench, inertia_parameters, prior_std, pseudo_inertia
+from solver.dynamics.material_acceleration import material_accelerations
+from solver.dynamics.momentum_terms import momentum_terms
+from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.skeleton.forward import ForwardKinematics
+from solver.skeleton.pinocchio_model import RigidBodyModel
+
+SETTINGS = TrajectorySettings()
+
+
+@pytest.fixture(scope="module")
+def parameters(crane):
+    return inertia_parameters(crane, SETTINGS)
+
+
+def test_nominal_at_zero(crane, parameters):
+    J = parameters.pseudo_inertias(np.zeros(parameters.count))
+    np.testing.assert_allclose(J, [pseudo_inertia(b) for b in crane.bodies], atol=1e-12)
+
+
+def test_any_parameters_give_bodies_that_could_exist(parameters):
+    phi = np.random.default_rng(0).normal(0, 1, parameters.count)
+    for body in parameters.skeleton_at(phi).bodies:
+        principal = np.linalg.eigvalsh(body.inertia_body)
+        assert body.mass > 0
+        assert principal[0] > 0
+        assert principal[2] <= principal[0] + principal[1] + 1e-12
+
+
+def test_derivatives_match_finite_differences(parameters):
+    phi = np.random.default_rng(1).normal(0, 0.2, parameters.count)
+    D = parameters.derivatives(phi)
+    step = 1e-6
+    for g in range(len(parameters.names)):
+        for k in range(10):
+            shift = np.zeros_like(phi)
+            shift[10 * g + k] = step
+            numerical = (parameters.pseudo_inertias(phi + shift) - parameters.pseudo_inertias(phi - shift)) / (2 * step)
+            for b in np.flatnonzero(parameters.group == g):
+                np.testing.assert_allclose(D[b, k], numerical[b], atol=1e-8)
+
+
+def test_twins_are_mirror_images(crane):
+    left = replace(crane.bodies[1], name="femur_l", com_body=crane.bodies[1].com_body * (1, 1, -1))
+    twins = replace(crane, bodies=(*crane.bodies[:5], left))
+    parameters = inertia_parameters(twins, SETTINGS)
+    phi = np.random.default_rng(2).normal(0, 0.2, parameters.count)
+    bodies = parameters.skeleton_at(phi).bodies
+    mirror = np.diag([1, 1, -1])
+    np.testing.assert_allclose(bodies[5].mass, bodies[1].mass)
+    np.testing.assert_allclose(bodies[5].com_body, mirror @ bodies[1].com_body, atol=1e-12)
+    np.testing.assert_allclose(bodies[5].inertia_body, mirror @ bodies[1].inertia_body @ mirror, atol=1e-12)
+
+
+def test_wrench_from_material_points_equals_pinocchios_rate_of_momentum(crane, crane_q, parameters):
+    rng = np.random.default_rng(3)
+    q = crane_q[::20]
+    v, a = rng.normal(0, 2, q.shape), rng.normal(0, 10, q.shape)
+    kinematics = ForwardKinematics(crane)
+    A, T = material_accelerations(kinematics, kinematics.poses(q), q, v, a)
+    phi = rng.normal(0, 0.1, parameters.count)
+    wrench = demanded_wrench(A, T, parameters.pseudo_inertias(phi)).sum(axis=1)
+    changed = RigidBodyModel(parameters.skeleton_at(phi))
+    terms = momentum_terms(changed, q, v, a, np.zeros((len(q), 6)))
+    np.testing.assert_allclose(wrench[:, :3], terms.residual[:, :3], atol=1e-8)
+    about_com = wrench[:, 3:] - np.cross(terms.com_ground, wrench[:, :3])
+    np.testing.assert_allclose(about_com, terms.residual[:, 3:], atol=1e-8)
+
+
+def test_prior_of_a_segment_is_the_stated_scatter(parameters):
+    phi = np.zeros(parameters.count)
+    std = prior_std(parameters, SETTINGS)
+    mass_entry = 9
+    phi[mass_entry] = std[mass_entry]
+    body = int(np.flatnonzero(parameters.group == 0)[0])
+    before, after = parameters.skeleton.bodies[body], parameters.skeleton_at(phi).bodies[body]
+    assert after.mass / before.mass - 1 == pytest.approx(SETTINGS.mass_std, rel=0.05)

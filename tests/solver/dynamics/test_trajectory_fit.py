@@ -1,0 +1,126 @@
+import numpy as np
+import pytest
+
+from solver.dynamics.spline_band import CoefficientBand
+from solver.dynamics.spline_basis import spline_basis
+from solver.dynamics.trajectory_fit import TrialData, _Solver, fit_trajectories
+from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.kinematics.motion import Motion
+from solver.skeleton.forward import marker_positions
+from solver.skeleton.pinocchio_model import RigidBodyModel
+
+RATE = 50.0
+SETTINGS = TrajectorySettings(knot_spacing_s=0.04)
+
+
+def demanded(skeleton, motion):
+    """Force and moment about the ground origin, frame by frame, from Pinocchio's inverse dynamics of the root."""
+    model = RigidBodyModel(skeleton)
+    from solver.dynamics.momentum_terms import momentum_terms
+
+    terms = momentum_terms(model, motion.q, motion.velocity, motion.acceleration, np.zeros((motion.frames, 6)))
+    wrench = terms.residual.copy()
+    wrench[:, 3:] += np.cross(terms.com_ground, wrench[:, :3])
+    return wrench
+
+
+@pytest.fixture(scope="module")
+def trial(crane, crane_q):
+    rng = np.random.default_rng(7)
+    motion = Motion(crane.dofs, crane_q[:60], RATE)
+    observed = marker_positions(crane, motion.q) + rng.normal(0, 0.002, (60, len(crane.markers), 3))
+    observed[10:14, 3] = np.nan
+    counts = np.ones(60, dtype=bool)
+    counts[25:35] = False
+    noisy = Motion(crane.dofs, motion.q + rng.normal(0, 0.01, motion.q.shape), RATE)
+    return TrialData(observed, demanded(crane, motion), counts, noisy)
+
+
+def test_band_equals_the_dense_sum_over_frames():
+    basis = spline_basis(17, RATE, 2)
+    rng = np.random.default_rng(0)
+    dofs = 3
+    H = rng.normal(size=(17, dofs, dofs))
+    H = H + H.transpose(0, 2, 1)
+    X = rng.normal(size=(16, dofs, dofs))
+    rows = [rng.normal(size=(17, 6, dofs)) for _ in range(3)]
+    value, phi = rng.normal(size=(17, 6)), rng.normal(size=(17, 6, 4))
+    band = CoefficientBand.empty(basis, dofs)
+    band.add_same_frame(H)
+    band.add_neighbour_frames(X)
+    gradient = band.add_residual_rows(value, rows)
+    border = band.coupling(rows, phi)
+    band.add_jerk(np.array([1.0, 2.0, 3.0]) * 1e-6)
+
+    count = basis.coefficients
+    B = np.zeros((3, 17, count))
+    for order in range(3):
+        for t in range(17):
+            B[order, t, basis.first[t] : basis.first[t] + 6] = basis.derivative[order][t]
+    dense = np.zeros((count, dofs, count, dofs))
+    for t in range(17):
+        dense += np.einsum("a,b,ij->aibj", B[0, t], B[0, t], H[t])
+    for i in range(16):
+        cross = np.einsum("a,b,ij->aibj", B[0, i + 1], B[0, i], X[i])
+        dense += cross + cross.transpose(2, 3, 0, 1)
+    R = sum(np.einsum("ta,trj->traj", B[k], rows[k]) for k in range(3))
+    dense += np.einsum("traj,trbk->ajbk", R, R)
+    for k in range(6):
+        for a in range(count - k):
+            for j in range(dofs):
+                dense[a, j, a + k, j] += basis.jerk_gram[a, k] * (j + 1) * 1e-6
+                if k:
+                    dense[a + k, j, a, j] += basis.jerk_gram[a, k] * (j + 1) * 1e-6
+    matrix = band.block_tridiagonal()
+    x = rng.normal(size=(count, dofs, 2))
+    product = band.from_blocks(matrix.times(band.in_blocks(x)))
+    np.testing.assert_allclose(product, np.einsum("aibj,bjc->aic", dense, x), atol=1e-9)
+    np.testing.assert_allclose(gradient, np.einsum("traj,tr->aj", R, value), atol=1e-10)
+    np.testing.assert_allclose(border, np.einsum("traj,trp->ajp", R, phi), atol=1e-10)
+
+
+def test_gradient_of_the_whole_cost_matches_finite_differences(crane, trial):
+    solver = _Solver(crane, [trial], SETTINGS)
+    part = solver.parts[0]
+    rng = np.random.default_rng(1)
+    c = part.start()
+    phi = rng.normal(0, 0.02, solver.inertias.count)
+    model = solver._model(phi)
+    system = part.linearized(c, model, solver.parameters)
+    for _ in range(4):
+        direction = rng.normal(size=c.shape)
+        direction /= np.abs(direction).max()
+        step = 1e-6
+        numerical = (part.cost(c + step * direction, model) - part.cost(c - step * direction, model)) / (2 * step)
+        analytic = 2 * (system.gradient * direction).sum()
+        assert numerical == pytest.approx(analytic, rel=1e-4)
+    direction = rng.normal(size=phi.shape)
+    step = 1e-6
+    numerical = (
+        part.cost(c, solver._model(phi + step * direction)) - part.cost(c, solver._model(phi - step * direction))
+    ) / (2 * step)
+    assert numerical == pytest.approx(2 * (system.gradient_corner @ direction), rel=1e-5)
+
+
+def test_the_fit_obeys_the_forces_and_stays_at_the_markers(crane, trial):
+    fit = fit_trajectories(crane, [trial], SETTINGS)
+    motion = fit.motions[0]
+    residual = demanded(fit.skeleton, motion) - trial.wrench_ground
+    inner = trial.counts.copy()
+    inner[:5] = inner[-5:] = False
+    before = demanded(crane, trial.start) - trial.wrench_ground
+    assert np.sqrt((residual[inner, :3] ** 2).mean()) < 0.05 * np.sqrt((before[inner, :3] ** 2).mean())
+    error = np.linalg.norm(marker_positions(fit.skeleton, motion.q) - trial.observed_ground, axis=2)
+    assert np.sqrt(np.nanmean(error**2)) < 0.006
+
+
+def test_hidden_frames_stay_near_the_truth_and_do_not_jump(crane, crane_q, trial):
+    motion = fit_trajectories(crane, [trial], SETTINGS).motions[0]
+    truth = Motion(crane.dofs, crane_q[:60], RATE)
+    error = np.abs(motion.acceleration - truth.acceleration)
+    assert error[25:35].max() < 3 * error[8:52][trial.counts[8:52]].max() + 1.0
+
+
+def test_same_input_same_output(crane, trial):
+    first, second = (fit_trajectories(crane, [trial], SETTINGS) for _ in range(2))
+    np.testing.assert_array_equal(first.motions[0].q, second.motions[0].q)
