@@ -6,11 +6,16 @@ from typing import Annotated
 
 import typer
 
+from addb_viewer.commands.agreement import agreement
 from addb_viewer.commands.demo import demo
 from addb_viewer.commands.export import export
 from addb_viewer.commands.fit import fit
+from addb_viewer.commands.flag import flag
+from addb_viewer.commands.flags import flags
+from addb_viewer.commands.mark import mark
 from addb_viewer.commands.open import open_subject
 from addb_viewer.commands.settings import settings
+from addb_viewer.commands.undo import redo, undo
 
 app = typer.Typer(
     name="addb-viewer",
@@ -24,6 +29,12 @@ app.command(name="demo")(demo)
 app.command(name="open")(open_subject)
 app.command(name="fit")(fit)
 app.command(name="export")(export)
+app.command(name="flag")(flag)
+app.command(name="flags")(flags)
+app.command(name="undo")(undo)
+app.command(name="redo")(redo)
+app.command(name="mark")(mark)
+app.command(name="agreement")(agreement)
 app.command(name="settings")(settings)
 
 

@@ -20,7 +20,7 @@ from annotations.events import (
     Undo,
 )
 
-KINDS: dict[str, type[Event]] = {
+KINDS: dict[str, type[Any]] = {
     "flag": FlagRange,
     "clear": ClearRange,
     "accept proposal": AcceptProposal,
@@ -55,11 +55,12 @@ def decoded(kind: str, content: Mapping[str, Any]) -> Event:
         raise ReviewError(f"edits of the kind '{kind}' are unknown to this version; update addb-viewer")
     try:
         fields = {name: _READ.get(name, _as_it_is)(value) for name, value in content.items()}
-        return KINDS[kind](**fields)
+        event: Event = KINDS[kind](**fields)
     except (TypeError, ValueError) as error:
         raise ReviewError(
             f"an edit of the kind '{kind}' says what this version does not know ({error}); update addb-viewer"
         ) from error
+    return event
 
 
 def _as_it_is(value: object) -> object:

@@ -1,8 +1,8 @@
 """The present state of a trial from its edits: a pure function, so that the log alone is the truth.
 
 Each reviewer has a layer: the number of that reviewer's last edit on every frame and foot. The latest of all
-persons' edits counts; imported labels count where no person has decided. Where two persons' layers disagree the
-state says so.
+persons' edits counts; imported labels count where no person has decided. Where two persons' layers disagree
+the state says so.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Int
 
 from annotations.errors import ReviewError
 from annotations.events import (
@@ -26,6 +26,7 @@ from annotations.events import (
     Status,
 )
 from annotations.reasons import FORCE_COUNTS, MANUAL_REVIEW
+from annotations.runs import labelled_runs
 from annotations.trial_review import ActivityRange, Conflict, FlaggedRange, Opinion, Source, TrialReview
 from annotations.undoing import in_force
 
@@ -151,8 +152,8 @@ def _lane(foot: str | None, feet: tuple[str, ...], edit: Edit) -> slice:
         return slice(None)
     if foot not in feet:
         raise ReviewError(
-            f"{edit.trial}: edit {edit.number} by {edit.author} is about the foot '{foot}', the subject's are "
-            f"{', '.join(feet)}; undo that edit, or name the foot among the subject's foot bodies"
+            f"{edit.trial}: edit {edit.number} by {edit.author} is about the foot '{foot}'; the subject has "
+            f"{', '.join(feet)}. Undo that edit, or name the foot among the subject's foot bodies"
         )
     return slice(feet.index(foot), feet.index(foot) + 1)
 
@@ -203,15 +204,11 @@ def _activities(
         edit = by_number[number]
         if isinstance(edit.event, SetActivity):
             event = edit.event
-            activities.append(
-                ActivityRange(start, end, event.activity, event.subclass, edit.author, number)
-            )
+            activities.append(ActivityRange(start, end, event.activity, event.subclass, edit.author, number))
     return tuple(activities)
 
 
-def _conflicts(
-    layers: Layers, feet: tuple[str, ...], by_number: Mapping[int, Edit]
-) -> tuple[Conflict, ...]:
+def _conflicts(layers: Layers, feet: tuple[str, ...], by_number: Mapping[int, Edit]) -> tuple[Conflict, ...]:
     conflicts = []
     persons = sorted(author for author in layers if author != IMPORTED)
     for one, other in combinations(persons, 2):
@@ -240,16 +237,7 @@ def _joined_runs(
     values: Int[np.ndarray, "frames lanes"], feet: tuple[str, ...]
 ) -> list[tuple[Run, str | None]]:
     """Runs of equal values above 0 with their foot; None where all lanes have the very same run."""
-    by_lane = [_runs(values[:, lane]) for lane in range(values.shape[1])]
+    by_lane = [labelled_runs(values[:, lane]) for lane in range(values.shape[1])]
     common = set(by_lane[0]).intersection(*by_lane[1:]) if by_lane else set()
     single = [(run, feet[lane]) for lane, runs in enumerate(by_lane) for run in runs if run not in common]
     return sorted([*((run, None) for run in common), *single], key=lambda found: found[0])
-
-
-def _runs(values: Int[np.ndarray, " frames"]) -> list[Run]:
-    changes: Bool[np.ndarray, " frames"] = np.diff(values, prepend=-1, append=-1) != 0
-    edges = np.flatnonzero(changes)
-    pieces = [
-        (int(a), int(b), int(values[a])) for a, b in zip(edges[:-1], edges[1:], strict=True)
-    ]
-    return [piece for piece in pieces if piece[2] > 0]

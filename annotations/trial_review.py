@@ -95,7 +95,9 @@ class TrialReview:
     def missing_ranges(self) -> tuple[MissingRange, ...]:
         """Where forces must not be used: what is flagged, and whole stretches that are erroneous."""
         flagged = [(flag.start, flag.end, flag.foot, flag.reason) for flag in self.flags]
-        erroneous = [(a.start, a.end, None, MANUAL_REVIEW) for a in self.activities if a.activity == ERRONEOUS]
+        erroneous = [
+            (a.start, a.end, None, MANUAL_REVIEW) for a in self.activities if a.activity == ERRONEOUS
+        ]
         return tuple(sorted([*flagged, *erroneous], key=lambda missing: missing[:2]))
 
     def missing(self, frames: int) -> Bool[np.ndarray, "frames feet"]:
@@ -111,7 +113,7 @@ class TrialReview:
         for start, end, foot, _ in self.missing_ranges:
             if end > frames:
                 raise ReviewError(
-                    f"{self.trial}: frames {start} to {end - 1} are labelled, but the trial has only {frames}; "
+                    f"{self.trial}: frames {start} to {end - 1} are labelled, but the trial has {frames}; "
                     "undo that label, or bring back the recording that it is about"
                 )
             missing[start:end, slice(None) if foot is None else self.feet.index(foot)] = True

@@ -57,7 +57,7 @@ def next_redo(edits: Sequence[Edit], author: str) -> Edit:
 def undo_of(edits: Sequence[Edit], number: int, author: str) -> Edit:
     """The edit of that number, where the author may undo it: an own one, or an import.
 
-    Another person's edit is overruled by flagging or clearing its frames, so that both opinions stay on record.
+    Another person's edit is overruled by flagging or clearing its frames: both opinions stay on record.
 
     Raises:
         ReviewError: there is no such edit, it does not count any more, or it is another person's.

@@ -1,7 +1,7 @@
 """The whole solve as one readable function: subject folder in, fit out."""
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -10,7 +10,7 @@ from solver.capture.conditioning import condition, shared_cutoff
 from solver.capture.trial import read_static, read_trial
 from solver.contact.assignment import assign
 from solver.contact.mask import frame_mask
-from solver.contact.wrenches import ContactWrenches
+from solver.contact.wrenches import ContactWrenches, MissingRange
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.mass import mass_from_forces
 from solver.errors import FitError
@@ -38,6 +38,7 @@ def solve(
     settings: Settings,
     *,
     trials: Sequence[str] | None = None,
+    reviews: Mapping[str, Sequence[MissingRange]] | None = None,
     progress: Progress = silent,
 ) -> Fit:
     """Scale the model to the subject, fit every trial's motion, and compute its dynamics.
@@ -46,6 +47,8 @@ def solve(
         subject: as `open_subject` found it.
         settings: of every stage.
         trials: names of the trials to solve; None for all.
+        reviews: by trial, where people say that forces are missing; a trial that they reviewed and found
+            whole has an empty one, a trial that is not named is left to its review.json.
         progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
 
     Raises:
@@ -81,7 +84,11 @@ def solve(
     contacts = [_contacts(fit, skeleton, subject, settings) for fit in fits]
     mass_kg, mass_notes = _mass(subject, skeleton, fits, contacts, settings)
     skeleton = with_mass(skeleton, mass_kg)
-    solved = [_with_dynamics(f, c, skeleton, settings) for f, c in zip(fits, contacts, strict=True)]
+    reviews = reviews or {}
+    solved = [
+        _with_dynamics(f, c, skeleton, settings, reviews.get(f.capture.name))
+        for f, c in zip(fits, contacts, strict=True)
+    ]
     height_m, height_notes = _height(subject, skeleton)
     shared = {stage: seconds / len(solved) for stage, seconds in clock.seconds.items()}
     return Fit(
@@ -91,7 +98,7 @@ def solve(
         mass_kg=mass_kg,
         height_m=height_m,
         settings=as_dict(settings),
-        provenance=provenance_of(subject, chosen),
+        provenance=provenance_of(subject, chosen, reviews),
         notes=(*match.notes, *calibration.notes, *mass_notes, *height_notes),
     )
 
@@ -204,14 +211,21 @@ def _height(subject: Subject, skeleton: Skeleton) -> tuple[float, tuple[str, ...
 
 
 def _with_dynamics(
-    fit: TrialFit, contacts: ContactWrenches | None, skeleton: Skeleton, settings: Settings
+    fit: TrialFit,
+    contacts: ContactWrenches | None,
+    skeleton: Skeleton,
+    settings: Settings,
+    review: Sequence[MissingRange] | None,
 ) -> TrialFit:
     if contacts is None:
         return fit
     clock = _Clock()
     with clock("dynamics"):
         tracked = fit.marker_errors.seen_share >= settings.kinematics.fewest_seen_share
-        mask = frame_mask(contacts, tracked, fit.capture.imported_missing_force)
+        try:
+            mask = frame_mask(contacts, tracked, fit.capture.imported_missing_force, review)
+        except FitError as error:
+            raise FitError(f"{fit.capture.name}: {error}") from error
         dynamics = inverse_dynamics(
             skeleton, _filtered(fit.motion, settings), contacts, mask, settings.dynamics
         )

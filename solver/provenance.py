@@ -1,24 +1,31 @@
 """From which inputs, with which versions, a fit was made; two fits of equal provenance are the same fit."""
 
 import hashlib
+import json
 import os
 import platform
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from solver.capture.capture import Subject, TrialFiles
+from solver.contact.wrenches import MissingRange
 
 _PACKAGES = ("addb-viewer", "numpy", "scipy", "pin", "ezc3d")
 _DESCRIPTION = ("mass_kg", "height_m", "sex", "age_years", "foot_bodies")
 
 
-def provenance_of(subject: Subject, trials: Sequence[TrialFiles]) -> dict[str, str]:
-    """Versions, the subject's description, and the SHA-256 of every file that a fit of these trials reads.
+def provenance_of(
+    subject: Subject,
+    trials: Sequence[TrialFiles],
+    reviews: Mapping[str, Sequence[MissingRange]] | None = None,
+) -> dict[str, str]:
+    """Versions, the subject's description, and the SHA-256 of all that a fit of these trials reads.
 
     Args:
         subject: the opened folder.
         trials: those to be fitted.
+        reviews: by trial, what people flagged in it.
     """
     made_with = {name: _version(name) for name in _PACKAGES}
     described = {name: str(getattr(subject, name)) for name in _DESCRIPTION}
@@ -26,7 +33,12 @@ def provenance_of(subject: Subject, trials: Sequence[TrialFiles]) -> dict[str, s
         f"sha256 {Path(os.path.relpath(path, subject.folder)).as_posix()}": _sha256(path)
         for path in _inputs(subject, trials)
     }
-    return {"python": platform.python_version(), **made_with, **described, **hashes}
+    reviewed = {
+        f"sha256 of the review of {trial.name}": _sha256_of(reviews[trial.name])
+        for trial in trials
+        if reviews and trial.name in reviews
+    }
+    return {"python": platform.python_version(), **made_with, **described, **hashes, **reviewed}
 
 
 def _inputs(subject: Subject, trials: Sequence[TrialFiles]) -> Iterable[Path]:
@@ -38,6 +50,10 @@ def _inputs(subject: Subject, trials: Sequence[TrialFiles]) -> Iterable[Path]:
 def _sha256(path: Path) -> str:
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _sha256_of(review: Sequence[MissingRange]) -> str:
+    return hashlib.sha256(json.dumps(list(review)).encode()).hexdigest()
 
 
 def _version(package: str) -> str:

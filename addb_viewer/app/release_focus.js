@@ -4,8 +4,15 @@
   if (window.addbViewerReleasesFocus) return;
   window.addbViewerReleasesFocus = true;
   let pointerAt = -Infinity;
-  const release = () => document.activeElement?.blur?.();
-  const releaseSoon = () => setTimeout(release); // after the page's own handlers, which may take the focus back
+  const release = () => {
+    if (!document.activeElement?.closest("[role=dialog]")) document.activeElement?.blur?.();
+  };
+  // The page's own handlers may take the focus back, a list when it has faded out; so more than once, but never
+  // from somebody who has clicked elsewhere meanwhile.
+  const releaseSoon = () => {
+    const click = pointerAt;
+    for (const delay of [0, 100, 300, 600]) setTimeout(() => pointerAt === click && release(), delay);
+  };
   const byPointer = () => performance.now() - pointerAt < 1000;
   const lastUse = () => (pointerAt = performance.now());
   document.addEventListener("pointerdown", lastUse, true);

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 
 import typer
 
+from annotations.errors import ReviewError
 from solver.errors import Cancelled, SolverError
 
 FAILED = 1  # the data or the solve
@@ -29,7 +30,7 @@ def errors_as_lines(debug: bool) -> Iterator[None]:
         raise
     except (KeyboardInterrupt, Cancelled):
         _fail("stopped; nothing was written", STOPPED, debug)
-    except SolverError as error:
+    except (SolverError, ReviewError) as error:
         _fail(str(error), FAILED, debug)
     except OSError as error:
         _fail(_described(error), FAILED, debug)

@@ -3,7 +3,15 @@
 import typer
 
 from addb_viewer.commands.errors import errors_as_lines
-from addb_viewer.commands.options import Debug, JsonFile, Out, SettingsFile, SubjectFolder, Trials
+from addb_viewer.commands.options import (
+    Debug,
+    IgnoreReview,
+    JsonFile,
+    Out,
+    SettingsFile,
+    SubjectFolder,
+    Trials,
+)
 from addb_viewer.commands.solving import job_for, solved
 from addb_viewer.commands.summary_table import print_summary
 from solver.results.store import write_json
@@ -15,6 +23,7 @@ def fit(
     out: Out = None,
     trial: Trials = None,
     settings: SettingsFile = None,
+    ignore_review: IgnoreReview = False,
     json: JsonFile = None,
     debug: Debug = False,
 ) -> None:
@@ -22,7 +31,7 @@ def fit(
     if json is not None and not json.absolute().parent.is_dir():
         raise typer.BadParameter(f"no folder {json.parent} to write into", param_hint="--json")
     with errors_as_lines(debug):
-        job = job_for(subject, out=out, trials=trial, settings_file=settings)
+        job = job_for(subject, out=out, trials=trial, settings_file=settings, ignore_review=ignore_review)
         fitted, files = solved(job)
         figures = summary(fitted, files=[str(path) for path in files])
         if json is not None:

@@ -30,6 +30,10 @@ JsonFile = Annotated[
     Path | None,
     typer.Option("--json", metavar="FILE", help="Write the figures to this file as JSON.", dir_okay=False),
 ]
+IgnoreReview = Annotated[
+    bool,
+    typer.Option("--ignore-review", help="Leave out what people flagged, here or in a review.json."),
+]
 Host = Annotated[str, typer.Option("--host", help="Address the app listens on.")]
 Port = Annotated[int, typer.Option("--port", help="Port the app listens on.", min=0, max=65535)]
 Debug = Annotated[bool, typer.Option("--debug", help="Print the traceback of an error.")]

@@ -2,7 +2,10 @@
 
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from solver.errors import CaptureError
 
@@ -17,11 +20,30 @@ def write_whole(path: Path, text: str) -> None:
     Raises:
         CaptureError: the folder is missing or cannot be written to.
     """
-    path = Path(path)
     data = text.encode()
+    with whole_file(path) as file:
+        file.write(data)
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[BinaryIO]:
+    """A file to write into that takes the place of the previous one once the block has ended without error.
+
+    Args:
+        path: where the file belongs; its folder must exist.
+
+    Raises:
+        CaptureError: the folder is missing or cannot be written to, or the disk is full.
+    """
+    path = Path(path)
     try:
         with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as draft:
-            draft.write(data)
+            try:
+                yield draft  # type: ignore[misc]
+            except BaseException:
+                draft.close()
+                os.unlink(draft.name)
+                raise
     except OSError as error:
         raise CaptureError(
             f"{path}: cannot write here ({error.strerror}); choose another output folder."

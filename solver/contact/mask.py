@@ -1,9 +1,11 @@
 """Which frames' forces count: what was recorded, what one foot can be given, what a review says."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Bool
 
-from solver.contact.wrenches import TWO_FEET, ContactWrenches, FrameMask
+from solver.contact.wrenches import TWO_FEET, ContactWrenches, FrameMask, MissingRange
 from solver.errors import FitError
 from solver.runs import runs
 
@@ -16,42 +18,69 @@ TWO_FEET_ON_ONE_PLATE = "two feet on one plate"
 def frame_mask(
     contacts: ContactWrenches,
     tracked: Bool[np.ndarray, " frames"],
-    missing: Bool[np.ndarray, " frames"] | None,
+    imported: Bool[np.ndarray, " frames"] | None,
+    review: Sequence[MissingRange] | None = None,
 ) -> FrameMask:
-    """Every frame counts but those without recorded force or a pose, with two feet on a plate, or flagged.
+    """Every force counts but those without a recording or a pose, with two feet on a plate, or flagged.
 
     Args:
         contacts: assigned forces.
         tracked: frames that show enough markers for a pose.
-        missing: from review.json: true where a person says that force is missing or wrong.
+        imported: from review.json: true where a person says that force is missing or wrong.
+        review: what people decided here, per foot; where it is given, `imported` is not asked.
 
     Raises:
-        FitError: the review is of another number of frames.
+        FitError: the review is of another number of frames, or of another foot.
     """
-    unrecorded = ~contacts.observed
-    untracked = ~tracked
-    shared = (contacts.plate == TWO_FEET).any(axis=1)
-    flagged = np.zeros(contacts.frames, dtype=bool)
-    if missing is not None:
-        flagged = missing
-        if len(flagged) != contacts.frames:
-            raise FitError(
-                f"The review is of {len(flagged)} frames, the trial has {contacts.frames}. "
-                "Export it again, or leave it out."
-            )
-    out = unrecorded | untracked | shared | flagged
-    reasons = [
+    flagged, source = _flagged(contacts, imported, review)
+    ranges = [
         (start, end, None, reason)
-        for flags, reason in (
-            (unrecorded, NOT_RECORDED),
-            (untracked, TOO_FEW_MARKERS),
-            (shared, TWO_FEET_ON_ONE_PLATE),
-            (flagged, REVIEWED),
+        for out, reason in (
+            (~contacts.observed, NOT_RECORDED),
+            (~tracked, TOO_FEW_MARKERS),
+            ((contacts.plate == TWO_FEET).any(axis=1), TWO_FEET_ON_ONE_PLATE),
         )
-        for start, end in runs(flags)
+        for start, end in runs(out)
     ]
+    counts = np.ones((contacts.frames, len(contacts.foot_bodies)), dtype=bool)
+    for start, end, foot, _ in (*ranges, *flagged):
+        counts[start:end, slice(None) if foot is None else contacts.foot_bodies.index(foot)] = False
     return FrameMask(
-        counts=np.repeat(~out[:, None], len(contacts.foot_bodies), axis=1),
-        reasons=tuple(sorted(reasons, key=lambda reason: reason[:2])),
-        source="none" if missing is None else "review.json",
+        counts=counts,
+        reasons=tuple(sorted((*ranges, *flagged), key=lambda missing: missing[:2])),
+        source=source,
     )
+
+
+def _flagged(
+    contacts: ContactWrenches,
+    imported: Bool[np.ndarray, " frames"] | None,
+    review: Sequence[MissingRange] | None,
+) -> tuple[list[MissingRange], str]:
+    """What a review takes out, and which one: people's own comes before an imported one."""
+    if review is not None:
+        for missing in review:
+            _check(missing, contacts)
+        return list(review), "review"
+    if imported is None:
+        return [], "none"
+    if len(imported) != contacts.frames:
+        raise FitError(
+            f"The review is of {len(imported)} frames, the trial has {contacts.frames}. "
+            "Export it again, or leave it out."
+        )
+    return [(start, end, None, REVIEWED) for start, end in runs(imported)], "review.json"
+
+
+def _check(missing: MissingRange, contacts: ContactWrenches) -> None:
+    start, end, foot, _ = missing
+    if not 0 <= start < end <= contacts.frames:
+        raise FitError(
+            f"Frames {start} to {end - 1} are flagged, but the trial has {contacts.frames}: is the review of "
+            "another recording? Undo that flag, or leave the review out."
+        )
+    if foot is not None and foot not in contacts.foot_bodies:
+        raise FitError(
+            f"A flag is about the foot '{foot}', the subject has {', '.join(contacts.foot_bodies)}. "
+            "Undo that flag, or leave the review out."
+        )

@@ -8,6 +8,10 @@ from jaxtyping import Bool, Float, Int
 NO_FOOT = -1  # no foot is near the centre of pressure, or the plate is never loaded
 TWO_FEET = -2  # two feet stand on the loaded plate, and one wrench cannot be divided between them
 
+MissingRange = tuple[
+    int, int, str | None, str
+]  # start, end, foot or None for all, why its force doesn't count
+
 
 @dataclass(frozen=True)
 class ContactWrenches:
@@ -35,13 +39,13 @@ class ContactWrenches:
 
 @dataclass(frozen=True)
 class FrameMask:
-    """Per foot: True where the force counts. `reasons` says why not: (start, end, foot or None, reason).
+    """Per foot: True where the force counts. `reasons` says why not; frame `end` is the first after a range.
 
     Files and JSON say it the other way round (true = missing); they are converted at the door.
     """
 
     counts: Bool[np.ndarray, "frames feet"]
-    reasons: tuple[tuple[int, int, str | None, str], ...] = ()
+    reasons: tuple[MissingRange, ...] = ()
     source: str = "none"  # "review", "review.json", "proposals" or "none"
 
     @property

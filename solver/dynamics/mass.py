@@ -1,49 +1,83 @@
-"""The subject's mass from what the plates carried, where nobody entered one."""
+"""The subject's mass from what the plates carried, over all trials."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
 
-from solver.contact.wrenches import ContactWrenches
-from solver.kinematics.motion import Motion
-from solver.skeleton.pinocchio_model import RigidBodyModel
-from solver.skeleton.skeleton import Skeleton
+from solver.dynamics.com_balance import Balance, balance
+from solver.dynamics.com_data import ComData
+from solver.dynamics.com_mass import MassEstimate, told_ratio
+from solver.dynamics.com_settings import ComSettings
+from solver.dynamics.com_system import FEWEST_FRAMES, project
 
-WELL_LOADED_M_S2 = 2.0  # support acceleration above which the ratio of force to acceleration means something
-FULLY_MEASURED_WITHIN = 0.2  # of the upper end; frames below it miss a foot's force
+GUESSES = np.linspace(0.05, 0.95, 19)  # quantiles of what short windows tell
+ROUNDS = 10  # of choosing frames by the mass and the mass by the frames; real recordings take two or three
+SETTLED_KG = 1e-3
 
 
-def mass_from_forces(
-    skeleton: Skeleton, motions: Sequence[Motion], contacts: Sequence[ContactWrenches]
-) -> float | None:
-    """Vertical force over vertical support acceleration, the median of the frames that carry the whole body.
+def mass_from_forces(trials: Sequence[ComData], settings: ComSettings) -> MassEstimate | None:
+    """The mass of least squares in the centre of mass' trajectories, pooled over trials.
 
-    The centre of mass' acceleration depends on the shares of the segments' masses only. A step beside the
-    plates makes a frame's ratio too small, never too large, so frames well below the upper end don't count.
+    Frames on which the force is off what the motion demands don't count: a step beside the plates that nobody
+    flagged, a chair. As that needs the mass, both are found in turns. Trials differ by more than their own noise, because plates do: that enters their weights.
 
     Args:
-        skeleton: scaled.
-        motions: of the trials, low-passed as the forces were.
-        contacts: of the same trials.
+        trials: with the frames known to miss a force already unobserved.
+        settings: errors and thresholds.
 
     Returns:
-        Mass [kg]; None when no frame carried load.
+        None when nobody's weight rested on the plates.
     """
-    ratios = np.concatenate(
-        [_ratios(skeleton, m, c) for m, c in zip(motions, contacts, strict=True)] or [np.empty(0)]
-    )
-    if not len(ratios):
+    trials = [trial for trial in trials if trial.frames >= FEWEST_FRAMES]
+    balances = [balance(trial, settings) for trial in trials]
+    start = _first_guess(balances, settings)
+    found = None if start is None else _pooled_mass(trials, balances, start, settings)
+    for _ in range(ROUNDS):
+        previous, found = found, found and _pooled_mass(trials, balances, found.mass_kg, settings)
+        if previous is None or found is None or abs(found.mass_kg - previous.mass_kg) < SETTLED_KG:
+            break
+    return found
+
+
+def _first_guess(balances: Sequence[Balance], settings: ComSettings) -> float | None:
+    """The greatest mass that balances nearly as many frames as any."""
+    told = np.concatenate([np.empty(0), *(b.masses for b in balances)])
+    if not len(told):
         return None
-    upper = np.quantile(ratios, 0.9)
-    return float(np.median(ratios[ratios > (1 - FULLY_MEASURED_WITHIN) * upper]))
+    guesses = np.quantile(told, GUESSES)
+    frames = np.array([sum(b.frames(m, settings.imbalance).sum() for b in balances) for m in guesses])
+    return float(guesses[frames >= settings.start_share * frames.max()][-1])
 
 
-def _ratios(skeleton: Skeleton, motion: Motion, contacts: ContactWrenches) -> Float[np.ndarray, " some"]:
-    model = RigidBodyModel(skeleton)
-    acceleration = model.centre_of_mass_acceleration(motion.q, motion.velocity, motion.acceleration)
-    up = -skeleton.gravity / np.linalg.norm(skeleton.gravity)
-    support = (acceleration - skeleton.gravity) @ up
-    force = contacts.wrench_ground[:, :, :3].sum(axis=1) @ up
-    well = contacts.observed & contacts.in_contact.any(axis=1) & (support > WELL_LOADED_M_S2)
-    return force[well] / support[well]
+def _pooled_mass(
+    trials: Sequence[ComData], balances: Sequence[Balance], mass_kg: float, settings: ComSettings
+) -> MassEstimate | None:
+    """All trials' mass from the frames that balance with a given one."""
+    estimates = []
+    for trial, held in zip(trials, balances, strict=True):
+        observed = held.frames(mass_kg, settings.imbalance)
+        if observed.sum() < held.window:
+            continue
+        projection = project(replace(trial, observed=observed), settings.penalty_s2(observed))
+        ratio = told_ratio(projection, trial.rate, settings)
+        if ratio is not None and ratio.mass is not None:
+            estimates.append(ratio.mass)
+    return pooled(estimates, settings) if estimates else None
+
+
+def pooled(estimates: Sequence[MassEstimate], settings: ComSettings) -> MassEstimate:
+    """Random-effects mean of several trials' masses (DerSimonian & Laird 1986).
+
+    The scatter between trials that their own noise doesn't explain adds to every trial's variance. The
+    plates' gain comes on top, undivided: trials of one laboratory share it.
+    """
+    mass = np.array([e.mass_kg for e in estimates])
+    variance = np.array([e.sampling_std_kg for e in estimates]) ** 2
+    weight = 1 / variance
+    excess = np.sum(weight * (mass - np.average(mass, weights=weight)) ** 2) - (len(mass) - 1)
+    between = max(0.0, excess / (weight.sum() - np.sum(weight**2) / weight.sum())) if len(mass) > 1 else 0.0
+    weight = 1 / (variance + between)
+    mean = float(np.average(mass, weights=weight))
+    sampling = float(weight.sum() ** -0.5)
+    return MassEstimate(mean, float(np.hypot(sampling, settings.plate_gain_std * mean)), sampling)

@@ -175,6 +175,17 @@ class _Solver:
         return _State(coefficients, phi)
 
 
+def jerk_level(motion: Motion, settings: TrajectorySettings) -> Float[np.ndarray, " dofs"]:
+    """RMS third derivative of each dof in the marker fit below its noise [rad/s³ or m/s³].
+
+    Running jerks ten times as much as walking; a smoothness that fits one would bend the other.
+    """
+    jerk = motion.low_passed(settings.jerk_cutoff_Hz).derivative(3)
+    inner = jerk[len(jerk) // 10 : len(jerk) - len(jerk) // 10]
+    own = np.sqrt((inner**2).mean(axis=0))
+    return np.maximum(own, settings.least_jerk_share * np.sqrt((own**2).mean()))
+
+
 @dataclass(frozen=True)
 class _System:
     """Gauss-Newton terms of one trial."""
@@ -199,8 +210,7 @@ class _Trial:
         self.residuals = ResidualTrack(data.wrench_ground, data.counts, settings)
         root = root_dofs(skeleton)
         self.pose_precision = np.where(root, 0.0, settings.pose_std_rad**-2)
-        travels = root & np.array([c.motion != "rotation" for c in skeleton.free_coordinates])
-        self.jerk_weight = settings.jerk_weight * np.where(travels, settings.root_jerk_factor, 1.0)
+        self.jerk_weight = settings.smoothness / jerk_level(motion, settings) ** 2
 
     def start(self) -> Float[np.ndarray, "coefficients dofs"]:
         """The spline nearest to the marker fit."""
@@ -252,7 +262,8 @@ class _Trial:
             rows * residual.value, [rows * J for J in (residual.by_q, residual.by_v, residual.by_a)]
         )
         border = band.coupling([rows * J for J in (residual.by_q, residual.by_v, residual.by_a)], rows * residual.by_phi)
-        flat, value = rows * residual.by_phi.reshape(-1, parameters), rows * residual.value.ravel()
+        flat = rows * residual.by_phi.reshape(residual.value.size, parameters)
+        value = rows * residual.value.ravel()
         band.add_jerk(self.jerk_weight)
         gradient += self._jerk_gradient(coefficients)
         return _System(band, gradient, border, flat.T @ flat, flat.T @ value)

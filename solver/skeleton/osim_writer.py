@@ -2,7 +2,7 @@
 
 import re
 from pathlib import Path
-from xml.etree.ElementTree import Element, ElementTree, SubElement, indent
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 from jaxtyping import Float
@@ -32,6 +32,19 @@ def write_skeleton(skeleton: Skeleton, path: Path | str) -> None:
     Raises:
         ModelError: a function of the skeleton has no form in OpenSim, or the file cannot be written.
     """
+    text = skeleton_text(skeleton)
+    try:
+        Path(path).write_text(text, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise ModelError(f"{path}: cannot be written ({error.strerror}).") from error
+
+
+def skeleton_text(skeleton: Skeleton) -> str:
+    """The model file that `write_skeleton` writes, for formats that carry it inside themselves.
+
+    Raises:
+        ModelError: a function of the skeleton has no form in OpenSim.
+    """
     document = Element("OpenSimDocument", Version=VERSION)
     model = SubElement(document, "Model", name=_component_name(skeleton.name))
     SubElement(model, "Ground", name="ground")
@@ -42,7 +55,7 @@ def write_skeleton(skeleton: Skeleton, path: Path | str) -> None:
     for body in skeleton.bodies:
         _write_body(bodies, body)
     joints = _objects(model, "JointSet")
-    for index in _joint_order(skeleton):
+    for index in joint_order(skeleton):
         _write_joint(joints, skeleton, index)
     constraints = _objects(model, "ConstraintSet")
     for coordinate in skeleton.coordinates:
@@ -51,10 +64,7 @@ def write_skeleton(skeleton: Skeleton, path: Path | str) -> None:
     for marker in skeleton.markers:
         _write_marker(markers, marker, skeleton)
     indent(document, "\t")
-    try:
-        ElementTree(document).write(path, encoding="UTF-8", xml_declaration=True)
-    except OSError as error:
-        raise ModelError(f"{path}: cannot be written ({error.strerror}).") from error
+    return tostring(document, encoding="UTF-8", xml_declaration=True).decode()
 
 
 # ---- bodies and markers ---------------------------------------------------------------------------------
@@ -105,10 +115,10 @@ def _write_frame(
 # ---- joints ---------------------------------------------------------------------------------------------
 
 
-def _joint_order(skeleton: Skeleton) -> list[int]:
+def joint_order(skeleton: Skeleton) -> list[int]:
     """Joints in the order of their coordinates, since OpenSim lists coordinates joint by joint."""
     rank = {c.name: i for i, c in enumerate(skeleton.coordinates)}
-    owned = [_coordinate_names(joint) for joint in skeleton.joints]
+    owned = [coordinate_names(joint) for joint in skeleton.joints]
     written = {name for names in owned for name in names}
     orphans = [name for name in rank if name not in written]
     if orphans:
@@ -116,7 +126,7 @@ def _joint_order(skeleton: Skeleton) -> list[int]:
     return sorted(range(len(owned)), key=lambda i: min((rank[name] for name in owned[i]), default=-1))
 
 
-def _coordinate_names(joint: Joint) -> list[str]:
+def coordinate_names(joint: Joint) -> list[str]:
     """The joint's coordinates as OpenSim orders them: as its rotations, then its translations name them."""
     axes = [*_of_kind(joint, "rotation"), *_of_kind(joint, "translation")]
     return list(dict.fromkeys(axis.coordinate for axis in axes if axis.coordinate is not None))
@@ -130,7 +140,7 @@ def _write_joint(joints: Element, skeleton: Skeleton, index: int) -> None:
     joint, body = skeleton.joints[index], skeleton.bodies[index].name
     parent = skeleton.bodies[joint.parent].name if joint.parent >= 0 else None
     parent_frame, child_frame = f"{parent or 'ground'}_offset", f"{body}_offset"
-    names = _coordinate_names(joint)
+    names = coordinate_names(joint)
     node = SubElement(joints, "CustomJoint" if names else "WeldJoint", name=joint.name)
     _property(node, "socket_parent_frame", parent_frame)
     _property(node, "socket_child_frame", child_frame)

@@ -189,6 +189,8 @@ def test_the_chooser_turns_to_other_trials_even_bare_ones(app, page):
         choose(page, name)
         until(lambda name=name: app.shown == name)
         until(lambda frames=frames: app.playback.frames == frames)
+        until(lambda: page.evaluate("document.activeElement === document.body"), "the keyboard")
+        time.sleep(0.7)  # as long as a list may take the focus back
         page.keyboard.press("End")
         frame_is(app, frames - 1)
 

@@ -59,10 +59,10 @@ def test_loaded_feet_are_pressed_within_their_soles(trial):
 def test_the_ground_pushes_and_rubs_within_reason(trial):
     times = frame_times(trial, 500.0)
     force = trial.reactions(times).force_ground
-    assert force[..., 1].min() > -0.003 * weight(trial)
+    assert force[..., 1].min() > -0.005 * weight(trial)  # the polynomial remainder around flight
     loaded = force[..., 1] > LOADED
     friction = np.hypot(force[..., 0], force[..., 2])[loaded] / force[..., 1][loaded]
-    assert friction.max() < (0.65 if trial.scenario.activity == "run" else 0.5)
+    assert friction.max() < 0.5
     assert np.abs(trial.reactions(times).free_moment).max() < 10.0
 
 

@@ -1,0 +1,42 @@
+"""`addb-viewer mark`: how far the review of a trial has come."""
+
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+
+from addb_viewer.commands.errors import errors_as_lines
+from addb_viewer.commands.options import Debug, SubjectFolder
+from addb_viewer.commands.reviewing import Author, TrialName, author_named, subject_in, trial_of
+from addb_viewer.review_store import open_log, record
+from annotations.events import SetStatus, Status
+from solver.capture.trial import read_trial
+
+
+class StatusWord(StrEnum):
+    """A status as one word of a command line."""
+
+    UNSEEN = "unseen"
+    IN_WORK = "in-work"
+    FINISHED = "finished"
+    SECOND_LOOK = "second-look"
+
+
+Wanted = Annotated[StatusWord, typer.Argument(metavar="STATUS", help=", ".join(StatusWord))]
+
+
+def mark(
+    subject: SubjectFolder,
+    trial: TrialName,
+    status: Wanted,
+    author: Author = None,
+    debug: Debug = False,
+) -> None:
+    """Say how far the review of a trial has come; from in-work on, its flags decide which forces count."""
+    with errors_as_lines(debug):
+        files = trial_of(subject_in(subject), trial)
+        with open_log(subject) as log:
+            number = record(
+                log, files, read_trial(files), SetStatus(Status[status.name]), author_named(author)
+            )
+        typer.echo(f"{trial}: {Status[status.name]} (edit {number})")

@@ -1,0 +1,93 @@
+"""AddBiomechanics' review.json and REVIEWED: labels in as the reviewer `imported`, ours out in the same form.
+
+review.json holds `missing_grf_data`, one boolean a frame of the segment, true where forces are missing or
+wrong; an empty file REVIEWED beside it says that a person has finished.
+"""
+
+import json
+import os
+import re
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool
+
+from annotations.errors import ReviewError
+from annotations.events import IMPORTED, ImportLabels, Status
+from annotations.log import ReviewLog
+from annotations.runs import true_runs
+from annotations.trial_review import TrialReview
+
+KEY = "missing_grf_data"
+FINISHED = "REVIEWED"
+
+
+def import_labels(
+    log: ReviewLog, trial: str, missing: Bool[np.ndarray, " frames"], finished: bool
+) -> int | None:
+    """Record the labels of a trial's review.json, unless they are the ones that were imported last.
+
+    People's own labels stay as they are: imported ones count only where nobody has decided.
+
+    Args:
+        log: the subject's.
+        trial: its name.
+        missing: of the whole trial, its segments put together: true where the force is missing.
+        finished: whether a file REVIEWED lay beside each of them.
+
+    Returns:
+        The edit's number; None where there was nothing new.
+    """
+    labels = ImportLabels(tuple(true_runs(missing)), len(missing), finished)
+    imports = [edit.event for edit in log.history(trial) if isinstance(edit.event, ImportLabels)]
+    if imports and imports[-1] == labels:
+        return None
+    return log.append(trial, labels, IMPORTED)
+
+
+def export_labels(review: TrialReview, frames: int, folder: Path) -> list[Path]:
+    """Write a trial's review as one segment that covers the whole trial.
+
+    A frame is missing as soon as one foot's force is: the form knows no feet.
+
+    Args:
+        review: of the trial.
+        frames: of the trial.
+        folder: gets TRIAL/segment_1/review.json and, for a finished trial, REVIEWED beside it.
+
+    Returns:
+        The files written.
+
+    Raises:
+        ReviewError: there is a review already, or the folder cannot be written to.
+    """
+    segment = folder / _folder_name(review.trial) / "segment_1"
+    missing = review.missing(frames).any(axis=1)
+    written = segment / "review.json"
+    try:
+        segment.mkdir(parents=True, exist_ok=True)
+        _write_new(written, json.dumps({KEY: missing.tolist()}))
+        if review.status is not Status.FINISHED:
+            return [written]
+        _write_new(segment / FINISHED, "")
+    except FileExistsError as error:
+        raise ReviewError(
+            f"{error.filename}: is there already and stays as it is; choose another folder"
+        ) from error
+    except OSError as error:
+        raise ReviewError(
+            f"{error.filename}: cannot be written ({error.strerror}); choose another folder"
+        ) from error
+    return [written, segment / FINISHED]
+
+
+def _folder_name(trial: str) -> str:
+    """A trial's name with what file systems dislike, or what leads elsewhere, written as %xx."""
+    return re.sub(r"[^\w .+-]|^\.", lambda match: f"%{ord(match[0]):02x}", trial)
+
+
+def _write_new(path: Path, text: str) -> None:
+    with path.open("x", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
