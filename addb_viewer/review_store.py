@@ -1,4 +1,4 @@
-"""A subject's review log as this program uses it: where it lies, how an edit enters it, what it tells a solve."""
+"""A subject's review log as this program uses it: where it lies, how an edit enters it, what a solve gets."""
 
 from collections.abc import Sequence
 from pathlib import Path

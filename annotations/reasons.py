@@ -65,7 +65,8 @@ def reason_named(text: str) -> str:
     by_key = {key.key: key.reason for key in REASON_KEYS}
     found = spoken.get(wanted) or by_key.get(wanted)
     if found is None:
-        near = get_close_matches(wanted, spoken, cutoff=0.5) or [key.reason.lower() for key in REASON_KEYS]
+        near = [name for name in spoken if wanted and wanted in name]
+        near = near or get_close_matches(wanted, spoken, cutoff=0.5) or [key.words for key in REASON_KEYS]
         names = ", ".join(dict.fromkeys(spoken[name] for name in near))
         raise ReviewError(f"no reason '{text}'; nearest: {names}")
     checked_reason(found)

@@ -58,8 +58,9 @@ BEGIN SELECT RAISE(ABORT, 'the review log is append-only'); END
 def _first(connection: Connection) -> None:
     """The log of edits; SQLite refuses to change or remove one."""
     _edits(MetaData()).create(connection)
-    for verb in ("UPDATE", "DELETE"):
-        connection.execute(DDL(_FORBID.format(verb=verb)).execute_if(dialect="sqlite"))
+    if connection.dialect.name == "sqlite":
+        for verb in ("UPDATE", "DELETE"):
+            connection.execute(DDL(_FORBID.format(verb=verb)))
 
 
 MIGRATIONS: tuple[Callable[[Connection], None], ...] = (_first,)  # version n: the first n have been applied

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from solver.capture.capture import Capture, Subject
 from solver.contact.wrenches import ContactWrenches, FrameMask
@@ -11,6 +11,14 @@ from solver.dynamics.dynamics import Dynamics
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
+
+
+@dataclass(frozen=True)
+class KinematicsOnly:
+    """What the markers alone said, before the trajectory was fitted to the forces as well."""
+
+    motion: Motion
+    marker_errors: MarkerErrors
 
 
 @dataclass(frozen=True)
@@ -24,8 +32,16 @@ class TrialFit:
     contacts: ContactWrenches | None = None
     mask: FrameMask | None = None
     dynamics: Dynamics | None = None
+    kinematics_only: KinematicsOnly | None = None  # None: the motion is that of the markers alone
     seconds: dict[str, float] = field(default_factory=dict)  # CPU seconds: load, kinematics, dynamics
     notes: tuple[str, ...] = ()
+
+    @property
+    def forces_known(self) -> Bool[np.ndarray, " frames"]:
+        """Frames on which every foot's force was measured and counts: the complement of the paper's U."""
+        if self.contacts is None or self.mask is None:
+            return np.zeros(self.motion.frames, dtype=bool)
+        return self.contacts.observed & self.mask.all_feet
 
 
 @dataclass(frozen=True)

@@ -5,16 +5,21 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
+import numpy as np
+
 from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.capture.conditioning import condition, shared_cutoff
 from solver.capture.trial import read_static, read_trial
 from solver.contact.assignment import assign
 from solver.contact.mask import frame_mask
-from solver.contact.wrenches import ContactWrenches, MissingRange
+from solver.contact.wrenches import MissingRange
+from solver.dynamics.com_data import com_data
+from solver.dynamics.com_mass import disagreement
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.mass import mass_from_forces
+from solver.dynamics.trajectory_fit import TrialData, fit_trajectories
 from solver.errors import FitError
-from solver.fit import Fit, TrialFit
+from solver.fit import Fit, KinematicsOnly, TrialFit
 from solver.kinematics.calibration import calibrate, choose_frames
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.marker_errors import marker_errors
@@ -30,7 +35,7 @@ from solver.skeleton.osim import load_skeleton
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
 
-SCALED = 0.3  # share of the work that is done once the skeleton is scaled
+SCALED, TRACKED = 0.2, 0.4  # shares of the work that are done after scaling and after inverse kinematics
 
 
 def solve(
@@ -76,30 +81,28 @@ def solve(
             progress=part(progress, 0.0, SCALED),
         )
     skeleton = calibration.skeleton
-    share = (1 - SCALED) / len(captures)
+    share = (TRACKED - SCALED) / len(captures)
     fits = []
     for i, capture in enumerate(captures):
         start = SCALED + i * share
         fits.append(_tracked(capture, match, skeleton, settings, part(progress, start, start + share)))
-    contacts = [_contacts(fit, skeleton, subject, settings) for fit in fits]
-    mass_kg, mass_notes = _mass(subject, skeleton, fits, contacts, settings)
-    skeleton = with_mass(skeleton, mass_kg)
     reviews = reviews or {}
-    solved = [
-        _with_dynamics(f, c, skeleton, settings, reviews.get(f.capture.name))
-        for f, c in zip(fits, contacts, strict=True)
-    ]
+    fits = [_with_forces(f, skeleton, subject, settings, reviews.get(f.capture.name)) for f in fits]
+    mass_kg, mass_notes = _mass(subject, skeleton, fits, settings)
+    skeleton = with_mass(skeleton, mass_kg)
+    skeleton, fits, fit_notes = _obeying_forces(fits, match, skeleton, settings, part(progress, TRACKED, 1.0))
+    solved = [_with_dynamics(fit, skeleton, settings) for fit in fits]
     height_m, height_notes = _height(subject, skeleton)
     shared = {stage: seconds / len(solved) for stage, seconds in clock.seconds.items()}
     return Fit(
         subject=subject,
         skeleton=skeleton,
         trials=tuple(replace(fit, seconds=shared | fit.seconds) for fit in solved),
-        mass_kg=mass_kg,
+        mass_kg=skeleton.mass,
         height_m=height_m,
         settings=as_dict(settings),
         provenance=provenance_of(subject, chosen, reviews),
-        notes=(*match.notes, *calibration.notes, *mass_notes, *height_notes),
+        notes=(*match.notes, *calibration.notes, *mass_notes, *fit_notes, *height_notes),
     )
 
 
@@ -158,15 +161,20 @@ def _tracked(
     )
 
 
-def _contacts(
-    fit: TrialFit, skeleton: Skeleton, subject: Subject, settings: Settings
-) -> ContactWrenches | None:
+def _with_forces(
+    fit: TrialFit,
+    skeleton: Skeleton,
+    subject: Subject,
+    settings: Settings,
+    review: Sequence[MissingRange] | None,
+) -> TrialFit:
+    """The trial's forces given to feet, and which of them count."""
     if not fit.capture.plates:
-        return None
+        return fit
     times = fit.motion.times
     conditioned = [condition(plate, times, settings.conditioning) for plate in fit.capture.plates]
     R, p = body_poses(skeleton, fit.motion.q)
-    return assign(
+    contacts = assign(
         conditioned,
         R,
         p,
@@ -175,6 +183,12 @@ def _contacts(
         times=times,
         settings=settings.contact,
     )
+    tracked = fit.marker_errors.seen_share >= settings.kinematics.fewest_seen_share
+    try:
+        mask = frame_mask(contacts, tracked, fit.capture.imported_missing_force, review)
+    except FitError as error:
+        raise FitError(f"{fit.capture.name}: {error}") from error
+    return replace(fit, contacts=contacts, mask=mask)
 
 
 def _filtered(motion: Motion, settings: Settings) -> Motion:
@@ -183,22 +197,21 @@ def _filtered(motion: Motion, settings: Settings) -> Motion:
 
 
 def _mass(
-    subject: Subject,
-    skeleton: Skeleton,
-    fits: Sequence[TrialFit],
-    contacts: Sequence[ContactWrenches | None],
-    settings: Settings,
+    subject: Subject, skeleton: Skeleton, fits: Sequence[TrialFit], settings: Settings
 ) -> tuple[float, tuple[str, ...]]:
-    if subject.mass_kg is not None:
-        return subject.mass_kg, ()
-    measured = [(f, c) for f, c in zip(fits, contacts, strict=True) if c is not None]
+    """The entered mass, else what the forces tell; with a warning where the two disagree."""
     estimate = mass_from_forces(
-        skeleton, [_filtered(f.motion, settings) for f, _ in measured], [c for _, c in measured]
+        [com_data(skeleton, f.motion, f.contacts, f.mask) for f in fits if f.contacts and f.mask],
+        settings.com,
     )
+    if subject.mass_kg is not None:
+        warning = estimate and disagreement(estimate, subject.mass_kg, settings.com)
+        return subject.mass_kg, (warning,) if warning else ()
     if estimate is None:
         note = f"mass not given and no forces to tell it; the model's own {skeleton.mass:.1f} kg is used"
         return skeleton.mass, (note,)
-    return estimate, (f"mass not given; {estimate:.1f} kg estimated from the forces",)
+    note = f"mass not given; {estimate.mass_kg:.1f} ± {estimate.std_kg:.1f} kg estimated from the forces"
+    return estimate.mass_kg, (note,)
 
 
 def _height(subject: Subject, skeleton: Skeleton) -> tuple[float, tuple[str, ...]]:
@@ -210,23 +223,46 @@ def _height(subject: Subject, skeleton: Skeleton) -> tuple[float, tuple[str, ...
     return height, (f"height not given; {height:.2f} m from the scaled model's legs",)
 
 
-def _with_dynamics(
-    fit: TrialFit,
-    contacts: ContactWrenches | None,
-    skeleton: Skeleton,
-    settings: Settings,
-    review: Sequence[MissingRange] | None,
-) -> TrialFit:
-    if contacts is None:
+def _obeying_forces(
+    fits: Sequence[TrialFit], match: MarkerMatch, skeleton: Skeleton, settings: Settings, progress: Progress
+) -> tuple[Skeleton, list[TrialFit], tuple[str, ...]]:
+    """Trajectories of all trials that have forces enough, fitted together; the others stay as they are."""
+    fitted = [i for i, f in enumerate(fits) if f.forces_known.sum() >= settings.trajectory.fewest_frames]
+    if not fitted or not settings.trajectory.enabled:
+        return skeleton, list(fits), ()
+    clock = _Clock()
+    with clock("dynamics"):
+        data = [_trial_data(fits[i], match) for i in fitted]
+        result = fit_trajectories(skeleton, data, settings.trajectory, progress)
+    updated = list(fits)
+    for i, motion, trial in zip(fitted, result.motions, data, strict=True):
+        model_markers = marker_positions(result.skeleton, motion.q)
+        errors, notes = marker_errors(match.model, model_markers, trial.observed_ground, settings.kinematics)
+        updated[i] = replace(
+            fits[i],
+            motion=motion,
+            marker_errors=errors,
+            model_markers_ground=model_markers,
+            kinematics_only=KinematicsOnly(fits[i].motion, fits[i].marker_errors),
+            notes=notes,
+            seconds=fits[i].seconds | {"dynamics": clock.seconds["dynamics"] / len(fitted)},
+        )
+    return result.skeleton, updated, result.notes
+
+
+def _trial_data(fit: TrialFit, match: MarkerMatch) -> TrialData:
+    assert fit.contacts is not None
+    wrench = np.where(fit.forces_known[:, None], fit.contacts.wrench_ground.sum(axis=1), 0.0)
+    return TrialData(match.observed(fit.capture.markers), wrench, fit.forces_known, fit.motion)
+
+
+def _with_dynamics(fit: TrialFit, skeleton: Skeleton, settings: Settings) -> TrialFit:
+    """Torques and residuals; a trajectory that was fitted to forces needs no filter any more."""
+    if fit.contacts is None or fit.mask is None:
         return fit
     clock = _Clock()
     with clock("dynamics"):
-        tracked = fit.marker_errors.seen_share >= settings.kinematics.fewest_seen_share
-        try:
-            mask = frame_mask(contacts, tracked, fit.capture.imported_missing_force, review)
-        except FitError as error:
-            raise FitError(f"{fit.capture.name}: {error}") from error
-        dynamics = inverse_dynamics(
-            skeleton, _filtered(fit.motion, settings), contacts, mask, settings.dynamics
-        )
-    return replace(fit, contacts=contacts, mask=mask, dynamics=dynamics, seconds=fit.seconds | clock.seconds)
+        motion = fit.motion if fit.kinematics_only else _filtered(fit.motion, settings)
+        dynamics = inverse_dynamics(skeleton, motion, fit.contacts, fit.mask, settings.dynamics)
+    seconds = fit.seconds.get("dynamics", 0.0) + clock.seconds["dynamics"]
+    return replace(fit, dynamics=dynamics, seconds=fit.seconds | {"dynamics": seconds})

@@ -12,7 +12,9 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from solver.capture.force_settings import ConditioningSettings
 from solver.contact.settings import ContactSettings
+from solver.dynamics.com_settings import ComSettings
 from solver.dynamics.settings import DynamicsSettings
+from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.errors import SettingsError
 from solver.kinematics.settings import KinematicsSettings
 
@@ -26,6 +28,8 @@ class Settings:
     kinematics: KinematicsSettings = field(default_factory=KinematicsSettings)
     conditioning: ConditioningSettings = field(default_factory=ConditioningSettings)
     contact: ContactSettings = field(default_factory=ContactSettings)
+    com: ComSettings = field(default_factory=ComSettings)
+    trajectory: TrajectorySettings = field(default_factory=TrajectorySettings)
     dynamics: DynamicsSettings = field(default_factory=DynamicsSettings)
 
 

@@ -73,8 +73,21 @@ def _trial(trial: TrialFit, body_weight: float, height: float) -> dict[str, obje
         **figures,
         "hicks": verdicts(_judged(figures), Thresholds()),
         "heldout": None,
-        "kinematics_only": None,
+        "kinematics_only": _kinematics_only(trial),
         "seconds": {stage: _number(seconds) for stage, seconds in trial.seconds.items()},
+    }
+
+
+def _kinematics_only(trial: TrialFit) -> Numbers | None:
+    """Figures of the marker fit that the dynamics started from, and how far the angles moved since."""
+    before = trial.kinematics_only
+    if before is None:
+        return None
+    change = trial.motion.q - before.motion.q
+    return {
+        "marker_rms_m": _number(before.marker_errors.rms),
+        "marker_max_m": _number(before.marker_errors.maximum),
+        "change_rms_rad": _number(float(np.sqrt(np.mean(change**2)))),
     }
 
 

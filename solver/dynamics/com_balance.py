@@ -19,6 +19,7 @@ class Balance:
 
     force_up: Float[np.ndarray, " frames"]  # [N]
     support: Float[np.ndarray, " frames"]  # [m/s²] upward acceleration less gravity's
+    greatest: Float[np.ndarray, " frames"]  # [m/s²] support in the window, not averaged; at least gravity's
     complete: Bool[np.ndarray, " frames"]  # every frame of the window has its force
     observed: Bool[np.ndarray, " frames"]
     window: int  # frames, odd
@@ -31,10 +32,9 @@ class Balance:
         return self.force_up[well] / self.support[well]
 
     def frames(self, mass_kg: float, imbalance: float) -> Bool[np.ndarray, " frames"]:
-        """Observed frames in no window whose force is off by more than that share of body weight."""
-        off = self.complete & (
-            np.abs(mass_kg * self.support - self.force_up) > imbalance * mass_kg * self.gravity
-        )
+        """Observed frames in no window whose force is off by more than that share of its greatest."""
+        allowed = imbalance * mass_kg * self.greatest
+        off = self.complete & (np.abs(mass_kg * self.support - self.force_up) > allowed)
         return self.observed & ~maximum_filter1d(off, self.window, mode="constant")
 
 
@@ -44,9 +44,11 @@ def balance(data: ComData, settings: ComSettings) -> Balance:
     up = -data.gravity / strength
     blind = fit_com_trajectory(replace(data, observed=np.zeros(data.frames, dtype=bool)), settings)
     window = 2 * round(settings.window_s * data.rate / 2) + 1
+    support = blind.acceleration_ground @ up + strength
     return Balance(
         force_up=uniform_filter1d(data.force_ground @ up, window, mode="nearest"),
-        support=uniform_filter1d(blind.acceleration_ground @ up + strength, window, mode="nearest"),
+        support=uniform_filter1d(support, window, mode="nearest"),
+        greatest=np.maximum(maximum_filter1d(support, window), strength),
         complete=minimum_filter1d(data.observed, window, mode="constant"),
         observed=data.observed,
         window=window,

@@ -36,8 +36,8 @@ class ComSettings:
     imbalance: float = setting(
         0.15,
         unit="",
-        why="of body weight: a window off by more tells nothing about the mass; measured steps of all kinds "
-        "stay below it, and a foot beside the plates carries more on most of its frames",
+        why="of the greatest force demanded around it, at least body weight: a window off by more tells "
+        "nothing about the mass; measured steps of all kinds stay below it, a foot beside the plates above",
     )
     start_share: float = setting(
         0.5,

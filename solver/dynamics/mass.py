@@ -20,7 +20,8 @@ def mass_from_forces(trials: Sequence[ComData], settings: ComSettings) -> MassEs
     """The mass of least squares in the centre of mass' trajectories, pooled over trials.
 
     Frames on which the force is off what the motion demands don't count: a step beside the plates that nobody
-    flagged, a chair. As that needs the mass, both are found in turns. Trials differ by more than their own noise, because plates do: that enters their weights.
+    flagged, a chair. As that needs the mass, both are found in turns. Trials differ by more than their own
+    noise, because plates do; that enters their weights.
 
     Args:
         trials: with the frames known to miss a force already unobserved.

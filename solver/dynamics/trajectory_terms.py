@@ -110,7 +110,10 @@ class ResidualLinearization:
 
 
 class ResidualTrack:
-    """Σ_{t ∉ U} ‖r_t‖²/σ_r²: external wrench demanded by the motion less the measured one."""
+    """Σ_{t ∉ U} ρ(‖r_t‖²/σ_r²): external wrench demanded by the motion less the measured one.
+
+    ρ is Cauchy's: a frame whose force is plainly missing, though nobody said so, does not bend the body.
+    """
 
     def __init__(
         self,
@@ -123,6 +126,7 @@ class ResidualTrack:
         self.measured = wrench_ground[self.counts]
         scale = (settings.residual_force_std_N, settings.residual_moment_std_Nm)
         self.whitening = 1.0 / np.repeat(scale, 3)
+        self.robust2 = settings.residual_robust_scale**2
 
     def cost(
         self,
@@ -142,7 +146,8 @@ class ResidualTrack:
         wrench = demanded_wrench(A, T, inertias.pseudo_inertias(phi)).sum(axis=1) - self.measured
         centre = root_centre(root_joint(inertias.skeleton), poses)
         wrench[:, 3:] -= cross(centre, wrench[:, :3])
-        return float(((self.whitening * wrench) ** 2).sum())
+        squares = ((self.whitening * wrench) ** 2).sum(axis=1)
+        return float(self.robust2 * np.log1p(squares / self.robust2).sum())
 
     def linearized(
         self,
@@ -180,9 +185,11 @@ class ResidualTrack:
                 if group >= 0:
                     by_phi[:, :, 10 * group : 10 * group + 10] += each[:, body].transpose(0, 2, 1)
             by_phi[:, 3:] -= skew(centre) @ by_phi[:, :3]
-        whitening = self.whitening[:, None]
+        squares = ((self.whitening * value) ** 2).sum(axis=1)
+        weights = self.whitening / np.sqrt(1 + squares / self.robust2)[:, None]
+        whitening = weights[:, :, None]
         return ResidualLinearization(
-            self._spread(self.whitening * value, (6,)),
+            self._spread(weights * value, (6,)),
             self._spread(whitening * by_q, (6, dofs)),
             self._spread(whitening * by_v, (6, dofs)),
             self._spread(whitening * by_a, (6, dofs)),

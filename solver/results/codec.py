@@ -12,7 +12,7 @@ from solver.capture import capture
 from solver.contact import wrenches
 from solver.dynamics import dynamics
 from solver.errors import ResultsError
-from solver.fit import TrialFit
+from solver.fit import KinematicsOnly, TrialFit
 from solver.kinematics import marker_errors, motion
 from solver.skeleton import functions, skeleton
 
@@ -25,7 +25,7 @@ _TYPES = {
     for room in _ROOMS
     for name, kind in vars(room).items()
     if isinstance(kind, type) and is_dataclass(kind) and kind.__module__ == room.__name__
-} | {"TrialFit": TrialFit}
+} | {"TrialFit": TrialFit, "KinematicsOnly": KinematicsOnly}
 
 
 class Encoder:

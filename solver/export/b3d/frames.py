@@ -1,7 +1,7 @@
-"""Frames of fixed size as arrays: where each series lies in a frame, found once and used for all frames alike.
+"""Frames of fixed size as arrays: where each series lies in a frame, found once for all frames.
 
-A frame is a protobuf message whose fields are all packed doubles: tag, length, numbers. As tags and lengths are the
-same in every frame, a series is a strided view of the file and needs no parsing frame by frame.
+A frame is a protobuf message whose fields are all packed doubles: tag, length, numbers. As tags and lengths
+are the same in every frame, a series is a strided view of the file and needs no parsing frame by frame.
 """
 
 from collections.abc import Mapping

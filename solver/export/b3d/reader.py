@@ -26,8 +26,8 @@ def read_b3d(path: Path) -> B3dFile:
     """Open a .b3d file.
 
     No size that the file states is believed before it has been held against the file's own. Trials are read
-    one by one when `trials` is asked for them: their series are views of the file, which therefore must stay as it
-    is for as long as they are used.
+    one by one when `trials` is asked for them: their series are views of the file, which therefore must stay
+    as it is for as long as they are used.
 
     Raises:
         CaptureError: it is no .b3d file, it is cut off or damaged; the same while a trial is read.

@@ -190,7 +190,7 @@ class B3dTrial:
 
 @dataclass(frozen=True, eq=False)
 class B3dFile:
-    """A subject. From a file, `trials` opens each one when it is asked for, and leaves its frames on the disk."""
+    """A subject. From a file, `trials` opens each when it is asked for, and leaves its frames on the disk."""
 
     header: Header
     trials: Sequence[B3dTrial]

@@ -20,8 +20,8 @@ FRAMES_AT_ONCE = 4096  # a few megabytes
 def write_b3d(b3d: B3dFile, path: Path) -> None:
     """Write a .b3d file, whole or not at all; it may take the place of the one that it was read from.
 
-    Frame sizes and trial headers are those of `trials`, whatever the header says of them. A file that was read is
-    written back byte by byte as long as its writer kept to the order of the field numbers.
+    Frame sizes and trial headers are those of `trials`, whatever the header says of them. A file that was
+    read is written back byte by byte, as long as its writer kept to the order of the field numbers.
 
     Raises:
         CaptureError: the file cannot be written, or header and frames do not fit together.
@@ -30,7 +30,11 @@ def write_b3d(b3d: B3dFile, path: Path) -> None:
     sensors, passes = _layouts(b3d)
     headers = []
     for index, trial in enumerate(b3d.trials):
-        _check(b3d, index, trial, sensors, passes, path)
+        fault = next(faults(b3d.header, trial), None) or _fault_of_layout(trial, sensors, passes)
+        if fault is not None:
+            raise CaptureError(
+                f"{path}: cannot be written as B3D: trial {index} '{trial.header.name}': {fault}."
+            )
         headers.append(trial.header)
     header = replace(
         b3d.header,
@@ -62,15 +66,11 @@ def _layouts(b3d: B3dFile) -> tuple[Layout, Layout]:
     return sensors or nothing, passes or nothing
 
 
-def _check(b3d: B3dFile, index: int, trial: B3dTrial, sensors: Layout, passes: Layout, path: Path) -> None:
-    fault = next(faults(b3d.header, trial), None)
-    alike = layout_to_write(trial.sensors) == sensors and all(
-        layout_to_write(frames) == passes for frames in trial.passes
-    )
-    if fault is None and not alike:
-        fault = "its frames hold other series, or other numbers of values, than those of the first trial"
-    if fault is not None:
-        raise CaptureError(f"{path}: cannot be written as B3D: trial {index} '{trial.header.name}': {fault}.")
+def _fault_of_layout(trial: B3dTrial, sensors: Layout, passes: Layout) -> str | None:
+    of_passes = all(layout_to_write(frames) == passes for frames in trial.passes)
+    if layout_to_write(trial.sensors) == sensors and of_passes:
+        return None
+    return "its frames hold other series, or other numbers of values, than those of the first trial"
 
 
 def _blocks(trial: B3dTrial, sensors: Layout, passes: Layout) -> Iterator[bytes]:

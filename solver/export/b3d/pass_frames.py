@@ -1,0 +1,166 @@
+"""The frames of one pass: a motion, the contact forces that act in it, and all that follows from both."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from solver.dynamics.root_wrench import centre_of_mass, root_wrench
+from solver.export.b3d.model import dofs_in_order, joints_in_order, unlocked, unlocked_motion
+from solver.export.b3d.root_frame import RootFrame
+from solver.export.b3d.schema import PassFrames
+from solver.kinematics.motion import Motion
+from solver.kinematics.root_joint import RootJoint, root_joint
+from solver.skeleton.forward import ForwardKinematics, Poses, cross
+from solver.skeleton.pinocchio_model import RigidBodyModel
+from solver.skeleton.skeleton import Skeleton
+
+SMALLEST_VERTICAL_N = 1e-3  # below it a force has no point where it meets the ground
+
+
+@dataclass(frozen=True)
+class ContactForces:
+    """What acts on the contact bodies, in the ground frame; zero where it does not count."""
+
+    bodies: Sequence[str]
+    force: Float[np.ndarray, "frames bodies 3"]  # [N]
+    moment: Float[np.ndarray, "frames bodies 3"]  # [N·m] about the ground origin
+    height: Float[np.ndarray, "frames bodies"]  # [m] of the surface; NaN while the body is unloaded
+
+
+def pass_frames(skeleton: Skeleton, motion: Motion, contact: ContactForces) -> PassFrames:
+    """Everything that the format asks of a pass.
+
+    Args:
+        skeleton: scaled, with the subject's mass.
+        motion: of its degrees of freedom.
+        contact: at the motion's frames.
+
+    Raises:
+        ModelError: the skeleton's root is not free to move in all six ways.
+    """
+    moved = _Moved(skeleton, motion)
+    columns = [moved.motion.dofs.index(name) for name in dofs_in_order(skeleton)]
+    tau = moved.torques(contact)
+    frame = moved.root_frame
+    residual_ground = root_wrench(moved.root, moved.kinematics.chain, moved.poses, tau)
+    point, torque = central_axis(contact)
+    com_acceleration = moved.com_acceleration() - moved.skeleton.gravity
+    centres = moved.joint_centres(joints_in_order(skeleton))
+    twist, twist_rate = moved.root_twists()
+    places, angles = frame.history()
+    return PassFrames(
+        pos=moved.motion.q[:, columns],
+        vel=moved.motion.velocity[:, columns],
+        acc=moved.motion.acceleration[:, columns],
+        tau=tau[:, columns],
+        ground_contact_wrench=_flat(np.concatenate([contact.moment, contact.force], axis=2)),
+        ground_contact_center_of_pressure=_flat(point),
+        ground_contact_torque=_flat(torque),
+        ground_contact_force=_flat(contact.force),
+        com_pos=centre_of_mass(moved.skeleton, moved.poses),
+        com_vel=moved.com_velocity(),
+        com_acc=com_acceleration,
+        root_frame_residual=frame.wrench(residual_ground[:, 3:], residual_ground[:, :3]),
+        root_frame_ground_contact_wrench=np.hstack(
+            [frame.wrench(contact.moment[:, b], contact.force[:, b]) for b in range(len(contact.bodies))]
+        ),
+        root_frame_joint_centers=_flat(frame.points(centres)),
+        world_frame_joint_centers=_flat(centres),
+        root_frame_com_acc=frame.vectors(com_acceleration),
+        root_frame_ground_contact_center_of_pressure=_flat(frame.points(point)),
+        root_frame_ground_contact_torques=_flat(frame.vectors(torque)),
+        root_frame_ground_contact_force=_flat(frame.vectors(contact.force)),
+        root_frame_spatial_velocity=twist,
+        root_frame_spatial_acceleration=twist_rate,
+        root_frame_root_pos_history=_flat(places),
+        root_frame_root_euler_history=_flat(angles),
+    )
+
+
+def central_axis(
+    contact: ContactForces,
+) -> tuple[Float[np.ndarray, "frames bodies 3"], Float[np.ndarray, "frames bodies 3"]]:
+    """Where the wrench's central axis meets the surface [m], and the torque that is left there [N·m].
+
+    That torque is parallel to the force, which a free moment about the vertical is not; the two points are some
+    millimetres apart. While a body is unloaded, its point is the ground origin.
+    """
+    force, moment = contact.force, contact.moment
+    loaded = np.isfinite(contact.height) & (np.abs(force[..., 1]) > SMALLEST_VERTICAL_N)
+    square = np.where(loaded, (force**2).sum(axis=-1), 1.0)
+    nearest = cross(force, moment) / square[..., None]  # the axis' point nearest to the ground origin
+    along = (contact.height - nearest[..., 1]) / np.where(loaded, force[..., 1], 1.0)
+    point = np.where(loaded[..., None], nearest + along[..., None] * force, 0.0)
+    return point, moment - cross(point, force)
+
+
+class _Moved:
+    """A skeleton in motion, locked coordinates among its degrees of freedom."""
+
+    def __init__(self, skeleton: Skeleton, motion: Motion) -> None:
+        self.skeleton = unlocked(skeleton)
+        self.motion = unlocked_motion(motion, skeleton)
+        self.kinematics = ForwardKinematics(self.skeleton)
+        self.dynamics = RigidBodyModel(self.skeleton)
+        self.poses: Poses = self.kinematics.poses(self.motion.q)
+        self.root: RootJoint = root_joint(self.skeleton)
+        self.root_frame = RootFrame(
+            self.poses.R_ground_body[:, self.root.body], self.poses.p_ground_body[:, self.root.body]
+        )
+
+    @property
+    def _state(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return self.motion.q, self.motion.velocity, self.motion.acceleration
+
+    def torques(self, contact: ContactForces) -> Float[np.ndarray, "frames dofs"]:
+        """Generalized forces that the motion demands beyond the contact forces."""
+        wrenches = np.concatenate([contact.force, contact.moment], axis=2)
+        bodies = [self.skeleton.body_index(name) for name in contact.bodies]
+        return self.dynamics.inverse_dynamics(*self._state, wrenches, bodies)
+
+    def com_acceleration(self) -> Float[np.ndarray, "frames 3"]:
+        return self.dynamics.centre_of_mass_acceleration(*self._state)
+
+    def com_velocity(self) -> Float[np.ndarray, "frames 3"]:
+        """J q̇: each elementary joint moves the share of the mass that it carries."""
+        share = np.array([body.mass for body in self.skeleton.bodies]) / self.skeleton.mass
+        offsets = np.array([body.com_body for body in self.skeleton.bodies])
+        centres = self.poses.p_ground_body + (self.poses.R_ground_body @ offsets[..., None])[..., 0]
+        carried = self.kinematics.carries * share
+        moment = np.einsum("pb,tbi->tpi", carried, centres)
+        angular, linear = np.split(self.poses.twists(), 2, axis=2)
+        columns = cross(angular, moment) + linear * carried.sum(axis=1)[:, None]
+        return np.einsum("tpi,tp->ti", columns, self.motion.velocity[:, self.kinematics.chain.dof])
+
+    def joint_centres(self, joints: Sequence[int]) -> Float[np.ndarray, "frames joints 3"]:
+        """Origins of the joints' frames on their children [m]."""
+        offsets = np.array([self.skeleton.joints[j].p_child_frame for j in joints])
+        turned = (self.poses.R_ground_body[:, joints] @ offsets[..., None])[..., 0]
+        return self.poses.p_ground_body[:, joints] + turned
+
+    def root_twists(self) -> tuple[Float[np.ndarray, "frames 6"], Float[np.ndarray, "frames 6"]]:
+        """S q̇, and S q̈ with the linear part less gravity: [angular, linear of the root's origin], root frame.
+
+        S q̈ lacks Ṡ q̇ and so is no angular acceleration; but it is what the format's other writers put there.
+        """
+        own: Int[np.ndarray, " own"] = np.flatnonzero(self.kinematics.chain.body == self.root.body)
+        driven_by = self.kinematics.chain.dof[own]
+        columns = self.poses.twists()[:, own]
+        frame = self.root_frame
+
+        def seen(rates: Float[np.ndarray, "frames dofs"]) -> tuple[np.ndarray, np.ndarray]:
+            angular, linear = np.split(np.einsum("tpk,tp->tk", columns, rates[:, driven_by]), 2, axis=1)
+            return angular, linear + cross(angular, frame.p_ground_root)
+
+        turning, moving = seen(self.motion.velocity)
+        turning_rate, moving_rate = seen(self.motion.acceleration)
+        return (
+            np.hstack([frame.vectors(turning), frame.vectors(moving)]),
+            np.hstack([frame.vectors(turning_rate), frame.vectors(moving_rate - self.skeleton.gravity)]),
+        )
+
+
+def _flat(values: Float[np.ndarray, "frames n k"]) -> Float[np.ndarray, "frames n*k"]:
+    return values.reshape(len(values), -1)

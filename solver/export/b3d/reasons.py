@@ -1,0 +1,61 @@
+"""Why a frame's force does not count, as the numbers of the format."""
+
+import numpy as np
+from jaxtyping import Int
+
+from solver.contact.mask import NOT_RECORDED, REVIEWED, TOO_FEW_MARKERS, TWO_FEET_ON_ONE_PLATE
+from solver.contact.wrenches import FrameMask
+
+REASONS = (
+    "notMissingGRF",
+    "measuredGrfZeroWhenAccelerationNonZero",
+    "unmeasuredExternalForceDetected",
+    "torqueDiscrepancy",
+    "forceDiscrepancy",
+    "notOverForcePlate",
+    "missingImpact",
+    "missingBlip",
+    "shiftGRF",
+    "interpolatedClippedGRF",
+    "manualReview",
+    "footContactDetectedButNoForce",
+    "tooHighMarkerRMS",
+    "hasInputOutliers",
+    "hasNoForcePlateData",
+    "velocitiesStillTooHighAfterFiltering",
+    "copOutsideConvexFootError",
+    "zeroForceFrame",
+    "extendedToNearestPeakForce",
+)  # a reason's place is its number
+
+NEAREST = {
+    TOO_FEW_MARKERS: "hasInputOutliers",
+    TWO_FEET_ON_ONE_PLATE: "notOverForcePlate",  # no plate to itself
+}  # reasons of our own and the format's nearest one
+
+UNNAMED = "unmeasuredExternalForceDetected"  # the force doesn't count, and nobody said why
+
+
+def reason_number(reason: str) -> int:
+    """The format's number of a reason; in words that neither it nor we know, a person has spoken."""
+    name = NEAREST.get(reason, reason)
+    return REASONS.index(name if name in REASONS else REVIEWED)
+
+
+def reasons_per_frame(mask: FrameMask | None, frames: int) -> Int[np.ndarray, " frames"]:
+    """Zero where every foot's force counts, else the number of the reason; a person's goes before all others.
+
+    Args:
+        mask: of the trial; None where it has no forces.
+        frames: of the trial.
+    """
+    if mask is None:
+        return np.full(frames, reason_number(NOT_RECORDED), np.int32)
+    numbers = np.zeros(frames, np.int32)
+    by_person = REASONS.index(REVIEWED)
+    for start, end, _foot, reason in mask.reasons:
+        number, stretch = reason_number(reason), numbers[start:end]
+        stretch[(stretch == 0) | (number == by_person)] = number
+    numbers[~mask.all_feet & (numbers == 0)] = REASONS.index(UNNAMED)
+    numbers[mask.all_feet] = 0
+    return numbers

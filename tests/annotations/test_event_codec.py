@@ -1,0 +1,73 @@
+import json
+from typing import get_args
+
+import pytest
+
+from annotations.errors import ReviewError
+from annotations.event_codec import KINDS, decoded, encoded
+from annotations.events import (
+    AcceptProposal,
+    ClearRange,
+    Event,
+    FlagRange,
+    ImportLabels,
+    Proposal,
+    Redo,
+    RejectProposal,
+    SetActivity,
+    SetStatus,
+    Status,
+    Undo,
+)
+
+PROPOSAL = Proposal(3, 9, "missingBlip", "calcn_l", 0.8, {"gap_N": 120.5})
+EVENTS = (
+    FlagRange(120, 180, "notOverForcePlate", "calcn_r", "foot beside the plate"),
+    ClearRange(0, 1, note="à vérifier"),
+    AcceptProposal(PROPOSAL),
+    RejectProposal(PROPOSAL),
+    SetActivity(0, 200, "run", "treadmill"),
+    SetStatus(Status.SECOND_LOOK),
+    ImportLabels(((0, 61), (175, 238)), 238, True),
+    Undo(7),
+    Redo(7),
+)
+
+
+def test_every_event_is_tried_here_and_has_a_kind():
+    assert {type(event) for event in EVENTS} == set(get_args(Event)) == set(KINDS.values())
+
+
+@pytest.mark.parametrize("event", EVENTS, ids=lambda event: type(event).__name__)
+def test_an_event_comes_back_from_json_as_it_went(event):
+    kind, content = encoded(event)
+    assert decoded(kind, json.loads(json.dumps(content))) == event
+
+
+def test_the_form_on_disk_is_fixed():
+    assert encoded(EVENTS[0]) == (
+        "flag",
+        {"start": 120, "end": 180, "reason": "notOverForcePlate", "foot": "calcn_r", "note": EVENTS[0].note},
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "content"),
+    [
+        ("merge", {}),
+        ("undo", {"edit": 1, "all": True}),
+        ("undo", {}),
+        ("status", {"status": "forgotten"}),
+        ("import", {"missing": [[1]], "frames": 3, "finished": False}),
+    ],
+)
+def test_what_a_newer_version_wrote_is_refused(kind, content):
+    with pytest.raises(ReviewError, match="update addb-viewer"):
+        decoded(kind, content)
+
+
+@pytest.mark.parametrize("make", [FlagRange, Proposal])
+@pytest.mark.parametrize(("start", "end"), [(5, 5), (6, 5), (-1, 5)])
+def test_a_range_without_frames_is_refused(make, start, end):
+    with pytest.raises(ReviewError, match=f"no frames in {start}:{end}"):
+        make(start, end, "manualReview")

@@ -1,0 +1,72 @@
+import pytest
+
+from annotations.errors import ReviewError
+from annotations.reasons import REASON_KEYS, REASONS, checked_reason, reason_named
+
+NUMBERS = {
+    0: "notMissingGRF",
+    1: "measuredGrfZeroWhenAccelerationNonZero",
+    2: "unmeasuredExternalForceDetected",
+    3: "torqueDiscrepancy",
+    4: "forceDiscrepancy",
+    5: "notOverForcePlate",
+    6: "missingImpact",
+    7: "missingBlip",
+    8: "shiftGRF",
+    9: "interpolatedClippedGRF",
+    10: "manualReview",
+    11: "footContactDetectedButNoForce",
+    12: "tooHighMarkerRMS",
+    13: "hasInputOutliers",
+    14: "hasNoForcePlateData",
+    15: "velocitiesStillTooHighAfterFiltering",
+    16: "copOutsideConvexFootError",
+    17: "zeroForceFrame",
+    18: "extendedToNearestPeakForce",
+}  # of the B3D format
+
+
+def test_a_reasons_place_is_its_number_in_the_b3d_format():
+    assert dict(enumerate(REASONS)) == NUMBERS
+
+
+def test_keys_one_to_nine_stand_for_reasons_of_the_list():
+    assert [key.key for key in REASON_KEYS] == list("123456789")
+    for key in REASON_KEYS:
+        checked_reason(key.reason)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "notOverForcePlate",
+        "notoverforceplate",
+        " NotOverForcePlate ",
+        "1",
+        "not over a plate",
+        "Not over  a plate",
+    ],
+)
+def test_a_reason_by_its_name_its_key_or_the_keys_words(text):
+    assert reason_named(text) == "notOverForcePlate"
+
+
+@pytest.mark.parametrize(
+    ("text", "nearest"),
+    [
+        ("notOverPlate", "notOverForcePlate"),
+        ("clipped", "interpolatedClippedGRF"),
+        ("cop", "copOutsideConvexFootError"),
+        ("?", "manualReview"),
+        ("", "notOverForcePlate"),
+    ],
+)
+def test_an_unknown_reason_is_refused_with_the_nearest(text, nearest):
+    with pytest.raises(ReviewError, match=rf"no reason '.*'; nearest: .*{nearest}"):
+        reason_named(text)
+
+
+@pytest.mark.parametrize("check", [reason_named, checked_reason])
+def test_that_the_force_counts_is_no_reason_to_leave_it_out(check):
+    with pytest.raises(ReviewError, match="clear the range instead"):
+        check("notMissingGRF")
