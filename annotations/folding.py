@@ -12,6 +12,7 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Int
 
+from annotations.activities import ERRONEOUS
 from annotations.errors import ReviewError
 from annotations.events import (
     IMPORTED,
@@ -56,7 +57,7 @@ def folded(trial: str, edits: Sequence[Edit], feet: Sequence[str]) -> TrialRevie
         feet=tuple(feet),
         status=status,
         status_author=status_author,
-        decided=_decided(kept, status),
+        decided=_decided(kept),
         flags=_flags(_in_effect(forces), tuple(feet), by_number),
         activities=_activities(_in_effect(activities), by_number),
         conflicts=(*_conflicts(forces, tuple(feet), by_number), *_conflicts(activities, (), by_number)),
@@ -114,10 +115,13 @@ def _status(kept: Sequence[Edit]) -> tuple[Status, str | None]:
     return Status.UNSEEN, None
 
 
-def _decided(kept: Sequence[Edit], status: Status) -> bool:
-    persons = [edit for edit in kept if edit.author != IMPORTED]
-    judged = any(_decision(edit) is not None for edit in persons)
-    return judged or (bool(persons) and status is not Status.UNSEEN)
+def _decided(kept: Sequence[Edit]) -> bool:
+    """Whether a person judged forces or took the trial in hand; saying what was done there is neither."""
+    events = [edit.event for edit in kept if edit.author != IMPORTED]
+    judged = any(isinstance(e, FlagRange | ClearRange | AcceptProposal | RejectProposal) for e in events)
+    discarded = any(isinstance(e, SetActivity) and e.activity == ERRONEOUS for e in events)
+    statuses = [e.status for e in events if isinstance(e, SetStatus)]
+    return judged or discarded or (bool(statuses) and statuses[-1] is not Status.UNSEEN)
 
 
 def _force_layers(kept: Sequence[Edit], frames: int, feet: tuple[str, ...]) -> Layers:

@@ -12,10 +12,45 @@ from solver.errors import SolverError
 from solver.fit import Fit
 from solver.pipeline import solve
 from solver.results.store import save_fit
-from solver.settings import Settings, settings_for
+from solver.settings import settings_for
 
 RESULTS = Path(__file__).parent / "RESULTS.md"
-SPEED_TRIALS = {"walk_rajagopal2015": "walk", "opencap_subject4": "walking1", "walk_treadmill_stepwidth": "example1"}
+SPEED_TRIALS = {
+    "walk_rajagopal2015": "walk",
+    "opencap_subject4": "walking1",
+    "walk_treadmill_stepwidth": "example1",
+}
+
+
+PAGE = """# Results
+
+{date}, Python {python}, one core of a shared 2-core machine. Made by `make bench`. CPU seconds; best compared as a
+ratio within one run.
+
+## Marker errors
+
+Against the raw markers, every marker that model and recording share, after the whole fit (kinematics and
+dynamics); the generic model is scaled by us. The engine is AddBiomechanics, measured beforehand, not in this run.
+
+{markers}
+
+Not fitted:
+
+{refused}
+
+## Residuals at the root
+
+External wrench that the motion demands less the measured one: force, and moment about the root joint's centre in
+the ground frame, RMS over the frames used. Mask `none`: nobody reviewed the recording. Withheld: forces of every
+third block of 0.22 s were kept from the fit and then predicted. Referee: OpenSim's inverse dynamics on our
+exported files, without a filter.
+
+{residuals}
+
+## Speed of inverse kinematics
+
+{speed}
+"""
 
 
 def main() -> None:
@@ -40,25 +75,15 @@ def main() -> None:
         residual_rows += dynamics.residual_rows(name, fit, settings)
         if name in SPEED_TRIALS:
             fits[name] = (fit, SPEED_TRIALS[name])
-    text = "\n\n".join(
-        [
-            "# Results",
-            f"{date.today():%Y-%m-%d}, Python {platform.python_version()}, one core of a shared 2-core machine. "
-            "Made by `make bench`; CPU seconds, best compared as a ratio within one run.",
-            "## Marker errors",
-            "Against the raw markers, every marker that model and recording share. The generic model is scaled by "
-            "us. The engine's figures: AddBiomechanics as measured beforehand, not in this run.",
-            kinematics.marker_table(marker_rows),
-            "Not fitted:\n\n" + ("\n".join(refused) or "none"),
-            "## Residuals at the root, kinematics only",
-            "Force, and moment about the root joint's centre, over the frames used; motion and forces through the same "
-            "filter. `none` as mask: no review of the recording exists, so steps beside the plates count as residual.",
-            dynamics.residual_table(residual_rows),
-            "## Speed of inverse kinematics",
-            _speed(fits),
-        ]
+    text = PAGE.format(
+        date=f"{date.today():%Y-%m-%d}",
+        python=platform.python_version(),
+        markers=kinematics.marker_table(marker_rows),
+        refused="\n".join(refused) or "none",
+        residuals=dynamics.residual_table(residual_rows),
+        speed=_speed(fits),
     )
-    RESULTS.write_text(text + "\n", encoding="utf-8")
+    RESULTS.write_text(text, encoding="utf-8")
     print(text)
 
 

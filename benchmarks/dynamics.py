@@ -1,4 +1,4 @@
-"""Root residuals of every trial with forces, ours and the referee's (OpenSim on our exported files)."""
+"""Root residuals of every trial with forces: ours, on withheld blocks, the referee's, and the markers' alone."""
 
 import tempfile
 from collections.abc import Sequence
@@ -10,28 +10,39 @@ from jaxtyping import Float
 
 from benchmarks.peers import ENGINE
 from benchmarks.referee import referee
-from solver.summary import STANDARD_GRAVITY
 from solver.export.opensim import export_opensim, file_stem
 from solver.fit import Fit, TrialFit
 from solver.pipeline import solve
 from solver.settings import Settings
+from solver.summary import STANDARD_GRAVITY, summary
 
 SLOW_CUTOFF_HZ = 6.0  # OpenSim's own habit, for comparison with plain inverse dynamics elsewhere
 
 
 @dataclass(frozen=True)
 class Row:
-    """One trial of the table."""
+    """One trial of the table, cell by cell."""
 
     recording: str
-    trial: str
-    frames: int
-    used: int
-    mask: str
-    ours: str
-    slow: str
-    referee: str
-    peers: str
+    cells: tuple[str, ...]
+
+
+HEADER = (
+    "recording",
+    "trial",
+    "frames used of all",
+    "mask",
+    "mass fitted (entered) kg",
+    "marker RMS / max cm (markers alone)",
+    "residual RMS",
+    "raw forces",
+    "withheld blocks (markers alone)",
+    "markers alone, 6 Hz",
+    "referee RMS; referee less ours",
+    "Hicks: force, moment, marker RMS, max",
+    "CPU s",
+    "engine, kinematics → dynamics, mean norms",
+)
 
 
 def residual_rows(name: str, fit: Fit, settings: Settings) -> list[Row]:
@@ -39,53 +50,89 @@ def residual_rows(name: str, fit: Fit, settings: Settings) -> list[Row]:
     measured = [t for t in fit.trials if t.dynamics is not None and t.dynamics.used.any()]
     if not measured:
         return []
-    slow_settings = replace(settings, conditioning=replace(settings.conditioning, cutoff_Hz=SLOW_CUTOFF_HZ))
-    slow = {t.capture.name: t for t in solve(fit.subject, slow_settings).trials}
+    plain = replace(
+        settings,
+        conditioning=replace(settings.conditioning, cutoff_Hz=SLOW_CUTOFF_HZ),
+        trajectory=replace(settings.trajectory, enabled=False),
+    )
+    slow = {t["name"]: t for t in summary(solve(fit.subject, plain))["trials"]}  # type: ignore[attr-defined]
+    ours = {t["name"]: t for t in summary(fit)["trials"]}  # type: ignore[attr-defined]
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         export_opensim(fit, folder)
-        return [_row(name, fit, trial, slow[trial.capture.name], folder) for trial in measured]
+        return [
+            Row(
+                name,
+                (
+                    name,
+                    *_cells(name, fit, trial, ours, slow),
+                    _verdict(fit, trial, folder),
+                    *_rest(name, trial, ours),
+                ),
+            )
+            for trial in measured
+        ]
 
 
-def _row(name: str, fit: Fit, trial: TrialFit, slow: TrialFit, exported: Path) -> Row:
-    assert trial.dynamics is not None
-    assert slow.dynamics is not None
-    used = trial.dynamics.used
-    peers = ENGINE.get((name, trial.capture.name))
-    return Row(
-        recording=name,
-        trial=trial.capture.name,
-        frames=trial.motion.frames,
-        used=int(used.sum()),
-        mask=trial.mask.source if trial.mask else "none",
-        ours=_figures(fit, trial.dynamics.residual_root[used]),
-        slow=_figures(fit, slow.dynamics.residual_root[used]),
-        referee=_disagreement(fit, trial, exported),
-        peers=f"{peers.linear_residual_N} N, {peers.angular_residual_Nm} N·m" if peers else "",
-    )
-
-
-def _figures(fit: Fit, residual: Float[np.ndarray, "frames 6"]) -> str:
-    force, moment = _rms(residual[:, :3]), _rms(residual[:, 3:])
-    weight = fit.mass_kg * STANDARD_GRAVITY
+def _cells(name: str, fit: Fit, trial: TrialFit, ours: dict, slow: dict) -> tuple[str, ...]:
+    own, plain = ours[trial.capture.name], slow[trial.capture.name]
+    before, heldout = own["kinematics_only"], own["heldout"]
+    entered = fit.subject.mass_kg
     return (
-        f"{force:.1f} N ({force / weight:.3f} BW), {moment:.1f} N·m ({moment / weight / fit.height_m:.4f} BW·h); "
-        f"mean norm {_mean_norm(residual[:, :3]):.1f} N, {_mean_norm(residual[:, 3:]):.1f} N·m"
+        trial.capture.name,
+        f"{own['frames_with_force_used']} of {own['frames']}",
+        own["mask_source"],
+        f"{fit.mass_kg:.1f} ({f'{entered:.1f}' if entered else 'none'})",
+        f"{100 * own['marker_rms_m']:.2f} / {100 * own['marker_max_m']:.1f}"
+        + (f" ({100 * before['marker_rms_m']:.2f} / {100 * before['marker_max_m']:.1f})" if before else ""),
+        _residual(own, "linear_residual", "angular_residual"),
+        _residual(own, "linear_residual_raw", "angular_residual_raw", short=True),
+        f"{_residual(heldout, 'linear_residual', 'angular_residual', short=True)} "
+        f"({_residual(heldout, 'kinematics_only_linear_residual', 'kinematics_only_angular_residual', short=True)})"
+        if heldout
+        else "too short",
+        _residual(plain, "linear_residual", "angular_residual", short=True),
     )
 
 
-def _disagreement(fit: Fit, trial: TrialFit, exported: Path) -> str:
-    """RMS of the referee's residual less ours, over the frames used."""
+def _residual(figures: dict, linear: str, angular: str, *, short: bool = False) -> str:
+    force, moment = figures[linear], figures[angular]
+    if force is None:
+        return "no frames"
+    text = f"{force['rms_N']:.1f} N, {moment['rms_Nm']:.1f} N·m"
+    if short:
+        return text
+    return (
+        f"{text} ({force['rms_BW']:.3f} BW, {moment['rms_BWh']:.4f} BW·h; "
+        f"mean norms {force['mean_norm_N']:.1f} N, {moment['mean_norm_Nm']:.1f} N·m)"
+    )
+
+
+def _rest(name: str, trial: TrialFit, ours: dict) -> tuple[str, ...]:
+    own = ours[trial.capture.name]
+    hicks, peers = own["hicks"], ENGINE.get((name, trial.capture.name))
+    passed = ("linear", "angular", "marker_rms", "marker_max")
+    return (
+        " ".join("✓" if hicks.get(key) else "✗" for key in passed),
+        f"{sum(own['seconds'].values()):.1f}",
+        f"{peers.linear_residual_N} N, {peers.angular_residual_Nm} N·m" if peers else "",
+    )
+
+
+def _verdict(fit: Fit, trial: TrialFit, exported: Path) -> str:
+    """What OpenSim's inverse dynamics finds on our files, and how far that is from ours."""
     assert trial.dynamics is not None
     try:
         verdict = referee(exported, file_stem(trial.capture.name))
     except (ImportError, RuntimeError) as error:
         return f"not run: {error}"
     rows = np.round((verdict.times - trial.motion.start_time) * trial.motion.rate).astype(int)
-    difference = verdict.residual_root - trial.dynamics.residual_root[rows]
-    difference = difference[trial.dynamics.used[rows]]
+    used = trial.dynamics.used[rows]
+    theirs = verdict.residual_root[used]
+    difference = theirs - trial.dynamics.residual_root[rows][used]
     weight = fit.mass_kg * STANDARD_GRAVITY
     return (
+        f"{_rms(theirs[:, :3]):.1f} N, {_rms(theirs[:, 3:]):.1f} N·m; "
         f"{100 * _rms(difference[:, :3]) / weight:.3f} % BW, "
         f"{100 * _rms(difference[:, 3:]) / weight / fit.height_m:.3f} % BW·h"
     )
@@ -95,20 +142,7 @@ def _rms(vectors: Float[np.ndarray, "frames 3"]) -> float:
     return float(np.sqrt((vectors**2).sum(axis=1).mean()))
 
 
-def _mean_norm(vectors: Float[np.ndarray, "frames 3"]) -> float:
-    return float(np.linalg.norm(vectors, axis=1).mean())
-
-
 def residual_table(rows: Sequence[Row]) -> str:
     """The rows as Markdown."""
-    lines = [
-        "| recording | trial | frames used of all | mask | residual RMS at the default cutoff | at 6 Hz "
-        "| referee less ours | engine, kinematics → dynamics, mean norms |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
-    lines += [
-        f"| {r.recording} | {r.trial} | {r.used} of {r.frames} | {r.mask} | {r.ours} | {r.slow} | {r.referee} "
-        f"| {r.peers} |"
-        for r in rows
-    ]
-    return "\n".join(lines)
+    lines = [f"| {' | '.join(HEADER)} |", "|" + "---|" * len(HEADER)]
+    return "\n".join(lines + [f"| {' | '.join(row.cells)} |" for row in rows])

@@ -65,11 +65,20 @@ def _opensim(model: Path, markers: Markers) -> OpenSimKinematics | None:
 
 def marker_table(rows: Sequence[Row]) -> str:
     """The rows as Markdown."""
-    lines = [
-        "| recording | trial | markers | frames | RMS cm | frame-mean RMS cm | max cm | scaling s | IK s (frames/s) "
-        "| OpenSim IK, somebody's scaled model: RMS / frame mean / max cm, frames/s | engine: frame-mean RMS cm |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
-    ]
+    columns = (
+        "recording",
+        "trial",
+        "markers",
+        "frames",
+        "RMS cm",
+        "frame-mean RMS cm",
+        "max cm",
+        "scaling s",
+        "IK s (frames/s)",
+        "OpenSim IK, somebody's scaled model: RMS / frame mean / max cm, frames/s",
+        "engine: frame-mean RMS cm",
+    )
+    lines = [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
     for row in rows:
         opensim = "; ".join(
             f"{100 * o.rms:.2f} / {100 * o.rms_frame_mean:.2f} / {100 * o.maximum:.1f}, "

@@ -94,5 +94,7 @@ def _locations(path: Path) -> tuple[list[str], Float[np.ndarray, "frames markers
     header = lines.index("endheader") + 1
     labels = lines[header].split("\t")[1:]
     names = [label.removesuffix("_tx") for label in labels[::3]]
-    rows = np.array([[float(x) for x in line.split("\t")[1:]] for line in lines[header + 1 :] if line.strip()])
+    rows = np.array(
+        [[float(x) for x in line.split("\t")[1:]] for line in lines[header + 1 :] if line.strip()]
+    )
     return names, rows.reshape(len(rows), -1, 3)

@@ -1,4 +1,4 @@
-"""CPU seconds on one core: inverse kinematics against OpenSim's in the same run, scaling, start of the app."""
+"""CPU seconds on one core: inverse kinematics against OpenSim's in the same run; start of the app."""
 
 import os
 import re
@@ -79,7 +79,11 @@ def app_start_seconds(subject: Path) -> float:
     command = [sys.executable, "-m", "addb_viewer", "open", str(subject), "--port", "8931"]
     start = time.perf_counter()
     process = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=os.environ | {"COLUMNS": "200"}
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        env=os.environ | {"COLUMNS": "200"},
     )
     try:
         assert process.stdout is not None

@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float
 from solver.capture.capture import Capture, Subject
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
+from solver.dynamics.heldout import Heldout
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
@@ -33,6 +34,7 @@ class TrialFit:
     mask: FrameMask | None = None
     dynamics: Dynamics | None = None
     kinematics_only: KinematicsOnly | None = None  # None: the motion is that of the markers alone
+    heldout: Heldout | None = None
     seconds: dict[str, float] = field(default_factory=dict)  # CPU seconds: load, kinematics, dynamics
     notes: tuple[str, ...] = ()
 

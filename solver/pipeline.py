@@ -15,6 +15,7 @@ from solver.contact.mask import frame_mask
 from solver.contact.wrenches import MissingRange
 from solver.dynamics.com_data import com_data
 from solver.dynamics.com_mass import disagreement
+from solver.dynamics.heldout import Heldout, withheld_frames
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.mass import mass_from_forces
 from solver.dynamics.trajectory_fit import TrialData, fit_trajectories
@@ -233,9 +234,10 @@ def _obeying_forces(
     clock = _Clock()
     with clock("dynamics"):
         data = [_trial_data(fits[i], match) for i in fitted]
-        result = fit_trajectories(skeleton, data, settings.trajectory, progress)
+        result = fit_trajectories(skeleton, data, settings.trajectory, part(progress, 0.0, 0.6))
+        heldout = _heldout([fits[i] for i in fitted], data, skeleton, settings, part(progress, 0.6, 1.0))
     updated = list(fits)
-    for i, motion, trial in zip(fitted, result.motions, data, strict=True):
+    for i, motion, trial, withheld in zip(fitted, result.motions, data, heldout, strict=True):
         model_markers = marker_positions(result.skeleton, motion.q)
         errors, notes = marker_errors(match.model, model_markers, trial.observed_ground, settings.kinematics)
         updated[i] = replace(
@@ -244,10 +246,36 @@ def _obeying_forces(
             marker_errors=errors,
             model_markers_ground=model_markers,
             kinematics_only=KinematicsOnly(fits[i].motion, fits[i].marker_errors),
+            heldout=withheld,
             notes=notes,
             seconds=fits[i].seconds | {"dynamics": clock.seconds["dynamics"] / len(fitted)},
         )
     return result.skeleton, updated, result.notes
+
+
+def _heldout(
+    fits: Sequence[TrialFit],
+    data: Sequence[TrialData],
+    skeleton: Skeleton,
+    settings: Settings,
+    progress: Progress,
+) -> list[Heldout | None]:
+    """The same fit without the forces of some blocks, judged on these blocks."""
+    withheld = [withheld_frames(d.counts, d.start.rate, settings.trajectory) for d in data]
+    if not settings.trajectory.heldout or not any(w.any() for w in withheld):
+        return [None] * len(fits)
+    blind = [replace(d, counts=d.counts & ~w) for d, w in zip(data, withheld, strict=True)]
+    result = fit_trajectories(skeleton, blind, settings.trajectory, progress)
+    outcome: list[Heldout | None] = []
+    for fit, frames, motion in zip(fits, withheld, result.motions, strict=True):
+        assert fit.contacts is not None
+        assert fit.mask is not None
+        of_fit = inverse_dynamics(result.skeleton, motion, fit.contacts, fit.mask, settings.dynamics)
+        before = inverse_dynamics(
+            skeleton, _filtered(fit.motion, settings), fit.contacts, fit.mask, settings.dynamics
+        )
+        outcome.append(Heldout(frames & of_fit.used, of_fit.residual_root, before.residual_root))
+    return outcome
 
 
 def _trial_data(fit: TrialFit, match: MarkerMatch) -> TrialData:

@@ -72,10 +72,26 @@ def _trial(trial: TrialFit, body_weight: float, height: float) -> dict[str, obje
         "mask_source": trial.mask.source if trial.mask else "none",
         **figures,
         "hicks": verdicts(_judged(figures), Thresholds()),
-        "heldout": None,
+        "heldout": _heldout(trial, body_weight, height),
         "kinematics_only": _kinematics_only(trial),
         "seconds": {stage: _number(seconds) for stage, seconds in trial.seconds.items()},
     }
+
+
+def _heldout(trial: TrialFit, body_weight: float, height: float) -> dict[str, object] | None:
+    """Residuals on withheld blocks, beside those of the markers' motion on the same frames."""
+    heldout = trial.heldout
+    if heldout is None or not heldout.frames.any():
+        return None
+    figures: dict[str, object] = {"frames": int(heldout.frames.sum())}
+    for prefix, residual in (
+        ("", heldout.residual_root),
+        ("kinematics_only_", heldout.kinematics_only_root),
+    ):
+        counted = residual[heldout.frames]
+        figures[f"{prefix}linear_residual"] = linear_figures(counted[:, :3], body_weight)
+        figures[f"{prefix}angular_residual"] = angular_figures(counted[:, 3:], body_weight, height)
+    return figures
 
 
 def _kinematics_only(trial: TrialFit) -> Numbers | None:

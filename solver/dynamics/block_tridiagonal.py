@@ -1,4 +1,4 @@
-"""Cholesky of a symmetric block-tridiagonal matrix: time's band, in blocks that matrix products are fast on."""
+"""Cholesky of a symmetric block-tridiagonal matrix: time's band, in blocks that suit matrix products."""
 
 from dataclasses import dataclass
 

@@ -82,7 +82,10 @@ def inertia_parameters(skeleton: Skeleton, settings: TrajectorySettings) -> Iner
     kept = [g for g in range(tied.count) if weighs[tied.group == g].all()]
     group = np.array([kept.index(g) if g in kept else -1 for g in tied.group])
     factors = np.stack(
-        [_upper_factor(pseudo_inertia(b)) if g >= 0 else np.eye(4) for b, g in zip(skeleton.bodies, group, strict=True)]
+        [
+            _upper_factor(pseudo_inertia(b)) if g >= 0 else np.eye(4)
+            for b, g in zip(skeleton.bodies, group, strict=True)
+        ]
     )
     sign = np.array([MIRROR[i, i] * MIRROR[j, j] for i, j in ENTRIES])
     left = np.array([b.name.endswith("_l") or b.name.startswith("l_") for b in skeleton.bodies])
@@ -90,7 +93,9 @@ def inertia_parameters(skeleton: Skeleton, settings: TrajectorySettings) -> Iner
     return InertiaParameters(skeleton, factors, group, mirrored, tuple(tied.names[g] for g in kept))
 
 
-def prior_std(parameters: InertiaParameters, settings: TrajectorySettings) -> Float[np.ndarray, " parameters"]:
+def prior_std(
+    parameters: InertiaParameters, settings: TrajectorySettings
+) -> Float[np.ndarray, " parameters"]:
     """How far each φ may go: half the relative scatter of lengths and mass, shifts in gyration radii."""
     shape, shift = settings.inertia_std / 2, settings.com_std_m
     one = []
@@ -98,7 +103,9 @@ def prior_std(parameters: InertiaParameters, settings: TrajectorySettings) -> Fl
         body = int(np.flatnonzero(parameters.group == g)[0])
         radius = np.sqrt(np.trace(parameters.factors[body][:3, :3] @ parameters.factors[body][:3, :3].T) / 3)
         mass = parameters.factors[body][3, 3]
-        one.append(np.concatenate([np.full(6, shape), np.full(3, shift * mass / radius), [settings.mass_std / 2]]))
+        one.append(
+            np.concatenate([np.full(6, shape), np.full(3, shift * mass / radius), [settings.mass_std / 2]])
+        )
     return np.concatenate(one) if one else np.zeros(0)
 
 

@@ -58,7 +58,8 @@ class CoefficientBand:
     ) -> Float[np.ndarray, "coefficients dofs"]:
         """Rows r with derivatives by q, q̇, q̈; adds RᵀR and returns the gradient Rᵀr."""
         gradient = sum(
-            self.gather(self.basis, np.einsum("tij,ti->tj", J, value), order) for order, J in enumerate(jacobians)
+            self.gather(self.basis, np.einsum("tij,ti->tj", J, value), order)
+            for order, J in enumerate(jacobians)
         )
         dofs = self.blocks.shape[2]
         for pieces, rows in self._rows_by_piece(jacobians):
@@ -70,7 +71,9 @@ class CoefficientBand:
         return gradient
 
     def coupling(
-        self, jacobians: list[Float[np.ndarray, "frames 6 dofs"]], by_phi: Float[np.ndarray, "frames 6 parameters"]
+        self,
+        jacobians: list[Float[np.ndarray, "frames 6 dofs"]],
+        by_phi: Float[np.ndarray, "frames 6 parameters"],
     ) -> Float[np.ndarray, "coefficients dofs parameters"]:
         """RᵀY: the border of parameters whose derivatives of the same rows are Y."""
         parameters, dofs = by_phi.shape[2], self.blocks.shape[2]
@@ -125,7 +128,9 @@ class CoefficientBand:
         padded[:count] = x
         return padded.reshape(groups, REACH * dofs, columns)
 
-    def from_blocks(self, x: Float[np.ndarray, "blocks size *columns"]) -> Float[np.ndarray, "coefficients dofs *columns"]:
+    def from_blocks(
+        self, x: Float[np.ndarray, "blocks size *columns"]
+    ) -> Float[np.ndarray, "coefficients dofs *columns"]:
         """The way back from `in_blocks`."""
         dofs = self.blocks.shape[2]
         return x.reshape(-1, dofs, *x.shape[2:])[: self.basis.coefficients]
@@ -165,7 +170,7 @@ def _same_frame_weights(basis: SplineBasis) -> list[csr_matrix]:
 
 
 def _neighbour_weights(basis: SplineBasis) -> list[tuple[csr_matrix, csr_matrix]]:
-    """For each distance k: weights of pairs whose later frame's coefficient comes first, and of the others."""
+    """For each distance k: weights of pairs whose later frame's coefficient comes first; of the others."""
     B, pairs = basis.derivative[0], np.arange(basis.frames - 1)
     values = B[1:, :, None] * B[:-1, None, :]
     local = np.arange(ORDER)
@@ -179,7 +184,9 @@ def _neighbour_weights(basis: SplineBasis) -> list[tuple[csr_matrix, csr_matrix]
         weights.append(
             (
                 csr_matrix((values[first_later], (later[first_later], pair[first_later])), shape=shape),
-                csr_matrix((values[first_earlier], (earlier[first_earlier], pair[first_earlier])), shape=shape),
+                csr_matrix(
+                    (values[first_earlier], (earlier[first_earlier], pair[first_earlier])), shape=shape
+                ),
             )
         )
     return weights

@@ -1,4 +1,4 @@
-"""Quintic B-splines through a trial: what each frame's position, velocity, acceleration takes of the coefficients."""
+"""Quintic B-splines through a trial: what each frame's q, q̇ and q̈ take of the coefficients."""
 
 from dataclasses import dataclass
 

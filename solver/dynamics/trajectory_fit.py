@@ -146,7 +146,9 @@ class _Solver:
         for b, g in enumerate(self.inertias.group):
             if g >= 0:
                 slope[10 * g : 10 * g + 10] += D[b, :, 3, 3]
-        precision = (self.settings.body_mass_std * self.entered_mass) ** -2 * self.settings.inertia_prior_weight
+        precision = (
+            self.settings.body_mass_std * self.entered_mass
+        ) ** -2 * self.settings.inertia_prior_weight
         cost = float(self.prior_precision @ phi**2 + precision * excess**2)
         gradient = self.prior_precision * phi + precision * excess * slope
         return cost, gradient, np.diag(self.prior_precision) + precision * np.outer(slope, slope)
@@ -231,7 +233,9 @@ class _Trial:
         return replace(self.data.start, q=self.basis.evaluate(coefficients))
 
     def cost(
-        self, coefficients: Float[np.ndarray, "coefficients dofs"], model: tuple[InertiaParameters, np.ndarray]
+        self,
+        coefficients: Float[np.ndarray, "coefficients dofs"],
+        model: tuple[InertiaParameters, np.ndarray],
     ) -> float:
         """All terms but the priors of φ."""
         q, v, a = self.states(coefficients)
@@ -261,7 +265,9 @@ class _Trial:
         gradient += band.add_residual_rows(
             rows * residual.value, [rows * J for J in (residual.by_q, residual.by_v, residual.by_a)]
         )
-        border = band.coupling([rows * J for J in (residual.by_q, residual.by_v, residual.by_a)], rows * residual.by_phi)
+        border = band.coupling(
+            [rows * J for J in (residual.by_q, residual.by_v, residual.by_a)], rows * residual.by_phi
+        )
         flat = rows * residual.by_phi.reshape(residual.value.size, parameters)
         value = rows * residual.value.ravel()
         band.add_jerk(self.jerk_weight)
@@ -276,7 +282,9 @@ class _Trial:
             for k in range(gram.shape[1])
         )
 
-    def _jerk_gradient(self, c: Float[np.ndarray, "coefficients dofs"]) -> Float[np.ndarray, "coefficients dofs"]:
+    def _jerk_gradient(
+        self, c: Float[np.ndarray, "coefficients dofs"]
+    ) -> Float[np.ndarray, "coefficients dofs"]:
         gram = self.basis.jerk_gram
         product = gram[:, 0, None] * c
         for k in range(1, gram.shape[1]):

@@ -13,6 +13,17 @@ class TrajectorySettings:
     fewest_frames: int = setting(
         20, unit="frames", why="with known forces, for a trial to take part; fewer say nothing about F = ma"
     )
+    heldout: bool = setting(
+        True, unit="", why="residuals on withheld blocks as well; doubles the time of the fit"
+    )
+    heldout_block_s: float = setting(
+        0.22,
+        unit="s",
+        why="long enough that the neighbours' forces do not tell: a third of a stance in walking",
+    )
+    heldout_every: int = setting(
+        3, unit="blocks", why="one in three is withheld, the others hold the inertias"
+    )
     knot_spacing_s: float = setting(
         0.02, unit="s", why="a quintic spline with it differs from the referee's derivatives by less than 1 N"
     )
@@ -29,14 +40,16 @@ class TrajectorySettings:
     residual_force_std_N: float = setting(
         5.0, unit="N", why="5 to 10 N of filtered plates and unmodelled mass; less bends the body"
     )
-    residual_moment_std_Nm: float = setting(5.0, unit="N·m", why="likewise: under a centimetre at body weight")
+    residual_moment_std_Nm: float = setting(
+        5.0, unit="N·m", why="likewise: under a centimetre at body weight"
+    )
     residual_robust_scale: float = setting(
         25.0, unit="", why="in standard deviations, 125 N: beyond it a frame loses influence (Cauchy loss)"
     )
     smoothness: float = setting(
         500.0,
         unit="1/s",
-        why="of ∫(jerk/level)² dt; 300 to 1000 predict withheld steps best in four walks, a run and a drop jump, "
+        why="of ∫(jerk/level)² dt; 300 to 1000 predict withheld steps best in four walks, a run and a jump, "
         "and cost the markers less than 0.5 mm",
     )
     jerk_cutoff_Hz: float = setting(
@@ -49,15 +62,18 @@ class TrajectorySettings:
         0.3, unit="rad", why="pull to the marker fit: dofs that markers barely see would absorb the residual"
     )
     iterations: int = setting(12, unit="", why="ceiling of Gauss-Newton; three or four suffice as a rule")
-    tolerance: float = setting(1.0e-3, unit="", why="relative decrease of the cost at which the fit has converged")
+    tolerance: float = setting(
+        1.0e-3, unit="", why="relative decrease of the cost at which the fit has converged"
+    )
     fit_inertias: bool = setting(True, unit="", why="the moment is limited by segments' masses and centres")
     inertia_prior_weight: float = setting(
         1.0,
         unit="",
-        why="of the scatter below; ten times as much predicts withheld moments worse in four walking recordings "
-        "of four",
+        why="of the scatter below; ten times as much predicts withheld moments worse in four walks of four",
     )
-    mass_std: float = setting(0.03, unit="", why="relative scatter of segment masses in anthropometric tables")
+    mass_std: float = setting(
+        0.03, unit="", why="relative scatter of segment masses in anthropometric tables"
+    )
     com_std_m: float = setting(0.005, unit="m", why="scatter of segments' centres of mass")
     inertia_std: float = setting(0.05, unit="", why="relative scatter of segments' moments of inertia")
     body_mass_std: float = setting(0.01, unit="", why="relative: a scale's reading, clothes and shoes")

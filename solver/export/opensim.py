@@ -8,7 +8,6 @@ TRIAL_id.sto                our joint torques
 TRIAL_id_setup.xml          OpenSim's inverse dynamics of the same files, without a second filter
 """
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -19,8 +18,8 @@ from solver.capture.storage import write_storage
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.inverse_dynamics import counted_wrenches
-from solver.errors import FitError
 from solver.export.opensim_setup import write_external_loads, write_inverse_dynamics_setup
+from solver.export.places import file_stem, made
 from solver.fit import Fit, TrialFit
 from solver.kinematics.motion import Motion
 from solver.skeleton.osim_writer import write_skeleton
@@ -46,23 +45,12 @@ def export_opensim(fit: Fit, folder: Path) -> list[Path]:
         FitError: the folder cannot be made.
         CaptureError, ModelError: a file cannot be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FitError(
-            f"{folder}: cannot be made ({error.strerror}); choose another output folder."
-        ) from error
-    model = folder / "model.osim"
+    model = made(folder) / "model.osim"
     write_skeleton(fit.skeleton, model)
     written = [model]
     for trial in fit.trials:
         written += _export_trial(trial, fit.skeleton, folder)
     return written
-
-
-def file_stem(trial: str) -> str:
-    """A trial's name with what file systems or OpenSim dislike in it replaced by "_"."""
-    return re.sub(r"[^\w.+-]+", "_", trial, flags=re.ASCII).lstrip(".") or "trial"
 
 
 def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path) -> list[Path]:

@@ -15,7 +15,8 @@ def test_the_classes_of_the_paper_are_there():
     assert {
         "walk overground", "walk treadmill", "walk incline", "run overground", "run treadmill", "stairs up",
         "stairs down", "sit-to-stand", "jump", "jump drop jump", "jump squat jump", "jump box jump", "squat",
-        "lunge", "standing", "standing single support", "transition start", "transition end", "other", ERRONEOUS,
+        "lunge", "standing", "standing single support", "transition start", "transition end", "other",
+        ERRONEOUS,
     } <= named  # fmt: skip
 
 

@@ -140,8 +140,8 @@ def test_two_persons_who_differ_are_both_named_and_the_later_edit_counts(edits):
     assert (conflict.earlier.author, conflict.earlier.edit) == ("anna", 1)
     assert (conflict.later.author, conflict.later.edit) == ("ben", 2)
     assert str(conflict) == (
-        "frames 15 to 19, calcn_r: anna says 'notOverForcePlate' (edit 1), ben says 'notMissingGRF' (edit 2); "
-        "the later one, ben's, counts"
+        "frames 15 to 19, calcn_r: anna says 'notOverForcePlate' (edit 1), ben says 'notMissingGRF' (edit 2)"
+        "; the later one, ben's, counts"
     )
 
 

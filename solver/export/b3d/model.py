@@ -1,7 +1,7 @@
 """The model as readers of B3D take it from the file: which coordinates and joints it has, in which order.
 
-They walk from the root down, children in the order of the model file, and hold locked coordinates as degrees of
-freedom that stand still. Coupled coordinates, and joints that have no others (the patellae), are none of theirs.
+They walk from the root down, children in the order of the model file, and hold locked coordinates as degrees
+of freedom that stand still. Coupled coordinates, and joints with no others (the patellae), are not theirs.
 """
 
 from dataclasses import replace

@@ -84,8 +84,8 @@ def central_axis(
 ) -> tuple[Float[np.ndarray, "frames bodies 3"], Float[np.ndarray, "frames bodies 3"]]:
     """Where the wrench's central axis meets the surface [m], and the torque that is left there [N·m].
 
-    That torque is parallel to the force, which a free moment about the vertical is not; the two points are some
-    millimetres apart. While a body is unloaded, its point is the ground origin.
+    That torque is parallel to the force, which a free moment about the vertical is not; the two points are
+    some millimetres apart. While a body is unloaded, its point is the ground origin.
     """
     force, moment = contact.force, contact.moment
     loaded = np.isfinite(contact.height) & (np.abs(force[..., 1]) > SMALLEST_VERTICAL_N)

@@ -19,9 +19,9 @@ def marker_names(captures: Sequence[Capture]) -> tuple[str, ...]:
 def sensor_frames(capture: Capture, names: Sequence[str], plates: int) -> SensorFrames:
     """Markers in the order of `names`, NaN where unseen; plates, and zeros up to as many as `plates`.
 
-    Force and moment are resampled to the markers' frames, and turned to act on the person; nothing else is done
-    to them. The moment is about the stored centre of pressure, or about the ground origin while there is none.
-    NaN on frames that the recording doesn't cover.
+    Force and moment are resampled to the markers' frames, and turned to act on the person; nothing else is
+    done to them. The moment is about the stored centre of pressure, or about the ground origin while there is
+    none. NaN on frames that the recording doesn't cover.
     """
     frames = capture.markers.frames
     cop, torque, force = np.zeros((3, frames, plates, 3))
@@ -58,4 +58,9 @@ def _wrench_at_frames(
     at_frames, covered = resampled(on_person, times)
     cop = np.nan_to_num(at_frames.cop_ground)
     torque = at_frames.moment_ground - cross(cop, at_frames.force_ground)
-    return tuple(np.where(covered[:, None], part, np.nan) for part in (cop, torque, at_frames.force_ground))
+    outside = ~covered[:, None]
+    return (
+        np.where(outside, np.nan, cop),
+        np.where(outside, np.nan, torque),
+        np.where(outside, np.nan, at_frames.force_ground),
+    )

@@ -40,7 +40,9 @@ def test_derivatives_match_finite_differences(parameters):
         for k in range(10):
             shift = np.zeros_like(phi)
             shift[10 * g + k] = step
-            numerical = (parameters.pseudo_inertias(phi + shift) - parameters.pseudo_inertias(phi - shift)) / (2 * step)
+            numerical = (
+                parameters.pseudo_inertias(phi + shift) - parameters.pseudo_inertias(phi - shift)
+            ) / (2 * step)
             for b in np.flatnonzero(parameters.group == g):
                 np.testing.assert_allclose(D[b, k], numerical[b], atol=1e-8)
 

@@ -28,7 +28,8 @@ def test_derivatives_match_finite_differences(crane, state):
             (terms.by_a, (q, v, a + shift), (q, v, a - shift)),
         ):
             numerical = (
-                momentum_terms(model, *ahead, measured).residual - momentum_terms(model, *behind, measured).residual
+                momentum_terms(model, *ahead, measured).residual
+                - momentum_terms(model, *behind, measured).residual
             ) / (2 * step)
             np.testing.assert_allclose(analytic[:, :, j], numerical, rtol=1e-5, atol=1e-5)
 
@@ -37,7 +38,11 @@ def test_demanded_wrench_is_the_rate_of_momentum_of_the_bodies(crane, crane_q):
     """Newton and Euler from body positions alone, differenced in time."""
     rate = 2000.0
     t = np.arange(-3, 4) / rate
-    start, speed, push = crane_q[40], np.linspace(-1, 1, crane_q.shape[1]), np.linspace(3, -2, crane_q.shape[1])
+    start, speed, push = (
+        crane_q[40],
+        np.linspace(-1, 1, crane_q.shape[1]),
+        np.linspace(3, -2, crane_q.shape[1]),
+    )
     q = start + t[:, None] * speed + t[:, None] ** 2 / 2 * push
     R, o = body_poses(crane, q)
     masses = np.array([b.mass for b in crane.bodies])

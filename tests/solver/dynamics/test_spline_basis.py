@@ -15,7 +15,9 @@ def test_equals_scipys_splines(frames, spacing):
     spline = BSpline(knots, coefficients, 5)
     times = np.arange(frames) / rate
     for order in range(3):
-        np.testing.assert_allclose(basis.evaluate(coefficients, order), spline(times, nu=order), rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(
+            basis.evaluate(coefficients, order), spline(times, nu=order), rtol=1e-9, atol=1e-9
+        )
 
 
 def test_jerk_gram_is_the_integral_of_the_squared_third_derivative():
@@ -28,6 +30,7 @@ def test_jerk_gram_is_the_integral_of_the_squared_third_derivative():
     jerk = BSpline(knots, c, 5)(fine, nu=3)
     numerical = np.trapezoid(jerk**2, fine)
     full = sum(
-        (1 if k == 0 else 2) * (c[: len(c) - k] * c[k:] * basis.jerk_gram[: len(c) - k, k]).sum() for k in range(6)
+        (1 if k == 0 else 2) * (c[: len(c) - k] * c[k:] * basis.jerk_gram[: len(c) - k, k]).sum()
+        for k in range(6)
     )
     assert full == pytest.approx(numerical, rel=1e-6)

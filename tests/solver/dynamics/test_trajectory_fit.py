@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from solver.dynamics.momentum_terms import momentum_terms
 from solver.dynamics.spline_band import CoefficientBand
 from solver.dynamics.spline_basis import spline_basis
 from solver.dynamics.trajectory_fit import TrialData, _Solver, fit_trajectories
@@ -14,11 +15,12 @@ SETTINGS = TrajectorySettings(knot_spacing_s=0.04)
 
 
 def demanded(skeleton, motion):
-    """Force and moment about the ground origin, frame by frame, from Pinocchio's inverse dynamics of the root."""
+    """Force and moment about the ground origin, frame by frame."""
     model = RigidBodyModel(skeleton)
-    from solver.dynamics.momentum_terms import momentum_terms
 
-    terms = momentum_terms(model, motion.q, motion.velocity, motion.acceleration, np.zeros((motion.frames, 6)))
+    terms = momentum_terms(
+        model, motion.q, motion.velocity, motion.acceleration, np.zeros((motion.frames, 6))
+    )
     wrench = terms.residual.copy()
     wrench[:, 3:] += np.cross(terms.com_ground, wrench[:, :3])
     return wrench
@@ -91,13 +93,16 @@ def test_gradient_of_the_whole_cost_matches_finite_differences(crane, trial):
         direction = rng.normal(size=c.shape)
         direction /= np.abs(direction).max()
         step = 1e-6
-        numerical = (part.cost(c + step * direction, model) - part.cost(c - step * direction, model)) / (2 * step)
+        numerical = (part.cost(c + step * direction, model) - part.cost(c - step * direction, model)) / (
+            2 * step
+        )
         analytic = 2 * (system.gradient * direction).sum()
         assert numerical == pytest.approx(analytic, rel=1e-4)
     direction = rng.normal(size=phi.shape)
     step = 1e-6
     numerical = (
-        part.cost(c, solver._model(phi + step * direction)) - part.cost(c, solver._model(phi - step * direction))
+        part.cost(c, solver._model(phi + step * direction))
+        - part.cost(c, solver._model(phi - step * direction))
     ) / (2 * step)
     assert numerical == pytest.approx(2 * (system.gradient_corner @ direction), rel=1e-5)
 

@@ -1,0 +1,75 @@
+"""Whether a foot's motion is that of a foot on the ground: some corner of its sole moves with the surface."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from solver.contact.detection_settings import DetectionSettings
+
+
+def slip_speeds(
+    corners_ground: Sequence[Float[np.ndarray, "frames corners 3"]],
+    loaded: Bool[np.ndarray, "frames feet"],
+    rate: float,
+    settings: DetectionSettings,
+) -> Float[np.ndarray, "frames feet"]:
+    """Speed at which each foot's slowest low corner moves against the surface it would stand on [m/s].
+
+    The surface's velocity is learnt from loaded soles near in time: nothing on a floor, the belt's on a
+    treadmill, also while it changes. No height is asked for: a step of a staircase is as good as the floor.
+
+    Args:
+        corners_ground: of each foot's sole [m], filtered.
+        loaded: frames on which a plate carries the foot.
+        rate: [Hz].
+        settings: thresholds.
+    """
+    velocities = [np.gradient(corners, 1.0 / rate, axis=0) for corners in corners_ground]
+    slowest = [_touching_velocity(c, v) for c, v in zip(corners_ground, velocities, strict=True)]
+    surface = _surface_velocity(np.stack(slowest, axis=1), loaded, rate, settings.belt_window_s)
+    columns = []
+    for f, (corners, velocity) in enumerate(zip(corners_ground, velocities, strict=True)):
+        height = corners[..., 1]
+        low = height <= height.min(axis=1, keepdims=True) + settings.lowest_part_m
+        against = velocity.copy()
+        against[..., [0, 2]] -= surface[:, f, None]
+        speed = np.linalg.norm(against, axis=2)
+        columns.append(np.where(low, speed, np.inf).min(axis=1))
+    return np.stack(columns, axis=1)
+
+
+def _touching_velocity(
+    corners: Float[np.ndarray, "frames corners 3"], velocity: Float[np.ndarray, "frames corners 3"]
+) -> Float[np.ndarray, "frames 2"]:
+    """Horizontal velocity of the lowest corner [m/s]."""
+    lowest = corners[..., 1].argmin(axis=1)
+    return velocity[np.arange(len(corners)), lowest][:, [0, 2]]
+
+
+def _surface_velocity(
+    velocity: Float[np.ndarray, "frames feet 2"],
+    loaded: Bool[np.ndarray, "frames feet"],
+    rate: float,
+    window_s: float,
+) -> Float[np.ndarray, "frames feet 2"]:
+    """Median over loaded frames near in time, of the same foot where it has any; zero without any."""
+    surface = np.zeros_like(velocity)
+    reach = round(window_s * rate)
+    own = [np.flatnonzero(loaded[:, f]) for f in range(loaded.shape[1])]
+    for f in range(loaded.shape[1]):
+        others = [(g, own[g]) for g in range(loaded.shape[1]) if g != f]
+        for t in range(0, len(velocity)):
+            near = _near(own[f], t, reach)
+            pool = velocity[near, f]
+            if not len(near):
+                pool = np.concatenate([velocity[_near(k, t, reach), g] for g, k in others] or [pool])
+            if not len(pool):
+                pool = np.concatenate([velocity[k, g] for g, k in enumerate(own)])
+            if len(pool):
+                surface[t, f] = np.median(pool, axis=0)
+    return surface
+
+
+def _near(frames: np.ndarray, t: int, reach: int) -> np.ndarray:
+    return frames[np.searchsorted(frames, t - reach) : np.searchsorted(frames, t + reach + 1)]

@@ -1,0 +1,122 @@
+"""A trial as one table, a row a frame, for pandas, R, Excel: CSV or Parquet, the unit in each column's name."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet
+from jaxtyping import Float
+
+from solver.capture.atomic import whole_file
+from solver.contact.wrenches import ContactWrenches, FrameMask
+from solver.dynamics.dynamics import Dynamics
+from solver.export.places import file_stem, made
+from solver.fit import Fit, TrialFit
+from solver.kinematics.marker_errors import MarkerErrors
+from solver.kinematics.motion import Motion
+from solver.skeleton.skeleton import Skeleton
+
+Columns = dict[str, np.ndarray]
+UNITS = {"rotation": ("rad", "moment_Nm"), "translation": ("m", "force_N")}
+CSV_OPTIONS = pa.csv.WriteOptions(quoting_style="needed")
+
+
+def export_csv(fit: Fit, folder: Path) -> list[Path]:
+    """Write TRIAL.csv for every trial; numbers keep every digit, a cell without a number stays empty.
+
+    Raises:
+        FitError, CaptureError: the folder cannot be made, or not written to.
+    """
+    return _export(fit, folder, ".csv", lambda table, file: pa.csv.write_csv(table, file, CSV_OPTIONS))
+
+
+def export_parquet(fit: Fit, folder: Path) -> list[Path]:
+    """Write TRIAL.parquet for every trial; a cell without a number is null.
+
+    Raises:
+        FitError, CaptureError: the folder cannot be made, or not written to.
+    """
+    return _export(fit, folder, ".parquet", pa.parquet.write_table)
+
+
+def trial_columns(trial: TrialFit, skeleton: Skeleton) -> Columns:
+    """Everything about a trial that has one value a frame; NaN where there is none.
+
+    The motion is the one that torques and residuals were computed on.
+    """
+    motion = trial.dynamics.motion if trial.dynamics else trial.motion
+    columns = {"frame": np.arange(motion.frames), "time_s": motion.times}
+    columns |= _of_motion(motion, skeleton)
+    if trial.dynamics is not None:
+        columns |= _of_dynamics(trial.dynamics, skeleton)
+    if trial.contacts is not None and trial.mask is not None:
+        columns |= _of_contacts(trial.contacts, trial.mask)
+    return columns | _of_markers(trial.marker_errors)
+
+
+def _export(
+    fit: Fit, folder: Path, suffix: str, write: Callable[[pa.Table, BinaryIO], object]
+) -> list[Path]:
+    written = []
+    for trial in fit.trials:
+        path = made(folder) / f"{file_stem(trial.capture.name)}{suffix}"
+        columns = trial_columns(trial, fit.skeleton)
+        table = pa.table({name: pa.array(values, from_pandas=True) for name, values in columns.items()})
+        with whole_file(path) as file:
+            write(table, file)
+        written.append(path)
+    return written
+
+
+def _of_motion(motion: Motion, skeleton: Skeleton) -> Columns:
+    units = [UNITS.get(c.motion, UNITS["translation"])[0] for c in skeleton.free_coordinates]
+    columns = {}
+    for values, per in ((motion.q, ""), (motion.velocity, "_s"), (motion.acceleration, "_s2")):
+        columns |= {f"{d}_{u}{per}": values[:, i] for i, (d, u) in enumerate(zip(motion.dofs, units, strict=True))}
+    return columns
+
+
+def _of_dynamics(dynamics: Dynamics, skeleton: Skeleton) -> Columns:
+    kinds = [UNITS.get(c.motion, UNITS["translation"])[1] for c in skeleton.free_coordinates]
+    torques = {f"{dof}_{kind}": dynamics.joint_torques[:, i] for i, (dof, kind) in enumerate(zip(skeleton.dofs, kinds))}
+    return {
+        **torques,
+        **_wrench("residual", dynamics.residual_root),
+        **_wrench("residual_raw", dynamics.residual_raw_root),
+        **_vector("root_joint", "m", dynamics.root_ground),
+        **_vector("com", "m", dynamics.com_ground),
+        "used": dynamics.used,
+    }
+
+
+def _of_contacts(contacts: ContactWrenches, mask: FrameMask) -> Columns:
+    columns: Columns = {}
+    for f, foot in enumerate(contacts.foot_bodies):
+        columns |= _wrench(foot, contacts.wrench_ground[:, f])
+        columns |= _vector(f"{foot}_cop", "m", contacts.cop_ground[:, f])
+        columns[f"{foot}_counts"] = mask.counts[:, f]
+    return columns | {"missing_force": _reasons(mask)}
+
+
+def _of_markers(errors: MarkerErrors) -> Columns:
+    return {"marker_rms_m": errors.rms_per_frame, "marker_max_m": errors.maximum_per_frame}
+
+
+def _wrench(name: str, wrench: Float[np.ndarray, "frames 6"]) -> Columns:
+    return _vector(f"{name}_force", "N", wrench[:, :3]) | _vector(f"{name}_moment", "Nm", wrench[:, 3:])
+
+
+def _vector(name: str, unit: str, values: Float[np.ndarray, "frames 3"]) -> Columns:
+    return {f"{name}_{axis}_{unit}": values[:, i] for i, axis in enumerate("xyz")}
+
+
+def _reasons(mask: FrameMask) -> np.ndarray:
+    """Why a frame's force does not count; several reasons are joined, no reason is an empty text."""
+    texts: list[list[str]] = [[] for _ in mask.counts]
+    for start, end, foot, reason in mask.reasons:
+        for frame in range(start, end):
+            texts[frame].append(f"{foot}: {reason}" if foot else reason)
+    return np.array(["; ".join(dict.fromkeys(text)) for text in texts], dtype=object)

@@ -1,0 +1,46 @@
+import numpy as np
+import pytest
+
+from annotations.agreement import agreement
+
+
+def labels(*runs, frames=10):
+    missing = np.zeros((frames, 1), dtype=bool)
+    for start, end in runs:
+        missing[start:end] = True
+    return missing
+
+
+def test_the_worked_example_of_cohens_kappa():
+    # 50 cases: both yes 20, first only 5, second only 10, both no 15; 0.7 observed, 0.5 by chance
+    one = labels((0, 25), frames=50)
+    other = labels((0, 20), (25, 35), frames=50)
+    found = agreement(one, other)
+    assert found.same == pytest.approx(0.7)
+    assert found.kappa == pytest.approx(0.4)
+    assert found.differ == ((20, 35),)
+
+
+def test_the_same_labels_agree_wholly_and_opposite_ones_are_worse_than_chance():
+    one = labels((2, 7))
+    assert agreement(one, one).kappa == 1
+    assert agreement(one, one).differ == ()
+    assert agreement(one, ~one).kappa == pytest.approx(-1)
+
+
+def test_independent_labels_agree_as_chance_would():
+    rng = np.random.default_rng(1)
+    one, other = (rng.random((20_000, 2)) < share for share in (0.3, 0.6))
+    assert abs(agreement(one, other).kappa) < 0.02
+
+
+def test_one_label_throughout_says_nothing():
+    found = agreement(labels(), labels())
+    assert np.isnan(found.kappa)
+    assert found.same == 1
+
+
+def test_frames_differ_when_one_foot_does():
+    one, other = np.zeros((10, 2), dtype=bool), np.zeros((10, 2), dtype=bool)
+    one[3:5, 0] = other[5:6, 1] = other[8, :] = True
+    assert agreement(one, other).differ == ((3, 6), (8, 9))

@@ -1,0 +1,154 @@
+"""The log on a disk: what is appended comes back, through restarts and from several hands at once."""
+
+import multiprocessing
+import sqlite3
+import threading
+from datetime import UTC, datetime
+
+import pytest
+
+from annotations.errors import ReviewError
+from annotations.events import ClearRange, FlagRange, ImportLabels, Redo, SetStatus, Status, Undo
+from annotations.log import ReviewLog
+
+FLAG = FlagRange(10, 20, "notOverForcePlate", "calcn_r", "à côté")
+FEET = ("calcn_r", "calcn_l")
+
+
+def test_an_edit_comes_back_with_who_when_and_what(log):
+    before = datetime.now(UTC)
+    number = log.append("walk", FLAG, "anna")
+    (edit,) = log.history("walk")
+    assert (edit.number, edit.trial, edit.author, edit.event) == (number, "walk", "anna", FLAG)
+    assert before <= edit.made_at <= datetime.now(UTC)
+    assert edit.made_at.utcoffset().total_seconds() == 0
+
+
+def test_trials_are_kept_apart(log):
+    log.append("walk", FLAG, "anna")
+    log.append("run", SetStatus(Status.FINISHED), "anna")
+    assert log.trials() == ("run", "walk")
+    assert log.review("run", FEET).flags == ()
+    assert [edit.trial for edit in log.history()] == ["walk", "run"]
+    with pytest.raises(ReviewError, match="jump: nothing of anna's to undo"):
+        log.undo("jump", "anna")
+
+
+def test_subjects_in_one_database_are_kept_apart(path):
+    with ReviewLog.open(path, "S1") as first, ReviewLog.open(path, "S2") as second:
+        first.append("walk", FLAG, "anna")
+        assert second.history() == ()
+        assert second.trials() == ()
+        with pytest.raises(ReviewError, match="edit 1 is not one of this trial's"):
+            second.append("walk", Undo(1), "anna")
+
+
+def test_undo_and_redo_go_on_after_a_restart(path):
+    with ReviewLog.open(path) as log:
+        numbers = [log.append("walk", FlagRange(k, k + 1, "manualReview"), "anna") for k in range(3)]
+        assert log.undo("walk", "anna").number == numbers[2]
+    with ReviewLog.open(path) as log:
+        assert log.undo("walk", "anna").number == numbers[1]
+        assert [flag.start for flag in log.review("walk", FEET).flags] == [0]
+    with ReviewLog.open(path) as log:
+        assert log.redo("walk", "anna").number == numbers[1]
+        assert log.redo("walk", "anna").number == numbers[2]
+        assert [flag.start for flag in log.review("walk", FEET).flags] == [0, 1, 2]
+        assert len(log.history("walk")) == 7
+
+
+def test_a_reviewers_own_opinion_stands_on_what_was_imported(log):
+    log.append("walk", ImportLabels(((0, 5),), 30, True), "imported")
+    log.append("walk", FLAG, "anna")
+    log.append("walk", ClearRange(0, 30), "ben")
+    starts = {name: [f.start for f in log.review("walk", FEET, by=name).flags] for name in ("anna", "ben")}
+    assert starts == {"anna": [0, 10], "ben": []}
+    assert [f.start for f in log.review("walk", FEET, by="imported").flags] == [0]
+    assert log.review("walk", FEET, by="anna").conflicts == ()
+
+
+@pytest.mark.parametrize(
+    ("event", "author", "said"),
+    [
+        (FLAG, " ", "needs an author's name"),
+        (FLAG, "imported", "a person needs another name"),
+        (ImportLabels((), 3, False), "anna", "'imported' stands for labels from files"),
+        (Undo(1), "ben", "edit 1 is anna's, not ben's"),
+        (Undo(7), "anna", "edit 7 is not one of this trial's"),
+        (Redo(1), "anna", "nothing of anna's to redo"),
+    ],
+)
+def test_a_wrong_edit_is_refused_and_leaves_no_trace(log, event, author, said):
+    log.append("walk", FLAG, "anna")
+    with pytest.raises(ReviewError, match=f"walk: .*{said}"):
+        log.append("walk", event, author)
+    assert len(log.history()) == 1
+
+
+def test_an_edit_can_be_neither_changed_nor_removed(log, path):
+    log.append("walk", FLAG, "anna")
+    with sqlite3.connect(path) as raw:
+        for statement in ("UPDATE edits SET author = 'ben'", "DELETE FROM edits"):
+            with pytest.raises(sqlite3.IntegrityError, match="append-only"):
+                raw.execute(statement)
+    raw.close()
+
+
+def test_another_hand_sees_an_edit_at_once(log, path):
+    with ReviewLog.open(path) as other:
+        log.append("walk", FLAG, "anna")
+        assert other.review("walk", FEET).flags[0].author == "anna"
+        other.append("walk", ClearRange(10, 20, "calcn_r"), "ben")
+        assert log.review("walk", FEET).flags == ()
+        assert len(log.review("walk", FEET).conflicts) == 1
+
+
+def test_threads_share_a_log(log):
+    def flag(author):
+        for k in range(20):
+            log.append("walk", FlagRange(k, k + 1, "manualReview"), author)
+
+    threads = [threading.Thread(target=flag, args=(name,)) for name in ("anna", "ben", "cleo", "dora")]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sorted(edit.number for edit in log.history()) == list(range(1, 81))
+
+
+def append_many(path, author, count):
+    with ReviewLog.open(path) as log:
+        for k in range(count):
+            log.append("walk", FlagRange(k, k + 1, "manualReview"), author)
+
+
+def test_programs_that_open_a_new_log_at_once_lose_nothing(path):
+    spawn = multiprocessing.get_context("spawn")
+    authors = ("anna", "ben", "cleo")
+    programs = [spawn.Process(target=append_many, args=(path, author, 30)) for author in authors]
+    for program in programs:
+        program.start()
+    for program in programs:
+        program.join()
+        assert program.exitcode == 0
+    with ReviewLog.open(path) as log:
+        edits = log.history("walk")
+    for author in authors:
+        assert [edit.event.start for edit in edits if edit.author == author] == list(range(30))
+
+
+def test_two_undos_at_once_take_back_two_edits(log, path):
+    for k in range(40):
+        log.append("walk", FlagRange(k, k + 1, "manualReview"), "anna")
+    undone = []
+
+    def undo():
+        with ReviewLog.open(path) as own:
+            undone.extend(own.undo("walk", "anna").number for _ in range(10))
+
+    threads = [threading.Thread(target=undo) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sorted(undone) == list(range(11, 41))
