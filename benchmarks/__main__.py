@@ -24,13 +24,13 @@ SPEED_TRIALS = {
 
 PAGE = """# Results
 
-{date}, Python {python}, one core of a shared 2-core machine. Made by `make bench`. CPU seconds; best compared as a
-ratio within one run.
+{date}, Python {python}, one core of a shared 2-core machine. Made by `make bench`. CPU seconds;
+best compared as a ratio within one run.
 
 ## Marker errors
 
 Against the raw markers, every marker that model and recording share, after the whole fit (kinematics and
-dynamics); the generic model is scaled by us. The engine is AddBiomechanics, measured beforehand, not in this run.
+dynamics); the generic model is scaled by us. The engine is AddBiomechanics, measured beforehand.
 
 {markers}
 
@@ -40,10 +40,10 @@ Not fitted:
 
 ## Residuals at the root
 
-External wrench that the motion demands less the measured one: force, and moment about the root joint's centre in
-the ground frame, RMS over the frames used. Mask `none`: nobody reviewed the recording. Withheld: forces of every
-third block of 0.22 s were kept from the fit and then predicted. Referee: OpenSim's inverse dynamics on our
-exported files, without a filter.
+External wrench that the motion demands less the measured one: force, and moment about the root joint's centre
+in the ground frame, RMS over the frames used. Mask `none`: nobody reviewed the recording. Withheld: forces of
+every third block of 0.22 s were kept from the fit and then predicted. Referee: OpenSim's inverse dynamics on
+our exported files, without a filter.
 
 {residuals}
 

@@ -1,4 +1,4 @@
-"""Root residuals of every trial with forces: ours, on withheld blocks, the referee's, and the markers' alone."""
+"""Root residuals of every trial with forces: ours, on withheld blocks, the referee's, the markers' alone."""
 
 import tempfile
 from collections.abc import Sequence
@@ -87,8 +87,7 @@ def _cells(name: str, fit: Fit, trial: TrialFit, ours: dict, slow: dict) -> tupl
         + (f" ({100 * before['marker_rms_m']:.2f} / {100 * before['marker_max_m']:.1f})" if before else ""),
         _residual(own, "linear_residual", "angular_residual"),
         _residual(own, "linear_residual_raw", "angular_residual_raw", short=True),
-        f"{_residual(heldout, 'linear_residual', 'angular_residual', short=True)} "
-        f"({_residual(heldout, 'kinematics_only_linear_residual', 'kinematics_only_angular_residual', short=True)})"
+        f"{_residual(heldout, 'linear_residual', 'angular_residual', short=True)} ({_before(heldout)})"
         if heldout
         else "too short",
         _residual(plain, "linear_residual", "angular_residual", short=True),
@@ -105,6 +104,12 @@ def _residual(figures: dict, linear: str, angular: str, *, short: bool = False) 
     return (
         f"{text} ({force['rms_BW']:.3f} BW, {moment['rms_BWh']:.4f} BW·h; "
         f"mean norms {force['mean_norm_N']:.1f} N, {moment['mean_norm_Nm']:.1f} N·m)"
+    )
+
+
+def _before(heldout: dict) -> str:
+    return _residual(
+        heldout, "kinematics_only_linear_residual", "kinematics_only_angular_residual", short=True
     )
 
 

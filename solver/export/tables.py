@@ -57,9 +57,7 @@ def trial_columns(trial: TrialFit, skeleton: Skeleton) -> Columns:
     return columns | _of_markers(trial.marker_errors)
 
 
-def _export(
-    fit: Fit, folder: Path, suffix: str, write: Callable[[pa.Table, BinaryIO], object]
-) -> list[Path]:
+def _export(fit: Fit, folder: Path, suffix: str, write: Callable[[pa.Table, BinaryIO], object]) -> list[Path]:
     written = []
     for trial in fit.trials:
         path = made(folder) / f"{file_stem(trial.capture.name)}{suffix}"
@@ -72,16 +70,16 @@ def _export(
 
 
 def _of_motion(motion: Motion, skeleton: Skeleton) -> Columns:
-    units = [UNITS.get(c.motion, UNITS["translation"])[0] for c in skeleton.free_coordinates]
+    names = [f"{c.name}_{UNITS[c.motion][0]}" for c in skeleton.free_coordinates]
     columns = {}
     for values, per in ((motion.q, ""), (motion.velocity, "_s"), (motion.acceleration, "_s2")):
-        columns |= {f"{d}_{u}{per}": values[:, i] for i, (d, u) in enumerate(zip(motion.dofs, units, strict=True))}
+        columns |= {f"{name}{per}": values[:, i] for i, name in enumerate(names)}
     return columns
 
 
 def _of_dynamics(dynamics: Dynamics, skeleton: Skeleton) -> Columns:
-    kinds = [UNITS.get(c.motion, UNITS["translation"])[1] for c in skeleton.free_coordinates]
-    torques = {f"{dof}_{kind}": dynamics.joint_torques[:, i] for i, (dof, kind) in enumerate(zip(skeleton.dofs, kinds))}
+    names = [f"{c.name}_{UNITS[c.motion][1]}" for c in skeleton.free_coordinates]
+    torques = {name: dynamics.joint_torques[:, i] for i, name in enumerate(names)}
     return {
         **torques,
         **_wrench("residual", dynamics.residual_root),

@@ -36,6 +36,12 @@ class MarkerErrors:
             return np.sqrt(squares.sum(axis=1) / seen.sum(axis=1))
 
     @property
+    def maximum_per_frame(self) -> Float[np.ndarray, " frames"]:
+        """Largest distance of each frame [m]; NaN on frames without any."""
+        largest = np.where(np.isfinite(self.distance), self.distance, -np.inf).max(axis=1, initial=-np.inf)
+        return np.where(np.isfinite(largest), largest, np.nan)
+
+    @property
     def rms_frame_mean(self) -> float:
         """Mean over frames of the per-frame RMS, as peers print it [m]."""
         return float(np.nanmean(self.rms_per_frame))

@@ -62,3 +62,19 @@ def test_a_moved_folder_is_the_same_subject(subject, tmp_path):
         path.rename(moved / path.name)
     walk = TrialFiles("walk", moved / "walk.trc", moved / "walk.mot")
     assert provenance_of(replace(subject, folder=moved, model=moved / "model.osim"), [walk]) == before
+
+
+def test_a_review_of_a_fitted_trial_counts_down_to_foot_reason_and_frame(subject):
+    walk = subject.trials[:1]
+    reviews = [
+        None,
+        {"walk": ()},
+        {"walk": ((5, 9, None, "manualReview"),)},
+        {"walk": ((5, 9, "calcn_r", "manualReview"),)},
+        {"walk": ((5, 9, "calcn_r", "missingBlip"),)},
+        {"walk": ((5, 10, "calcn_r", "missingBlip"),)},
+    ]
+    records = [provenance_of(subject, walk, review) for review in reviews]
+    assert all(one != other for k, one in enumerate(records) for other in records[:k])
+    assert provenance_of(subject, walk, {"walk": [(5, 9, None, "manualReview")]}) == records[2]
+    assert provenance_of(subject, walk, {"run": ((5, 9, None, "manualReview"),)}) == records[0]

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -26,6 +27,8 @@ from solver.export.b3d.schema import (
     TrialType,
 )
 from solver.export.b3d.sensor_frames import corners, marker_names, sensor_frames
+from solver.export.b3d.writer import write_b3d
+from solver.export.places import file_stem, made
 from solver.fit import Fit, TrialFit
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
@@ -71,6 +74,18 @@ def fit_to_b3d(fit: Fit) -> B3dFile:
         trials.append(B3dTrial(_trial_header(trial, headers), sensors, frames))
     types = sorted({about.type for trial in trials for about in trial.header.processing_pass_header})
     return B3dFile(_header(fit, bodies, names, types, trials), tuple(trials))
+
+
+def export_b3d(fit: Fit, folder: Path) -> list[Path]:
+    """Write SUBJECT.b3d.
+
+    Raises:
+        FitError, CaptureError: the folder cannot be made, or not written to.
+        ModelError: as `fit_to_b3d`.
+    """
+    path = made(folder) / f"{file_stem(fit.subject.name)}.b3d"
+    write_b3d(fit_to_b3d(fit), path)
+    return [path]
 
 
 def _passes(trial: TrialFit) -> list[_Pass]:
@@ -161,7 +176,7 @@ def _pass_header(fit: Fit, trial: TrialFit, one: _Pass, frames: PassFrames) -> P
         dof_velocities_finite_differenced=np.ones(len(dofs), dtype=bool),
         dof_acceleration_finite_differenced=np.ones(len(dofs), dtype=bool),
         marker_rms=one.errors.rms_per_frame,
-        marker_max=_largest(one.errors),
+        marker_max=one.errors.maximum_per_frame,
         linear_residual=linear,
         angular_residual=angular,
         joints_max_velocity=np.abs(frames.vel).max(axis=1),
@@ -195,12 +210,6 @@ def _observed(skeleton: Skeleton, errors: MarkerErrors) -> Bool[np.ndarray, " do
     moving = {kinematics.skeleton.dofs[dof] for dof in kinematics.chain.dof[moves]}
     locked = {c.name for c in skeleton.coordinates if c.locked}
     return np.array([name in moving - locked for name in dofs_in_order(skeleton)])
-
-
-def _largest(errors: MarkerErrors) -> Float[np.ndarray, " frames"]:
-    """Largest marker error of each frame [m]; NaN on frames without markers."""
-    largest = np.where(np.isfinite(errors.distance), errors.distance, -np.inf).max(axis=1, initial=-np.inf)
-    return np.where(np.isfinite(largest), largest, np.nan)
 
 
 def _conditioning(fit: Fit) -> ConditioningSettings | None:

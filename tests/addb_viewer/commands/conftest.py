@@ -1,6 +1,7 @@
 """The command line with a solve made by hand behind it."""
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -20,6 +21,7 @@ class CommandLine:
 
     subject: Subject
     solves: list[tuple[str, ...] | None] = field(default_factory=list)
+    reviews: list[Mapping[str, object]] = field(default_factory=list)  # handed over with each solve
     failure: BaseException | None = None
 
     def __call__(self, *arguments: object) -> Result:
@@ -35,8 +37,9 @@ def command_line(small_fit: Fit, monkeypatch: pytest.MonkeyPatch) -> CommandLine
         trial.markers.write_text(f"markers of {trial.name}")
     line = CommandLine(subject)
 
-    def solve(subject, settings, *, trials, progress):
+    def solve(subject, settings, *, trials, reviews, progress):
         line.solves.append(trials)
+        line.reviews.append(reviews)
         progress("inverse kinematics", 0.5)
         if line.failure is not None:
             raise line.failure
@@ -46,7 +49,7 @@ def command_line(small_fit: Fit, monkeypatch: pytest.MonkeyPatch) -> CommandLine
             small_fit,
             trials=tuple(fit for fit in small_fit.trials if fit.capture.name in names),
             settings=as_dict(settings),
-            provenance=provenance_of(subject, chosen),
+            provenance=provenance_of(subject, chosen, reviews),
         )
 
     monkeypatch.setattr("addb_viewer.commands.solving.solve", solve)

@@ -1,0 +1,100 @@
+"""What reaches the solver of people's decisions, and that an edit makes the kept fit stale."""
+
+import json
+
+import pytest
+
+from addb_viewer.review_store import open_log
+from annotations.events import ClearRange, FlagRange, SetStatus, Status
+
+FLAG = FlagRange(1, 3, "notOverForcePlate", "thigh")
+
+
+@pytest.fixture
+def reviewed(command_line):
+    """The log of the subject whose only foot is called 'thigh'."""
+    from dataclasses import replace
+
+    command_line.subject = replace(command_line.subject, foot_bodies=("thigh",))
+    with open_log(command_line.subject.folder) as log:
+        yield log
+
+
+@pytest.fixture
+def feet(monkeypatch, command_line, reviewed):
+    from dataclasses import replace
+
+    monkeypatch.setattr(
+        "addb_viewer.commands.solving.open_subject",
+        lambda folder: replace(command_line.subject, folder=folder),
+    )
+
+
+pytestmark = pytest.mark.usefixtures("feet")
+
+
+def test_only_trials_that_a_person_decided_on_are_handed_over(command_line, reviewed):
+    folder = command_line.subject.folder
+    command_line("fit", folder)
+    reviewed.append("walk", FLAG, "anna")
+    command_line("fit", folder)
+    reviewed.append("no/forces", SetStatus(Status.FINISHED), "anna")
+    command_line("fit", folder)
+    flagged = ((1, 3, "thigh", "notOverForcePlate"),)
+    assert command_line.reviews == [{}, {"walk": flagged}, {"walk": flagged, "no/forces": ()}]
+
+
+def test_an_edit_makes_the_fit_stale_and_its_undo_current_again(command_line, reviewed, monkeypatch):
+    monkeypatch.setattr("addb_viewer.commands.export.export_opensim", lambda fit, folder: [])
+    folder = command_line.subject.folder
+    command_line("fit", folder)
+    solves = []
+    for edit in (
+        lambda: reviewed.append("walk", FLAG, "anna"),
+        lambda: None,
+        lambda: reviewed.append("walk", ClearRange(1, 2, "thigh"), "anna"),
+        lambda: reviewed.append("walk", FlagRange(1, 3, "notOverForcePlate", "thigh", "a note"), "anna"),
+    ):
+        edit()
+        assert command_line("export", folder, "--to", "opensim").exit_code == 0
+        solves.append(len(command_line.solves))
+    assert solves == [2, 2, 3, 4]
+    reviewed.undo("walk", "anna")
+    reviewed.undo("walk", "anna")
+    command_line("export", folder, "--to", "opensim")
+    assert command_line.reviews[-1] == command_line.reviews[1]
+
+
+@pytest.mark.parametrize("command", [("fit",), ("export", "--to", "opensim")])
+def test_a_review_can_be_ignored(command_line, reviewed, monkeypatch, command):
+    monkeypatch.setattr("addb_viewer.commands.export.export_opensim", lambda fit, folder: [])
+    reviewed.append("walk", FLAG, "anna")
+    folder = command_line.subject.folder
+    assert command_line(command[0], folder, *command[1:], "--ignore-review").exit_code == 0
+    assert command_line.reviews == [{}]
+
+
+def test_disagreement_and_lost_trials_come_up_in_the_job_s_notes(command_line, reviewed):
+    from addb_viewer.commands.solving import job_for
+
+    reviewed.append("walk", FLAG, "anna")
+    reviewed.append("walk", ClearRange(0, 4), "ben")
+    reviewed.append("wlak", FLAG, "anna")
+    notes = job_for(command_line.subject.folder).subject.notes
+    assert any(note.startswith("walk: frames 1 to 2: anna says 'notOverForcePlate'") for note in notes)
+    assert "annotations.sqlite: has edits of trials that the subject does not have: wlak" in notes
+
+
+def test_a_flag_on_a_foot_that_is_gone_stops_the_fit_with_one_line(command_line, reviewed):
+    reviewed.append("walk", FlagRange(1, 3, "manualReview", "calcn_r"), "anna")
+    run = command_line("fit", command_line.subject.folder)
+    assert run.exit_code == 1
+    assert "walk: edit 1 by anna is about the foot 'calcn_r'; the subject has thigh" in run.stderr
+    assert command_line("fit", command_line.subject.folder, "--ignore-review").exit_code == 0
+
+
+def test_the_fits_json_is_written_as_before(command_line, reviewed, tmp_path):
+    reviewed.append("walk", FLAG, "anna")
+    target = tmp_path / "figures.json"
+    assert command_line("fit", command_line.subject.folder, "--json", target).exit_code == 0
+    assert json.loads(target.read_text(encoding="utf-8"))["trials"][0]["name"] == "walk"

@@ -1,0 +1,226 @@
+"""`flag`, `flags`, `undo`, `redo`, `mark`, `agreement`: editing and reading the review log by command."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from addb_viewer.cli import app
+from addb_viewer.commands.reviewing import foot_named
+from annotations.log import ReviewLog
+
+FRAMES = 40
+
+
+def write_trc(path):
+    t = np.arange(FRAMES) / 100
+    points = {"HEAD": (0.1 * t, 1.7 + 0 * t, 0 * t), "R.Heel": (0.1 * t, 0.05 + 0 * t, 0 * t)}
+    head = [
+        f"PathFileType\t4\t(X/Y/Z)\t{path.name}",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
+        f"100\t100\t{FRAMES}\t{len(points)}\tm\t100\t1\t{FRAMES}",
+        "Frame#\tTime\t" + "\t\t\t".join(points),
+        "\t\t" + "\t".join(f"{axis}{k}" for k in (1, 2) for axis in "XYZ"),
+        "",
+    ]
+    columns = np.column_stack([np.arange(1, FRAMES + 1), t, *(np.stack(p, 1) for p in points.values())])
+    rows = ["\t".join(f"{value:g}" for value in row) for row in columns]
+    path.write_text("\n".join(head + rows) + "\n")
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A subject of two trials; a review.json of `walk` says that its first ten frames lack force."""
+    for trial in ("walk", "run"):
+        write_trc(tmp_path / f"{trial}.trc")
+    (tmp_path / "segment_1").mkdir()
+    labels = [t < 10 for t in range(FRAMES)]
+    (tmp_path / "segment_1" / "review.json").write_text(json.dumps({"missing_grf_data": labels}))
+    (tmp_path / "subject.toml").write_text(
+        '[trials.walk]\nmarkers = "walk.trc"\nreview = "segment_1/review.json"\n'
+        '[trials.run]\nmarkers = "run.trc"\n'
+    )
+    return tmp_path
+
+
+@pytest.fixture
+def run(folder):
+    """Runs a command on the subject; a failure is told with what it printed."""
+
+    def command(name, *arguments, status=0):
+        result = CliRunner().invoke(app, [name, str(folder), *map(str, arguments)])
+        assert result.exit_code == status, result.output
+        return result.stdout if status == 0 else " ".join(result.stderr.replace("│", " ").split())
+
+    return command
+
+
+def log_of(folder):
+    return ReviewLog.open(folder / "annotations.sqlite")
+
+
+def test_a_flag_is_recorded_with_foot_reason_note_and_author(run, folder):
+    printed = run(
+        "flag", "run", "12:18", "--foot", "right", "--reason", "notOverForcePlate", "--note", "edge",
+        "--author", "anna",
+    )  # fmt: skip
+    assert printed == "run: frames 12 to 17, calcn_r: notOverForcePlate (edit 1)\n"
+    with log_of(folder) as log:
+        (edit,) = log.history("run")
+    event = edit.event
+    assert (event.start, event.end, event.foot, event.reason, event.note, edit.author) == (
+        12, 18, "calcn_r", "notOverForcePlate", "edge", "anna",
+    )  # fmt: skip
+
+
+def test_the_login_name_is_the_author_and_both_feet_are_meant_unless_said(run, folder, monkeypatch):
+    monkeypatch.setattr("getpass.getuser", lambda: "zoë")
+    assert run("flag", "run", "12:") == "run: frames 12 to 39, both feet: manualReview (edit 1)\n"
+    assert "12:40  both  manualReview  person (zoë, edit 1)" in run("flags", "run")
+
+
+def test_without_a_login_name_an_author_has_to_be_given(run, monkeypatch):
+    def nobody():
+        raise OSError("no entry for uid 1000")
+
+    monkeypatch.setattr("getpass.getuser", nobody)
+    assert "--author" in run("flag", "run", "12:14", status=2)
+    run("flag", "run", "12:14", "--author", "anna")
+
+
+def test_a_first_edit_stands_on_the_review_json(run):
+    run("flag", "walk", "8:20", "--author", "anna", "--reason", "7")
+    listed = run("flags", "walk").splitlines()
+    assert listed[0] == "walk: in work (anna)"
+    assert [line.split()[:3] for line in listed[1:]] == [
+        ["0:8", "both", "manualReview"],
+        ["8:20", "both", "interpolatedClippedGRF"],
+    ]
+    run("flag", "walk", ":5", "--clear", "--author", "anna")
+    assert run("flags", "walk").splitlines()[1].split()[0] == "5:8"
+
+
+def test_reviewers_who_differ_are_told_so_at_once(run):
+    run("flag", "run", "10:20", "--author", "anna")
+    printed = run("flag", "run", "15:30", "--clear", "--author", "ben")
+    assert "note: run: frames 15 to 19: anna says 'manualReview' (edit 1), ben says" in printed
+    assert "the later one, ben's, counts" in run("flags", "run")
+
+
+def test_undo_and_redo_by_step_and_by_number(run):
+    for start in (0, 10, 20):
+        run("flag", "run", f"{start}:{start + 5}", "--author", "anna")
+    assert run("undo", "run", "--author", "anna").startswith("run: undone: edit 3, ")
+    assert run("undo", "run", "--edit", 1, "--author", "anna").startswith("run: undone: edit 1, ")
+    assert [line.split()[0] for line in run("flags", "run").splitlines()[1:]] == ["10:15"]
+    assert run("redo", "run", "--author", "anna").startswith("run: counts again: edit 1, ")
+    assert "nothing of ben's to undo" in run("undo", "run", "--author", "ben", status=1)
+    history = run("flags", "run", "--history").splitlines()
+    assert [line.split(",")[0] for line in history[:6]] == [f"run: edit {k}" for k in range(1, 7)]
+    assert "anna: flag (start 0, end 5, reason manualReview)" in history[0]
+
+
+def test_nothing_to_undo_makes_no_log(run, folder):
+    assert "walk: nobody has flagged anything yet" in run("undo", "walk", status=1)
+    assert run("flags").splitlines() == ["walk: unseen, nothing flagged", "run: unseen, nothing flagged"]
+    assert not (folder / "annotations.sqlite").exists()
+
+
+def test_a_status_is_marked(run):
+    assert run("mark", "walk", "second-look", "--author", "ben") == "walk: needs a second look (edit 2)\n"
+    assert run("flags", "walk").startswith("walk: needs a second look (ben)\n  0:10  both")
+
+
+def test_flags_as_json_csv_and_review_json(run, tmp_path):
+    run("flag", "run", "12:18", "--foot", "left", "--author", "anna")
+    run("mark", "run", "finished", "--author", "anna")
+    out = tmp_path / "out"
+    run("flags", "--json", tmp_path / "f.json", "--csv", tmp_path / "f.csv", "--review-json", out)
+    walk, runs = json.loads((tmp_path / "f.json").read_text())["trials"]
+    assert (walk["name"], walk["status"], walk["missing"]) == ("walk", "unseen", [])
+    assert (runs["status"], runs["status_author"]) == ("finished", "anna")
+    assert runs["missing"] == [
+        {
+            "range": [12, 18], "foot": "calcn_l", "reason": "manualReview", "source": "person",
+            "author": "anna", "edit": 1, "note": "",
+        }
+    ]  # fmt: skip
+    with (tmp_path / "f.csv").open(newline="") as file:
+        assert [row["foot"] for row in csv.DictReader(file)] == ["calcn_l"]
+    labels = json.loads((out / "run" / "segment_1" / "review.json").read_text())["missing_grf_data"]
+    assert (len(labels), np.flatnonzero(labels).tolist()) == (FRAMES, [12, 13, 14, 15, 16, 17])
+    assert (out / "run" / "segment_1" / "REVIEWED").is_file()
+    assert not (out / "walk" / "segment_1" / "REVIEWED").exists()
+
+
+def test_an_untouched_trial_goes_out_with_its_imported_labels(run, tmp_path):
+    run("flags", "walk", "--review-json", tmp_path / "out")
+    labels = json.loads((tmp_path / "out" / "walk" / "segment_1" / "review.json").read_text())
+    assert np.flatnonzero(labels["missing_grf_data"]).tolist() == list(range(10))
+
+
+def test_agreement_of_two_reviewers(run, tmp_path):
+    run("flag", "run", "0:20", "--author", "anna")
+    run("flag", "run", "0:16", "--author", "ben")
+    printed = run("agreement", "anna", "ben", "--json", tmp_path / "kappa.json")
+    assert printed == "run: κ 0.80, 90.0% the same; differ on 16:20\n"
+    figures = json.loads((tmp_path / "kappa.json").read_text())
+    assert figures["reviewers"] == ["anna", "ben"]
+    assert figures["trials"][0]["kappa"] == pytest.approx(0.8)
+    assert figures["trials"][0]["differ"] == [[16, 20]]
+    assert "no reviewer 'bea'; reviewers: anna, ben" in run("agreement", "anna", "bea", status=1)
+
+
+def test_a_reviewer_against_the_imported_labels(run):
+    run("flag", "walk", "5:15", "--author", "anna")
+    run("flag", "walk", "0:5", "--clear", "--author", "anna")
+    assert "walk: κ 0.33, 75.0% the same; differ on 0:5, 10:15" in run("agreement", "anna", "imported")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "said"),
+    [
+        (("jump", "0:5"), 1, "no trial 'jump'; nearest: walk, run"),
+        (("wlk", "0:5"), 1, "no trial 'wlk'; nearest: walk"),
+        (("walk", "30:41"), 1, "walk: 30:41 is not within the trial, which is 0:40"),
+        (("walk", "5"), 2, "'5' is no range; write START:END, as in 120:180"),
+        (("walk", "5:5"), 2, "no frames in '5:5'; END is the first frame after the range"),
+        (("walk", "41:"), 2, "no frames in '41:'"),
+        (("walk", "0:5", "--reason", "notOverPlate"), 2, "nearest: notOverForcePlate"),
+        (("walk", "0:5", "--reason", "notMissingGRF"), 2, "clear the range instead"),
+        (("walk", "0:5", "--clear", "--reason", "1"), 2, "a cleared range has no reason"),
+        (("walk", "0:5", "--foot", "toes"), 2, "'toes' is not clear; give both or one of: calcn_r, calcn_l"),
+        (("walk", "0:5", "--author", "imported"), 1, "a person needs another name"),
+    ],
+)
+def test_a_wrong_flag_says_what_is_wrong_and_changes_nothing(run, arguments, status, said):
+    assert said in run("flag", *arguments, status=status)
+    assert run("flags", "walk").startswith("walk: unseen")
+
+
+@pytest.mark.parametrize(
+    ("word", "feet", "foot"),
+    [
+        ("both", ("calcn_r", "calcn_l"), None),
+        ("right", ("calcn_r", "calcn_l"), "calcn_r"),
+        ("left", ("LeftFoot", "RightFoot"), "LeftFoot"),
+        ("right", ("footL", "footR"), "footR"),
+        ("left", ("r_foot", "l_foot"), "l_foot"),
+        ("toes_l", ("calcn_r", "toes_l"), "toes_l"),
+    ],
+)
+def test_feet_by_side_or_by_name(word, feet, foot):
+    assert foot_named(word, feet) == foot
+
+
+def test_a_log_of_a_newer_version_stops_every_command_with_one_line(run, folder):
+    import sqlite3
+
+    run("flag", "run", "0:5", "--author", "anna")
+    with sqlite3.connect(folder / "annotations.sqlite") as raw:
+        raw.execute("UPDATE schema_version SET version = 99")
+    raw.close()
+    for command in (("flags",), ("flag", "run", "0:5"), ("undo", "run"), ("fit",)):
+        assert "made by a newer version of addb-viewer" in run(*command, status=1)
