@@ -1,6 +1,7 @@
 """The review log of a subject: edits are appended and read back; nothing is ever changed or removed."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
@@ -68,7 +69,16 @@ class ReviewLog:
         Raises:
             ReviewError: an author without a name, an undo of what cannot be undone, or a database that fails.
         """
-        return self._append(trial, author, lambda _edits: event)
+        with self._database.writing() as connection, _about(trial):
+            _check(event, author)
+            if isinstance(event, Undo):
+                undo_of(self._edits(connection, trial), event.edit, author)
+            if (
+                isinstance(event, Redo)
+                and next_redo(self._edits(connection, trial), author).number != event.edit
+            ):
+                raise ReviewError(f"edit {event.edit} is not the one that {author} undid last")
+            return self._insert(connection, trial, author, event)
 
     def undo(self, trial: str, author: str) -> Edit:
         """Take back the author's last edit of the trial that counts.
@@ -79,14 +89,10 @@ class ReviewLog:
         Raises:
             ReviewError: there is none.
         """
-        undone: list[Edit] = []
-
-        def event(edits: Sequence[Edit]) -> Undo:
-            undone.append(next_undo(edits, author))
-            return Undo(undone[0].number)
-
-        self._append(trial, author, event)
-        return undone[0]
+        with self._database.writing() as connection, _about(trial):
+            undone = next_undo(self._edits(connection, trial), author)
+            self._insert(connection, trial, author, Undo(undone.number))
+        return undone
 
     def redo(self, trial: str, author: str) -> Edit:
         """Let the edit that the author undid last count again.
@@ -97,14 +103,10 @@ class ReviewLog:
         Raises:
             ReviewError: there is none.
         """
-        redone: list[Edit] = []
-
-        def event(edits: Sequence[Edit]) -> Redo:
-            redone.append(next_redo(edits, author))
-            return Redo(redone[0].number)
-
-        self._append(trial, author, event)
-        return redone[0]
+        with self._database.writing() as connection, _about(trial):
+            redone = next_redo(self._edits(connection, trial), author)
+            self._insert(connection, trial, author, Redo(redone.number))
+        return redone
 
     def history(self, trial: str | None = None) -> tuple[Edit, ...]:
         """The edits of a trial, or of all, in order."""
@@ -133,26 +135,19 @@ class ReviewLog:
             edits = tuple(edit for edit in edits if edit.author in (by, IMPORTED))
         return folded(trial, edits, feet)
 
-    def _append(self, trial: str, author: str, event_for: Callable[[Sequence[Edit]], Event]) -> int:
-        with self._database.writing() as connection:
-            edits = self._edits(connection, trial)
-            try:
-                event = event_for(edits)
-                _check(event, edits, author)
-            except ReviewError as error:
-                raise ReviewError(f"{trial}: {error}") from error
-            kind, content = encoded(event)
-            row = insert(EDITS).values(
-                subject=self._subject,
-                trial=trial,
-                author=author,
-                made_at=datetime.now(UTC).isoformat(),
-                kind=kind,
-                content=content,
-            )
-            number = connection.execute(row).inserted_primary_key
-            assert number is not None
-            return int(number[0])
+    def _insert(self, connection: Connection, trial: str, author: str, event: Event) -> int:
+        kind, content = encoded(event)
+        row = insert(EDITS).values(
+            subject=self._subject,
+            trial=trial,
+            author=author,
+            made_at=datetime.now(UTC).isoformat(),
+            kind=kind,
+            content=content,
+        )
+        number = connection.execute(row).inserted_primary_key
+        assert number is not None
+        return int(number[0])
 
     def _edits(self, connection: Connection, trial: str | None) -> tuple[Edit, ...]:
         wanted = select(EDITS).where(EDITS.c.subject == self._subject).order_by(EDITS.c.number)
@@ -170,12 +165,17 @@ class ReviewLog:
         )
 
 
-def _check(event: Event, edits: Sequence[Edit], author: str) -> None:
+@contextmanager
+def _about(trial: str) -> Iterator[None]:
+    """Name the trial in what goes wrong."""
+    try:
+        yield
+    except ReviewError as error:
+        raise ReviewError(f"{trial}: {error}") from error
+
+
+def _check(event: Event, author: str) -> None:
     if not author.strip():
         raise ReviewError("an edit needs an author's name")
     if (author == IMPORTED) is not isinstance(event, ImportLabels):
         raise ReviewError(f"'{IMPORTED}' stands for labels from files; a person needs another name")
-    if isinstance(event, Undo):
-        undo_of(edits, event.edit, author)
-    if isinstance(event, Redo) and next_redo(edits, author).number != event.edit:
-        raise ReviewError(f"edit {event.edit} is not the one that {author} undid last")

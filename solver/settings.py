@@ -11,6 +11,7 @@ from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from solver.capture.force_settings import ConditioningSettings
+from solver.contact.detection_settings import DetectionSettings
 from solver.contact.settings import ContactSettings
 from solver.dynamics.com_settings import ComSettings
 from solver.dynamics.settings import DynamicsSettings
@@ -28,6 +29,7 @@ class Settings:
     kinematics: KinematicsSettings = field(default_factory=KinematicsSettings)
     conditioning: ConditioningSettings = field(default_factory=ConditioningSettings)
     contact: ContactSettings = field(default_factory=ContactSettings)
+    detection: DetectionSettings = field(default_factory=DetectionSettings)
     com: ComSettings = field(default_factory=ComSettings)
     trajectory: TrajectorySettings = field(default_factory=TrajectorySettings)
     dynamics: DynamicsSettings = field(default_factory=DynamicsSettings)

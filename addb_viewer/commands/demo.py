@@ -5,7 +5,6 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from solver.simulate.demo import write_demo_subject
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.open import serve_app
@@ -13,6 +12,7 @@ from addb_viewer.commands.options import DEFAULT_HOST, DEFAULT_PORT, Debug, Host
 from addb_viewer.commands.solving import job_for, solved
 from addb_viewer.commands.summary_table import print_summary
 from solver.errors import CaptureError
+from solver.simulate.demo import write_demo_subject
 from solver.summary import summary
 
 SEED = 20_240_901  # any number: the same demo for everyone

@@ -28,8 +28,8 @@ To = Annotated[
     Format,
     typer.Option(
         "--to",
-        help="opensim: model, motion, torques, forces for OpenSim 4.6. b3d: the AddBiomechanics Dataset's format. "
-        "csv, parquet: a table a trial.",
+        help="opensim: model, motion, torques, forces for OpenSim 4.6. "
+        "b3d: the AddBiomechanics Dataset's format. csv, parquet: a table a trial.",
     ),
 ]
 

@@ -50,7 +50,7 @@ def flag(
     """Flag frames of a trial whose force is missing or wrong; the next fit leaves it out."""
     chosen = _reason(reason, clear)
     with errors_as_lines(debug):
-        opened = subject_in(subject)
+        opened, name = subject_in(subject), author_named(author)
         files = trial_of(opened, trial)
         of_foot = foot_named(foot, opened.foot_bodies)
         capture = read_trial(files)
@@ -61,7 +61,7 @@ def flag(
             else FlagRange(start, end, chosen, of_foot, note)
         )
         with open_log(subject) as log:
-            number = record(log, files, capture, event, author_named(author))
+            number = record(log, files, capture, event, name)
             review = log.review(trial, opened.foot_bodies)
         said = "the force counts" if chosen is None else chosen
         typer.echo(f"{trial}: frames {start} to {end - 1}, {of_foot or 'both feet'}: {said} (edit {number})")

@@ -51,16 +51,23 @@ def flags(
             write_whole(csv, ranges_csv(reviews))
         if review_json is not None:
             for review, files in zip(reviews, trials, strict=True):
-                for path in export_labels(review, read_trial(files).markers.frames, review_json):
-                    typer.echo(path)
+                _export(review, files, review_json)
+
+
+def _export(review: TrialReview, files: TrialFiles, folder: Path) -> None:
+    if not review.decided:
+        typer.echo(f"note: {review.trial}: nobody has reviewed it here; no review.json written")
+        return
+    for path in export_labels(review, read_trial(files).markers.frames, folder):
+        typer.echo(path)
 
 
 def _reviews(subject: Subject, trials: list[TrialFiles], history: bool) -> list[TrialReview]:
     """The reviews of the trials, each printed as soon as it is read."""
     if not has_log(subject.folder):
         reviews = [folded(trial.name, (), subject.foot_bodies) for trial in trials]
-        for review in reviews:
-            _print(review)
+        for review, trial in zip(reviews, trials, strict=True):
+            _print(review, trial)
         return reviews
     with open_log(subject.folder) as log:
         reviews = []
@@ -69,13 +76,15 @@ def _reviews(subject: Subject, trials: list[TrialFiles], history: bool) -> list[
                 for edit in log.history(trial.name):
                     typer.echo(f"{trial.name}: {described(edit)}")
             reviews.append(log.review(trial.name, subject.foot_bodies))
-            _print(reviews[-1])
+            _print(reviews[-1], trial)
     return reviews
 
 
-def _print(review: TrialReview) -> None:
+def _print(review: TrialReview, files: TrialFiles) -> None:
     by = f" ({review.status_author})" if review.status_author else ""
-    typer.echo(f"{review.trial}: {review.status}{by}{'' if review.flags else ', nothing flagged'}")
+    nothing = "" if review.flags else ", nothing flagged"
+    decides = ", its review.json decides" if files.reviews and not review.decided else ""
+    typer.echo(f"{review.trial}: {review.status}{by}{nothing}{decides}")
     rows = [_row(flag) for flag in review.flags]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:

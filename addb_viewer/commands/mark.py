@@ -34,9 +34,8 @@ def mark(
 ) -> None:
     """Say how far the review of a trial has come; from in-work on, its flags decide which forces count."""
     with errors_as_lines(debug):
-        files = trial_of(subject_in(subject), trial)
+        files, name = trial_of(subject_in(subject), trial), author_named(author)
+        capture = read_trial(files)
         with open_log(subject) as log:
-            number = record(
-                log, files, read_trial(files), SetStatus(Status[status.name]), author_named(author)
-            )
+            number = record(log, files, capture, SetStatus(Status[status.name]), name)
         typer.echo(f"{trial}: {Status[status.name]} (edit {number})")

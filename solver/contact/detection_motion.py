@@ -54,22 +54,48 @@ def _surface_velocity(
     window_s: float,
 ) -> Float[np.ndarray, "frames feet 2"]:
     """Median over loaded frames near in time, of the same foot where it has any; zero without any."""
-    surface = np.zeros_like(velocity)
+    frames, feet = loaded.shape
     reach = round(window_s * rate)
-    own = [np.flatnonzero(loaded[:, f]) for f in range(loaded.shape[1])]
-    for f in range(loaded.shape[1]):
-        others = [(g, own[g]) for g in range(loaded.shape[1]) if g != f]
-        for t in range(0, len(velocity)):
-            near = _near(own[f], t, reach)
-            pool = velocity[near, f]
-            if not len(near):
-                pool = np.concatenate([velocity[_near(k, t, reach), g] for g, k in others] or [pool])
-            if not len(pool):
-                pool = np.concatenate([velocity[k, g] for g, k in enumerate(own)])
-            if len(pool):
-                surface[t, f] = np.median(pool, axis=0)
+    grid = np.unique(np.append(np.arange(0, frames, max(1, reach // 10)), frames - 1))
+    own = [np.flatnonzero(loaded[:, f]) for f in range(feet)]
+    surface = np.zeros_like(velocity)
+    for f in range(feet):
+        choices = [[f], [g for g in range(feet) if g != f]]
+        known = np.stack([_median_near(velocity, own, choices, t, reach) for t in grid])
+        for axis in range(2):
+            surface[:, f, axis] = np.interp(np.arange(frames), grid, known[:, axis])
     return surface
+
+
+def _median_near(
+    velocity: Float[np.ndarray, "frames feet 2"],
+    own: Sequence[np.ndarray],
+    choices: Sequence[Sequence[int]],
+    t: int,
+    reach: int,
+) -> Float[np.ndarray, "2"]:
+    for span in (reach, len(velocity)):
+        for some in choices:
+            pool = [velocity[_near(own[f], t, span), f] for f in some]
+            if sum(map(len, pool)):
+                return np.median(np.concatenate(pool), axis=0)
+    return np.zeros(2)
 
 
 def _near(frames: np.ndarray, t: int, reach: int) -> np.ndarray:
     return frames[np.searchsorted(frames, t - reach) : np.searchsorted(frames, t + reach + 1)]
+
+
+def ground_odds(
+    slip: Float[np.ndarray, "frames feet"], settings: DetectionSettings
+) -> Float[np.ndarray, "frames feet"]:
+    """Natural log odds that each foot stands: its slip against the trial's own pace.
+
+    Args:
+        slip: from `slip_speeds` [m/s].
+        settings: thresholds.
+    """
+    pace = np.percentile(slip, 95)
+    limit = max(settings.slip_m_s, settings.slip_share * pace)
+    odds = 2.0 * np.log(limit / np.maximum(slip, 1e-3))
+    return np.clip(odds, -settings.strongest_motion, settings.strongest_motion)

@@ -31,6 +31,15 @@ class DetectionSettings:
         0.02, unit="", why="what remains of it once this trial's own measured frames have been weighed"
     )
     weighed_s: float = setting(0.5, unit="s", why="of measured frames that it takes to weigh the person")
+    moment_noise_m: float = setting(
+        0.02, unit="m", why="of weight and m·a: what the balance of moments leaves unexplained"
+    )
+    point_noise_m: float = setting(0.04, unit="m", why="of soles and centres of mass in the model")
+    least_pressing_N: float = setting(
+        20.0, unit="N", why="a smaller missing force has no centre of pressure to speak of"
+    )
+    half_sole_m: float = setting(0.05, unit="m", why="half a sole's width, round the line between two feet")
+    strongest_place: float = setting(8.0, unit="", why="log odds that one moment's place can give")
     most_missing: float = setting(
         2.0, unit="", why="body weights: missing forces are taken to be anything from none to this"
     )
@@ -44,10 +53,22 @@ class DetectionSettings:
     slip_m_s: float = setting(
         0.5, unit="m/s", why="a sole's slowest corner on the ground; a swinging one passes at 2 m/s"
     )
+    slip_share: float = setting(
+        0.15, unit="", why="of the speed of the trial's swinging feet: runners' soles slip more"
+    )
+    strongest_motion: float = setting(
+        3.0, unit="", why="log odds that a sole's motion can give: a foot may be held still in the air"
+    )
     lowest_part_m: float = setting(
         0.05, unit="m", why="corners of a sole so near to its lowest one may be those that touch"
     )
     belt_window_s: float = setting(1.5, unit="s", why="a treadmill's belt changes its speed more slowly")
+    elsewhere_odds: float = setting(
+        4.0, unit="", why="log odds against a chair or a hand, before anything is known: plates are for feet"
+    )
+    partly_odds: float = setting(
+        0.5, unit="", why="log odds against a loaded foot's force being wrong, before anything is known"
+    )
     touch_cost: float = setting(1.5, unit="", why="of a contact's begin or end: no contact lasts 20 ms")
     loss_cost: float = setting(
         6.0, unit="", why="of a force that is lost or comes back while the plate stays loaded: rare"

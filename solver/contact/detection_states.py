@@ -1,5 +1,6 @@
 """The likeliest story of a trial: when each foot was up, measured, or on the ground with force missing."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from itertools import product
@@ -9,6 +10,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.special import log_ndtr
 
 from solver.contact.detection_balance import Balance
+from solver.contact.detection_place import Feet
 from solver.contact.detection_settings import DetectionSettings
 
 
@@ -21,17 +23,31 @@ class Foot(IntEnum):
 
 
 @dataclass(frozen=True)
+class Clues:
+    """What speaks for and against each state, frame by frame: natural logarithms of odds."""
+
+    missing: Float[np.ndarray, " frames"]  # that some force is missing
+    ground: Float[np.ndarray, "frames feet"]  # that the foot stands, from its motion
+    place: Mapping[Feet, Float[np.ndarray, " frames"]]  # against these feet, from where the force presses
+    loaded: Bool[np.ndarray, "frames feet"]  # a plate carries the foot
+    rate: float  # [Hz]
+
+
+@dataclass(frozen=True)
 class Story:
-    """The cheapest sequence of states."""
+    """The likeliest sequence of states."""
 
     feet: Int[np.ndarray, "frames feet"]  # of `Foot`
-    elsewhere: Bool[np.ndarray, " frames"]  # something else than a foot carries the body
+    elsewhere: Bool[np.ndarray, " frames"]  # something else than a foot carries a part of the body
+
+    @property
+    def whole(self) -> Bool[np.ndarray, " frames"]:
+        """Frames on which nothing is missing."""
+        return ~((self.feet == Foot.LOST).any(axis=1) | self.elsewhere)
 
 
-def missing_odds(
-    balance: Balance, weight: float, settings: DetectionSettings
-) -> Float[np.ndarray, " frames"]:
-    """Natural log odds of 'some force is missing' against 'none', one independent moment's worth.
+def missing_odds(balance: Balance, weight: float, settings: DetectionSettings) -> Float[np.ndarray, " frames"]:
+    """Natural log odds of 'some force is missing' against 'none'.
 
     Without missing force the balance is N(0, σ²); with, it is anything up to `most_missing` body weights,
     plus the same error.
@@ -41,81 +57,84 @@ def missing_odds(
         weight: [N].
         settings: thresholds.
     """
-    z = balance.missing / balance.error
-    width = settings.most_missing * weight / balance.error
+    z = balance.missing / balance.force_error
+    width = settings.most_missing * weight / balance.force_error
     odds = log_ndtr(z) - np.log(width) + 0.5 * z**2 + 0.5 * np.log(2 * np.pi)
     return np.clip(odds, -settings.strongest_evidence, settings.strongest_evidence)
 
 
-def likeliest_story(
-    odds_missing: Float[np.ndarray, " frames"],
-    odds_ground: Float[np.ndarray, "frames feet"],
-    loaded: Bool[np.ndarray, "frames feet"],
-    *,
-    rate: float,
-    settings: DetectionSettings,
-) -> Story:
+def likeliest_story(clues: Clues, settings: DetectionSettings) -> Story:
     """Viterbi's path through the joint states of all feet.
 
     Args:
-        odds_missing: log odds that some force is missing.
-        odds_ground: log odds that each foot stands, from its motion.
-        loaded: frames on which a plate carries the foot.
-        rate: [Hz].
-        settings: costs.
+        clues: the evidence.
+        settings: costs of the states and of their changes.
     """
-    frames, feet = loaded.shape
-    states = np.array([(*s, x) for s in product(Foot, repeat=feet) for x in (0, 1)])
-    cost = _frame_costs(states, odds_missing, odds_ground, loaded, settings) / (settings.steady_s * rate)
-    steady, at_edges = _change_costs(states, settings)
-    edge = np.zeros((frames, feet), dtype=bool)
-    edge[1:] = loaded[1:] != loaded[:-1]
-    path = _cheapest(cost, steady, at_edges, edge)
-    chosen = states[path]
-    return Story(feet=chosen[:, :feet], elsewhere=chosen[:, feet].astype(bool))
+    feet = clues.loaded.shape[1]
+    states = np.array([(*s, elsewhere) for s in product(Foot, repeat=feet) for elsewhere in (0, 1)])
+    cost = np.column_stack([_cost(state, clues, settings) for state in states])
+    change, loss = _change_costs(states, settings)
+    path = _cheapest_path(cost / (settings.steady_s * clues.rate), change, loss, _edges(clues.loaded))
+    return Story(feet=states[path, :feet], elsewhere=states[path, feet].astype(bool))
 
 
-def _frame_costs(states, odds_missing, odds_ground, loaded, settings):
-    cost = np.zeros((len(loaded), len(states)))
-    for k, state in enumerate(states):
-        for f, foot in enumerate(state[:-1]):
-            cost[:, k] += odds_ground[:, f] * (0.5 if foot == Foot.UP else -0.5)
-            if foot != Foot.LOST:
-                cost[:, k] += settings.unloaded_cost * (loaded[:, f] != (foot == Foot.MEASURED))
-        if state[-1] or (state[:-1] == Foot.LOST).any():
-            cost[:, k] -= odds_missing
+def _cost(
+    state: Int[np.ndarray, " feet+1"], clues: Clues, settings: DetectionSettings
+) -> Float[np.ndarray, " frames"]:
+    """Of one joint state on each frame: minus its log likelihood."""
+    cost = np.zeros(len(clues.missing))
+    for f, foot in enumerate(state[:-1]):
+        cost += clues.ground[:, f] * (0.5 if foot == Foot.UP else -0.5)
+        if foot == Foot.LOST:
+            cost += settings.partly_odds * clues.loaded[:, f]
+        else:
+            cost += settings.unloaded_cost * (clues.loaded[:, f] != (foot == Foot.MEASURED))
+    lost = tuple(np.flatnonzero(state[:-1] == Foot.LOST).tolist())
+    elsewhere = bool(state[-1])
+    if lost or elsewhere:
+        cost -= clues.missing
+    if elsewhere:
+        cost += settings.elsewhere_odds
+    elif lost:
+        cost += clues.place[lost]
     return cost
 
 
-def _change_costs(states, settings):
-    """Costs of going from one joint state (row) to another (column); extra cost per foot away from load edges."""
-    n, feet = len(states), states.shape[1] - 1
-    steady = np.zeros((n, n))
-    lost = np.zeros((feet, n, n), dtype=bool)
-    for i, a in enumerate(states):
-        for j, b in enumerate(states):
-            changed = a != b
-            steady[i, j] = settings.touch_cost * sum(
-                changed[f] and Foot.LOST in (a[f], b[f]) for f in range(feet)
-            )
-            steady[i, j] += settings.loss_cost * changed[-1]
-            for f in range(feet):
-                lost[f, i, j] = changed[f] and {int(a[f]), int(b[f])} == {Foot.LOST, Foot.MEASURED}
-    return steady, lost * settings.loss_cost
+def _change_costs(
+    states: Int[np.ndarray, "states feet+1"], settings: DetectionSettings
+) -> tuple[Float[np.ndarray, "states states"], Float[np.ndarray, "feet states states"]]:
+    """Of going from a state (row) to another (column), and what each foot adds away from its load's edges."""
+    before, after = states[:, None, :-1], states[None, :, :-1]
+    changed = before != after
+    into_or_out = changed & ((before == Foot.LOST) | (after == Foot.LOST))
+    change = settings.touch_cost * into_or_out.sum(axis=2)
+    change = change + settings.loss_cost * (states[:, None, -1] != states[None, :, -1])
+    loss = into_or_out & ((before == Foot.MEASURED) | (after == Foot.MEASURED))
+    return change, settings.loss_cost * np.moveaxis(loss, 2, 0).astype(float)
 
 
-def _cheapest(cost, steady, at_edges, edge):
-    frames, n = cost.shape
+def _edges(loaded: Bool[np.ndarray, "frames feet"]) -> Bool[np.ndarray, "frames feet"]:
+    """Frames on which a foot's plate is loaded or unloaded, against the frame before."""
+    return np.diff(loaded, axis=0, prepend=loaded[:1])
+
+
+def _cheapest_path(
+    cost: Float[np.ndarray, "frames states"],
+    change: Float[np.ndarray, "states states"],
+    loss: Float[np.ndarray, "feet states states"],
+    edges: Bool[np.ndarray, "frames feet"],
+) -> Int[np.ndarray, " frames"]:
+    frames, count = cost.shape
+    changes = {
+        key: change + sum(table for table, edge in zip(loss, key, strict=True) if not edge)
+        for key in set(map(tuple, edges.tolist()))
+    }
     total = cost[0].copy()
-    origin = np.zeros((frames, n), dtype=int)
-    tables = {}
+    origin = np.zeros((frames, count), dtype=int)
     for t in range(1, frames):
-        key = tuple(edge[t])
-        if key not in tables:
-            tables[key] = steady + sum(table for e, table in zip(key, at_edges) if not e)
-        through = total[:, None] + tables[key]
+        through = total[:, None] + changes[tuple(edges[t].tolist())]
         origin[t] = through.argmin(axis=0)
-        total = through[origin[t], np.arange(n)] + cost[t]
+        total = through.min(axis=0) + cost[t]
     path = np.empty(frames, dtype=int)
     path[-1] = total.argmin()
     for t in range(frames - 1, 0, -1):

@@ -11,6 +11,7 @@ from solver.dynamics.com_settings import ComSettings
 from solver.dynamics.com_trajectory import fit_com_trajectory
 
 WELL_LOADED = 0.5  # of gravity: below it the ratio of force to acceleration is noise
+LIGHTEST_KG = 5.0  # whoever stands on a plate weighs more: it is empty
 
 
 @dataclass(frozen=True)
@@ -27,9 +28,10 @@ class Balance:
 
     @property
     def masses(self) -> Float[np.ndarray, " some"]:
-        """Mass that each complete and well-loaded window tells [kg]."""
+        """Mass that each complete and loaded window tells [kg]."""
         well = self.complete & (self.support > WELL_LOADED * self.gravity)
-        return self.force_up[well] / self.support[well]
+        told = self.force_up[well] / self.support[well]
+        return told[told > LIGHTEST_KG]
 
     def frames(self, mass_kg: float, imbalance: float) -> Bool[np.ndarray, " frames"]:
         """Observed frames in no window whose force is off by more than that share of its greatest."""

@@ -13,12 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy import sparse
-from scipy.linalg import solveh_banded
+from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from solver.dynamics.com_data import ComData
 
 REFERENCE_KG = 70.0  # centre and scale of the unknown mass ratio, nothing else
 FEWEST_FRAMES = 3  # fewer have no second difference
+SOLVES = 2  # of the normal equations: the answer, then its correction
 
 
 @dataclass(frozen=True)
@@ -146,9 +147,19 @@ def _least_squares(
     curvature: sparse.csr_array,
     accelerations: Float[np.ndarray, "inner n"],
 ) -> Float[np.ndarray, "nodes n"]:
-    """Node positions x with the least |lines x − positions|² + |curvature x − accelerations|²."""
+    """Node positions x with the least |lines x − positions|² + |curvature x − accelerations|².
+
+    At high rates the curvature's squares swamp the positions' digits in the normal matrix. So the answer is
+    refined by solving for what it leaves.
+    """
     normal = lines.T @ lines + curvature.T @ curvature
     bands = np.zeros((3, normal.shape[0]))
     for k in range(min(3, normal.shape[0])):
         bands[k, : normal.shape[0] - k] = normal.diagonal(k)
-    return solveh_banded(bands, lines.T @ positions + curvature.T @ accelerations, lower=True)
+    factor = cholesky_banded(bands, lower=True), True
+    x = np.zeros((normal.shape[0], positions.shape[1]))
+    for _ in range(SOLVES):
+        x += cho_solve_banded(
+            factor, lines.T @ (positions - lines @ x) + curvature.T @ (accelerations - curvature @ x)
+        )
+    return x

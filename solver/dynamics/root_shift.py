@@ -28,7 +28,7 @@ def with_com_at(
     root = root_joint(skeleton)
     shift_ground = com_ground - centre_of_mass(skeleton, ForwardKinematics(skeleton).poses(q))
     shift_parent = shift_ground @ root.joint.R_parent_frame
-    axes = np.array([a.axis for a in root.translations])
+    axes = np.array([a.axis / np.linalg.norm(a.axis) for a in root.translations])
     metres_per_unit = np.array([np.diff(a.function(np.array([0.0, 1.0]))[0])[0] for a in root.translations])
     moved = q.copy()
     moved[:, root.translation_dofs] += np.linalg.solve(axes.T, shift_parent.T).T / metres_per_unit

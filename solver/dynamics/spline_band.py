@@ -14,6 +14,7 @@ from solver.dynamics.block_tridiagonal import BlockTridiagonal
 from solver.dynamics.spline_basis import ORDER, SplineBasis
 
 REACH = ORDER  # largest distance of coupled coefficients
+SMALLEST = 1e-9  # added to the diagonal: a coefficient that nothing touches stays where it is
 CHUNK = 64  # pieces worked on together
 
 
@@ -41,17 +42,19 @@ class CoefficientBand:
         )
         return weights @ per_frame
 
-    def add_same_frame(self, H: Float[np.ndarray, "frames dofs dofs"]) -> None:
-        """Terms of q_t alone: H_t at (q_t, q_t), symmetric."""
+    def add_same_frame(self, H: Float[np.ndarray, "frames dofs dofs"], factor: float = 1.0) -> None:
+        """Terms of q_t alone: H_t at (q_t, q_t), symmetric, times a factor."""
         flat = H.reshape(len(H), -1)
         for k, weights in enumerate(_same_frame_weights(self.basis)):
-            self.blocks[k] += (weights @ flat).reshape(self.blocks[k].shape)
+            self.blocks[k] += ((factor * weights) @ flat).reshape(self.blocks[k].shape)
 
-    def add_neighbour_frames(self, X: Float[np.ndarray, "pairs dofs dofs"]) -> None:
-        """Terms between frames: X_i at (q_(i+1), q_i), and its transpose."""
-        flat, turned = X.reshape(len(X), -1), X.transpose(0, 2, 1).reshape(len(X), -1)
+    def add_neighbour_frames(self, X: Float[np.ndarray, "pairs dofs dofs"], factor: float = 1.0) -> None:
+        """Terms between frames: X_i at (q_(i+1), q_i) and its transpose, times a factor."""
+        flat = X.reshape(len(X), -1)
         for k, (later_first, earlier_first) in enumerate(_neighbour_weights(self.basis)):
-            self.blocks[k] += (later_first @ flat + earlier_first @ turned).reshape(self.blocks[k].shape)
+            self.blocks[k] += ((factor * later_first) @ flat).reshape(self.blocks[k].shape)
+            turned = ((factor * earlier_first) @ flat).reshape(self.blocks[k].shape)
+            self.blocks[k] += turned.transpose(0, 2, 1)
 
     def add_residual_rows(
         self, value: Float[np.ndarray, "frames 6"], jacobians: list[Float[np.ndarray, "frames 6 dofs"]]
@@ -91,32 +94,32 @@ class CoefficientBand:
         for k in range(ORDER):
             self.blocks[k][:, dofs, dofs] += self.basis.jerk_gram[:, k, None] * weight
 
-    def damped(self, damping: float) -> "CoefficientBand":
-        """With the diagonal enlarged by a share of itself (Marquardt)."""
-        blocks = self.blocks.copy()
-        dofs = np.arange(blocks.shape[2])
-        blocks[0][:, dofs, dofs] *= 1 + damping
-        blocks[0][:, dofs, dofs] += 1e-9
-        return CoefficientBand(self.basis, blocks)
+    def block_tridiagonal(self, damping: float = 0.0) -> BlockTridiagonal:
+        """The same matrix in blocks of six coefficients, the last one padded with the identity.
 
-    def block_tridiagonal(self) -> BlockTridiagonal:
-        """The same matrix in blocks of six coefficients, the last one padded with the identity."""
+        Args:
+            damping: share of itself by which the diagonal is enlarged (Marquardt).
+        """
         count, dofs = self.basis.coefficients, self.blocks.shape[2]
         groups = -(-count // REACH)
-        size = REACH * dofs
         diagonal = np.zeros((groups, REACH, dofs, REACH, dofs))
         below = np.zeros((groups, REACH, dofs, REACH, dofs))
-        padded = np.zeros((REACH + 1, groups * REACH, dofs, dofs))
-        padded[:, :count] = self.blocks
-        padded[0, count:] = np.eye(dofs)
         for a in range(REACH):
+            rows = self.blocks[:, a::REACH]
+            some = slice(0, rows.shape[1])
             for b in range(a, REACH):
-                block = padded[b - a, a::REACH]
-                diagonal[:, a, :, b, :] = block
-                diagonal[:, b, :, a, :] = block.transpose(0, 2, 1)
+                diagonal[some, a, :, b, :] = rows[b - a]
+                diagonal[some, b, :, a, :] = rows[b - a].transpose(0, 2, 1)
             for b in range(a + 1):
-                below[:, b, :, a, :] = padded[REACH + b - a, a::REACH].transpose(0, 2, 1)
-        return BlockTridiagonal(diagonal.reshape(groups, size, size), below.reshape(groups, size, size))
+                below[some, b, :, a, :] = rows[REACH + b - a].transpose(0, 2, 1)
+        size = REACH * dofs
+        diagonal, below = diagonal.reshape(groups, size, size), below.reshape(groups, size, size)
+        own = np.arange(size)
+        diagonal[:, own, own] *= 1 + damping
+        diagonal[:, own, own] += SMALLEST
+        padding = own[(count - (groups - 1) * REACH) * dofs :]
+        diagonal[-1, padding, padding] = 1.0
+        return BlockTridiagonal(diagonal, below)
 
     def in_blocks(
         self, x: Float[np.ndarray, "coefficients dofs columns"]

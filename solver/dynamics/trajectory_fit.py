@@ -106,10 +106,11 @@ class _Solver:
                 if tried_cost < cost:
                     break
                 damping = max(damping * 100, 1e-3)
-            else:
+            if damping >= MOST_DAMPING:
                 break
             converged = cost - tried_cost < self.settings.tolerance * cost
             state, cost, damping = tried, tried_cost, damping / 10
+            del system  # before the next one is built
         progress("dynamics", 1.0)
         fitted = self.inertias.skeleton_at(state.phi) if self.parameters else self.inertias.skeleton
         return TrajectoryFit(
@@ -160,7 +161,7 @@ class _Solver:
         gradient, corner = gradient[:count].copy(), corner[:count, :count].copy()
         eliminated = []
         for part in system:
-            factor = part.band.damped(damping).block_tridiagonal().factorized()
+            factor = part.band.block_tridiagonal(damping).factorized_in_place()
             right = np.concatenate([part.border, part.gradient[:, :, None]], axis=2)
             half = factor.half_solve(part.band.in_blocks(right))
             flat = half.reshape(-1, count + 1)
@@ -220,7 +221,7 @@ class _Trial:
         band.add_same_frame(np.ones((self.basis.frames, 1, 1)))
         band.add_jerk(np.array([1e-9]))
         right = CoefficientBand.gather(self.basis, self.data.start.q, 0)
-        factor = band.block_tridiagonal().factorized()
+        factor = band.block_tridiagonal().factorized_in_place()
         half = factor.half_solve(band.in_blocks(right[:, None, :]))
         return band.from_blocks(factor.back_solve(half))[:, 0, :]
 
@@ -254,11 +255,11 @@ class _Trial:
         band = CoefficientBand.empty(self.basis, q.shape[1])
         marker = self.markers.linearized(q)
         diagonal = np.arange(q.shape[1])
-        same = marker.H
-        same[:, diagonal, diagonal] += self.pose_precision
-        band.add_same_frame(self.per_frame * same)
-        band.add_neighbour_frames(self.per_frame * marker.H_previous)
+        marker.H[:, diagonal, diagonal] += self.pose_precision
+        band.add_same_frame(marker.H, self.per_frame)
+        band.add_neighbour_frames(marker.H_previous, self.per_frame)
         frame_gradient = self.per_frame * (marker.g + self.pose_precision * (q - self.data.start.q))
+        del marker  # two of the largest arrays; the rest needs room
         gradient = CoefficientBand.gather(self.basis, frame_gradient, 0)
         residual = self.residuals.linearized(*model, q, v, a, with_parameters=parameters > 0)
         rows = np.sqrt(self.per_frame)

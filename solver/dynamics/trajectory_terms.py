@@ -1,6 +1,7 @@
 """What markers and forces say about a trajectory, frame by frame, with Gauss-Newton terms."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -160,12 +161,35 @@ class ResidualTrack:
         with_parameters: bool,
     ) -> ResidualLinearization:
         """Rows of all frames; zero on those of U."""
-        at, dofs = self.counts, q.shape[1]
-        skeleton = inertias.skeleton_at(phi)
-        model = RigidBodyModel(skeleton)
-        terms = momentum_terms(model, q[at], v[at], a[at], self.measured)
+        dofs, parameters = q.shape[1], inertias.count if with_parameters else 0
+        widths = ((6,), (6, dofs), (6, dofs), (6, dofs), (6, parameters))
+        whole = [np.zeros((self.frames, *width)) for width in widths]
+        at = _Point(inertias, phi, inertias.skeleton_at(phi))
+        for low in range(0, len(self.counts), CHUNK):
+            some = slice(low, low + CHUNK)
+            frames = self.counts[some]
+            rows = self._rows(
+                at, self.measured[some], q[frames], v[frames], a[frames], with_parameters=with_parameters
+            )
+            for target, part in zip(whole, rows, strict=True):
+                target[frames] = part
+        return ResidualLinearization(*whole)
+
+    def _rows(
+        self,
+        at: "_Point",
+        measured: Float[np.ndarray, "some 6"],
+        q: Float[np.ndarray, "some dofs"],
+        v: Float[np.ndarray, "some dofs"],
+        a: Float[np.ndarray, "some dofs"],
+        *,
+        with_parameters: bool,
+    ) -> tuple[np.ndarray, ...]:
+        """Whitened residuals of some frames, and their derivatives by q, q̇, q̈ and φ."""
+        inertias, skeleton = at.inertias, at.skeleton
+        terms = momentum_terms(at.model, q, v, a, measured)
         kinematics = ForwardKinematics(skeleton)
-        poses = kinematics.poses(q[at])
+        poses = kinematics.poses(q)
         root = root_joint(skeleton)
         centre = root_centre(root, poses)
         centre_by_q = point_jacobian(kinematics, poses, root.body, centre)
@@ -173,33 +197,34 @@ class ResidualTrack:
         arm, force = skew(terms.com_ground - centre), terms.residual[:, :3]
         value = terms.residual.copy()
         value[:, 3:] += (arm @ force[:, :, None])[:, :, 0]
-        by_q, by_v, by_a = terms.by_q.copy(), terms.by_v.copy(), terms.by_a.copy()
-        for rows in (by_q, by_v, by_a):
+        for rows in (terms.by_q, terms.by_v, terms.by_a):
             rows[:, 3:] += arm @ rows[:, :3]
-        by_q[:, 3:] -= skew(force) @ (com_by_q - centre_by_q)
-        by_phi = np.zeros((len(at), 6, inertias.count if with_parameters else 0))
+        terms.by_q[:, 3:] -= skew(force) @ (com_by_q - centre_by_q)
+        by_phi = np.zeros((len(q), 6, inertias.count if with_parameters else 0))
         if with_parameters:
-            A, T = material_accelerations(kinematics, poses, q[at], v[at], a[at])
-            each = demanded_wrench(A, T, inertias.derivatives(phi))
+            A, T = material_accelerations(kinematics, poses, q, v, a)
+            each = demanded_wrench(A, T, inertias.derivatives(at.phi))
             for body, group in enumerate(inertias.group):
                 if group >= 0:
                     by_phi[:, :, 10 * group : 10 * group + 10] += each[:, body].transpose(0, 2, 1)
             by_phi[:, 3:] -= skew(centre) @ by_phi[:, :3]
         squares = ((self.whitening * value) ** 2).sum(axis=1)
         weights = self.whitening / np.sqrt(1 + squares / self.robust2)[:, None]
-        whitening = weights[:, :, None]
-        return ResidualLinearization(
-            self._spread(weights * value, (6,)),
-            self._spread(whitening * by_q, (6, dofs)),
-            self._spread(whitening * by_v, (6, dofs)),
-            self._spread(whitening * by_a, (6, dofs)),
-            self._spread(whitening * by_phi, by_phi.shape[1:]),
-        )
+        wide = weights[:, :, None]
+        return weights * value, wide * terms.by_q, wide * terms.by_v, wide * terms.by_a, wide * by_phi
 
-    def _spread(self, rows: Float[np.ndarray, "counted *rest"], rest: tuple[int, ...]) -> np.ndarray:
-        whole = np.zeros((self.frames, *rest))
-        whole[self.counts] = rows
-        return whole
+
+@dataclass(frozen=True)
+class _Point:
+    """Where the residual is linearized: inertias at φ, and the model made of them."""
+
+    inertias: InertiaParameters
+    phi: Float[np.ndarray, " parameters"]
+    skeleton: Skeleton
+
+    @cached_property
+    def model(self) -> RigidBodyModel:
+        return RigidBodyModel(self.skeleton)
 
 
 def _frames(poses: Poses, at: slice) -> Poses:

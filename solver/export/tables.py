@@ -1,4 +1,4 @@
-"""A trial as one table, a row a frame, for pandas, R, Excel: CSV or Parquet, the unit in each column's name."""
+"""A trial as one table, a row a frame, the unit in each column's name: CSV or Parquet."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -71,7 +71,7 @@ def _export(fit: Fit, folder: Path, suffix: str, write: Callable[[pa.Table, Bina
 
 def _of_motion(motion: Motion, skeleton: Skeleton) -> Columns:
     names = [f"{c.name}_{UNITS[c.motion][0]}" for c in skeleton.free_coordinates]
-    columns = {}
+    columns: Columns = {}
     for values, per in ((motion.q, ""), (motion.velocity, "_s"), (motion.acceleration, "_s2")):
         columns |= {f"{name}{per}": values[:, i] for i, name in enumerate(names)}
     return columns

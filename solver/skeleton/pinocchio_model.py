@@ -101,6 +101,17 @@ class RigidBodyModel:
             accelerations[t] = self.data.acom[0]
         return accelerations
 
+    def centroidal_momentum(
+        self, q: Float[np.ndarray, "frames dofs"], v: Float[np.ndarray, "frames dofs"]
+    ) -> tuple[Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 3"]]:
+        """Centre of mass [m], and the angular momentum about it [kg·m²/s], ground frame."""
+        p, dp, _, _ = self._trajectory(q, v, np.zeros_like(v))
+        centres, angular = np.empty((len(p), 3)), np.empty((len(p), 3))
+        for t in range(len(p)):
+            angular[t] = pin.computeCentroidalMomentum(self.model, self.data, p[t], dp[t]).angular
+            centres[t] = self.data.com[0]
+        return centres, angular
+
     def body_placements(
         self, q: Float[np.ndarray, "frames dofs"]
     ) -> tuple[Float[np.ndarray, "frames bodies 3 3"], Float[np.ndarray, "frames bodies 3"]]:

@@ -1,9 +1,10 @@
 """What reaches the solver of people's decisions, and that an edit makes the kept fit stale."""
 
-import json
+from dataclasses import replace
 
 import pytest
 
+from addb_viewer.commands.solving import job_for
 from addb_viewer.review_store import open_log
 from annotations.events import ClearRange, FlagRange, SetStatus, Status
 
@@ -11,26 +12,14 @@ FLAG = FlagRange(1, 3, "notOverForcePlate", "thigh")
 
 
 @pytest.fixture
-def reviewed(command_line):
-    """The log of the subject whose only foot is called 'thigh'."""
-    from dataclasses import replace
-
-    command_line.subject = replace(command_line.subject, foot_bodies=("thigh",))
-    with open_log(command_line.subject.folder) as log:
-        yield log
-
-
-@pytest.fixture
-def feet(monkeypatch, command_line, reviewed):
-    from dataclasses import replace
-
+def reviewed(command_line, monkeypatch):
+    """The log of the subject, which has the feet 'thigh' and 'shank' here."""
+    two_feet = replace(command_line.subject, foot_bodies=("thigh", "shank"))
     monkeypatch.setattr(
-        "addb_viewer.commands.solving.open_subject",
-        lambda folder: replace(command_line.subject, folder=folder),
+        "addb_viewer.commands.solving.open_subject", lambda folder: replace(two_feet, folder=folder)
     )
-
-
-pytestmark = pytest.mark.usefixtures("feet")
+    with open_log(two_feet.folder) as log:
+        yield log
 
 
 def test_only_trials_that_a_person_decided_on_are_handed_over(command_line, reviewed):
@@ -74,14 +63,12 @@ def test_a_review_can_be_ignored(command_line, reviewed, monkeypatch, command):
     assert command_line.reviews == [{}]
 
 
-def test_disagreement_and_lost_trials_come_up_in_the_job_s_notes(command_line, reviewed):
-    from addb_viewer.commands.solving import job_for
-
+def test_disagreement_and_lost_trials_come_up_in_the_notes(command_line, reviewed):
     reviewed.append("walk", FLAG, "anna")
     reviewed.append("walk", ClearRange(0, 4), "ben")
     reviewed.append("wlak", FLAG, "anna")
     notes = job_for(command_line.subject.folder).subject.notes
-    assert any(note.startswith("walk: frames 1 to 2: anna says 'notOverForcePlate'") for note in notes)
+    assert any(note.startswith("walk: frames 1 to 2, thigh: anna says 'notOverForcePlate'") for note in notes)
     assert "annotations.sqlite: has edits of trials that the subject does not have: wlak" in notes
 
 
@@ -89,12 +76,5 @@ def test_a_flag_on_a_foot_that_is_gone_stops_the_fit_with_one_line(command_line,
     reviewed.append("walk", FlagRange(1, 3, "manualReview", "calcn_r"), "anna")
     run = command_line("fit", command_line.subject.folder)
     assert run.exit_code == 1
-    assert "walk: edit 1 by anna is about the foot 'calcn_r'; the subject has thigh" in run.stderr
+    assert "walk: edit 1 by anna is about the foot 'calcn_r'; the subject has thigh, shank" in run.stderr
     assert command_line("fit", command_line.subject.folder, "--ignore-review").exit_code == 0
-
-
-def test_the_fits_json_is_written_as_before(command_line, reviewed, tmp_path):
-    reviewed.append("walk", FLAG, "anna")
-    target = tmp_path / "figures.json"
-    assert command_line("fit", command_line.subject.folder, "--json", target).exit_code == 0
-    assert json.loads(target.read_text(encoding="utf-8"))["trials"][0]["name"] == "walk"

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import sqlite3
 
 import numpy as np
 import pytest
@@ -124,7 +125,10 @@ def test_undo_and_redo_by_step_and_by_number(run):
 
 def test_nothing_to_undo_makes_no_log(run, folder):
     assert "walk: nobody has flagged anything yet" in run("undo", "walk", status=1)
-    assert run("flags").splitlines() == ["walk: unseen, nothing flagged", "run: unseen, nothing flagged"]
+    assert run("flags").splitlines() == [
+        "walk: unseen, nothing flagged, its review.json decides",
+        "run: unseen, nothing flagged",
+    ]
     assert not (folder / "annotations.sqlite").exists()
 
 
@@ -152,13 +156,20 @@ def test_flags_as_json_csv_and_review_json(run, tmp_path):
     labels = json.loads((out / "run" / "segment_1" / "review.json").read_text())["missing_grf_data"]
     assert (len(labels), np.flatnonzero(labels).tolist()) == (FRAMES, [12, 13, 14, 15, 16, 17])
     assert (out / "run" / "segment_1" / "REVIEWED").is_file()
-    assert not (out / "walk" / "segment_1" / "REVIEWED").exists()
+    assert not (out / "walk").exists()
 
 
-def test_an_untouched_trial_goes_out_with_its_imported_labels(run, tmp_path):
+def test_a_review_that_nobody_made_here_is_not_written(run, tmp_path):
+    printed = run("flags", "walk", "--review-json", tmp_path / "out")
+    assert "note: walk: nobody has reviewed it here; no review.json written" in printed
+    assert not (tmp_path / "out").exists()
+
+
+def test_imported_labels_go_out_with_the_edits_on_them(run, tmp_path):
+    run("flag", "walk", "0:4", "--clear", "--author", "anna")
     run("flags", "walk", "--review-json", tmp_path / "out")
     labels = json.loads((tmp_path / "out" / "walk" / "segment_1" / "review.json").read_text())
-    assert np.flatnonzero(labels["missing_grf_data"]).tolist() == list(range(10))
+    assert np.flatnonzero(labels["missing_grf_data"]).tolist() == [4, 5, 6, 7, 8, 9]
 
 
 def test_agreement_of_two_reviewers(run, tmp_path):
@@ -216,8 +227,6 @@ def test_feet_by_side_or_by_name(word, feet, foot):
 
 
 def test_a_log_of_a_newer_version_stops_every_command_with_one_line(run, folder):
-    import sqlite3
-
     run("flag", "run", "0:5", "--author", "anna")
     with sqlite3.connect(folder / "annotations.sqlite") as raw:
         raw.execute("UPDATE schema_version SET version = 99")

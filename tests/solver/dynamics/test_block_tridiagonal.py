@@ -1,6 +1,6 @@
 import numpy as np
 
-from solver.dynamics.block_tridiagonal import BlockTridiagonal, solve_bordered
+from solver.dynamics.block_tridiagonal import BlockTridiagonal
 
 
 def dense(matrix):
@@ -23,21 +23,22 @@ def made_up(blocks=5, size=4, seed=0):
     return BlockTridiagonal(diagonal, rng.normal(size=(blocks, size, size)))
 
 
-def test_bordered_solve_equals_the_dense_one():
-    matrix, rng = made_up(), np.random.default_rng(1)
-    border, right, right_corner = rng.normal(size=(5, 4, 3)), rng.normal(size=(5, 4)), rng.normal(size=3)
-    corner = 20 * np.eye(3)
-    x, theta = solve_bordered(matrix, border, corner, right, right_corner)
-    flat = border.reshape(20, 3)
-    whole = np.block([[dense(matrix), flat], [flat.T, corner]])
-    expected = np.linalg.solve(whole, np.concatenate([right.ravel(), right_corner]))
-    np.testing.assert_allclose(np.concatenate([x.ravel(), theta]), expected, atol=1e-10)
+def test_solve_equals_the_dense_one():
+    matrix, right = made_up(), np.random.default_rng(1).normal(size=(5, 4, 3))
+    expected = np.linalg.solve(dense(matrix), right.reshape(20, 3))
+    factor = matrix.factorized_in_place()
+    x = factor.back_solve(factor.half_solve(right))
+    np.testing.assert_allclose(x.reshape(20, 3), expected, atol=1e-10)
 
 
-def test_without_a_border_and_the_product():
-    matrix, rng = made_up(seed=2), np.random.default_rng(3)
-    right = rng.normal(size=(5, 4))
-    x, theta = solve_bordered(matrix, np.zeros((5, 4, 0)), np.zeros((0, 0)), right, np.zeros(0))
-    assert theta.size == 0
-    np.testing.assert_allclose(matrix.times(x[:, :, None])[:, :, 0], right, atol=1e-10)
-    np.testing.assert_allclose(dense(matrix) @ x.ravel(), right.ravel(), atol=1e-10)
+def test_inner_products_of_half_solves_are_those_of_the_inverse():
+    matrix, border = made_up(seed=2), np.random.default_rng(3).normal(size=(5, 4, 2))
+    flat = border.reshape(20, 2)
+    expected = flat.T @ np.linalg.solve(dense(matrix), flat)
+    half = matrix.factorized_in_place().half_solve(border).reshape(20, 2)
+    np.testing.assert_allclose(half.T @ half, expected, atol=1e-10)
+
+
+def test_product():
+    matrix, x = made_up(seed=4), np.random.default_rng(5).normal(size=(5, 4, 2))
+    np.testing.assert_allclose(matrix.times(x).reshape(20, 2), dense(matrix) @ x.reshape(20, 2), atol=1e-10)

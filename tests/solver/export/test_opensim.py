@@ -1,70 +1,18 @@
 """What we write for OpenSim, read back; and what OpenSim makes of it."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from benchmarks.referee import referee
-from solver.capture.capture import Capture, Markers, Subject
 from solver.capture.storage import read_storage
-from solver.contact.wrenches import ContactWrenches, FrameMask
-from solver.dynamics.inverse_dynamics import inverse_dynamics
-from solver.dynamics.settings import DynamicsSettings
+from solver.contact.wrenches import FrameMask
 from solver.errors import FitError
 from solver.export.opensim import export_opensim
-from solver.fit import Fit, TrialFit
-from solver.kinematics.marker_errors import MarkerErrors
-from solver.kinematics.motion import Motion
+from solver.fit import Fit
 
-RATE = 50.0
-LOADED = slice(20, 60)
-
-
-@pytest.fixture
-def contacts(crane_q) -> ContactWrenches:
-    """A foot that stands on frames 20 to 59, with a filter's tail on five frames more."""
-    frames = len(crane_q)
-    t = np.arange(frames) / RATE
-    cop = np.full((frames, 1, 3), np.nan)
-    cop[LOADED, 0] = np.column_stack([0.1 + 0.2 * t, 0.01 + 0 * t, -0.1 + 0 * t])[LOADED]
-    force = np.zeros((frames, 3))
-    force[LOADED] = np.column_stack([20 * np.sin(9 * t), 300 + 50 * np.sin(5 * t), 10 * np.cos(4 * t)])[
-        LOADED
-    ]
-    free = np.zeros((frames, 3))
-    free[LOADED, 1] = 3.0
-    moment = np.cross(np.nan_to_num(cop[:, 0]), force) + free
-    force[60:65, 1], moment[60:65, 0] = [9, 5, 2, 1, 0.3], [1, 0.7, 0.3, 0.1, 0.0]
-    wrench = np.hstack([force, moment])[:, None]
-    loaded = np.isfinite(cop[..., 0])
-    return ContactWrenches(
-        foot_bodies=("foot_r",),
-        wrench_ground=wrench,
-        cop_ground=cop,
-        observed=np.ones(frames, dtype=bool),
-        in_contact=loaded,
-        plate=np.zeros((frames, 1), dtype=int),
-        wrench_raw_ground=wrench,
-    )
-
-
-@pytest.fixture
-def fit(crane, crane_q, contacts) -> Fit:
-    motion = Motion(crane.dofs, crane_q, RATE, start_time=0.35)
-    mask = FrameMask(np.ones((len(crane_q), 1), dtype=bool))
-    markers = Markers(("M0",), np.zeros((len(crane_q), 1, 3)), RATE, 0.35)
-    trial = TrialFit(
-        capture=Capture("walk", markers),
-        motion=motion,
-        marker_errors=MarkerErrors(("M0",), np.zeros((len(crane_q), 1))),
-        model_markers_ground=np.zeros((len(crane_q), 1, 3)),
-        contacts=contacts,
-        mask=mask,
-        dynamics=inverse_dynamics(crane, motion, contacts, mask, DynamicsSettings()),
-    )
-    return Fit(Subject(Path("subject"), ()), crane, (trial,), mass_kg=crane.mass, height_m=1.7)
+LOADED = slice(20, 60)  # frames on which the fixture's foot stands
 
 
 def with_trial(fit: Fit, **changes) -> Fit:

@@ -1,0 +1,115 @@
+"""Frames with missing force: each kind of evidence in a module of its own, one story that fits them best."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from solver.capture.capture import ForcePlate
+from solver.contact.detection_balance import BodyMotion, external_balance
+from solver.contact.detection_motion import ground_odds, slip_speeds
+from solver.contact.detection_place import place_costs
+from solver.contact.detection_settings import DetectionSettings
+from solver.contact.detection_states import Clues, Foot, likeliest_story, missing_odds
+from solver.contact.proposals import (
+    CONTACT_BUT_NO_FORCE,
+    FORCE_DISCREPANCY,
+    NO_PLATE_DATA,
+    UNMEASURED_EXTERNAL_FORCE,
+    Proposal,
+)
+from solver.contact.sole import soles
+from solver.contact.wrenches import TWO_FEET, ContactWrenches
+from solver.kinematics.motion import Motion
+from solver.runs import runs
+from solver.skeleton.forward import body_poses
+from solver.skeleton.pinocchio_model import RigidBodyModel
+from solver.skeleton.skeleton import Skeleton
+
+
+def detect(
+    skeleton: Skeleton,
+    motion: Motion,
+    contacts: ContactWrenches | None,
+    plates: Sequence[ForcePlate],
+    *,
+    tracked: Bool[np.ndarray, " frames"] | None = None,
+    settings: DetectionSettings | None = None,
+) -> tuple[Proposal, ...]:
+    """Propose the ranges of frames on which a foot's force is missing or wrong.
+
+    Args:
+        skeleton: scaled, with the person's mass.
+        motion: as the markers gave it, not filtered.
+        contacts: forces given to feet; None where the trial has no plates.
+        plates: as recorded.
+        tracked: frames that show enough markers for a pose; None: all.
+        settings: thresholds.
+
+    Returns:
+        In order of time. Ranges of different reasons may overlap.
+    """
+    settings = settings or DetectionSettings()
+    if contacts is None:
+        return (Proposal((0, motion.frames), None, NO_PLATE_DATA, 1.0),)
+    tracked = np.ones(motion.frames, dtype=bool) if tracked is None else tracked
+    evidence = _evidence(skeleton, motion, contacts, tracked, settings)
+    proposals = _of_story(*evidence, contacts=contacts, rate=motion.rate, settings=settings)
+    return tuple(sorted(proposals, key=lambda p: (p.range, p.foot or "")))
+
+
+def _evidence(skeleton, motion, contacts, tracked, settings):
+    rate, gravity = motion.rate, float(np.linalg.norm(skeleton.gravity))
+    filtered = body_poses(skeleton, motion.low_passed(settings.slip_cutoff_Hz).q)
+    outlines = soles(skeleton, contacts.foot_bodies)
+    corners = [sole.corners_ground(*filtered) for sole in outlines]
+    slip = slip_speeds(corners, contacts.in_contact, rate, settings)
+    on_ground = ground_odds(slip, settings)
+    shared = (contacts.plate == TWO_FEET).any(axis=1)
+    loaded = contacts.in_contact | (shared[:, None] & (on_ground > 0))
+    com, angular = RigidBodyModel(skeleton).centroidal_momentum(motion.q, motion.velocity)
+    body = BodyMotion(com, angular, tracked, rate, skeleton.mass, gravity)
+    measured = np.nan_to_num(contacts.wrench_raw_ground).sum(axis=1)
+    gain, mass_error = 1.0, settings.mass_error
+    for _ in range(2):
+        balance = external_balance(body, measured, gain=gain, mass_error=mass_error, settings=settings)
+        odds = np.where(tracked, missing_odds(balance, body.weight, settings), 0.0)
+        places = place_costs(balance, outlines, filtered, settings)
+        places = {feet: np.where(tracked, cost, 0.0) for feet, cost in places.items()}
+        story = likeliest_story(Clues(odds, on_ground, places, loaded, rate), settings)
+        whole = story.whole & tracked & (measured[:, 1] > 0.3 * body.weight)
+        if whole.sum() > settings.weighed_s * rate:
+            gain *= measured[whole, 1].sum() / gain / balance.demanded[whole].sum()
+            gain, mass_error = float(np.clip(gain, 0.9, 1.1)), settings.known_mass_error
+    return story, balance, odds, slip
+
+
+def _of_story(story, balance, odds, slip, *, contacts, rate, settings):
+    frames = len(odds)
+    border = round(settings.border_s * rate)
+    for f, foot in enumerate(contacts.foot_bodies):
+        for start, end in runs(story.feet[:, f] == Foot.LOST):
+            part = slice(start, end)
+            loaded = contacts.in_contact[part, f].mean()
+            gain = odds[part].sum() / (settings.steady_s * rate)
+            yield Proposal(
+                (max(0, start - border), min(frames, end + border)),
+                foot,
+                FORCE_DISCREPANCY if loaded > 0.5 else CONTACT_BUT_NO_FORCE,
+                float(1 / (1 + np.exp(-gain / 4))),
+                {
+                    "missing_N": float(balance.missing[part].mean()),
+                    "error_N": float(balance.force_error[part].mean()),
+                    "measured_N": float(contacts.wrench_raw_ground[part, f, 1].mean()),
+                    "slip_m_s": float(np.median(slip[part, f])),
+                },
+            )
+    for start, end in runs(story.elsewhere):
+        part = slice(start, end)
+        yield Proposal(
+            (max(0, start - border), min(frames, end + border)),
+            None,
+            UNMEASURED_EXTERNAL_FORCE,
+            0.9,
+            {"missing_N": float(balance.missing[part].mean())},
+        )

@@ -1,0 +1,42 @@
+"""What the detection says: ranges of frames whose force is missing or wrong, and why."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Bool
+
+# The B3D format's words.
+ZERO_WHILE_ACCELERATING = "measuredGrfZeroWhenAccelerationNonZero"
+UNMEASURED_EXTERNAL_FORCE = "unmeasuredExternalForceDetected"
+FORCE_DISCREPANCY = "forceDiscrepancy"
+NOT_OVER_FORCE_PLATE = "notOverForcePlate"
+MISSING_BLIP = "missingBlip"
+CLIPPED = "interpolatedClippedGRF"
+CONTACT_BUT_NO_FORCE = "footContactDetectedButNoForce"
+OUTLIERS = "hasInputOutliers"
+NO_PLATE_DATA = "hasNoForcePlateData"
+COP_OUTSIDE_FOOT = "copOutsideConvexFootError"
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """Frames `range[0]` up to, not including, `range[1]`: the force on `foot` (None: on all) is not to be used."""
+
+    range: tuple[int, int]
+    foot: str | None
+    reason: str
+    confidence: float  # 0 to 1
+    evidence: dict[str, float] = field(default_factory=dict)  # names carry the units: missing_N, slip_m_s
+
+
+def missing_force(
+    proposals: Sequence[Proposal], foot_bodies: Sequence[str], frames: int, confidence: float = 0.0
+) -> Bool[np.ndarray, "frames feet"]:
+    """Per frame and foot: True where a proposal at least this sure says that force is missing."""
+    missing = np.zeros((frames, len(foot_bodies)), dtype=bool)
+    for proposal in proposals:
+        if proposal.confidence >= confidence:
+            feet = slice(None) if proposal.foot is None else list(foot_bodies).index(proposal.foot)
+            missing[slice(*proposal.range), feet] = True
+    return missing

@@ -1,0 +1,170 @@
+"""A fit as a subject: who, which trials, which passes, and what the headers say of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.capture.capture import Subject
+from solver.contact.wrenches import FrameMask
+from solver.errors import ModelError
+from solver.export.b3d.from_fit import export_b3d, fit_to_b3d
+from solver.export.b3d.reader import read_b3d
+from solver.fit import KinematicsOnly
+from solver.kinematics.marker_errors import MarkerErrors
+from solver.settings import Settings, as_dict
+from solver.skeleton.osim import load_skeleton
+
+
+@pytest.fixture
+def standing_still(fit):
+    """A second trial: fewer frames, no forces."""
+    walk = fit.trials[0]
+    short = replace(walk.motion, q=walk.motion.q[:20])
+    markers = replace(walk.capture.markers, names=("M1",), positions_ground=np.ones((20, 1, 3)))
+    return replace(
+        walk,
+        capture=replace(walk.capture, name="standing", markers=markers),
+        motion=short,
+        marker_errors=MarkerErrors(("M0",), np.zeros((20, 1))),
+        contacts=None,
+        mask=None,
+        dynamics=None,
+    )
+
+
+def pass_header(fit, trial=0, which=-1):
+    return fit_to_b3d(fit).trials[trial].header.processing_pass_header[which]
+
+
+def with_trial(fit, **changes):
+    return replace(fit, trials=(replace(fit.trials[0], **changes),))
+
+
+def test_who(fit):
+    subject = replace(fit.subject, sex="female", age_years=30.6, tags=("healthy",), notes=("height guessed",))
+    header = fit_to_b3d(replace(fit, subject=subject, provenance={"addb-viewer": "9.9"})).header
+    assert (header.mass_kg, header.height_m, header.biological_sex, header.age_years) == (
+        6.0,
+        1.7,
+        "female",
+        31,
+    )
+    assert header.subject_tag == ("healthy",)
+    assert header.notes.startswith("addb-viewer 9.9\nheight guessed")
+    assert (header.num_dofs, header.num_joints, header.num_trials, header.version) == (13, 5, 1, 4)
+    assert header.ground_contact_body == ("foot_r",)
+    assert header.data_quality == 1
+
+
+def test_the_model_inside_is_the_skeleton(fit, tmp_path):
+    (model,) = fit_to_b3d(fit).header.passes
+    (tmp_path / "model.osim").write_text(model.model_osim_text, encoding="utf-8")
+    found = load_skeleton(tmp_path / "model.osim")
+    assert found.dofs == fit.skeleton.dofs
+    assert found.mass == pytest.approx(6.0)
+
+
+def test_a_trial(fit):
+    header = fit_to_b3d(fit).trials[0].header
+    assert (header.name, header.original_name, header.trial_length) == ("walk", "walk", 90)
+    assert header.trial_timestep == pytest.approx(0.02)
+    assert (header.original_start_frame, header.original_end_frame) == (0, 90)
+    assert (header.original_start_time, header.original_end_time) == pytest.approx((0.35, 2.15))
+    assert header.missing_GRF_reason.tolist() == [0] * 90
+    assert not header.has_manual_GRF_annotation.any()
+    assert header.trial_type == 3
+
+
+def test_a_reviewed_trial(fit):
+    counts = np.ones((90, 1), dtype=bool)
+    counts[30:40] = False
+    mask = FrameMask(counts, ((30, 40, "foot_r", "notOverForcePlate"),), source="review")
+    trial = fit_to_b3d(with_trial(fit, mask=mask)).trials[0]
+    assert trial.header.missing_GRF_reason.tolist() == [0] * 30 + [5] * 10 + [0] * 50
+    assert trial.header.has_manual_GRF_annotation.all()
+    frames = trial.passes[0]
+    np.testing.assert_array_equal(frames.ground_contact_wrench[30:40], 0.0)
+    np.testing.assert_array_equal(frames.ground_contact_center_of_pressure[30:40], 0.0)
+    assert (frames.ground_contact_force[[29, 40], 1] > 200).all()
+
+
+def test_residuals_are_of_the_generalized_forces_and_zero_at_the_ends(fit):
+    torques = fit.trials[0].dynamics.joint_torques
+    dofs = list(fit.skeleton.dofs)
+    about = pass_header(fit)
+    for residual, names in (
+        (about.linear_residual, ("tx", "ty", "tz")),
+        (about.angular_residual, ("tilt", "list", "turn")),
+    ):
+        own = torques[:, [dofs.index(name) for name in names]]
+        np.testing.assert_allclose(residual[1:-1], np.sqrt((own**2).sum(axis=1))[1:-1], rtol=1e-6)
+        assert residual[[0, -1]].tolist() == [0, 0]
+
+
+def test_marker_errors_and_what_markers_see(fit):
+    distance = np.tile([0.03, 0.04], (90, 1))
+    distance[7], distance[8, 0] = np.nan, np.nan
+    errors = MarkerErrors(("M4", "M10"), distance)  # on the thigh and on the patella
+    about = pass_header(with_trial(fit, marker_errors=errors))
+    assert about.marker_rms[0] == pytest.approx(np.sqrt(0.00125))
+    assert about.marker_max[0] == pytest.approx(0.04)
+    assert np.isnan(about.marker_rms[7])
+    assert np.isnan(about.marker_max[7])
+    assert about.marker_rms[8] == pytest.approx(0.04)
+    assert about.dof_positions_observed.tolist() == [True] * 10 + [False] * 3  # ankle, a locked one, shoulder
+    assert about.dof_velocities_finite_differenced.all()
+
+
+def test_the_fastest_coordinate(fit):
+    frames = fit_to_b3d(fit).trials[0].passes[0]
+    np.testing.assert_allclose(
+        pass_header(fit).joints_max_velocity, np.abs(frames.vel).max(axis=1), rtol=1e-6
+    )
+
+
+def test_filter_and_threshold_come_from_the_settings(fit):
+    about = pass_header(replace(fit, settings=as_dict(Settings())))
+    assert about.lowpass_cutoff_frequency == pytest.approx(20.0)  # 0.8 of the Nyquist frequency of 50 Hz
+    assert about.lowpass_filter_order == 3
+    assert pass_header(fit).lowpass_cutoff_frequency == 0.0
+
+
+def test_a_fitted_trajectory_is_a_pass_of_its_own(fit):
+    walk = fit.trials[0]
+    before = KinematicsOnly(replace(walk.motion, q=walk.motion.q + 0.01), walk.marker_errors)
+    b3d = fit_to_b3d(replace(with_trial(fit, kinematics_only=before), settings=as_dict(Settings())))
+    assert [model.pass_type for model in b3d.header.passes] == [0, 1]
+    headers = b3d.trials[0].header.processing_pass_header
+    assert [about.type for about in headers] == [0, 1]
+    assert [about.lowpass_cutoff_frequency for about in headers] == [0, 0]
+    first, second = b3d.trials[0].passes
+    np.testing.assert_allclose(first.pos[:, 0] - second.pos[:, 0], 0.01)
+
+
+def test_trials_with_and_without_forces_in_one_file(fit, standing_still, tmp_path):
+    (path,) = export_b3d(replace(fit, trials=(*fit.trials, standing_still)), tmp_path / "results")
+    assert path == tmp_path / "results" / "subject.b3d"
+    walk, standing = read_b3d(path).trials
+    assert standing.header.missing_GRF_reason.tolist() == [14] * 20
+    np.testing.assert_array_equal(standing.passes[0].ground_contact_wrench, np.zeros((20, 6)))
+    assert read_b3d(path).header.marker_name == ("M0", "M1")
+    assert np.isnan(standing.sensors.marker_obs[:, :3]).all()
+    assert np.isnan(walk.sensors.marker_obs[:, 3:]).all()
+
+
+def test_without_any_forces_the_feet_are_the_subjects(fit, standing_still):
+    subject = replace(fit.subject, foot_bodies=("foot_r", "foot_l"))
+    b3d = fit_to_b3d(replace(fit, subject=subject, trials=(standing_still,)))
+    assert b3d.header.ground_contact_body == ("foot_r",)
+
+
+def test_a_root_that_is_not_free(small_fit):
+    with pytest.raises(ModelError, match="root"):
+        fit_to_b3d(small_fit)
+
+
+def test_names_that_files_cannot_have(fit, tmp_path):
+    subject = Subject(tmp_path / "Zoë/1:2", ())
+    (path,) = export_b3d(replace(fit, subject=subject), tmp_path)
+    assert path.name == "1_2.b3d"

@@ -1,0 +1,181 @@
+"""Every series of a pass against its definition: differences along the motion, Newton, moved wrenches."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from solver.dynamics.root_wrench import centre_of_mass
+from solver.export.b3d.from_fit import fit_to_b3d
+from solver.export.b3d.model import dofs_in_order, unlocked, unlocked_motion
+from solver.export.b3d.pass_frames import ContactForces, central_axis
+from solver.skeleton.forward import ForwardKinematics
+
+STEP = 1e-5
+
+
+@pytest.fixture
+def frames(fit):
+    (trial,) = fit_to_b3d(fit).trials
+    return trial.passes[0]
+
+
+@pytest.fixture
+def moved(fit):
+    """The skeleton with all its degrees of freedom, and q, q̇, q̈ in its own order."""
+    skeleton = unlocked(fit.skeleton)
+    motion = unlocked_motion(fit.trials[0].dynamics.motion, fit.skeleton)
+    return skeleton, motion.q, motion.velocity, motion.acceleration
+
+
+def poses(skeleton, q):
+    return ForwardKinematics(skeleton).poses(q)
+
+
+def root_of(skeleton, q):
+    found = poses(skeleton, q)
+    return found.R_ground_body[:, 0], found.p_ground_body[:, 0]
+
+
+def difference(function, q, rate):
+    return (function(q + STEP * rate) - function(q - STEP * rate)) / (2 * STEP)
+
+
+def in_root(R, vectors):
+    return np.einsum("tji,tj->ti", R, vectors)
+
+
+def test_motion_in_the_order_of_the_format(fit, frames):
+    motion, dofs = fit.trials[0].dynamics.motion, dofs_in_order(fit.skeleton)
+    for name in motion.dofs:
+        np.testing.assert_array_equal(frames.pos[:, dofs.index(name)], motion.q[:, motion.dofs.index(name)])
+    np.testing.assert_array_equal(frames.pos[:, dofs.index("locked_angle")], 0.2)
+    np.testing.assert_array_equal(
+        frames.vel[:, dofs.index("tx")], motion.velocity[:, motion.dofs.index("tx")]
+    )
+
+
+def test_torques_are_those_of_the_fit(fit, frames):
+    dofs = dofs_in_order(fit.skeleton)
+    columns = [dofs.index(name) for name in fit.skeleton.dofs]
+    np.testing.assert_allclose(frames.tau[:, columns], fit.trials[0].dynamics.joint_torques, atol=1e-9)
+    assert np.abs(frames.tau[:, dofs.index("locked_angle")]).max() > 0.01  # what holds it
+
+
+def test_the_centre_of_mass_moves_as_its_derivatives_say(moved, frames):
+    skeleton, q, v, a = moved
+    np.testing.assert_allclose(frames.com_pos, centre_of_mass(skeleton, poses(skeleton, q)), atol=1e-12)
+
+    def along(h):
+        return centre_of_mass(skeleton, poses(skeleton, q + h * v + h**2 / 2 * a))
+
+    np.testing.assert_allclose(frames.com_vel, (along(STEP) - along(-STEP)) / (2 * STEP), atol=1e-7)
+    h = 1e-3
+    second = (along(h) - 2 * along(0.0) + along(-h)) / h**2
+    np.testing.assert_allclose(frames.com_acc + skeleton.gravity, second, atol=2e-3)
+
+
+def test_forces_and_residual_accelerate_the_mass(fit, frames):
+    """Newton's law, in the ground frame and in the root's: m (a − g) = Σ f + what is missing."""
+    mass = fit.skeleton.mass
+    demanded = mass * frames.com_acc - frames.ground_contact_force
+    np.testing.assert_allclose(demanded, fit.trials[0].dynamics.residual_root[:, :3], atol=1e-8)
+    in_root_frame = mass * frames.root_frame_com_acc - frames.root_frame_ground_contact_force
+    np.testing.assert_allclose(in_root_frame, frames.root_frame_residual[:, 3:], atol=1e-8)
+
+
+def test_the_residual_about_the_roots_origin(fit, moved, frames):
+    skeleton, q, *_ = moved
+    R, origin = root_of(skeleton, q)
+    dynamics = fit.trials[0].dynamics
+    force, moment = dynamics.residual_root[:, :3], dynamics.residual_root[:, 3:]
+    moment = moment + np.cross(dynamics.root_ground - origin, force)
+    np.testing.assert_allclose(frames.root_frame_residual[:, :3], in_root(R, moment), atol=1e-8)
+
+
+def test_a_contact_is_one_wrench_in_four_forms(moved, frames, contacts):
+    skeleton, q, *_ = moved
+    R, origin = root_of(skeleton, q)
+    wrench = frames.ground_contact_wrench
+    np.testing.assert_array_equal(wrench[:, 3:], contacts.wrench_ground[:, 0, :3])
+    np.testing.assert_array_equal(wrench[:, :3], contacts.wrench_ground[:, 0, 3:])
+    for point, torque, force, moment in (
+        (
+            frames.ground_contact_center_of_pressure,
+            frames.ground_contact_torque,
+            frames.ground_contact_force,
+            wrench[:, :3],
+        ),
+        (
+            frames.root_frame_ground_contact_center_of_pressure,
+            frames.root_frame_ground_contact_torques,
+            frames.root_frame_ground_contact_force,
+            frames.root_frame_ground_contact_wrench[:, :3],
+        ),
+    ):
+        np.testing.assert_allclose(np.cross(point, force) + torque, moment, atol=1e-9)
+    ground = frames.root_frame_ground_contact_center_of_pressure[:, None] @ R.transpose(0, 2, 1)
+    np.testing.assert_allclose(ground[:, 0] + origin, frames.ground_contact_center_of_pressure, atol=1e-12)
+    np.testing.assert_allclose(in_root(R, wrench[:, 3:]), frames.root_frame_ground_contact_force, atol=1e-9)
+
+
+def test_the_point_lies_on_the_plate_and_its_torque_along_the_force(contacts):
+    force, moment = contacts.wrench_ground[..., :3], contacts.wrench_ground[..., 3:]
+    point, torque = central_axis(ContactForces(("foot_r",), force, moment, contacts.cop_ground[..., 1]))
+    loaded = slice(20, 60)
+    np.testing.assert_allclose(point[loaded, 0, 1], 0.01, atol=1e-12)
+    np.testing.assert_allclose(np.cross(torque, force)[loaded], 0.0, atol=1e-9)
+    away = np.linalg.norm(point - contacts.cop_ground, axis=2)[loaded]
+    assert 0 < away.max() < 0.002  # a free moment of 3 N·m at 300 N
+    unloaded = np.r_[0:20, 60:90]
+    np.testing.assert_array_equal(point[unloaded], 0.0)
+    np.testing.assert_array_equal(torque[unloaded], moment[unloaded])
+
+
+def test_joint_centres(fit, moved, frames):
+    skeleton, q, *_ = moved
+    R, origin = root_of(skeleton, q)
+    world = frames.world_frame_joint_centers.reshape(len(q), -1, 3)
+    seen = frames.root_frame_joint_centers.reshape(len(q), -1, 3)
+    assert world.shape[1] == 5
+    np.testing.assert_allclose(np.einsum("tij,tkj->tki", R, seen) + origin[:, None], world, atol=1e-12)
+    hip = [0.02, -0.05, 0.08]  # where the pelvis carries it
+    np.testing.assert_allclose(seen[:, 1], np.tile(hip, (len(q), 1)), atol=1e-12)
+
+
+def test_the_roots_twist(moved, frames):
+    skeleton, q, v, _ = moved
+    R, _ = root_of(skeleton, q)
+    linear = difference(lambda q: root_of(skeleton, q)[1], q, v)
+    np.testing.assert_allclose(frames.root_frame_spatial_velocity[:, 3:], in_root(R, linear), atol=1e-8)
+    turned = Rotation.from_matrix(R.transpose(0, 2, 1) @ root_of(skeleton, q + STEP * v)[0])
+    np.testing.assert_allclose(
+        frames.root_frame_spatial_velocity[:, :3], turned.as_rotvec() / STEP, atol=1e-3
+    )
+
+
+def test_the_roots_acceleration_is_the_twist_that_the_accelerations_would_make(moved, frames):
+    skeleton, q, v, a = moved
+    R, _ = root_of(skeleton, q)
+    h = 1e-3
+    path = [root_of(skeleton, q + s * v + s**2 / 2 * a)[1] for s in (h, 0.0, -h)]
+    second = (path[0] - 2 * path[1] + path[2]) / h**2 - skeleton.gravity
+    np.testing.assert_allclose(frames.root_frame_spatial_acceleration[:, 3:], in_root(R, second), atol=1e-6)
+    turned = Rotation.from_matrix(R.transpose(0, 2, 1) @ root_of(skeleton, q + STEP * a)[0])
+    np.testing.assert_allclose(
+        frames.root_frame_spatial_acceleration[:, :3], turned.as_rotvec() / STEP, rtol=1e-3, atol=1e-2
+    )
+
+
+def test_where_the_root_was(moved, frames):
+    skeleton, q, *_ = moved
+    R, origin = root_of(skeleton, q)
+    places = frames.root_frame_root_pos_history.reshape(len(q), -1, 3)
+    angles = frames.root_frame_root_euler_history.reshape(len(q), -1, 3)
+    assert places.shape[1] == 10
+    np.testing.assert_allclose(places[:, 0], 0.0, atol=1e-12)
+    np.testing.assert_allclose(places[40, 4], R[40].T @ (origin[28] - origin[40]), atol=1e-12)
+    np.testing.assert_allclose(
+        Rotation.from_euler("XYZ", angles[40, 4]).as_matrix(), R[40].T @ R[28], atol=1e-12
+    )
+    np.testing.assert_array_equal(places[5, 2:], 0.0)
+    np.testing.assert_array_equal(angles[5, 2:], 0.0)
