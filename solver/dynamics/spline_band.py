@@ -60,10 +60,9 @@ class CoefficientBand:
         self, value: Float[np.ndarray, "frames 6"], jacobians: list[Float[np.ndarray, "frames 6 dofs"]]
     ) -> Float[np.ndarray, "coefficients dofs"]:
         """Rows r with derivatives by q, q̇, q̈; adds RᵀR and returns the gradient Rᵀr."""
-        gradient = sum(
-            self.gather(self.basis, np.einsum("tij,ti->tj", J, value), order)
-            for order, J in enumerate(jacobians)
-        )
+        gradient = np.zeros(self.blocks.shape[1:3])
+        for order, J in enumerate(jacobians):
+            gradient += self.gather(self.basis, np.einsum("tij,ti->tj", J, value), order)
         dofs = self.blocks.shape[2]
         for pieces, rows in self._rows_by_piece(jacobians):
             product = (rows.transpose(0, 2, 1) @ rows).reshape(len(rows), ORDER, dofs, ORDER, dofs)
@@ -113,13 +112,13 @@ class CoefficientBand:
             for b in range(a + 1):
                 below[some, b, :, a, :] = rows[REACH + b - a].transpose(0, 2, 1)
         size = REACH * dofs
-        diagonal, below = diagonal.reshape(groups, size, size), below.reshape(groups, size, size)
+        matrix = BlockTridiagonal(diagonal.reshape(groups, size, size), below.reshape(groups, size, size))
         own = np.arange(size)
-        diagonal[:, own, own] *= 1 + damping
-        diagonal[:, own, own] += SMALLEST
+        matrix.diagonal[:, own, own] *= 1 + damping
+        matrix.diagonal[:, own, own] += SMALLEST
         padding = own[(count - (groups - 1) * REACH) * dofs :]
-        diagonal[-1, padding, padding] = 1.0
-        return BlockTridiagonal(diagonal, below)
+        matrix.diagonal[-1, padding, padding] = 1.0
+        return matrix
 
     def in_blocks(
         self, x: Float[np.ndarray, "coefficients dofs columns"]

@@ -118,8 +118,8 @@ def test_our_walk_obeys_newton_and_the_review(real_data, tmp_path):
         in_root = np.linalg.norm(frames.root_frame_residual[:, 3:], axis=1)
         np.testing.assert_allclose(in_root, missing, rtol=1e-6)
         observed = np.array(trial.sensors.marker_obs).reshape(238, -1, 3)
-        pelvis = [b3d.header.marker_name.index(name) for name in ("RASI", "LASI")]
-        hips = frames.world_frame_joint_centers.reshape(238, -1, 3)[:, 1]
-        assert np.linalg.norm(observed[:, pelvis].mean(axis=1) - hips, axis=1).max() < 0.25
+        knee = frames.world_frame_joint_centers.reshape(238, -1, 3)[:, 2]
+        beside_it = observed[:, b3d.header.marker_name.index("R.Knee")]
+        assert np.linalg.norm(beside_it - knee, axis=1).max() < 0.1
     plates = np.array(trial.sensors.raw_force_plate_force).reshape(238, -1, 3)[counted].sum(axis=1)
     assert np.median(plates[:, 1]) == pytest.approx(9.81 * b3d.header.mass_kg, rel=0.1)
