@@ -72,9 +72,14 @@ def _evidence(skeleton, motion, contacts, tracked, settings):
     measured = np.nan_to_num(contacts.wrench_raw_ground).sum(axis=1)
     gain, mass_error = 1.0, settings.mass_error
     for _ in range(2):
-        balance = external_balance(body, measured, gain=gain, mass_error=mass_error, settings=settings)
+        balance, slow = (
+            external_balance(
+                body, measured, cutoff_Hz=cutoff, gain=gain, mass_error=mass_error, settings=settings
+            )
+            for cutoff in (settings.balance_cutoff_Hz, settings.place_cutoff_Hz)
+        )
         odds = np.where(tracked, missing_odds(balance, body.weight, settings), 0.0)
-        places = place_costs(balance, outlines, filtered, settings)
+        places = place_costs(slow, outlines, filtered, settings)
         places = {feet: np.where(tracked, cost, 0.0) for feet, cost in places.items()}
         story = likeliest_story(Clues(odds, on_ground, places, loaded, rate), settings)
         whole = story.whole & tracked & (measured[:, 1] > 0.3 * body.weight)

@@ -64,6 +64,7 @@ def external_balance(
     motion: BodyMotion,
     measured_ground: Float[np.ndarray, "frames 6"],
     *,
+    cutoff_Hz: float,
     gain: float,
     mass_error: float,
     settings: DetectionSettings,
@@ -79,6 +80,7 @@ def external_balance(
     Args:
         motion: of the whole body.
         measured_ground: sum over the feet of force [N] and moment about the ground origin [N·m], not filtered.
+        cutoff_Hz: of the smoothing.
         gain: the plates' newtons for one of the motion's, as learnt from measured frames; 1 at first.
         mass_error: relative standard deviation of that ratio.
         settings: thresholds.
@@ -89,7 +91,7 @@ def external_balance(
     push = force / mass
     push[:, UP] -= motion.gravity
     unexplained = motion.com_ground - _integral(_integral(push, rate), rate)
-    smooth = _Smoother(motion.tracked, rate, settings.balance_cutoff_Hz)
+    smooth = _Smoother(motion.tracked, rate, cutoff_Hz)
     missing = mass * smooth.derivative(unexplained, 2)
     missing_moment = smooth.derivative(motion.angular_momentum - _integral(moment, rate), 1)
     acceleration = smooth.derivative(motion.com_ground, 2)[:, UP]

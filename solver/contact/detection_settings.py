@@ -15,6 +15,9 @@ class DetectionSettings:
     balance_cutoff_Hz: float = setting(
         8.0, unit="Hz", why="of the unexplained force: steps show to two frames, markers' noise hardly"
     )
+    place_cutoff_Hz: float = setting(
+        4.0, unit="Hz", why="of the moments: where a force acts changes slowly, and their noise is larger"
+    )
     balance_noise: float = setting(
         0.03, unit="", why="of body weight: what vertical balance leaves unexplained in quiet movement"
     )
@@ -39,7 +42,7 @@ class DetectionSettings:
         20.0, unit="N", why="a smaller missing force has no centre of pressure to speak of"
     )
     half_sole_m: float = setting(0.05, unit="m", why="half a sole's width, round the line between two feet")
-    strongest_place: float = setting(8.0, unit="", why="log odds that one moment's place can give")
+    strongest_place: float = setting(4.0, unit="", why="log odds that one moment's place can give")
     most_missing: float = setting(
         2.0, unit="", why="body weights: missing forces are taken to be anything from none to this"
     )
@@ -64,7 +67,7 @@ class DetectionSettings:
     )
     belt_window_s: float = setting(1.5, unit="s", why="a treadmill's belt changes its speed more slowly")
     elsewhere_odds: float = setting(
-        4.0, unit="", why="log odds against a chair or a hand, before anything is known: plates are for feet"
+        3.0, unit="", why="log odds against a chair or a hand, before anything is known: plates are for feet"
     )
     partly_odds: float = setting(
         0.5, unit="", why="log odds against a loaded foot's force being wrong, before anything is known"

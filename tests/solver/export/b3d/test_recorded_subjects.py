@@ -1,4 +1,4 @@
-"""A file of the dataset's own makers, kept to the byte and meaning what ours mean; and a real walk of ours."""
+"""A file of the dataset's own makers, kept to the byte and meaning what ours mean; a real walk of ours."""
 
 from dataclasses import replace
 
