@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool
 
 from benchmarks.recordings import data_folder
 from solver.capture.capture import ForcePlate
@@ -20,9 +20,9 @@ from solver.capture.conditioning import ConditionedPlate, condition
 from solver.capture.subject import open_subject
 from solver.contact.assignment import assign
 from solver.contact.detection import detect
+from solver.contact.mask import frame_mask
 from solver.contact.proposals import missing_force
 from solver.contact.wrenches import ContactWrenches
-from solver.contact.mask import frame_mask
 from solver.dynamics.com_data import com_data
 from solver.dynamics.mass import mass_from_forces
 from solver.fit import Fit, TrialFit

@@ -3,12 +3,13 @@
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool
 
 from solver.capture.capture import ForcePlate
 from solver.contact.detection_balance import BodyMotion, external_balance
 from solver.contact.detection_motion import ground_odds, slip_speeds
 from solver.contact.detection_place import place_costs
+from solver.contact.detection_scale import TrialErrors, learnt_errors
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.detection_states import Clues, Foot, likeliest_story, missing_odds
 from solver.contact.proposals import (
@@ -70,30 +71,44 @@ def _evidence(skeleton, motion, contacts, tracked, settings):
     com, angular = RigidBodyModel(skeleton).centroidal_momentum(motion.q, motion.velocity)
     body = BodyMotion(com, angular, tracked, rate, skeleton.mass, gravity)
     measured = np.nan_to_num(contacts.wrench_raw_ground).sum(axis=1)
-    gain, mass_error = 1.0, settings.mass_error
-    for _ in range(2):
-        balance, slow = (
-            external_balance(
-                body, measured, cutoff_Hz=cutoff, gain=gain, mass_error=mass_error, settings=settings
-            )
-            for cutoff in (settings.balance_cutoff_Hz, settings.place_cutoff_Hz)
+    fast, slow = (
+        external_balance(body, measured, cutoff_Hz=cutoff, settings=settings)
+        for cutoff in (settings.balance_cutoff_Hz, settings.place_cutoff_Hz)
+    )
+    errors = TrialErrors.before(settings)
+    for _ in range(3):
+        balance, error = errors.corrected(fast, body.weight)
+        most, strongest = settings.most_missing * body.weight, settings.strongest_evidence
+        odds = missing_odds(balance.missing, error, 0.0, most, strongest)
+        carried = np.maximum(contacts.wrench_ground[:, :, 1], 1.0)
+        partly = np.column_stack(
+            [
+                missing_odds(
+                    balance.missing,
+                    error,
+                    settings.least_lost * force,
+                    settings.most_lost * force,
+                    strongest,
+                )
+                for force in carried.T
+            ]
         )
-        odds = np.where(tracked, missing_odds(balance, body.weight, settings), 0.0)
-        places = place_costs(slow, outlines, filtered, settings)
+        odds, partly = np.where(tracked, odds, 0.0), np.where(tracked[:, None], partly, 0.0)
+        places = place_costs(errors.corrected(slow, body.weight)[0], outlines, filtered, settings)
         places = {feet: np.where(tracked, cost, 0.0) for feet, cost in places.items()}
-        story = likeliest_story(Clues(odds, on_ground, places, loaded, rate), settings)
-        whole = story.whole & tracked & (measured[:, 1] > 0.3 * body.weight)
-        if whole.sum() > settings.weighed_s * rate:
-            gain *= measured[whole, 1].sum() / gain / balance.demanded[whole].sum()
-            gain, mass_error = float(np.clip(gain, 0.9, 1.1)), settings.known_mass_error
-    return story, balance, odds, slip
+        story = likeliest_story(Clues(odds, partly, on_ground, places, loaded, rate), settings)
+        errors = learnt_errors(fast, story.whole & tracked, weight=body.weight, rate=rate, settings=settings)
+        if '-d' in __import__('sys').argv: print('errors', errors.mean, np.sqrt(np.diag(errors.covariance)))
+    return story, balance, error, odds, slip
 
 
-def _of_story(story, balance, odds, slip, *, contacts, rate, settings):
+def _of_story(story, balance, error, odds, slip, *, contacts, rate, settings):
     frames = len(odds)
     border = round(settings.border_s * rate)
     for f, foot in enumerate(contacts.foot_bodies):
+        known = contacts.in_contact[:, f]
         for start, end in runs(story.feet[:, f] == Foot.LOST):
+
             part = slice(start, end)
             loaded = contacts.in_contact[part, f].mean()
             gain = odds[part].sum() / (settings.steady_s * rate)
@@ -104,7 +119,7 @@ def _of_story(story, balance, odds, slip, *, contacts, rate, settings):
                 float(1 / (1 + np.exp(-gain / 4))),
                 {
                     "missing_N": float(balance.missing[part].mean()),
-                    "error_N": float(balance.force_error[part].mean()),
+                    "error_N": float(error[part].mean()),
                     "measured_N": float(contacts.wrench_raw_ground[part, f, 1].mean()),
                     "slip_m_s": float(np.median(slip[part, f])),
                 },

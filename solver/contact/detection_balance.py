@@ -38,8 +38,8 @@ class Balance:
     force: Float[np.ndarray, "frames 3"]  # [N]
     moment: Float[np.ndarray, "frames 3"]  # [N·m]
     demanded: Float[np.ndarray, " frames"]  # [N] support, m (z̈ + g)
-    force_error: Float[np.ndarray, " frames"]  # [N] standard deviation of the vertical force
-    moment_error: Float[np.ndarray, " frames"]  # [N·m] of the horizontal moments
+    noise: Float[np.ndarray, " frames"]  # [N] standard deviation of the vertical force
+    moment_noise: Float[np.ndarray, " frames"]  # [N·m] of the horizontal moments
     com_ground: Float[np.ndarray, "frames 3"]  # [m]
 
     @property
@@ -65,8 +65,6 @@ def external_balance(
     measured_ground: Float[np.ndarray, "frames 6"],
     *,
     cutoff_Hz: float,
-    gain: float,
-    mass_error: float,
     settings: DetectionSettings,
 ) -> Balance:
     """How much force and moment the motion asks for beyond the measured ones.
@@ -81,13 +79,11 @@ def external_balance(
         motion: of the whole body.
         measured_ground: sum over the feet of force [N] and moment about the ground origin [N·m], not filtered.
         cutoff_Hz: of the smoothing.
-        gain: the plates' newtons for one of the motion's, as learnt from measured frames; 1 at first.
-        mass_error: relative standard deviation of that ratio.
         settings: thresholds.
     """
     rate, mass = motion.rate, motion.mass
-    force = measured_ground[:, :3] / gain
-    moment = measured_ground[:, 3:] / gain - cross(motion.com_ground, force)
+    force = measured_ground[:, :3]
+    moment = measured_ground[:, 3:] - cross(motion.com_ground, force)
     push = force / mass
     push[:, UP] -= motion.gravity
     unexplained = motion.com_ground - _integral(_integral(push, rate), rate)
@@ -96,15 +92,12 @@ def external_balance(
     missing_moment = smooth.derivative(motion.angular_momentum - _integral(moment, rate), 1)
     acceleration = smooth.derivative(motion.com_ground, 2)[:, UP]
     bounce = mass * _level(acceleration, rate, settings.bounce_window_s)
-    noise = settings.balance_noise * motion.weight
     return Balance(
         force=missing,
         moment=missing_moment,
         demanded=mass * (acceleration + motion.gravity),
-        force_error=np.sqrt(
-            noise**2 + (settings.bounce_noise * bounce) ** 2 + (mass_error * motion.weight) ** 2
-        ),
-        moment_error=settings.moment_noise_m * (motion.weight + bounce),
+        noise=np.hypot(settings.balance_noise * motion.weight, settings.bounce_noise * bounce),
+        moment_noise=settings.moment_noise_m * (motion.weight + bounce),
         com_ground=motion.com_ground,
     )
 

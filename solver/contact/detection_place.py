@@ -32,7 +32,7 @@ def place_costs(
     """
     spread = np.hypot(
         settings.point_noise_m,
-        balance.moment_error / np.maximum(balance.missing, settings.least_pressing_N),
+        balance.moment_noise / np.maximum(balance.missing, settings.least_pressing_N),
     )
     pressing = balance.missing > settings.least_pressing_N
     points, offsets = [], []

@@ -22,18 +22,24 @@ class DetectionSettings:
         0.03, unit="", why="of body weight: what vertical balance leaves unexplained in quiet movement"
     )
     bounce_noise: float = setting(
-        0.2,
-        unit="",
-        why="of m·a: soft tissue and a rigid trunk exaggerate the bounce; 10 % walking, 20 % running",
+        0.08, unit="", why="of m·a: what soft tissue and a rigid trunk leave unexplained besides"
     )
     bounce_window_s: float = setting(0.2, unit="s", why="the level of m·a is that of the last step or so")
     mass_error: float = setting(
-        0.04, unit="", why="standard deviation of the entered mass with clothes, and of the plates' gains"
+        0.04, unit="", why="standard deviation of the entered mass, with clothes, and of the plates' gains"
     )
-    known_mass_error: float = setting(
-        0.02, unit="", why="what remains of it once this trial's own measured frames have been weighed"
+    bounce_error: float = setting(
+        0.12,
+        unit="",
+        why="standard deviation of how much the markers exaggerate m·a: 0 to 0.07 walking, 0.2 running",
     )
-    weighed_s: float = setting(0.5, unit="s", why="of measured frames that it takes to weigh the person")
+    farthest_error: float = setting(
+        2.0, unit="", why="standard deviations that a trial may teach: more is no error but missing force"
+    )
+    least_lost: float = setting(
+        0.2, unit="", why="of the measured force: less than this is missing from no foot; plates err by 5 %"
+    )
+    most_lost: float = setting(3.0, unit="", why="of the measured force: three quarters of a foot off a plate")
     moment_noise_m: float = setting(
         0.02, unit="m", why="of weight and m·a: what the balance of moments leaves unexplained"
     )
@@ -57,10 +63,10 @@ class DetectionSettings:
         0.5, unit="m/s", why="a sole's slowest corner on the ground; a swinging one passes at 2 m/s"
     )
     slip_share: float = setting(
-        0.15, unit="", why="of the speed of the trial's swinging feet: runners' soles slip more"
+        0.2, unit="", why="of the speed of the trial's swinging feet: runners' soles slip more"
     )
     strongest_motion: float = setting(
-        3.0, unit="", why="log odds that a sole's motion can give: a foot may be held still in the air"
+        2.5, unit="", why="log odds that a sole's motion can give: a foot may be held still in the air"
     )
     lowest_part_m: float = setting(
         0.05, unit="m", why="corners of a sole so near to its lowest one may be those that touch"
@@ -77,6 +83,6 @@ class DetectionSettings:
         6.0, unit="", why="of a force that is lost or comes back while the plate stays loaded: rare"
     )
     unloaded_cost: float = setting(
-        6.0, unit="", why="of a foot that is said to be measured while its plate is unloaded, or the reverse"
+        30.0, unit="", why="of a foot that is said to be measured while its plate is unloaded, or the reverse"
     )
-    border_s: float = setting(0.01, unit="s", why="added at both ends of what is proposed: filters spread it")
+    border_s: float = setting(0.02, unit="s", why="added at both ends of what is proposed: filters spread it")

@@ -9,7 +9,6 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.special import log_ndtr
 
-from solver.contact.detection_balance import Balance
 from solver.contact.detection_place import Feet
 from solver.contact.detection_settings import DetectionSettings
 
@@ -26,7 +25,8 @@ class Foot(IntEnum):
 class Clues:
     """What speaks for and against each state, frame by frame: natural logarithms of odds."""
 
-    missing: Float[np.ndarray, " frames"]  # that some force is missing
+    missing: Float[np.ndarray, " frames"]  # that some force is missing, whichever
+    partly: Float[np.ndarray, "frames feet"]  # that a loaded foot's force is measured in part only
     ground: Float[np.ndarray, "frames feet"]  # that the foot stands, from its motion
     place: Mapping[Feet, Float[np.ndarray, " frames"]]  # against these feet, from where the force presses
     loaded: Bool[np.ndarray, "frames feet"]  # a plate carries the foot
@@ -46,21 +46,29 @@ class Story:
         return ~((self.feet == Foot.LOST).any(axis=1) | self.elsewhere)
 
 
-def missing_odds(balance: Balance, weight: float, settings: DetectionSettings) -> Float[np.ndarray, " frames"]:
-    """Natural log odds of 'some force is missing' against 'none'.
+def missing_odds(
+    missing: Float[np.ndarray, " frames"],
+    error: Float[np.ndarray, " frames"],
+    least: Float[np.ndarray, " frames"] | float,
+    most: Float[np.ndarray, " frames"] | float,
+    strongest: float,
+) -> Float[np.ndarray, " frames"]:
+    """Natural log odds of 'a force between least and most is missing' against 'none is'.
 
-    Without missing force the balance is N(0, σ²); with, it is anything up to `most_missing` body weights,
-    plus the same error.
+    Without missing force the balance is N(0, σ²); with, it is any of these forces alike, plus the same error.
 
     Args:
-        balance: of the whole body.
-        weight: [N].
-        settings: thresholds.
+        missing: from the balance [N].
+        error: σ [N].
+        least: [N].
+        most: [N].
+        strongest: what one frame can say at most, for or against.
     """
-    z = balance.missing / balance.force_error
-    width = settings.most_missing * weight / balance.force_error
-    odds = log_ndtr(z) - np.log(width) + 0.5 * z**2 + 0.5 * np.log(2 * np.pi)
-    return np.clip(odds, -settings.strongest_evidence, settings.strongest_evidence)
+    z, low, high = missing / error, least / error, most / error
+    width = np.maximum(high - low, 1e-6)
+    within = log_ndtr(z - low) + np.log1p(-np.exp(np.minimum(log_ndtr(z - high) - log_ndtr(z - low), -1e-9)))
+    odds = within - np.log(width) + 0.5 * z**2 + 0.5 * np.log(2 * np.pi)
+    return np.clip(odds, -strongest, strongest)
 
 
 def likeliest_story(clues: Clues, settings: DetectionSettings) -> Story:
@@ -91,12 +99,11 @@ def _cost(
             cost += settings.unloaded_cost * (clues.loaded[:, f] != (foot == Foot.MEASURED))
     lost = tuple(np.flatnonzero(state[:-1] == Foot.LOST).tolist())
     elsewhere = bool(state[-1])
-    if lost or elsewhere:
-        cost -= clues.missing
     if elsewhere:
-        cost += settings.elsewhere_odds
+        cost += settings.elsewhere_odds - clues.missing
     elif lost:
         cost += clues.place[lost]
+        cost -= np.where(clues.loaded[:, lost[0]], clues.partly[:, lost[0]], clues.missing) if len(lost)==1 else clues.missing
     return cost
 
 

@@ -34,7 +34,7 @@ class MarkerTerms:
     def _order(
         self,
     ) -> tuple[Int[np.ndarray, " positions"], Int[np.ndarray, " driven"], list[tuple[int, int]]]:
-        """Positions with the first of every driven dof in front; these dofs; (its dof's row, row) of the rest."""
+        """Positions with the first of every driven dof in front; these dofs; (dof's row, row) of the rest."""
         dof = self.kinematics.chain.dof
         driven, first = np.unique(dof, return_index=True)
         rest = np.setdiff1d(np.arange(len(dof)), first)

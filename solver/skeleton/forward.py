@@ -69,11 +69,12 @@ class ForwardKinematics:
             R_ground_body[body], p_ground_body[body] = R, o
         axis_ground = (R_after @ self._axes[:, None, :, None])[..., 0]
         rotational = self._rotational[:, None, None]
+        linear = np.where(rotational, cross(anchor_ground, axis_ground), axis_ground)
         return Poses(
             R_ground_body=R_ground_body.transpose(1, 0, 2, 3),
             p_ground_body=p_ground_body.transpose(1, 0, 2),
             angular_ground=(axis_ground * rotational).transpose(1, 0, 2),
-            linear_ground=np.where(rotational, cross(anchor_ground, axis_ground), axis_ground).transpose(1, 0, 2),
+            linear_ground=linear.transpose(1, 0, 2),
             slope=slope,
         )
 

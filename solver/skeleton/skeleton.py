@@ -49,7 +49,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Joint:
-    """Joint i carries body i. T_parent_child = T_parent_frame · translations · rotations · T_child_frame⁻¹."""
+    """Carries body i: T_parent_child = T_parent_frame · translations · rotations · T_child_frame⁻¹."""
 
     name: str
     parent: int  # index of the parent body; -1 is the ground

@@ -35,7 +35,7 @@ def joints_in_order(skeleton: Skeleton) -> list[int]:
     for joint in sorted(rank, key=rank.__getitem__):
         children.setdefault(skeleton.joints[joint].parent, []).append(joint)
     order: list[int] = []
-    waiting = children.get(-1, [])[::-1]
+    waiting = list(children.get(-1, ()))
     while waiting:
         joint = waiting.pop()
         order.append(joint)

@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from solver.skeleton.forward import cross
 
-HISTORY_ENTRIES = 10  # as in the published dataset: the present frame and nine earlier ones
-HISTORY_STRIDE = 3  # frames from one to the next
+HISTORY_ENTRIES = 10  # the present frame and nine earlier ones: what models of the dataset are fed with
+HISTORY_STRIDE = 3  # frames from one to the next; likewise
 
 
 @dataclass(frozen=True)

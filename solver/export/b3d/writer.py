@@ -20,8 +20,8 @@ FRAMES_AT_ONCE = 4096  # a few megabytes
 def write_b3d(b3d: B3dFile, path: Path) -> None:
     """Write a .b3d file, whole or not at all; it may take the place of the one that it was read from.
 
-    Frame sizes and trial headers are those of `trials`, whatever the header says of them. A file that was
-    read is written back byte by byte, as long as its writer kept to the order of the field numbers.
+    Frame sizes, trial headers and their number are those of `trials`, whatever the header says. A file that
+    was read is written back byte by byte, as long as its writer kept to the order of the field numbers.
 
     Raises:
         CaptureError: the file cannot be written, or header and frames do not fit together.
@@ -39,6 +39,7 @@ def write_b3d(b3d: B3dFile, path: Path) -> None:
     header = replace(
         b3d.header,
         trial_header=tuple(headers),
+        num_trials=len(headers) if b3d.header.num_trials else 0,  # most writers leave it out
         raw_sensor_frame_size=len(sensors.template),
         processing_pass_frame_size=len(passes.template),
     )

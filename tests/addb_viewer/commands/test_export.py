@@ -16,6 +16,37 @@ def exported(monkeypatch):
     return calls
 
 
+@pytest.mark.parametrize(
+    ("to", "files"),
+    [("csv", ["csv/no_forces.csv", "csv/walk.csv"]), ("parquet", ["parquet/no_forces.parquet"])],
+)
+def test_tables_go_into_a_folder_of_their_own(command_line, to, files):
+    folder = command_line.subject.folder
+    run = command_line("export", folder, "--to", to)
+    assert run.exit_code == 0
+    for name in files:
+        assert str(folder / "results" / name) in run.stdout
+        assert (folder / "results" / name).stat().st_size > 0
+
+
+def test_b3d_is_one_file_beside_the_fit(command_line, monkeypatch):
+    def export_b3d(fit, folder):
+        (folder / "subject.b3d").write_bytes(b"b3d")
+        return [folder / "subject.b3d"]
+
+    monkeypatch.setattr("addb_viewer.commands.export.export_b3d", export_b3d)
+    folder = command_line.subject.folder
+    assert command_line("export", folder, "--to", "b3d").exit_code == 0
+    assert (folder / "results" / "subject.b3d").read_bytes() == b"b3d"
+
+
+def test_a_model_that_b3d_cannot_hold_is_one_clear_line(command_line):
+    run = command_line("export", command_line.subject.folder, "--to", "b3d")
+    assert run.exit_code == 1
+    assert "the root joint 'hip' has" in run.stderr
+    assert "Traceback" not in run.stderr
+
+
 def test_without_a_fit_it_solves_keeps_and_exports(command_line, exported):
     folder = command_line.subject.folder
     run = command_line("export", folder, "--to", "opensim")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from solver.capture.atomic import write_whole
+from solver.capture.atomic import whole_file, write_whole
 from solver.errors import CaptureError
 
 
@@ -25,4 +25,24 @@ def test_the_old_file_stays_when_writing_fails(tmp_path):
     with pytest.raises(UnicodeEncodeError):
         write_whole(path, "new \udc80")
     assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_file_written_in_pieces_appears_at_the_end(tmp_path):
+    path = tmp_path / "a.bin"
+    path.write_bytes(b"old")
+    with whole_file(path) as file:
+        file.write(b"ne")
+        assert path.read_bytes() == b"old"
+        file.write(b"w")
+    assert path.read_bytes() == b"new"
+
+
+def test_a_block_that_fails_leaves_the_old_file_alone(tmp_path):
+    path = tmp_path / "a.bin"
+    path.write_bytes(b"old")
+    written = [b"half"]
+    with pytest.raises(IndexError), whole_file(path) as file:
+        file.writelines(written.pop() for _ in range(2))
+    assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]

@@ -114,6 +114,9 @@ def test_marker_errors_and_what_markers_see(fit):
     assert about.marker_rms[8] == pytest.approx(0.04)
     assert about.dof_positions_observed.tolist() == [True] * 10 + [False] * 3  # ankle, a locked one, shoulder
     assert about.dof_velocities_finite_differenced.all()
+    on_the_foot = MarkerErrors(("M11",), np.zeros((90, 1)))
+    about = pass_header(with_trial(fit, marker_errors=on_the_foot))
+    assert about.dof_positions_observed.tolist() == [True] * 11 + [False] * 2
 
 
 def test_the_fastest_coordinate(fit):

@@ -83,6 +83,24 @@ def test_its_model_moves_as_ours_does(sample, model):
         np.testing.assert_allclose(com, frames["com_pos"], atol=0.002)  # they leave out the patellae
 
 
+def test_its_derivatives_and_residuals(sample):
+    """As docs/export.md says: backward differences, no gravity in the acceleration, names exchanged."""
+    for trial in read_b3d(sample).trials:
+        frames, about = inner(trial.passes[0]), trial.header.processing_pass_header[0]
+        com, dt = frames["com_pos"], trial.header.trial_timestep
+        np.testing.assert_allclose(frames["com_vel"][1:], np.diff(com, axis=0) / dt, atol=0.02)
+        off = frames["com_acc"][1:-1] - np.diff(com, 2, axis=0) / dt**2
+        assert np.median(np.abs(off)) < 0.2
+        for residual, part in ((about.linear_residual, slice(3)), (about.angular_residual, slice(3, 6))):
+            np.testing.assert_allclose(
+                residual[1:-1], np.linalg.norm(frames["tau"][:, part], axis=1), rtol=1e-6
+            )
+            assert residual[[0, -1]].tolist() == [0, 0]
+        np.testing.assert_allclose(
+            about.joints_max_velocity[1:-1], np.abs(frames["vel"]).max(axis=1), rtol=1e-6
+        )
+
+
 def test_its_torques_are_ours(sample, model):
     """With gravity along −z, as that file had it; above the legs, whose patellae it lacks, to the digit."""
     skeleton = replace(unlocked(model), gravity=np.array([0.0, 0.0, -9.81]))

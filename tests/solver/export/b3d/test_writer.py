@@ -96,6 +96,15 @@ def test_a_folder_that_is_not_there(subject, tmp_path):
         write_b3d(subject, tmp_path / "nowhere" / "subject.b3d")
 
 
+def test_a_trial_left_out(subject, tmp_path):
+    path = tmp_path / "subject.b3d"
+    counted = replace(subject, header=replace(subject.header, num_trials=2))
+    write_b3d(replace(counted, trials=subject.trials[1:]), path)
+    found = read_b3d(path)
+    assert (found.header.num_trials, [t.name for t in found.header.trial_header]) == (1, ["trial 1"])
+    np.testing.assert_array_equal(found.trials[0].passes[0].pos, subject.trials[1].passes[0].pos)
+
+
 def test_no_trials(tmp_path):
     write_b3d(B3dFile(Header(version=4), ()), tmp_path / "empty.b3d")
     assert len(read_b3d(tmp_path / "empty.b3d").trials) == 0
