@@ -10,7 +10,8 @@ from jaxtyping import Float
 
 from benchmarks.peers import ENGINE
 from benchmarks.referee import referee
-from solver.export.opensim import export_opensim, file_stem
+from solver.export.opensim import export_opensim
+from solver.export.places import file_stem
 from solver.fit import Fit, TrialFit
 from solver.pipeline import solve
 from solver.settings import Settings

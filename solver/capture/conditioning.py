@@ -15,8 +15,9 @@ from solver.capture.capture import ForcePlate
 from solver.capture.centre_of_pressure import centre_of_pressure, surface_of
 from solver.capture.force_settings import CONDITIONING, ConditioningSettings
 from solver.capture.resampling import ANTI_ALIAS_SHARE, covered, interpolate, rate_of, resample
-from solver.capture.zero_level import runs, zeroed
+from solver.capture.zero_level import zeroed
 from solver.filters import low_pass
+from solver.runs import runs
 
 
 @dataclass(frozen=True)

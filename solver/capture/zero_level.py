@@ -7,6 +7,7 @@ from jaxtyping import Bool, Float
 
 from solver.capture.capture import ForcePlate
 from solver.capture.force_settings import CONDITIONING, ConditioningSettings
+from solver.runs import runs
 
 BIN_N = 2.0  # of the histogram in which the level is looked for: the noise of a quiet plate
 
@@ -69,12 +70,6 @@ def unloaded_stretches(plate: ForcePlate, settings: ConditioningSettings) -> Boo
         if end - start >= fewest:
             nobody[start:end] = True
     return nobody
-
-
-def runs(mask: Bool[np.ndarray, " samples"]) -> list[tuple[int, int]]:
-    """Where the mask is True: (start, end), end exclusive."""
-    edges = np.flatnonzero(np.diff(np.r_[False, mask, False].astype(int)))
-    return [(int(start), int(end)) for start, end in edges.reshape(-1, 2)]
 
 
 def _commonest(values: Float[np.ndarray, " values"], bin_width: float) -> float:

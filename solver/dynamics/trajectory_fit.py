@@ -39,6 +39,7 @@ class TrialData:
     wrench_ground: Float[np.ndarray, "frames 6"]  # [N, N·m about the ground origin] of all feet together
     counts: Bool[np.ndarray, " frames"]  # False on frames of U
     start: Motion  # the marker fit
+    initial: Motion | None = None  # where the search begins; None: at the marker fit
 
 
 @dataclass(frozen=True)
@@ -216,11 +217,12 @@ class _Trial:
         self.jerk_weight = settings.smoothness / jerk_level(motion, settings) ** 2
 
     def start(self) -> Float[np.ndarray, "coefficients dofs"]:
-        """The spline nearest to the marker fit."""
+        """The spline nearest to where the search begins."""
         band = CoefficientBand.empty(self.basis, 1)
         band.add_same_frame(np.ones((self.basis.frames, 1, 1)))
         band.add_jerk(np.array([1e-9]))
-        right = CoefficientBand.gather(self.basis, self.data.start.q, 0)
+        initial = self.data.initial or self.data.start
+        right = CoefficientBand.gather(self.basis, initial.q, 0)
         factor = band.block_tridiagonal().factorized_in_place()
         half = factor.half_solve(band.in_blocks(right[:, None, :]))
         return band.from_blocks(factor.back_solve(half))[:, 0, :]
