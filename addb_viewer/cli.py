@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from addb_viewer.commands.ablation import ablation
 from addb_viewer.commands.agreement import agreement
 from addb_viewer.commands.demo import demo
 from addb_viewer.commands.export import export
@@ -35,6 +36,7 @@ app.command(name="undo")(undo)
 app.command(name="redo")(redo)
 app.command(name="mark")(mark)
 app.command(name="agreement")(agreement)
+app.command(name="ablation")(ablation)
 app.command(name="settings")(settings)
 
 

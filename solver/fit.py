@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.capture import Capture, Subject
+from solver.contact.proposals import Proposal
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.heldout import Heldout
@@ -32,6 +33,7 @@ class TrialFit:
     model_markers_ground: Float[np.ndarray, "frames markers 3"]  # [m] in the order of marker_errors.names
     contacts: ContactWrenches | None = None
     mask: FrameMask | None = None
+    proposals: tuple[Proposal, ...] = ()  # what detection thinks of the forces, sure or not
     dynamics: Dynamics | None = None
     kinematics_only: KinematicsOnly | None = None  # None: the motion is that of the markers alone
     heldout: Heldout | None = None

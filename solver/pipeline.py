@@ -6,13 +6,15 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
+from jaxtyping import Bool
 
 from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.capture.conditioning import condition, shared_cutoff
 from solver.capture.trial import read_static, read_trial
 from solver.contact.assignment import assign
+from solver.contact.detection import detect
 from solver.contact.mask import frame_mask
-from solver.contact.wrenches import MissingRange
+from solver.contact.wrenches import ContactWrenches, FrameMask, MissingRange
 from solver.dynamics.com_data import com_data
 from solver.dynamics.com_mass import disagreement
 from solver.dynamics.heldout import Heldout, withheld_frames
@@ -91,6 +93,7 @@ def solve(
     fits = [_with_forces(f, skeleton, subject, settings, reviews.get(f.capture.name)) for f in fits]
     mass_kg, mass_notes = _mass(subject, skeleton, fits, settings)
     skeleton = with_mass(skeleton, mass_kg)
+    fits = [_judged(f, skeleton, settings, reviews.get(f.capture.name)) for f in fits]
     skeleton, fits, fit_notes = _obeying_forces(fits, match, skeleton, settings, part(progress, TRACKED, 1.0))
     solved = [_with_dynamics(fit, skeleton, settings) for fit in fits]
     height_m, height_notes = _height(subject, skeleton)
@@ -105,6 +108,13 @@ def solve(
         provenance=provenance_of(subject, chosen, reviews),
         notes=(*match.notes, *calibration.notes, *mass_notes, *fit_notes, *height_notes),
     )
+
+
+def trial_data(fit: TrialFit, match: MarkerMatch) -> TrialData:
+    """What a trial with forces gives to the trajectory fit; `match` is of the fitted skeleton's markers."""
+    assert fit.contacts is not None
+    wrench = np.where(fit.forces_known[:, None], fit.contacts.wrench_ground.sum(axis=1), 0.0)
+    return TrialData(match.observed(fit.capture.markers), wrench, fit.forces_known, fit.motion)
 
 
 class _Clock:
@@ -184,12 +194,44 @@ def _with_forces(
         times=times,
         settings=settings.contact,
     )
-    tracked = fit.marker_errors.seen_share >= settings.kinematics.fewest_seen_share
+    return replace(fit, contacts=contacts, mask=_mask(fit, contacts, settings, review))
+
+
+def _judged(
+    fit: TrialFit, skeleton: Skeleton, settings: Settings, review: Sequence[MissingRange] | None
+) -> TrialFit:
+    """The trial with what detection proposes; where nobody reviewed it, the mask obeys the sure ones."""
+    if fit.contacts is None:
+        return fit
+    proposals = detect(
+        skeleton,
+        fit.motion,
+        fit.contacts,
+        fit.capture.plates,
+        tracked=_tracked_frames(fit, settings),
+        settings=settings.detection,
+    )
+    sure = [(*p.range, p.foot, p.reason) for p in proposals if p.confidence >= settings.detection.confidence]
+    return replace(fit, proposals=proposals, mask=_mask(fit, fit.contacts, settings, review, sure))
+
+
+def _tracked_frames(fit: TrialFit, settings: Settings) -> Bool[np.ndarray, " frames"]:
+    return fit.marker_errors.seen_share >= settings.kinematics.fewest_seen_share
+
+
+def _mask(
+    fit: TrialFit,
+    contacts: ContactWrenches,
+    settings: Settings,
+    review: Sequence[MissingRange] | None,
+    proposed: Sequence[MissingRange] = (),
+) -> FrameMask:
     try:
-        mask = frame_mask(contacts, tracked, fit.capture.imported_missing_force, review)
+        return frame_mask(
+            contacts, _tracked_frames(fit, settings), fit.capture.imported_missing_force, review, proposed
+        )
     except FitError as error:
         raise FitError(f"{fit.capture.name}: {error}") from error
-    return replace(fit, contacts=contacts, mask=mask)
 
 
 def _filtered(motion: Motion, settings: Settings) -> Motion:
@@ -233,7 +275,7 @@ def _obeying_forces(
         return skeleton, list(fits), ()
     clock = _Clock()
     with clock("dynamics"):
-        data = [_trial_data(fits[i], match) for i in fitted]
+        data = [trial_data(fits[i], match) for i in fitted]
         result = fit_trajectories(skeleton, data, settings.trajectory, part(progress, 0.0, 0.6))
         heldout = _heldout([fits[i] for i in fitted], data, skeleton, settings, part(progress, 0.6, 1.0))
     updated = list(fits)
@@ -276,12 +318,6 @@ def _heldout(
         )
         outcome.append(Heldout(frames & of_fit.used, of_fit.residual_root, before.residual_root))
     return outcome
-
-
-def _trial_data(fit: TrialFit, match: MarkerMatch) -> TrialData:
-    assert fit.contacts is not None
-    wrench = np.where(fit.forces_known[:, None], fit.contacts.wrench_ground.sum(axis=1), 0.0)
-    return TrialData(match.observed(fit.capture.markers), wrench, fit.forces_known, fit.motion)
 
 
 def _with_dynamics(fit: TrialFit, skeleton: Skeleton, settings: Settings) -> TrialFit:

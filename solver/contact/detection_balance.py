@@ -1,4 +1,4 @@
-"""Newton and Euler for the whole body: the external wrench that its motion demands and no plate has measured."""
+"""Newton and Euler for the whole body: the external wrench that its motion demands, beside the measured ones."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from scipy.ndimage import uniform_filter1d
 from solver.contact.detection_settings import DetectionSettings
 from solver.skeleton.forward import cross
 
-UP = 1  # y
+UP = 1  # y, among the three components of a force
 FEWEST_FRAMES = 4  # that a third difference needs
 
 
@@ -31,75 +31,54 @@ class BodyMotion:
         return self.mass * self.gravity
 
 
-@dataclass(frozen=True)
-class Balance:
-    """The missing wrench, demanded less measured, frame by frame, about the centre of mass."""
+class WholeBody:
+    """Demanded and measured wrenches about the centre of mass, both through one and the same smoother.
 
-    force: Float[np.ndarray, "frames 3"]  # [N]
-    moment: Float[np.ndarray, "frames 3"]  # [N·m]
-    demanded: Float[np.ndarray, " frames"]  # [N] support, m (z̈ + g)
-    noise: Float[np.ndarray, " frames"]  # [N] standard deviation of the vertical force
-    moment_noise: Float[np.ndarray, " frames"]  # [N·m] of the horizontal moments
-    com_ground: Float[np.ndarray, "frames 3"]  # [m]
+    Whittaker's smoother: least squares with a penalty on the third difference. Motion is smoothed and then
+    differentiated; a wrench is integrated, smoothed and differentiated likewise. So their difference is that
+    of e = x − ∬(F/m − g): where all forces were measured e is a parabola and the markers' noise, however
+    hard the impact, and a parabola passes unchanged, also at the ends of the trial.
 
-    @property
-    def missing(self) -> Float[np.ndarray, " frames"]:
-        """Missing support [N]."""
-        return self.force[:, UP]
+    Attributes:
+        demanded: force [N] and moment about the centre of mass [N·m] that gravity and inertia ask for.
+        noise: standard deviation of the vertical force that a complete measurement leaves unexplained [N].
+        moment_noise: likewise of horizontal moments [N·m].
+    """
 
-    def pressed_point(self, height: Float[np.ndarray, " frames"]) -> Float[np.ndarray, "frames 2"]:
-        """Where the missing force presses on a surface of that height [m]: x and z; of no meaning without one.
+    def __init__(self, motion: BodyMotion, cutoff_Hz: float, settings: DetectionSettings) -> None:
+        self.motion = motion
+        self._smoother = _Smoother(motion.tracked, motion.rate, cutoff_Hz)
+        acceleration = self._smoother.derivative(motion.com_ground, 2)
+        turning = self._smoother.derivative(motion.angular_momentum, 1)
+        self.demanded: Float[np.ndarray, "frames 6"] = np.hstack([motion.mass * acceleration, turning])
+        self.demanded[:, UP] += motion.weight
+        bounce = motion.mass * _level(acceleration[:, UP], motion.rate, settings.bounce_window_s)
+        self.noise = np.hypot(settings.balance_noise * motion.weight, settings.bounce_noise * bounce)
+        self.moment_noise = settings.moment_noise_m * (motion.weight + bounce)
 
-        A force F through r from the centre of mass and a moment about the vertical make
+    def passed(self, wrench_ground: Float[np.ndarray, "frames 6"]) -> Float[np.ndarray, "frames 6"]:
+        """A wrench [N, N·m about the ground origin] as the balance sees it: smoothed, about the centre of mass."""
+        rate, force = self.motion.rate, wrench_ground[:, :3]
+        moment = wrench_ground[:, 3:] - cross(self.motion.com_ground, force)
+        twice = _integral(_integral(force, rate), rate)
+        return np.hstack(
+            [self._smoother.derivative(twice, 2), self._smoother.derivative(_integral(moment, rate), 1)]
+        )
+
+    def pressed_point(
+        self, wrench: Float[np.ndarray, "frames 6"], height: Float[np.ndarray, " frames"]
+    ) -> Float[np.ndarray, "frames 2"]:
+        """Where a wrench about the centre of mass presses on a surface of that height [m]: x and z; NaN without force.
+
+        A force F at r from the centre of mass and a moment about the vertical make
         M_x = r_y F_z − r_z F_y and M_z = r_x F_y − r_y F_x.
         """
-        below = height - self.com_ground[:, UP]
-        pressing = np.where(np.abs(self.missing) > 1.0, self.missing, np.nan)
-        x = self.com_ground[:, 0] + (self.moment[:, 2] + below * self.force[:, 0]) / pressing
-        z = self.com_ground[:, 2] + (below * self.force[:, 2] - self.moment[:, 0]) / pressing
+        com = self.motion.com_ground
+        below = height - com[:, UP]
+        pressing = np.where(np.abs(wrench[:, UP]) > 1.0, wrench[:, UP], np.nan)
+        x = com[:, 0] + (wrench[:, 5] + below * wrench[:, 0]) / pressing
+        z = com[:, 2] + (below * wrench[:, 2] - wrench[:, 3]) / pressing
         return np.column_stack([x, z])
-
-
-def external_balance(
-    motion: BodyMotion,
-    measured_ground: Float[np.ndarray, "frames 6"],
-    *,
-    cutoff_Hz: float,
-    settings: DetectionSettings,
-) -> Balance:
-    """How much force and moment the motion asks for beyond the measured ones.
-
-    The measured wrench is integrated and subtracted from the motion: e = x − ∬(F/m − g), and likewise the
-    angular momentum. Where all forces were measured e is a parabola and the markers' noise, however hard the
-    impact; where some are missing, m ë is what is missing. So only e is smoothed and differentiated (Whittaker's
-    smoother: least squares with a penalty on the third difference), never motion and forces with filters
-    that must match.
-
-    Args:
-        motion: of the whole body.
-        measured_ground: sum over the feet of force [N] and moment about the ground origin [N·m], not filtered.
-        cutoff_Hz: of the smoothing.
-        settings: thresholds.
-    """
-    rate, mass = motion.rate, motion.mass
-    force = measured_ground[:, :3]
-    moment = measured_ground[:, 3:] - cross(motion.com_ground, force)
-    push = force / mass
-    push[:, UP] -= motion.gravity
-    unexplained = motion.com_ground - _integral(_integral(push, rate), rate)
-    smooth = _Smoother(motion.tracked, rate, cutoff_Hz)
-    missing = mass * smooth.derivative(unexplained, 2)
-    missing_moment = smooth.derivative(motion.angular_momentum - _integral(moment, rate), 1)
-    acceleration = smooth.derivative(motion.com_ground, 2)[:, UP]
-    bounce = mass * _level(acceleration, rate, settings.bounce_window_s)
-    return Balance(
-        force=missing,
-        moment=missing_moment,
-        demanded=mass * (acceleration + motion.gravity),
-        noise=np.hypot(settings.balance_noise * motion.weight, settings.bounce_noise * bounce),
-        moment_noise=settings.moment_noise_m * (motion.weight + bounce),
-        com_ground=motion.com_ground,
-    )
 
 
 def _integral(values: Float[np.ndarray, "frames 3"], rate: float) -> Float[np.ndarray, "frames 3"]:
@@ -109,7 +88,7 @@ def _integral(values: Float[np.ndarray, "frames 3"], rate: float) -> Float[np.nd
 
 
 class _Smoother:
-    """Whittaker's smoother on a trial's frames; a parabola passes unchanged, a wave at the cutoff by half."""
+    """Whittaker's smoother on a trial's frames; a wave at the cutoff passes by half."""
 
     def __init__(self, seen: Bool[np.ndarray, " frames"], rate: float, cutoff_Hz: float) -> None:
         frames = len(seen)
@@ -122,15 +101,15 @@ class _Smoother:
         """First or second derivative of the smoothed series."""
         if self.seen.sum() < FEWEST_FRAMES:
             return np.zeros_like(values)
-        parabola = np.polyfit(self.time[self.seen], values[self.seen], 2)
-        trend = [np.polyval(np.polyder(p, k), self.time) for k in (0, order) for p in parabola.T]
-        rest = np.where(self.seen[:, None], values - np.column_stack(trend[:3]), 0.0)
-        smooth = solveh_banded(self.band, rest)
+        parabola = np.polyfit(self.time[self.seen], values[self.seen], 2).T
+        trend, slope = (
+            np.column_stack([np.polyval(np.polyder(p, k), self.time) for p in parabola]) for k in (0, order)
+        )
+        smooth = solveh_banded(self.band, np.where(self.seen[:, None], values - trend, 0.0))
         if order == 1:
-            steep = np.gradient(smooth, axis=0) * self.rate
-        else:
-            steep = np.pad(np.diff(smooth, 2, axis=0), ((1, 1), (0, 0)), mode="edge") * self.rate**2
-        return steep + np.column_stack(trend[3:])
+            return slope + np.gradient(smooth, axis=0) * self.rate
+        bend = np.pad(np.diff(smooth, 2, axis=0), ((1, 1), (0, 0)), mode="edge")
+        return slope + bend * self.rate**2
 
 
 def _third_difference_band(frames: int) -> Float[np.ndarray, "4 frames"]:

@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Float
 
-from solver.contact.detection_balance import UP, Balance
+from solver.contact.detection_balance import UP, WholeBody
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.sole import Sole
 
@@ -14,7 +14,8 @@ Feet = tuple[int, ...]
 
 
 def place_costs(
-    balance: Balance,
+    body: WholeBody,
+    missing: Float[np.ndarray, "frames 6"],
     outlines: Sequence[Sole],
     poses: tuple[Float[np.ndarray, "frames bodies 3 3"], Float[np.ndarray, "frames bodies 3"]],
     settings: DetectionSettings,
@@ -25,21 +26,22 @@ def place_costs(
     its place is known. Between two feet is as good as under one. Nothing missing: no cost.
 
     Args:
-        balance: of the whole body.
+        body: slow balance.
+        missing: wrench about the centre of mass.
         outlines: of the soles.
         poses: orientations and origins of all bodies.
         settings: thresholds.
     """
     spread = np.hypot(
         settings.point_noise_m,
-        balance.moment_noise / np.maximum(balance.missing, settings.least_pressing_N),
+        body.moment_noise / np.maximum(missing[:, UP], settings.least_pressing_N),
     )
-    pressing = balance.missing > settings.least_pressing_N
+    pressing = missing[:, UP] > settings.least_pressing_N
     points, offsets = [], []
     for sole in outlines:
         corners = sole.corners_ground(*poses)
         ground = corners[..., UP].min(axis=1)
-        point = balance.pressed_point(ground)
+        point = body.pressed_point(missing, ground)
         points.append(np.insert(point, UP, ground, axis=1))
         offsets.append(corners[..., [0, 2]].mean(axis=1))
     far = [s.distance(*poses, p) for s, p in zip(outlines, points, strict=True)]

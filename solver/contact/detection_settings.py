@@ -36,6 +36,13 @@ class DetectionSettings:
     farthest_error: float = setting(
         2.0, unit="", why="standard deviations that a trial may teach: more is no error but missing force"
     )
+    com_error_m: float = setting(0.03, unit="m", why="standard deviation of the centre of mass, sideways")
+    plate_error: float = setting(
+        0.03, unit="", why="standard deviation of one contact's force: gains, soft tissue from step to step"
+    )
+    part_cost: float = setting(
+        8.0, unit="", why="log odds against a contact's being measured in part: one in some thousand"
+    )
     least_lost: float = setting(
         0.2, unit="", why="of the measured force: less than this is missing from no foot; plates err by 5 %"
     )

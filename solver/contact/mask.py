@@ -20,6 +20,7 @@ def frame_mask(
     tracked: Bool[np.ndarray, " frames"],
     imported: Bool[np.ndarray, " frames"] | None,
     review: Sequence[MissingRange] | None = None,
+    proposed: Sequence[MissingRange] = (),
 ) -> FrameMask:
     """Every force counts but those without a recording or a pose, with two feet on a plate, or flagged.
 
@@ -28,11 +29,12 @@ def frame_mask(
         tracked: frames that show enough markers for a pose.
         imported: from review.json: true where a person says that force is missing or wrong.
         review: what people decided here, per foot; where it is given, `imported` is not asked.
+        proposed: what detection is sure enough of; asked only where nobody reviewed the trial.
 
     Raises:
         FitError: the review is of another number of frames, or of another foot.
     """
-    flagged, source = _flagged(contacts, imported, review)
+    flagged, source = _flagged(contacts, imported, review, proposed)
     ranges = [
         (start, end, None, reason)
         for out, reason in (
@@ -56,14 +58,15 @@ def _flagged(
     contacts: ContactWrenches,
     imported: Bool[np.ndarray, " frames"] | None,
     review: Sequence[MissingRange] | None,
+    proposed: Sequence[MissingRange],
 ) -> tuple[list[MissingRange], str]:
-    """What a review takes out, and which one: people's own comes before an imported one."""
+    """What is taken out, and by whom: people's own review, else an imported one, else proposals."""
     if review is not None:
         for missing in review:
             _check(missing, contacts)
         return list(review), "review"
     if imported is None:
-        return [], "none"
+        return list(proposed), "proposals"
     if len(imported) != contacts.frames:
         raise FitError(
             f"The review is of {len(imported)} frames, the trial has {contacts.frames}. "

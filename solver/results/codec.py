@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from solver.capture import capture
-from solver.contact import wrenches
+from solver.contact import proposals, wrenches
 from solver.dynamics import dynamics, heldout
 from solver.errors import ResultsError
 from solver.fit import KinematicsOnly, TrialFit
@@ -19,7 +19,7 @@ from solver.skeleton import functions, skeleton
 Tree = Any  # what JSON can hold
 Arrays = dict[str, np.ndarray]
 
-_ROOMS = (capture, wrenches, dynamics, heldout, marker_errors, motion, functions, skeleton)
+_ROOMS = (capture, wrenches, proposals, dynamics, heldout, marker_errors, motion, functions, skeleton)
 _TYPES = {
     name: kind
     for room in _ROOMS

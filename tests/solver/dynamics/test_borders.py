@@ -1,0 +1,160 @@
+"""Where a foot's force goes missing or comes back, the motion and the torques go on without a step.
+
+The bound: at a border of U no velocity, acceleration or torque changes more from one frame to the next than
+`BOUND` times the greatest change that the fit with all forces shows anywhere in the same trial. Whole stances are
+hidden, and late halves, where the force goes missing at body weight.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from jaxtyping import Float
+
+from solver.capture.subject import open_subject
+from solver.contact.wrenches import ContactWrenches, FrameMask
+from solver.dynamics.dynamics import Dynamics
+from solver.dynamics.hidden_steps import Step, frames_of, steps_of
+from solver.dynamics.inverse_dynamics import inverse_dynamics
+from solver.dynamics.missing_wrench import inferred_torques
+from solver.dynamics.trajectory_fit import TrialData, fit_trajectories
+from solver.kinematics.marker_matching import match_markers
+from solver.kinematics.root_joint import root_joint
+from solver.pipeline import solve, trial_data
+from solver.settings import Settings
+from solver.simulate.demo import MARKERS
+from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
+from solver.simulate.person import Person, body_of
+from solver.simulate.subject_folder import write_subject
+from solver.simulate.trial import Scenario, simulate_trial
+from solver.skeleton.skeleton import Skeleton
+
+BOUND = 1.5
+ENDS = 10  # frames at each end, as the figures leave them out
+NEAR = 2  # frames to either side of a border
+SETTINGS = Settings()
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A walk with all of its forces, not yet fitted to them."""
+
+    skeleton: Skeleton
+    data: TrialData
+    contacts: ContactWrenches
+    mask: FrameMask
+    foot: int
+
+    @property
+    def steps(self) -> list[Step]:
+        return steps_of(self.contacts.in_contact[:, self.foot], self.data.start.rate)
+
+    def fitted_without(self, hidden_steps: list[Step]) -> "Fitted":
+        hidden = frames_of(hidden_steps, self.contacts.frames)
+        seen = replace(self.data, counts=self.data.counts & ~hidden)
+        fit = fit_trajectories(self.skeleton, [seen], SETTINGS.trajectory)
+        counts = self.mask.counts.copy()
+        counts[hidden, self.foot] = False
+        mask = replace(self.mask, counts=counts)
+        dynamics = inverse_dynamics(fit.skeleton, fit.motions[0], self.contacts, mask, SETTINGS.dynamics)
+        return Fitted(fit.skeleton, dynamics, inferred_torques(fit.skeleton, dynamics, self.contacts, mask))
+
+
+@dataclass(frozen=True)
+class Fitted:
+    skeleton: Skeleton
+    dynamics: Dynamics
+    torques: Float[np.ndarray, "frames dofs"]
+
+    @property
+    def joints(self) -> list[int]:
+        """Dofs but the root's: what acts there is the residual."""
+        root = set(root_joint(self.skeleton).dofs)
+        return [dof for dof in range(len(self.skeleton.dofs)) if dof not in root]
+
+
+def walk_in(folder: Path) -> Walk:
+    markers_only = replace(SETTINGS, trajectory=replace(SETTINGS.trajectory, enabled=False))
+    fit = solve(open_subject(folder), markers_only)
+    (trial,) = fit.trials
+    match = match_markers(fit.skeleton, [trial.capture.markers])
+    foot = trial.contacts.foot_bodies.index("calcn_r")
+    return Walk(
+        match.skeleton(fit.skeleton), trial_data(trial, match), trial.contacts, trial.mask, foot
+    )
+
+
+@pytest.fixture(scope="module")
+def synthetic_walk(tmp_path_factory) -> Walk:
+    who, duration = Person(sex="female"), 2.3
+    body_rng, motion_rng, noise_rng = np.random.default_rng(5).spawn(3)
+    trial = simulate_trial(Scenario("walk", "walk", duration=duration), body_of(who, body_rng), motion_rng)
+    plates = plates_under(trial.contacts, (0.0, duration))
+    folder = tmp_path_factory.mktemp("walker")
+    write_subject(folder, who, [measure(trial, plates, MARKERS, MeasurementSettings(), noise_rng)])
+    return walk_in(folder)
+
+
+@pytest.fixture(scope="module")
+def treadmill_walk(real_data) -> Walk:
+    return walk_in(real_data / "walk_treadmill_stepwidth")
+
+
+@pytest.fixture(
+    scope="module", params=["synthetic_walk", pytest.param("treadmill_walk", marks=pytest.mark.real)]
+)
+def walk(request) -> Walk:
+    return request.getfixturevalue(request.param)
+
+
+@pytest.fixture(scope="module")
+def oracle(walk) -> Fitted:
+    return walk.fitted_without([])
+
+
+@pytest.fixture(scope="module", params=["whole stances", "late halves"])
+def hidden_steps(walk, request) -> list[Step]:
+    chosen = walk.steps[1::3]
+    return chosen if request.param == "whole stances" else [((a + b) // 2, b) for a, b in chosen]
+
+
+@pytest.fixture(scope="module")
+def ours(walk, hidden_steps) -> Fitted:
+    return walk.fitted_without(hidden_steps)
+
+
+def own_level(series):
+    """Greatest change from frame to frame, by column; what hardly moves is held against a tenth of the rest."""
+    greatest = np.abs(np.diff(series[ENDS:-ENDS], axis=0)).max(axis=0)
+    return np.maximum(greatest, 0.1 * np.sqrt((greatest**2).mean()))
+
+
+def changes_at_borders(series, steps):
+    at = [np.abs(np.diff(series[b - 1 - NEAR : b + 1 + NEAR], axis=0)) for step in steps for b in step]
+    return np.concatenate(at).max(axis=0)
+
+
+@pytest.mark.parametrize("order", [0, 1, 2], ids=["angles", "velocities", "accelerations"])
+def test_the_motion_has_no_step_at_the_borders(oracle, ours, hidden_steps, order):
+    own = own_level(oracle.dynamics.motion.derivative(order))
+    at = changes_at_borders(ours.dynamics.motion.derivative(order), hidden_steps)
+    print(order, (at / own).max())
+    assert np.all(at <= BOUND * own)
+
+
+def test_torques_have_no_step_at_the_borders(oracle, ours, hidden_steps):
+    own = own_level(oracle.torques[:, oracle.joints])
+    at = changes_at_borders(ours.torques[:, ours.joints], hidden_steps)
+    print("tau", (at / own).max())
+    assert np.all(at <= BOUND * own)
+
+
+def test_without_the_inferred_wrench_the_leg_would_jolt(oracle, walk):
+    """What the bound is able to see: late halves of stances, and no force at all on the foot."""
+    steps = [((a + b) // 2, b) for a, b in walk.steps[1::3]]
+    torques = walk.fitted_without(steps).dynamics.joint_torques
+    own = own_level(oracle.torques[:, oracle.joints])
+    at = changes_at_borders(torques[:, oracle.joints], steps)
+    print("zero", (at / own).max())
+    assert np.any(at > BOUND * own)
