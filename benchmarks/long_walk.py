@@ -31,7 +31,7 @@ def write_long_walk(folder: Path, duration: float, rng: np.random.Generator) -> 
 
 
 def _on_belts(overground: Capture) -> Capture:
-    """The same walk seen by somebody who goes along at the belts' speed: forces and F = ma stay as they are."""
+    """The same walk seen by somebody who goes along at the belts' speed; F = ma stays as it is."""
     markers = overground.markers
     middle = np.nanmean(markers.positions_ground[0, :, 0])
     carried = np.zeros((markers.frames, 1, 3))

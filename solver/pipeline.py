@@ -224,7 +224,7 @@ def _mask(
     contacts: ContactWrenches,
     settings: Settings,
     review: Sequence[MissingRange] | None,
-    proposed: Sequence[MissingRange] = (),
+    proposed: Sequence[MissingRange] | None = None,
 ) -> FrameMask:
     try:
         return frame_mask(

@@ -117,13 +117,13 @@ def _most_steps(fit: Fit) -> tuple[TrialFit, int, list[Step]]:
         foot = feet.index(foot_named("right", feet) or feet[0])
         known = trial.contacts.in_contact[:, foot] & trial.forces_known
         found.append((trial, foot, steps_of(known, trial.motion.rate)))
-    trial, foot, steps = max(found, key=lambda entry: len(entry[2]), default=(None, 0, []))
-    if trial is None or len(steps) < FEWEST_STEPS:
+    enough = [entry for entry in found if len(entry[2]) >= FEWEST_STEPS]
+    if not enough:
         raise FitError(
             f"{fit.subject.folder}: no trial with {FEWEST_STEPS} right steps or more on a force plate; the "
             "ablation hides some of them and keeps the others."
         )
-    return trial, foot, steps
+    return max(enough, key=lambda entry: len(entry[2]))
 
 
 def _prepared(fit: Fit, trial: TrialFit, foot: int) -> AblationTrial:

@@ -1,4 +1,4 @@
-"""The ablation's figures as a table and as JSON: mean ± standard deviation over the choices of hidden steps."""
+"""The ablation's figures as a table and as JSON: mean ± standard deviation over the choices of steps."""
 
 import math
 import sys
@@ -23,8 +23,8 @@ _COLUMNS = {  # figure: head, factor to the head's unit, format
     "knee_Nm": ("all frames\nknee N·m", 1, ".1f"),
 }
 _LEGEND = (
-    "RMS. seen: frames whose forces the oracle and ours both see. hidden: what the motion demands less the hidden "
-    "measurement. knee: right knee's torque less the oracle's. ±: standard deviation over the choices."
+    "RMS. seen: frames whose forces the oracle and ours both see. hidden: what the motion demands less the "
+    "hidden measurement. knee: right knee's torque less the oracle's. ±: standard deviation over the choices."
 )
 
 

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from solver.dynamics.ablation import FITTED, MARKERS, STARTED, Repetition
 from solver.runs import runs
 
-# Okabe and Ito's colours: told apart by colour-blind readers as well; the oracle below, what is judged above it
+# Okabe and Ito's colours: told apart by colour-blind readers too; the oracle below, ours on top
 _LINES = (
     (STARTED["piecewise"], "#E69F00", 1.0),
     (MARKERS, "#999999", 1.0),
@@ -43,7 +43,8 @@ def torque_figure(times: Float[np.ndarray, " frames"], repetition: Repetition, t
     parts = [
         f'<text x="{_LEFT}" y="18" font-size="14">Right knee: joint torque, {escape(trial)}; '
         "shaded: force hidden</text>",
-        f'<clipPath id="plot"><rect x="{_LEFT}" y="{_TOP}" width="{width:.0f}" height="{_HEIGHT}"/></clipPath>',
+        f'<clipPath id="plot"><rect x="{_LEFT}" y="{_TOP}" width="{width:.0f}" height="{_HEIGHT}"/>'
+        "</clipPath>",
     ]
     step = 1 / (times[1] - times[0])
     for start, end in runs(repetition.hidden):
@@ -55,7 +56,8 @@ def torque_figure(times: Float[np.ndarray, " frames"], repetition: Repetition, t
     for value in _ticks(low, high):
         parts.append(
             f'<line x1="{_LEFT}" x2="{_LEFT + width:.0f}" y1="{y(value):.1f}" y2="{y(value):.1f}" '
-            f'stroke="#cccccc"/><text x="{_LEFT - 6}" y="{y(value) + 4:.1f}" text-anchor="end">{value:g}</text>'
+            'stroke="#cccccc"/>'
+            f'<text x="{_LEFT - 6}" y="{y(value) + 4:.1f}" text-anchor="end">{value:g}</text>'
         )
     for value in _ticks(times[0], times[-1]):
         parts.append(

@@ -12,8 +12,9 @@ class DetectionSettings:
     confidence: float = setting(
         0.5, unit="", why="proposals at least this sure leave their frames out of a fit nobody has reviewed"
     )
+    # ---- balance of the whole body
     balance_cutoff_Hz: float = setting(
-        8.0, unit="Hz", why="of the unexplained force: steps show to two frames, markers' noise hardly"
+        12.0, unit="Hz", why="of the missing force: a step's edges show to two frames, markers' noise hardly"
     )
     place_cutoff_Hz: float = setting(
         4.0, unit="Hz", why="of the moments: where a force acts changes slowly, and their noise is larger"
@@ -22,9 +23,13 @@ class DetectionSettings:
         0.03, unit="", why="of body weight: what vertical balance leaves unexplained in quiet movement"
     )
     bounce_noise: float = setting(
-        0.08, unit="", why="of m·a: what soft tissue and a rigid trunk leave unexplained besides"
+        0.08, unit="", why="of m·a: what soft tissue and a stiff trunk leave unexplained besides"
     )
     bounce_window_s: float = setting(0.2, unit="s", why="the level of m·a is that of the last step or so")
+    moment_noise_m: float = setting(
+        0.02, unit="m", why="of weight and m·a: what the balance of moments leaves unexplained"
+    )
+    # ---- errors that last a whole trial, learnt from its measured frames
     mass_error: float = setting(
         0.04, unit="", why="standard deviation of the entered mass, with clothes, and of the plates' gains"
     )
@@ -33,38 +38,33 @@ class DetectionSettings:
         unit="",
         why="standard deviation of how much the markers exaggerate m·a: 0 to 0.07 walking, 0.2 running",
     )
+    com_error_m: float = setting(0.03, unit="m", why="standard deviation of the centre of mass, sideways")
     farthest_error: float = setting(
         2.0, unit="", why="standard deviations that a trial may teach: more is no error but missing force"
     )
-    com_error_m: float = setting(0.03, unit="m", why="standard deviation of the centre of mass, sideways")
+    # ---- contacts measured in part
     plate_error: float = setting(
         0.03, unit="", why="standard deviation of one contact's force: gains, soft tissue from step to step"
-    )
-    part_cost: float = setting(
-        8.0, unit="", why="log odds against a contact's being measured in part: one in some thousand"
     )
     least_lost: float = setting(
         0.2, unit="", why="of the measured force: less than this is missing from no foot; plates err by 5 %"
     )
     most_lost: float = setting(3.0, unit="", why="of the measured force: three quarters of a foot off a plate")
-    moment_noise_m: float = setting(
-        0.02, unit="m", why="of weight and m·a: what the balance of moments leaves unexplained"
+    part_cost: float = setting(
+        6.0, unit="", why="log odds against a contact's being measured in part: one in some hundred"
     )
+    shortest_contact_s: float = setting(
+        0.05, unit="s", why="a sprinter's contact lasts 0.09 s; shorter ones say nothing of their share"
+    )
+    shortest_gap_s: float = setting(0.04, unit="s", why="shorter gaps don't end a contact: a flight lasts 0.08 s")
+    # ---- where a missing force presses
     point_noise_m: float = setting(0.04, unit="m", why="of soles and centres of mass in the model")
+    half_sole_m: float = setting(0.05, unit="m", why="half a sole's width, round the line between two feet")
     least_pressing_N: float = setting(
         20.0, unit="N", why="a smaller missing force has no centre of pressure to speak of"
     )
-    half_sole_m: float = setting(0.05, unit="m", why="half a sole's width, round the line between two feet")
     strongest_place: float = setting(4.0, unit="", why="log odds that one moment's place can give")
-    most_missing: float = setting(
-        2.0, unit="", why="body weights: missing forces are taken to be anything from none to this"
-    )
-    steady_s: float = setting(
-        0.06, unit="s", why="errors this far apart are independent: half a period of the cutoff"
-    )
-    strongest_evidence: float = setting(
-        4.0, unit="", why="natural logarithm of the odds that one moment can give: models fail more often"
-    )
+    # ---- the motion of the soles
     slip_cutoff_Hz: float = setting(12.0, unit="Hz", why="of the sole's speed; a foot lands within 30 ms")
     slip_m_s: float = setting(
         0.5, unit="m/s", why="a sole's slowest corner on the ground; a swinging one passes at 2 m/s"
@@ -72,13 +72,23 @@ class DetectionSettings:
     slip_share: float = setting(
         0.2, unit="", why="of the speed of the trial's swinging feet: runners' soles slip more"
     )
-    strongest_motion: float = setting(
-        2.5, unit="", why="log odds that a sole's motion can give: a foot may be held still in the air"
-    )
     lowest_part_m: float = setting(
         0.05, unit="m", why="corners of a sole so near to its lowest one may be those that touch"
     )
     belt_window_s: float = setting(1.5, unit="s", why="a treadmill's belt changes its speed more slowly")
+    strongest_motion: float = setting(
+        2.5, unit="", why="log odds that a sole's motion can give: a foot may be held still in the air"
+    )
+    # ---- the likeliest story
+    most_missing: float = setting(
+        2.0, unit="", why="body weights: missing forces are taken to be anything from none to this"
+    )
+    steady_s: float = setting(
+        0.04, unit="s", why="errors this far apart are independent: half a period of the cutoff"
+    )
+    strongest_evidence: float = setting(
+        4.0, unit="", why="log odds that one moment's balance can give: models fail more often"
+    )
     elsewhere_odds: float = setting(
         3.0, unit="", why="log odds against a chair or a hand, before anything is known: plates are for feet"
     )
@@ -90,6 +100,22 @@ class DetectionSettings:
         6.0, unit="", why="of a force that is lost or comes back while the plate stays loaded: rare"
     )
     unloaded_cost: float = setting(
-        30.0, unit="", why="of a foot that is said to be measured while its plate is unloaded, or the reverse"
+        30.0, unit="", why="of calling a foot measured while its plate is unloaded, or up while it is loaded"
     )
-    border_s: float = setting(0.02, unit="s", why="added at both ends of what is proposed: filters spread it")
+    border_s: float = setting(
+        0.015, unit="s", why="added at both ends of what is proposed: as far as the forces' filter spreads"
+    )
+    # ---- what the plates themselves show
+    cop_outside_m: float = setting(
+        0.07, unit="m", why="real centres of pressure leave the model's sole by 5 cm at most"
+    )
+    cop_load: float = setting(0.2, unit="", why="of the peak force; below it a centre of pressure is noise")
+    cop_outside_s: float = setting(0.05, unit="s", why="for so long; landing and push-off may touch the limit")
+    clipped_s: float = setting(0.008, unit="s", why="at its largest value without a change: no peak is so flat")
+    clipped_samples: int = setting(4, unit="samples", why="and for so many, where samples are rare")
+    clipped_N: float = setting(200.0, unit="N", why="amplifiers saturate at large forces")
+    held_s: float = setting(0.1, unit="s", why="a loaded plate that repeats one value so long has hung up")
+    spike_s: float = setting(0.004, unit="s", why="no step rises and falls within it")
+    spike: float = setting(0.3, unit="", why="of body weight: smaller spikes vanish in the 30 Hz filter")
+    dropout_s: float = setting(0.08, unit="s", why="no foot leaves the plate at full load and is back so soon")
+    dropout: float = setting(0.2, unit="", why="of body weight carried right before and after a dropout")

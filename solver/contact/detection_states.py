@@ -26,7 +26,7 @@ class Clues:
     """What speaks for and against each state, frame by frame: natural logarithms of odds."""
 
     missing: Float[np.ndarray, " frames"]  # that some force is missing, whichever
-    partly: Float[np.ndarray, "frames feet"]  # that a loaded foot's force is measured in part only
+    partly: Float[np.ndarray, "frames feet"]  # that a part of this loaded foot's force is
     ground: Float[np.ndarray, "frames feet"]  # that the foot stands, from its motion
     place: Mapping[Feet, Float[np.ndarray, " frames"]]  # against these feet, from where the force presses
     loaded: Bool[np.ndarray, "frames feet"]  # a plate carries the foot
@@ -41,17 +41,16 @@ class Story:
     elsewhere: Bool[np.ndarray, " frames"]  # something else than a foot carries a part of the body
 
     @property
-    def whole(self) -> Bool[np.ndarray, " frames"]:
-        """Frames on which nothing is missing."""
-        return ~((self.feet == Foot.LOST).any(axis=1) | self.elsewhere)
+    def lost(self) -> Bool[np.ndarray, "frames feet"]:
+        """Feet whose force is missing or incomplete."""
+        return self.feet == Foot.LOST
 
 
 def missing_odds(
     missing: Float[np.ndarray, " frames"],
     error: Float[np.ndarray, " frames"],
-    least: Float[np.ndarray, " frames"] | float,
-    most: Float[np.ndarray, " frames"] | float,
-    strongest: float,
+    least: Float[np.ndarray, " frames"],
+    most: Float[np.ndarray, " frames"],
 ) -> Float[np.ndarray, " frames"]:
     """Natural log odds of 'a force between least and most is missing' against 'none is'.
 
@@ -61,14 +60,12 @@ def missing_odds(
         missing: from the balance [N].
         error: σ [N].
         least: [N].
-        most: [N].
-        strongest: what one frame can say at most, for or against.
+        most: [N], greater.
     """
     z, low, high = missing / error, least / error, most / error
-    width = np.maximum(high - low, 1e-6)
-    within = log_ndtr(z - low) + np.log1p(-np.exp(np.minimum(log_ndtr(z - high) - log_ndtr(z - low), -1e-9)))
-    odds = within - np.log(width) + 0.5 * z**2 + 0.5 * np.log(2 * np.pi)
-    return np.clip(odds, -strongest, strongest)
+    above, beyond = log_ndtr(z - low), log_ndtr(z - high)
+    within = above + np.log1p(-np.exp(np.minimum(beyond - above, -1e-9)))
+    return within - np.log(high - low) + 0.5 * z**2 + 0.5 * np.log(2 * np.pi)
 
 
 def likeliest_story(clues: Clues, settings: DetectionSettings) -> Story:
@@ -82,7 +79,8 @@ def likeliest_story(clues: Clues, settings: DetectionSettings) -> Story:
     states = np.array([(*s, elsewhere) for s in product(Foot, repeat=feet) for elsewhere in (0, 1)])
     cost = np.column_stack([_cost(state, clues, settings) for state in states])
     change, loss = _change_costs(states, settings)
-    path = _cheapest_path(cost / (settings.steady_s * clues.rate), change, loss, _edges(clues.loaded))
+    edges = np.diff(clues.loaded, axis=0, prepend=clues.loaded[:1])
+    path = _cheapest_path(cost / (settings.steady_s * clues.rate), change, loss, edges)
     return Story(feet=states[path, :feet], elsewhere=states[path, feet].astype(bool))
 
 
@@ -90,21 +88,22 @@ def _cost(
     state: Int[np.ndarray, " feet+1"], clues: Clues, settings: DetectionSettings
 ) -> Float[np.ndarray, " frames"]:
     """Of one joint state on each frame: minus its log likelihood."""
+    feet, elsewhere = state[:-1], bool(state[-1])
     cost = np.zeros(len(clues.missing))
-    for f, foot in enumerate(state[:-1]):
-        cost += clues.ground[:, f] * (0.5 if foot == Foot.UP else -0.5)
+    for f, foot in enumerate(feet):
+        if not elsewhere:  # feet in front of a chair rest on the ground without carrying anything
+            cost += clues.ground[:, f] * (0.5 if foot == Foot.UP else -0.5)
         if foot == Foot.LOST:
             cost += settings.partly_odds * clues.loaded[:, f]
         else:
             cost += settings.unloaded_cost * (clues.loaded[:, f] != (foot == Foot.MEASURED))
-    lost = tuple(np.flatnonzero(state[:-1] == Foot.LOST).tolist())
-    elsewhere = bool(state[-1])
+    lost = tuple(np.flatnonzero(feet == Foot.LOST).tolist())
     if elsewhere:
-        cost += settings.elsewhere_odds - clues.missing
-    elif lost:
-        cost += clues.place[lost]
-        cost -= np.where(clues.loaded[:, lost[0]], clues.partly[:, lost[0]], clues.missing) if len(lost)==1 else clues.missing
-    return cost
+        return cost + settings.elsewhere_odds - clues.missing
+    if len(lost) == 1:
+        alone = clues.loaded[:, lost[0]]
+        return cost + clues.place[lost] - np.where(alone, clues.partly[:, lost[0]], clues.missing)
+    return cost + clues.place[lost] - clues.missing if lost else cost
 
 
 def _change_costs(
@@ -112,17 +111,11 @@ def _change_costs(
 ) -> tuple[Float[np.ndarray, "states states"], Float[np.ndarray, "feet states states"]]:
     """Of going from a state (row) to another (column), and what each foot adds away from its load's edges."""
     before, after = states[:, None, :-1], states[None, :, :-1]
-    changed = before != after
-    into_or_out = changed & ((before == Foot.LOST) | (after == Foot.LOST))
+    into_or_out = (before != after) & ((before == Foot.LOST) | (after == Foot.LOST))
     change = settings.touch_cost * into_or_out.sum(axis=2)
     change = change + settings.loss_cost * (states[:, None, -1] != states[None, :, -1])
     loss = into_or_out & ((before == Foot.MEASURED) | (after == Foot.MEASURED))
     return change, settings.loss_cost * np.moveaxis(loss, 2, 0).astype(float)
-
-
-def _edges(loaded: Bool[np.ndarray, "frames feet"]) -> Bool[np.ndarray, "frames feet"]:
-    """Frames on which a foot's plate is loaded or unloaded, against the frame before."""
-    return np.diff(loaded, axis=0, prepend=loaded[:1])
 
 
 def _cheapest_path(
@@ -132,14 +125,14 @@ def _cheapest_path(
     edges: Bool[np.ndarray, "frames feet"],
 ) -> Int[np.ndarray, " frames"]:
     frames, count = cost.shape
+    keys = [tuple(row) for row in edges.tolist()]
     changes = {
-        key: change + sum(table for table, edge in zip(loss, key, strict=True) if not edge)
-        for key in set(map(tuple, edges.tolist()))
+        key: change + sum(table for table, edge in zip(loss, key, strict=True) if not edge) for key in set(keys)
     }
     total = cost[0].copy()
     origin = np.zeros((frames, count), dtype=int)
     for t in range(1, frames):
-        through = total[:, None] + changes[tuple(edges[t].tolist())]
+        through = total[:, None] + changes[keys[t]]
         origin[t] = through.argmin(axis=0)
         total = through.min(axis=0) + cost[t]
     path = np.empty(frames, dtype=int)

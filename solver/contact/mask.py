@@ -20,7 +20,7 @@ def frame_mask(
     tracked: Bool[np.ndarray, " frames"],
     imported: Bool[np.ndarray, " frames"] | None,
     review: Sequence[MissingRange] | None = None,
-    proposed: Sequence[MissingRange] = (),
+    proposed: Sequence[MissingRange] | None = None,
 ) -> FrameMask:
     """Every force counts but those without a recording or a pose, with two feet on a plate, or flagged.
 
@@ -58,7 +58,7 @@ def _flagged(
     contacts: ContactWrenches,
     imported: Bool[np.ndarray, " frames"] | None,
     review: Sequence[MissingRange] | None,
-    proposed: Sequence[MissingRange],
+    proposed: Sequence[MissingRange] | None,
 ) -> tuple[list[MissingRange], str]:
     """What is taken out, and by whom: people's own review, else an imported one, else proposals."""
     if review is not None:
@@ -66,7 +66,7 @@ def _flagged(
             _check(missing, contacts)
         return list(review), "review"
     if imported is None:
-        return list(proposed), "proposals"
+        return list(proposed or ()), "none" if proposed is None else "proposals"
     if len(imported) != contacts.frames:
         raise FitError(
             f"The review is of {len(imported)} frames, the trial has {contacts.frames}. "

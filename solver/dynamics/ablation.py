@@ -1,8 +1,8 @@
 """The dataset paper's ablation: measured forces of some steps are hidden, and what that costs is measured.
 
-Three arms start from the centre-of-mass trajectory of their kind (`com_arms`), which moves the root, and go on
-through the same joint fit: the oracle sees every force; ours lacks the hidden ones; piecewise lacks them too
-and knows no tie between the stretches with force. The motion of the markers alone stands beside them.
+Three arms start from the centre-of-mass trajectory of their kind (`com_arms`), which moves the root, and go
+on through the same joint fit: the oracle sees every force; ours lacks the hidden ones; piecewise lacks them
+too and knows no tie between the stretches with force. The motion of the markers alone stands beside them.
 """
 
 from collections.abc import Iterable, Iterator
@@ -141,7 +141,9 @@ class _Arms:
     def __init__(self, trial: AblationTrial, settings: AblationSettings) -> None:
         self.trial, self.settings = trial, settings
         self.com: ComData = com_data(trial.skeleton, trial.data.start, trial.contacts, trial.mask)
-        self.mass = MassPrior(trial.skeleton.mass, 0.0)  # one mass for all arms: the baseline's runs are short
+        self.mass = MassPrior(
+            trial.skeleton.mass, 0.0
+        )  # one mass for all arms: the baseline's runs are short
 
     def oracle(self, progress: Progress) -> dict[str, _Outcome]:
         nothing = np.zeros(self.trial.data.start.frames, dtype=bool)
@@ -168,9 +170,7 @@ class _Arms:
             notes=tuple(f"{name}: {note}" for name, o in outcomes.items() for note in o.notes),
         )
 
-    def _arm(
-        self, arm: str, hidden: Bool[np.ndarray, " frames"], progress: Progress
-    ) -> dict[str, _Outcome]:
+    def _arm(self, arm: str, hidden: Bool[np.ndarray, " frames"], progress: Progress) -> dict[str, _Outcome]:
         """Before and after the joint fit."""
         trial, data = self.trial, self.trial.data
         com = ARMS[arm](self.com, hidden, self.settings.com, self.mass).com_ground

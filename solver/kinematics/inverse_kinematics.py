@@ -86,6 +86,8 @@ def _track(
     while stride > 1:
         stride = max(1, stride // REFINEMENT)
         fresh = np.setdiff1d(np.arange(0, count, stride), np.flatnonzero(solved))
+        if not len(fresh):
+            continue
         known = np.flatnonzero(solved)
         start = _between(fresh, known, poses)
         poses[fresh], cost[fresh] = solve_frames(

@@ -1,7 +1,7 @@
 """Which measured markers the model knows, by name."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
@@ -17,19 +17,23 @@ FEWEST_SHARED = 6  # below it a pose is not determined in any useful sense
 
 @dataclass(frozen=True)
 class MarkerMatch:
-    """Shared markers: `measured[i]` is what the recording calls the model's marker `model[i]`."""
+    """Shared markers: `measured[i]` lists what the recordings call the model's marker `model[i]`.
+
+    Recordings of one subject may spell a marker differently: the static trial "R.ASIS", a walk "r_asis".
+    """
 
     model: tuple[str, ...]
-    measured: tuple[str, ...]
+    measured: tuple[tuple[str, ...], ...]
     notes: tuple[str, ...]
 
     def observed(self, markers: Markers) -> Float[np.ndarray, "frames markers 3"]:
         """The recording's positions of the shared markers [m]; NaN for those this trial lacks."""
         observed = np.full((markers.frames, len(self.model), 3), np.nan)
         column = {name: i for i, name in enumerate(markers.names)}
-        for i, name in enumerate(self.measured):
-            if name in column:
-                observed[:, i] = markers.positions_ground[:, column[name]]
+        for i, spellings in enumerate(self.measured):
+            known = next((name for name in spellings if name in column), None)
+            if known is not None:
+                observed[:, i] = markers.positions_ground[:, column[known]]
         return observed
 
     def skeleton(self, skeleton: Skeleton) -> Skeleton:
@@ -43,7 +47,7 @@ class MarkerMatch:
         for markers in recordings:
             seen |= np.isfinite(self.observed(markers)).all(axis=2).any(axis=0)
         keep = np.flatnonzero(seen)
-        lost = [self.measured[i] for i in np.flatnonzero(~seen)]
+        lost = [self.measured[i][0] for i in np.flatnonzero(~seen)]
         notes = self.notes + ((f"never seen in any frame, so left out: {', '.join(lost)}",) if lost else ())
         return replace(
             self,
@@ -54,27 +58,25 @@ class MarkerMatch:
 
 
 def match_markers(skeleton: Skeleton, recordings: Sequence[Markers]) -> MarkerMatch:
-    """Markers that the model and at least one of the recordings share.
+    """Markers that the model and at least one of the recordings share; each recording by its own names.
 
-    Names match exactly, else without regard to case and punctuation ("R.ASIS" is "R_Asis").
+    Names match exactly, else but for case, punctuation ("R.ASIS" is "R_Asis") and the subject's name before a
+    colon; the nearest way of writing wins, and where two markers remain for one name none is guessed.
 
     Raises:
         FitError: too few are shared; the message names them and the nearest names of the model.
     """
-    measured_names = list(dict.fromkeys(name for markers in recordings for name in markers.names))
-    exact = set(skeleton.marker_names) & set(measured_names)
-    pairs = {name: name for name in skeleton.marker_names if name in exact}
-    loose: dict[str, list[str]] = {}
-    for name in measured_names:
-        if name not in exact:
-            loose.setdefault(_plain(name), []).append(name)
-    renamed = []
-    for name in skeleton.marker_names:
-        candidates = loose.get(_plain(name), [])
-        if name not in pairs and len(candidates) == 1 and candidates[0] not in pairs.values():
-            pairs[name] = candidates[0]
-            renamed.append(f"{candidates[0]} = {name}")
-    unknown = [name for name in measured_names if name not in pairs.values()]
+    spellings: dict[str, list[str]] = {}
+    for markers in recordings:
+        for model, measured in _paired(skeleton.marker_names, markers.names).items():
+            if measured not in spellings.setdefault(model, []):
+                spellings[model].append(measured)
+    for model, names in spellings.items():
+        names.sort(key=model.__ne__)  # the exact name first
+    used = {name for names in spellings.values() for name in names}
+    unknown = [name for name in dict.fromkeys(n for m in recordings for n in m.names) if name not in used]
+    order = [name for name in skeleton.marker_names if name in spellings]
+    renamed = [f"{name} = {model}" for model in order for name in spellings[model] if name != model]
     notes = []
     if renamed:
         notes.append(f"markers matched by similar names: {', '.join(renamed)}")
@@ -82,10 +84,30 @@ def match_markers(skeleton: Skeleton, recordings: Sequence[Markers]) -> MarkerMa
         notes.append(
             f"markers that the model '{skeleton.name}' does not know, left out: {', '.join(unknown)}"
         )
-    order = [name for name in skeleton.marker_names if name in pairs]
-    match = MarkerMatch(tuple(order), tuple(pairs[name] for name in order), tuple(notes)).seen_in(recordings)
+    match = MarkerMatch(tuple(order), tuple(tuple(spellings[name]) for name in order), tuple(notes))
+    match = match.seen_in(recordings)
     _require_enough(skeleton, match, unknown)
     return match
+
+
+def _paired(model_names: Sequence[str], measured_names: Sequence[str]) -> dict[str, str]:
+    """Model name to measured name, looser from round to round, and only where neither has a rival."""
+    pairs: dict[str, str] = {}
+    for key in (str, str.casefold, _one_separator, _plain):
+        free_model = _by_key([name for name in model_names if name not in pairs], key)
+        free_measured = _by_key([name for name in measured_names if name not in pairs.values()], key)
+        for name, candidates in free_measured.items():
+            owners = free_model.get(name, [])
+            if len(owners) == len(candidates) == 1:
+                pairs[owners[0]] = candidates[0]
+    return pairs
+
+
+def _by_key(names: Sequence[str], key: Callable[[str], str]) -> dict[str, list[str]]:
+    grouped: dict[str, list[str]] = {}
+    for name in names:
+        grouped.setdefault(key(name), []).append(name)
+    return grouped
 
 
 def _require_enough(skeleton: Skeleton, match: MarkerMatch, unknown: Sequence[str]) -> None:
@@ -105,5 +127,10 @@ def _require_enough(skeleton: Skeleton, match: MarkerMatch, unknown: Sequence[st
     )
 
 
+def _one_separator(name: str) -> str:
+    """Without the subject's name before a colon; one sign for every punctuation."""
+    return re.sub(r"[^a-z0-9]+", "_", name.rpartition(":")[2].lower())
+
+
 def _plain(name: str) -> str:
-    return re.sub(r"[^a-z0-9]", "", name.lower())
+    return _one_separator(name).replace("_", "")

@@ -14,6 +14,7 @@ from solver.dynamics.com_settings import ComSettings
 from solver.pipeline import solve
 from solver.runs import runs
 from solver.settings import Settings
+from solver.skeleton.pinocchio_model import RigidBodyModel
 
 SETTINGS = ComSettings()
 FRAMES = 500
@@ -89,8 +90,12 @@ def test_a_fixed_mass_holds_in_every_arm(noisy, hidden, arm):
 
 
 @pytest.mark.real
-def test_hidden_steps_of_a_real_treadmill_walk_are_predicted_better_than_from_markers_alone(real_data: Path):
-    """Every third right step: force that the trajectory demands on it against the hidden measurement."""
+def test_hidden_steps_of_a_real_treadmill_walk(real_data: Path):
+    """Every third right step: the force that the trajectory demands there against the hidden measurement.
+
+    It has to beat the markers alone, filtered as the forces are, and the paper's form, which trusts the
+    forces on the other frames without limit.
+    """
     markers_only = replace(Settings(), trajectory=replace(Settings().trajectory, enabled=False))
     fit = solve(open_subject(real_data / "walk_treadmill_stepwidth"), markers_only)
     trial = fit.trials[0]
@@ -102,14 +107,17 @@ def test_hidden_steps_of_a_real_treadmill_walk_are_predicted_better_than_from_ma
     judged = hidden.copy()
     judged[:10] = judged[-10:] = False
 
-    found = ours(data, hidden, SETTINGS)
-    filtered = trial.dynamics.motion  # as the forces were
-    com = com_data(fit.skeleton, filtered, trial.contacts, trial.mask).com_ground
-    markers = np.gradient(np.gradient(com, axis=0), axis=0) * data.rate**2
-    rms = {
-        name: np.sqrt(
-            np.mean(np.sum((fit.mass_kg * (a - data.gravity) - data.force_ground)[judged] ** 2, axis=1))
-        )
-        for name, a in (("ours", found.acceleration_ground), ("markers", markers))
+    filtered = trial.dynamics.motion
+    accelerations = {
+        "ours": ours(data, hidden, SETTINGS).acceleration_ground,
+        "paper": ours(data, hidden, replace(SETTINGS, force_error_m_s2=0.0)).acceleration_ground,
+        "markers": RigidBodyModel(fit.skeleton).centre_of_mass_acceleration(
+            filtered.q, filtered.velocity, filtered.acceleration
+        ),
     }
+    rms = {}
+    for name, acceleration in accelerations.items():
+        error = fit.mass_kg * (acceleration - data.gravity) - data.force_ground
+        rms[name] = np.sqrt(np.mean(np.sum(error[judged] ** 2, axis=1)))
     assert rms["ours"] < 0.8 * rms["markers"]
+    assert rms["ours"] < 0.8 * rms["paper"]

@@ -20,6 +20,13 @@ def test_recovers_the_motion_from_exact_markers_through_a_whole_turn(crane, cran
     np.testing.assert_allclose(q - 2 * np.pi * turns, crane_q, atol=2e-3)
 
 
+@pytest.mark.parametrize("frames", [1, 2, 3, 4])
+def test_trials_of_a_few_frames(crane, crane_q, frames):
+    observed = marker_positions(crane, crane_q[:frames])
+    error = np.linalg.norm(marker_positions(crane, solve(crane, observed)) - observed, axis=2)
+    assert error.max() < 1e-3
+
+
 @pytest.mark.parametrize("heading", [0.0, 1.2, 3.1, -2.0])
 def test_any_heading(crane, crane_q, heading):
     q_true = crane_q[:20].copy()

@@ -19,7 +19,8 @@ def renamed(crane, names):
 
 def test_exact_names_come_first_and_the_rest_is_listed(crane):
     match = match_markers(crane, [recording([*crane.marker_names, "WAND"])])
-    assert match.model == match.measured == crane.marker_names
+    assert match.model == crane.marker_names
+    assert match.measured == tuple((name,) for name in crane.marker_names)
     assert any("WAND" in note for note in match.notes)
 
 
@@ -28,7 +29,9 @@ def test_case_and_punctuation_do_not_matter(crane):
     match = match_markers(
         skeleton, [recording(["r_asis", "L_ASIS", "s2", "rknee", "R.ANKLE", "R.Heel", "RTOE"])]
     )
-    assert match.measured == ("r_asis", "L_ASIS", "s2", "rknee", "R.ANKLE", "R.Heel", "RTOE")
+    assert [names[0] for names in match.measured] == [
+        *("r_asis", "L_ASIS", "s2", "rknee", "R.ANKLE", "R.Heel", "RTOE")
+    ]
     assert any("r_asis = R.ASIS" in note for note in match.notes)
 
 
@@ -36,6 +39,31 @@ def test_two_candidates_for_a_similar_name_are_not_guessed(crane):
     skeleton = renamed(crane, ["RASI", *[f"M{i}" for i in range(1, 10)]])
     match = match_markers(skeleton, [recording(["r.asi", "R_ASI", *[f"M{i}" for i in range(1, 10)]])])
     assert "RASI" not in match.model
+
+
+def test_each_recording_may_spell_the_markers_in_its_own_way(crane):
+    static = recording(crane.marker_names)
+    walk = recording([f"Subject1:{name.upper()}" for name in crane.marker_names])
+    match = match_markers(crane, [walk, static])
+    assert match.model == crane.marker_names
+    assert np.isfinite(match.observed(walk)).all()
+    assert np.isfinite(match.observed(static)).all()
+
+
+def test_the_nearest_way_of_writing_wins_over_a_looser_one(crane):
+    rest = [f"M{i}" for i in range(1, 8)]
+    skeleton = renamed(crane, ["RTOE", "R.Toe", *rest])
+    match = match_markers(skeleton, [recording(["R_TOE", *rest])])
+    assert dict(zip(match.model, match.measured, strict=True))["R.Toe"] == ("R_TOE",)
+    assert "RTOE" not in match.model
+
+
+def test_one_name_for_two_markers_of_the_model_is_not_guessed(crane):
+    rest = [f"M{i}" for i in range(1, 8)]
+    skeleton = renamed(crane, ["R.Toe", "R_Toe", *rest])
+    match = match_markers(skeleton, [recording(["RTOE", *rest])])
+    assert match.model == tuple(rest)
+    assert any("left out: RTOE" in note for note in match.notes)
 
 
 def test_markers_never_seen_are_left_out_and_named(crane):

@@ -1,0 +1,186 @@
+"""From motion and forces to one story: the evidence is weighed, and weighed again with what it taught."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.ndimage import binary_dilation, maximum_filter1d
+
+from solver.contact.detection_balance import UP, BodyMotion, WholeBody
+from solver.contact.detection_motion import ground_odds, slip_speeds
+from solver.contact.detection_place import place_costs
+from solver.contact.detection_settings import DetectionSettings
+from solver.contact.detection_shares import Explained, Ledger
+from solver.contact.detection_states import Clues, Story, likeliest_story, missing_odds
+from solver.contact.sole import Sole, soles
+from solver.contact.wrenches import TWO_FEET, ContactWrenches
+from solver.kinematics.motion import Motion
+from solver.runs import runs
+from solver.skeleton.forward import body_poses
+from solver.skeleton.pinocchio_model import RigidBodyModel
+from solver.skeleton.skeleton import Skeleton
+
+ROUNDS = 3  # of telling the story and learning from it; the third rarely changes anything
+
+
+@dataclass(frozen=True)
+class RecordedContact:
+    """One foot on one or several plates, frames `start` up to, not including, `end`."""
+
+    foot: int
+    start: int
+    end: int
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The story and what it rests on."""
+
+    story: Story
+    clues: Clues
+    missing: Float[np.ndarray, " frames"]  # [N] vertical force that nothing explains
+    error: Float[np.ndarray, " frames"]  # [N] its standard deviation
+    slip: Float[np.ndarray, "frames feet"]  # [m/s]
+    corners_ground: tuple[Float[np.ndarray, "frames corners 3"], ...]  # [m] of each foot's sole
+    recorded: tuple[RecordedContact, ...]
+    explained: Explained
+
+
+def search(
+    skeleton: Skeleton,
+    motion: Motion,
+    contacts: ContactWrenches,
+    known: Bool[np.ndarray, " frames"],
+    settings: DetectionSettings,
+) -> Findings:
+    """Find the story that fits balance, place, motion and loads best.
+
+    Args:
+        skeleton: scaled, with the person's mass.
+        motion: not filtered.
+        contacts: forces given to feet.
+        known: frames whose pose and forces were recorded.
+        settings: thresholds.
+    """
+    rate = motion.rate
+    outlines = soles(skeleton, contacts.foot_bodies)
+    poses = body_poses(skeleton, motion.low_passed(settings.slip_cutoff_Hz).q)
+    corners = tuple(sole.corners_ground(*poses) for sole in outlines)
+    slip = slip_speeds(corners, contacts.in_contact, rate, settings)
+    ground = ground_odds(slip, settings)
+    on_shared_plate = (contacts.plate == TWO_FEET).any(axis=1)[:, None] & (ground > 0)
+    loaded = contacts.in_contact | on_shared_plate
+    recorded = recorded_contacts(contacts.in_contact, rate, settings)
+    fast, slow = _ledgers(_body_motion(skeleton, motion, known), contacts, recorded, settings)
+    explained = Explained.nothing(len(recorded), settings)
+    for _ in range(ROUNDS):
+        missing, error = fast.missing(explained)[:, UP], fast.error(explained)
+        clues = Clues(
+            missing=_clipped(_any_force(missing, error, fast.body, settings), known, settings),
+            partly=_clipped(_part_of_force(missing, error, contacts, rate, settings), known, settings),
+            ground=ground,
+            place=_places(slow, explained, outlines, poses, known=known, settings=settings),
+            loaded=loaded,
+            rate=rate,
+        )
+        story = likeliest_story(clues, settings)
+        unmeasured = (story.lost & ~loaded).any(axis=1) | story.elsewhere | ~known
+        spread = max(1, round(0.5 / settings.place_cutoff_Hz * rate))
+        explained = slow.explain(~binary_dilation(unmeasured, iterations=spread), settings)
+    return Findings(story, clues, missing, error, slip, corners, recorded, explained)
+
+
+def recorded_contacts(
+    in_contact: Bool[np.ndarray, "frames feet"], rate: float, settings: DetectionSettings
+) -> tuple[RecordedContact, ...]:
+    """Runs of loaded frames of each foot; short gaps don't end them, short runs don't count."""
+    found = []
+    for foot in range(in_contact.shape[1]):
+        flags = in_contact[:, foot].copy()
+        for start, end in runs(~flags):
+            if start > 0 and end < len(flags) and end - start < settings.shortest_gap_s * rate:
+                flags[start:end] = True
+        found += [
+            RecordedContact(foot, start, end)
+            for start, end in runs(flags)
+            if end - start >= settings.shortest_contact_s * rate
+        ]
+    return tuple(found)
+
+
+def _body_motion(skeleton: Skeleton, motion: Motion, known: Bool[np.ndarray, " frames"]) -> BodyMotion:
+    com, angular = RigidBodyModel(skeleton).centroidal_momentum(motion.q, motion.velocity)
+    gravity = float(np.linalg.norm(skeleton.gravity))
+    return BodyMotion(com, angular, known, motion.rate, skeleton.mass, gravity)
+
+
+def _ledgers(
+    body: BodyMotion,
+    contacts: ContactWrenches,
+    recorded: Sequence[RecordedContact],
+    settings: DetectionSettings,
+) -> tuple[Ledger, Ledger]:
+    """A fast one for when something is missing, and a slow one for where and how much of which contact."""
+    wrench = np.nan_to_num(contacts.wrench_raw_ground)
+    own = np.zeros((len(recorded), len(wrench), 6))
+    for k, contact in enumerate(recorded):
+        part = slice(contact.start, contact.end)
+        own[k, part] = wrench[part, contact.foot]
+    fast, slow = (
+        Ledger.of(WholeBody(body, cutoff, settings), wrench.sum(axis=1), list(own))
+        for cutoff in (settings.balance_cutoff_Hz, settings.place_cutoff_Hz)
+    )
+    return fast, slow
+
+
+def _any_force(
+    missing: Float[np.ndarray, " frames"],
+    error: Float[np.ndarray, " frames"],
+    body: WholeBody,
+    settings: DetectionSettings,
+) -> Float[np.ndarray, " frames"]:
+    most = settings.most_missing * body.motion.weight
+    return missing_odds(missing, error, np.zeros_like(missing), np.full_like(missing, most))
+
+
+def _part_of_force(
+    missing: Float[np.ndarray, " frames"],
+    error: Float[np.ndarray, " frames"],
+    contacts: ContactWrenches,
+    rate: float,
+    settings: DetectionSettings,
+) -> Float[np.ndarray, "frames feet"]:
+    """Odds that a certain part of a loaded foot's force is missing.
+
+    Right beside frames on which all of it is missing the smoother shows half of that; so much is no evidence.
+    """
+    reach = max(1, round(0.5 * rate / settings.balance_cutoff_Hz))
+    odds = []
+    for f in range(contacts.in_contact.shape[1]):
+        carried = np.maximum(contacts.wrench_ground[:, f, UP], 1.0)
+        beside = maximum_filter1d(np.where(contacts.in_contact[:, f], 0.0, missing), 2 * reach + 1)
+        doubt = np.hypot(error, 0.5 * np.maximum(beside, 0.0))
+        odds.append(missing_odds(missing, doubt, settings.least_lost * carried, settings.most_lost * carried))
+    return np.column_stack(odds)
+
+
+def _clipped(
+    odds: Float[np.ndarray, "frames *feet"], known: Bool[np.ndarray, " frames"], settings: DetectionSettings
+) -> Float[np.ndarray, "frames *feet"]:
+    """No frame says more than a model can be trusted with, and an unknown one says nothing."""
+    strongest = settings.strongest_evidence
+    return np.where(known[(...,) + (None,) * (odds.ndim - 1)], np.clip(odds, -strongest, strongest), 0.0)
+
+
+def _places(
+    slow: Ledger,
+    explained: Explained,
+    outlines: Sequence[Sole],
+    poses: tuple[Float[np.ndarray, "frames bodies 3 3"], Float[np.ndarray, "frames bodies 3"]],
+    *,
+    known: Bool[np.ndarray, " frames"],
+    settings: DetectionSettings,
+) -> dict[tuple[int, ...], Float[np.ndarray, " frames"]]:
+    costs = place_costs(slow.body, slow.missing(explained), outlines, poses, settings)
+    return {feet: np.where(known, cost, 0.0) for feet, cost in costs.items()}
