@@ -1,28 +1,25 @@
 """The whole solve as one readable function: subject folder in, fit out."""
 
-import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Bool
 
 from solver.capture.capture import Capture, Subject, TrialFiles
-from solver.capture.conditioning import condition, shared_cutoff
+from solver.capture.conditioning import condition
 from solver.capture.trial import read_static, read_trial
+from solver.clock import Clock
 from solver.contact.assignment import assign
 from solver.contact.detection import detect
 from solver.contact.mask import frame_mask
 from solver.contact.wrenches import ContactWrenches, FrameMask, MissingRange
 from solver.dynamics.com_data import com_data
 from solver.dynamics.com_mass import disagreement
-from solver.dynamics.heldout import Heldout, withheld_frames
-from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.mass import mass_from_forces
-from solver.dynamics.trajectory_fit import TrialData, fit_trajectories
+from solver.dynamics_stage import obeying_forces, with_dynamics
 from solver.errors import FitError
-from solver.fit import Fit, KinematicsOnly, TrialFit
+from solver.fit import Fit, TrialFit
 from solver.kinematics.calibration import calibrate, choose_frames
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.marker_errors import marker_errors
@@ -62,7 +59,7 @@ def solve(
     Raises:
         SolverError: a file, the model or the data cannot be used; the message says which and what to do.
     """
-    clock = _Clock()
+    clock = Clock()
     chosen = _chosen(subject, trials)
     with clock("load"):
         generic = _generic(subject)
@@ -94,8 +91,8 @@ def solve(
     mass_kg, mass_notes = _mass(subject, skeleton, fits, settings)
     skeleton = with_mass(skeleton, mass_kg)
     fits = [_judged(f, skeleton, settings, reviews.get(f.capture.name)) for f in fits]
-    skeleton, fits, fit_notes = _obeying_forces(fits, match, skeleton, settings, part(progress, TRACKED, 1.0))
-    solved = [_with_dynamics(fit, skeleton, settings) for fit in fits]
+    skeleton, fits, fit_notes = obeying_forces(fits, match, skeleton, settings, part(progress, TRACKED, 1.0))
+    solved = [with_dynamics(fit, skeleton, settings) for fit in fits]
     height_m, height_notes = _height(subject, skeleton)
     shared = {stage: seconds / len(solved) for stage, seconds in clock.seconds.items()}
     return Fit(
@@ -108,26 +105,6 @@ def solve(
         provenance=provenance_of(subject, chosen, reviews),
         notes=(*match.notes, *calibration.notes, *mass_notes, *fit_notes, *height_notes),
     )
-
-
-def trial_data(fit: TrialFit, match: MarkerMatch) -> TrialData:
-    """What a trial with forces gives to the trajectory fit; `match` is of the fitted skeleton's markers."""
-    assert fit.contacts is not None
-    wrench = np.where(fit.forces_known[:, None], fit.contacts.wrench_ground.sum(axis=1), 0.0)
-    return TrialData(match.observed(fit.capture.markers), wrench, fit.forces_known, fit.motion)
-
-
-class _Clock:
-    """CPU seconds by stage."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-
-    @contextmanager
-    def __call__(self, stage: str) -> Iterator[None]:
-        start = time.process_time()
-        yield
-        self.seconds[stage] = self.seconds.get(stage, 0.0) + time.process_time() - start
 
 
 def _chosen(subject: Subject, names: Sequence[str] | None) -> list[TrialFiles]:
@@ -156,7 +133,7 @@ def _tracked(
     capture: Capture, match: MarkerMatch, skeleton: Skeleton, settings: Settings, progress: Progress
 ) -> TrialFit:
     """Inverse kinematics of one trial."""
-    clock = _Clock()
+    clock = Clock()
     measured = match.observed(capture.markers)
     with clock("kinematics"):
         q = inverse_kinematics(skeleton, measured, capture.markers.rate, settings.kinematics, progress)
@@ -234,11 +211,6 @@ def _mask(
         raise FitError(f"{fit.capture.name}: {error}") from error
 
 
-def _filtered(motion: Motion, settings: Settings) -> Motion:
-    """The motion after the filter that the forces pass."""
-    return motion.low_passed(shared_cutoff(motion.rate, settings.conditioning), settings.conditioning.order)
-
-
 def _mass(
     subject: Subject, skeleton: Skeleton, fits: Sequence[TrialFit], settings: Settings
 ) -> tuple[float, tuple[str, ...]]:
@@ -264,69 +236,3 @@ def _height(subject: Subject, skeleton: Skeleton) -> tuple[float, tuple[str, ...
     if height is None:
         return float("nan"), ("height not given, and the model has no leg that would tell it",)
     return height, (f"height not given; {height:.2f} m from the scaled model's legs",)
-
-
-def _obeying_forces(
-    fits: Sequence[TrialFit], match: MarkerMatch, skeleton: Skeleton, settings: Settings, progress: Progress
-) -> tuple[Skeleton, list[TrialFit], tuple[str, ...]]:
-    """Trajectories of all trials that have forces enough, fitted together; the others stay as they are."""
-    fitted = [i for i, f in enumerate(fits) if f.forces_known.sum() >= settings.trajectory.fewest_frames]
-    if not fitted or not settings.trajectory.enabled:
-        return skeleton, list(fits), ()
-    clock = _Clock()
-    with clock("dynamics"):
-        data = [trial_data(fits[i], match) for i in fitted]
-        result = fit_trajectories(skeleton, data, settings.trajectory, part(progress, 0.0, 0.6))
-        heldout = _heldout([fits[i] for i in fitted], data, skeleton, settings, part(progress, 0.6, 1.0))
-    updated = list(fits)
-    for i, motion, trial, withheld in zip(fitted, result.motions, data, heldout, strict=True):
-        model_markers = marker_positions(result.skeleton, motion.q)
-        errors, notes = marker_errors(match.model, model_markers, trial.observed_ground, settings.kinematics)
-        updated[i] = replace(
-            fits[i],
-            motion=motion,
-            marker_errors=errors,
-            model_markers_ground=model_markers,
-            kinematics_only=KinematicsOnly(fits[i].motion, fits[i].marker_errors),
-            heldout=withheld,
-            notes=notes,
-            seconds=fits[i].seconds | {"dynamics": clock.seconds["dynamics"] / len(fitted)},
-        )
-    return result.skeleton, updated, result.notes
-
-
-def _heldout(
-    fits: Sequence[TrialFit],
-    data: Sequence[TrialData],
-    skeleton: Skeleton,
-    settings: Settings,
-    progress: Progress,
-) -> list[Heldout | None]:
-    """The same fit without the forces of some blocks, judged on these blocks."""
-    withheld = [withheld_frames(d.counts, d.start.rate, settings.trajectory) for d in data]
-    if not settings.trajectory.heldout or not any(w.any() for w in withheld):
-        return [None] * len(fits)
-    blind = [replace(d, counts=d.counts & ~w) for d, w in zip(data, withheld, strict=True)]
-    result = fit_trajectories(skeleton, blind, settings.trajectory, progress)
-    outcome: list[Heldout | None] = []
-    for fit, frames, motion in zip(fits, withheld, result.motions, strict=True):
-        assert fit.contacts is not None
-        assert fit.mask is not None
-        of_fit = inverse_dynamics(result.skeleton, motion, fit.contacts, fit.mask, settings.dynamics)
-        before = inverse_dynamics(
-            skeleton, _filtered(fit.motion, settings), fit.contacts, fit.mask, settings.dynamics
-        )
-        outcome.append(Heldout(frames & of_fit.used, of_fit.residual_root, before.residual_root))
-    return outcome
-
-
-def _with_dynamics(fit: TrialFit, skeleton: Skeleton, settings: Settings) -> TrialFit:
-    """Torques and residuals; a trajectory that was fitted to forces needs no filter any more."""
-    if fit.contacts is None or fit.mask is None:
-        return fit
-    clock = _Clock()
-    with clock("dynamics"):
-        motion = fit.motion if fit.kinematics_only else _filtered(fit.motion, settings)
-        dynamics = inverse_dynamics(skeleton, motion, fit.contacts, fit.mask, settings.dynamics)
-    seconds = fit.seconds.get("dynamics", 0.0) + clock.seconds["dynamics"]
-    return replace(fit, dynamics=dynamics, seconds=fit.seconds | {"dynamics": seconds})

@@ -18,10 +18,11 @@ from solver.capture.atomic import write_whole
 from solver.capture.conditioning import shared_cutoff
 from solver.dynamics.ablation import AblationSettings, AblationTrial, ablate
 from solver.dynamics.hidden_steps import Step, every_third, frames_of, random_shares, steps_of
+from solver.dynamics_stage import trial_data
 from solver.errors import FitError
 from solver.fit import Fit, TrialFit
 from solver.kinematics.marker_matching import match_markers
-from solver.pipeline import solve, trial_data
+from solver.pipeline import solve
 from solver.progress import Progress, part
 from solver.results.store import write_json
 from solver.settings import Settings

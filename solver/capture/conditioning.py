@@ -147,12 +147,14 @@ def gaps_filled(
 ) -> tuple[ForcePlate, Bool[np.ndarray, " samples"], tuple[str, ...]]:
     """No NaN in force and moment: gaps are bridged by lines; and which samples count as recorded.
 
-    Samples in gaps longer than `longest_gap_s`, and at the ends, don't count.
+    Forces that nobody exerts are gaps, too. Samples in gaps longer than `longest_gap_s`, and at the ends, don't count.
     """
     wrench = np.concatenate([plate.force_ground, plate.moment_ground], axis=1)
-    known = np.isfinite(wrench).all(axis=1)
+    finite = np.isfinite(wrench).all(axis=1)
+    known = finite & (np.abs(plate.force_ground) <= settings.largest_N).all(axis=1)
     if known.all():
         return plate, known, ()
+    impossible = int((finite & ~known).sum())
     recorded = known.copy()
     bridged, lost = 0, []
     for start, end in runs(~known):
@@ -163,6 +165,11 @@ def gaps_filled(
         else:
             lost.append(f"{plate.times[start]:.3f} to {plate.times[end - 1]:.3f} s")
     notes: tuple[str, ...] = ()
+    if impossible:
+        notes += (
+            f"{plate.name}: {impossible} samples above {settings.largest_N:g} N, more than anybody exerts, "
+            "count as without a number",
+        )
     if bridged:
         notes += (
             f"{plate.name}: {bridged} samples without a number bridged, in gaps of up to "

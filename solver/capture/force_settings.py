@@ -53,6 +53,11 @@ class ConditioningSettings:
     longest_gap_s: float = setting(
         0.02, unit="s", why="a line bridges 20 ms of a 30 Hz signal; longer gaps count as not observed"
     )
+    largest_N: float = setting(
+        20_000.0,
+        unit="N",
+        why="landings and long jumps stay below 12 kN a foot; beyond is a spike or an overflow of the amplifier",
+    )
     sign_N: float = setting(50.0, unit="N", why="forces beyond it tell which way the plate counts")
     one_sided: float = setting(
         5.0, unit="", why="impulse one way over the other from which on a plate's sign is clear"

@@ -7,6 +7,7 @@ not, and a second foot that steps on the plate takes it over when it really does
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -62,6 +63,7 @@ def assign(
     standing = np.stack([_standing(p.loaded, d, settings) for p, d in zip(plates, distances, strict=True)])
     touches = touching(corners, np.any(standing, axis=0), rate, settings)
     owners = np.full((len(times), len(plates)), NO_FOOT)
+    unassigned = np.zeros(len(times), dtype=bool)
     for k, plate in enumerate(plates):
         elsewhere = np.any(np.delete(standing, k, axis=0), axis=0)
         between = _between_two(
@@ -74,8 +76,16 @@ def assign(
             path = _cheapest_path(cost[start:end], settings.takeover_m_s * rate, unlikely=len(feet))
             owners[start:end, k] = _widened(states[path], both[start:end])
         notes += _notes(plate.name, owners[:, k], plate.loaded, distances[k], times)
+        if not _lies_there(plate, settings):
+            unassigned |= plate.loaded & (owners[:, k] == NO_FOOT)
         owners[:, k] = _with_tails(owners[:, k], plate.loaded)
-    return _gathered(plates, owners, feet, notes)
+    return replace(_gathered(plates, owners, feet, notes), unassigned=unassigned)
+
+
+def _lies_there(plate: ConditionedPlate, settings: ContactSettings) -> bool:
+    """Whether the plate's load is a thing on it, or an offset: there all along and always the same."""
+    load = plate.force_ground[plate.observed, 1]
+    return bool(plate.loaded[plate.observed].all() and np.std(load) < settings.lying_std_N)
 
 
 def _distances(

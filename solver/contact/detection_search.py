@@ -51,7 +51,7 @@ def search(
     skeleton: Skeleton,
     motion: Motion,
     contacts: ContactWrenches,
-    known: Bool[np.ndarray, " frames"],
+    tracked: Bool[np.ndarray, " frames"],
     settings: DetectionSettings,
 ) -> Findings:
     """Find the story that fits balance, place, motion and loads best.
@@ -60,10 +60,10 @@ def search(
         skeleton: scaled, with the person's mass.
         motion: not filtered.
         contacts: forces given to feet.
-        known: frames whose pose and forces were recorded.
+        tracked: frames that show enough markers for a pose.
         settings: thresholds.
     """
-    rate = motion.rate
+    rate, known = motion.rate, tracked & contacts.observed
     outlines = soles(skeleton, contacts.foot_bodies)
     poses = body_poses(skeleton, motion.low_passed(settings.slip_cutoff_Hz).q)
     corners = tuple(sole.corners_ground(*poses) for sole in outlines)
@@ -72,7 +72,7 @@ def search(
     on_shared_plate = (contacts.plate == TWO_FEET).any(axis=1)[:, None] & (ground > 0)
     loaded = contacts.in_contact | on_shared_plate
     recorded = recorded_contacts(contacts.in_contact, rate, settings)
-    fast, slow = _ledgers(_body_motion(skeleton, motion, known), contacts, recorded, settings)
+    fast, slow = _ledgers(_body_motion(skeleton, motion, tracked), contacts, recorded, settings)
     explained = Explained.nothing(len(recorded), settings)
     for _ in range(ROUNDS):
         missing, error = fast.missing(explained)[:, UP], fast.error(explained)
@@ -109,10 +109,10 @@ def recorded_contacts(
     return tuple(found)
 
 
-def _body_motion(skeleton: Skeleton, motion: Motion, known: Bool[np.ndarray, " frames"]) -> BodyMotion:
+def _body_motion(skeleton: Skeleton, motion: Motion, tracked: Bool[np.ndarray, " frames"]) -> BodyMotion:
     com, angular = RigidBodyModel(skeleton).centroidal_momentum(motion.q, motion.velocity)
     gravity = float(np.linalg.norm(skeleton.gravity))
-    return BodyMotion(com, angular, known, motion.rate, skeleton.mass, gravity)
+    return BodyMotion(com, angular, tracked, motion.rate, skeleton.mass, gravity)
 
 
 def _ledgers(

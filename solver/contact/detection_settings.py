@@ -39,6 +39,9 @@ class DetectionSettings:
         why="standard deviation of how much the markers exaggerate m·a: 0 to 0.07 walking, 0.2 running",
     )
     com_error_m: float = setting(0.03, unit="m", why="standard deviation of the centre of mass, sideways")
+    clock_error_s: float = setting(
+        0.004, unit="s", why="standard deviation between the plates' clock and the cameras': trigger, filters"
+    )
     farthest_error: float = setting(
         2.0, unit="", why="standard deviations that a trial may teach: more is no error but missing force"
     )
@@ -102,8 +105,12 @@ class DetectionSettings:
     unloaded_cost: float = setting(
         30.0, unit="", why="of calling a foot measured while its plate is unloaded, or up while it is loaded"
     )
+    rolling_s: float = setting(
+        0.02, unit="s", why="so long before and after a foot may carry some 50 N: too little for the balance"
+    )
+    rolling_odds: float = setting(-0.5, unit="", why="as long as its sole is not clearly swinging")
     border_s: float = setting(
-        0.015, unit="s", why="added at both ends of what is proposed: as far as the forces' filter spreads"
+        0.01, unit="s", why="added at both ends of what is proposed: half of what the forces' filter spreads"
     )
     # ---- what the plates themselves show
     cop_outside_m: float = setting(
@@ -114,8 +121,11 @@ class DetectionSettings:
     clipped_s: float = setting(0.008, unit="s", why="at its largest value without a change: no peak is so flat")
     clipped_samples: int = setting(4, unit="samples", why="and for so many, where samples are rare")
     clipped_N: float = setting(200.0, unit="N", why="amplifiers saturate at large forces")
+    clipped_drop: float = setting(
+        0.02, unit="", why="of it, lost within as long again on both sides: a round peak loses less"
+    )
     held_s: float = setting(0.1, unit="s", why="a loaded plate that repeats one value so long has hung up")
-    spike_s: float = setting(0.004, unit="s", why="no step rises and falls within it")
-    spike: float = setting(0.3, unit="", why="of body weight: smaller spikes vanish in the 30 Hz filter")
+    spike_s: float = setting(0.002, unit="s", why="no step rises and falls within it")
+    spike: float = setting(0.5, unit="", why="of body weight: smaller spikes vanish in the 30 Hz filter")
     dropout_s: float = setting(0.08, unit="s", why="no foot leaves the plate at full load and is back so soon")
     dropout: float = setting(0.2, unit="", why="of body weight carried right before and after a dropout")

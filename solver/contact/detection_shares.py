@@ -14,7 +14,7 @@ from solver.contact.detection_balance import UP, WholeBody
 from solver.contact.detection_settings import DetectionSettings
 
 CHANNELS = (1, 3, 5)  # of a wrench: vertical force and the two horizontal moments
-TRIAL_TERMS = 4  # scale, bounce, and the centre of mass' two horizontal offsets
+TRIAL_TERMS = 5  # scale, bounce, the centre of mass' two horizontal offsets, clock
 
 
 @dataclass(frozen=True)
@@ -24,11 +24,12 @@ class Explained:
     `missing` is the share of each contact's measured force that has to be added to it; nothing for contacts
     that are held to be whole. `trial` explains missing force that is none: b · measured + c · (demanded −
     weight), b for the entered mass and the plates' gains, c for markers on soft tissue and a stiff trunk,
-    which exaggerate how the centre of mass bounces; and where the centre of mass lies beside the model's.
+    which exaggerate how the centre of mass bounces; where the centre of mass lies beside the model's; and
+    plates that run late.
     """
 
-    trial: Float[np.ndarray, "4"]
-    covariance: Float[np.ndarray, "4 4"]
+    trial: Float[np.ndarray, "5"]
+    covariance: Float[np.ndarray, "5 5"]
     missing: Float[np.ndarray, " contacts"]
     evidence: Float[np.ndarray, " contacts"]  # gain in log likelihood by calling the contact wrong
 
@@ -83,7 +84,7 @@ class Ledger:
         free, evidence = np.zeros(count, dtype=bool), np.zeros(count)
         energy, solution, covariance = _solve(gram, pull, free, settings)
         while True:
-            tried = {k: _solve(gram, pull, _with(free, k), settings) for k in np.flatnonzero(~free)}
+            tried = {k: _solve(gram, pull, _with(free, k), settings) for k in np.flatnonzero(~free).tolist()}
             gains = {k: energy - found[0] for k, found in tried.items() if _large(found[1], k, settings)}
             best = max(gains, key=lambda k: gains[k], default=None)
             if best is None or gains[best] <= 0:
@@ -101,14 +102,15 @@ class Ledger:
             evidence=evidence,
         )
 
-    def _trial_terms(self) -> Float[np.ndarray, "4 frames 6"]:
-        """Wrenches of the errors that last: scale, bounce, centre of mass too far in x and in z."""
+    def _trial_terms(self) -> Float[np.ndarray, "5 frames 6"]:
+        """Wrenches of the errors that last: scale, bounce, centre of mass too far in x and in z, late forces."""
         support = self.body.demanded[:, UP]
         terms = np.zeros((TRIAL_TERMS, len(support), 6))
         terms[0] = self.measured
         terms[1, :, UP] = support - self.body.motion.weight
         terms[2, :, 5] = support
         terms[3, :, 3] = support
+        terms[4] = np.gradient(self.measured, axis=0) * self.body.motion.rate
         return terms
 
     def _normal_equations(
@@ -149,5 +151,13 @@ def _solve(
     return -0.5 * float(pull @ solution), solution, covariance
 
 
-def _trial_deviations(settings: DetectionSettings) -> Float[np.ndarray, "4"]:
-    return np.array([settings.mass_error, settings.bounce_error, settings.com_error_m, settings.com_error_m])
+def _trial_deviations(settings: DetectionSettings) -> Float[np.ndarray, "5"]:
+    return np.array(
+        [
+            settings.mass_error,
+            settings.bounce_error,
+            settings.com_error_m,
+            settings.com_error_m,
+            settings.clock_error_s,
+        ]
+    )

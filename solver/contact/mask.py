@@ -13,6 +13,7 @@ NOT_RECORDED = "hasNoForcePlateData"  # as the B3D format calls it
 REVIEWED = "manualReview"  # likewise
 TOO_FEW_MARKERS = "too few markers seen"
 TWO_FEET_ON_ONE_PLATE = "two feet on one plate"
+UNDER_NO_FOOT = "copOutsideConvexFootError"  # likewise
 
 
 def frame_mask(
@@ -22,7 +23,7 @@ def frame_mask(
     review: Sequence[MissingRange] | None = None,
     proposed: Sequence[MissingRange] | None = None,
 ) -> FrameMask:
-    """Every force counts but those without a recording or a pose, with two feet on a plate, or flagged.
+    """Every force counts but those without a recording or a pose, not of one foot, or flagged.
 
     Args:
         contacts: assigned forces.
@@ -34,6 +35,7 @@ def frame_mask(
     Raises:
         FitError: the review is of another number of frames, or of another foot.
     """
+    unassigned = contacts.unassigned
     flagged, source = _flagged(contacts, imported, review, proposed)
     ranges = [
         (start, end, None, reason)
@@ -41,6 +43,7 @@ def frame_mask(
             (~contacts.observed, NOT_RECORDED),
             (~tracked, TOO_FEW_MARKERS),
             ((contacts.plate == TWO_FEET).any(axis=1), TWO_FEET_ON_ONE_PLATE),
+            (np.zeros(contacts.frames, bool) if unassigned is None else unassigned, UNDER_NO_FOOT),
         )
         for start, end in runs(out)
     ]

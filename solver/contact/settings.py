@@ -29,6 +29,9 @@ class ContactSettings:
     full_weight_load: float = setting(
         0.2, unit="", why="of the plate's peak force: from there the centre of pressure is trusted in full"
     )
+    lying_std_N: float = setting(
+        5.0, unit="N", why="what lies on a plate all along, or its offset, changes less; a person sways more"
+    )
     touch_height_m: float = setting(
         0.04, unit="m", why="sole corners no higher than this above their loaded height may touch the ground"
     )

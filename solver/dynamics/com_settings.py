@@ -16,7 +16,7 @@ class ComSettings:
         1e-3,
         unit="s²",
         why="regularization α of the accelerations where a force is missing, a low-pass at "
-        "1/(2π √α) = 5 Hz: of 1.5 to 15 Hz the best at predicting hidden steps of six walks, a run, a squat",
+        "1/(2π √α) = 5 Hz: of 1.5 to 15 Hz the best at predicting hidden steps of five walks, a run, a squat",
     )
     com_error_m: float = setting(
         0.01, unit="m", why="of the centre of mass from markers: soft tissue and the model's segment masses"
@@ -24,8 +24,8 @@ class ComSettings:
     force_error_m_s2: float = setting(
         0.2,
         unit="m/s²",
-        why="acceleration error from plates and model, 2 % of g: markers lead below 0.7 Hz, so that long trials "
-        "don't drift; 0.1 to 1 predict hidden steps alike, 0 (z̈ = μ f − g exactly) half as well",
+        why="acceleration error from plates and model, 2 % of g: markers lead below 0.7 Hz, so that long "
+        "trials don't drift; 0.1 to 1 predict hidden steps alike, 0 (z̈ = μ f − g exactly) half as well",
     )
     window_s: float = setting(
         0.3,

@@ -46,6 +46,10 @@ class TrajectorySettings:
     residual_robust_scale: float = setting(
         25.0, unit="", why="in standard deviations, 125 N: beyond it a frame loses influence (Cauchy loss)"
     )
+    gain_std: float = setting(
+        0.03, unit="", why="plates of one laboratory disagree by 1 to 5 % between trials and activities"
+    )
+    notable_gain: float = setting(0.02, unit="", why="from which on a trial's disagreement is noted")
     smoothness: float = setting(
         500.0,
         unit="1/s",

@@ -150,6 +150,17 @@ def test_short_gaps_are_bridged_and_long_ones_not_observed():
     assert any("0.000 to 0.054 s, 1.200 to 1.299 s" in note for note in result.notes)
 
 
+def test_a_force_that_nobody_exerts_is_a_gap():
+    plate = stance()
+    force = plate.force_ground.copy()
+    force[1100, 1] = 1e5
+    result = condition(replace(plate, force_ground=force), TIMES)
+    expected = condition(plate, TIMES)
+    np.testing.assert_allclose(result.force_ground, expected.force_ground, atol=2)
+    np.testing.assert_array_equal(result.loaded, expected.loaded)
+    assert any("1 samples above 20000 N" in note for note in result.notes)
+
+
 def test_a_plate_without_a_single_number():
     plate = stance()
     result = condition(replace(plate, force_ground=np.full_like(plate.force_ground, np.nan)), TIMES)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from solver.contact.mask import NOT_RECORDED, TWO_FEET_ON_ONE_PLATE, frame_mask
+from solver.contact.mask import NOT_RECORDED, TWO_FEET_ON_ONE_PLATE, UNDER_NO_FOOT, frame_mask
 from solver.contact.wrenches import NO_FOOT, TWO_FEET
 
 RIGHT, LEFT = 0, 1
@@ -164,6 +164,22 @@ def test_a_plate_far_from_both_feet_goes_to_neither(standing):
     assert (found.plate == NO_FOOT).all()
     np.testing.assert_array_equal(found.wrench_ground, 0.0)
     assert any("plate chair" in note and "no foot" in note for note in found.notes)
+
+
+def test_frames_whose_load_goes_to_no_foot_do_not_count(standing):
+    chair, load = np.tile([-0.6, 0.4, 0.0], (100, 1)), np.zeros(100)
+    load[30:60] = 300.0
+    found = standing.assigned(standing.plate("chair", [(load, chair)]))
+    mask = frame_mask(found, np.ones(found.frames, dtype=bool), None)
+    np.testing.assert_array_equal(mask.all_feet, load == 0)
+    assert mask.reasons == ((30, 60, None, UNDER_NO_FOOT),)
+
+
+def test_what_lies_on_a_plate_all_along_is_nobodys_force(standing):
+    box = standing.plate("box", [(np.full(100, 60.0), np.tile([-0.6, 0.0, 0.0], (100, 1)))])
+    found = standing.assigned(box)
+    assert frame_mask(found, np.ones(found.frames, dtype=bool), None).counts.all()
+    assert any("plate box" in note and "no foot" in note for note in found.notes)
 
 
 def test_an_unloaded_plate_says_nothing(standing):

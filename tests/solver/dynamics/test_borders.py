@@ -24,9 +24,10 @@ from solver.dynamics.hidden_steps import Step, frames_of, steps_of
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.missing_wrench import inferred_torques
 from solver.dynamics.trajectory_fit import TrialData, fit_trajectories
+from solver.dynamics_stage import trial_data
 from solver.kinematics.marker_matching import match_markers
 from solver.kinematics.root_joint import root_joint
-from solver.pipeline import solve, trial_data
+from solver.pipeline import solve
 from solver.settings import Settings
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
