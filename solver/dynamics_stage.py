@@ -56,6 +56,12 @@ def obeying_forces(
             notes=notes,
             seconds=fits[i].seconds | {"dynamics": clock.seconds["dynamics"] / len(fitted)},
         )
+    moved = result.skeleton.mass / skeleton.mass - 1
+    if abs(moved) > settings.trajectory.notable_mass:
+        gain_notes += (
+            f"the fit moved the body's mass from {skeleton.mass:.1f} to {result.skeleton.mass:.1f} kg: is a "
+            "force missing, the plates' gain off, something carried, or the entered mass wrong?",
+        )
     return result.skeleton, updated, (*result.notes, *gain_notes)
 
 

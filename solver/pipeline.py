@@ -26,6 +26,7 @@ from solver.kinematics.marker_errors import marker_errors
 from solver.kinematics.marker_matching import MarkerMatch, match_markers
 from solver.kinematics.motion import Motion
 from solver.kinematics.scale_prior import stature
+from solver.kinematics.unseen_bodies import unseen_body_notes
 from solver.progress import Progress, part, silent
 from solver.provenance import provenance_of
 from solver.settings import Settings, as_dict
@@ -92,7 +93,7 @@ def solve(
     skeleton = with_mass(skeleton, mass_kg)
     fits = [_judged(f, skeleton, settings, reviews.get(f.capture.name)) for f in fits]
     skeleton, fits, fit_notes = obeying_forces(fits, match, skeleton, settings, part(progress, TRACKED, 1.0))
-    solved = [with_dynamics(fit, skeleton, settings) for fit in fits]
+    solved = [with_dynamics(_noted(fit, match, skeleton, settings), skeleton, settings) for fit in fits]
     height_m, height_notes = _height(subject, skeleton)
     shared = {stage: seconds / len(solved) for stage, seconds in clock.seconds.items()}
     return Fit(
@@ -147,6 +148,19 @@ def _tracked(
         seconds=clock.seconds,
         notes=notes,
     )
+
+
+def _noted(fit: TrialFit, match: MarkerMatch, skeleton: Skeleton, settings: Settings) -> TrialFit:
+    """The trial with notes on what rests on no measurement: unseen segments, a motion without forces."""
+    markers = fit.capture.markers
+    notes = unseen_body_notes(match.skeleton(skeleton), match.observed(markers), markers.rate)
+    if settings.trajectory.enabled and fit.contacts is not None and fit.kinematics_only is None:
+        notes += (
+            f"forces count on {int(fit.forces_known.sum())} frames, and fewer than "
+            f"{settings.trajectory.fewest_frames} say nothing about F = ma: the motion follows the markers "
+            "alone",
+        )
+    return replace(fit, notes=(*fit.notes, *notes))
 
 
 def _with_forces(

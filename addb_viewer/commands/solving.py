@@ -14,7 +14,7 @@ from solver.errors import CaptureError, ResultsError
 from solver.fit import Fit
 from solver.pipeline import solve
 from solver.provenance import provenance_of
-from solver.results.store import default_folder, has_fit, load_fit, save_fit
+from solver.results.store import check_place, default_folder, has_fit, load_fit, save_fit
 from solver.settings import Settings, as_dict, settings_for
 
 
@@ -78,6 +78,7 @@ def check_trials(subject: Subject, wanted: Sequence[str]) -> None:
 
 def solved(job: Job) -> tuple[Fit, list[Path]]:
     """Solve and keep the fit in place of the last one; the files written come with it."""
+    check_place(job.results)
     with terminal_progress() as progress:
         fit = solve(job.subject, job.settings, trials=job.trials, reviews=job.reviews, progress=progress)
     return fit, save_fit(fit, job.results)

@@ -1,6 +1,7 @@
 """The summary of a fit in the terminal: units in the heads, ✓ and ✗ where Hicks et al. 2015 set a bound."""
 
 import sys
+from collections.abc import Iterator
 from typing import Any
 
 from rich import box
@@ -11,6 +12,11 @@ from rich.text import Text
 from solver.dynamics.thresholds import Thresholds
 
 _WIDTH_OF_A_PIPE = 120  # [characters] where no terminal says how wide it is
+_MASKS = {
+    "review": "the review",
+    "review.json": "the imported review.json",
+    "proposals": "detection, not reviewed",
+}
 _COLUMNS = ("used of\nframes", "marker\nRMS cm", "\nmax cm", "force\nN", "\nBW", "moment\nN·m", "\nBW·h")
 
 
@@ -20,6 +26,8 @@ def print_summary(figures: dict[str, Any]) -> None:
     console.print(_subject_line(figures))
     console.print(_table(figures["trials"]))
     console.print(_legend(), style="dim")
+    for line in _honesty(figures["trials"]):
+        console.print(line, soft_wrap=True)
     for note in figures["notes"]:
         console.print(Text(f"note: {note}"), soft_wrap=True)
     if figures["files"]:
@@ -62,6 +70,25 @@ def _row(trial: dict[str, Any]) -> list[Text]:
         _judged(angular.get("rms_Nm"), ".1f", None),
         moment,
     ]
+
+
+def _honesty(trials: list[dict[str, Any]]) -> Iterator[Text]:
+    """What a low residual does not say: whose mask it is, and how well withheld forces are predicted."""
+    for trial in trials:
+        parts = []
+        if trial["mask_source"] != "none":
+            parts.append(f"frames chosen by {_MASKS[trial['mask_source']]}")
+        heldout = trial["heldout"]
+        if heldout is not None:
+            linear, angular = heldout["linear_residual"], heldout["angular_residual"]
+            before = heldout["kinematics_only_linear_residual"], heldout["kinematics_only_angular_residual"]
+            parts.append(
+                f"on {heldout['frames']} frames whose force was withheld {linear['rms_N']:.1f} N, "
+                f"{angular['rms_Nm']:.1f} N·m (markers alone {before[0]['rms_N']:.1f} N, "
+                f"{before[1]['rms_Nm']:.1f} N·m)"
+            )
+        if parts:
+            yield Text(f"{trial['name']}: {'; '.join(parts)}")
 
 
 def _in_cm(metres: float | None) -> float | None:

@@ -147,7 +147,8 @@ def gaps_filled(
 ) -> tuple[ForcePlate, Bool[np.ndarray, " samples"], tuple[str, ...]]:
     """No NaN in force and moment: gaps are bridged by lines; and which samples count as recorded.
 
-    Forces that nobody exerts are gaps, too. Samples in gaps longer than `longest_gap_s`, and at the ends, don't count.
+    Forces that nobody exerts are gaps, too. Samples in gaps longer than `longest_gap_s`, and at the ends,
+    don't count.
     """
     wrench = np.concatenate([plate.force_ground, plate.moment_ground], axis=1)
     finite = np.isfinite(wrench).all(axis=1)

@@ -56,7 +56,7 @@ class ConditioningSettings:
     largest_N: float = setting(
         20_000.0,
         unit="N",
-        why="landings and long jumps stay below 12 kN a foot; beyond is a spike or an overflow of the amplifier",
+        why="landings and long jumps stay below 12 kN a foot; beyond is a spike or an overflow",
     )
     sign_N: float = setting(50.0, unit="N", why="forces beyond it tell which way the plate counts")
     one_sided: float = setting(

@@ -24,6 +24,8 @@ from solver.capture.force_settings import PLATE_READING, PlateReadingSettings
 from solver.capture.storage import Storage
 from solver.errors import CaptureError
 
+SMALLEST_LOAD_N = 50.0  # somebody's foot presses more at some time; the same number in kN, BW or N/kg is less
+
 CONVENTIONS = ("free", "ground", "plate")
 MEANING = {
     "free": "the free moment at the centre of pressure",
@@ -143,7 +145,10 @@ def _origins(
         notes += _without_centres(blind, storage, forced)
     notes += _gap_notes(plates, storage.path.name, convention, settings)
     if not judged and not blind:
-        notes += (f"{storage.path.name}: no plate is loaded long enough to tell what its moments mean",)
+        notes += (
+            f"{storage.path.name}: no plate is loaded long enough to tell what its moments mean"
+            + _scale_hint(plates),
+        )
     origins: list[Float[np.ndarray, "3"] | None] = []
     for plate in plates:
         if plate.point is None or convention == "ground":
@@ -151,6 +156,14 @@ def _origins(
         else:
             origins.append(None if convention == "free" else _fitted_origin(plate, settings))
     return origins, notes
+
+
+def _scale_hint(plates: Sequence[_Columns]) -> str:
+    """A question where forces are there, but too small to carry anybody."""
+    largest = max((float(np.nanmax(np.abs(plate.force), initial=0.0)) for plate in plates), default=0.0)
+    if not 0 < largest < SMALLEST_LOAD_N:
+        return ""
+    return f"; the largest force is {largest:.3g}: are the columns in kN, body weights or N/kg instead of N?"
 
 
 def _judge(

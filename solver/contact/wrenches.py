@@ -29,7 +29,9 @@ class ContactWrenches:
     in_contact: Bool[np.ndarray, "frames feet"]  # the foot carries load on a plate
     plate: Int[np.ndarray, "frames plates"]
     wrench_raw_ground: Float[np.ndarray, "frames feet 6"]  # likewise, neither filtered nor thresholded
-    unassigned: Bool[np.ndarray, " frames"] | None = None  # a load that changes goes to no foot; None: nowhere
+    unassigned: Bool[np.ndarray, " frames"] | None = (
+        None  # a load that changes goes to no foot; None: nowhere
+    )
     notes: tuple[str, ...] = ()
 
     @property

@@ -26,7 +26,7 @@ class InertiaParameters:
     """φ of all bodies that take part; `group[b]` is −1 for a body that keeps its nominal inertia."""
 
     skeleton: Skeleton
-    factors: Float[np.ndarray, "bodies 4 4"]  # U₀, upper triangular
+    factors: Float[np.ndarray, "bodies 4 4"]  # U₀, upper triangular; unused for bodies outside
     group: Int[np.ndarray, " bodies"]
     mirrored: Float[np.ndarray, "bodies 10"]  # +1 or −1: how the shared φ enters this body
     names: tuple[str, ...]  # of the groups
@@ -40,6 +40,9 @@ class InertiaParameters:
         """J of every body [kg, kg·m, kg·m²] at φ."""
         J = np.empty_like(self.factors)
         for b, U in enumerate(self.factors):
+            if self.group[b] < 0:
+                J[b] = pseudo_inertia(self.skeleton.bodies[b])
+                continue
             UL = U @ _triangle(self._own(b, phi))
             J[b] = UL @ UL.T
         return J

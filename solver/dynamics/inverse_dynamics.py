@@ -29,7 +29,7 @@ def inverse_dynamics(
 
     Args:
         skeleton: scaled, with the subject's mass.
-        motion: as the kinematics fitted it, unmotion.
+        motion: fitted to the forces, or low-passed as they are.
         contacts: filtered with the same cutoff and order.
         mask: which feet's forces count.
         settings: cutoff and ends.

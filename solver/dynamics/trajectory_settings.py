@@ -49,6 +49,9 @@ class TrajectorySettings:
     gain_std: float = setting(
         0.03, unit="", why="plates of one laboratory disagree by 1 to 5 % between trials and activities"
     )
+    notable_mass: float = setting(
+        0.03, unit="", why="from which on a moved body mass is noted: three deviations of a scale's reading"
+    )
     notable_gain: float = setting(0.02, unit="", why="from which on a trial's disagreement is noted")
     smoothness: float = setting(
         500.0,

@@ -10,6 +10,7 @@ previous fit whole. Only folders named solve-N are ever removed: whatever else l
 """
 
 import json
+import os
 import re
 import shutil
 import zipfile
@@ -38,6 +39,21 @@ def default_folder(subject_folder: Path) -> Path:
 def has_fit(folder: Path) -> bool:
     """Whether a results folder claims to hold a fit."""
     return (folder / "fit.json").is_file()
+
+
+def check_place(folder: Path) -> None:
+    """Refuse, before a solve, a results folder that could not be written after it.
+
+    Raises:
+        ResultsError: a file is in the way, or the folder is read-only.
+    """
+    there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    if not there.is_dir():
+        raise ResultsError(
+            f"{there}: is a file; results need a folder. Move it away, or name another with --out."
+        )
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise ResultsError(f"{there}: cannot be written to. Make it writable, or name another with --out.")
 
 
 def save_fit(fit: Fit, folder: Path) -> list[Path]:

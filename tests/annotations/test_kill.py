@@ -29,7 +29,8 @@ def test_every_acknowledged_edit_survives(path, acknowledged):
     assert program.stdout is not None
     told = [int(program.stdout.readline()) for _ in range(acknowledged)]
     program.send_signal(signal.SIGKILL)
-    rest, _ = program.communicate(timeout=20)
+    rest = program.stdout.read()  # what readline() holds back included
+    program.wait(timeout=20)
     told += [int(line) for line in rest.splitlines(keepends=True) if line.endswith("\n")]
     with ReviewLog.open(path) as log:
         edits = log.history("walk")

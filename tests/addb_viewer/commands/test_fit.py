@@ -1,6 +1,7 @@
 """`addb-viewer fit`: what it prints, writes and refuses."""
 
 import json
+import os
 
 import pytest
 
@@ -90,6 +91,24 @@ def test_a_failed_solve_is_one_line_and_writes_nothing(command_line, tmp_path, f
     assert run.stdout == ""
     assert not target.exists()
     assert sorted(command_line.subject.folder.rglob("*")) == before
+
+
+def test_a_file_in_the_results_place_is_refused_before_the_solve(command_line):
+    results = command_line.subject.folder / "results"
+    results.write_text("mine")
+    run = command_line("fit", command_line.subject.folder)
+    assert run.exit_code == 1
+    assert f"{results}: is a file; results need a folder" in run.stderr
+    assert command_line.solves == []
+    assert results.read_text() == "mine"
+
+
+def test_a_read_only_place_is_refused_before_the_solve(command_line, monkeypatch):
+    monkeypatch.setattr("os.access", lambda _, mode: not mode & os.W_OK)  # root may write anywhere
+    run = command_line("fit", command_line.subject.folder)
+    assert run.exit_code == 1
+    assert "cannot be written to" in run.stderr
+    assert command_line.solves == []
 
 
 def test_a_folder_that_is_not_there(command_line, tmp_path):

@@ -20,6 +20,27 @@ SOLVE_THAT_WAITS = """
 """
 
 
+LOADED_SLOWLY = """
+    import runpy, sys, types
+
+    class Cli(types.ModuleType):
+        def __getattr__(self, name):
+            raise KeyboardInterrupt
+
+    sys.modules["addb_viewer.cli"] = Cli("addb_viewer.cli")
+    sys.argv = ["addb-viewer", "fit", "."]
+    runpy.run_module("addb_viewer", run_name="__main__")
+"""
+
+
+def test_ctrl_c_while_the_libraries_are_loaded_is_no_traceback():
+    run = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(LOADED_SLOWLY)], capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 130
+    assert run.stderr == "addb-viewer: stopped; nothing was written\n"
+
+
 def test_ctrl_c_ends_with_130_and_nothing_written(tmp_path):
     (tmp_path / "walk.trc").write_text("never read")
     (tmp_path / "subject.toml").write_text('[trials.walk]\nmarkers = "walk.trc"\n')

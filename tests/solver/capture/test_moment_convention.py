@@ -127,6 +127,13 @@ def test_spikes_do_not_move_a_plates_origin(walk):
     )
 
 
+@pytest.mark.parametrize("unit_N", [1000.0, 700.0])
+def test_forces_too_small_for_anybody_are_asked_about(walk, unit_N):
+    storage = storage_of(walk, "free")
+    _, notes = plates_from_storage(replace(storage, values=storage.values / unit_N))
+    assert any("are the columns in kN, body weights or N/kg" in note for note in notes), notes
+
+
 def test_the_argument_overrules_and_says_so(walk):
     storage = storage_of(walk, "free")
     plates, notes = plates_from_storage(storage, moment_convention="ground")

@@ -23,6 +23,15 @@ def test_nominal_at_zero(crane, parameters):
     np.testing.assert_allclose(J, [pseudo_inertia(b) for b in crane.bodies], atol=1e-12)
 
 
+def test_bodies_that_take_no_part_keep_their_inertia(crane):
+    light = replace(crane.bodies[3], mass=0.05, inertia_body=np.diag([1e-5, 1e-5, 9e-5]))  # no rigid body's
+    skeleton = replace(crane, bodies=(*crane.bodies[:3], light, *crane.bodies[4:]))
+    parameters = inertia_parameters(skeleton, SETTINGS)
+    phi = np.random.default_rng(5).normal(0, 0.3, parameters.count)
+    np.testing.assert_allclose(parameters.pseudo_inertias(phi)[3], pseudo_inertia(light))
+    assert parameters.skeleton_at(phi).bodies[3] is light
+
+
 def test_any_parameters_give_bodies_that_could_exist(parameters):
     phi = np.random.default_rng(0).normal(0, 1, parameters.count)
     for body in parameters.skeleton_at(phi).bodies:

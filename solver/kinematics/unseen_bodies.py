@@ -1,0 +1,49 @@
+"""Segments that no marker showed, wholly or for a while: their pose is a guess, and the fit says so."""
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from solver.runs import runs
+from solver.skeleton.skeleton import Skeleton
+
+LONG_S = 0.1  # shorter gaps are bridged within millimetres
+LISTED = 5  # stretches named; the rest is counted
+
+
+def unseen_body_notes(
+    skeleton: Skeleton, observed_ground: Float[np.ndarray, "frames markers 3"], rate: float
+) -> tuple[str, ...]:
+    """A note for all segments that lose their markers on the same frames.
+
+    Args:
+        skeleton: its markers are those of `observed_ground`, in the same order.
+        observed_ground: NaN where unseen [m].
+        rate: [Hz].
+    """
+    seen = np.isfinite(observed_ground).all(axis=2)
+    bodies_by_stretches: dict[tuple[tuple[int, int], ...], list[str]] = {}
+    for body in sorted({marker.body for marker in skeleton.markers}):
+        own = [marker.body == body for marker in skeleton.markers]
+        stretches = _long(~seen[:, own].any(axis=1), rate)
+        if stretches:
+            bodies_by_stretches.setdefault(stretches, []).append(skeleton.bodies[body].name)
+    notes = []
+    for stretches, bodies in bodies_by_stretches.items():
+        if stretches == ((0, len(seen)),):
+            notes.append(f"no marker on {', '.join(bodies)} is ever seen: how they move is a guess")
+            continue
+        listed = ", ".join(f"{start}-{end - 1}" for start, end in stretches[:LISTED])
+        more = f" and {len(stretches) - LISTED} more stretches" if len(stretches) > LISTED else ""
+        notes.append(
+            f"no marker on {', '.join(bodies)} is seen in frames {listed}{more}: the pose there is bridged"
+        )
+    return tuple(notes)
+
+
+def _long(unseen: Bool[np.ndarray, " frames"], rate: float) -> tuple[tuple[int, int], ...]:
+    """Stretches of some length, and any that is the whole trial."""
+    return tuple(
+        (int(start), int(end))
+        for start, end in runs(unseen)
+        if end - start > LONG_S * rate or end - start == len(unseen)
+    )
