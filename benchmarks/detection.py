@@ -75,7 +75,9 @@ class Score:
 
 
 Stretch = tuple[int, float, float]  # plate, start and end [s]
-Hider = Callable[[list[list[Stretch]], np.random.Generator], list[tuple[Stretch, float]]]  # with the share kept
+Hider = Callable[
+    [list[list[Stretch]], np.random.Generator], list[tuple[Stretch, float]]
+]  # with the share kept
 
 
 def stances(plates: tuple[ForcePlate, ...]) -> list[Stretch]:
@@ -128,9 +130,7 @@ KINDS = {
 }
 
 
-def hide(
-    plates: tuple[ForcePlate, ...], stretches: list[tuple[Stretch, float]]
-) -> tuple[ForcePlate, ...]:
+def hide(plates: tuple[ForcePlate, ...], stretches: list[tuple[Stretch, float]]) -> tuple[ForcePlate, ...]:
     """The recording as if those forces had not been measured, or not all of them."""
     keep = [np.ones(p.samples) for p in plates]
     for (k, start, end), share in stretches:
@@ -186,7 +186,9 @@ class Case:
         contacts = self.assigned(self.conditioned(plates))
         skeleton = self.skeleton(contacts)
         proposals = detect(skeleton, self.trial.motion, contacts, plates, tracked=self.tracked)
-        return missing_force(proposals, contacts.foot_bodies, contacts.frames, Settings().detection.confidence)
+        return missing_force(
+            proposals, contacts.foot_bodies, contacts.frames, Settings().detection.confidence
+        )
 
     def removed(self, plates: tuple[ForcePlate, ...]) -> Bool[np.ndarray, "frames feet"]:
         """Per foot: whether more than 20 N was taken away."""
@@ -203,7 +205,9 @@ class Case:
 
 
 def score(
-    truth: Bool[np.ndarray, " frames"], proposed: Bool[np.ndarray, " frames"], counted: Bool[np.ndarray, " frames"]
+    truth: Bool[np.ndarray, " frames"],
+    proposed: Bool[np.ndarray, " frames"],
+    counted: Bool[np.ndarray, " frames"],
 ) -> Score:
     """Frames found, missed and falsely proposed, those at the truth's borders left out."""
     counted = counted.copy()

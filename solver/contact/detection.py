@@ -1,8 +1,8 @@
 """Frames with missing force: what a reviewer should look at, and what a fit leaves out until one has.
 
-Four kinds of evidence meet in one story (`detection_search`): the balance of the whole body, where the missing
-force presses, how the soles move, and which plates are loaded. What plates and centres of pressure show by
-themselves comes beside it.
+Four kinds of evidence meet in one story (`detection_search`): the balance of the whole body, where the
+missing force presses, how the soles move, and which plates are loaded. What plates and centres of pressure
+show by themselves comes beside it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -53,28 +53,27 @@ def detect(
     if contacts is None or not contacts.observed.any():
         return (Proposal((0, motion.frames), None, NO_PLATE_DATA, 1.0),)
     tracked = np.ones(motion.frames, dtype=bool) if tracked is None else tracked
-    found = _proposals(skeleton, motion, contacts, plates, tracked, settings)
+    found = [Proposal(span, None, NO_PLATE_DATA, 1.0) for span in runs(~contacts.observed)]
+    if motion.frames >= FEWEST_FRAMES:
+        found += _within_recording(skeleton, motion, contacts, plates, tracked=tracked, settings=settings)
     return tuple(sorted(found, key=lambda p: (p.range, p.foot or "", p.reason)))
 
 
-def _proposals(
+def _within_recording(
     skeleton: Skeleton,
     motion: Motion,
     contacts: ContactWrenches,
     plates: Sequence[ForcePlate],
+    *,
     tracked: Bool[np.ndarray, " frames"],
     settings: DetectionSettings,
 ) -> Iterator[Proposal]:
-    for span in runs(~contacts.observed):
-        yield Proposal(span, None, NO_PLATE_DATA, 1.0)
-    if motion.frames < FEWEST_FRAMES:
-        return
     border = round(settings.border_s * motion.rate)
     weight = skeleton.mass * float(np.linalg.norm(skeleton.gravity))
     findings = search(skeleton, motion, contacts, tracked, settings)
     poses = body_poses(skeleton, motion.q)
     for proposal in (
-        *proposals_of(findings, contacts, plates, motion.rate, settings),
+        *proposals_of(findings, contacts, plates, settings),
         *wrong_pressure(skeleton, poses, contacts, motion.rate, settings),
         *plate_faults(plates, contacts, motion.times, weight, settings),
     ):

@@ -1,4 +1,4 @@
-"""Newton and Euler for the whole body: the external wrench that its motion demands, beside the measured ones."""
+"""Newton and Euler for the whole body: the external wrench that its motion demands, beside the measured."""
 
 from dataclasses import dataclass
 
@@ -57,7 +57,7 @@ class WholeBody:
         self.moment_noise = settings.moment_noise_m * (motion.weight + bounce)
 
     def passed(self, wrench_ground: Float[np.ndarray, "frames 6"]) -> Float[np.ndarray, "frames 6"]:
-        """A wrench [N, N·m about the ground origin] as the balance sees it: smoothed, about the centre of mass."""
+        """A wrench [N, N·m about the ground origin] as the balance sees it: about the centre of mass."""
         rate, force = self.motion.rate, wrench_ground[:, :3]
         moment = wrench_ground[:, 3:] - cross(self.motion.com_ground, force)
         twice = _integral(_integral(force, rate), rate)
@@ -68,10 +68,10 @@ class WholeBody:
     def pressed_point(
         self, wrench: Float[np.ndarray, "frames 6"], height: Float[np.ndarray, " frames"]
     ) -> Float[np.ndarray, "frames 2"]:
-        """Where a wrench about the centre of mass presses on a surface of that height [m]: x and z; NaN without force.
+        """Where a wrench about the centre of mass presses on a surface of that height: x and z [m].
 
         A force F at r from the centre of mass and a moment about the vertical make
-        M_x = r_y F_z − r_z F_y and M_z = r_x F_y − r_y F_x.
+        M_x = r_y F_z − r_z F_y and M_z = r_x F_y − r_y F_x. Without a force the point is NaN.
         """
         com = self.motion.com_ground
         below = height - com[:, UP]
@@ -122,6 +122,8 @@ def _third_difference_band(frames: int) -> Float[np.ndarray, "4 frames"]:
     return band
 
 
-def _level(values: Float[np.ndarray, " frames"], rate: float, window_s: float) -> Float[np.ndarray, " frames"]:
+def _level(
+    values: Float[np.ndarray, " frames"], rate: float, window_s: float
+) -> Float[np.ndarray, " frames"]:
     """Root mean square over a sliding window."""
     return np.sqrt(uniform_filter1d(values**2, max(1, round(window_s * rate)), mode="nearest"))

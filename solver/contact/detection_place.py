@@ -6,16 +6,17 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Float
 
-from solver.contact.detection_balance import UP, WholeBody
+from solver.contact.detection_balance import UP
 from solver.contact.detection_settings import DetectionSettings
+from solver.contact.detection_shares import Explained, Ledger
 from solver.contact.sole import Sole
 
 Feet = tuple[int, ...]
 
 
 def place_costs(
-    body: WholeBody,
-    missing: Float[np.ndarray, "frames 6"],
+    slow: Ledger,
+    explained: Explained,
     outlines: Sequence[Sole],
     poses: tuple[Float[np.ndarray, "frames bodies 3 3"], Float[np.ndarray, "frames bodies 3"]],
     settings: DetectionSettings,
@@ -26,22 +27,25 @@ def place_costs(
     its place is known. Between two feet is as good as under one. Nothing missing: no cost.
 
     Args:
-        body: slow balance.
-        missing: wrench about the centre of mass.
+        slow: demanded and measured wrenches.
+        explained: what of their difference is known.
         outlines: of the soles.
         poses: orientations and origins of all bodies.
         settings: thresholds.
     """
+    missing = slow.missing(explained)
     spread = np.hypot(
         settings.point_noise_m,
-        body.moment_noise / np.maximum(missing[:, UP], settings.least_pressing_N),
+        explained.moment_noise
+        * slow.body.moment_noise
+        / np.maximum(missing[:, UP], settings.least_pressing_N),
     )
     pressing = missing[:, UP] > settings.least_pressing_N
     points, offsets = [], []
     for sole in outlines:
         corners = sole.corners_ground(*poses)
         ground = corners[..., UP].min(axis=1)
-        point = body.pressed_point(missing, ground)
+        point = slow.body.pressed_point(missing, ground)
         points.append(np.insert(point, UP, ground, axis=1))
         offsets.append(corners[..., [0, 2]].mean(axis=1))
     far = [s.distance(*poses, p) for s, p in zip(outlines, points, strict=True)]

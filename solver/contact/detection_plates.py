@@ -14,6 +14,7 @@ from solver.contact.wrenches import ContactWrenches
 from solver.runs import runs
 
 LOADED_N = 20.0  # gait laboratories' usual contact threshold
+SURE = 0.8  # confidence: the samples are plain, their effect on the fit is not
 SAME = 1e-9  # of the force: equal but for rounding in a unit's conversion
 
 
@@ -44,8 +45,9 @@ def plate_faults(
         for reason, wrong in faults:
             for start, end in runs(_at_frames(wrong, plate, times)):
                 foot = _owner(contacts, k, start, end)
-                peak = float(np.abs(_within(force[:, UP], plate, times[start], times[end - 1])).max(initial=0.0))
-                yield Proposal((start, end), foot, reason, 0.8, {"plate": float(k + 1), "peak_N": peak})
+                part = _samples_between(plate, times[start], times[end - 1])
+                peak = float(np.abs(force[part, UP]).max(initial=0.0))
+                yield Proposal((start, end), foot, reason, SURE, {"plate": float(k + 1), "peak_N": peak})
 
 
 def _clipped(
@@ -116,11 +118,9 @@ def _at_frames(
     return flags
 
 
-def _within(
-    values: Float[np.ndarray, " samples"], plate: ForcePlate, start_time: float, end_time: float
-) -> Float[np.ndarray, " some"]:
-    first, last = (round((t - plate.start_time) * plate.rate) for t in (start_time, end_time))
-    return values[max(0, first) : max(0, last) + 1]
+def _samples_between(plate: ForcePlate, start_time: float, end_time: float) -> slice:
+    first, last = (max(0, round((t - plate.start_time) * plate.rate)) for t in (start_time, end_time))
+    return slice(first, last + 1)
 
 
 def _owner(contacts: ContactWrenches, plate: int, start: int, end: int) -> str | None:

@@ -1,15 +1,16 @@
 """What the story's states are called, how sure they are, and the numbers they rest on."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from math import exp
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.ndimage import binary_dilation
 
 from solver.capture.capture import ForcePlate
 from solver.contact.detection_balance import UP
-from solver.contact.detection_search import Findings, RecordedContact
+from solver.contact.detection_search import Findings
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.proposals import (
     CONTACT_BUT_NO_FORCE,
@@ -22,7 +23,7 @@ from solver.contact.proposals import (
 from solver.contact.wrenches import ContactWrenches
 from solver.runs import runs
 
-LOADED_N = 20.0  # all plates together below it: nobody stands on them
+NOBODY_N = 20.0  # all plates together below it: nobody stands on them
 SURE = 8.0  # log odds by which the doubt has shrunk to a third
 
 
@@ -30,7 +31,6 @@ def proposals_of(
     findings: Findings,
     contacts: ContactWrenches,
     plates: Sequence[ForcePlate],
-    rate: float,
     settings: DetectionSettings,
 ) -> Iterator[Proposal]:
     """A proposal for each contact measured in part, each stretch of lost force, and each force elsewhere.
@@ -38,102 +38,105 @@ def proposals_of(
     Args:
         findings: the story and its evidence.
         contacts: forces given to feet.
-        plates: as recorded; their corners, where known, tell what lies beside a plate.
-        rate: [Hz].
+        plates: as recorded; their corners, where all are known, tell what lies beside the plates.
         settings: thresholds.
     """
-    floor = [p.corners_ground for p in plates]
-    known_floor = [c for c in floor if c is not None] if all(c is not None for c in floor) else []
-    for k, contact in enumerate(findings.recorded):
-        if findings.explained.evidence[k] > 0:
-            yield _of_part(findings, k, contact, contacts, known_floor, settings)
-    for foot, name in enumerate(contacts.foot_bodies):
-        for start, end in _widened(findings, foot, rate, settings):
-            yield _of_lost(findings, foot, name, (start, end), contacts, known_floor, rate, settings)
+    corners = [plate.corners_ground for plate in plates if plate.corners_ground is not None]
+    judge = _Judge(findings, contacts, corners if len(corners) == len(plates) else [], settings)
+    for k in np.flatnonzero(findings.explained.evidence > 0).tolist():
+        yield judge.partly_measured(k)
+    for foot in range(len(contacts.foot_bodies)):
+        for start, end in judge.lost_stretches(foot):
+            yield judge.lost(foot, start, end)
     for start, end in runs(findings.story.elsewhere):
-        part = slice(start, end)
-        odds = float(findings.clues.missing[part].sum()) / (settings.steady_s * rate)
-        yield Proposal(
-            (start, end), None, UNMEASURED_EXTERNAL_FORCE, _confidence(odds), _balance_numbers(findings, part)
+        yield judge.elsewhere(start, end)
+
+
+@dataclass(frozen=True)
+class _Judge:
+    findings: Findings
+    contacts: ContactWrenches
+    floor: Sequence[Float[np.ndarray, "4 3"]]  # corners of all plates; empty where any are unknown
+    settings: DetectionSettings
+
+    def partly_measured(self, index: int) -> Proposal:
+        contact, explained = self.findings.recorded[index], self.findings.explained
+        part = slice(contact.start, contact.end)
+        share, cost = float(explained.missing[index]), self.settings.part_cost
+        evidence = float(explained.evidence[index])
+        off = self._share_off_plates(contact.foot, part)
+        return Proposal(
+            (contact.start, contact.end),
+            self.contacts.foot_bodies[contact.foot],
+            NOT_OVER_FORCE_PLATE if off > 0 and share > 0 else FORCE_DISCREPANCY,
+            _confidence(evidence - cost) if share else 0.5 * evidence / cost,
+            {
+                "missing_share": share / (1.0 + share),
+                "log_odds": evidence - cost,
+                **self._measured(contact.foot, part, off),
+            },
         )
 
+    def lost_stretches(self, foot: int) -> list[tuple[int, int]]:
+        """Each as long as the foot may still carry some: it lands and leaves gradually."""
+        clues, lost = self.findings.clues, self.findings.story.lost[:, foot]
+        reach = round(self.settings.rolling_s * clues.rate)
+        near = binary_dilation(lost, iterations=reach) if reach else lost
+        rolling = near & ~clues.loaded[:, foot] & (clues.ground[:, foot] > self.settings.rolling_odds)
+        return runs(lost | rolling)
 
-def _widened(
-    findings: Findings, foot: int, rate: float, settings: DetectionSettings
-) -> list[tuple[int, int]]:
-    """Stretches of lost force, each as long as the foot may still carry some: it lands and leaves gradually."""
-    lost = findings.story.lost[:, foot]
-    slow = ~findings.clues.loaded[:, foot] & (findings.clues.ground[:, foot] > settings.rolling_odds)
-    reach = round(settings.rolling_s * rate)
-    wide = lost | (slow & binary_dilation(lost, iterations=reach)) if reach else lost
-    return [(a, b) for a, b in runs(wide) if lost[a:b].any()]
+    def lost(self, foot: int, start: int, end: int) -> Proposal:
+        part, clues = slice(start, end), self.findings.clues
+        off = self._share_off_plates(foot, part)
+        odds = self._sum((clues.missing + clues.ground[:, foot])[part])
+        return Proposal(
+            (start, end),
+            self.contacts.foot_bodies[foot],
+            self._reason(foot, part, off),
+            _confidence(odds),
+            {
+                **self._balance(part),
+                **self._measured(foot, part, off),
+                "slip_m_s": float(np.median(self.findings.slip[part, foot])),
+                "log_odds": odds,
+            },
+        )
 
+    def elsewhere(self, start: int, end: int) -> Proposal:
+        part = slice(start, end)
+        odds = self._sum(self.findings.clues.missing[part])
+        numbers = {**self._balance(part), "log_odds": odds}
+        return Proposal((start, end), None, UNMEASURED_EXTERNAL_FORCE, _confidence(odds), numbers)
 
-def _of_part(
-    findings: Findings,
-    index: int,
-    contact: RecordedContact,
-    contacts: ContactWrenches,
-    floor: Sequence[Float[np.ndarray, "4 3"]],
-    settings: DetectionSettings,
-) -> Proposal:
-    part = slice(contact.start, contact.end)
-    share, evidence = float(findings.explained.missing[index]), float(findings.explained.evidence[index])
-    off = _share_off_plates(findings.corners_ground[contact.foot][part], floor)
-    sure = _confidence(evidence - settings.part_cost) if share else 0.5 * evidence / settings.part_cost
-    return Proposal(
-        (contact.start, contact.end),
-        contacts.foot_bodies[contact.foot],
-        NOT_OVER_FORCE_PLATE if off > 0 and share > 0 else FORCE_DISCREPANCY,
-        sure,
-        {
-            "missing_share": share / (1.0 + share),
-            "log_odds": evidence - settings.part_cost,
-            "measured_N": float(np.nanmean(contacts.wrench_raw_ground[part, contact.foot, UP])),
-            **({"share_off_plates": off} if floor else {}),
-        },
-    )
+    def _reason(self, foot: int, part: slice, off: float) -> str:
+        partly = bool(self.contacts.in_contact[part, foot].mean() > 0.5)
+        if off > 0.5 or (off > 0 and partly):
+            return NOT_OVER_FORCE_PLATE
+        if partly:
+            return FORCE_DISCREPANCY
+        if np.median(self.findings.clues.ground[part, foot]) > 0:
+            return CONTACT_BUT_NO_FORCE
+        total = np.nan_to_num(self.contacts.wrench_raw_ground[part, :, UP]).sum(axis=1)
+        return ZERO_WHILE_ACCELERATING if total.mean() < NOBODY_N else FORCE_DISCREPANCY
 
+    def _sum(self, odds: Float[np.ndarray, " some"]) -> float:
+        return float(odds.sum()) / (self.settings.steady_s * self.findings.clues.rate)
 
-def _of_lost(
-    findings: Findings,
-    foot: int,
-    name: str,
-    span: tuple[int, int],
-    contacts: ContactWrenches,
-    floor: Sequence[Float[np.ndarray, "4 3"]],
-    rate: float,
-    settings: DetectionSettings,
-) -> Proposal:
-    part = slice(*span)
-    clues = findings.clues
-    off = _share_off_plates(findings.corners_ground[foot][part], floor)
-    odds = float((clues.missing + clues.ground[:, foot])[part].sum()) / (settings.steady_s * rate)
-    loaded = float(contacts.in_contact[part, foot].mean())
-    total = float(np.nan_to_num(contacts.wrench_raw_ground[part, :, UP]).sum(axis=1).mean())
-    if off > 0.5 or (off > 0 and loaded > 0.5):
-        reason = NOT_OVER_FORCE_PLATE
-    elif loaded > 0.5:
-        reason = FORCE_DISCREPANCY
-    elif np.median(clues.ground[part, foot]) > 0:
-        reason = CONTACT_BUT_NO_FORCE
-    else:
-        reason = ZERO_WHILE_ACCELERATING if total < LOADED_N else FORCE_DISCREPANCY
-    numbers = {
-        **_balance_numbers(findings, part),
-        "measured_N": float(np.nan_to_num(contacts.wrench_raw_ground[part, foot, UP]).mean()),
-        "slip_m_s": float(np.median(findings.slip[part, foot])),
-        "log_odds": odds,
-        **({"share_off_plates": off} if floor else {}),
-    }
-    return Proposal(span, name, reason, _confidence(odds), numbers)
+    def _balance(self, part: slice) -> dict[str, float]:
+        missing, error = self.findings.missing[part], self.findings.error[part]
+        return {"missing_N": float(missing.mean()), "error_N": float(error.mean())}
 
+    def _measured(self, foot: int, part: slice, off: float) -> dict[str, float]:
+        force = np.nan_to_num(self.contacts.wrench_raw_ground[part, foot, UP])
+        return {"measured_N": float(force.mean()), **({"share_off_plates": off} if self.floor else {})}
 
-def _balance_numbers(findings: Findings, part: slice) -> dict[str, float]:
-    return {
-        "missing_N": float(findings.missing[part].mean()),
-        "error_N": float(findings.error[part].mean()),
-    }
+    def _share_off_plates(self, foot: int, part: slice) -> float:
+        """Share of a sole's corners that lie beside every plate; 0 where no corners are known."""
+        if not self.floor:
+            return 0.0
+        points = np.median(self.findings.corners_ground[foot][part], axis=0)[:, [0, 2]]
+        over = np.any([_inside(points, plate[:, [0, 2]]) for plate in self.floor], axis=0)
+        return float(1.0 - over.mean())
 
 
 def _confidence(log_odds: float) -> float:
@@ -141,26 +144,11 @@ def _confidence(log_odds: float) -> float:
     return 1.0 - 0.5 * exp(-max(0.0, log_odds) / SURE)
 
 
-def _share_off_plates(
-    corners_ground: Float[np.ndarray, "frames corners 3"], floor: Sequence[Float[np.ndarray, "4 3"]]
-) -> float:
-    """Share of a sole's corners beside every plate, on the frame of its middle; 0 where no corners are known."""
-    if not floor:
-        return 0.0
-    points = np.median(corners_ground, axis=0)[:, [0, 2]]
-    over = np.zeros(len(points), dtype=bool)
-    for plate in floor:
-        over |= _inside(points, plate[:, [0, 2]])
-    return float(1.0 - over.mean())
-
-
 def _inside(
     points: Float[np.ndarray, "points 2"], corners: Float[np.ndarray, "4 2"]
-) -> Float[np.ndarray, " points"]:
+) -> Bool[np.ndarray, " points"]:
     """Whether points lie in a convex polygon, whichever way round its corners are listed."""
-    centre = corners.mean(axis=0)
-    around = corners[np.argsort(np.arctan2(*(corners - centre).T))]
-    edge = np.roll(around, -1, axis=0) - around
-    offset = points[:, None] - around
-    side = edge[:, 0] * offset[..., 1] - edge[:, 1] * offset[..., 0]
-    return (side >= 0).all(axis=1) | (side <= 0).all(axis=1)
+    offset = corners - corners.mean(axis=0)
+    around = corners[np.argsort(np.arctan2(offset[:, 1], offset[:, 0]))]
+    edge, reach = np.roll(around, -1, axis=0) - around, points[:, None] - around
+    return (edge[:, 0] * reach[..., 1] - edge[:, 1] * reach[..., 0] >= 0).all(axis=1)

@@ -182,5 +182,5 @@ def _places(
     known: Bool[np.ndarray, " frames"],
     settings: DetectionSettings,
 ) -> dict[tuple[int, ...], Float[np.ndarray, " frames"]]:
-    costs = place_costs(slow.body, slow.missing(explained), outlines, poses, settings)
+    costs = place_costs(slow, explained, outlines, poses, settings)
     return {feet: np.where(known, cost, 0.0) for feet, cost in costs.items()}

@@ -52,14 +52,18 @@ class DetectionSettings:
     least_lost: float = setting(
         0.2, unit="", why="of the measured force: less than this is missing from no foot; plates err by 5 %"
     )
-    most_lost: float = setting(3.0, unit="", why="of the measured force: three quarters of a foot off a plate")
+    most_lost: float = setting(
+        3.0, unit="", why="of the measured force: three quarters of a foot beside a plate"
+    )
     part_cost: float = setting(
         6.0, unit="", why="log odds against a contact's being measured in part: one in some hundred"
     )
     shortest_contact_s: float = setting(
         0.05, unit="s", why="a sprinter's contact lasts 0.09 s; shorter ones say nothing of their share"
     )
-    shortest_gap_s: float = setting(0.04, unit="s", why="shorter gaps don't end a contact: a flight lasts 0.08 s")
+    shortest_gap_s: float = setting(
+        0.04, unit="s", why="shorter gaps don't end a contact: a flight lasts 0.08 s"
+    )
     # ---- where a missing force presses
     point_noise_m: float = setting(0.04, unit="m", why="of soles and centres of mass in the model")
     half_sole_m: float = setting(0.05, unit="m", why="half a sole's width, round the line between two feet")
@@ -106,26 +110,32 @@ class DetectionSettings:
         30.0, unit="", why="of calling a foot measured while its plate is unloaded, or up while it is loaded"
     )
     rolling_s: float = setting(
-        0.02, unit="s", why="so long before and after a foot may carry some 50 N: too little for the balance"
+        0.01, unit="s", why="so long before and after a foot may carry some 50 N: too little for the balance"
     )
     rolling_odds: float = setting(-0.5, unit="", why="as long as its sole is not clearly swinging")
     border_s: float = setting(
-        0.01, unit="s", why="added at both ends of what is proposed: half of what the forces' filter spreads"
+        0.015, unit="s", why="added at both ends of what is proposed: as far as the forces' filter spreads"
     )
     # ---- what the plates themselves show
     cop_outside_m: float = setting(
         0.07, unit="m", why="real centres of pressure leave the model's sole by 5 cm at most"
     )
     cop_load: float = setting(0.2, unit="", why="of the peak force; below it a centre of pressure is noise")
-    cop_outside_s: float = setting(0.05, unit="s", why="for so long; landing and push-off may touch the limit")
-    clipped_s: float = setting(0.008, unit="s", why="at its largest value without a change: no peak is so flat")
+    cop_outside_s: float = setting(
+        0.05, unit="s", why="for so long; landing and push-off may touch the limit"
+    )
+    clipped_s: float = setting(
+        0.008, unit="s", why="at its largest value without a change: no peak is so flat"
+    )
     clipped_samples: int = setting(4, unit="samples", why="and for so many, where samples are rare")
     clipped_N: float = setting(200.0, unit="N", why="amplifiers saturate at large forces")
     clipped_drop: float = setting(
         0.02, unit="", why="of it, lost within as long again on both sides: a round peak loses less"
     )
     held_s: float = setting(0.1, unit="s", why="a loaded plate that repeats one value so long has hung up")
-    spike_s: float = setting(0.002, unit="s", why="no step rises and falls within it")
+    spike_s: float = setting(0.002, unit="s", why="no step rises and falls within it, not even a sprinter's")
     spike: float = setting(0.5, unit="", why="of body weight: smaller spikes vanish in the 30 Hz filter")
-    dropout_s: float = setting(0.08, unit="s", why="no foot leaves the plate at full load and is back so soon")
+    dropout_s: float = setting(
+        0.08, unit="s", why="no foot leaves the plate at full load and is back so soon"
+    )
     dropout: float = setting(0.2, unit="", why="of body weight carried right before and after a dropout")

@@ -5,7 +5,7 @@ whole trial. A contact is held to be wrong when that explains far more than its 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -32,6 +32,7 @@ class Explained:
     covariance: Float[np.ndarray, "5 5"]
     missing: Float[np.ndarray, " contacts"]
     evidence: Float[np.ndarray, " contacts"]  # gain in log likelihood by calling the contact wrong
+    moment_noise: float = 1.0  # what the balance of moments leaves unexplained, in its expected noise
 
     @classmethod
     def nothing(cls, contacts: int, settings: DetectionSettings) -> "Explained":
@@ -95,15 +96,21 @@ class Ledger:
             free[best], evidence[best] = True, gains[best]
             energy, solution, covariance = tried[best]
         limit = settings.farthest_error * _trial_deviations(settings)
-        return Explained(
+        found = Explained(
             trial=np.clip(solution[:TRIAL_TERMS], -limit, limit),
             covariance=covariance[:TRIAL_TERMS, :TRIAL_TERMS],
             missing=np.where(free, solution[TRIAL_TERMS:], 0.0),
             evidence=evidence,
         )
+        return replace(found, moment_noise=self._moment_noise(found, usable))
+
+    def _moment_noise(self, explained: Explained, usable: Bool[np.ndarray, " frames"]) -> float:
+        """Never less than expected: a trunk or arms without markers make it three times as much."""
+        rest = self.missing(explained)[usable][:, CHANNELS[1:]] / self.body.moment_noise[usable, None]
+        return max(1.0, float(np.sqrt(np.mean(rest**2))))
 
     def _trial_terms(self) -> Float[np.ndarray, "5 frames 6"]:
-        """Wrenches of the errors that last: scale, bounce, centre of mass too far in x and in z, late forces."""
+        """Of the errors that last: scale, bounce, centre of mass too far in x and in z, late forces."""
         support = self.body.demanded[:, UP]
         terms = np.zeros((TRIAL_TERMS, len(support), 6))
         terms[0] = self.measured

@@ -91,8 +91,11 @@ def _cost(
     feet, elsewhere = state[:-1], bool(state[-1])
     cost = np.zeros(len(clues.missing))
     for f, foot in enumerate(feet):
-        if not elsewhere:  # feet in front of a chair rest on the ground without carrying anything
-            cost += clues.ground[:, f] * (0.5 if foot == Foot.UP else -0.5)
+        standing = 0.5 * clues.ground[:, f]
+        if elsewhere:  # feet in front of a chair rest on the ground without carrying anything
+            cost -= np.abs(standing)
+        else:
+            cost += standing if foot == Foot.UP else -standing
         if foot == Foot.LOST:
             cost += settings.partly_odds * clues.loaded[:, f]
         else:
@@ -126,9 +129,7 @@ def _cheapest_path(
 ) -> Int[np.ndarray, " frames"]:
     frames, count = cost.shape
     keys = [tuple(row) for row in edges.tolist()]
-    changes = {
-        key: change + sum(table for table, edge in zip(loss, key, strict=True) if not edge) for key in set(keys)
-    }
+    changes = {key: change + loss[~np.array(key)].sum(axis=0) for key in set(keys)}
     total = cost[0].copy()
     origin = np.zeros((frames, count), dtype=int)
     for t in range(1, frames):

@@ -21,11 +21,11 @@ COP_OUTSIDE_FOOT = "copOutsideConvexFootError"
 
 @dataclass(frozen=True)
 class Proposal:
-    """Frames `range[0]` up to, not including, `range[1]`: the force on `foot` (None: on all) is not to be used."""
+    """Frames on which the force on a foot is not to be used."""
 
-    range: tuple[int, int]
-    foot: str | None
-    reason: str
+    range: tuple[int, int]  # from the first number up to, not including, the second
+    foot: str | None  # its body; None: all feet
+    reason: str  # in the B3D format's words
     confidence: float  # 0 to 1
     evidence: dict[str, float] = field(default_factory=dict)  # names carry the units: missing_N, slip_m_s
 

@@ -87,7 +87,17 @@ def match_markers(skeleton: Skeleton, recordings: Sequence[Markers]) -> MarkerMa
     match = MarkerMatch(tuple(order), tuple(tuple(spellings[name]) for name in order), tuple(notes))
     match = match.seen_in(recordings)
     _require_enough(skeleton, match, unknown)
-    return match
+    return replace(match, notes=(*match.notes, *_bare_body_notes(skeleton, match)))
+
+
+def _bare_body_notes(skeleton: Skeleton, match: MarkerMatch) -> tuple[str, ...]:
+    """Segments on which the model has markers, but none that a recording shows."""
+    shared = {marker.body for marker in skeleton.markers if marker.name in match.model}
+    bare = sorted({marker.body for marker in skeleton.markers} - shared)
+    if not bare:
+        return ()
+    listed = ", ".join(skeleton.bodies[body].name for body in bare)
+    return (f"no marker of the recordings is on {listed}: how they move is a guess",)
 
 
 def _paired(model_names: Sequence[str], measured_names: Sequence[str]) -> dict[str, str]:

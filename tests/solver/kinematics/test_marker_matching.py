@@ -74,6 +74,15 @@ def test_markers_never_seen_are_left_out_and_named(crane):
     assert any("never seen" in note and crane.marker_names[2] in note for note in match.notes)
 
 
+def test_segments_without_any_shared_marker_are_named(crane):
+    last = max(marker.body for marker in crane.markers)
+    names = [marker.name for marker in crane.markers if marker.body != last]
+    match = match_markers(crane, [recording(names)])
+    expected = f"no marker of the recordings is on {crane.bodies[last].name}: how they move is a guess"
+    assert expected in match.notes
+    assert expected not in match_markers(crane, [recording(crane.marker_names)]).notes
+
+
 def test_a_trial_without_a_shared_marker_has_gaps_there(crane):
     short = recording(crane.marker_names[:-1])
     match = match_markers(crane, [recording(crane.marker_names), short])
