@@ -9,6 +9,7 @@ import typer
 from addb_viewer.commands.ablation import ablation
 from addb_viewer.commands.agreement import agreement
 from addb_viewer.commands.demo import demo
+from addb_viewer.commands.detect import detect
 from addb_viewer.commands.export import export
 from addb_viewer.commands.fit import fit
 from addb_viewer.commands.flag import flag
@@ -29,6 +30,7 @@ app = typer.Typer(
 app.command(name="demo")(demo)
 app.command(name="open")(open_subject)
 app.command(name="fit")(fit)
+app.command(name="detect")(detect)
 app.command(name="export")(export)
 app.command(name="flag")(flag)
 app.command(name="flags")(flags)

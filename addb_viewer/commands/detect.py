@@ -1,5 +1,6 @@
 """`addb-viewer detect`: on which frames a force is missing or wrong, and why that is thought."""
 
+import sys
 from typing import Any
 
 import typer
@@ -9,11 +10,13 @@ from rich.table import Table
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, SettingsFile, SubjectFolder, Trials
-from addb_viewer.commands.solving import job_for, tracked
+from addb_viewer.commands.solving import job_for, judged
 from solver.contact.detection import detect as proposals_for
 from solver.contact.proposals import Proposal, missing_force
 from solver.fit import TrialFit
 from solver.results.store import write_json
+
+WIDTH_OF_A_PIPE = 250  # [characters] where no terminal says how wide it is
 
 
 def detect(
@@ -28,7 +31,7 @@ def detect(
         raise typer.BadParameter(f"no folder {json.parent} to write into", param_hint="--json")
     with errors_as_lines(debug):
         job = job_for(subject, trials=trial, settings_file=settings)
-        fit = tracked(job)
+        fit = judged(job)
         confidence = job.settings.detection.confidence
         figures = [_figures(t, _proposals(t), fit.subject.foot_bodies, confidence) for t in fit.trials]
         if json is not None:
@@ -68,14 +71,14 @@ def _figures(
 
 def _print(figures: dict[str, Any]) -> None:
     lost = sum(figures["mask"])
-    nothing = "" if figures["missing"] else "; nothing is missing"
-    typer.echo(f"{figures['name']}: force missing on {lost} of {figures['frames']} frames{nothing}")
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    for column in ("frames", "foot", "reason", "sure", "because"):
-        table.add_column(column, no_wrap=column != "because")
-    for p in figures["missing"]:
-        numbers = ", ".join(f"{name} {value:.3g}" for name, value in p["evidence"].items())
-        start, end = p["range"]
-        table.add_row(f"{start}:{end}", p["foot"] or "all", p["reason"], f"{p['confidence']:.2f}", numbers)
+    typer.echo(f"{figures['name']}: {lost or 'no'} of {figures['frames']} frames miss force")
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for head in ("frames", "foot", "reason", "sure", "because"):
+        table.add_column(head, no_wrap=True)
+    for proposal in figures["missing"]:
+        start, end = proposal["range"]
+        numbers = ", ".join(f"{name} {value:.3g}" for name, value in proposal["evidence"].items())
+        sure = f"{proposal['confidence']:.2f}"
+        table.add_row(f"{start}:{end}", proposal["foot"] or "all", proposal["reason"], sure, numbers)
     if table.row_count:
-        Console(soft_wrap=True).print(table)
+        Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH_OF_A_PIPE).print(table)

@@ -90,6 +90,19 @@ def current_fit(job: Job) -> Fit:
     return kept if kept is not None else solved(job)[0]
 
 
+def judged(job: Job) -> Fit:
+    """A fit with its forces judged: the kept one where it's current, else one of the markers alone.
+
+    The latter takes seconds; it isn't kept, because it doesn't obey the forces.
+    """
+    kept = _kept_fit(job)
+    if kept is not None:
+        return kept
+    alone = replace(job.settings, trajectory=replace(job.settings.trajectory, enabled=False))
+    with terminal_progress() as progress:
+        return solve(job.subject, alone, trials=job.trials, reviews=job.reviews, progress=progress)
+
+
 def _kept_fit(job: Job) -> Fit | None:
     if not has_fit(job.results):
         return None

@@ -128,7 +128,9 @@ def _ledgers(
         part = slice(contact.start, contact.end)
         own[k, part] = wrench[part, contact.foot]
     fast, slow = (
-        Ledger.of(WholeBody(body, cutoff, settings), wrench.sum(axis=1), list(own))
+        Ledger.of(
+            WholeBody(body, cutoff, settings), wrench.sum(axis=1), list(own), [c.foot for c in recorded]
+        )
         for cutoff in (settings.balance_cutoff_Hz, settings.place_cutoff_Hz)
     )
     return fast, slow

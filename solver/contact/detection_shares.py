@@ -48,6 +48,7 @@ class Ledger:
     body: WholeBody
     measured: Float[np.ndarray, "frames 6"]  # of all feet
     contacts: Float[np.ndarray, "contacts frames 6"]  # of each recorded contact
+    feet: tuple[int, ...]  # whose they are
 
     @classmethod
     def of(
@@ -55,10 +56,12 @@ class Ledger:
         body: WholeBody,
         measured_ground: Float[np.ndarray, "frames 6"],
         contacts_ground: Sequence[Float[np.ndarray, "frames 6"]],
+        feet: Sequence[int],
     ) -> "Ledger":
-        """From wrenches as recorded [N, N·m about the ground origin]."""
-        passed = [body.passed(wrench) for wrench in contacts_ground]
-        return cls(body, body.passed(measured_ground), np.array(passed).reshape(-1, *measured_ground.shape))
+        """From wrenches as recorded [N, N·m about the ground origin], of all feet and of each contact."""
+        passed = np.array([body.passed(wrench) for wrench in contacts_ground])
+        contacts = passed.reshape(-1, *measured_ground.shape)
+        return cls(body, body.passed(measured_ground), contacts, tuple(feet))
 
     def missing(self, explained: Explained) -> Float[np.ndarray, "frames 6"]:
         """Wrench that nothing explains [N, N·m]."""
@@ -72,7 +75,7 @@ class Ledger:
         return np.sqrt(self.body.noise**2 + spread)
 
     def explain(self, usable: Bool[np.ndarray, " frames"], settings: DetectionSettings) -> Explained:
-        """Forward selection: the contact that explains most is freed, as long as one explains enough.
+        """Forward selection: what explains most is freed, one contact or all of a foot, while it explains enough.
 
         Args:
             usable: frames on which no other force is missing.
@@ -85,16 +88,20 @@ class Ledger:
         free, evidence = np.zeros(count, dtype=bool), np.zeros(count)
         energy, solution, covariance = _solve(gram, pull, free, settings)
         while True:
-            tried = {k: _solve(gram, pull, _with(free, k), settings) for k in np.flatnonzero(~free).tolist()}
-            gains = {k: energy - found[0] for k, found in tried.items() if _large(found[1], k, settings)}
-            best = max(gains, key=lambda k: gains[k], default=None)
-            if best is None or gains[best] <= 0:
+            tried = {some: _solve(gram, pull, _with(free, some), settings) for some in self._candidates(free)}
+            gains = {
+                some: energy - found[0] for some, found in tried.items() if _large(found[1], some, settings)
+            }
+            surplus = {some: gain - _cost(some, settings) for some, gain in gains.items()}
+            best = max(surplus, key=lambda some: surplus[some], default=())
+            if not best or surplus[best] < 0:
                 break
-            if gains[best] < settings.part_cost:
-                evidence[list(gains)] = list(gains.values())  # suspects
-                break
-            free[best], evidence[best] = True, gains[best]
+            free[list(best)] = True
+            evidence[list(best)] = gains[best] / len(best)
             energy, solution, covariance = tried[best]
+        for some, gain in gains.items():
+            if len(some) == 1:
+                evidence[some] = max(0.0, gain)
         limit = settings.farthest_error * _trial_deviations(settings)
         found = Explained(
             trial=np.clip(solution[:TRIAL_TERMS], -limit, limit),
@@ -103,6 +110,12 @@ class Ledger:
             evidence=evidence,
         )
         return replace(found, moment_noise=self._moment_noise(found, usable))
+
+    def _candidates(self, free: Bool[np.ndarray, " contacts"]) -> list[tuple[int, ...]]:
+        """Each contact that may still be freed, and all of one foot's together: of a plate that shows too little."""
+        held = np.flatnonzero(~free).tolist()
+        together = [tuple(k for k in held if self.feet[k] == foot) for foot in dict.fromkeys(self.feet)]
+        return [(k,) for k in held] + [some for some in together if len(some) > 1]
 
     def _moment_noise(self, explained: Explained, usable: Bool[np.ndarray, " frames"]) -> float:
         """Never less than expected: a trunk or arms without markers make it three times as much."""
@@ -133,14 +146,18 @@ class Ledger:
         return matrix @ matrix.T, matrix @ target.ravel()
 
 
-def _with(free: Bool[np.ndarray, " contacts"], contact: int) -> Bool[np.ndarray, " contacts"]:
-    return free | (np.arange(len(free)) == contact)
+def _with(free: Bool[np.ndarray, " contacts"], some: tuple[int, ...]) -> Bool[np.ndarray, " contacts"]:
+    return free | np.isin(np.arange(len(free)), some)
 
 
-def _large(solution: Float[np.ndarray, " terms"], contact: int, settings: DetectionSettings) -> bool:
-    """Too much for a plate's error; as long as the force is not taken away altogether."""
-    share = float(solution[TRIAL_TERMS + contact])
-    return abs(share) > settings.least_lost
+def _large(solution: Float[np.ndarray, " terms"], some: tuple[int, ...], settings: DetectionSettings) -> bool:
+    """Too much for a plate's error, each of them."""
+    return bool((np.abs(solution[TRIAL_TERMS:][list(some)]) > settings.least_lost).all())
+
+
+def _cost(some: tuple[int, ...], settings: DetectionSettings) -> float:
+    """A plate that shows too little once may well do so again."""
+    return settings.part_cost + settings.again_cost * (len(some) - 1)
 
 
 def _solve(
