@@ -12,10 +12,11 @@ from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, SettingsFile, SubjectFolder, Trials
 from addb_viewer.commands.solving import job_for, judged
 from solver.contact.detection import detect as proposals_for
-from solver.contact.proposals import Proposal, missing_force
-from solver.fit import TrialFit
+from solver.contact.proposals import missing_force
+from solver.fit import Fit, TrialFit
 from solver.results.store import write_json
 
+LEAST = 1e-3  # of newtons, metres, shares and log odds
 WIDTH_OF_A_PIPE = 250  # [characters] where no terminal says how wide it is
 
 
@@ -33,24 +34,18 @@ def detect(
         job = job_for(subject, trials=trial, settings_file=settings)
         fit = judged(job)
         confidence = job.settings.detection.confidence
-        figures = [_figures(t, _proposals(t), fit.subject.foot_bodies, confidence) for t in fit.trials]
+        figures = [_figures(t, fit, confidence) for t in fit.trials]
         if json is not None:
             write_json(json, {"trials": figures})
         for figure in figures:
             _print(figure)
 
 
-def _proposals(trial: TrialFit) -> tuple[Proposal, ...]:
-    """Those of the fit; a trial without plates has none there, because nothing is left to decide."""
-    if trial.contacts is not None:
-        return trial.proposals
-    return proposals_for(None, trial.motion, None, ())
-
-
-def _figures(
-    trial: TrialFit, proposals: tuple[Proposal, ...], foot_bodies: tuple[str, ...], confidence: float
-) -> dict[str, Any]:
-    feet = trial.contacts.foot_bodies if trial.contacts else foot_bodies
+def _figures(trial: TrialFit, fit: Fit, confidence: float) -> dict[str, Any]:
+    """In the shape of `detect --json`."""
+    feet = trial.contacts.foot_bodies if trial.contacts else fit.subject.foot_bodies
+    without_plates = trial.contacts is None  # a fit has nothing to judge there
+    proposals = proposals_for(fit.skeleton, trial.motion, None, ()) if without_plates else trial.proposals
     missing = missing_force(proposals, feet, trial.motion.frames, confidence)
     return {
         "name": trial.capture.name,
@@ -77,8 +72,13 @@ def _print(figures: dict[str, Any]) -> None:
         table.add_column(head, no_wrap=True)
     for proposal in figures["missing"]:
         start, end = proposal["range"]
-        numbers = ", ".join(f"{name} {value:.3g}" for name, value in proposal["evidence"].items())
+        numbers = ", ".join(f"{name} {_plain(value)}" for name, value in proposal["evidence"].items())
         sure = f"{proposal['confidence']:.2f}"
         table.add_row(f"{start}:{end}", proposal["foot"] or "all", proposal["reason"], sure, numbers)
     if table.row_count:
         Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH_OF_A_PIPE).print(table)
+
+
+def _plain(value: float) -> str:
+    """Three digits; what is smaller than anything that matters is nothing."""
+    return f"{value:.3g}" if abs(value) >= LEAST else "0"

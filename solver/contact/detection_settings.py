@@ -58,9 +58,6 @@ class DetectionSettings:
     part_cost: float = setting(
         6.0, unit="", why="log odds against a contact's being measured in part: one in some hundred"
     )
-    again_cost: float = setting(
-        1.0, unit="", why="log odds against each further contact of that foot: its plate is known to err"
-    )
     shortest_contact_s: float = setting(
         0.05, unit="s", why="a sprinter's contact lasts 0.09 s; shorter ones say nothing of their share"
     )

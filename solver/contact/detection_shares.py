@@ -42,6 +42,13 @@ class Explained:
 
 
 @dataclass(frozen=True)
+class _Solved:
+    energy: float  # minus the log likelihood, but for a constant
+    solution: Float[np.ndarray, " terms"]
+    covariance: Float[np.ndarray, "terms terms"]
+
+
+@dataclass(frozen=True)
 class Ledger:
     """Demanded and measured wrenches about the centre of mass, as one balance sees them."""
 
@@ -75,7 +82,9 @@ class Ledger:
         return np.sqrt(self.body.noise**2 + spread)
 
     def explain(self, usable: Bool[np.ndarray, " frames"], settings: DetectionSettings) -> Explained:
-        """Forward selection: what explains most is freed, one contact or all of a foot, while it explains enough.
+        """Forward selection: the contact that explains most is freed, as long as one explains enough.
+
+        Where no single one does, all of a foot's together may: a plate that always shows too little.
 
         Args:
             usable: frames on which no other force is missing.
@@ -86,36 +95,43 @@ class Ledger:
             return Explained.nothing(count, settings)
         gram, pull = self._normal_equations(usable, settings)
         free, evidence = np.zeros(count, dtype=bool), np.zeros(count)
-        energy, solution, covariance = _solve(gram, pull, free, settings)
-        while True:
-            tried = {some: _solve(gram, pull, _with(free, some), settings) for some in self._candidates(free)}
-            gains = {
-                some: energy - found[0] for some, found in tried.items() if _large(found[1], some, settings)
-            }
-            surplus = {some: gain - _cost(some, settings) for some, gain in gains.items()}
-            best = max(surplus, key=lambda some: surplus[some], default=())
-            if not best or surplus[best] < 0:
-                break
-            free[list(best)] = True
-            evidence[list(best)] = gains[best] / len(best)
-            energy, solution, covariance = tried[best]
-        for some, gain in gains.items():
-            if len(some) == 1:
-                evidence[some] = max(0.0, gain)
+        current = _solve(gram, pull, free, settings)
+        while best := self._best(gram, pull, free, current, settings):
+            some, gain, solved = best
+            evidence[list(some)] = gain / len(some)
+            if gain < settings.part_cost:
+                break  # a suspect
+            free[list(some)], current = True, solved
         limit = settings.farthest_error * _trial_deviations(settings)
         found = Explained(
-            trial=np.clip(solution[:TRIAL_TERMS], -limit, limit),
-            covariance=covariance[:TRIAL_TERMS, :TRIAL_TERMS],
-            missing=np.where(free, solution[TRIAL_TERMS:], 0.0),
+            trial=np.clip(current.solution[:TRIAL_TERMS], -limit, limit),
+            covariance=current.covariance[:TRIAL_TERMS, :TRIAL_TERMS],
+            missing=np.where(free, current.solution[TRIAL_TERMS:], 0.0),
             evidence=evidence,
         )
         return replace(found, moment_noise=self._moment_noise(found, usable))
 
-    def _candidates(self, free: Bool[np.ndarray, " contacts"]) -> list[tuple[int, ...]]:
-        """Each contact that may still be freed, and all of one foot's together: of a plate that shows too little."""
+    def _best(
+        self,
+        gram: Float[np.ndarray, "terms terms"],
+        pull: Float[np.ndarray, " terms"],
+        free: Bool[np.ndarray, " contacts"],
+        current: "_Solved",
+        settings: DetectionSettings,
+    ) -> "tuple[tuple[int, ...], float, _Solved] | None":
+        """What to free next, its gain in log likelihood, and the solution with it."""
         held = np.flatnonzero(~free).tolist()
         together = [tuple(k for k in held if self.feet[k] == foot) for foot in dict.fromkeys(self.feet)]
-        return [(k,) for k in held] + [some for some in together if len(some) > 1]
+        best = None
+        for candidates in ([(k,) for k in held], [some for some in together if len(some) > 1]):
+            for some in candidates:
+                solved = _solve(gram, pull, _with(free, some), settings)
+                gain = current.energy - solved.energy
+                if _large(solved, some, settings) and gain > (best[1] if best else 0.0):
+                    best = some, gain, solved
+            if best and best[1] >= settings.part_cost:
+                break
+        return best
 
     def _moment_noise(self, explained: Explained, usable: Bool[np.ndarray, " frames"]) -> float:
         """Never less than expected: a trunk or arms without markers make it three times as much."""
@@ -150,14 +166,10 @@ def _with(free: Bool[np.ndarray, " contacts"], some: tuple[int, ...]) -> Bool[np
     return free | np.isin(np.arange(len(free)), some)
 
 
-def _large(solution: Float[np.ndarray, " terms"], some: tuple[int, ...], settings: DetectionSettings) -> bool:
+def _large(solved: _Solved, some: tuple[int, ...], settings: DetectionSettings) -> bool:
     """Too much for a plate's error, each of them."""
-    return bool((np.abs(solution[TRIAL_TERMS:][list(some)]) > settings.least_lost).all())
-
-
-def _cost(some: tuple[int, ...], settings: DetectionSettings) -> float:
-    """A plate that shows too little once may well do so again."""
-    return settings.part_cost + settings.again_cost * (len(some) - 1)
+    shares = solved.solution[TRIAL_TERMS:][list(some)]
+    return bool((np.abs(shares) > settings.least_lost).all())
 
 
 def _solve(
@@ -165,14 +177,14 @@ def _solve(
     pull: Float[np.ndarray, " terms"],
     free: Bool[np.ndarray, " contacts"],
     settings: DetectionSettings,
-) -> tuple[float, Float[np.ndarray, " terms"], Float[np.ndarray, "terms terms"]]:
-    """Least squares with priors: minus the log likelihood (but for a constant), solution and covariance."""
+) -> _Solved:
+    """Least squares with priors."""
     deviations = np.concatenate(
         [_trial_deviations(settings), np.where(free, settings.most_lost, settings.plate_error)]
     )
     covariance = np.linalg.inv(gram + np.diag(deviations**-2.0))
     solution = covariance @ pull
-    return -0.5 * float(pull @ solution), solution, covariance
+    return _Solved(-0.5 * float(pull @ solution), solution, covariance)
 
 
 def _trial_deviations(settings: DetectionSettings) -> Float[np.ndarray, "5"]:
