@@ -3,9 +3,9 @@
     python -m benchmarks.detection [--only NAME] [--seeds 10]
 
 Forces are hidden in the plates as recorded: whole stances; one of two feet in double support; the late half
-of a X
-plate). Truth: frames on which more than 20 N was removed; the two frames on either side of a border of the
-truth are not counted.
+of a stance (a foot that leaves a plate's edge); a stance scaled down by 30 to 60 % (a foot half on the plate).
+Truth: frames on which more than 20 N was removed; the two frames on either side of a border of the truth are
+not counted.
 """
 
 import argparse
@@ -314,7 +314,7 @@ def _cell(frames: Score, feet: Score) -> str:
 
 
 def label_table(recordings: Iterable[Recording]) -> Iterator[str]:
-    """Agreement with people's labels: Cohen's κ and the frames on which only one of the two says 'missing'."""
+    """Agreement with people's labels: Cohen's κ, and the frames on which only one says 'missing'."""
     yield "| recording | frames | missing: both | neither | only the person | only detection | κ |"
     yield "|---|---|---|---|---|---|---|"
     for recording in recordings:
