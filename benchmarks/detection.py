@@ -3,9 +3,8 @@
     python -m benchmarks.detection [--only NAME] [--seeds 10]
 
 Forces are hidden in the plates as recorded: whole stances; one of two feet in double support; the late half
-of a stance (a foot that leaves a plate's edge); a stance scaled down by 30 to 60 % (a foot half on
-the plate). Truth: frames on which more than 20 N was removed; the two frames on either side of a border of the truth are
-not counted.
+of a stance (a foot that leaves a plate's edge); a stance scaled down by 30 to 60 % (a foot half on the
+plate). Truth: frames on which more than 20 N was removed; two frames beside its borders do not count.
 """
 
 import argparse
