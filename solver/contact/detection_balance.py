@@ -1,6 +1,7 @@
 """Newton and Euler for the whole body: the external wrench that its motion demands, beside the measured."""
 
 from dataclasses import dataclass
+from math import comb
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -12,6 +13,8 @@ from solver.skeleton.forward import cross
 
 UP = 1  # y, among the three components of a force
 FEWEST_FRAMES = 4  # that a third difference needs
+SETTLED = 4.0  # periods of the cutoff after which an end of the trial is forgotten
+DIFFERENCE = 5  # its variance is (10 over 5) times that of white noise
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,10 @@ class WholeBody:
         bounce = motion.mass * _level(acceleration[:, UP], motion.rate, settings.bounce_window_s)
         self.noise = np.hypot(settings.balance_noise * motion.weight, settings.bounce_noise * bounce)
         self.moment_noise = settings.moment_noise_m * (motion.weight + bounce)
+        jitter = motion.mass * _white_noise(motion.com_ground[:, [UP]])
+        self.noise = np.hypot(self.noise, jitter * self._smoother.noise_gain(2))
+        turning_jitter = _white_noise(motion.angular_momentum[:, [0, 2]])
+        self.moment_noise = np.hypot(self.moment_noise, turning_jitter * self._smoother.noise_gain(1))
 
     def passed(self, wrench_ground: Float[np.ndarray, "frames 6"]) -> Float[np.ndarray, "frames 6"]:
         """A wrench [N, N·m about the ground origin] as the balance sees it: about the centre of mass."""
@@ -92,12 +99,14 @@ class _Smoother:
 
     def __init__(self, seen: Bool[np.ndarray, " frames"], rate: float, cutoff_Hz: float) -> None:
         frames = len(seen)
-        self.seen, self.rate = seen, rate
+        self.seen, self.rate, self.cutoff_Hz = seen, rate, cutoff_Hz
         self.time = (np.arange(frames) - frames / 2) / rate
         self.band = (rate / (2 * np.pi * cutoff_Hz)) ** 6 * _third_difference_band(frames)
         self.band[-1] += seen
 
-    def derivative(self, values: Float[np.ndarray, "frames 3"], order: int) -> Float[np.ndarray, "frames 3"]:
+    def derivative(
+        self, values: Float[np.ndarray, "frames columns"], order: int
+    ) -> Float[np.ndarray, "frames columns"]:
         """First or second derivative of the smoothed series."""
         if self.seen.sum() < FEWEST_FRAMES:
             return np.zeros_like(values)
@@ -110,6 +119,23 @@ class _Smoother:
             return slope + np.gradient(smooth, axis=0) * self.rate
         bend = np.pad(np.diff(smooth, 2, axis=0), ((1, 1), (0, 0)), mode="edge")
         return slope + bend * self.rate**2
+
+    def noise_gain(self, order: int) -> Float[np.ndarray, " frames"]:
+        """Standard deviation of a derivative where the series has white noise of one: larger at the ends."""
+        frames = len(self.seen)
+        enough = min(frames, 2 * round(SETTLED * self.rate / self.cutoff_Hz) + 1)
+        short = _Smoother(np.ones(enough, dtype=bool), self.rate, self.cutoff_Hz)
+        gain = np.linalg.norm(short.derivative(np.eye(enough), order), axis=1)
+        middle = enough // 2
+        return np.concatenate([gain[:middle], np.full(frames - enough, gain[middle]), gain[middle:]])
+
+
+def _white_noise(values: Float[np.ndarray, "frames columns"]) -> float:
+    """Standard deviation of what changes from frame to frame: no motion shows in the fifth difference."""
+    if len(values) <= DIFFERENCE:
+        return 0.0
+    spread = 1.4826 * np.median(np.abs(np.diff(values, DIFFERENCE, axis=0)))  # 1.4826: of normal deviates
+    return float(spread) / comb(2 * DIFFERENCE, DIFFERENCE) ** 0.5
 
 
 def _third_difference_band(frames: int) -> Float[np.ndarray, "4 frames"]:

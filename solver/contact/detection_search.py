@@ -63,14 +63,15 @@ def search(
         tracked: frames that show enough markers for a pose.
         settings: thresholds.
     """
-    rate, known = motion.rate, tracked & contacts.observed
+    rate = motion.rate
+    shared = (contacts.plate == TWO_FEET).any(axis=1)  # its force is in nobody's account
+    known = tracked & contacts.observed & ~_around(shared, rate / settings.balance_cutoff_Hz)
     outlines = soles(skeleton, contacts.foot_bodies)
     poses = body_poses(skeleton, motion.low_passed(settings.slip_cutoff_Hz).q)
     corners = tuple(sole.corners_ground(*poses) for sole in outlines)
     slip = slip_speeds(corners, contacts.in_contact, rate, settings)
     ground = ground_odds(slip, settings)
-    on_shared_plate = (contacts.plate == TWO_FEET).any(axis=1)[:, None] & (ground > 0)
-    loaded = contacts.in_contact | on_shared_plate
+    loaded = contacts.in_contact | (shared[:, None] & (ground > 0))
     recorded = recorded_contacts(contacts.in_contact, rate, settings)
     fast, slow = _ledgers(_body_motion(skeleton, motion, tracked), contacts, recorded, settings)
     explained = Explained.nothing(len(recorded), settings)
@@ -86,9 +87,13 @@ def search(
         )
         story = likeliest_story(clues, settings)
         unmeasured = (story.lost & ~loaded).any(axis=1) | story.elsewhere | ~known
-        spread = max(1, round(0.5 / settings.place_cutoff_Hz * rate))
-        explained = slow.explain(~binary_dilation(unmeasured, iterations=spread), settings)
+        explained = slow.explain(~_around(unmeasured, 0.5 * rate / settings.place_cutoff_Hz), settings)
     return Findings(story, clues, missing, error, slip, corners, recorded, explained)
+
+
+def _around(flags: Bool[np.ndarray, " frames"], reach: float) -> Bool[np.ndarray, " frames"]:
+    """The flagged frames and those nearby, to which a smoother spreads what they show."""
+    return binary_dilation(flags, iterations=max(1, round(reach)))
 
 
 def recorded_contacts(
