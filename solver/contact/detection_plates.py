@@ -95,11 +95,12 @@ def _spikes(
 def _dropouts(
     vertical: Float[np.ndarray, " samples"], rate: float, weight: float, settings: DetectionSettings
 ) -> Bool[np.ndarray, " samples"]:
-    """Short gaps in a contact whose force is high right before and after."""
+    """Short gaps, longer than a spike, in a contact whose force is high right before and after."""
     lost = np.zeros(len(vertical), dtype=bool)
     near = max(1, round(2.0 * settings.spike_s * rate))
     for start, end in runs(vertical < LOADED_N):
-        if start > 0 and end < len(vertical) and end - start <= settings.dropout_s * rate:
+        inside = start > 0 and end < len(vertical)
+        if inside and settings.spike_s < (end - start) / rate <= settings.dropout_s:
             before, after = vertical[max(0, start - near) : start].max(), vertical[end : end + near].max()
             lost[start:end] = min(before, after) > settings.dropout * weight
     return lost

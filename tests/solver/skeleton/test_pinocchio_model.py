@@ -81,6 +81,25 @@ def test_the_root_force_carries_the_centre_of_mass(crane, motion):
     np.testing.assert_allclose(acceleration, (path[0] - 2 * path[1] + path[2]) / h**2, atol=1e-5)
 
 
+def test_the_angular_momentum_is_that_of_the_bodies(crane, motion):
+    q, v, _ = motion
+    h = 1e-5
+    (R1, p1), (R0, p0) = body_poses(crane, q + h * v), body_poses(crane, q - h * v)
+    R, p = body_poses(crane, q)
+    model = RigidBodyModel(crane)
+    centre, angular = model.centroidal_momentum(q, v)
+    np.testing.assert_allclose(centre, model.centre_of_mass(q), atol=1e-12)
+    expected = np.zeros((len(q), 3))
+    for i, body in enumerate(crane.bodies):
+        place = p[:, i] + R[:, i] @ body.com_body
+        speed = (p1[:, i] + R1[:, i] @ body.com_body - p0[:, i] - R0[:, i] @ body.com_body) / (2 * h)
+        spin = (R1[:, i] - R0[:, i]) @ R[:, i].transpose(0, 2, 1) / (2 * h)
+        omega = np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], axis=1)
+        inertia = R[:, i] @ body.inertia_body @ R[:, i].transpose(0, 2, 1)
+        expected += body.mass * np.cross(place - centre, speed) + (inertia @ omega[..., None])[..., 0]
+    np.testing.assert_allclose(angular, expected, atol=1e-8)
+
+
 def test_no_frames_give_no_torques(crane):
     empty = np.zeros((0, len(crane.dofs)))
     model = RigidBodyModel(crane)

@@ -1,0 +1,106 @@
+import numpy as np
+import pytest
+
+from solver.contact.detection_balance import UP, BodyMotion, WholeBody
+from solver.contact.detection_settings import DetectionSettings
+
+RATE, FRAMES, MASS, GRAVITY = 100.0, 300, 70.0, 9.80665
+SETTINGS = DetectionSettings()
+TIME = np.arange(FRAMES) / RATE
+
+
+def body_of(com, angular=None, cutoff=SETTINGS.balance_cutoff_Hz):
+    angular = np.zeros_like(com) if angular is None else angular
+    motion = BodyMotion(com, angular, np.ones(len(com), dtype=bool), RATE, MASS, GRAVITY)
+    return WholeBody(motion, cutoff, SETTINGS)
+
+
+@pytest.fixture
+def bouncing():
+    """A point mass that bounces at 2 Hz while it drifts, and the force that does it: F = m (z̈ + g)."""
+    wave = 2 * np.pi * 2.0
+    com = np.column_stack([1.2 * TIME, 0.9 + 0.03 * np.sin(wave * TIME), 0.01 * np.cos(wave * TIME)])
+    force = np.zeros((FRAMES, 6))
+    force[:, 1] = MASS * (GRAVITY - 0.03 * wave**2 * np.sin(wave * TIME))
+    force[:, 2] = -MASS * 0.01 * wave**2 * np.cos(wave * TIME)
+    force[:, 3:] = np.cross(com, force[:, :3])  # through the centre of mass
+    return com, force
+
+
+def test_nothing_is_missing_where_all_was_measured_up_to_the_ends(bouncing):
+    com, force = bouncing
+    body = body_of(com)
+    missing = body.demanded - body.passed(force)
+    assert np.abs(missing[:, :3]).max() < 2.0  # N
+    assert np.abs(missing[:, 3:]).max() < 0.5  # N·m
+
+
+def test_what_was_not_measured_is_missing(bouncing):
+    com, force = bouncing
+    hidden = force.copy()
+    hidden[100:180] = 0.0
+    body = body_of(com)
+    missing = (body.demanded - body.passed(hidden))[:, UP]
+    np.testing.assert_allclose(missing[110:170], force[110:170, UP], atol=15.0)
+    assert np.abs(np.delete(missing, np.s_[85:195])).max() < 15.0
+
+
+def test_an_impact_that_was_measured_is_not_missing():
+    """However hard: a force of 3000 N for 30 ms, and the motion that it makes."""
+    force = np.zeros((FRAMES, 6))
+    force[:, UP] = MASS * GRAVITY
+    force[150:153, UP] += 3000.0
+    push = force[:, UP] / MASS - GRAVITY
+    height = np.zeros(FRAMES)
+    velocity = 0.0
+    for t in range(1, FRAMES):
+        mean = (push[t - 1] + push[t]) / 2
+        height[t] = height[t - 1] + velocity / RATE + mean / (2 * RATE**2)
+        velocity += mean / RATE
+    body = body_of(np.column_stack([np.zeros(FRAMES), height, np.zeros(FRAMES)]))
+    force[:, 3:] = np.cross(body.motion.com_ground, force[:, :3])
+    assert np.abs((body.demanded - body.passed(force))[:, UP]).max() < 0.02 * 3000.0
+
+
+def test_a_missing_force_presses_where_it_acts(bouncing):
+    com, force = bouncing
+    place = np.array([0.3, 0.05, -0.2])
+    extra = np.zeros((FRAMES, 6))
+    extra[:, :3] = (20.0, 200.0, -10.0)
+    extra[:, 3:] = np.cross(place, extra[:, :3])
+    body = body_of(com)
+    missing = body.passed(force + extra) - body.passed(force)
+    point = body.pressed_point(missing, np.full(FRAMES, place[1]))
+    np.testing.assert_allclose(point[20:-20], np.tile(place[[0, 2]], (FRAMES - 40, 1)), atol=2e-3)
+
+
+def test_angular_momentum_asks_for_a_moment():
+    angular = np.column_stack([3.0 * TIME, np.zeros(FRAMES), -2.0 * TIME])
+    body = body_of(np.tile([0.0, 0.9, 0.0], (FRAMES, 1)), angular)
+    np.testing.assert_allclose(body.demanded[:, 3:], np.tile([3.0, 0.0, -2.0], (FRAMES, 1)), atol=1e-6)
+
+
+def test_the_stated_noise_is_the_noise():
+    """Quiet standing with 0.2 mm of white noise, many times over: standard deviation as stated."""
+    rng = np.random.default_rng(3)
+    errors, stated = [], []
+    for _ in range(60):
+        com = np.tile([0.0, 0.9, 0.0], (FRAMES, 1)) + 2e-4 * rng.standard_normal((FRAMES, 3))
+        body = body_of(com)
+        errors.append(body.demanded[:, UP] - MASS * GRAVITY)
+        stated.append(np.sqrt(body.noise**2 - (SETTINGS.balance_noise * MASS * GRAVITY) ** 2))
+    spread = np.std(errors, axis=0)
+    for frames in (slice(0, 1), slice(100, 200)):
+        assert np.mean(stated, axis=0)[frames].mean() == pytest.approx(spread[frames].mean(), rel=0.3)
+
+
+def test_untracked_frames_are_bridged(bouncing):
+    com, force = bouncing
+    tracked = np.ones(FRAMES, dtype=bool)
+    tracked[140:150] = False
+    com = com.copy()
+    com[140:150, UP] = 40.0  # whatever the pose there
+    motion = BodyMotion(com, np.zeros_like(com), tracked, RATE, MASS, GRAVITY)
+    body = WholeBody(motion, SETTINGS.balance_cutoff_Hz, SETTINGS)
+    missing = (body.demanded - body.passed(force))[:, UP]
+    assert np.abs(missing[tracked]).max() < 60.0

@@ -1,0 +1,43 @@
+import numpy as np
+
+from solver.contact.detection_motion import ground_odds, slip_speeds
+from solver.contact.detection_settings import DetectionSettings
+from solver.contact.sole import soles
+
+RATE = 100.0
+SETTINGS = DetectionSettings()
+
+
+def slip_of(scene, loaded):
+    corners = [sole.corners_ground(*scene.poses()) for sole in soles(scene.skeleton, ("calcn_r", "calcn_l"))]
+    return slip_speeds(corners, loaded, RATE, SETTINGS)
+
+
+def test_standing_feet_don_t_slip_on_the_floor_and_swinging_ones_do(walk):
+    slip = slip_of(walk, walk.loads > 20)
+    odds = ground_odds(slip, SETTINGS)
+    measured, swinging = walk.loads > 20, walk.ankles[:, :, 1] > walk.ankles[:, :, 1].min() + 0.03
+    assert (odds[measured] > 0).mean() > 0.95
+    assert (odds[swinging] < 0).mean() > 0.95
+
+
+def test_a_belt_is_found_out_and_carries_standing_feet(treadmill_walk):
+    slip = slip_of(treadmill_walk, treadmill_walk.loads > 20)
+    measured = treadmill_walk.loads > 20
+    assert np.median(slip[measured]) < 0.05  # m/s, on a belt of 1.3 m/s
+    assert (ground_odds(slip, SETTINGS)[measured] > 0).mean() > 0.95
+
+
+def test_on_a_belt_an_unmeasured_stance_is_as_good_as_a_measured_one(treadmill_walk):
+    """Only the right foot's plate works; the left foot stands all the same."""
+    loaded = treadmill_walk.loads > 20
+    left = loaded[:, 1].copy()
+    loaded[:, 1] = False
+    odds = ground_odds(slip_of(treadmill_walk, loaded), SETTINGS)
+    assert (odds[left, 1] > 0).mean() > 0.95
+
+
+def test_a_step_at_any_height_is_a_step(walk):
+    """The same walk a metre higher up."""
+    raised = type(walk)(walk.skeleton, walk.ankles + np.array([0.0, 1.0, 0.0]), walk.loads, walk.under)
+    np.testing.assert_allclose(slip_of(raised, raised.loads > 20), slip_of(walk, walk.loads > 20), atol=1e-9)
