@@ -24,6 +24,7 @@ from solver.contact.wrenches import ContactWrenches
 from solver.runs import runs
 
 NOBODY_N = 20.0  # all plates together below it: nobody stands on them
+SUSPECT = 0.5  # of the evidence that it takes to call a contact wrong: from there a reviewer hears of it
 SURE = 8.0  # log odds by which the doubt has shrunk to a third
 
 
@@ -43,7 +44,7 @@ def proposals_of(
     """
     corners = [plate.corners_ground for plate in plates if plate.corners_ground is not None]
     judge = _Judge(findings, contacts, corners if len(corners) == len(plates) else [], settings)
-    for k in np.flatnonzero(findings.explained.evidence > 0).tolist():
+    for k in np.flatnonzero(findings.explained.evidence > SUSPECT * settings.part_cost).tolist():
         yield judge.partly_measured(k)
     for foot in range(len(contacts.foot_bodies)):
         for start, end in judge.lost_stretches(foot):

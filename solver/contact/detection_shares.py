@@ -42,13 +42,6 @@ class Explained:
 
 
 @dataclass(frozen=True)
-class _Solved:
-    energy: float  # minus the log likelihood, but for a constant
-    solution: Float[np.ndarray, " terms"]
-    covariance: Float[np.ndarray, "terms terms"]
-
-
-@dataclass(frozen=True)
 class Ledger:
     """Demanded and measured wrenches about the centre of mass, as one balance sees them."""
 
@@ -95,40 +88,40 @@ class Ledger:
             return Explained.nothing(count, settings)
         gram, pull = self._normal_equations(usable, settings)
         free, evidence = np.zeros(count, dtype=bool), np.zeros(count)
-        current = _solve(gram, pull, free, settings)
-        while best := self._best(gram, pull, free, current, settings):
-            some, gain, solved = best
+        solution, covariance = _solve(gram, pull, free, settings)
+        while best := self._best(free, solution, covariance, settings):
+            some, gain = best
             evidence[list(some)] = gain / len(some)
             if gain < settings.part_cost:
                 break  # a suspect
-            free[list(some)], current = True, solved
+            free[list(some)] = True
+            solution, covariance = _solve(gram, pull, free, settings)
         limit = settings.farthest_error * _trial_deviations(settings)
         found = Explained(
-            trial=np.clip(current.solution[:TRIAL_TERMS], -limit, limit),
-            covariance=current.covariance[:TRIAL_TERMS, :TRIAL_TERMS],
-            missing=np.where(free, current.solution[TRIAL_TERMS:], 0.0),
+            trial=np.clip(solution[:TRIAL_TERMS], -limit, limit),
+            covariance=covariance[:TRIAL_TERMS, :TRIAL_TERMS],
+            missing=np.where(free, solution[TRIAL_TERMS:], 0.0),
             evidence=evidence,
         )
         return replace(found, moment_noise=self._moment_noise(found, usable))
 
     def _best(
         self,
-        gram: Float[np.ndarray, "terms terms"],
-        pull: Float[np.ndarray, " terms"],
         free: Bool[np.ndarray, " contacts"],
-        current: "_Solved",
+        solution: Float[np.ndarray, " terms"],
+        covariance: Float[np.ndarray, "terms terms"],
         settings: DetectionSettings,
-    ) -> "tuple[tuple[int, ...], float, _Solved] | None":
-        """What to free next, its gain in log likelihood, and the solution with it."""
+    ) -> tuple[tuple[int, ...], float] | None:
+        """What to free next, and its gain in log likelihood."""
         held = np.flatnonzero(~free).tolist()
         together = [tuple(k for k in held if self.feet[k] == foot) for foot in dict.fromkeys(self.feet)]
-        best = None
+        best: tuple[tuple[int, ...], float] | None = None
         for candidates in ([(k,) for k in held], [some for some in together if len(some) > 1]):
             for some in candidates:
-                solved = _solve(gram, pull, _with(free, some), settings)
-                gain = current.energy - solved.energy
-                if _large(solved, some, settings) and gain > (best[1] if best else 0.0):
-                    best = some, gain, solved
+                shares, gain = _freed(some, solution, covariance, settings)
+                large = (np.abs(shares) > settings.least_lost).all()
+                if large and gain > (best[1] if best else 0.0):
+                    best = some, gain
             if best and best[1] >= settings.part_cost:
                 break
         return best
@@ -162,29 +155,36 @@ class Ledger:
         return matrix @ matrix.T, matrix @ target.ravel()
 
 
-def _with(free: Bool[np.ndarray, " contacts"], some: tuple[int, ...]) -> Bool[np.ndarray, " contacts"]:
-    return free | np.isin(np.arange(len(free)), some)
-
-
-def _large(solved: _Solved, some: tuple[int, ...], settings: DetectionSettings) -> bool:
-    """Too much for a plate's error, each of them."""
-    shares = solved.solution[TRIAL_TERMS:][list(some)]
-    return bool((np.abs(shares) > settings.least_lost).all())
-
-
 def _solve(
     gram: Float[np.ndarray, "terms terms"],
     pull: Float[np.ndarray, " terms"],
     free: Bool[np.ndarray, " contacts"],
     settings: DetectionSettings,
-) -> _Solved:
-    """Least squares with priors."""
+) -> tuple[Float[np.ndarray, " terms"], Float[np.ndarray, "terms terms"]]:
+    """Least squares with priors: the solution and its covariance."""
     deviations = np.concatenate(
         [_trial_deviations(settings), np.where(free, settings.most_lost, settings.plate_error)]
     )
     covariance = np.linalg.inv(gram + np.diag(deviations**-2.0))
-    solution = covariance @ pull
-    return _Solved(-0.5 * float(pull @ solution), solution, covariance)
+    return covariance @ pull, covariance
+
+
+def _freed(
+    some: tuple[int, ...],
+    solution: Float[np.ndarray, " terms"],
+    covariance: Float[np.ndarray, "terms terms"],
+    settings: DetectionSettings,
+) -> tuple[Float[np.ndarray, " some"], float]:
+    """Shares of these contacts if their priors were wide, and the gain in log likelihood.
+
+    Another prior adds d to their diagonal of the inverse covariance Σ⁻¹. So x' = (1 + Σ d)⁻¹ x, and the log
+    likelihood grows by −½ d xᵀ x' (Woodbury), without a new solution for each candidate.
+    """
+    rows = TRIAL_TERMS + np.array(some)
+    change = settings.most_lost**-2.0 - settings.plate_error**-2.0
+    before = solution[rows]
+    shares = np.linalg.solve(np.eye(len(rows)) + change * covariance[np.ix_(rows, rows)], before)
+    return shares, -0.5 * change * float(before @ shares)
 
 
 def _trial_deviations(settings: DetectionSettings) -> Float[np.ndarray, "5"]:
