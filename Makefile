@@ -4,13 +4,14 @@ BIN := .venv/bin
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 WORKERS := 2
 
-.PHONY: help setup demo test lint format bench lock clean
+.PHONY: help setup demo test lint format bench bench-diagnosis lock clean
 
 help:
 	@echo "make setup   .venv with the locked versions"
 	@echo "make demo    make the demo subject, fit it, open the app"
 	@echo "make test    all tests            make lint    ruff, import-linter, mypy"
 	@echo "make bench   speed and accuracy   make format  ruff's formatter"
+	@echo "make bench-diagnosis   hidden effects: named, missed, falsely alarmed; CASES, REAL, OUT, SEED"
 
 setup: .venv/installed
 
@@ -36,6 +37,16 @@ format: setup
 
 bench: setup
 	$(ONE_THREAD) $(BIN)/python -m benchmarks $(ARGS)
+
+# Picks up where it was stopped, as long as OUT is the same.
+CASES := 300
+REAL := 60
+OUT := $(CURDIR)/build/diagnosis
+bench-diagnosis: setup
+	$(ONE_THREAD) $(BIN)/python -m benchmarks.diagnosis make --out $(OUT) --cases $(CASES) --real $(REAL) \
+	  $(if $(SEED),--seed $(SEED))
+	$(ONE_THREAD) $(BIN)/python -m benchmarks.diagnosis run --out $(OUT) $(ARGS)
+	$(ONE_THREAD) $(BIN)/python -m benchmarks.diagnosis score --out $(OUT)
 
 # Needs uv on PATH. One set of versions for Python 3.11 to 3.13; OpenSim apart, since not every platform has its wheel.
 lock:

@@ -7,9 +7,11 @@ from typing import Annotated
 import typer
 
 from addb_viewer.commands.ablation import ablation
+from addb_viewer.commands.accept import accept, reject
 from addb_viewer.commands.agreement import agreement
 from addb_viewer.commands.demo import demo
 from addb_viewer.commands.detect import detect
+from addb_viewer.commands.diagnose import diagnose
 from addb_viewer.commands.export import export
 from addb_viewer.commands.fit import fit
 from addb_viewer.commands.flag import flag
@@ -31,6 +33,9 @@ app.command(name="demo")(demo)
 app.command(name="open")(open_subject)
 app.command(name="fit")(fit)
 app.command(name="detect")(detect)
+app.command(name="diagnose")(diagnose)
+app.command(name="accept")(accept)
+app.command(name="reject")(reject)
 app.command(name="export")(export)
 app.command(name="flag")(flag)
 app.command(name="flags")(flags)

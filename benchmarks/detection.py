@@ -1,19 +1,23 @@
-"""Detection of missing force, against forces hidden at random and against people's labels.
+"""Detection of missing force, against forces hidden at random and against people's labels; into DETECTION.md.
 
     python -m benchmarks.detection [--only NAME] [--seeds 10]
 
 Forces are hidden in the plates as recorded: whole stances; one of two feet in double support; the late half
 of a stance (a foot that leaves a plate's edge); a stance scaled down by 30 to 60 % (a foot half on the
 plate). Truth: frames on which more than 20 N was removed; two frames beside its borders do not count.
+What differs from people's labels, and why: [contact](../docs/contact.md#how-good-it-is).
 """
 
 import argparse
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from datetime import date
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float
 
+from benchmarks.detection_hiding import KINDS, REMOVED_N, Hider, hide, stances
 from benchmarks.recordings import data_folder
 from solver.capture.capture import ForcePlate
 from solver.capture.conditioning import ConditionedPlate, condition
@@ -32,12 +36,8 @@ from solver.skeleton.forward import body_poses
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
 
-REMOVED_N = 20.0  # more than this taken away: the frame's force is missing
+PAGE = Path(__file__).parent / "DETECTION.md"
 BORDER = 2  # frames on either side of a border that are not counted
-SHORTEST_STANCE_S = 0.1
-SHORTEST_DOUBLE_S = 0.03
-HIDDEN_SHARE = 1 / 3  # of a trial's stances or double supports, and at least one
-SCALED_DOWN = (0.3, 0.6)  # share removed
 
 
 @dataclass(frozen=True)
@@ -99,87 +99,6 @@ class Score:
     def precision(self) -> float:
         """Share of the proposed frames that were hidden."""
         return self.found / (self.found + self.false) if self.found + self.false else float("nan")
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """A time during which one plate's force is multiplied by what is kept of it."""
-
-    plate: int
-    start: float  # [s]
-    end: float  # [s]
-    kept: float = 0.0
-
-
-Hider = Callable[[Sequence[Stretch], np.random.Generator], list[Stretch]]
-
-
-def stances(plates: Sequence[ForcePlate]) -> list[Stretch]:
-    """When each plate carries more than 20 N."""
-    found = []
-    for k, plate in enumerate(plates):
-        pressed = np.concatenate([[False], plate.force_ground[:, 1] > REMOVED_N, [False]])
-        edges = np.flatnonzero(pressed[1:] != pressed[:-1]).reshape(-1, 2)
-        found += [
-            Stretch(k, plate.start_time + a / plate.rate, plate.start_time + b / plate.rate)
-            for a, b in edges
-            if b - a > SHORTEST_STANCE_S * plate.rate
-        ]
-    return found
-
-
-def whole_stances(measured: Sequence[Stretch], rng: np.random.Generator) -> list[Stretch]:
-    return _some(measured, rng)
-
-
-def one_of_two_feet(measured: Sequence[Stretch], rng: np.random.Generator) -> list[Stretch]:
-    doubles = []
-    for i, one in enumerate(measured):
-        for other in measured[i + 1 :]:
-            start, end = max(one.start, other.start), min(one.end, other.end)
-            if other.plate != one.plate and end - start > SHORTEST_DOUBLE_S:
-                doubles.append((Stretch(one.plate, start, end), Stretch(other.plate, start, end)))
-    return [pair[rng.integers(2)] for pair in _some(doubles, rng)]
-
-
-def late_halves(measured: Sequence[Stretch], rng: np.random.Generator) -> list[Stretch]:
-    return [replace(s, start=(s.start + s.end) / 2) for s in _some(measured, rng)]
-
-
-def scaled_down(measured: Sequence[Stretch], rng: np.random.Generator) -> list[Stretch]:
-    return [replace(s, kept=1.0 - rng.uniform(*SCALED_DOWN)) for s in _some(measured, rng)]
-
-
-def _some(items: Sequence, rng: np.random.Generator) -> list:
-    chosen = rng.random(len(items)) < HIDDEN_SHARE
-    if len(items) and not chosen.any():
-        chosen[rng.integers(len(items))] = True
-    return [item for item, wanted in zip(items, chosen, strict=True) if wanted]
-
-
-KINDS: dict[str, Hider] = {
-    "whole stances": whole_stances,
-    "one of two feet": one_of_two_feet,
-    "late halves": late_halves,
-    "scaled down": scaled_down,
-}
-
-
-def hide(plates: Sequence[ForcePlate], hidden: Iterable[Stretch]) -> tuple[ForcePlate, ...]:
-    """The recording as if those forces had not been measured, or not all of them."""
-    kept = [np.ones(plate.samples) for plate in plates]
-    for stretch in hidden:
-        times = plates[stretch.plate].times
-        kept[stretch.plate][(times >= stretch.start - 1e-9) & (times <= stretch.end + 1e-9)] = stretch.kept
-    return tuple(
-        replace(
-            plate,
-            force_ground=plate.force_ground * share[:, None],
-            moment_ground=plate.moment_ground * share[:, None],
-            cop_ground=np.where(share[:, None] > 0, plate.cop_ground, np.nan),
-        )
-        for plate, share in zip(plates, kept, strict=True)
-    )
 
 
 @dataclass(frozen=True)
@@ -336,21 +255,48 @@ def _listed(flags: Bool[np.ndarray, " frames"]) -> str:
     return f"{int(flags.sum())}" + "".join(f" [{a}:{b}]" for a, b in edges)
 
 
+def tables(only: str, seeds: int) -> Iterator[str]:
+    """The page's lines.
+
+    Args:
+        only: part of a recording's folder name; empty for all.
+        seeds: of the hidden forces, per recording and kind.
+    """
+    for title, recordings in (("Measured whole", WHOLE), ("Parts of others", PARTS)):
+        yield from (f"## {title}", "")
+        yield from hidden_table([r for r in recordings if only in r.folder], seeds)
+        yield ""
+    yield from ("## People's labels", "")
+    yield from label_table([r for r in LABELLED if only in r.folder])
+
+
+INTRODUCTION = """# Detection of missing force
+
+{date}, `python -m benchmarks.detection --seeds {seeds}`
+
+Recall / precision in % of frames on which any foot misses force (in brackets: of each foot). Forces are
+hidden in the plates as recorded, {seeds} times per recording and kind: whole stances; one of two feet in
+double support; the late half of a stance; a stance scaled down by 30 to 60 %. Truth: frames on which more
+than {removed:g} N was removed; {border} frames beside its borders do not count.
+"""
+
+
 def main() -> None:
-    """Print the tables."""
+    """Print the tables, and write the page unless only some recordings were asked for."""
     arguments = argparse.ArgumentParser(prog="python -m benchmarks.detection", description=__doc__)
-    arguments.add_argument("--only", default="", help="part of a recording's folder name")
+    arguments.add_argument("--only", default="", help="part of a recording's folder name; no page is written")
     arguments.add_argument("--seeds", type=int, default=10)
     chosen = arguments.parse_args()
-    print("Recall / precision in % of frames on which any foot misses force (in brackets: of each foot).\n")
-    for title, recordings in (("Measured whole", WHOLE), ("Parts of others", PARTS)):
-        print(f"{title}\n")
-        for line in hidden_table([r for r in recordings if chosen.only in r.folder], chosen.seeds):
-            print(line, flush=True)
-        print()
-    print("People's labels\n")
-    for line in label_table([r for r in LABELLED if chosen.only in r.folder]):
-        print(line)
+    introduction = INTRODUCTION.format(
+        date=date.today(), seeds=chosen.seeds, removed=REMOVED_N, border=BORDER
+    )
+    lines = [introduction]
+    print(introduction)
+    for line in tables(chosen.only, chosen.seeds):
+        print(line, flush=True)
+        lines.append(line)
+    if not chosen.only:
+        PAGE.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

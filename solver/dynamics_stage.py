@@ -1,49 +1,89 @@
 """Trajectories that obey the forces that count, withheld blocks, torques and residuals of all trials."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from jaxtyping import Float
 
 from solver.capture.conditioning import shared_cutoff
 from solver.clock import Clock
 from solver.dynamics.com_data import ComData, com_data
 from solver.dynamics.com_mass import MassPrior
 from solver.dynamics.com_trajectory import fit_com_trajectory
+from solver.dynamics.dynamics import Dynamics
+from solver.dynamics.extension import Extension, TrialExtension, with_extra_wrench
 from solver.dynamics.heldout import Heldout, withheld_frames
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.mass import mass_from_forces
+from solver.dynamics.missing_wrench import with_inferred_torques
 from solver.dynamics.root_shift import with_com_at
 from solver.dynamics.root_wrench import centre_of_mass
 from solver.dynamics.trajectory_fit import TrialData, fit_trajectories
-from solver.fit import KinematicsOnly, TrialFit
+from solver.fit import Groundwork, KinematicsOnly, TrialFit
 from solver.kinematics.marker_errors import marker_errors
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.kinematics.motion import Motion
-from solver.progress import Progress, part
+from solver.progress import Progress
 from solver.settings import Settings
 from solver.skeleton.forward import ForwardKinematics, marker_positions
 from solver.skeleton.skeleton import Skeleton
 
 
+@dataclass(frozen=True)
+class Obeying:
+    """Trials after the trajectory fit."""
+
+    skeleton: Skeleton  # with fitted inertias
+    fits: tuple[TrialFit, ...]
+    phi: Float[np.ndarray, " parameters"] | None  # None: no trial was fitted to forces
+    notes: tuple[str, ...]
+    extra: Float[np.ndarray, " extra"]  # x of the extension, where there is one
+
+
 def obeying_forces(
-    fits: Sequence[TrialFit], match: MarkerMatch, skeleton: Skeleton, settings: Settings, progress: Progress
-) -> tuple[Skeleton, list[TrialFit], tuple[str, ...]]:
-    """Trajectories of all trials that have forces enough, fitted together; the others stay as they are."""
-    fitted = [i for i, f in enumerate(fits) if f.forces_known.sum() >= settings.trajectory.fewest_frames]
-    if not fitted or not settings.trajectory.enabled:
-        return skeleton, list(fits), ()
+    fits: Sequence[TrialFit],
+    groundwork: Groundwork,
+    skeleton: Skeleton,
+    settings: Settings,
+    progress: Progress,
+    *,
+    extension: Extension | None = None,
+) -> Obeying:
+    """Trajectories of all trials that have forces enough, fitted together; the others stay as they are.
+
+    Args:
+        fits: with contacts and mask; the search begins at the spline of every trial that has one.
+        groundwork: with the markers; the search begins at its inertias.
+        skeleton: with the mass that the forces were judged with.
+        settings: of every stage.
+        progress: told the fraction done; may raise `Cancelled`.
+        extension: what acts beside the recorded forces.
+    """
+    match = groundwork.match
+    fitted = fitted_to_forces(fits, settings)
+    if not fitted:
+        x = extension.x if extension else np.zeros(0)
+        return Obeying(skeleton, tuple(replace(fit, spline=None) for fit in fits), None, (), x)
     clock = Clock()
     with clock("dynamics"):
-        gains, gain_notes = force_gains([fits[i] for i in fitted], skeleton, settings)
+        data, gain_notes = _all_data([fits[i] for i in fitted], match, skeleton, settings, extension)
         data = [
-            _started(trial_data(fits[i], match, gain), fits[i], skeleton, settings)
-            for i, gain in zip(fitted, gains, strict=True)
+            started(trial, fits[i], skeleton, settings)
+            if fits[i].spline is None
+            else replace(trial, spline=fits[i].spline)
+            for i, trial in zip(fitted, data, strict=True)
         ]
-        result = fit_trajectories(skeleton, data, settings.trajectory, part(progress, 0.0, 0.6))
-        heldout = _heldout([fits[i] for i in fitted], data, skeleton, settings, part(progress, 0.6, 1.0))
-    updated = list(fits)
-    for i, motion, trial, withheld in zip(fitted, result.motions, data, heldout, strict=True):
+        result = fit_trajectories(
+            skeleton,
+            data,
+            settings.trajectory,
+            progress,
+            phi=groundwork.phi,
+            extra=extension.parameters if extension else None,
+        )
+    updated = [replace(fit, spline=None) for fit in fits]
+    for i, motion, spline, trial in zip(fitted, result.motions, result.splines, data, strict=True):
         model_markers = marker_positions(result.skeleton, motion.q)
         errors, notes = marker_errors(match.model, model_markers, trial.observed_ground, settings.kinematics)
         updated[i] = replace(
@@ -52,7 +92,7 @@ def obeying_forces(
             marker_errors=errors,
             model_markers_ground=model_markers,
             kinematics_only=KinematicsOnly(fits[i].motion, fits[i].marker_errors),
-            heldout=withheld,
+            spline=spline,
             notes=notes,
             seconds=fits[i].seconds | {"dynamics": clock.seconds["dynamics"] / len(fitted)},
         )
@@ -62,10 +102,38 @@ def obeying_forces(
             f"the fit moved the body's mass from {skeleton.mass:.1f} to {result.skeleton.mass:.1f} kg: is a "
             "force missing, the plates' gain off, something carried, or the entered mass wrong?",
         )
-    return result.skeleton, updated, (*result.notes, *gain_notes)
+    return Obeying(result.skeleton, tuple(updated), result.phi, (*result.notes, *gain_notes), result.extra)
 
 
-def _started(data: TrialData, fit: TrialFit, skeleton: Skeleton, settings: Settings) -> TrialData:
+def fitted_to_forces(fits: Sequence[TrialFit], settings: Settings) -> list[int]:
+    """Which trials have forces enough for the trajectory fit."""
+    if not settings.trajectory.enabled:
+        return []
+    return [i for i, f in enumerate(fits) if f.forces_known.sum() >= settings.trajectory.fewest_frames]
+
+
+def _all_data(
+    fits: Sequence[TrialFit],
+    match: MarkerMatch,
+    skeleton: Skeleton,
+    settings: Settings,
+    extension: Extension | None,
+) -> tuple[list[TrialData], tuple[str, ...]]:
+    """What the trials give to the trajectory fit, and notes on plates that disagree."""
+    gains, notes = force_gains(fits, skeleton, settings)
+    data = []
+    for fit, gain in zip(fits, gains, strict=True):
+        extra = _extra_of(fit, extension)
+        plain = trial_data(fit, match, gain)
+        data.append(extra.added_to(plain, gain) if extra else plain)
+    return data, notes
+
+
+def _extra_of(fit: TrialFit, extension: Extension | None) -> TrialExtension | None:
+    return extension.trials.get(fit.capture.name) if extension else None
+
+
+def started(data: TrialData, fit: TrialFit, skeleton: Skeleton, settings: Settings) -> TrialData:
     """The search begins with the root moved: the centre of mass goes where the known forces take it."""
     kinematics = ForwardKinematics(skeleton)
     com = ComData(
@@ -89,10 +157,12 @@ def force_gains(
     shape and leaves the difference in the residual; else it would bend every motion, most of all where forces
     are missing. One trial alone has no such difference.
     """
+    if len(fits) < 2:
+        return [1.0] * len(fits), ()
     trials = [com_data(skeleton, f.motion, f.contacts, f.mask) for f in fits if f.contacts and f.mask]
     pooled = mass_from_forces(trials, settings.com)
-    if len(trials) < 2 or pooled is None:
-        return [1.0] * len(trials), ()
+    if pooled is None:
+        return [1.0] * len(fits), ()
     gains, notes = [], []
     for fit, trial in zip(fits, trials, strict=True):
         own = mass_from_forces([trial], settings.com)
@@ -108,39 +178,108 @@ def force_gains(
     return gains, tuple(notes)
 
 
-def _heldout(
+def with_heldout(
     fits: Sequence[TrialFit],
-    data: Sequence[TrialData],
+    match: MarkerMatch,
     skeleton: Skeleton,
     settings: Settings,
     progress: Progress,
-) -> list[Heldout | None]:
-    """The same fit without the forces of some blocks, judged on these blocks."""
-    withheld = [withheld_frames(d.counts, d.start.rate, settings.trajectory) for d in data]
-    if not settings.trajectory.heldout or not any(w.any() for w in withheld):
-        return [None] * len(fits)
-    blind = [replace(d, counts=d.counts & ~w) for d, w in zip(data, withheld, strict=True)]
-    result = fit_trajectories(skeleton, blind, settings.trajectory, progress)
-    outcome: list[Heldout | None] = []
-    for fit, frames, motion in zip(fits, withheld, result.motions, strict=True):
-        assert fit.contacts is not None
-        assert fit.mask is not None
-        of_fit = inverse_dynamics(result.skeleton, motion, fit.contacts, fit.mask, settings.dynamics)
-        before = inverse_dynamics(
-            skeleton, filtered(fit.motion, settings), fit.contacts, fit.mask, settings.dynamics
+    *,
+    extension: Extension | None = None,
+) -> tuple[TrialFit, ...]:
+    """The same fit without the forces of some blocks, judged on these blocks.
+
+    Its search begins at the markers, never where these forces have been seen.
+
+    Args:
+        fits: fitted to the forces.
+        match: of the skeleton's markers.
+        skeleton: that the trajectory fit began with.
+        settings: of every stage.
+        progress: told the fraction done; may raise `Cancelled`.
+        extension: what acts beside the recorded forces; its parameters do not see the blocks either.
+    """
+    fits = tuple(replace(fit, heldout=None) for fit in fits)
+    fitted = [i for i, fit in enumerate(fits) if fit.kinematics_only is not None]
+    before = [before_forces(fits[i]) for i in fitted]
+    clock = Clock()
+    with clock("heldout"):
+        data, _ = _all_data(before, match, skeleton, settings, extension)
+        withheld = [withheld_frames(d.counts, d.start.rate, settings.trajectory) for d in data]
+        if not any(w.any() for w in withheld):
+            return fits
+        blind = [
+            started(replace(d, counts=d.counts & ~w), fit, skeleton, settings)
+            for d, w, fit in zip(data, withheld, before, strict=True)
+        ]
+        result = fit_trajectories(
+            skeleton,
+            blind,
+            settings.trajectory,
+            progress,
+            extra=extension.parameters if extension else None,
         )
-        outcome.append(Heldout(frames & of_fit.used, of_fit.residual_root, before.residual_root))
-    return outcome
+        judged = []
+        for frames, fit, motion in zip(withheld, before, result.motions, strict=True):
+            ours, extra = _under_forces(fit, motion, result.skeleton, settings), _extra_of(fit, extension)
+            if extra is not None:
+                ours = with_extra_wrench(ours, result.skeleton, extra, result.extra)
+            plain = _under_forces(fit, filtered(fit.motion, settings), skeleton, settings)
+            judged.append(Heldout(frames & ours.used, ours.residual_root, plain.residual_root))
+    seconds = {"heldout": clock.seconds["heldout"] / len(fitted)}
+    updated = list(fits)
+    for i, heldout in zip(fitted, judged, strict=True):
+        updated[i] = replace(fits[i], heldout=heldout, seconds=fits[i].seconds | seconds)
+    return tuple(updated)
 
 
-def with_dynamics(fit: TrialFit, skeleton: Skeleton, settings: Settings) -> TrialFit:
-    """Torques and residuals; a trajectory that was fitted to forces needs no filter any more."""
+def before_forces(fit: TrialFit) -> TrialFit:
+    """The trial as the markers alone left it, with its forces."""
+    assert fit.kinematics_only is not None
+    before = fit.kinematics_only
+    return replace(
+        fit, motion=before.motion, marker_errors=before.marker_errors, kinematics_only=None, spline=None
+    )
+
+
+def _under_forces(fit: TrialFit, motion: Motion, skeleton: Skeleton, settings: Settings) -> Dynamics:
+    """Of any motion of a trial, under the forces that count."""
+    assert fit.contacts is not None
+    assert fit.mask is not None
+    return inverse_dynamics(skeleton, motion, fit.contacts, fit.mask, settings.dynamics)
+
+
+def with_dynamics(
+    fit: TrialFit,
+    skeleton: Skeleton,
+    settings: Settings,
+    *,
+    extension: Extension | None = None,
+    x: Float[np.ndarray, " extra"] | None = None,
+) -> TrialFit:
+    """Torques and residuals; a trajectory that was fitted to forces needs no filter any more.
+
+    Args:
+        fit: with contacts and mask, or it stays as it is.
+        skeleton: with fitted inertias.
+        settings: of every stage.
+        extension: what acts beside the recorded forces.
+        x: its parameters; None: as the extension has them.
+    """
     if fit.contacts is None or fit.mask is None:
         return fit
-    clock = Clock()
+    clock, extra = Clock(), _extra_of(fit, extension)
     with clock("dynamics"):
         motion = fit.motion if fit.kinematics_only else filtered(fit.motion, settings)
-        dynamics = inverse_dynamics(skeleton, motion, fit.contacts, fit.mask, settings.dynamics)
+        recorded = _under_forces(fit, motion, skeleton, settings)
+        if extra is None or extension is None:
+            dynamics = with_inferred_torques(skeleton, recorded, fit.contacts, fit.mask)
+        else:
+            extended = with_extra_wrench(recorded, skeleton, extra, extension.x if x is None else x)
+            dynamics = with_inferred_torques(skeleton, extended, fit.contacts, fit.mask)
+            anew = ~fit.mask.all_feet[:, None]  # torques that the inference made from feet alone
+            added = np.where(anew, extended.joint_torques - recorded.joint_torques, 0.0)
+            dynamics = replace(dynamics, joint_torques=dynamics.joint_torques + added)
     seconds = fit.seconds.get("dynamics", 0.0) + clock.seconds["dynamics"]
     return replace(fit, dynamics=dynamics, seconds=fit.seconds | {"dynamics": seconds})
 

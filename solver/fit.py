@@ -11,6 +11,7 @@ from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.heldout import Heldout
 from solver.kinematics.marker_errors import MarkerErrors
+from solver.kinematics.marker_matching import MarkerMatch
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
 
@@ -37,6 +38,7 @@ class TrialFit:
     dynamics: Dynamics | None = None
     kinematics_only: KinematicsOnly | None = None  # None: the motion is that of the markers alone
     heldout: Heldout | None = None
+    spline: Float[np.ndarray, "coefficients dofs"] | None = None  # of a motion that was fitted to forces
     seconds: dict[str, float] = field(default_factory=dict)  # CPU seconds: load, kinematics, dynamics
     notes: tuple[str, ...] = ()
 
@@ -46,6 +48,19 @@ class TrialFit:
         if self.contacts is None or self.mask is None:
             return np.zeros(self.motion.frames, dtype=bool)
         return self.contacts.observed & self.mask.all_feet
+
+
+@dataclass(frozen=True)
+class Groundwork:
+    """What a solve finds that no review changes, and where the search ended: a re-solve begins here."""
+
+    skeleton: Skeleton  # scaled, with fitted marker offsets; its mass is still the model's
+    match: MarkerMatch
+    notes: tuple[str, ...]  # of matching and scaling
+    mass_kg: float | None = None  # that forces were judged with
+    phi: Float[np.ndarray, " parameters"] | None = (
+        None  # fitted inertias; None: no trial was fitted to forces
+    )
 
 
 @dataclass(frozen=True)
@@ -60,3 +75,5 @@ class Fit:
     settings: dict[str, object] = field(default_factory=dict)
     provenance: dict[str, str] = field(default_factory=dict)  # input hashes and versions
     notes: tuple[str, ...] = ()
+    groundwork: Groundwork | None = None
+    heldout_due: bool = False  # the withheld blocks are still to be predicted for these reviews

@@ -1,42 +1,35 @@
-"""The whole solve as one readable function: subject folder in, fit out."""
+"""The whole solve as one readable function: subject folder in, fit out; and again after an edit."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Float
 
 from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.capture.conditioning import condition
 from solver.capture.trial import read_static, read_trial
 from solver.clock import Clock
 from solver.contact.assignment import assign
-from solver.contact.detection import detect
-from solver.contact.mask import frame_mask
-from solver.contact.wrenches import ContactWrenches, FrameMask, MissingRange
-from solver.dynamics.com_data import com_data
-from solver.dynamics.com_mass import disagreement
-from solver.dynamics.mass import mass_from_forces
-from solver.dynamics_stage import obeying_forces, with_dynamics
+from solver.contact.wrenches import MissingRange
+from solver.dynamics.extension import Extension
 from solver.errors import FitError
-from solver.fit import Fit, TrialFit
+from solver.fit import Fit, Groundwork, TrialFit
 from solver.kinematics.calibration import calibrate, choose_frames
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.marker_errors import marker_errors
-from solver.kinematics.marker_matching import MarkerMatch, match_markers
+from solver.kinematics.marker_matching import match_markers
 from solver.kinematics.motion import Motion
-from solver.kinematics.scale_prior import stature
-from solver.kinematics.unseen_bodies import unseen_body_notes
 from solver.progress import Progress, part, silent
-from solver.provenance import provenance_of
+from solver.provenance import provenance_of, without_reviews
+from solver.review_stage import obeying_reviews, predicting_withheld
 from solver.settings import Settings, as_dict
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import body_poses, marker_positions
 from solver.skeleton.osim import load_skeleton
-from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
 
-SCALED, TRACKED = 0.2, 0.4  # shares of the work that are done after scaling and after inverse kinematics
+SCALED, TRACKED, FITTED = 0.2, 0.4, 0.75  # shares of the work done after scaling, marker fit, trajectory fit
 
 
 def solve(
@@ -45,6 +38,8 @@ def solve(
     *,
     trials: Sequence[str] | None = None,
     reviews: Mapping[str, Sequence[MissingRange]] | None = None,
+    captures: Mapping[str, Capture] | None = None,
+    extension: Extension | None = None,
     progress: Progress = silent,
 ) -> Fit:
     """Scale the model to the subject, fit every trial's motion, and compute its dynamics.
@@ -55,6 +50,8 @@ def solve(
         trials: names of the trials to solve; None for all.
         reviews: by trial, where people say that forces are missing; a trial that they reviewed and found
             whole has an empty one, a trial that is not named is left to its review.json.
+        captures: recordings in place of those that the files hold, by trial; repaired markers, say.
+        extension: what acts beside the recorded forces: causes that a diagnosis found and a person accepted.
         progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
 
     Raises:
@@ -64,12 +61,13 @@ def solve(
     chosen = _chosen(subject, trials)
     with clock("load"):
         generic = _generic(subject)
-        captures = [_read(files, progress) for files in chosen]
+        instead = captures or {}
+        recorded = [instead.get(files.name) or _read(files, progress) for files in chosen]
         static = read_static(subject.static) if subject.static else None
-    match = match_markers(generic, [c.markers for c in ([*captures, static] if static else captures)])
+    match = match_markers(generic, [c.markers for c in ([*recorded, static] if static else recorded)])
     with clock("scaling"):
         frames = choose_frames(
-            [match.observed(c.markers) for c in captures],
+            [match.observed(c.markers) for c in recorded],
             match.observed(static.markers) if static else None,
             settings.kinematics,
         )
@@ -81,30 +79,96 @@ def solve(
             mass_kg=subject.mass_kg,
             progress=part(progress, 0.0, SCALED),
         )
-    skeleton = calibration.skeleton
-    share = (TRACKED - SCALED) / len(captures)
+    groundwork = Groundwork(calibration.skeleton, match, (*match.notes, *calibration.notes))
+    shared = {stage: seconds / len(recorded) for stage, seconds in clock.seconds.items()}
+    share = (TRACKED - SCALED) / len(recorded)
     fits = []
-    for i, capture in enumerate(captures):
+    for i, capture in enumerate(recorded):
         start = SCALED + i * share
-        fits.append(_tracked(capture, match, skeleton, settings, part(progress, start, start + share)))
-    reviews = reviews or {}
-    fits = [_with_forces(f, skeleton, subject, settings, reviews.get(f.capture.name)) for f in fits]
-    mass_kg, mass_notes = _mass(subject, skeleton, fits, settings)
-    skeleton = with_mass(skeleton, mass_kg)
-    fits = [_judged(f, skeleton, settings, reviews.get(f.capture.name)) for f in fits]
-    skeleton, fits, fit_notes = obeying_forces(fits, match, skeleton, settings, part(progress, TRACKED, 1.0))
-    solved = [with_dynamics(_noted(fit, match, skeleton, settings), skeleton, settings) for fit in fits]
-    height_m, height_notes = _height(subject, skeleton)
-    shared = {stage: seconds / len(solved) for stage, seconds in clock.seconds.items()}
-    return Fit(
-        subject=subject,
-        skeleton=skeleton,
-        trials=tuple(replace(fit, seconds=shared | fit.seconds) for fit in solved),
-        mass_kg=skeleton.mass,
-        height_m=height_m,
-        settings=as_dict(settings),
-        provenance=provenance_of(subject, chosen, reviews),
-        notes=(*match.notes, *calibration.notes, *mass_notes, *fit_notes, *height_notes),
+        tracked = _tracked(capture, groundwork, settings, part(progress, start, start + share))
+        fits.append(
+            _with_contacts(replace(tracked, seconds=shared | tracked.seconds), groundwork, subject, settings)
+        )
+    fit = obeying_reviews(
+        subject,
+        groundwork,
+        fits,
+        settings,
+        reviews or {},
+        progress=part(progress, TRACKED, FITTED),
+        extension=extension,
+    )
+    return predicting_withheld(fit, settings, part(progress, FITTED, 1.0), extension)
+
+
+def resolve(
+    previous: Fit,
+    reviews: Mapping[str, Sequence[MissingRange]],
+    settings: Settings,
+    progress: Progress = silent,
+    *,
+    extension: Extension | None = None,
+) -> Fit:
+    """The same trials after an edit of the reviews; the search begins where the previous fit ended.
+
+    Files, scaling, marker fit and the feet that forces belong to are taken from the previous fit: no review
+    changes them. Agrees with `solve` to within the trajectory fit's tolerance. The withheld blocks wait for
+    `predicting_withheld`, which takes longer than all of this.
+
+    Args:
+        previous: a fit of the same files with the same settings; `can_resolve` tells.
+        reviews: all of them, as `solve` takes them.
+        settings: those of the previous fit.
+        progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
+        extension: that of the previous fit.
+
+    Raises:
+        FitError: the previous fit has other settings or is too old to begin with, or a review does not fit
+            its trial.
+    """
+    groundwork = previous.groundwork
+    if groundwork is None or previous.settings != as_dict(settings):
+        raise FitError(
+            f"{previous.subject.folder}: the kept fit was made with other settings or by an older version; "
+            "fit the subject anew: addb-viewer fit --force"
+        )
+    fits = [_before_reviews(trial, groundwork, settings) for trial in previous.trials]
+    return obeying_reviews(
+        previous.subject, groundwork, fits, settings, reviews, progress=progress, extension=extension
+    )
+
+
+def can_resolve(
+    previous: Fit,
+    subject: Subject,
+    trials: Sequence[TrialFiles],
+    settings: Settings,
+    *,
+    extension: Extension | None = None,
+) -> bool:
+    """Whether the previous fit differs from what is wanted in its reviews at most.
+
+    Args:
+        previous: any fit of the subject.
+        subject: as its folder is now.
+        trials: those wanted.
+        settings: those wanted.
+        extension: that wanted.
+    """
+    return (
+        previous.groundwork is not None
+        and previous.settings == as_dict(settings)
+        and without_reviews(previous.provenance) == provenance_of(subject, trials, extension=extension)
+    )
+
+
+def _before_reviews(trial: TrialFit, groundwork: Groundwork, settings: Settings) -> TrialFit:
+    """The trial as it was when its forces had been given to feet; nothing was spent on it this time."""
+    markers_alone = trial.kinematics_only.motion if trial.kinematics_only else trial.motion
+    fit = _compared(trial.capture, groundwork, markers_alone.q, settings)
+    nothing = dict.fromkeys(("load", "scaling", "kinematics"), 0.0)
+    return replace(
+        fit, contacts=trial.contacts, proposals=trial.proposals, spline=trial.spline, seconds=nothing
     )
 
 
@@ -130,123 +194,47 @@ def _generic(subject: Subject) -> Skeleton:
     )
 
 
-def _tracked(
-    capture: Capture, match: MarkerMatch, skeleton: Skeleton, settings: Settings, progress: Progress
-) -> TrialFit:
+def _tracked(capture: Capture, groundwork: Groundwork, settings: Settings, progress: Progress) -> TrialFit:
     """Inverse kinematics of one trial."""
     clock = Clock()
-    measured = match.observed(capture.markers)
     with clock("kinematics"):
-        q = inverse_kinematics(skeleton, measured, capture.markers.rate, settings.kinematics, progress)
+        measured = groundwork.match.observed(capture.markers)
+        q = inverse_kinematics(
+            groundwork.skeleton, measured, capture.markers.rate, settings.kinematics, progress
+        )
+    return replace(_compared(capture, groundwork, q, settings), seconds=clock.seconds)
+
+
+def _compared(
+    capture: Capture, groundwork: Groundwork, q: Float[np.ndarray, "frames dofs"], settings: Settings
+) -> TrialFit:
+    """A trial's marker fit, compared with its markers."""
+    markers, match, skeleton = capture.markers, groundwork.match, groundwork.skeleton
     model_markers = marker_positions(skeleton, q)
-    errors, notes = marker_errors(match.model, model_markers, measured, settings.kinematics)
+    errors, notes = marker_errors(match.model, model_markers, match.observed(markers), settings.kinematics)
     return TrialFit(
         capture=capture,
-        motion=Motion(skeleton.dofs, q, capture.markers.rate, capture.markers.start_time),
+        motion=Motion(skeleton.dofs, q, markers.rate, markers.start_time),
         marker_errors=errors,
         model_markers_ground=model_markers,
-        seconds=clock.seconds,
         notes=notes,
     )
 
 
-def _noted(fit: TrialFit, match: MarkerMatch, skeleton: Skeleton, settings: Settings) -> TrialFit:
-    """The trial with notes on what rests on no measurement: unseen segments, a motion without forces."""
-    markers = fit.capture.markers
-    notes = unseen_body_notes(match.skeleton(skeleton), match.observed(markers), markers.rate)
-    if settings.trajectory.enabled and fit.contacts is not None and fit.kinematics_only is None:
-        notes += (
-            f"forces count on {int(fit.forces_known.sum())} frames, and fewer than "
-            f"{settings.trajectory.fewest_frames} say nothing about F = ma: the motion follows the markers "
-            "alone",
-        )
-    return replace(fit, notes=(*fit.notes, *notes))
-
-
-def _with_forces(
-    fit: TrialFit,
-    skeleton: Skeleton,
-    subject: Subject,
-    settings: Settings,
-    review: Sequence[MissingRange] | None,
-) -> TrialFit:
-    """The trial's forces given to feet, and which of them count."""
+def _with_contacts(fit: TrialFit, groundwork: Groundwork, subject: Subject, settings: Settings) -> TrialFit:
+    """The trial's forces given to feet."""
     if not fit.capture.plates:
         return fit
     times = fit.motion.times
     conditioned = [condition(plate, times, settings.conditioning) for plate in fit.capture.plates]
-    R, p = body_poses(skeleton, fit.motion.q)
+    R, p = body_poses(groundwork.skeleton, fit.motion.q)
     contacts = assign(
         conditioned,
         R,
         p,
-        skeleton=skeleton,
+        skeleton=groundwork.skeleton,
         foot_bodies=subject.foot_bodies,
         times=times,
         settings=settings.contact,
     )
-    return replace(fit, contacts=contacts, mask=_mask(fit, contacts, settings, review))
-
-
-def _judged(
-    fit: TrialFit, skeleton: Skeleton, settings: Settings, review: Sequence[MissingRange] | None
-) -> TrialFit:
-    """The trial with what detection proposes; where nobody reviewed it, the mask obeys the sure ones."""
-    if fit.contacts is None:
-        return fit
-    proposals = detect(
-        skeleton,
-        fit.motion,
-        fit.contacts,
-        fit.capture.plates,
-        tracked=_tracked_frames(fit, settings),
-        settings=settings.detection,
-    )
-    sure = [(*p.range, p.foot, p.reason) for p in proposals if p.confidence >= settings.detection.confidence]
-    return replace(fit, proposals=proposals, mask=_mask(fit, fit.contacts, settings, review, sure))
-
-
-def _tracked_frames(fit: TrialFit, settings: Settings) -> Bool[np.ndarray, " frames"]:
-    return fit.marker_errors.seen_share >= settings.kinematics.fewest_seen_share
-
-
-def _mask(
-    fit: TrialFit,
-    contacts: ContactWrenches,
-    settings: Settings,
-    review: Sequence[MissingRange] | None,
-    proposed: Sequence[MissingRange] | None = None,
-) -> FrameMask:
-    try:
-        return frame_mask(
-            contacts, _tracked_frames(fit, settings), fit.capture.imported_missing_force, review, proposed
-        )
-    except FitError as error:
-        raise FitError(f"{fit.capture.name}: {error}") from error
-
-
-def _mass(
-    subject: Subject, skeleton: Skeleton, fits: Sequence[TrialFit], settings: Settings
-) -> tuple[float, tuple[str, ...]]:
-    """The entered mass, else what the forces tell; with a warning where the two disagree."""
-    estimate = mass_from_forces(
-        [com_data(skeleton, f.motion, f.contacts, f.mask) for f in fits if f.contacts and f.mask],
-        settings.com,
-    )
-    if subject.mass_kg is not None:
-        warning = estimate and disagreement(estimate, subject.mass_kg, settings.com)
-        return subject.mass_kg, (warning,) if warning else ()
-    if estimate is None:
-        note = f"mass not given and no forces to tell it; the model's own {skeleton.mass:.1f} kg is used"
-        return skeleton.mass, (note,)
-    note = f"mass not given; {estimate.mass_kg:.1f} ± {estimate.std_kg:.1f} kg estimated from the forces"
-    return estimate.mass_kg, (note,)
-
-
-def _height(subject: Subject, skeleton: Skeleton) -> tuple[float, tuple[str, ...]]:
-    if subject.height_m is not None:
-        return subject.height_m, ()
-    height = stature(skeleton)
-    if height is None:
-        return float("nan"), ("height not given, and the model has no leg that would tell it",)
-    return height, (f"height not given; {height:.2f} m from the scaled model's legs",)
+    return replace(fit, contacts=contacts)

@@ -10,8 +10,12 @@ from pathlib import Path
 
 from solver.capture.capture import Subject, TrialFiles
 from solver.contact.wrenches import MissingRange
+from solver.dynamics.extension import Extension
 
 _PACKAGES = ("addb-viewer", "numpy", "scipy", "pin", "ezc3d")
+_REVIEW = "sha256 of the review of "
+_EXTENSION = "sha256 of the accepted extension"
+_FILE = "sha256 "
 _DESCRIPTION = ("mass_kg", "height_m", "sex", "age_years", "foot_bodies")
 
 
@@ -19,6 +23,7 @@ def provenance_of(
     subject: Subject,
     trials: Sequence[TrialFiles],
     reviews: Mapping[str, Sequence[MissingRange]] | None = None,
+    extension: Extension | None = None,
 ) -> dict[str, str]:
     """Versions, the subject's description, and the SHA-256 of all that a fit of these trials reads.
 
@@ -26,19 +31,39 @@ def provenance_of(
         subject: the opened folder.
         trials: those to be fitted.
         reviews: by trial, what people flagged in it.
+        extension: what acts beside the recorded forces.
     """
     made_with = {name: _version(name) for name in _PACKAGES}
     described = {name: str(getattr(subject, name)) for name in _DESCRIPTION}
     hashes = {
-        f"sha256 {Path(os.path.relpath(path, subject.folder)).as_posix()}": _sha256(path)
+        f"{_FILE}{Path(os.path.relpath(path, subject.folder)).as_posix()}": _sha256(path)
         for path in _inputs(subject, trials)
     }
     reviewed = {
-        f"sha256 of the review of {trial.name}": _sha256_of(reviews[trial.name])
+        f"{_REVIEW}{trial.name}": _sha256_of(reviews[trial.name])
         for trial in trials
         if reviews and trial.name in reviews
     }
-    return {"python": platform.python_version(), **made_with, **described, **hashes, **reviewed}
+    extended = {_EXTENSION: extension.fingerprint} if extension else {}
+    versions = {"python": platform.python_version(), **made_with}
+    return {**versions, **described, **hashes, **reviewed, **extended}
+
+
+def other_recordings(one: Mapping[str, str], other: Mapping[str, str]) -> list[str]:
+    """Which files and entries of a description two provenances know otherwise, whatever the versions."""
+    decided = (_REVIEW, _EXTENSION)
+    both = [
+        name
+        for name in one
+        if name in other
+        and (name in _DESCRIPTION or (name.startswith(_FILE) and not name.startswith(decided)))
+    ]
+    return [name.removeprefix(_FILE) for name in both if one[name] != other[name]]
+
+
+def without_reviews(provenance: Mapping[str, str]) -> dict[str, str]:
+    """The provenance that a fit of the same files would have if nobody had flagged anything."""
+    return {name: value for name, value in provenance.items() if not name.startswith(_REVIEW)}
 
 
 def _inputs(subject: Subject, trials: Sequence[TrialFiles]) -> Iterable[Path]:

@@ -12,6 +12,8 @@ from solver.runs import runs
 
 STANDARD_GRAVITY = 9.80665  # [m/s²] turns the fitted mass into one body weight (BW)
 
+HELDOUT_DUE = "the withheld blocks have not been predicted yet for the present flags"
+
 Numbers = dict[str, float | None]
 
 
@@ -44,6 +46,8 @@ def all_notes(fit: Fit) -> tuple[str, ...]:
         for note in (*trial.capture.notes, *contacts, *trial.notes):
             prefix = f"{trial.capture.name}: "
             notes.append(note if note.startswith(prefix) else prefix + note)
+    if fit.heldout_due:
+        notes.append(HELDOUT_DUE)
     return tuple(dict.fromkeys(notes))
 
 
@@ -71,11 +75,18 @@ def _trial(trial: TrialFit, body_weight: float, height: float) -> dict[str, obje
         "frames_used_ranges": [list(run) for run in runs(used)],
         "mask_source": trial.mask.source if trial.mask else "none",
         **figures,
+        "torques_inferred_ranges": _inferred_ranges(trial),
         "hicks": verdicts(_judged(figures), Thresholds()),
         "heldout": _heldout(trial, body_weight, height),
         "kinematics_only": _kinematics_only(trial),
         "seconds": {stage: _number(seconds) for stage, seconds in trial.seconds.items()},
     }
+
+
+def _inferred_ranges(trial: TrialFit) -> list[list[int]]:
+    """Frames whose torques rest on a foot's wrench that was not measured but inferred from the motion."""
+    inferred = trial.dynamics.wrench_inferred if trial.dynamics else None
+    return [] if inferred is None else [list(run) for run in runs(np.any(inferred, axis=1))]
 
 
 def _heldout(trial: TrialFit, body_weight: float, height: float) -> dict[str, object] | None:

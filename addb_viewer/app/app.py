@@ -14,6 +14,8 @@ import viser
 from addb_viewer.app import keys
 from addb_viewer.app.camera import VIEWS, look
 from addb_viewer.app.charts import charts_of
+from addb_viewer.app.diagnosis_desk import DiagnosisDesk, Surroundings
+from addb_viewer.app.effect_pictures import Figures
 from addb_viewer.app.library import Library, open_library
 from addb_viewer.app.notices import Notices
 from addb_viewer.app.page_script import hand_back_the_keyboard
@@ -54,6 +56,12 @@ class ReviewApp:
         server.gui.main_panel.set_width(CONTROL_WIDTH)
         panel = server.gui.add_panel()
         self.plots = PlotPanel(server.gui, panel.add_tab("Plots", viser.Icon.CHART_LINE))
+        self.desk = DiagnosisDesk(
+            server.gui,
+            panel.add_tab("Diagnosis", viser.Icon.STETHOSCOPE),
+            Surroundings(lambda: self.library, self._explain, self._go_to, self._reload),
+            self.notices,
+        )
         panel.dock_right()
         panel.set_width(PLOT_WIDTH)
         self.playback = Playback(self.notices.guard("Drawing", self._draw))
@@ -62,7 +70,9 @@ class ReviewApp:
         self.looked: str | None = None
         self.read_at = self.cursor_at = self.scrubbed_at = 0.0
         self._bind()
-        keys.register(server.gui, self._moves(), self._views(), self.notices)
+        others = {"diagnose": self.desk.diagnose, "accept": self.desk.accept, "reject": self.desk.reject}
+        keys.register(server.gui, self._moves(), self._views() | others, self.notices)
+        self.desk.show()
         self.playback.start()
 
     def open_trial(self, name: str) -> None:
@@ -89,7 +99,8 @@ class ReviewApp:
                 look(self.server, name, heading(self.replay), self.scene.center(self.playback.position.frame))
 
     def close(self) -> None:
-        """Stop drawing and serving."""
+        """Stop working, drawing and serving."""
+        self.desk.close()
         self.playback.stop()
         self.server.stop()
 
@@ -102,7 +113,28 @@ class ReviewApp:
         person = {k: v for k, v in (("mass_kg", mass), ("height_m", height)) if v is not None}
         c.summary.content = summary_html(self.library.figures(name), person, replay)
         c.notes.content = notes_html((*self.library.notes, *replay.notes))
-        c.legend.content = legend_html(replay)
+        c.legend.content = legend_html(replay, diagnosed=self.scene.figures is not None)
+
+    def _explain(self, figures: Figures | None) -> None:
+        with self.drawing:
+            self.scene.explain(figures)
+            if self.replay is not None:
+                self.controls.legend.content = legend_html(self.replay, diagnosed=figures is not None)
+        self.playback.redraw()
+
+    def _go_to(self, trial: str, frame: int) -> None:
+        if trial != self.shown:
+            self.open_trial(trial)
+        self.playback.seek(frame)
+
+    def _reload(self) -> None:
+        """Show the fit that is kept now, at the present frame."""
+        library = open_library(self.library.subject.folder, self.library.results_folder)
+        with self.drawing:
+            self.library, frame = library, self.playback.position.frame
+            if self.shown is not None:
+                self.open_trial(self.shown)
+                self.playback.seek(frame)
 
     def _draw(self, position: Position) -> None:
         with self.drawing:
@@ -158,7 +190,7 @@ class ReviewApp:
         by_a_person(c.trial, "Opening the trial", self._chosen)
         by_a_person(c.frame, "Moving", self._scrubbed)
         by_a_person(c.speed, "Setting the speed", lambda: p.play_at(SPEED_NAMES[c.speed.value]))
-        for handle in (c.bones, c.see_through, c.model_markers, c.forces, c.residual, c.trails):
+        for handle in (c.bones, c.see_through, c.model_markers, c.forces, c.residual, c.causes, c.trails):
             by_a_person(handle, "Showing", self._options_changed)
         by_a_person(c.follow, "Following", self._follow_changed)
         c.play.on_click(guard("Playing", lambda _: p.toggle()))
@@ -185,7 +217,8 @@ class ReviewApp:
     def _options_changed(self) -> None:
         c, o = self.controls, self.scene.options
         o.bones, o.see_through, o.model_markers = c.bones.value, c.see_through.value, c.model_markers.value
-        o.forces, o.residual, o.trail_seconds = c.forces.value, c.residual.value, float(c.trails.value)
+        o.forces, o.residual, o.causes = c.forces.value, c.residual.value, c.causes.value
+        o.trail_seconds = float(c.trails.value)
         self.playback.redraw()
 
     def _follow_changed(self) -> None:

@@ -1,10 +1,12 @@
 """The fitted skeleton in the scene: one mesh a body, moved by its pose."""
 
+from collections.abc import Set
+
 import numpy as np
 import trimesh
 import viser
 
-from addb_viewer.app.palette import BONE
+from addb_viewer.app.palette import BONE, CAUSE_SURFACE
 from addb_viewer.app.replay import BodyReplay
 
 SEE_THROUGH = 0.35  # opacity at which markers inside bones show
@@ -27,8 +29,14 @@ class BodyNodes:
             if name in meshes
         }  # fmt: skip
 
-    def draw(self, frame: int, *, visible: bool, see_through: bool) -> None:
-        """Show one frame."""
+        self.marked: Set[int] = frozenset()
+
+    def draw(self, frame: int, *, visible: bool, see_through: bool, marked: Set[int] = frozenset()) -> None:
+        """Show one frame; marked bodies in the colour of named causes."""
+        for index in self.marked ^ marked:
+            if index in self.handles:
+                self.handles[index].color = CAUSE_SURFACE if index in marked else BONE
+        self.marked = marked
         for index, handle in self.handles.items():
             shown = visible and bool(self.known[frame, index])
             handle.visible = shown

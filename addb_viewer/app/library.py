@@ -28,6 +28,12 @@ class Library:
     meshes: dict[str, trimesh.Trimesh] = field(default_factory=dict)
     notes: tuple[str, ...] = ()  # of the subject; a trial's own are in its replay
     kept: OrderedDict[str, Replay] = field(default_factory=OrderedDict)
+    results_folder: Path | None = None  # None: the default
+
+    @property
+    def results(self) -> Path:
+        """Where fit, diagnosis and decisions lie."""
+        return self.results_folder or default_folder(self.subject.folder)
 
     @property
     def trials(self) -> tuple[str, ...]:
@@ -47,6 +53,12 @@ class Library:
                 self.kept.popitem(last=False)
         self.kept.move_to_end(name)
         return self.kept[name]
+
+    @property
+    def rates(self) -> dict[str, float]:
+        """Frames per second of the trials that were read [Hz], by name."""
+        fitted = {t.capture.name: t.capture.markers.rate for t in self.fit.trials} if self.fit else {}
+        return fitted | {name: replay.rate for name, replay in self.kept.items()}
 
     def figures(self, name: str) -> dict[str, Any]:
         """The trial's part of the fit's summary; empty without a fit."""
@@ -79,8 +91,9 @@ def open_library(subject_folder: Path, results: Path | None = None) -> Library:
     subject = open_subject(subject_folder)
     folder = results or default_folder(subject_folder)
     if not has_fit(folder):
-        return Library(subject, notes=(*subject.notes, "Not fitted yet: markers and forces as measured."))
+        notes = (*subject.notes, "Not fitted yet: markers and forces as measured.")
+        return Library(subject, notes=notes, results_folder=results)
     fit = load_fit(folder, subject_folder)
     bones = body_meshes(fit.skeleton, subject_folder / "Geometry")
     notes = (*subject.notes, *fit.skeleton.notes, *fit.notes, *bones.notes)
-    return Library(subject, fit, bones.meshes, notes)
+    return Library(subject, fit, bones.meshes, notes, results_folder=results)

@@ -27,6 +27,11 @@ class Notices:
             LOG.error("%s failed", doing, exc_info=error)
         self._show(f"{doing} failed", str(error) or type(error).__name__)
 
+    def tell(self, title: str, body: str) -> None:
+        """Tell those who look that something is done."""
+        for client in self.server.get_clients().values():
+            client.add_notification(title, body, color="teal", auto_close_seconds=8.0)
+
     def guard(self, doing: str, action: Callable[..., None]) -> Callable[..., None]:
         """The same action, whose exceptions become notifications."""
 

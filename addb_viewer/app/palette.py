@@ -46,6 +46,8 @@ GREY = Rgb(128, 128, 128)
 PALE = Rgb(190, 190, 190)
 BONE = Rgb(222, 211, 190)
 
+CAUSE = Rgb(15, 15, 15)  # what a diagnosis names: arrows, lines
+CAUSE_SURFACE = Rgb(240, 228, 66)  # likewise: bones, balls
 UNASSIGNED = ORANGE  # a force that goes to no foot
 RESIDUAL = VERMILION
 UNSEEN = PALE  # a marker while it's lost

@@ -7,9 +7,12 @@ from typing import Any
 import numpy as np
 import viser
 
+from addb_viewer.app.effect_pictures import CAUSE_METRES_PER_NEWTON
 from addb_viewer.app.force_nodes import ForceSizes
 from addb_viewer.app.keys import help_html
 from addb_viewer.app.palette import (
+    CAUSE,
+    CAUSE_SURFACE,
     ERROR_FULL_SCALE,
     NO_MODEL,
     RESIDUAL,
@@ -44,6 +47,7 @@ class Controls:
     model_markers: viser.GuiCheckboxHandle
     forces: viser.GuiCheckboxHandle
     residual: viser.GuiCheckboxHandle
+    causes: viser.GuiCheckboxHandle
     trails: viser.GuiSliderHandle[float]
     follow: viser.GuiCheckboxHandle
     view: viser.GuiButtonGroupHandle
@@ -70,6 +74,7 @@ def build_controls(gui: viser.GuiApi, trials: tuple[str, ...], views: tuple[str,
         residual = gui.add_checkbox(
             "Residual", True, hint="Force that F = ma still lacks, at the centre of mass"
         )
+        causes = gui.add_checkbox("Named causes", True, hint="What the diagnosis names, where it acts")
         trails = gui.add_slider("Trails [s]", 0.0, TRAIL_LONGEST, 0.1, 0.0)
         legend = gui.add_html("")
     with gui.add_folder("Camera"):
@@ -81,7 +86,7 @@ def build_controls(gui: viser.GuiApi, trials: tuple[str, ...], views: tuple[str,
         gui.add_html(_boxed(help_html()))
     return Controls(
         trial, frame, time, play, move, speed, summary, notes, legend,
-        bones, see_through, model_markers, forces, residual, trails, follow, view,
+        bones, see_through, model_markers, forces, residual, causes, trails, follow, view,
     )  # fmt: skip
 
 
@@ -112,8 +117,8 @@ def notes_html(notes: tuple[str, ...]) -> str:
     return _boxed(f"<ul style='padding-left:1.2em;margin:0;overflow-wrap:anywhere'>{items}</ul>")
 
 
-def legend_html(replay: Replay) -> str:
-    """What the colours in the scene mean."""
+def legend_html(replay: Replay, *, diagnosed: bool = False) -> str:
+    """What the colours in the scene mean; those of causes once there is a diagnosis."""
     parts = []
     if replay.bodies is not None:
         ramp = error_colors(np.linspace(0.0, ERROR_FULL_SCALE, 5))
@@ -130,6 +135,10 @@ def legend_html(replay: Replay) -> str:
         parts.append(f"<div>1 m of arrow is {1 / ForceSizes().metres_per_newton:.0f} N</div>")
     if replay.residual is not None:
         parts.append(_swatches((("residual force", RESIDUAL),)))
+    if diagnosed:
+        parts.append(_swatches((("named cause", CAUSE), ("its segment, marker or load", CAUSE_SURFACE))))
+        small, large = 1 / CAUSE_METRES_PER_NEWTON, 1 / ForceSizes().metres_per_newton
+        parts.append(f"<div>1 m of its arrow is {small:.0f} N; of a step's, {large:.0f} N</div>")
     return _boxed("".join(parts))
 
 

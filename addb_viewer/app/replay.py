@@ -50,6 +50,18 @@ class BodyReplay:
     position: Float[np.ndarray, "frames bodies 3"]  # [m]
     root: int = 0  # index of the body that the camera follows
     forward: Float[np.ndarray, "frames 3"] | None = None  # unit; where the root body faces
+    com_body: Float[np.ndarray, "bodies 3"] | None = None  # [m] centres of mass; None: the bodies' origins
+
+    def point_ground(
+        self, index: int, point_body: Float[np.ndarray, "3"] | None = None
+    ) -> Float[np.ndarray, "frames 3"]:
+        """Path of a point of a body [m], its centre of mass unless told otherwise; NaN outside the fit."""
+        if point_body is None:
+            point_body = np.zeros(3) if self.com_body is None else self.com_body[index]
+        path = self.position[:, index].copy()
+        known = np.isfinite(path).all(axis=1) & np.isfinite(self.wxyz[:, index]).all(axis=1)
+        path[known] += Rotation.from_quat(self.wxyz[known, index][:, [1, 2, 3, 0]]).apply(point_body)
+        return path
 
 
 @dataclass(frozen=True)
@@ -176,6 +188,7 @@ def _bodies(trial: TrialFit, skeleton: Skeleton, on_fit: _Clock) -> BodyReplay:
         position=on_fit.floats(p_ground_body),
         root=root,
         forward=on_fit.floats(R_ground_body[:, root, :, 0]),
+        com_body=np.stack([body.com_body for body in skeleton.bodies]),
     )
 
 

@@ -8,6 +8,8 @@ import viser
 from jaxtyping import Float
 
 from addb_viewer.app.body_nodes import BodyNodes
+from addb_viewer.app.effect_nodes import EffectNodes
+from addb_viewer.app.effect_pictures import Figures, pictures
 from addb_viewer.app.force_nodes import ForceNodes, PlateNodes
 from addb_viewer.app.marker_nodes import MarkerNodes
 from addb_viewer.app.replay import Replay
@@ -26,6 +28,7 @@ class SceneOptions:
     trail_seconds: float = 0.0
     forces: bool = True
     residual: bool = True
+    causes: bool = True
     follow: bool = True
 
 
@@ -46,6 +49,7 @@ class Scene:
             fade_distance=12.0, cell_color=(195, 195, 195), section_color=(150, 150, 150), shadow_opacity=0.0,
         )  # fmt: skip
         self.replay: Replay | None = None
+        self.figures: Figures | None = None
         self.path = np.zeros((1, 3))
         self.anchor = np.zeros(3)
 
@@ -64,7 +68,26 @@ class Scene:
             self.forces = ForceNodes(scene, f"{TRIAL}/forces", replay)
             self.path = followed_path(replay)
             self.anchor = np.zeros(3)
+            self._add_causes()
             self.draw(0)
+
+    def explain(self, figures: Figures | None) -> None:
+        """Draw the causes of a diagnosis from now on, in place of those of another; None for no diagnosis.
+
+        Args:
+            figures: in the shape of `diagnose --json`.
+        """
+        self.figures = figures
+        if self.replay is not None:
+            with self.server.atomic():
+                self._add_causes()
+
+    def _add_causes(self) -> None:
+        assert self.replay is not None
+        self.server.scene.remove_by_name(f"{TRIAL}/causes")
+        drawn = pictures(self.figures, self.replay) if self.figures is not None else ()
+        markers = self.replay.markers
+        self.causes = EffectNodes(self.server.scene, f"{TRIAL}/causes", drawn, self.path, markers)
 
     def draw(self, frame: int) -> None:
         """Move everything to one frame, in one message to every browser."""
@@ -74,8 +97,10 @@ class Scene:
         with self.server.atomic():
             self.markers.draw(frame, with_model=o.model_markers, trail_seconds=o.trail_seconds)
             if self.bodies is not None:
-                self.bodies.draw(frame, visible=o.bones, see_through=o.see_through)
+                marked = self.causes.marked_bodies(frame, visible=o.causes)
+                self.bodies.draw(frame, visible=o.bones, see_through=o.see_through, marked=marked)
             self.forces.draw(frame, forces=o.forces, residual=o.residual)
+            self.causes.draw(frame, visible=o.causes)
             if o.follow:
                 self.lab.position = self.anchor - self.path[frame]
 

@@ -63,17 +63,19 @@ def as_json(conditions: list[Condition]) -> dict[str, object]:
                     arm: {figure: _statistics(condition.values(arm, figure)) for figure in asdict(figures)}
                     for arm, figures in condition.repetitions[0].figures.items()
                 },
-                "runs": [
-                    {
-                        "hidden": [list(run) for run in runs(r.hidden)],
-                        "arms": {arm: _numbers(figures) for arm, figures in r.figures.items()},
-                        "notes": list(r.notes),
-                    }
-                    for r in condition.repetitions
-                ],
+                "runs": [run_as_json(repetition) for repetition in condition.repetitions],
             }
             for condition in conditions
         ]
+    }
+
+
+def run_as_json(repetition: Repetition) -> dict[str, object]:
+    """Hidden ranges, figures by arm (null where there is no frame to judge), notes."""
+    return {
+        "hidden": [list(run) for run in runs(repetition.hidden)],
+        "arms": {arm: _numbers(figures) for arm, figures in repetition.figures.items()},
+        "notes": list(repetition.notes),
     }
 
 

@@ -1,4 +1,4 @@
-"""`addb-viewer demo`: a synthetic subject, fitted and opened in the app."""
+"""`addb-viewer demo`: a synthetic subject with two faults, fitted, diagnosed and opened in the app."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,13 +6,14 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from addb_viewer.commands.diagnose import diagnosed, print_diagnosis
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.open import serve_app
 from addb_viewer.commands.options import DEFAULT_HOST, DEFAULT_PORT, Debug, Host, Port
 from addb_viewer.commands.solving import job_for, solved
 from addb_viewer.commands.summary_table import print_summary
 from solver.errors import CaptureError
-from solver.simulate.demo import write_demo_subject
+from solver.simulate.demo import LateForces, write_demo_subject
 from solver.summary import summary
 
 SEED = 20_240_901  # any number: the same demo for everyone
@@ -21,7 +22,7 @@ _OURS = ".addb-viewer-demo"  # marks a folder that the demo may write over
 Folder = Annotated[
     Path, typer.Option("--folder", metavar="DIR", help="Folder for the demo subject.", file_okay=False)
 ]
-NoServe = Annotated[bool, typer.Option("--no-serve", help="Stop after the fit; don't open the app.")]
+NoServe = Annotated[bool, typer.Option("--no-serve", help="Stop after the diagnosis; don't open the app.")]
 
 
 def demo(
@@ -31,11 +32,17 @@ def demo(
     port: Port = DEFAULT_PORT,
     debug: Debug = False,
 ) -> None:
-    """Make the demo subject, fit it, and open the app on it."""
+    """Make the demo subject, fit it, say what is wrong with it, and open the app on it.
+
+    One step finds no plate, and all forces come late; nothing in the files says so.
+    """
     with errors_as_lines(debug):
         _make_subject(folder)
-        fit, files = solved(job_for(folder))
-        print_summary(summary(fit, files=[str(path) for path in files]))
+        job = job_for(folder)
+        done = solved(job)
+        print_summary(summary(done.fit, files=[str(path) for path in done.files]))
+        figures, kept = diagnosed(job)
+        print_diagnosis(figures, job, kept)
         if not no_serve:
             serve_app(folder, host, port)
 
@@ -46,4 +53,4 @@ def _make_subject(folder: Path) -> None:
         raise CaptureError(f"{folder}: not empty and not the demo's; choose another folder with --folder")
     folder.mkdir(parents=True, exist_ok=True)
     mark.touch()
-    write_demo_subject(folder, np.random.default_rng(SEED))
+    write_demo_subject(folder, np.random.default_rng(SEED), cause=LateForces())

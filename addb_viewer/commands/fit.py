@@ -5,12 +5,14 @@ import typer
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import (
     Debug,
+    Force,
     IgnoreReview,
     JsonFile,
     Out,
     SettingsFile,
     SubjectFolder,
     Trials,
+    WithoutExtension,
 )
 from addb_viewer.commands.solving import job_for, solved
 from addb_viewer.commands.summary_table import print_summary
@@ -24,16 +26,30 @@ def fit(
     trial: Trials = None,
     settings: SettingsFile = None,
     ignore_review: IgnoreReview = False,
+    without_extension: WithoutExtension = False,
+    force: Force = False,
     json: JsonFile = None,
     debug: Debug = False,
 ) -> None:
-    """Fit the skeleton to a subject's recordings, keep the results and print the summary."""
+    """Fit the skeleton to a subject's recordings, keep the results and print the summary.
+
+    Unchanged inputs are not solved again; where only flags changed, the fit begins at the kept one.
+    """
     if json is not None and not json.absolute().parent.is_dir():
         raise typer.BadParameter(f"no folder {json.parent} to write into", param_hint="--json")
     with errors_as_lines(debug):
-        job = job_for(subject, out=out, trials=trial, settings_file=settings, ignore_review=ignore_review)
-        fitted, files = solved(job)
-        figures = summary(fitted, files=[str(path) for path in files])
+        job = job_for(
+            subject,
+            out=out,
+            trials=trial,
+            settings_file=settings,
+            ignore_review=ignore_review,
+            without_extension=without_extension,
+        )
+        done = solved(job, force=force)
+        figures = summary(done.fit, files=[str(path) for path in done.files])
         if json is not None:
             write_json(json, figures)
-        print_summary(figures)
+        print_summary(figures if done.new else figures | {"files": []})
+        if done.said:
+            typer.echo(done.said)

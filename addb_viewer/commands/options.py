@@ -34,6 +34,13 @@ IgnoreReview = Annotated[
     bool,
     typer.Option("--ignore-review", help="Leave out what people flagged, here or in a review.json."),
 ]
+WithoutExtension = Annotated[
+    bool,
+    typer.Option("--without-extension", help="Leave out the causes that `accept` made part of the model."),
+]
+Force = Annotated[
+    bool, typer.Option("--force", help="Solve from the beginning even where nothing has changed.")
+]
 Host = Annotated[str, typer.Option("--host", help="Address the app listens on.")]
 Port = Annotated[int, typer.Option("--port", help="Port the app listens on.", min=0, max=65535)]
 Debug = Annotated[bool, typer.Option("--debug", help="Print the traceback of an error.")]

@@ -2,20 +2,27 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 from difflib import get_close_matches
 from pathlib import Path
 
+from addb_viewer.accepted_extension import extension_for_solve
 from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.review_store import reviews_for_solve
 from solver.capture.capture import Subject, TrialFiles
 from solver.capture.subject import open_subject
 from solver.contact.wrenches import MissingRange
+from solver.dynamics.extension import Extension
 from solver.errors import CaptureError, ResultsError
 from solver.fit import Fit
-from solver.pipeline import solve
+from solver.pipeline import can_resolve, resolve, solve
+from solver.progress import part
 from solver.provenance import provenance_of
-from solver.results.store import check_place, default_folder, has_fit, load_fit, save_fit
+from solver.results.store import check_place, default_folder, files_of_fit, has_fit, load_fit, save_fit
+from solver.review_stage import predicting_withheld
 from solver.settings import Settings, as_dict, settings_for
+
+RESOLVED = 0.4  # share of a re-solve's work before the withheld blocks
 
 
 @dataclass(frozen=True)
@@ -27,6 +34,7 @@ class Job:
     trials: tuple[str, ...] | None  # None: all
     results: Path
     reviews: Mapping[str, Sequence[MissingRange]]  # by trial, what people flagged
+    extension: Extension | None = None  # what a person accepted as acting beside the recorded forces
 
 
 def job_for(
@@ -36,15 +44,18 @@ def job_for(
     trials: Sequence[str] | None = None,
     settings_file: Path | None = None,
     ignore_review: bool = False,
+    without_extension: bool = False,
 ) -> Job:
     """Open a subject's folder and check what is wanted before any time is spent on it.
 
     Where people have reviewed a trial, their flags say which forces count, unless they are to be ignored.
+    Likewise with the causes that somebody accepted as part of the model.
 
     Raises:
         CaptureError: no such folder, nothing in it to fit, or no trial of that name.
         SettingsError: a settings file with an unknown name or a value of the wrong kind.
         ReviewError: the review log cannot be read.
+        ResultsError: what somebody accepted cannot be read.
     """
     check_folder(folder)
     subject = open_subject(folder)
@@ -52,12 +63,17 @@ def job_for(
     reviews, notes = ({}, ()) if ignore_review else reviews_for_solve(subject, _wanted(subject, trials))
     if ignore_review:
         subject = _without_reviews(subject)
+    results, extension = out or default_folder(folder), None
+    if not without_extension:
+        extension, more = extension_for_solve(subject, _wanted(subject, trials), results)
+        notes = (*notes, *more)
     return Job(
         subject=replace(subject, notes=(*subject.notes, *notes)),
         settings=settings_for(folder, settings_file),
         trials=tuple(trials) if trials else None,
-        results=out or default_folder(folder),
+        results=results,
         reviews=reviews,
+        extension=extension,
     )
 
 
@@ -76,18 +92,65 @@ def check_trials(subject: Subject, wanted: Sequence[str]) -> None:
             raise CaptureError(f"{subject.folder}: no trial '{name}'; nearest: {', '.join(near)}")
 
 
-def solved(job: Job) -> tuple[Fit, list[Path]]:
-    """Solve and keep the fit in place of the last one; the files written come with it."""
+@dataclass(frozen=True)
+class Solved:
+    """A fit that is kept, and how it came about."""
+
+    fit: Fit
+    files: list[Path]
+    new: bool  # False: nothing had changed, so nothing was computed or written
+    said: str  # about what was not computed again; empty after a whole solve
+
+
+def solved(job: Job, *, force: bool = False) -> Solved:
+    """Solve and keep the fit in place of the last one, with no more work than the inputs ask for.
+
+    Where nothing changed, the kept fit stands. Where only the reviews did, the search begins at it.
+
+    Args:
+        job: what is wanted.
+        force: solve from the beginning whatever is kept.
+    """
     check_place(job.results)
+    kept = None if force else _last_fit(job)
+    if kept is not None and _is_current(kept, job):
+        files = files_of_fit(job.results)
+        when = datetime.fromtimestamp(files[0].stat().st_mtime).astimezone()
+        said = f"unchanged: kept fit of {when:%Y-%m-%d %H:%M} in {files[0]}; --force solves it again"
+        return Solved(kept, files, False, said)
     with terminal_progress() as progress:
-        fit = solve(job.subject, job.settings, trials=job.trials, reviews=job.reviews, progress=progress)
-    return fit, save_fit(fit, job.results)
+        if kept is not None and can_resolve(
+            kept,
+            job.subject,
+            _wanted(job.subject, job.trials),
+            job.settings,
+            extension=job.extension,
+        ):
+            previous = replace(kept, subject=job.subject)
+            fit = resolve(
+                previous,
+                job.reviews,
+                job.settings,
+                part(progress, 0.0, RESOLVED),
+                extension=job.extension,
+            )
+            fit = predicting_withheld(fit, job.settings, part(progress, RESOLVED, 1.0), job.extension)
+            said = "only flags changed: scaling and marker fit are those of the kept fit"
+            return Solved(fit, save_fit(fit, job.results), True, said)
+        fit = solve(
+            job.subject,
+            job.settings,
+            trials=job.trials,
+            reviews=job.reviews,
+            extension=job.extension,
+            progress=progress,
+        )
+    return Solved(fit, save_fit(fit, job.results), True, "")
 
 
 def current_fit(job: Job) -> Fit:
     """The kept fit where it's still that of these files, settings and versions; else a new one."""
-    kept = _kept_fit(job)
-    return kept if kept is not None else solved(job)[0]
+    return solved(job).fit
 
 
 def judged(job: Job) -> Fit:
@@ -95,23 +158,28 @@ def judged(job: Job) -> Fit:
 
     The latter takes seconds; it isn't kept, because it doesn't obey the forces.
     """
-    kept = _kept_fit(job)
-    if kept is not None:
+    kept = _last_fit(job)
+    if kept is not None and _is_current(kept, job):
         return kept
     alone = replace(job.settings, trajectory=replace(job.settings.trajectory, enabled=False))
     with terminal_progress() as progress:
         return solve(job.subject, alone, trials=job.trials, reviews=job.reviews, progress=progress)
 
 
-def _kept_fit(job: Job) -> Fit | None:
+def _last_fit(job: Job) -> Fit | None:
+    """The fit that is kept, whatever it was made of."""
     if not has_fit(job.results):
         return None
     try:
-        fit = load_fit(job.results, job.subject.folder)
+        return load_fit(job.results, job.subject.folder)
     except ResultsError:
         return None
-    inputs = provenance_of(job.subject, _wanted(job.subject, job.trials), job.reviews)
-    return fit if fit.provenance == inputs and fit.settings == as_dict(job.settings) else None
+
+
+def _is_current(fit: Fit, job: Job) -> bool:
+    """Whether a fit is that of these files, flags, settings and versions, and whole."""
+    inputs = provenance_of(job.subject, _wanted(job.subject, job.trials), job.reviews, job.extension)
+    return fit.provenance == inputs and fit.settings == as_dict(job.settings) and not fit.heldout_due
 
 
 def _wanted(subject: Subject, trials: Sequence[str] | None) -> list[TrialFiles]:

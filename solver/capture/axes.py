@@ -164,6 +164,7 @@ def plate_y_up(plate: ForcePlate, up: VerticalAxis) -> ForcePlate:
         moment_ground=plate.moment_ground @ R,
         cop_ground=plate.cop_ground @ R,
         corners_ground=None if plate.corners_ground is None else plate.corners_ground @ R,
+        point_ground=None if plate.point_ground is None else plate.point_ground @ R,
     )
 
 

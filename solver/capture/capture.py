@@ -34,7 +34,8 @@ class Markers:
 class ForcePlate:
     """One force plate as measured: the wrench that the ground exerts ON the person, at the plate's own rate.
 
-    `moment_ground` is about the ground origin; with `cop_ground` NaN while the plate is unloaded.
+    `moment_ground` is about the ground origin; with `cop_ground` NaN while the plate is unloaded. Where a
+    file has columns of its own for centres of pressure, `point_ground` keeps them whatever the force beside.
     """
 
     name: str  # the file's own column prefix or channel, for messages and the screen
@@ -44,6 +45,7 @@ class ForcePlate:
     rate: float  # [Hz]
     start_time: float = 0.0  # [s] on the same clock as the markers
     corners_ground: Float[np.ndarray, "4 3"] | None = None  # [m]
+    point_ground: Float[np.ndarray, "samples 3"] | None = None  # [m] NaN where the file says "none"
 
     @property
     def samples(self) -> int:

@@ -51,17 +51,11 @@ def condition(
         times: the markers' frames, equally spaced [s], on the same clock.
         settings: thresholds and filter.
     """
-    whole, recorded, gap_notes = gaps_filled(plate, settings)
-    whole, sign_notes = upright(whole, settings)
-    tared, zero_notes = zeroed(whole, settings)
-    wrench = np.concatenate([tared.force_ground, tared.moment_ground], axis=1)
-    carrying = contact_samples(tared, settings) & recorded
-    masked = np.where(carrying[:, None], wrench, 0.0)
-
+    loads = plate_loads(plate, settings)
     cutoff = shared_cutoff(rate_of(times), settings)
-    smooth = low_pass(masked, plate.rate, cutoff, settings.order)
-    filtered = interpolate(smooth, plate.rate, plate.start_time, times)
-    raw = resample(wrench, plate.rate, plate.start_time, times)
+    filtered = at_frames(loads.wrench_ground, plate, times, settings)
+    raw = resample(loads.raw_ground, plate.rate, plate.start_time, times)
+    recorded = loads.recorded
 
     observed = _at(recorded, plate, times) & covered(plate.rate, plate.start_time, plate.samples, times)
     filtered[~observed] = np.nan
@@ -72,7 +66,7 @@ def condition(
     loaded = (
         observed
         & (pressing >= settings.threshold_N)
-        & _at(_widened(carrying, spread_s * plate.rate), plate, times)
+        & _at(_widened(loads.carrying, spread_s * plate.rate), plate, times)
     )
     cop = centre_of_pressure(filtered[:, :3], filtered[:, 3:], surface)
     return ConditionedPlate(
@@ -85,13 +79,44 @@ def condition(
         force_raw_ground=raw[:, :3],
         moment_raw_ground=raw[:, 3:],
         notes=(
-            *gap_notes,
-            *sign_notes,
-            *zero_notes,
+            *loads.notes,
             *_cutoff_notes(plate.name, cutoff, settings),
             *_coverage_notes(plate.name, observed, times),
         ),
     )
+
+
+@dataclass(frozen=True)
+class PlateLoads:
+    """A plate's samples at its own rate, ready for the filter: force [N], moment about the origin [N·m]."""
+
+    wrench_ground: Float[np.ndarray, "samples 6"]  # zero where unloaded
+    raw_ground: Float[np.ndarray, "samples 6"]  # zero level off, nothing else
+    carrying: Bool[np.ndarray, " samples"]
+    recorded: Bool[np.ndarray, " samples"]
+    notes: tuple[str, ...] = ()
+
+
+def plate_loads(plate: ForcePlate, settings: ConditioningSettings = CONDITIONING) -> PlateLoads:
+    """Gaps filled, turned to act on the foot, zero level off, unloaded samples set to zero."""
+    whole, recorded, gap_notes = gaps_filled(plate, settings)
+    whole, sign_notes = upright(whole, settings)
+    tared, zero_notes = zeroed(whole, settings)
+    wrench = np.concatenate([tared.force_ground, tared.moment_ground], axis=1)
+    carrying = contact_samples(tared, settings) & recorded
+    masked = np.where(carrying[:, None], wrench, 0.0)
+    return PlateLoads(masked, wrench, carrying, recorded, (*gap_notes, *sign_notes, *zero_notes))
+
+
+def at_frames(
+    samples: Float[np.ndarray, "samples *columns"],
+    plate: ForcePlate,
+    times: Float[np.ndarray, " frames"],
+    settings: ConditioningSettings = CONDITIONING,
+) -> Float[np.ndarray, "frames *columns"]:
+    """A plate's samples through the filter that kinematics share, at the frames; NaN where not covered."""
+    smooth = low_pass(samples, plate.rate, shared_cutoff(rate_of(times), settings), settings.order)
+    return interpolate(smooth, plate.rate, plate.start_time, times)
 
 
 def shared_cutoff(marker_rate: float, settings: ConditioningSettings = CONDITIONING) -> float:
@@ -120,6 +145,7 @@ def resampled(
         cop_ground=np.where(pressed[:, None], cop, np.nan),
         rate=rate if np.isfinite(rate) else plate.rate,
         start_time=float(times[0]),
+        point_ground=None,
     )
     return moved, covered(plate.rate, plate.start_time, plate.samples, times)
 

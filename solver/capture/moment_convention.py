@@ -94,7 +94,8 @@ def _columns(
     loaded = np.abs(force[:, 1]) > settings.loaded_N
     loaded &= np.isfinite(moment).all(axis=1)
     point = values[:, list(plate.point)] if plate.point else None
-    if point is not None and loaded.any() and not np.any(point[loaded][:, [0, 2]]):
+    stands_beside = point is not None and bool(np.any(point[loaded][:, [0, 2]]))
+    if point is not None and loaded.any() and not stands_beside and not _written(point).any():
         point = None  # columns of zeros: the file has none
     if point is not None:
         loaded &= _written(point)
@@ -280,7 +281,8 @@ def _force_plate(
         sign = np.sign(np.nansum(plate.force[:, 1])) or 1.0
         centre = centre_of_pressure(sign * plate.force, sign * moment, LEVEL_GROUND)
     cop = np.where(pressed[:, None], centre, np.nan)
-    return ForcePlate(plate.name, plate.force, moment, cop, rate, start_time)
+    columns = None if plate.point is None else centre
+    return ForcePlate(plate.name, plate.force, moment, cop, rate, start_time, point_ground=columns)
 
 
 def _written(point: Float[np.ndarray, "samples 3"]) -> Bool[np.ndarray, " samples"]:
@@ -291,12 +293,14 @@ def _written(point: Float[np.ndarray, "samples 3"]) -> Bool[np.ndarray, " sample
 def _usable_points(plate: _Columns, settings: PlateReadingSettings) -> Float[np.ndarray, "samples 3"]:
     """The file's centres of pressure; where unloaded ones are noise, the middle of the loaded ones.
 
+    Where no load stands beside any (the force columns of two plates may be exchanged), the middle of all.
+
     A few newtons at a centre of pressure a hundred metres away would else make hundreds of N·m.
     """
     assert plate.point is not None
-    if not plate.loaded.any():
+    loaded = plate.point[plate.loaded if plate.loaded.any() else _written(plate.point)]
+    if not len(loaded):
         return np.zeros_like(plate.point)
-    loaded = plate.point[plate.loaded]
     low, high = loaded.min(axis=0) - settings.usable_centre_m, loaded.max(axis=0) + settings.usable_centre_m
     near = _written(plate.point) & ((plate.point >= low) & (plate.point <= high)).all(axis=1)
     return np.where((near | plate.loaded)[:, None], plate.point, np.median(loaded, axis=0))

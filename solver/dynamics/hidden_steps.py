@@ -50,9 +50,15 @@ def random_shares(
     return [[steps[i] for i in choice] for choice in chosen]
 
 
-def frames_of(steps: list[Step], frames: int) -> Bool[np.ndarray, " frames"]:
-    """True during these steps."""
+def frames_of(steps: list[Step], frames: int, border: int = 0) -> Bool[np.ndarray, " frames"]:
+    """True during these steps and `border` frames before and after each of them.
+
+    Args:
+        steps: in any order.
+        frames: of the trial.
+        border: as far as the filter spreads a contact's force; else the tails of hidden forces stay in sight.
+    """
     inside = np.zeros(frames, dtype=bool)
     for start, end in steps:
-        inside[start:end] = True
+        inside[max(0, start - border) : end + border] = True
     return inside

@@ -1,9 +1,12 @@
-"""The wrench of a foot whose force is missing: what the motion demands beyond the other foot's."""
+"""The wrenches of feet whose force is missing: what the motion demands beyond the feet that were measured."""
+
+from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int
 
 from solver.contact.wrenches import ContactWrenches, FrameMask
+from solver.dynamics.divided_wrench import divided
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.dynamics.root_wrench import about_point
@@ -14,43 +17,17 @@ from solver.skeleton.skeleton import Skeleton
 FADE_S = 0.03  # [s]
 
 
-def inferred_wrenches(
-    dynamics: Dynamics, contacts: ContactWrenches, mask: FrameMask
-) -> Float[np.ndarray, "frames feet 6"]:
-    """Measured wrenches, and on frames that lack one foot's the one that the motion demands of it.
+def with_inferred_torques(
+    skeleton: Skeleton, dynamics: Dynamics, contacts: ContactWrenches, mask: FrameMask
+) -> Dynamics:
+    """The dynamics with torques under `inferred_wrenches`, and a record of the feet that these rest on.
 
-    What the measured forces leave unexplained just before and after such frames is not laid on the foot at
-    once: that residual fades within `FADE_S`, so that nothing jumps at the borders. Where two feet's
-    forces are missing nothing tells how they share the demand; they stay zero.
-
-    Args:
-        dynamics: of the same mask, so that its residual holds what the missing foot has to give.
-        contacts: measured.
-        mask: which feet's forces count.
-
-    Returns:
-        Force [N] and moment about the ground origin [N·m], ground frame.
+    Residuals stay as they are: they say what measured forces fail to explain.
     """
-    wrenches = counted_wrenches(contacts.wrench_ground, mask)
-    missing = ~mask.counts & ((~mask.counts).sum(axis=1) == 1)[:, None]
-    if not missing.any():
-        return wrenches
-    foot_root = dynamics.residual_root - _fading(dynamics)
-    foot_ground = about_point(foot_root, -dynamics.root_ground)
-    return np.where(missing[:, :, None], foot_ground[:, None, :], wrenches)
-
-
-def _fading(dynamics: Dynamics) -> Float[np.ndarray, "frames 6"]:
-    """The residual of the used frames around, fading with distance in time; zero where none is used."""
-    known = np.flatnonzero(dynamics.used)
-    if not len(known):
-        return np.zeros_like(dynamics.residual_root)
-    frames = np.arange(len(dynamics.used))
-    led_on = np.stack([np.interp(frames, known, c[known]) for c in dynamics.residual_root.T], axis=1)
-    after = known[np.searchsorted(known, frames).clip(max=len(known) - 1)]
-    before = known[(np.searchsorted(known, frames, side="right") - 1).clip(min=0)]
-    distance_s = np.minimum(np.abs(after - frames), np.abs(frames - before)) / dynamics.motion.rate
-    return led_on * np.exp(-((distance_s / FADE_S) ** 2))[:, None]
+    if mask.counts.all():
+        return dynamics
+    torques = inferred_torques(skeleton, dynamics, contacts, mask)
+    return replace(dynamics, joint_torques=torques, wrench_inferred=~mask.counts)
 
 
 def inferred_torques(
@@ -61,11 +38,83 @@ def inferred_torques(
     Without a wrench on a loaded foot its leg's torques jump as the force goes missing; with the inferred one
     they go on.
     """
+    torques = dynamics.joint_torques.copy()
+    some = np.flatnonzero(~mask.all_feet)
     motion = dynamics.motion
-    return RigidBodyModel(skeleton).inverse_dynamics(
-        motion.q,
-        motion.velocity,
-        motion.acceleration,
-        inferred_wrenches(dynamics, contacts, mask),
+    torques[some] = RigidBodyModel(skeleton).inverse_dynamics(
+        motion.q[some],
+        motion.velocity[some],
+        motion.acceleration[some],
+        inferred_wrenches(skeleton, dynamics, contacts, mask)[some],
         [skeleton.body_index(name) for name in contacts.foot_bodies],
     )
+    return torques
+
+
+def inferred_wrenches(
+    skeleton: Skeleton, dynamics: Dynamics, contacts: ContactWrenches, mask: FrameMask
+) -> Float[np.ndarray, "frames feet 6"]:
+    """Measured wrenches, and for feet whose force is missing the ones that the motion demands of them.
+
+    One foot missing: it gets what the others leave. Several: `divided` shares the demand out among them.
+    What the frames around say otherwise (their residual, and how the plates divided the load) is not dropped
+    at once: it fades within `FADE_S`, so that nothing jumps at the borders.
+
+    Args:
+        skeleton: that the dynamics were computed with.
+        dynamics: of the same mask, so that its residual holds what the missing feet have to give.
+        contacts: measured.
+        mask: which feet's forces count.
+
+    Returns:
+        Force [N] and moment about the ground origin [N·m], ground frame.
+    """
+    wrenches = counted_wrenches(contacts.wrench_ground, mask)
+    missing = ~mask.counts
+    demand = about_point(dynamics.residual_root, -dynamics.root_ground)
+    single = np.flatnonzero(missing.sum(axis=1) == 1)
+    if len(single):
+        rest = _faded(dynamics.residual_root, dynamics.used, single, dynamics.motion.rate)
+        due = demand[single] - about_point(rest, -dynamics.root_ground[single])
+        wrenches[single] += missing[single][:, :, None] * due[:, None, :]
+    several = np.flatnonzero(missing.sum(axis=1) > 1)
+    if len(several):
+        known = dynamics.used.copy()
+        known[single] = True
+        around = np.union1d(several, np.concatenate(_neighbours(known, several)))
+        takes = missing[around] | (missing[around].sum(axis=1) < 2)[:, None]
+        whole = demand[around] + (takes[:, :, None] * wrenches[around]).sum(axis=1)
+        shares = np.zeros_like(wrenches)
+        shares[around] = divided(skeleton, contacts.foot_bodies, dynamics.motion.q[around], whole, takes)
+        otherwise = _faded(wrenches - shares, known, several, dynamics.motion.rate)
+        wrenches[several] += missing[several][:, :, None] * (shares[several] + otherwise)
+    return wrenches
+
+
+def _faded(
+    values: Float[np.ndarray, "frames *axes"],
+    known: Bool[np.ndarray, " frames"],
+    at: Int[np.ndarray, " some"],
+    rate: float,
+) -> Float[np.ndarray, "some *axes"]:
+    """Values of the known frames around others, fading with distance in time; zero where none is known."""
+    if not known.any():
+        return np.zeros_like(values[at])
+    before, after = _neighbours(known, at)
+    gap = np.maximum(after - before, 1)
+    wide = (slice(None), *(None,) * (values.ndim - 1))
+    towards = np.clip((at - before) / gap, 0.0, 1.0)[wide]
+    distance_s = np.minimum(np.abs(after - at), np.abs(at - before)) / rate
+    between = (1 - towards) * values[before] + towards * values[after]
+    return between * np.exp(-((distance_s / FADE_S) ** 2))[wide]
+
+
+def _neighbours(
+    known: Bool[np.ndarray, " frames"], at: Int[np.ndarray, " some"]
+) -> tuple[Int[np.ndarray, " some"], Int[np.ndarray, " some"]]:
+    """The last known frame before and the first one after each; one of them twice beyond the ends."""
+    frames = np.flatnonzero(known)
+    if not len(frames):
+        return at, at
+    place = np.searchsorted(frames, at)
+    return frames[(place - 1).clip(min=0)], frames[place.clip(max=len(frames) - 1)]

@@ -107,13 +107,14 @@ class ResidualLinearization:
     by_q: Float[np.ndarray, "frames 6 dofs"]
     by_v: Float[np.ndarray, "frames 6 dofs"]
     by_a: Float[np.ndarray, "frames 6 dofs"]
-    by_phi: Float[np.ndarray, "frames 6 parameters"]
+    by_shared: Float[np.ndarray, "frames 6 shared"]  # by φ and x, one after the other
 
 
 class ResidualTrack:
-    """Σ_{t ∉ U} ρ(‖r_t‖²/σ_r²): external wrench demanded by the motion less the measured one.
+    """Σ_{t ∉ U} ρ(‖r_t‖²/σ_r²): external wrench demanded by the motion less what is known to act.
 
-    ρ is Cauchy's: a frame whose force is plainly missing, though nobody said so, does not bend the body.
+    That is wrench + columns x, with x shared by trials. ρ is Cauchy's: a frame whose force is plainly
+    missing, though nobody said so, does not bend the body.
     """
 
     def __init__(
@@ -121,18 +122,20 @@ class ResidualTrack:
         wrench_ground: Float[np.ndarray, "frames 6"],
         counts: Bool[np.ndarray, " frames"],
         settings: TrajectorySettings,
+        columns_ground: Float[np.ndarray, "frames 6 extra"] | None = None,
     ) -> None:
         self.counts = np.flatnonzero(counts)
         self.frames = len(counts)
         self.measured = wrench_ground[self.counts]
+        none = np.zeros((self.frames, 6, 0))
+        self.columns = (none if columns_ground is None else columns_ground)[self.counts]
         scale = (settings.residual_force_std_N, settings.residual_moment_std_Nm)
         self.whitening = 1.0 / np.repeat(scale, 3)
         self.robust2 = settings.residual_robust_scale**2
 
     def cost(
         self,
-        inertias: InertiaParameters,
-        phi: Float[np.ndarray, " parameters"],
+        model: "ResidualModel",
         q: Float[np.ndarray, "frames dofs"],
         v: Float[np.ndarray, "frames dofs"],
         a: Float[np.ndarray, "frames dofs"],
@@ -140,11 +143,12 @@ class ResidualTrack:
         """The sum."""
         if not len(self.counts):
             return 0.0
-        at = self.counts
+        at, inertias = self.counts, model.inertias
         kinematics = ForwardKinematics(inertias.skeleton)
         poses = kinematics.poses(q[at])
         A, T = material_accelerations(kinematics, poses, q[at], v[at], a[at])
-        wrench = demanded_wrench(A, T, inertias.pseudo_inertias(phi)).sum(axis=1) - self.measured
+        wrench = demanded_wrench(A, T, inertias.pseudo_inertias(model.phi)).sum(axis=1)
+        wrench -= self.measured + self.columns @ model.x
         centre = root_centre(root_joint(inertias.skeleton), poses)
         wrench[:, 3:] -= cross(centre, wrench[:, :3])
         squares = ((self.whitening * wrench) ** 2).sum(axis=1)
@@ -152,42 +156,38 @@ class ResidualTrack:
 
     def linearized(
         self,
-        inertias: InertiaParameters,
-        phi: Float[np.ndarray, " parameters"],
+        model: "ResidualModel",
         q: Float[np.ndarray, "frames dofs"],
         v: Float[np.ndarray, "frames dofs"],
         a: Float[np.ndarray, "frames dofs"],
         *,
-        with_parameters: bool,
+        with_inertias: bool,
     ) -> ResidualLinearization:
         """Rows of all frames; zero on those of U."""
-        dofs, parameters = q.shape[1], inertias.count if with_parameters else 0
-        widths = ((6,), (6, dofs), (6, dofs), (6, dofs), (6, parameters))
+        dofs, shared = q.shape[1], len(model.x) + (model.inertias.count if with_inertias else 0)
+        widths = ((6,), (6, dofs), (6, dofs), (6, dofs), (6, shared))
         whole = [np.zeros((self.frames, *width)) for width in widths]
-        at = _Point(inertias, phi, inertias.skeleton_at(phi))
         for low in range(0, len(self.counts), CHUNK):
             some = slice(low, low + CHUNK)
             frames = self.counts[some]
-            rows = self._rows(
-                at, self.measured[some], q[frames], v[frames], a[frames], with_parameters=with_parameters
-            )
+            rows = self._rows(model, some, q[frames], v[frames], a[frames], with_inertias=with_inertias)
             for target, part in zip(whole, rows, strict=True):
                 target[frames] = part
         return ResidualLinearization(*whole)
 
     def _rows(
         self,
-        at: "_Point",
-        measured: Float[np.ndarray, "some 6"],
+        model: "ResidualModel",
+        some: slice,
         q: Float[np.ndarray, "some dofs"],
         v: Float[np.ndarray, "some dofs"],
         a: Float[np.ndarray, "some dofs"],
         *,
-        with_parameters: bool,
+        with_inertias: bool,
     ) -> tuple[np.ndarray, ...]:
-        """Whitened residuals of some frames, and their derivatives by q, q̇, q̈ and φ."""
-        inertias, skeleton = at.inertias, at.skeleton
-        terms = momentum_terms(at.model, q, v, a, measured)
+        """Whitened residuals of some frames that count, and their derivatives by q, q̇, q̈, φ and x."""
+        inertias, skeleton, columns = model.inertias, model.skeleton, self.columns[some]
+        terms = momentum_terms(model.rigid_bodies, q, v, a, self.measured[some] + columns @ model.x)
         kinematics = ForwardKinematics(skeleton)
         poses = kinematics.poses(q)
         root = root_joint(skeleton)
@@ -200,30 +200,37 @@ class ResidualTrack:
         for rows in (terms.by_q, terms.by_v, terms.by_a):
             rows[:, 3:] += arm @ rows[:, :3]
         terms.by_q[:, 3:] -= skew(force) @ (com_by_q - centre_by_q)
-        by_phi = np.zeros((len(q), 6, inertias.count if with_parameters else 0))
-        if with_parameters:
+        by_phi = np.zeros((len(q), 6, inertias.count if with_inertias else 0))
+        if with_inertias:
             A, T = material_accelerations(kinematics, poses, q, v, a)
-            each = demanded_wrench(A, T, inertias.derivatives(at.phi))
+            each = demanded_wrench(A, T, inertias.derivatives(model.phi))
             for body, group in enumerate(inertias.group):
                 if group >= 0:
                     by_phi[:, :, 10 * group : 10 * group + 10] += each[:, body].transpose(0, 2, 1)
-            by_phi[:, 3:] -= skew(centre) @ by_phi[:, :3]
+        by_shared = np.concatenate([by_phi, -columns], axis=2)
+        by_shared[:, 3:] -= skew(centre) @ by_shared[:, :3]
         squares = ((self.whitening * value) ** 2).sum(axis=1)
         weights = self.whitening / np.sqrt(1 + squares / self.robust2)[:, None]
         wide = weights[:, :, None]
-        return weights * value, wide * terms.by_q, wide * terms.by_v, wide * terms.by_a, wide * by_phi
+        return weights * value, wide * terms.by_q, wide * terms.by_v, wide * terms.by_a, wide * by_shared
 
 
 @dataclass(frozen=True)
-class _Point:
-    """Where the residual is linearized: inertias at φ, and the model made of them."""
+class ResidualModel:
+    """What trials share: inertias at φ, the model made of them, and x of the extra columns."""
 
     inertias: InertiaParameters
     phi: Float[np.ndarray, " parameters"]
-    skeleton: Skeleton
+    x: Float[np.ndarray, " extra"]
 
     @cached_property
-    def model(self) -> RigidBodyModel:
+    def skeleton(self) -> Skeleton:
+        """With the inertias of φ."""
+        return self.inertias.skeleton_at(self.phi)
+
+    @cached_property
+    def rigid_bodies(self) -> RigidBodyModel:
+        """Made of that skeleton."""
         return RigidBodyModel(self.skeleton)
 
 

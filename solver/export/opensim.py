@@ -4,7 +4,8 @@ model.osim                  the fitted skeleton
 TRIAL_ik.mot                the motion that the joint torques belong to, already filtered; radians and metres
 TRIAL_grf.mot               the recorded forces after conditioning, a set of columns for each foot
 TRIAL_external_loads.xml    which foot each set acts on
-TRIAL_id.sto                our joint torques
+TRIAL_id.sto                our joint torques; where a foot's force is missing they rest on a wrench inferred
+                            from the motion, and the first line names these frames
 TRIAL_id_setup.xml          OpenSim's inverse dynamics of the same files, without a second filter
 """
 
@@ -22,6 +23,7 @@ from solver.export.opensim_setup import write_external_loads, write_inverse_dyna
 from solver.export.places import file_stem, made
 from solver.fit import Fit, TrialFit
 from solver.kinematics.motion import Motion
+from solver.runs import runs
 from solver.skeleton.osim_writer import write_skeleton
 from solver.skeleton.skeleton import Coordinate, Skeleton
 
@@ -124,4 +126,13 @@ def _write_torques(dynamics: Dynamics, skeleton: Skeleton, path: Path) -> None:
     labels = [
         f"{c.name}_{'moment' if c.motion == 'rotation' else 'force'}" for c in skeleton.free_coordinates
     ]
-    write_storage(path, labels, dynamics.motion.times, dynamics.joint_torques)
+    name = f"{path.stem}{_inferred(dynamics)}"
+    write_storage(path, labels, dynamics.motion.times, dynamics.joint_torques, name=name)
+
+
+def _inferred(dynamics: Dynamics) -> str:
+    if dynamics.wrench_inferred is None:
+        return ""
+    stretches = runs(np.any(dynamics.wrench_inferred, axis=1))
+    listed = ", ".join(f"{start}-{end - 1}" for start, end in stretches)
+    return f"; a foot's wrench inferred from the motion on frames {listed}"

@@ -52,6 +52,7 @@ def trial_columns(trial: TrialFit, skeleton: Skeleton) -> Columns:
     columns |= _of_motion(motion, skeleton)
     if trial.dynamics is not None:
         columns |= _of_dynamics(trial.dynamics, skeleton)
+        columns |= _of_inferred(trial)
     if trial.contacts is not None and trial.mask is not None:
         columns |= _of_contacts(trial.contacts, trial.mask)
     return columns | _of_markers(trial.marker_errors)
@@ -88,6 +89,16 @@ def _of_dynamics(dynamics: Dynamics, skeleton: Skeleton) -> Columns:
         **_vector("com", "m", dynamics.com_ground),
         "used": dynamics.used,
     }
+
+
+def _of_inferred(trial: TrialFit) -> Columns:
+    """Where the torques rest on a foot's wrench that was inferred from the motion."""
+    if trial.contacts is None or trial.dynamics is None:
+        return {}
+    inferred = trial.dynamics.wrench_inferred
+    if inferred is None:
+        inferred = np.zeros((trial.motion.frames, len(trial.contacts.foot_bodies)), dtype=bool)
+    return {f"{foot}_inferred": inferred[:, f] for f, foot in enumerate(trial.contacts.foot_bodies)}
 
 
 def _of_contacts(contacts: ContactWrenches, mask: FrameMask) -> Columns:

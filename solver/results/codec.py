@@ -10,22 +10,34 @@ import numpy as np
 
 from solver.capture import capture
 from solver.contact import proposals, wrenches
-from solver.dynamics import dynamics, heldout
+from solver.dynamics import dynamics, extension, heldout
 from solver.errors import ResultsError
-from solver.fit import KinematicsOnly, TrialFit
-from solver.kinematics import marker_errors, motion
+from solver.fit import Groundwork, KinematicsOnly, TrialFit
+from solver.kinematics import marker_errors, marker_matching, motion
 from solver.skeleton import functions, skeleton
 
 Tree = Any  # what JSON can hold
 Arrays = dict[str, np.ndarray]
 
-_ROOMS = (capture, wrenches, proposals, dynamics, heldout, marker_errors, motion, functions, skeleton)
+_ROOMS = (
+    capture,
+    wrenches,
+    proposals,
+    dynamics,
+    heldout,
+    extension,
+    marker_errors,
+    marker_matching,
+    motion,
+    functions,
+    skeleton,
+)
 _TYPES = {
     name: kind
     for room in _ROOMS
     for name, kind in vars(room).items()
     if isinstance(kind, type) and is_dataclass(kind) and kind.__module__ == room.__name__
-} | {"TrialFit": TrialFit, "KinematicsOnly": KinematicsOnly}
+} | {"TrialFit": TrialFit, "KinematicsOnly": KinematicsOnly, "Groundwork": Groundwork}
 
 
 class Encoder:

@@ -2,7 +2,8 @@
 
     results/fit.json                 the figures; and, written last, which folder beside it holds the fit
     results/solve-3/skeleton.json    tree, inertias and markers of the fitted skeleton
-    results/solve-3/subject.json     who was fitted, from which files, with which settings
+    results/solve-3/subject.json     who was fitted, from which files, with which settings; where a re-solve
+                                     begins
     results/solve-3/trials/NAME.npz  one trial's arrays
 
 `fit.json` is replaced in one step after everything else lies on the disk, so a run killed half-way leaves the
@@ -26,8 +27,17 @@ from solver.fit import Fit, TrialFit
 from solver.results.codec import Arrays, Decoder, Encoder, Tree
 from solver.summary import summary
 
-FORMAT = 1  # of everything below the results folder; raised when an old reader would misread it
-_SUBJECT_FIELDS = ("subject", "mass_kg", "height_m", "settings", "provenance", "notes")
+FORMAT = 2  # of everything below the results folder; raised when an old reader would misread it
+_SUBJECT_FIELDS = (
+    "subject",
+    "mass_kg",
+    "height_m",
+    "settings",
+    "provenance",
+    "notes",
+    "groundwork",
+    "heldout_due",
+)
 _TREE = "tree"  # the array in a trial's file that says what the others are
 
 
@@ -109,6 +119,15 @@ def load_fit(folder: Path, subject_folder: Path) -> Fit:
     skeleton = _decoded(solve / "skeleton.json", Decoder(subject_folder), _read_json(solve / "skeleton.json"))
     trials = tuple(_read_trial(solve / name, subject_folder) for name in about.get("trials", ()))
     return Fit(skeleton=skeleton, trials=trials, **members)
+
+
+def files_of_fit(folder: Path) -> list[Path]:
+    """The files of the fit that a results folder holds, `fit.json` first.
+
+    Raises:
+        ResultsError: there is no fit.
+    """
+    return [folder / name for name in _read_json(folder / "fit.json")["files"]]
 
 
 def write_json(path: Path, content: Mapping[str, object]) -> None:

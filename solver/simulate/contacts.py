@@ -1,7 +1,7 @@
 """Which foot stands where and when, and what the ground should do to it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -59,12 +59,14 @@ class Stance:
 class ContactPlan:
     """All stances of a trial.
 
-    While both feet stand they push apart with `brace` times the product of their shares of the load.
+    While both feet stand they push apart with `brace` times the product of their shares of the load. Stances
+    lie in a frame that coincides with the ground's at time 0 and moves with the belt.
     """
 
     stances: tuple[Stance, ...]
     sole: Sole
     brace: float = 0.0  # [N]
+    belt_velocity: Float[np.ndarray, "3"] = field(default_factory=lambda: np.zeros(3))  # [m/s]
 
     def moved(self, heading: float, by: Float[np.ndarray, "3"]) -> "ContactPlan":
         """The same contacts turned about the ground's y axis [rad], then carried along."""
@@ -86,7 +88,7 @@ class ContactPlan:
             points = np.zeros((int(on.sum()), 3))
             points[:, 0] = self.sole.heel + stance.along(times[on]) * self.sole.length
             points[:, 2] = stance.across(times[on]) * self.sole.half_width
-            cop[on, stance.foot] = stance.to_ground(points)
+            cop[on, stance.foot] = stance.to_ground(points) + times[on, None] * self.belt_velocity
         return cop
 
     def shares(self, times: Float[np.ndarray, " times"]) -> Float[np.ndarray, "times feet"]:

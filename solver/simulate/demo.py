@@ -1,6 +1,6 @@
 """The demo subject: someone walks over force plates, misses one of them, squats, and runs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +26,16 @@ STATIC_MARKERS = (*MARKERS, "RKNM", "LKNM")
 
 
 @dataclass(frozen=True)
+class LateForces:
+    """A hidden cause: the plates' clock runs behind the cameras' in every trial.
+
+    The catalogue's `clock_offset`: recorded force(t) = true force(t − offset_s).
+    """
+
+    offset_s: float = 0.012  # [s] a little more than the usual latency of an amplifier
+
+
+@dataclass(frozen=True)
 class DemoTruth:
     """What really happened; kept by the caller, never written beside the recordings."""
 
@@ -34,6 +44,7 @@ class DemoTruth:
     trials: tuple[SyntheticTrial, ...]
     plates: dict[str, tuple[Plate, ...]]
     off_plate: dict[str, tuple[tuple[str, float, float], ...]]  # trial: (foot body, from, until [s])
+    cause: LateForces | None = None  # what else is wrong with the laboratory
 
 
 def write_demo_subject(
@@ -43,6 +54,7 @@ def write_demo_subject(
     person: Person | None = None,
     settings: MeasurementSettings | None = None,
     trials: tuple[str, ...] = ("static", "walk", "squat", "run"),
+    cause: LateForces | None = None,
 ) -> DemoTruth:
     """Make the demo subject's folder.
 
@@ -52,11 +64,14 @@ def write_demo_subject(
         person: who; None: a person of 71 kg and 1.74 m.
         settings: of the laboratory.
         trials: which of the four to make.
+        cause: what is wrong with the laboratory besides the missed step; None: nothing.
 
     Returns:
         The truth behind the files.
     """
     who, equipment = person or Person(sex="female"), settings or MeasurementSettings()
+    if cause is not None:
+        equipment = replace(equipment, force_delay_s=cause.offset_s)
     body_rng, *trial_rngs = rng.spawn(1 + len(SCENARIOS))
     body = body_of(who, body_rng)
     made, captures = [], []
@@ -74,7 +89,7 @@ def write_demo_subject(
         captures.append(measure(trial, plates[scenario.name], names, equipment, noise_rng))
         made.append(trial)
     write_subject(folder, who, captures)
-    return DemoTruth(who, body, tuple(made), plates, off_plate)
+    return DemoTruth(who, body, tuple(made), plates, off_plate, cause)
 
 
 SCENARIOS = (

@@ -51,8 +51,12 @@ class MeasurementSettings:
     gap_length_s: float = 0.12  # mean
     force_noise_N: tuple[float, float, float] = (0.8, 1.5, 0.8)
     moment_noise_Nm: tuple[float, float, float] = (0.35, 0.15, 0.35)  # about the plate's centre
-    threshold_N: float = 12.0  # vertical force below which the plate's software writes zeros
+    threshold_N: float = 12.0  # vertical force below which the plate's software sees no load
+    zeroed: bool = (
+        True  # whether it writes zeros then; otherwise the noise stays, without a centre of pressure
+    )
     skin: bool = True  # whether soft tissue moves the markers
+    force_delay_s: float = 0.0  # of the plates against the cameras: recorded(t) = true(t − delay); up to 0.2
 
 
 def plates_under(
@@ -104,7 +108,7 @@ def measure(
         rng: of its noise.
     """
     marker_rng, force_rng = rng.spawn(2)
-    markers = _markers(trial, marker_names, settings, marker_rng)
+    markers = recorded_markers(trial, marker_names, settings, marker_rng)
     return Capture(trial.scenario.name, markers, _forces(trial, plates, settings, force_rng))
 
 
@@ -126,9 +130,10 @@ def standing_plates(contacts: ContactPlan, size: tuple[float, float] = (0.60, 0.
     return tuple(plates)
 
 
-def _markers(
+def recorded_markers(
     trial: SyntheticTrial, names: Sequence[str], settings: MeasurementSettings, rng: np.random.Generator
 ) -> Markers:
+    """What the cameras make of a trial, noise and gaps included."""
     motion = trial.frames(settings.marker_rate)
     body = trial.body
     if not settings.skin:
@@ -149,7 +154,7 @@ def _forces(
 ) -> tuple[ForcePlate, ...]:
     samples = round(trial.scenario.duration * settings.force_rate) + 1
     times = np.arange(samples) / settings.force_rate
-    reactions = trial.reactions(times)
+    reactions = trial.reactions(times - settings.force_delay_s)
     wrench = reactions.wrench_ground
     taken = np.zeros(wrench.shape[:2], dtype=bool)
     measured = []
@@ -157,11 +162,11 @@ def _forces(
         on = plate.holds(reactions.cop_ground) & ~taken
         taken |= on
         total = np.where(on[..., None], wrench, 0.0).sum(axis=1)
-        measured.append(_read_out(f"ground_force_{k + 1}", plate, total, settings, rng))
+        measured.append(read_out(f"ground_force_{k + 1}", plate, total, settings, rng))
     return tuple(measured)
 
 
-def _read_out(
+def read_out(
     name: str,
     plate: Plate,
     wrench: Float[np.ndarray, "samples 6"],
@@ -173,8 +178,9 @@ def _read_out(
     about_centre = wrench[:, 3:] - cross(plate.centre_ground, wrench[:, :3])
     about_centre += np.array(settings.moment_noise_Nm) * rng.standard_normal((len(wrench), 3))
     loaded = force[:, 1] >= settings.threshold_N
-    force = np.where(loaded[:, None], force, 0.0)
-    about_centre = np.where(loaded[:, None], about_centre, 0.0)
+    if settings.zeroed:
+        force = np.where(loaded[:, None], force, 0.0)
+        about_centre = np.where(loaded[:, None], about_centre, 0.0)
     vertical = np.where(loaded, force[:, 1], np.nan)
     cop = np.stack([about_centre[:, 2], 0 * vertical, -about_centre[:, 0]], axis=1) / vertical[:, None]
     return ForcePlate(

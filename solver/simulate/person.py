@@ -29,6 +29,7 @@ class Person:
     cluster_scatter_m: float = 0.015  # of a marker on soft parts, which nobody places twice alike
     bony_softness_m_per_rad: float = 0.005  # skin over bone moves this much a radian of the next joints
     cluster_softness_m_per_rad: float = 0.014
+    segment_softness_m_per_rad: float = 0.0  # all markers of a segment together
 
 
 @dataclass(frozen=True)
@@ -51,12 +52,13 @@ class TrueBody:
 def body_of(person: Person, rng: np.random.Generator) -> TrueBody:
     """Draw a person's body; left and right are alike but for the markers."""
     skeleton = default_skeleton(mass_kg=person.mass_kg, height_m=person.height_m, sex=person.sex)
-    shape_rng, mass_rng, marker_rng, skin_rng = rng.spawn(4)
+    shape_rng, mass_rng, marker_rng, skin_rng, flesh_rng = rng.spawn(5)
     skeleton = _with_lengths(skeleton, person, shape_rng)
     skeleton = _with_masses(skeleton, person, mass_rng)
     scatter = np.where([m.fixed for m in skeleton.markers], person.bony_scatter_m, person.cluster_scatter_m)
     skeleton = with_offsets(skeleton, scatter[:, None] * marker_rng.standard_normal((len(scatter), 3)))
-    return TrueBody(skeleton, sole_of(person.height_m, person.sex), _softness(skeleton, person, skin_rng))
+    softness = _softness(skeleton, person, skin_rng) + _flesh(skeleton, person, flesh_rng)
+    return TrueBody(skeleton, sole_of(person.height_m, person.sex), softness)
 
 
 def _with_lengths(skeleton: Skeleton, person: Person, rng: np.random.Generator) -> Skeleton:
@@ -106,13 +108,38 @@ def _softness(skeleton: Skeleton, person: Person, rng: np.random.Generator) -> n
     """Each marker follows the rotations of its own body's joint and of the joints that hang on that body."""
     softness = np.zeros((len(skeleton.markers), 3, len(skeleton.dofs)))
     for m, marker in enumerate(skeleton.markers):
-        near = [skeleton.joints[marker.body], *(j for j in skeleton.joints if j.parent == marker.body)]
-        names = {axis.coordinate for j in near if j.parent >= 0 for axis in j.axes if axis.kind == "rotation"}
+        names = _next_angles(skeleton, marker.body)
         size = person.bony_softness_m_per_rad if marker.fixed else person.cluster_softness_m_per_rad
         for d, dof in enumerate(skeleton.dofs):
             if dof in names:
                 softness[m, :, d] = size / np.sqrt(3) * rng.standard_normal(3)
     return softness
+
+
+def _flesh(skeleton: Skeleton, person: Person, rng: np.random.Generator) -> np.ndarray:
+    """What moves a segment's markers together, as flesh slides over bone, with the same rotations."""
+    softness = np.zeros((len(skeleton.markers), 3, len(skeleton.dofs)))
+    if not person.segment_softness_m_per_rad:
+        return softness
+    for body in range(len(skeleton.bodies)):
+        own = [m for m, marker in enumerate(skeleton.markers) if marker.body == body]
+        names = _next_angles(skeleton, body)
+        for d, dof in enumerate(skeleton.dofs):
+            direction = rng.standard_normal(3)
+            if dof in names:
+                softness[own, :, d] = (
+                    person.segment_softness_m_per_rad
+                    * direction
+                    / np.linalg.norm(direction)
+                    / np.sqrt(len(names))
+                )
+    return softness
+
+
+def _next_angles(skeleton: Skeleton, body: int) -> set[str | None]:
+    """The rotations of a body's own joint and of those that hang on it; not the root's."""
+    near = [skeleton.joints[body], *(j for j in skeleton.joints if j.parent == body)]
+    return {axis.coordinate for j in near if j.parent >= 0 for axis in j.axes if axis.kind == "rotation"}
 
 
 def _kind(body_name: str) -> str:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from solver.capture.capture import Subject, TrialFiles
-from solver.provenance import provenance_of
+from solver.provenance import provenance_of, without_reviews
 
 
 @pytest.fixture
@@ -78,3 +78,8 @@ def test_a_review_of_a_fitted_trial_counts_down_to_foot_reason_and_frame(subject
     assert all(one != other for k, one in enumerate(records) for other in records[:k])
     assert provenance_of(subject, walk, {"walk": [(5, 9, None, "manualReview")]}) == records[2]
     assert provenance_of(subject, walk, {"run": ((5, 9, None, "manualReview"),)}) == records[0]
+
+
+def test_without_its_reviews_it_is_that_of_unreviewed_files(subject):
+    reviewed = provenance_of(subject, subject.trials, {"walk": ((5, 9, None, "manualReview"),)})
+    assert without_reviews(reviewed) == provenance_of(subject, subject.trials)

@@ -34,12 +34,45 @@ def test_the_persons_review_alone_decides(walk):
 
 def test_the_other_foots_measured_force_still_enters_the_torques(walk):
     (trial,) = walk.trials
-    settings = Settings()
+    settings = Settings().dynamics
+    motion, contacts = trial.dynamics.motion, trial.contacts
     neither = FrameMask(np.zeros_like(trial.mask.counts))
-    swinging = inverse_dynamics(
-        walk.skeleton, trial.dynamics.motion, trial.contacts, neither, settings.dynamics
-    ).joint_torques
-    difference = np.abs(trial.dynamics.joint_torques - swinging)[FLAGGED]
+    with_one = inverse_dynamics(walk.skeleton, motion, contacts, trial.mask, settings).joint_torques
+    swinging = inverse_dynamics(walk.skeleton, motion, contacts, neither, settings).joint_torques
+    difference = np.abs(with_one - swinging)[FLAGGED]
     right, left = (walk.skeleton.dofs.index(f"hip_flexion_{side}") for side in "rl")
     np.testing.assert_allclose(difference[:, right], 0, atol=1e-9)
     assert difference[:, left].max() > 30  # [N·m] some 500 N on the heel, a decimetre before the hip
+    np.testing.assert_allclose(
+        trial.dynamics.joint_torques[FLAGGED, left], with_one[FLAGGED, left], atol=1e-9
+    )
+
+
+@pytest.fixture(scope="module")
+def walk_on_plates(real_data):
+    """Only frames on which both feet are on plates or in the air count, but for the flagged foot."""
+    subject = open_subject(real_data / "walk_rajagopal2015")
+    off_plates = [(0, 61, None, "notOverForcePlate"), (175, 238, None, "notOverForcePlate")]
+    return solve(subject, Settings(), reviews={"walk": [*off_plates, *REVIEW]})
+
+
+def test_the_flagged_foot_gets_what_the_motion_demands_of_it(walk_on_plates):
+    """Its plate did measure; the flag only says not to use it, so the plate is an independent witness."""
+    (trial,) = walk_on_plates.trials
+    motion, contacts, settings = trial.dynamics.motion, trial.contacts, Settings().dynamics
+    leg = [
+        walk_on_plates.skeleton.dofs.index(f"{name}_r")
+        for name in ("hip_flexion", "knee_angle", "ankle_angle")
+    ]
+
+    def with_measured(mask):
+        found = inverse_dynamics(walk_on_plates.skeleton, motion, contacts, mask, settings)
+        return found.joint_torques[FLAGGED][:, leg]
+
+    right = contacts.foot_bodies.index("calcn_r")
+    assert trial.dynamics.wrench_inferred[FLAGGED, right].all()
+    assert not trial.dynamics.wrench_inferred[FLAGGED, 1 - right].any()
+    witness = with_measured(FrameMask(np.ones_like(trial.mask.counts)))
+    ours = np.abs(trial.dynamics.joint_torques[FLAGGED][:, leg] - witness).max()
+    nothing = np.abs(with_measured(trial.mask) - witness).max()
+    assert ours < 0.5 * nothing

@@ -8,7 +8,7 @@ import pytest
 
 from solver.dynamics.thresholds import Thresholds
 from solver.kinematics.marker_errors import MarkerErrors
-from solver.summary import all_notes, summary
+from solver.summary import HELDOUT_DUE, all_notes, summary
 
 BODY_WEIGHT = 980.665  # [N] of 100 kg
 
@@ -38,6 +38,19 @@ def test_frames_used_and_where_the_mask_came_from(small_fit):
     assert figures["mask_source"] == "review.json"
     assert figures["rate_hz"] == 100.0
     assert figures["seconds"] == {"load": 0.5, "kinematics": 2.0, "dynamics": 0.25}
+
+
+def test_which_torques_rest_on_an_inferred_wrench(small_fit):
+    inferred = np.array([[True], [False], [True], [True]])
+    dynamics = replace(small_fit.trials[0].dynamics, wrench_inferred=inferred)
+    trials = (replace(small_fit.trials[0], dynamics=dynamics),)
+    assert trial_figures(small_fit, trials=trials)["torques_inferred_ranges"] == [[0, 1], [2, 4]]
+    assert trial_figures(small_fit)["torques_inferred_ranges"] == []
+
+
+def test_blocks_that_wait_for_their_prediction_are_noted(small_fit):
+    assert HELDOUT_DUE in all_notes(replace(small_fit, heldout_due=True))
+    assert HELDOUT_DUE not in all_notes(small_fit)
 
 
 def test_marker_errors(small_fit):
@@ -119,7 +132,7 @@ def test_the_contract_has_all_its_fields(small_fit):
         "name", "frames", "rate_hz", "frames_with_force_used", "frames_used_ranges", "mask_source",
         "marker_rms_m", "marker_rms_frame_mean_m", "marker_max_m",
         "linear_residual", "angular_residual", "linear_residual_raw", "angular_residual_raw",
-        "hicks", "heldout", "kinematics_only", "seconds",
+        "hicks", "heldout", "kinematics_only", "seconds", "torques_inferred_ranges",
     }  # fmt: skip
 
 

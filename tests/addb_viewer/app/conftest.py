@@ -1,4 +1,7 @@
-"""Replays made by hand, without any solver."""
+"""Replays and diagnoses made by hand, without any solver; and a real browser."""
+
+import shutil
+import time
 
 import numpy as np
 import pytest
@@ -7,6 +10,17 @@ import trimesh
 from addb_viewer.app.library import Library
 from addb_viewer.app.replay import BodyReplay, MarkerReplay, PlateReplay, Replay, ResidualReplay
 from solver.capture.capture import Subject
+
+
+FLAGS = [
+    "--no-sandbox",
+    "--disable-dev-shm-usage",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+]
+PATIENCE = 60.0  # [s] software rendering on a busy machine
 
 
 @pytest.fixture(scope="session")
@@ -77,3 +91,98 @@ class HandMadeLibrary(Library):
 @pytest.fixture(scope="session")
 def make_library():
     return HandMadeLibrary
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """Debian's Chromium, headless, software rendering."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if chromium is None:
+        pytest.skip("no Chromium on PATH (Debian: apt install chromium)")
+    with playwright.sync_playwright() as p:
+        browser = p.chromium.launch(executable_path=chromium, headless=True, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="session")
+def open_page(browser):
+    """Opens an app in a page that is ready for clicks; errors of its scripts gather in `errors`."""
+
+    def opened(app):
+        page = browser.new_page(viewport={"width": 900, "height": 600})
+        page.errors = []
+        page.on("pageerror", lambda error: page.errors.append(str(error)))
+        page.goto(f"http://127.0.0.1:{app.server.get_port()}")
+        page.wait_for_selector("canvas", timeout=1000 * PATIENCE)
+        _until(app.server.get_clients)
+        page.get_by_text("Trial", exact=True).first.wait_for(timeout=1000 * PATIENCE)
+        time.sleep(2.0)
+        _close_notices(page)  # the hint at software rendering lies over the buttons
+        return page
+
+    return opened
+
+
+@pytest.fixture(scope="session")
+def until():
+    """Waits for a condition."""
+    return _until
+
+
+@pytest.fixture(scope="session")
+def close_notices():
+    """Closes the notifications of a page."""
+    return _close_notices
+
+
+def _until(condition, what="the browser to follow"):
+    end = time.monotonic() + PATIENCE
+    while not (value := condition()):
+        assert time.monotonic() < end, f"waited in vain for {what}"
+        time.sleep(0.05)
+    return value
+
+
+def _close_notices(page):
+    for close in page.query_selector_all(".mantine-Notification-closeButton"):
+        close.click()
+
+
+@pytest.fixture(scope="session")
+def effect():
+    """Makes a cause in the shape of `diagnose --json`."""
+    return _effect
+
+
+@pytest.fixture(scope="session")
+def figures():
+    """Makes a diagnosis in the shape of `diagnose --json`."""
+    return _figures
+
+
+def _effect(id_, target, frames=((0, 200),), **parameters):
+    return {
+        "id": id_,
+        "target": target,
+        "parameters": {name: {"value": value, "std": 0.1 * abs(value)} for name, value in parameters.items()},
+        "confidence": 0.97,
+        "trial": "walk",
+        "frames": [list(r) for r in frames],
+        "sentence": f"Something about {target}.",
+        "remedy": "Do something about it.",
+    }
+
+
+def _figures(*effects, verdict="explained", location=None, alternatives=()):
+    linear = {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]}
+    return {
+        "verdict": verdict,
+        "effects": list(effects),
+        "alternatives": list(alternatives),
+        "gain": {"heldout_linear_residual_N": linear} if effects else {},
+        "remaining": {"linear_residual_N": 12.2, "noise_floor_N": 9.8, "location": location},
+        "trials": ["walk"],
+        "notes": [],
+    }

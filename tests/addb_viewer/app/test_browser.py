@@ -1,7 +1,6 @@
 """The app in a real browser: Debian's Chromium, headless, software rendering."""
 
 import http.server
-import shutil
 import threading
 import time
 from dataclasses import replace
@@ -14,28 +13,7 @@ from solver.errors import CaptureError
 
 pytestmark = pytest.mark.browser
 
-FLAGS = [
-    "--no-sandbox",
-    "--disable-dev-shm-usage",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--disable-background-networking",
-]
-PATIENCE = 60.0  # [s] software rendering on a busy machine
 SPITEFUL = "<img src=x onerror='window.hacked=1'>"
-
-
-@pytest.fixture(scope="module")
-def browser():
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-    if chromium is None:
-        pytest.skip("no Chromium on PATH (Debian: apt install chromium)")
-    with playwright.sync_playwright() as p:
-        browser = p.chromium.launch(executable_path=chromium, headless=True, args=FLAGS)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")
@@ -58,19 +36,18 @@ def app(tmp_path_factory, make_replay, make_library):
 
 
 @pytest.fixture(scope="module")
-def page(browser, app):
-    page = browser.new_page(viewport={"width": 900, "height": 600})
-    page.errors = []
-    page.on("pageerror", lambda error: page.errors.append(str(error)))
-    page.goto(f"http://127.0.0.1:{app.server.get_port()}")
-    page.wait_for_selector("canvas", timeout=1000 * PATIENCE)
-    until(app.server.get_clients)
-    page.get_by_text("Trial", exact=True).first.wait_for(timeout=1000 * PATIENCE)
-    time.sleep(2.0)
-    for close in page.query_selector_all(".mantine-Notification-closeButton"):
-        close.click()  # the hint at software rendering lies over the buttons
+def page(open_page, app):
+    page = open_page(app)
     yield page
     page.close()
+
+
+@pytest.fixture
+def frame_is(until):
+    def wait(app, frame):
+        until(lambda: app.playback.position.frame == frame, f"frame {frame}; now {app.playback.position}")
+
+    return wait
 
 
 @pytest.fixture(autouse=True)
@@ -82,18 +59,6 @@ def at_the_first_frame(app, page):
     page.mouse.click(450, 20)
     yield
     assert page.errors == []
-
-
-def until(condition, what="the browser to follow"):
-    end = time.monotonic() + PATIENCE
-    while not (value := condition()):
-        assert time.monotonic() < end, f"waited in vain for {what}"
-        time.sleep(0.05)
-    return value
-
-
-def frame_is(app, frame):
-    until(lambda: app.playback.position.frame == frame, f"frame {frame}; now {app.playback.position}")
 
 
 def test_the_page_shows_the_scene_and_the_plots(app, page):
@@ -112,7 +77,7 @@ def test_the_page_shows_the_scene_and_the_plots(app, page):
     assert page.get_by_text("200 at 100 Hz").count() == 1
 
 
-def test_keys_step_by_a_frame_a_tenth_and_a_second(app, page):
+def test_keys_step_by_a_frame_a_tenth_and_a_second(app, page, frame_is):
     for key, frame in [
         (".", 1), (".", 2), (",", 1), ("PageDown", 101), ("Shift+PageDown", 111), ("Shift+PageUp", 101),
         ("PageUp", 1), ("End", 199), ("Home", 0),
@@ -121,7 +86,7 @@ def test_keys_step_by_a_frame_a_tenth_and_a_second(app, page):
         frame_is(app, frame)
 
 
-def test_space_plays_and_pauses(app, page):
+def test_space_plays_and_pauses(app, page, until):
     page.keyboard.press("Space")
     until(lambda: app.playback.position.frame > 20)
     page.keyboard.press("Space")
@@ -130,7 +95,7 @@ def test_space_plays_and_pauses(app, page):
     until(lambda: box.input_value() == str(app.playback.position.frame), "the frame box")
 
 
-def test_space_after_a_click_on_play_toggles_once(app, page):
+def test_space_after_a_click_on_play_toggles_once(app, page, until):
     page.get_by_role("button", name="Play").click()
     until(lambda: app.playback.position.playing)
     page.keyboard.press("Space")
@@ -139,7 +104,7 @@ def test_space_after_a_click_on_play_toggles_once(app, page):
     assert not app.playback.position.playing
 
 
-def test_j_k_l(app, page):
+def test_j_k_l(app, page, until, frame_is):
     page.keyboard.press("End")
     frame_is(app, 199)
     page.keyboard.press("j")
@@ -151,7 +116,7 @@ def test_j_k_l(app, page):
     until(lambda: app.playback.position.playing and app.playback.position.speed == 1.0)
 
 
-def test_a_typed_frame_is_gone_to(app, page):
+def test_a_typed_frame_is_gone_to(app, page, until):
     box = frame_box(page)
     until(lambda: box.fill("57") or app.playback.position.frame == 57, "frame 57, typed until it stays")
     until(lambda: app.scene.bodies.handles[0].position[0] == pytest.approx(0.57))
@@ -168,7 +133,7 @@ def test_keys_do_not_act_while_a_number_is_typed(app, page):
     assert not app.playback.position.playing
 
 
-def test_keys_act_again_right_after_a_click_or_a_typed_frame(app, page):
+def test_keys_act_again_right_after_a_click_or_a_typed_frame(app, page, until, frame_is):
     page.get_by_text("See-through").click()
     until(lambda: app.scene.options.see_through)
     page.keyboard.press(".")
@@ -183,7 +148,7 @@ def test_keys_act_again_right_after_a_click_or_a_typed_frame(app, page):
     frame_is(app, 31)
 
 
-def test_the_chooser_turns_to_other_trials_even_bare_ones(app, page):
+def test_the_chooser_turns_to_other_trials_even_bare_ones(app, page, until, frame_is):
     for name, frames in [("no forces", 80), ("measured only", 120)]:
         choose(page, name)
         until(lambda name=name: app.shown == name)
@@ -203,16 +168,15 @@ def test_names_from_files_stay_text(app, page):
     page.get_by_text("Notes").first.click()
 
 
-def test_a_trial_that_cannot_be_read_says_so_and_the_present_one_stays(app, page):
+def test_a_trial_that_cannot_be_read_says_so_and_the_present_one_stays(app, page, close_notices):
     choose(page, "torn")
     page.get_by_text("markers.trc: line 7 is cut off").wait_for()
     assert app.shown == "walk"
     assert app.controls.trial.value == "walk"
-    for close in page.query_selector_all(".mantine-Notification-closeButton"):
-        close.click()
+    close_notices(page)
 
 
-def test_following_keeps_the_person_in_the_middle_and_stops_without_a_jump(app, page):
+def test_following_keeps_the_person_in_the_middle_and_stops_without_a_jump(app, page, until):
     app.playback.seek(150)
     until(lambda: abs(app.scene.lab.position[0] + 1.5) < 1e-6)
     page.get_by_text("Follow", exact=True).click()

@@ -10,6 +10,7 @@ from typer.testing import CliRunner, Result
 
 from addb_viewer.cli import app
 from solver.capture.capture import Subject
+from solver.dynamics.extension import Extension
 from solver.fit import Fit
 from solver.provenance import provenance_of
 from solver.settings import as_dict
@@ -22,6 +23,8 @@ class CommandLine:
     subject: Subject
     solves: list[tuple[str, ...] | None] = field(default_factory=list)
     reviews: list[Mapping[str, object]] = field(default_factory=list)  # handed over with each solve
+    extensions: list[Extension | None] = field(default_factory=list)  # likewise
+    notes: list[tuple[str, ...]] = field(default_factory=list)  # of the subject, likewise
     failure: BaseException | None = None
 
     def __call__(self, *arguments: object) -> Result:
@@ -37,9 +40,11 @@ def command_line(small_fit: Fit, monkeypatch: pytest.MonkeyPatch) -> CommandLine
         trial.markers.write_text(f"markers of {trial.name}")
     line = CommandLine(subject)
 
-    def solve(subject, settings, *, trials, reviews, progress):
+    def solve(subject, settings, *, trials, reviews, progress, extension=None):
         line.solves.append(trials)
         line.reviews.append(reviews)
+        line.extensions.append(extension)
+        line.notes.append(subject.notes)
         progress("inverse kinematics", 0.5)
         if line.failure is not None:
             raise line.failure
@@ -49,7 +54,7 @@ def command_line(small_fit: Fit, monkeypatch: pytest.MonkeyPatch) -> CommandLine
             small_fit,
             trials=tuple(fit for fit in small_fit.trials if fit.capture.name in names),
             settings=as_dict(settings),
-            provenance=provenance_of(subject, chosen, reviews),
+            provenance=provenance_of(subject, chosen, reviews, extension),
         )
 
     monkeypatch.setattr("addb_viewer.commands.solving.solve", solve)

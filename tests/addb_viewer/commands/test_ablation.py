@@ -20,7 +20,9 @@ def test_table_json_and_figure(command_line, real_data, tmp_path, monkeypatch):
     figures = json.loads(target.read_text(encoding="utf-8"))
     (condition,) = figures["conditions"]
     mean = {arm: {k: v["mean"] for k, v in f.items()} for arm, f in condition["arms"].items()}
-    assert condition["runs"][0]["hidden"] == [figures["right_steps"][0]]
+    (start, end), border = figures["right_steps"][0], figures["border_frames"]
+    assert border > 0
+    assert condition["runs"][0]["hidden"] == [[max(0, start - border), end + border]]
     assert mean["oracle"]["knee_Nm"] == 0.0
     assert mean["oracle"]["hidden_N"] < mean["ours"]["hidden_N"] < mean["markers only"]["hidden_N"]
     torn, smooth = (mean[f"{arm}, before the joint fit"]["residual_N"] for arm in ("piecewise", "ours"))
@@ -30,7 +32,7 @@ def test_table_json_and_figure(command_line, real_data, tmp_path, monkeypatch):
 
 
 def test_a_subject_without_steps_is_one_line(command_line, monkeypatch):
-    monkeypatch.setattr("addb_viewer.commands.ablation.solve", _no_forces)
+    monkeypatch.setattr("addb_viewer.commands.ablation_setup.solve", _no_forces)
     run = command_line("ablation", command_line.subject.folder)
     assert run.exit_code == 1
     assert "no trial with 2 right steps or more" in run.stderr

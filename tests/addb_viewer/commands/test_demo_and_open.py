@@ -2,6 +2,9 @@
 
 import pytest
 
+from solver.diagnosis.diagnosis import Diagnosis, Remaining
+from solver.simulate.demo import LateForces
+
 
 @pytest.fixture
 def served(monkeypatch):
@@ -14,14 +17,16 @@ def served(monkeypatch):
 
 @pytest.fixture
 def made(monkeypatch):
-    """Folders that a demo subject was written into."""
+    """Folders that a demo subject was written into, with what draws it and what is hidden in it."""
     folders = []
 
-    def write_demo_subject(folder, rng):
-        folders.append((folder, rng.integers(1000)))
+    def write_demo_subject(folder, rng, cause):
+        folders.append((folder, rng.integers(1000), cause))
         (folder / "subject.toml").write_text("")
 
     monkeypatch.setattr("addb_viewer.commands.demo.write_demo_subject", write_demo_subject)
+    clean = Diagnosis("clean", (), (), {}, Remaining(9.0, 9.8), ("walk",))
+    monkeypatch.setattr("addb_viewer.commands.diagnose.diagnosis_of", lambda *_, **__: clean)
     return folders
 
 
@@ -39,16 +44,19 @@ def test_open_refuses_a_folder_that_is_not_there(command_line, served, tmp_path)
     assert served == []
 
 
-def test_demo_makes_fits_and_opens(command_line, served, made, tmp_path):
+def test_demo_makes_fits_diagnoses_and_opens(command_line, served, made, tmp_path):
     folder = tmp_path / "demo"
     run = command_line("demo", "--folder", folder, "--port", "9000")
     assert run.exit_code == 0
     assert "marker RMS" in run.stdout
+    assert run.stdout.index("marker RMS") < run.stdout.index("VERDICT")
     assert (folder / "results" / "fit.json").is_file()
+    assert (folder / "results" / "diagnosis.json").is_file()
+    assert made[0][2] == LateForces()
     assert served == [(folder, "127.0.0.1", 9000)]
 
 
-def test_demo_without_serving_ends_after_the_fit(command_line, served, made, tmp_path):
+def test_demo_without_serving_ends_after_the_diagnosis(command_line, served, made, tmp_path):
     assert command_line("demo", "--folder", tmp_path / "demo", "--no-serve").exit_code == 0
     assert served == []
     assert len(command_line.solves) == 1

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 
 import pytest
 
@@ -33,6 +34,43 @@ def test_json_is_the_contract(command_line, tmp_path):
     results = command_line.subject.folder / "results"
     assert figures["files"][0] == str(results / "fit.json")
     assert len(figures["files"]) == sum(path.is_file() for path in results.rglob("*"))
+
+
+def test_an_unchanged_input_is_not_solved_again(command_line, tmp_path):
+    folder = command_line.subject.folder
+    first = command_line("fit", folder, "--json", tmp_path / "first.json")
+    kept = sorted((folder / "results").rglob("*"))
+    second = command_line("fit", folder, "--json", tmp_path / "second.json")
+    assert len(command_line.solves) == 1
+    assert second.exit_code == 0
+    assert re.search(
+        r"^unchanged: kept fit of \d{4}-\d\d-\d\d \d\d:\d\d in .*fit\.json; --force", second.stdout, re.M
+    )
+    assert "written:" in first.stdout
+    assert "written:" not in second.stdout
+    assert (tmp_path / "second.json").read_text() == (tmp_path / "first.json").read_text()
+    assert sorted((folder / "results").rglob("*")) == kept
+
+
+def test_force_solves_an_unchanged_input_again(command_line):
+    folder = command_line.subject.folder
+    command_line("fit", folder)
+    run = command_line("fit", folder, "--force")
+    assert run.exit_code == 0
+    assert "unchanged: kept" not in run.stdout
+    assert len(command_line.solves) == 2
+
+
+@pytest.mark.parametrize("change", ["markers", "settings", "trial"])
+def test_a_changed_input_is_solved_from_the_beginning(command_line, change):
+    folder = command_line.subject.folder
+    command_line("fit", folder)
+    if change == "markers":
+        command_line.subject.trials[0].markers.write_text("others")
+    if change == "settings":
+        (folder / "settings.toml").write_text("[kinematics]\niterations = 3\n")
+    command_line("fit", folder, *(("--trial", "walk") if change == "trial" else ()))
+    assert len(command_line.solves) == 2
 
 
 def test_out_takes_the_results_elsewhere(command_line, tmp_path):

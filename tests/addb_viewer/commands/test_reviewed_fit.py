@@ -4,9 +4,13 @@ from dataclasses import replace
 
 import pytest
 
+from addb_viewer.commands import solving
 from addb_viewer.commands.solving import job_for
 from addb_viewer.review_store import open_log
 from annotations.events import ClearRange, FlagRange, SetStatus, Status
+from solver.fit import Groundwork
+from solver.kinematics.marker_matching import MarkerMatch
+from solver.provenance import provenance_of
 
 FLAG = FlagRange(1, 3, "notOverForcePlate", "thigh")
 
@@ -52,6 +56,38 @@ def test_an_edit_makes_the_fit_stale_and_its_undo_current_again(command_line, re
     reviewed.undo("walk", "anna")
     command_line("export", folder, "--to", "opensim")
     assert command_line.reviews[-1] == command_line.reviews[1]
+
+
+def test_where_only_flags_changed_the_search_begins_at_the_kept_fit(command_line, reviewed, monkeypatch):
+    """`fit` with a kept fit that has what a re-solve needs; the solver's own work is put aside."""
+    begun = []
+
+    def solve(subject, settings, **named):
+        fit = whole(subject, settings, **named)
+        return replace(fit, groundwork=Groundwork(fit.skeleton, MarkerMatch((), (), ()), ()))
+
+    def resolve(previous, reviews, settings, progress, *, extension):
+        begun.append((previous, reviews))
+        provenance = provenance_of(previous.subject, previous.subject.trials, reviews)
+        return replace(previous, provenance=provenance, heldout_due=True)
+
+    whole = solving.solve
+    monkeypatch.setattr(solving, "solve", solve)
+    monkeypatch.setattr(solving, "resolve", resolve)
+    monkeypatch.setattr(solving, "predicting_withheld", lambda fit, *_: replace(fit, heldout_due=False))
+    folder = command_line.subject.folder
+    command_line("fit", folder)
+    reviewed.append("walk", FLAG, "anna")
+    run = command_line("fit", folder)
+    assert run.exit_code == 0
+    assert "only flags changed" in run.stdout
+    assert len(command_line.solves) == 1
+    ((previous, reviews),) = begun
+    assert previous.groundwork is not None
+    assert reviews == {"walk": ((1, 3, "thigh", "notOverForcePlate"),)}
+    assert "unchanged" in command_line("fit", folder).stdout
+    command_line("fit", folder, "--force")
+    assert (len(command_line.solves), len(begun)) == (2, 1)
 
 
 @pytest.mark.parametrize("command", [("fit",), ("export", "--to", "opensim")])

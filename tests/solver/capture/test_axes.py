@@ -124,8 +124,10 @@ def test_turning_a_plate_keeps_the_wrench(name, seed):
     """What doesn't depend on axes: the moment about the centre of pressure, and its part along the force."""
     rng = np.random.default_rng(seed)
     force, moment, cop = rng.normal(size=(3, 4, 3))
-    plate = ForcePlate("p", force, moment, cop, 100.0, corners_ground=rng.normal(size=(4, 3)))
+    corners = rng.normal(size=(4, 3))
+    plate = ForcePlate("p", force, moment, cop, 100.0, corners_ground=corners, point_ground=cop)
     turned = plate_y_up(plate, vertical_axis_named(name))
+    np.testing.assert_array_equal(turned.point_ground, turned.cop_ground)
     about = moment - np.cross(cop, force)
     about_turned = turned.moment_ground - np.cross(turned.cop_ground, turned.force_ground)
     np.testing.assert_allclose(

@@ -185,6 +185,29 @@ def test_zeros_for_centres_and_moments_are_an_error(walk):
         plates_from_storage(replace(storage, values=values))
 
 
+def test_centres_of_pressure_are_kept_where_no_force_stands_beside_them(walk):
+    """The forces of two plates exchanged, none of whose steps overlap: no sample has both."""
+    steps = [(force.copy(), point.copy(), free) for force, point, free in walk]
+    for force, point, _ in steps:
+        point[250:350], force[250:350] = 0.0, 0.0
+    exchanged = [(steps[1 - k][0], steps[k][1], np.zeros((SAMPLES, 3))) for k in (0, 1)]
+    plates, notes = plates_from_storage(storage_of(exchanged, "free"), moment_convention="free")
+    for plate, (force, point, _) in zip(plates, exchanged, strict=True):
+        written = point.any(axis=1)
+        np.testing.assert_array_equal(plate.force_ground, force)
+        np.testing.assert_array_equal(plate.point_ground[written], point[written])
+        assert np.isnan(plate.point_ground[~written]).all()
+        assert np.isnan(plate.cop_ground).all()
+    assert any("no centre of pressure on" in note for note in notes)
+
+
+def test_columns_of_centres_are_none_where_the_file_has_none(walk):
+    storage = storage_of(walk, "ground")
+    keep = [k for k, label in enumerate(storage.labels) if "_p" not in label]
+    bare = replace(storage, labels=tuple(storage.labels[k] for k in keep), values=storage.values[:, keep])
+    assert all(plate.point_ground is None for plate in plates_from_storage(bare)[0])
+
+
 @pytest.mark.parametrize("convention", MEANING)
 def test_millimetres_and_newton_millimetres_are_converted(walk, convention):
     storage = storage_of(walk, convention)

@@ -2,7 +2,7 @@
 
 The bound: at a border of U nothing changes more from one frame to the next than a multiple of the greatest
 change that the fit with all forces shows anywhere in the same trial. Whole stances are hidden, and late
-halves, where the force goes missing at body weight.
+halves, where the force goes missing at body weight; and late halves of both feet, double support included.
 
 Angles, velocities, accelerations: 1.5; measured 1.3 at most, once dofs that hardly move (arms, 0.01 rad/s² a
 frame) are held against a tenth of the others. Torques: 2.5, set after a first bound of 1.5 had failed: the
@@ -22,7 +22,7 @@ from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.hidden_steps import Step, frames_of, steps_of
 from solver.dynamics.inverse_dynamics import inverse_dynamics
-from solver.dynamics.missing_wrench import inferred_torques
+from solver.dynamics.missing_wrench import with_inferred_torques
 from solver.dynamics.trajectory_fit import TrialData, fit_trajectories
 from solver.dynamics_stage import trial_data
 from solver.kinematics.marker_matching import match_markers
@@ -57,22 +57,23 @@ class Walk:
     def steps(self) -> list[Step]:
         return steps_of(self.contacts.in_contact[:, self.foot], self.data.start.rate)
 
-    def fitted_without(self, hidden_steps: list[Step]) -> "Fitted":
+    def fitted_without(self, hidden_steps: list[Step], *, both: bool = False) -> "Fitted":
         hidden = frames_of(hidden_steps, self.contacts.frames)
         seen = replace(self.data, counts=self.data.counts & ~hidden)
         fit = fit_trajectories(self.skeleton, [seen], SETTINGS.trajectory)
         counts = self.mask.counts.copy()
-        counts[hidden, self.foot] = False
+        counts[hidden, slice(None) if both else self.foot] = False
         mask = replace(self.mask, counts=counts)
         dynamics = inverse_dynamics(fit.skeleton, fit.motions[0], self.contacts, mask, SETTINGS.dynamics)
-        return Fitted(fit.skeleton, dynamics, inferred_torques(fit.skeleton, dynamics, self.contacts, mask))
+        with_wrenches = with_inferred_torques(fit.skeleton, dynamics, self.contacts, mask)
+        return Fitted(fit.skeleton, dynamics, with_wrenches.joint_torques)
 
 
 @dataclass(frozen=True)
 class Fitted:
     skeleton: Skeleton
-    dynamics: Dynamics
-    torques: Float[np.ndarray, "frames dofs"]
+    dynamics: Dynamics  # with nothing on a foot whose force is missing
+    torques: Float[np.ndarray, "frames dofs"]  # with what the motion demands of it
 
     @property
     def joints(self) -> list[int]:
@@ -118,15 +119,20 @@ def oracle(walk) -> Fitted:
     return walk.fitted_without([])
 
 
-@pytest.fixture(scope="module", params=["whole stances", "late halves"])
-def hidden_steps(walk, request) -> list[Step]:
-    chosen = walk.steps[1::3]
-    return chosen if request.param == "whole stances" else [((a + b) // 2, b) for a, b in chosen]
+@pytest.fixture(scope="module", params=["whole stances", "late halves", "both feet"])
+def hiding(request) -> str:
+    return request.param
 
 
 @pytest.fixture(scope="module")
-def ours(walk, hidden_steps) -> Fitted:
-    return walk.fitted_without(hidden_steps)
+def hidden_steps(walk, hiding) -> list[Step]:
+    chosen = walk.steps[1::3]
+    return chosen if hiding == "whole stances" else [((a + b) // 2, b) for a, b in chosen]
+
+
+@pytest.fixture(scope="module")
+def ours(walk, hiding, hidden_steps) -> Fitted:
+    return walk.fitted_without(hidden_steps, both=hiding == "both feet")
 
 
 def own_level(series):

@@ -33,3 +33,4 @@ def test_where_there_are_fewer_choices_all_of_them_are_made():
 
 def test_frames_of_steps():
     assert np.flatnonzero(frames_of([(2, 4), (7, 8)], 10)).tolist() == [2, 3, 7]
+    assert np.flatnonzero(frames_of([(1, 2), (7, 8)], 10, border=2)).tolist() == [0, 1, 2, 3, 5, 6, 7, 8, 9]

@@ -6,7 +6,7 @@ import pytest
 from solver.dynamics.momentum_terms import momentum_terms
 from solver.dynamics.spline_band import CoefficientBand
 from solver.dynamics.spline_basis import spline_basis
-from solver.dynamics.trajectory_fit import TrialData, _Solver, fit_trajectories
+from solver.dynamics.trajectory_fit import TrialData, _Solver, _State, fit_trajectories
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import marker_positions
@@ -98,8 +98,8 @@ def test_gradient_of_the_whole_cost_matches_finite_differences(light_capped, tri
     rng = np.random.default_rng(1)
     c = part.start()
     phi = rng.normal(0, 0.02, solver.inertias.count)
-    model = solver._model(phi)
-    system = part.linearized(c, model, solver.parameters)
+    model = solver._model(_State([c], phi))
+    system = part.linearized(c, model, with_inertias=True)
     for _ in range(4):
         direction = rng.normal(size=c.shape)
         direction /= np.abs(direction).max()
@@ -112,8 +112,8 @@ def test_gradient_of_the_whole_cost_matches_finite_differences(light_capped, tri
     direction = rng.normal(size=phi.shape)
     step = 1e-6
     numerical = (
-        part.cost(c, solver._model(phi + step * direction))
-        - part.cost(c, solver._model(phi - step * direction))
+        part.cost(c, solver._model(_State([c], phi + step * direction)))
+        - part.cost(c, solver._model(_State([c], phi - step * direction)))
     ) / (2 * step)
     assert numerical == pytest.approx(2 * (system.gradient_corner @ direction), rel=1e-5)
 
@@ -140,3 +140,30 @@ def test_hidden_frames_stay_near_the_truth_and_do_not_jump(light_capped, crane_q
 def test_same_input_same_output(light_capped, trial):
     first, second = (fit_trajectories(light_capped, [trial], SETTINGS) for _ in range(2))
     np.testing.assert_array_equal(first.motions[0].q, second.motions[0].q)
+
+
+def test_a_search_that_begins_where_one_ended_ends_with_its_first_step(light_capped, trial):
+    settings = replace(SETTINGS, tolerance=1e-9)
+    first = fit_trajectories(light_capped, [trial], settings)
+    begun = replace(trial, spline=first.splines[0])
+    again = fit_trajectories(light_capped, [begun], SETTINGS, phi=first.phi)
+    assert first.iterations > 1
+    assert again.iterations == 1
+    np.testing.assert_allclose(again.motions[0].q, first.motions[0].q, atol=1e-4)
+    np.testing.assert_allclose(again.phi, first.phi, atol=1e-3)
+
+
+def test_the_foretold_decrease_is_the_quadratic_models(light_capped, trial):
+    """2 gᵀs + sᵀHs with H s = −g is gᵀs; the gradient here by central differences of the whole cost."""
+    solver = _Solver(light_capped, [trial], SETTINGS)
+    fit = fit_trajectories(light_capped, [trial], replace(SETTINGS, iterations=1))
+    state = _State([fit.splines[0]], fit.phi)
+    system = solver._linearized(state)
+    tried, foretold = solver._stepped(state, system, 0.0)
+    step_c, step_phi = tried.coefficients[0] - state.coefficients[0], tried.phi - state.phi
+
+    def cost(h):
+        return solver._cost(_State([state.coefficients[0] + h * step_c], state.phi + h * step_phi))
+
+    slope = (cost(1e-4) - cost(-1e-4)) / 2e-4
+    np.testing.assert_allclose(foretold, -slope / 2, rtol=1e-4)

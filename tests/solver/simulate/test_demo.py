@@ -6,7 +6,7 @@ import pytest
 
 from solver.capture.subject import open_subject
 from solver.capture.trial import read_static, read_trial
-from solver.simulate.demo import write_demo_subject
+from solver.simulate.demo import LateForces, write_demo_subject
 
 WALK = ("static", "walk")
 
@@ -47,7 +47,8 @@ def test_tells_nothing_of_the_truth(demo):
     for path in folder.rglob("*"):
         if path.is_file():
             text = path.read_text().lower()
-            assert not any(word in text for word in ("truth", "synth", "simul", "demo", "off_plate", "seed"))
+            words = ("truth", "synth", "simul", "demo", "off_plate", "seed", "delay", "late", "offset")
+            assert not any(word in text for word in words)
 
 
 def test_reads_back_as_it_was_measured(demo):
@@ -92,6 +93,26 @@ def test_leaving_a_trial_out_does_not_change_the_others(demo, tmp_path):
     write_demo_subject(tmp_path / "less", np.random.default_rng(3), trials=("static",))
     name = "trials/static/markers.trc"
     assert (folder / name).read_bytes() == (tmp_path / "less" / name).read_bytes()
+
+
+def test_late_forces_are_the_same_forces_later(demo, tmp_path):
+    """The delay is a whole number of samples here: what the plates saw moves by it, sample by sample."""
+    folder, truth = demo
+    assert truth.cause is None
+    late = tmp_path / "late"
+    told = write_demo_subject(late, np.random.default_rng(3), trials=WALK, cause=LateForces(0.010))
+    assert told.cause == LateForces(0.010)
+    for trial in WALK:
+        name = f"trials/{trial}/markers.trc"
+        assert (folder / name).read_bytes() == (late / name).read_bytes()
+    prompt, delayed = (read_trial(open_subject(f).trials[0]).plates for f in (folder, late))
+    differences = []
+    for before, after in zip(prompt, delayed, strict=True):
+        both = (before.force_ground[:-10, 1] > 50) & (after.force_ground[10:, 1] > 50)
+        differences.append((after.force_ground[10:] - before.force_ground[:-10])[both])
+    of_noise = np.sqrt(2) * np.array([0.8, 1.5, 0.8])  # two independent readings of one force
+    assert np.concatenate(differences).std(axis=0) == pytest.approx(of_noise, rel=0.05)
+    assert files_of(late) == files_of(folder)
 
 
 def test_truth_is_given_to_the_caller(demo):

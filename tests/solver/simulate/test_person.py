@@ -70,3 +70,19 @@ def test_is_as_tall_as_measured_whatever_the_segments(body):
     stretch = body.skeleton.bodies[torso].scale[1] / tables.bodies[torso].scale[1]
     above_navel = of.stature - of.hip_height - of.navel_above_hips
     assert origins[0, torso, 1] + stretch * above_navel == pytest.approx(1.71, abs=2e-3)
+
+
+def test_flesh_moves_all_markers_of_a_segment_alike():
+    person = Person(
+        bony_softness_m_per_rad=0.0, cluster_softness_m_per_rad=0.0, segment_softness_m_per_rad=0.01
+    )
+    body = body_of(person, np.random.default_rng(2))
+    skeleton = body.skeleton
+    knee = skeleton.dofs.index("knee_angle_r")
+    thigh = [m for m, marker in enumerate(skeleton.markers) if marker.body == skeleton.body_index("femur_r")]
+    np.testing.assert_array_equal(
+        body.softness[thigh, :, knee], body.softness[thigh[:1] * len(thigh), :, knee]
+    )
+    assert 0 < np.linalg.norm(body.softness[thigh[0], :, knee]) <= 0.01
+    trunk = [m for m, marker in enumerate(skeleton.markers) if marker.body == skeleton.body_index("torso")]
+    assert not body.softness[trunk][:, :, knee].any()

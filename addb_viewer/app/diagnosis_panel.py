@@ -1,0 +1,177 @@
+"""The Diagnosis panel: verdict, causes, what they gain, and whether they become part of the model."""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import viser
+
+from addb_viewer.app.diagnosis_html import (
+    gain_html,
+    progress_html,
+    section_html,
+    text_html,
+    verdict_html,
+)
+from addb_viewer.app.diagnosis_state import DiagnosisState, decision_in_words
+from addb_viewer.app.effect_pictures import Figures, ranges_of
+from addb_viewer.app.notices import Notices
+from addb_viewer.diagnosis_vocabulary import title
+from addb_viewer.diagnosis_words import AT_CERTAIN_FRAMES, Section, cause, what_it_gains, what_remains
+
+JUMPS_A_ROW = 3
+LONGEST_HEADING = 44  # characters that fit on a line
+
+
+@dataclass(frozen=True)
+class Actions:
+    """What the panel's buttons do."""
+
+    diagnose: Callable[[], None]
+    cancel: Callable[[], None]
+    accept: Callable[[], None]
+    reject: Callable[[], None]
+    fit: Callable[[], None]
+    go_to: Callable[[str, int], None]  # trial, frame
+
+
+class DiagnosisPanel:
+    """Owns what is inside one tab."""
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        tab: viser.GuiTabHandle,
+        actions: Actions,
+        author: str,
+        notices: Notices,
+    ) -> None:
+        self.gui, self.actions, self.notices = gui, actions, notices
+        self.parts: list[Any] = []
+        with tab:
+            self.diagnose = gui.add_button("Diagnose", icon=viser.Icon.STETHOSCOPE, hint="Key X")
+            self.cancel = gui.add_button("Cancel", icon=viser.Icon.X, visible=False)
+            self.bar = gui.add_progress_bar(0.0, visible=False, animated=True)
+            self.status = gui.add_html("", visible=False)
+            self.verdict = gui.add_html("")
+            self.causes = gui.add_folder(None)
+            with gui.add_folder("Decision"):
+                self.echo = gui.add_html("")
+                self.author = gui.add_text("Decided by", author)
+                self.accept = gui.add_button(
+                    "Accept", icon=viser.Icon.CHECK, hint="Later fits use the named causes beside the forces"
+                )
+                self.reject = gui.add_button(
+                    "Reject", icon=viser.Icon.BAN, hint="Later fits use the recorded forces alone"
+                )
+                self.fit = gui.add_button(
+                    "Fit again",
+                    icon=viser.Icon.REFRESH,
+                    hint="With the decision above and the present flags",
+                )
+        for button, doing, action in (
+            (self.diagnose, "Diagnosing", actions.diagnose),
+            (self.cancel, "Cancelling", actions.cancel),
+            (self.accept, "Accepting", actions.accept),
+            (self.reject, "Rejecting", actions.reject),
+            (self.fit, "Fitting", actions.fit),
+        ):
+            button.on_click(notices.guard(doing, partial(_without_event, action)))
+
+    def show(self, state: DiagnosisState, rates: Mapping[str, float], trials: Sequence[str]) -> None:
+        """Put a state in place of the one that is shown.
+
+        Args:
+            state: of the subject.
+            rates: frames per second of the trials, as far as they are known [Hz].
+            trials: that one can go to.
+        """
+        self.verdict.content = verdict_html(state.figures, state.changed)
+        self.diagnose.label = "Diagnose" if state.figures is None else "Diagnose again"
+        for part in self.parts:
+            part.remove()
+        self.parts = []
+        with self.causes:
+            if state.figures is not None:
+                self._add_causes(state.figures, rates, trials)
+        self.echo.content = text_html(decision_in_words(state) or "Nobody has decided yet.", bold=True)
+        self.accept.disabled, self.reject.disabled = not state.acceptable, not state.rejectable
+
+    def working(self, what: str | None) -> None:
+        """Show that something is at work; None: nothing is."""
+        busy = what is not None
+        self.cancel.visible = self.bar.visible = busy
+        self.diagnose.visible = not busy
+        self.fit.visible = self.accept.visible = self.reject.visible = not busy
+        self.status.visible = busy
+        _fill(self.bar, 0.0)
+        if what is not None:
+            self.bar.animated = True
+            _fill(self.bar, 100.0)  # until the work says how far it is
+            self.status.content = progress_html(what, None, 0.0)
+
+    def progress(self, stage: str, fraction: float | None, seconds: float) -> None:
+        """Show how far the work is."""
+        if fraction is not None:
+            _fill(self.bar, 100.0 * fraction)
+        self.status.content = progress_html(stage, fraction, seconds)
+
+    def said(self, text: str) -> None:
+        """Show how the work ended."""
+        self.status.visible = bool(text)
+        self.status.content = text_html(text)
+
+    def _add_causes(self, figures: Figures, rates: Mapping[str, float], trials: Sequence[str]) -> None:
+        for k, effect in enumerate(figures["effects"]):
+            section = cause(figures, k, rates)
+            self.parts.append(folder := self.gui.add_folder(_heading(k + 1, effect)))
+            with folder:
+                self.gui.add_html(section_html(section, spread=bool(effect["parameters"])))
+                self._add_jumps(figures, effect, trials)
+        for section, shown in (
+            (what_it_gains(figures), gain_html),
+            (what_remains(figures), section_html),
+            (Section("Notes", tuple(figures.get("notes", ()))), section_html),
+        ):
+            if section.lines or section.rows:
+                is_open = section.heading != "Notes"
+                self.parts.append(folder := self.gui.add_folder(section.heading, expand_by_default=is_open))
+                with folder:
+                    self.gui.add_html(shown(section))
+
+    def _add_jumps(self, figures: Figures, effect: Figures, trials: Sequence[str]) -> None:
+        """Buttons that lead to the frames of a cause that acts only there."""
+        if effect["id"] not in AT_CERTAIN_FRAMES:
+            return
+        places = [(trial, start, end) for trial, start, end in ranges_of(figures, effect) if trial in trials]
+        several = len({trial for trial, _, _ in places}) > 1
+        named = {
+            f"{trial + ' ' if several else ''}{start}–{end - 1}": (trial, start)
+            for trial, start, end in places
+        }
+        labels = list(named)
+        for first in range(0, len(labels), JUMPS_A_ROW):
+            group = self.gui.add_button_group("Go to", labels[first : first + JUMPS_A_ROW])
+
+            def jump(event: viser.GuiEvent[Any], named: dict[str, tuple[str, int]] = named) -> None:
+                self.actions.go_to(*named[event.target.value])
+
+            group.on_click(self.notices.guard("Going there", jump))
+
+
+def _heading(number: int, effect: Figures) -> str:
+    """Number and name of a cause on one line, without the model's name of what is told in words."""
+    words = re.sub(r" \([^()]*\)$", "", title(effect))
+    if len(words) > LONGEST_HEADING:
+        words = words.split(": ")[0]
+    return f"{number} · {words}"
+
+
+def _without_event(action: Callable[[], None], _event: object) -> None:
+    action()
+
+
+def _fill(bar: Any, per_cent: float) -> None:  # viser exports no name for its class
+    bar.value = per_cent

@@ -1,0 +1,98 @@
+"""A subject's diagnosis as the panel shows it: the kept answer, whether it still holds, who decided what."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from addb_viewer.diagnosis_vocabulary import title
+from addb_viewer.kept_diagnosis import kept
+from solver.capture.capture import Subject
+from solver.dynamics.extension import Cause
+from solver.effects.catalogue import MARKER_IDS
+from solver.fit import Fit
+from solver.provenance import other_recordings, provenance_of
+from solver.results import extension_log
+from solver.results.extension_log import ACCEPT, Decision
+
+
+@dataclass(frozen=True)
+class DiagnosisState:
+    """A kept diagnosis; `figures` is None where nobody has asked for one."""
+
+    figures: Mapping[str, Any] | None = None
+    changed: tuple[str, ...] = ()  # recordings that are others than those it was made of
+    decision: Decision | None = None  # the last one
+    in_fit: bool = False  # the fit on the screen has what was accepted in its model
+
+    @property
+    def acceptable(self) -> bool:
+        """Whether a cause is named that can be part of the model, and the recordings are still the same."""
+        if self.figures is None or self.changed:
+            return False
+        return any(effect["id"] not in MARKER_IDS for effect in self.figures["effects"])
+
+    @property
+    def rejectable(self) -> bool:
+        """Whether there is anything to reject."""
+        held = self.decision is not None and self.decision.kind == ACCEPT
+        return held or (self.figures is not None and bool(self.figures["effects"]))
+
+
+def read_state(subject: Subject, results: Path, fit: Fit | None) -> DiagnosisState:
+    """The state of a subject.
+
+    Args:
+        subject: whose.
+        results: where the answer and the decisions are kept.
+        fit: the one on the screen.
+
+    Raises:
+        ResultsError: the kept diagnosis or the log of decisions cannot be read.
+    """
+    made = extension_log.decisions(results)
+    decision, held = made[-1] if made else None, extension_log.accepted(results)
+    in_fit = held is not None and fit is not None and held[1].fingerprint in fit.provenance.values()
+    found = kept(results)
+    if found is None:
+        return DiagnosisState(decision=decision, in_fit=in_fit)
+    figures, made_of = found
+    now = provenance_of(subject, [t for t in subject.trials if t.name in figures["trials"]])
+    changed = other_recordings(made_of["provenance"], now)
+    return DiagnosisState(figures, tuple(changed), decision, in_fit)
+
+
+def decision_in_words(state: DiagnosisState) -> str:
+    """Who decided what and when, and what follows from it; empty where nobody did."""
+    decision = state.decision
+    if decision is None:
+        return ""
+    causes = ", ".join(_titles(decision.causes)) or "the diagnosis"
+    when = decision.when.astimezone()
+    said = [
+        f"{'Accepted' if decision.kind == ACCEPT else 'Rejected'} by {decision.by} "
+        f"on {when:%Y-%m-%d} at {when:%H:%M}: {causes}."
+    ]
+    if decision.left_out:
+        said.append(f"Left out, because they lie in the markers alone: {', '.join(decision.left_out)}.")
+    if decision.kind != ACCEPT:
+        said.append("Later fits use the recorded forces alone; fit again if the present one does not.")
+    elif state.in_fit:
+        said.append("The fit on the screen uses it.")
+    else:
+        said.append("The fit on the screen does not use it yet: fit again.")
+    if not _same_causes(state):
+        said.append("That was about another diagnosis than the present one.")
+    return " ".join(said)
+
+
+def _titles(causes: tuple[Cause, ...]) -> list[str]:
+    return [title({"id": cause.id, "target": cause.target}) for cause in causes]
+
+
+def _same_causes(state: DiagnosisState) -> bool:
+    """Whether the last decision is about causes that the kept diagnosis names."""
+    if state.figures is None or state.decision is None:
+        return True
+    named = {(effect["id"], effect["target"]) for effect in state.figures["effects"]}
+    return {(cause.id, cause.target) for cause in state.decision.causes} <= named

@@ -1,0 +1,269 @@
+"""What a diagnosis looks like in the scene of one trial, as plain arrays: a picture for each cause.
+
+A cause that has no place is a label above the person.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.spatial.transform import Rotation
+
+from addb_viewer.app.replay import PlateReplay, Replay
+from addb_viewer.diagnosis_vocabulary import amount, target_in_words, title
+
+CAUSE_METRES_PER_NEWTON = 4e-3  # a hand's push of 40 N is still to be seen beside ground forces
+LOAD_DENSITY = 1500.0  # [kg/m³] between water and iron: how large a ball a carried mass is drawn as
+LOADED_N = 20.0  # a plate without known corners lies where it was loaded by more than that
+SLOWEST_M_PER_S = 1e-6  # keeps powers of the speed finite
+
+Figures = Mapping[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """One cause in one trial; whatever it lacks is None or empty."""
+
+    label: str
+    acts: Bool[np.ndarray, " frames"]
+    place: Float[np.ndarray, "frames 3"] | None = None  # [m] of force, ball and label; None: no place
+    force: Float[np.ndarray, "frames 3"] | None = None  # [N] on the person
+    metres_per_newton: float = CAUSE_METRES_PER_NEWTON
+    radius: float | None = None  # [m] of a ball
+    anchor: Float[np.ndarray, "3"] | None = None  # [m] the other end of a band
+    outline: Float[np.ndarray, "edges 2 3"] | None = None  # [m]
+    markers: tuple[int, ...] = ()
+    bodies: tuple[int, ...] = ()
+
+
+def pictures(figures: Figures, replay: Replay) -> tuple[Picture, ...]:
+    """Every cause that acts in this trial, and what remains unexplained.
+
+    Args:
+        figures: in the shape of `diagnose --json`.
+        replay: the trial.
+    """
+    found = []
+    for effect in figures["effects"]:
+        acts = np.zeros(replay.frames, dtype=bool)
+        for trial, start, end in ranges_of(figures, effect):
+            acts[start:end] |= trial == replay.name
+        if acts.any():
+            bare = Picture(_short(effect), acts)
+            picture = _PAINTERS.get(effect["id"], _label_alone)(effect, replay, bare)
+            found.append(picture)
+    return (*found, *_unexplained(figures, replay))
+
+
+def ranges_of(figures: Figures, effect: Figures) -> list[tuple[str, int, int]]:
+    """Trial, first frame and the one after the last of each stretch on which a cause acts."""
+    alone = effect.get("trial") or next(iter(figures.get("trials", ())), "")
+    return [tuple(r) if len(r) == 3 else (alone, r[0], r[1]) for r in effect["frames"]]
+
+
+def _unexplained(figures: Figures, replay: Replay) -> tuple[Picture, ...]:
+    location = figures["remaining"]["location"]
+    if figures["verdict"] != "unexplained" or location is None or replay.name not in figures["trials"]:
+        return ()
+    words = f"unexplained: {target_in_words(location['body'])}"
+    bare = Picture(words, np.ones(replay.frames, dtype=bool))
+    return (_pushed(bare, replay, location["body"], np.array(location["mean_force_N"])),)
+
+
+def _short(effect: Figures) -> str:
+    """Without the segment, which is seen."""
+    words = title(effect)
+    return words if effect["id"] not in _PAINTERS else words.split(": ")[0]
+
+
+def _label_alone(effect: Figures, replay: Replay, bare: Picture) -> Picture:
+    return bare
+
+
+def _contact(effect: Figures, replay: Replay, bare: Picture) -> Picture:
+    force = _vector(effect, "force_{}_N")
+    point = _vector(effect, "point_{}_m")
+    return bare if force is None else _pushed(bare, replay, effect["target"], force, point)
+
+
+def _support(effect: Figures, replay: Replay, bare: Picture) -> Picture:
+    force = np.array([0.0, _value(effect, "force_N") or 0.0, 0.0])
+    return _pushed(bare, replay, effect["target"], force)
+
+
+def _tether(effect: Figures, replay: Replay, bare: Picture) -> Picture:
+    place, anchor = _on_body(replay, effect["target"]), _vector(effect, "anchor_{}_m")
+    if place is None or anchor is None:
+        return bare
+    offset = anchor - place
+    length = np.maximum(np.linalg.norm(offset, axis=1, keepdims=True), 1e-6)
+    tension = np.full_like(length, _value(effect, "mean_force_N") or 0.0)
+    stiffness, rest = _value(effect, "stiffness_N_per_m"), _value(effect, "rest_length_m")
+    if stiffness is not None and rest is not None:
+        tension = stiffness * (length - rest)
+    marked = replace(bare, bodies=_bodies(replay, effect["target"]), anchor=anchor)
+    return _with_force(marked, place, tension * offset / length)
+
+
+def _drag(effect: Figures, replay: Replay, bare: Picture) -> Picture:
+    place, b = _on_body(replay, effect["target"]), _value(effect, "b_Ns_per_m")
+    if place is None or b is None:
+        return bare
+    velocity = np.gradient(place, 1 / replay.rate, axis=0)
+    speed = np.maximum(np.linalg.norm(velocity, axis=1, keepdims=True), SLOWEST_M_PER_S)
+    exponent = _value(effect, "exponent")
+    force = -b * speed ** ((1.0 if exponent is None else exponent) - 1) * velocity
+    return _with_force(replace(bare, bodies=_bodies(replay, effect["target"])), place, force)
+
+
+def _step(effect: Figures, replay: Replay, bare: Picture) -> Picture:
+    if effect["target"].startswith("plate_"):
+        return _plate(effect, replay, bare)
+    bodies = _bodies(replay, effect["target"])
+    place, force_N = _on_body(replay, effect["target"]), _value(effect, "force_y_N")
+    if place is None or force_N is None:
+        return replace(bare, bodies=bodies, place=place)
+    force = np.tile([0.0, force_N, 0.0], (replay.frames, 1))
+    ground = replace(bare, bodies=bodies, metres_per_newton=0.25 * CAUSE_METRES_PER_NEWTON)
+    return _with_force(ground, place, force)
+
+
+def _load(effect: Figures, replay: Replay, bare: Picture) -> Picture:
+    mass = _value(effect, "mass_kg")
+    place = _on_body(replay, effect["target"], _vector(effect, "offset_{}_m"))
+    if mass is None or place is None:
+        return bare
+    radius = float(np.cbrt(3 * max(mass, 0.1) / (4 * np.pi * LOAD_DENSITY)))
+    return replace(bare, label=f"{bare.label}, {amount(mass, None, 'kg')}", place=place, radius=radius)
+
+
+def _segments(effect: Figures, replay: Replay, bare: Picture) -> Picture:
+    bodies = _bodies(replay, effect["target"])
+    place = _on_body(replay, effect["target"].split("+")[0])
+    return replace(bare, bodies=bodies, place=place)
+
+
+def _markers(effect: Figures, replay: Replay, bare: Picture) -> Picture:
+    names = [name for name in effect["target"].split("+") if name in replay.markers.names]
+    found = tuple(replay.markers.names.index(name) for name in names)
+    if not found:
+        return bare
+    seen = replay.markers.measured[:, found[0]]
+    return replace(bare, markers=found, place=seen)
+
+
+def _plate(effect: Figures, replay: Replay, bare: Picture) -> Picture:
+    """The plates' outlines; where the cause is their place, the outline of the place they really have."""
+    corners = [_corners(replay, name) for name in effect["target"].split("+")]
+    known = [c for c in corners if c is not None]
+    if not known:
+        return bare
+    label = bare.label
+    if effect["id"] in _MOVED:
+        known = [_MOVED[effect["id"]](effect, c) for c in known]
+        label = f"{label}: it lies here"
+    outline = np.concatenate([np.stack([c, np.roll(c, -1, axis=0)], axis=1) for c in known])
+    side = known[0].mean(axis=0)
+    return replace(bare, label=label, outline=outline, place=np.tile(side, (replay.frames, 1)))
+
+
+def _shifted_back(effect: Figures, corners: Float[np.ndarray, "4 3"]) -> Float[np.ndarray, "4 3"]:
+    return corners - np.array([_value(effect, f"shift_{a}_m") or 0.0 for a in "xyz"])
+
+
+def _turned_back(effect: Figures, corners: Float[np.ndarray, "4 3"]) -> Float[np.ndarray, "4 3"]:
+    centre = corners.mean(axis=0)
+    back = Rotation.from_euler("y", -(_value(effect, "yaw_deg") or 0.0), degrees=True)
+    return centre + back.apply(corners - centre)
+
+
+def _corners(replay: Replay, target: str) -> Float[np.ndarray, "4 3"] | None:
+    """As the file has them, else around the centres of pressure of the loaded plate; None if never loaded."""
+    number = target.removeprefix("plate_")
+    if not number.isdigit() or not 1 <= int(number) <= len(replay.plates):
+        return None
+    plate: PlateReplay = replay.plates[int(number) - 1]
+    if plate.corners is not None and np.isfinite(plate.corners).all():
+        return plate.corners
+    loaded = np.isfinite(plate.cop).all(axis=1) & (np.linalg.norm(plate.force, axis=1) >= LOADED_N)
+    if not loaded.any():
+        return None
+    (low_x, y, low_z), (high_x, _, high_z) = plate.cop[loaded].min(axis=0), plate.cop[loaded].max(axis=0)
+    around = [[low_x, y, low_z], [high_x, y, low_z], [high_x, y, high_z], [low_x, y, high_z]]
+    return np.array(around)
+
+
+def _pushed(
+    bare: Picture,
+    replay: Replay,
+    body: str,
+    force: Float[np.ndarray, "3"],
+    point_body: Float[np.ndarray, "3"] | None = None,
+) -> Picture:
+    place = _on_body(replay, body, point_body)
+    marked = replace(bare, bodies=_bodies(replay, body))
+    return bare if place is None else _with_force(marked, place, np.tile(force, (replay.frames, 1)))
+
+
+def _with_force(
+    bare: Picture, place: Float[np.ndarray, "frames 3"], force: Float[np.ndarray, "frames 3"]
+) -> Picture:
+    sizes = np.linalg.norm(force[bare.acts], axis=1)
+    known = sizes[np.isfinite(sizes)]
+    label = f"{bare.label}, {known.mean():.0f} N" if known.size else bare.label
+    return replace(bare, label=label, place=place, force=force)
+
+
+def _on_body(
+    replay: Replay, body: str, point_body: Float[np.ndarray, "3"] | None = None
+) -> Float[np.ndarray, "frames 3"] | None:
+    """Path of a point of a body, its centre of mass unless told otherwise [m]; None without that body."""
+    if replay.bodies is None or body not in replay.bodies.names:
+        return None
+    return replay.bodies.point_ground(replay.bodies.names.index(body), point_body)
+
+
+def _bodies(replay: Replay, target: str) -> tuple[int, ...]:
+    """Segments of a target; with the heel bone, the toes of the same foot."""
+    if replay.bodies is None:
+        return ()
+    names = target.split("+")
+    names += [name.replace("calcn", "toes") for name in names if "calcn" in name]
+    return tuple(replay.bodies.names.index(name) for name in names if name in replay.bodies.names)
+
+
+def _value(effect: Figures, parameter: str) -> float | None:
+    estimate = effect["parameters"].get(parameter)
+    return None if estimate is None else estimate["value"]
+
+
+def _vector(effect: Figures, parameter: str) -> Float[np.ndarray, "3"] | None:
+    """Three parameters that differ in their axis; None where one is not known."""
+    values = [_value(effect, parameter.format(axis)) for axis in "xyz"]
+    return None if None in values else np.array(values, dtype=float)
+
+
+_MOVED: dict[str, Callable[[Figures, Float[np.ndarray, "4 3"]], Float[np.ndarray, "4 3"]]] = {
+    "plate_position": _shifted_back,
+    "plate_yaw": _turned_back,
+}
+_PAINTERS: dict[str, Callable[[Figures, Replay, Picture], Picture]] = {
+    "external_contact": _contact,
+    "body_weight_support": _support,
+    "elastic_tether": _tether,
+    "drag": _drag,
+    "off_plate_step": _step,
+    "carried_mass": _load,
+    "wobbling_mass": _load,
+    "segment_mass": _segments,
+    "soft_tissue": _segments,
+    "marker_slip": _markers,
+    "marker_swap": _markers,
+    "plate_gain": _plate,
+    "plate_bias": _plate,
+    "plate_position": _plate,
+    "plate_yaw": _plate,
+    "plate_swap": _plate,
+}

@@ -1,0 +1,102 @@
+"""A command of ours in a process of its own, so that the page stays alive: progress, outcome, cancel."""
+
+import json
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import IO
+
+PATIENCE_S = 5.0  # for a process that was told to end
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a command ended."""
+
+    succeeded: bool
+    cancelled: bool
+    said: str  # on stdout, progress aside
+    error: str  # the last line on stderr
+
+
+def progress_line(stage: str, fraction: float) -> str:
+    """Progress as a line on stdout that `Work` understands."""
+    return json.dumps({"stage": stage, "fraction": fraction})
+
+
+class Work:
+    """At most one command at a time. Both callbacks come from a thread of its own."""
+
+    def __init__(self, progress: Callable[[str, float], None], ended: Callable[[Outcome], None]) -> None:
+        self._progress, self._ended = progress, ended
+        self._lock = threading.Lock()
+        self._process: subprocess.Popen[str] | None = None
+        self._cancelled = False
+
+    @property
+    def running(self) -> bool:
+        """Whether a command is at work."""
+        with self._lock:
+            return self._process is not None
+
+    def start(self, module: str, arguments: Sequence[str]) -> bool:
+        """Run `python -m module arguments`; False where one is running already."""
+        with self._lock:
+            if self._process is not None:
+                return False
+            errors = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115 (closed by the thread)
+            self._cancelled = False
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", module, *arguments],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=errors,
+                text=True,
+                encoding="utf-8",
+                errors="replace",
+            )
+            process = self._process
+        threading.Thread(target=self._follow, args=(process, errors), name="work", daemon=True).start()
+        return True
+
+    def cancel(self) -> None:
+        """End the command now; its results are written whole or not at all."""
+        with self._lock:
+            process, self._cancelled = self._process, True
+        if process is not None:
+            process.terminate()
+            try:
+                process.wait(PATIENCE_S)
+            except subprocess.TimeoutExpired:
+                process.kill()
+
+    def _follow(self, process: "subprocess.Popen[str]", errors: IO[str]) -> None:
+        said = []
+        assert process.stdout is not None
+        with errors, process.stdout as lines:
+            for line in lines:
+                told = _told(line)
+                if told is None:
+                    said.append(line)
+                else:
+                    self._progress(*told)
+            status = process.wait()
+            errors.seek(0)
+            last = next(reversed([text for text in errors.read().splitlines() if text.strip()]), "")
+        with self._lock:
+            self._process, cancelled = None, self._cancelled
+        self._ended(Outcome(status == 0, cancelled, "".join(said), last.removeprefix("addb-viewer: ")))
+
+
+def _told(line: str) -> tuple[str, float] | None:
+    """Stage and fraction of a line of progress; None for any other."""
+    if not line.startswith("{"):
+        return None
+    try:
+        told = json.loads(line)
+        return str(told["stage"]), float(told["fraction"])
+    except (ValueError, KeyError, TypeError):
+        return None

@@ -1,0 +1,113 @@
+"""`addb-viewer accept` and `reject`: whether later fits are to use the causes that the diagnosis named."""
+
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from addb_viewer.commands.errors import errors_as_lines
+from addb_viewer.commands.options import Debug, IgnoreReview, Out, SettingsFile, SubjectFolder
+from addb_viewer.commands.progress import terminal_progress
+from addb_viewer.commands.reviewing import Author, author_named
+from addb_viewer.commands.solving import Job, job_for
+from addb_viewer.kept_diagnosis import kept
+from solver.diagnosis.accepting import extension_for
+from solver.dynamics.extension import Cause
+from solver.effects.catalogue import MARKER_IDS
+from solver.errors import ResultsError
+from solver.provenance import other_recordings, provenance_of, without_reviews
+from solver.results import extension_log
+from solver.results.store import check_place
+from solver.settings import as_dict
+
+
+def accept(
+    subject: SubjectFolder,
+    out: Out = None,
+    settings: SettingsFile = None,
+    ignore_review: IgnoreReview = False,
+    author: Author = None,
+    debug: Debug = False,
+) -> None:
+    """Accept the causes of the last diagnosis: from now on fits use them beside the recorded forces.
+
+    Causes that lie in the markers alone (a slip, a swap, soft tissue) cannot be part of it.
+    """
+    with errors_as_lines(debug):
+        job = job_for(
+            subject, out=out, settings_file=settings, ignore_review=ignore_review, without_extension=True
+        )
+        by, figures, made_of = author_named(author), *_diagnosis(job)
+        causes, left_out = _split(figures, job.results)
+        with terminal_progress() as progress:
+            extension = extension_for(
+                job.subject,
+                job.settings,
+                {(cause.id, cause.target) for cause in causes},
+                trials=figures["trials"],
+                reviews=job.reviews,
+                progress=progress,
+            )
+        extension_log.accept(job.results, extension, by=by, made_of=made_of, left_out=left_out)
+        typer.echo(f"accepted by {by}: {extension.sentence}; the next fit uses it")
+        if left_out:
+            typer.echo(f"left out, because they lie in the markers alone: {', '.join(left_out)}")
+
+
+def reject(
+    subject: SubjectFolder,
+    out: Out = None,
+    author: Author = None,
+    debug: Debug = False,
+) -> None:
+    """Reject the causes of the last diagnosis: from now on fits use the recorded forces alone."""
+    with errors_as_lines(debug):
+        job = job_for(subject, out=out, without_extension=True)
+        check_place(job.results)
+        by, found = author_named(author), kept(job.results)
+        held = extension_log.accepted(job.results)
+        if found is None and held is None:
+            raise ResultsError(f"{job.results}: nothing to reject; no diagnosis is kept here.")
+        causes = held[1].causes if held else _causes(found[0] if found else {})
+        made_of = without_reviews(provenance_of(job.subject, job.subject.trials))
+        decision = extension_log.reject(job.results, causes, by=by, made_of=made_of)
+        said = ", ".join(f"{c.id} ({c.target})" for c in decision.causes) or "the diagnosis"
+        typer.echo(f"rejected by {by}: {said}; fits use the recorded forces alone")
+
+
+def _diagnosis(job: Job) -> tuple[dict[str, Any], dict[str, str]]:
+    """The last diagnosis and the provenance of its recordings, if both are still those of the folder."""
+    check_place(job.results)
+    found = kept(job.results)
+    if found is None:
+        raise ResultsError(f"{job.results}: no diagnosis is kept here. Run: addb-viewer diagnose")
+    figures, made_of = found
+    of_trials = [t for t in job.subject.trials if t.name in figures["trials"]]
+    now = provenance_of(job.subject, of_trials)
+    changed = other_recordings(made_of["provenance"], now)
+    if made_of["settings"] != as_dict(job.settings):
+        changed.append("the settings")
+    if changed:
+        raise ResultsError(
+            f"{job.results}: since the diagnosis these have changed: {', '.join(changed)}. "
+            "Run: addb-viewer diagnose"
+        )
+    return figures, now
+
+
+def _split(figures: dict[str, Any], results: Path) -> tuple[tuple[Cause, ...], tuple[str, ...]]:
+    """Causes that act as a wrench; and those in the markers, in words."""
+    causes = _causes(figures)
+    wrenches = tuple(cause for cause in causes if cause.id not in MARKER_IDS)
+    left_out = tuple(f"{cause.id} ({cause.target})" for cause in causes if cause.id in MARKER_IDS)
+    if not wrenches:
+        why = "its causes lie in the markers alone; mend the markers" if left_out else "it names no cause"
+        raise ResultsError(f"{results}: nothing in the diagnosis can be accepted: {why}.")
+    return wrenches, left_out
+
+
+def _causes(figures: dict[str, Any]) -> tuple[Cause, ...]:
+    return tuple(
+        Cause(e["id"], e["target"], {n: (p["value"], p["std"]) for n, p in e["parameters"].items()})
+        for e in figures.get("effects", ())
+    )

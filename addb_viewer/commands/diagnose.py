@@ -1,0 +1,90 @@
+"""`addb-viewer diagnose`: what is wrong with a subject's recordings, why, and what to do about it."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from addb_viewer.commands.errors import errors_as_lines
+from addb_viewer.commands.options import (
+    Debug,
+    IgnoreReview,
+    JsonFile,
+    Out,
+    SettingsFile,
+    SubjectFolder,
+    Trials,
+)
+from addb_viewer.commands.progress import terminal_progress
+from addb_viewer.commands.solving import Job, job_for
+from addb_viewer.diagnosis_words import as_text, page
+from addb_viewer.kept_diagnosis import keep
+from solver.capture.capture import TrialFiles
+from solver.capture.trial import read_trial
+from solver.diagnosis.diagnose import diagnose as diagnosis_of
+from solver.diagnosis.report import as_json
+from solver.provenance import provenance_of
+from solver.results.store import check_place, write_json
+from solver.settings import as_dict
+
+
+def diagnose(
+    subject: SubjectFolder,
+    out: Out = None,
+    trial: Trials = None,
+    settings: SettingsFile = None,
+    ignore_review: IgnoreReview = False,
+    json: JsonFile = None,
+    debug: Debug = False,
+) -> None:
+    """Say what is wrong with the recordings, name the cause, and say how sure that is.
+
+    Trials are looked at together: they share plates, clocks and the person's masses.
+    """
+    if json is not None and not json.absolute().parent.is_dir():
+        raise typer.BadParameter(f"no folder {json.parent} to write into", param_hint="--json")
+    with errors_as_lines(debug):
+        job = job_for(
+            subject,
+            out=out,
+            trials=trial,
+            settings_file=settings,
+            ignore_review=ignore_review,
+            without_extension=True,
+        )
+        figures, kept = diagnosed(job)
+        if json is not None:
+            write_json(json, figures)
+        print_diagnosis(figures, job, kept)
+
+
+def diagnosed(job: Job) -> tuple[dict[str, Any], Path]:
+    """Diagnose and keep the answer; its figures and its file."""
+    check_place(job.results)
+    chosen = [t for t in job.subject.trials if job.trials is None or t.name in job.trials]
+    made_of = {
+        "provenance": provenance_of(job.subject, chosen, job.reviews),
+        "settings": as_dict(job.settings),
+    }
+    with terminal_progress() as progress:
+        found = diagnosis_of(
+            job.subject, job.settings, trials=job.trials, reviews=job.reviews, progress=progress
+        )
+    figures = as_json(found)
+    figures["notes"] = [*job.subject.notes, *found.notes]
+    return figures, keep(figures, made_of, job.results)
+
+
+def print_diagnosis(figures: Mapping[str, Any], job: Job, kept: Path) -> None:
+    """The page on stdout, and where the figures are."""
+    named = [t for t in job.subject.trials if t.name in figures["trials"]]
+    rates = marker_rates(named) if figures["effects"] else {}
+    for line in as_text(page(figures, rates)):
+        typer.echo(line)
+    typer.echo(f"\nwritten: {kept}")
+
+
+def marker_rates(trials: Sequence[TrialFiles]) -> dict[str, float]:
+    """Frames per second of each trial [Hz], by name."""
+    return {trial.name: read_trial(trial).markers.rate for trial in trials}

@@ -1,0 +1,285 @@
+"""Words for a diagnosis: causes, targets, amounts and certainty as somebody in a laboratory says them."""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+STDS_OF_A_SPREAD = 2  # the true value lies within in 19 of 20 cases
+FRACTION_DIGITS = 4  # at most
+TWO_DIGITS_BELOW = 1.95  # first digits of a spread: ± 1.4 rounded to one digit would be a third off
+
+TITLES = {
+    "clock_offset": "forces shifted in time against the markers",
+    "sample_rate": "forces with a wrong sampling rate",
+    "filter_mismatch": "forces smoothed more than the markers",
+    "plate_gain": "wrong gain of {target}",
+    "plate_bias": "constant error in the force of {target}",
+    "plate_position": "wrong position of {target}",
+    "plate_yaw": "{target} turned about the vertical",
+    "plate_swap": "forces of {target} exchanged",
+    "axis_convention": "wrong axes of the forces: {target}",
+    "gravity_tilt": "force vectors that lean",
+    "off_plate_step": "a step that no plate measured: {target}",
+    "external_contact": "an unmeasured contact: {target}",
+    "body_weight_support": "an unmeasured support: {target}",
+    "elastic_tether": "an elastic band: {target}",
+    "drag": "something that holds back: {target}",
+    "belt_acceleration": "a belt or platform that accelerates",
+    "carried_mass": "a load that the model does not know: {target}",
+    "subject_mass": "wrong body mass",
+    "segment_mass": "wrong segment mass: {target}",
+    "wobbling_mass": "flesh that swings: {target}",
+    "marker_slip": "a marker that moved on its segment: {target}",
+    "marker_swap": "exchanged markers: {target}",
+    "capture_scale": "wrong scale of the camera calibration",
+    "soft_tissue": "markers that slide over the bone: {target}",
+}
+
+_AXES = {
+    "x": "force along x has the wrong sign",
+    "y": "forces along x and z have the wrong sign",
+    "z": "force along z has the wrong sign",
+    "xz": "forces along x and z are exchanged",
+}
+
+_BODIES = {
+    "calcn": "foot",
+    "femur": "thigh",
+    "tibia": "shank",
+    "talus": "ankle",
+    "toes": "toes",
+    "patella": "kneecap",
+    "humerus": "upper arm",
+    "ulna": "forearm",
+    "radius": "forearm",
+    "hand": "hand",
+    "torso": "trunk",
+}
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How one parameter is said: `{amount}`, and `{which}` for one word above zero and another below."""
+
+    parameter: str
+    text: str
+    unit: str
+    factor: float = 1.0  # from the parameter's unit to `unit`
+    zero: float = 0.0  # what no effect is
+    which: tuple[str, str] | None = None
+
+
+def _along(parameters: str, text: str, unit: str, factor: float = 1.0) -> tuple[Reading, ...]:
+    return tuple(Reading(parameters.format(a), text.format(a), unit, factor) for a in "xyz")
+
+
+READINGS: dict[str, tuple[Reading, ...]] = {
+    "clock_offset": (
+        Reading("offset_s", "the forces come {amount} {which}", "ms", 1e3, which=("too late", "too early")),
+    ),
+    "sample_rate": (
+        Reading("stretch", "their time axis is {amount} too {which}", "%", 1e2, which=("long", "short")),
+    ),
+    "filter_mismatch": (Reading("cutoff_Hz", "smoothed with a low-pass filter at {amount}", "Hz"),),
+    "plate_gain": (
+        Reading("gain_error", "it reads {amount} too {which}", "%", 1e2, which=("much", "little")),
+    ),
+    "plate_bias": (
+        *_along("bias_{}_N", "{{amount}} along {}", "N"),
+        *_along("bias_{}_N_per_s", "drifting by {{amount}} along {}", "N/s"),
+    ),
+    "plate_position": _along("shift_{}_m", "the files place it {{amount}} off along {}", "mm", 1e3),
+    "plate_yaw": (
+        Reading(
+            "yaw_deg",
+            "what was recorded is turned by {amount} {which}, seen from above",
+            "°",
+            which=("counter-clockwise", "clockwise"),
+        ),
+    ),
+    "gravity_tilt": (
+        Reading("tilt_x_deg", "by {amount} about x", "°"),
+        Reading("tilt_z_deg", "by {amount} about z", "°"),
+    ),
+    "off_plate_step": (
+        Reading("force_y_N", "the ground carries {amount} there on average", "N"),
+        Reading("weight_share", "that is {amount} of body weight", "%", 1e2),
+    ),
+    "external_contact": (
+        *_along("force_{}_N", "mean force on the person along {}: {{amount}}", "N"),
+        *_along("point_{}_m", "place on the segment, {}: {{amount}}", "mm", 1e3),
+    ),
+    "body_weight_support": (Reading("force_N", "it lifts with {amount}", "N"),),
+    "elastic_tether": (
+        Reading("mean_force_N", "it pulls with {amount} on average", "N"),
+        Reading("stiffness_N_per_m", "stiffness {amount}", "N/m"),
+        *_along("anchor_{}_m", "fixed in the room at {} = {{amount}}", "m"),
+        Reading("rest_length_m", "slack below a length of {amount}", "m"),
+    ),
+    "drag": (
+        Reading("mean_force_N", "it brakes with {amount} on average", "N"),
+        Reading("b_Ns_per_m", "{amount} at 1 m/s", "N"),
+        Reading("exponent", "growing with speed to the power of {amount}", ""),
+    ),
+    "belt_acceleration": (Reading("rms_m_per_s2", "{amount} (root mean square)", "m/s²"),),
+    "carried_mass": (
+        Reading("mass_kg", "it weighs {amount}", "kg"),
+        *_along("offset_{}_m", "its centre on the segment, {}: {{amount}}", "mm", 1e3),
+    ),
+    "subject_mass": (
+        Reading(
+            "mass_factor",
+            "the person is {amount} {which} than entered",
+            "%",
+            1e2,
+            zero=1.0,
+            which=("heavier", "lighter"),
+        ),
+    ),
+    "segment_mass": (
+        Reading(
+            "mass_factor",
+            "{amount} {which} than in the model",
+            "%",
+            1e2,
+            zero=1.0,
+            which=("heavier", "lighter"),
+        ),
+    ),
+    "wobbling_mass": (
+        Reading("mass_kg", "{amount} swing", "kg"),
+        Reading("frequency_Hz", "at {amount}", "Hz"),
+        Reading("damping_ratio", "with a damping ratio of {amount}", ""),
+    ),
+    "marker_slip": (
+        Reading("shift_m", "by {amount}", "mm", 1e3),
+        Reading("time_s", "at {amount} from the trial's start", "s"),
+    ),
+    "capture_scale": (
+        Reading(
+            "scale",
+            "markers lie {amount} too far {which}",
+            "%",
+            1e2,
+            zero=1.0,
+            which=("apart", "together"),
+        ),
+    ),
+    "soft_tissue": (Reading("rms_m", "by {amount} (root mean square)", "mm", 1e3),),
+}
+
+
+def title(effect: Mapping[str, Any]) -> str:
+    """A cause in a few words, with its target; a cause that has no words yet by its id.
+
+    Args:
+        effect: with `id` and `target`, of `effects` or `alternatives`.
+    """
+    words = TITLES.get(effect["id"])
+    if words is None:
+        return f"{effect['id'].replace('_', ' ')} ({effect['target']})"
+    return words.format(target=target_in_words(effect["target"]))
+
+
+def target_in_words(target: str) -> str:
+    """What a target is called, with the name in the files and the model where that differs."""
+    if target in _AXES:
+        return _AXES[target]
+    parts = target.split("+")
+    words = [_part_in_words(part) for part in parts]
+    if words == parts or all(part.startswith("plate_") for part in parts):
+        return _listed(words)
+    return f"{_listed(words)} ({', '.join(parts)})"
+
+
+def sentence(effect: Mapping[str, Any]) -> str:
+    """What a cause means: the effect's own sentence, with its target in words."""
+    told, target = str(effect.get("sentence", "")), str(effect["target"])
+    if target in told and target not in _AXES and target != "all":
+        told = re.sub(rf"(?<!\w){re.escape(target)}(?!\w)", target_in_words(target), told)
+    elif target in _AXES:
+        told = told.replace(f"({target})", f"({target_in_words(target)})")
+    return told[:1].upper() + told[1:]
+
+
+def amounts(effect: Mapping[str, Any]) -> list[str]:
+    """How large a cause is, each parameter with the spread within which it lies in 19 of 20 cases."""
+    said = []
+    for reading in READINGS.get(effect["id"], ()):
+        estimate = effect["parameters"].get(reading.parameter)
+        if estimate is not None and estimate["value"] is not None:
+            said.append(_said(reading, estimate))
+    return said
+
+
+def amount(value: float, spread: float | None, unit: str) -> str:
+    """A figure with its spread, with no more digits than the spread leaves sense in."""
+    after = f"{'' if unit in ('', '°') else ' '}{unit}"
+    if not spread or not math.isfinite(spread):
+        return f"{value:.3g}{after}"
+    leading = spread / 10.0 ** math.floor(math.log10(spread))
+    digits = (1 if leading < TWO_DIGITS_BELOW else 0) - math.floor(math.log10(spread))
+    digits = min(max(digits, 0), FRACTION_DIGITS)
+    least = 10.0**-digits
+    return f"{value:.{digits}f} ± {max(spread, least):.{digits}f}{after}"
+
+
+def certainty(confidence: float, rivals: int) -> str:
+    """How sure a cause is, in words and in per cent."""
+    if rivals:
+        return (
+            f"one of {rivals + 1} causes that this recording cannot tell apart, see below; "
+            f"this one {_percent(confidence)}"
+        )
+    if confidence >= 0.99:
+        return "very sure (more than 99 %)"
+    if confidence >= 0.9:
+        return f"fairly sure ({_percent(confidence)})"
+    if confidence >= 0.5:
+        return f"not sure: more likely than any other single cause ({_percent(confidence)})"
+    return f"a guess: less likely than all other causes together ({_percent(confidence)})"
+
+
+def upward(force_N: Sequence[float]) -> str:
+    """The direction of a force in the room, y up."""
+    x, y, z = force_N
+    size = math.sqrt(x * x + y * y + z * z)
+    if size == 0:
+        return "nowhere"
+    if abs(y) > 0.8 * size:
+        return "up" if y > 0 else "down"
+    across = "x" if abs(x) >= abs(z) else "z"
+    level = f"along {'+' if (x if across == 'x' else z) > 0 else '−'}{across}"
+    if abs(y) < 0.4 * size:
+        return level
+    return f"{'up' if y > 0 else 'down'} and {level}"
+
+
+def _said(reading: Reading, estimate: Mapping[str, Any]) -> str:
+    value = reading.factor * (estimate["value"] - reading.zero)
+    std = estimate.get("std")
+    spread = None if std is None else STDS_OF_A_SPREAD * reading.factor * std
+    if reading.which is None:
+        return reading.text.format(amount=amount(value, spread, reading.unit))
+    which = reading.which[0] if value >= 0 else reading.which[1]
+    return reading.text.format(amount=amount(abs(value), spread, reading.unit), which=which)
+
+
+def _part_in_words(name: str) -> str:
+    plate = re.fullmatch(r"plate_(\d+)", name)
+    if plate:
+        return f"plate {plate[1]}"
+    stem, _, side = name.rpartition("_")
+    if side in ("r", "l") and stem:
+        return f"{'right' if side == 'r' else 'left'} {_BODIES.get(stem, stem)}"
+    return _BODIES.get(name, name)
+
+
+def _listed(words: Sequence[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %"

@@ -1,0 +1,79 @@
+"""`python -m benchmarks.diagnosis make|run|score`: hide effects, look for them, count."""
+
+import argparse
+import json
+import secrets
+from pathlib import Path
+
+from benchmarks.diagnosis.run import TIME_LIMIT_S, run_all
+from benchmarks.diagnosis.score import load, report
+from benchmarks.recordings import data_folder
+from tests.hidden_effects.hider.cases import IDS, SIZES, Mix, plan_cases, summary, write_case
+from tests.hidden_effects.hider.real import plan_real, write_real
+
+CURVE_SIZES = (0.5, 1.0, 1.5, 2.5)
+
+
+def main() -> None:
+    """Parse and do."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.diagnosis", description=__doc__)
+    commands = parser.add_subparsers(dest="command", required=True)
+    making = commands.add_parser("make", help="write cases with their truth beside them")
+    making.add_argument("--seed", type=int, help="drawn anew if not given")
+    making.add_argument("--cases", type=int, default=300, help="synthetic ones, half of them clean")
+    making.add_argument("--real", type=int, default=0, help="effects put into real recordings")
+    making.add_argument(
+        "--each", type=int, help="this many cases of each id at each size, for detection curves"
+    )
+    making.add_argument("--ids", default="", help="comma-separated; all if not given")
+    making.add_argument("--sizes", default="", help="comma-separated, in reference sizes")
+    running = commands.add_parser("run", help="answer every case that has no answer yet")
+    running.add_argument("--limit", type=float, default=TIME_LIMIT_S, help="seconds for a case")
+    running.add_argument("--only", default="", help="part of a case's name")
+    running.add_argument("--discard", action="store_true", help="delete recordings once answered")
+    scoring = commands.add_parser("score", help="print the tables")
+    for command in (making, running, scoring):
+        command.add_argument("--out", type=Path, required=True)
+    given = parser.parse_args()
+    if given.command == "make":
+        make(given)
+    elif given.command == "run":
+        run_all(given.out.resolve(), limit_s=given.limit, discard=given.discard, only=given.only)
+    else:
+        text = report(load(given.out))
+        (given.out / "RESULTS.md").write_text(text + "\n", encoding="utf-8")
+        print(text)
+
+
+def make(given: argparse.Namespace) -> None:
+    """Write the cases; those that are there already stay, and so does their seed."""
+    listing = given.out / "cases.json"
+    seed = given.seed
+    if seed is None:
+        seed = json.loads(listing.read_text())["seed"] if listing.exists() else secrets.randbelow(2**31)
+    ids = tuple(given.ids.split(",")) if given.ids else IDS
+    curves = given.each is not None
+    sizes = (
+        tuple(float(s) for s in given.sizes.split(",")) if given.sizes else CURVE_SIZES if curves else SIZES
+    )
+    given.out.mkdir(parents=True, exist_ok=True)
+    if curves:
+        plans = [
+            plan
+            for k, size in enumerate(sizes)
+            for plan in plan_cases(seed + k, Mix(0, given.each * len(ids), 0, 0), (size,), ids, f"size{k}")
+        ]
+    else:
+        plans = plan_cases(seed, Mix.of(given.cases), sizes, ids)
+    listed = {"seed": seed, "cases": [summary(plan) for plan in plans]}
+    listing.write_text(json.dumps(listed, indent=1) + "\n", encoding="utf-8")
+    for plan in sorted(plans, key=lambda plan: plan.world.seed):
+        if not (given.out / "truth" / f"{plan.name}.json").exists():
+            write_case(given.out, plan)
+    for case in plan_real(seed, given.real, sizes):
+        write_real(given.out, data_folder(), case)
+    print(f"seed {seed}: {len(plans)} cases in {given.out}")
+
+
+if __name__ == "__main__":
+    main()

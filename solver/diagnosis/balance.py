@@ -1,0 +1,194 @@
+"""The wrench balance of all trials as one Gaussian, and how likely it is with and without a cause.
+
+r = demanded − measured, averaged over short windows, moments about the centre of mass. Its covariance
+K(s) = markers' errors carried through the motion + plates' noise + inertias within what anthropometry
+scatters (shared by trials) + s² model errors that last a tenth of a second. Candidates enter as columns with
+a Gaussian prior; all that the ordinary fit can absorb is thereby projected out within its own prior. Every
+hypothesis, no cause included, has the scale s that suits it best and pays for it through the determinant of
+K: none can win by shrinking the noise.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
+
+from solver.diagnosis.rows import TrialRows
+from solver.diagnosis.settings import DiagnosisSettings
+from solver.effects.effect import Candidate, Estimate, Eta
+from solver.effects.scene import Scene
+
+
+@dataclass(eq=False)
+class Rung:
+    """K at one scale of the model error."""
+
+    scale: float
+    factor: Float[np.ndarray, "rows rows"]  # lower Cholesky
+    y: Float[np.ndarray, " rows"]  # whitened residual
+    constant: float  # log density of whatever doesn't depend on candidates, but for ½ yᵀy
+
+    def whitened(self, columns: Float[np.ndarray, "rows *columns"]) -> Float[np.ndarray, "rows *columns"]:
+        """L⁻¹ columns."""
+        return solve_triangular(self.factor, columns, lower=True, check_finite=False)
+
+    @cached_property
+    def precision(self) -> Float[np.ndarray, "rows rows"]:
+        """K⁻¹."""
+        return cho_solve((self.factor, True), np.eye(len(self.y)), check_finite=False)
+
+
+@dataclass(eq=False)
+class Term:
+    """A candidate at one η: its rows in all trials together. Prior of x: N(0, prior_std²).
+
+    Once the best η is found, the last `len(tangent_mean)` columns are the derivatives by η, and their
+    parameters its deviation from the prior's mean: then a step of η is part of every fit, of withheld blocks
+    as well.
+    """
+
+    candidate: Candidate
+    eta: Eta
+    fixed: Float[np.ndarray, " rows"] | None
+    columns: Float[np.ndarray, "rows parameters"]
+    prior_std: Float[np.ndarray, " parameters"]
+    tangent_mean: Eta = ()
+    seen: dict[int, tuple[np.ndarray | None, np.ndarray]] = field(default_factory=dict)
+
+    def whitened(self, rung: Rung) -> tuple[np.ndarray | None, np.ndarray]:
+        """Fixed part and columns, at one rung; kept."""
+        if id(rung) not in self.seen:
+            fixed = None if self.fixed is None else rung.whitened(self.fixed)
+            columns = rung.whitened(self.columns) if self.columns.shape[1] else self.columns
+            self.seen[id(rung)] = fixed, columns
+        return self.seen[id(rung)]
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """Terms fitted together at one rung."""
+
+    terms: tuple[Term, ...]
+    rung: Rung
+    log_evidence: float
+    x: Float[np.ndarray, " parameters"]
+    covariance: Float[np.ndarray, "parameters parameters"]
+    left: Float[np.ndarray, " rows"]  # whitened rest
+
+    def estimates(self, k: int, scenes: Sequence[Scene]) -> dict[str, Estimate]:
+        """The catalogue's parameters of the k-th term."""
+        term = self.terms[k]
+        x, covariance = self.of(k)
+        eta, eta_std = self.eta(k)
+        linear = len(x) - len(term.tangent_mean)
+        return term.candidate.estimates(scenes, eta, eta_std, x[:linear], covariance[:linear, :linear])
+
+    def eta(self, k: int) -> tuple[Eta, Eta]:
+        """Value and standard deviation of each η of the k-th term."""
+        term = self.terms[k]
+        x, covariance = self.of(k)
+        if not term.tangent_mean:
+            return term.eta, tuple(0.0 for _ in term.eta)
+        linear = len(x) - len(term.tangent_mean)
+        value = tuple(float(m + d) for m, d in zip(term.tangent_mean, x[linear:], strict=True))
+        return value, tuple(np.sqrt(np.diag(covariance)[linear:]).tolist())
+
+    def of(self, k: int) -> tuple[Float[np.ndarray, " own"], Float[np.ndarray, "own own"]]:
+        """Parameters of the k-th term and their covariance."""
+        start = sum(t.columns.shape[1] for t in self.terms[:k])
+        own = slice(start, start + self.terms[k].columns.shape[1])
+        return self.x[own], self.covariance[own, own]
+
+
+class Balance:
+    """All trials' rows and the ladder of scales."""
+
+    def __init__(self, trials: Sequence[TrialRows], settings: DiagnosisSettings) -> None:
+        self.trials, self.settings = tuple(trials), settings
+        self.start: Int[np.ndarray, " trials+1"] = np.concatenate(
+            [[0], np.cumsum([len(t.residual) for t in trials])]
+        )
+        self.residual = np.concatenate([t.residual for t in trials])
+        H = np.concatenate([t.nuisance for t in trials])
+        base, model = H @ H.T, np.zeros((len(self.residual), len(self.residual)))
+        for t, low, high in zip(trials, self.start, self.start[1:], strict=False):
+            base[low:high, low:high] += t.covariance
+            model[low:high, low:high] = t.model_error
+        self.rungs = [self._rung(base, model, s) for s in settings.model_scales]
+
+    @property
+    def scenes(self) -> tuple[Scene, ...]:
+        """Of the trials."""
+        return tuple(t.scene for t in self.trials)
+
+    def _rung(self, base: np.ndarray, model: np.ndarray, scale: float) -> Rung:
+        L = cholesky(base + scale**2 * model, lower=True, check_finite=False)
+        prior = -0.5 * (np.log(scale) / self.settings.model_scale_std) ** 2
+        y = solve_triangular(L, self.residual, lower=True, check_finite=False)
+        return Rung(scale, L, y, float(prior - np.log(np.diag(L)).sum()))
+
+    def term(self, candidate: Candidate, eta: Eta) -> Term | None:
+        """A candidate's rows at η; None where it touches no trial."""
+        parts = [candidate.signature(t.scene, eta) for t in self.trials]
+        widths = {p.columns.shape[2] for p in parts if p is not None}
+        if not widths:
+            return None
+        width = widths.pop()
+        fixed = np.zeros(len(self.residual))
+        columns = np.zeros((len(self.residual), width))
+        prior = np.ones(width)
+        for t, part, low, high in zip(self.trials, parts, self.start, self.start[1:], strict=False):
+            if part is None:
+                continue
+            prior = part.prior_std
+            if width:
+                columns[low:high] = t.reduced(part.columns)
+            if part.fixed is not None:
+                fixed[low:high] = t.reduced(part.fixed)
+        has_fixed = any(p is not None and p.fixed is not None for p in parts)
+        return Term(candidate, eta, fixed if has_fixed else None, columns, prior)
+
+    def solve_at(self, terms: Sequence[Term], rung: Rung) -> Solved:
+        """Terms fitted together at one scale."""
+        y = rung.y
+        whitened = [t.whitened(rung) for t in terms]
+        for fixed, _ in whitened:
+            if fixed is not None:
+                y = y - fixed
+        A = np.concatenate([c for _, c in whitened], axis=1) if whitened else np.zeros((len(y), 0))
+        if not A.shape[1]:
+            log = rung.constant - 0.5 * float(y @ y)
+            return Solved(tuple(terms), rung, log, np.zeros(0), np.zeros((0, 0)), y)
+        std = np.concatenate([t.prior_std for t in terms])
+        B = A * std  # unit prior
+        M = B.T @ B
+        M[np.arange(len(M)), np.arange(len(M))] += 1.0
+        b = B.T @ y
+        factor = cho_factor(M, lower=True, check_finite=False)
+        u = cho_solve(factor, b, check_finite=False)
+        log = rung.constant - 0.5 * float(y @ y - b @ u) - float(np.log(np.diag(factor[0])).sum())
+        covariance = cho_solve(factor, np.eye(len(M)), check_finite=False) * np.outer(std, std)
+        return Solved(tuple(terms), rung, log, u * std, covariance, y - B @ u)
+
+    def solve(self, terms: Sequence[Term], near: Rung | None = None) -> Solved:
+        """Terms fitted together at the scale that suits them best.
+
+        Args:
+            terms: any number.
+            near: where the climb over the ladder begins; None: all rungs are tried.
+        """
+        if near is None:
+            return max((self.solve_at(terms, r) for r in self.rungs), key=lambda s: s.log_evidence)
+        k = self.rungs.index(near)
+        best = self.solve_at(terms, near)
+        for step in (-1, 1):
+            at = k + step
+            while 0 <= at < len(self.rungs):
+                tried = self.solve_at(terms, self.rungs[at])
+                if tried.log_evidence <= best.log_evidence:
+                    break
+                best, at = tried, at + step
+        return best

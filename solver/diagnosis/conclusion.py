@@ -1,0 +1,259 @@
+"""From a selection to a verdict: names, rivals, gain, and what is left."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.diagnosis.balance import Balance, Rung, Solved, Term
+from solver.diagnosis.diagnosis import (
+    CLEAN,
+    EXPLAINED,
+    UNEXPLAINED,
+    Alternative,
+    Diagnosis,
+    Gain,
+    Location,
+    NamedEffect,
+    Remaining,
+)
+from solver.diagnosis.heldout import BlockScores, block_scores, blocks
+from solver.diagnosis.marker_causes import NOTHING_SEEN, SeenInMarkers
+from solver.diagnosis.refinement import best_start, refined
+from solver.diagnosis.remainder import UnknownForce, dependence, scene_named, unknown_forces
+from solver.diagnosis.selection import Contender, Found, Selection, confidence
+from solver.effects.effect import Candidate, Estimate
+from solver.effects.marker_effect import MarkerFinding
+
+BOOTSTRAPS = 400
+MARKER_TEMPER = 10.0  # [nats] of a marker's own likelihood, whose errors are far from independent
+MOST_ALTERNATIVES = 4
+MOMENT_LEVER_M = 0.1  # by which a moment counts as a force
+PLACED = 6  # bodies at which the point of an unknown force is sought
+
+
+def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHING_SEEN) -> Diagnosis:
+    """Verdict, causes with confidence, rivals, gain on withheld blocks, remainder.
+
+    Args:
+        balance: of all trials, markers repaired.
+        selection: causes found in it.
+        seen: causes that the markers showed before.
+    """
+    settings = balance.settings
+    some = blocks(balance)
+    solved, found = selection.solved, selection.found
+    left = _left(balance, solved)
+    if left is not None and found:
+        alone = _left(balance, selection.null)
+        if alone is not None and alone.solved.log_evidence > solved.log_evidence + settings.unknown_margin:
+            solved, found, left = selection.null, (), alone
+    before = block_scores(balance, selection.uncorrected, selection.null.rung, some)
+    after = block_scores(balance, solved.terms, solved.rung, some)
+    if left is not None and _size_N(balance, left) < _tolerated_N(balance, before, after):
+        left = None
+    significant = left is not None or solved.rung.scale > settings.unexplained_scale
+    named = [_named(balance, solved, f) for f in found] + [_of_markers(f) for f in seen.findings]
+    named += [_of_reading(balance, c) for c in selection.corrected]
+    verdict = UNEXPLAINED if significant else EXPLAINED if named else CLEAN
+    gains = _gains(before, after) if named else {}
+    if named and np.isfinite(seen.marker_rms_before_m):
+        gains["marker_rms_m"] = Gain(seen.marker_rms_before_m, seen.marker_rms_after_m)
+    return Diagnosis(
+        verdict=verdict,
+        effects=tuple(sorted(named, key=lambda e: -e.confidence)),
+        alternatives=tuple(a for f in found for a in _alternatives(balance, solved, found, f)),
+        gain=gains,
+        remaining=Remaining(
+            linear_residual_N=after.rms()[0],
+            noise_floor_N=_noise_floor(balance, solved),
+            location=_location(balance, left),
+        ),
+        trials=tuple(s.name for s in balance.scenes),
+    )
+
+
+def _left(balance: Balance, solved: Solved) -> Contender | None:
+    """The force of unknown course, or the moment, that would explain most; None where none pays."""
+    rungs = {id(r): r for r in (solved.rung, balance.rungs[0])}.values()
+    tried: list[Contender] = []
+    for candidate in unknown_forces(balance.scenes):
+        tried.append(max((_beside(balance, solved, candidate, r) for r in rungs), key=lambda c: c.gain))
+    tried.sort(key=lambda c: -c.gain)
+    for contender in tried[:PLACED]:
+        candidate = contender.term.candidate
+        if isinstance(candidate, UnknownForce):
+            x, _ = contender.solved.of(len(contender.solved.terms) - 1)
+            at = candidate.at_its_point(candidate.scene(balance.scenes), x)
+            tried.append(_beside(balance, solved, at, contender.solved.rung))
+    best = max(tried, key=lambda c: c.gain)
+    return best if best.gain > balance.settings.least_unknown_gain else None
+
+
+def _size_N(balance: Balance, left: Contender) -> float:
+    """RMS of an unknown force; of a moment, that of a force on a lever of a tenth of a metre."""
+    estimates = left.solved.estimates(len(left.solved.terms) - 1, balance.scenes)
+    if "rms_force_N" in estimates:
+        return estimates["rms_force_N"].value
+    return estimates["rms_moment_Nm"].value / MOMENT_LEVER_M
+
+
+def _tolerated_N(balance: Balance, before: BlockScores, after: BlockScores) -> float:
+    """A practical minimum, and a few percent of what the named causes took away."""
+    settings = balance.settings
+    removed = max(0.0, before.rms()[0] - after.rms()[0])
+    weight = balance.scenes[0].weight_N
+    return settings.least_unknown_share * weight + settings.tolerated_share * removed
+
+
+def _beside(balance: Balance, solved: Solved, candidate: Candidate, rung: Rung) -> Contender:
+    """A candidate beside the named causes, at the size that suits it."""
+    start = best_start(balance, candidate, solved.terms, rung)
+    assert start is not None
+    both = balance.solve([*solved.terms, start[0]], near=rung)
+    return Contender(start[0], both, both.log_evidence - solved.log_evidence)
+
+
+def _named(balance: Balance, solved: Solved, found: Found) -> NamedEffect:
+    term, k = found.contender.term, _position(solved, found.contender.term)
+    candidate = term.candidate
+    x, _ = solved.of(k)
+    eta, _ = solved.eta(k)
+    wider = balance.settings.std_inflation
+    estimates = {n: Estimate(e.value, wider * e.std) for n, e in solved.estimates(k, balance.scenes).items()}
+    return NamedEffect(
+        id=candidate.id,
+        target=candidate.target,
+        parameters=estimates,
+        confidence=confidence(found.contender, found.rivals, balance.settings),
+        frames=candidate.frames(balance.scenes, eta, x[: len(x) - len(term.tangent_mean)]),
+        sentence=candidate.sentence.format(target=candidate.target),
+        remedy=candidate.remedy.format(target=candidate.target),
+        gain_nats=found.contender.gain,
+        heldout_gain_nats=found.heldout_gain,
+    )
+
+
+def _of_reading(balance: Balance, contender: Contender) -> NamedEffect:
+    candidate = contender.term.candidate
+    return NamedEffect(
+        id=candidate.id,
+        target=candidate.target,
+        parameters=contender.solved.estimates(0, balance.scenes),
+        confidence=float(1 - np.exp(-min(50.0, contender.gain) / balance.settings.confidence_temper)),
+        frames=candidate.frames(balance.scenes, (), np.zeros(0)),
+        sentence=candidate.sentence.format(target=candidate.target),
+        remedy=candidate.remedy.format(target=candidate.target),
+        gain_nats=contender.gain,
+        heldout_gain_nats=float("nan"),
+    )
+
+
+def _of_markers(finding: MarkerFinding) -> NamedEffect:
+    return NamedEffect(
+        id=finding.id,
+        target=finding.target,
+        parameters=dict(finding.parameters),
+        confidence=float(1 - np.exp(-min(50.0, max(0.0, finding.gain) / MARKER_TEMPER))),
+        frames=(finding.frames,),
+        sentence=finding.sentence.format(target=finding.target),
+        remedy=finding.remedy.format(target=finding.target),
+        gain_nats=finding.gain,
+        heldout_gain_nats=float("nan"),
+    )
+
+
+def _position(solved: Solved, term: Term) -> int:
+    return next(k for k, t in enumerate(solved.terms) if t is term)
+
+
+def _alternatives(balance: Balance, solved: Solved, found: Sequence[Found], one: Found) -> list[Alternative]:
+    """Rivals that would do nearly as well in its place, beside all the other causes."""
+    others = [f.contender.term for f in found if f is not one]
+    named = one.contender.term
+    listed = []
+    for rival in one.rivals:
+        if _same(rival, one.contender) or rival.gain < one.contender.gain - 3 * balance.settings.rival_margin:
+            continue
+        if any(_same_candidate(rival.term, t) for t in others):
+            continue
+        term = refined(balance, rival.term, others, solved.rung)
+        tried = balance.solve([*others, term], near=solved.rung)
+        if tried.log_evidence < solved.log_evidence - balance.settings.rival_margin:
+            continue
+        cosine = likeness(named, term, solved)
+        candidate = rival.term.candidate
+        listed.append(
+            Alternative(
+                candidate.id,
+                candidate.target,
+                f"{named.candidate.id} {named.candidate.target}",
+                f"indistinguishable here: cosine {cosine:.2f}, log evidence "
+                f"{solved.log_evidence - tried.log_evidence:+.1f} in favour of the first",
+                candidate.rivals_told_apart_by or named.candidate.rivals_told_apart_by,
+            )
+        )
+    return listed[:MOST_ALTERNATIVES]
+
+
+def likeness(one: Term, other: Term, solved: Solved) -> float:
+    """Cosine of the smallest principal angle between two whitened signatures, nuisances projected out."""
+    bases = []
+    for term in (one, other):
+        fixed, columns = term.whitened(solved.rung)
+        parts = [columns * term.prior_std]
+        if fixed is not None and not columns.shape[1]:
+            parts.append(fixed[:, None])
+        bases.append(np.linalg.qr(np.concatenate(parts, axis=1))[0])
+    return float(np.linalg.svd(bases[0].T @ bases[1], compute_uv=False).max(initial=0.0))
+
+
+def _same(one: Contender, other: Contender) -> bool:
+    return _same_candidate(one.term, other.term)
+
+
+def _same_candidate(one: Term, other: Term) -> bool:
+    return (one.candidate.id, one.candidate.target) == (other.candidate.id, other.candidate.target)
+
+
+def _gains(before: BlockScores, after: BlockScores) -> dict[str, Gain]:
+    names = ("heldout_linear_residual_N", "heldout_angular_residual_Nm")
+    rng = np.random.default_rng(0)
+    sums = np.array([(e.reshape(-1, 2, 3) ** 2).sum(axis=(0, 2)) for e in after.error])
+    counts = np.array([len(e) for e in after.error])
+    draws = rng.integers(len(counts), size=(BOOTSTRAPS, len(counts)))
+    rms = np.sqrt(sums[draws].sum(axis=1) / counts[draws].sum(axis=1)[:, None])
+    low, high = np.percentile(rms, [2.5, 97.5], axis=0)
+    return {
+        name: Gain(before.rms()[i], after.rms()[i], (float(low[i]), float(high[i])))
+        for i, name in enumerate(names)
+    }
+
+
+def _noise_floor(balance: Balance, solved: Solved) -> float:
+    """RMS norm of what a withheld block's force may be off by [N], without any cause."""
+    some = blocks(balance)
+    Q = solved.rung.precision
+    variance: list[Float[np.ndarray, "windows 6"]] = []
+    for own in some:
+        variance.append(np.diag(np.linalg.inv(Q[np.ix_(own, own)])).reshape(-1, 6))
+    return float(np.sqrt(np.concatenate(variance)[:, :3].sum(axis=1).mean()))
+
+
+def _location(balance: Balance, left: Contender | None) -> Location | None:
+    """None where nothing is left, or where a moment is, which has no place."""
+    candidate = None if left is None else left.term.candidate
+    if left is None or not isinstance(candidate, UnknownForce):
+        return None
+    k = len(left.solved.terms) - 1
+    estimates = left.solved.estimates(k, balance.scenes)
+    x, _ = left.solved.of(k)
+    scene = candidate.scene(balance.scenes)
+    body = candidate.nearest_body(scene)
+    force = candidate.force_ground(scene, x)
+    return Location(
+        body=body,
+        rms_force_N=estimates["rms_force_N"].value,
+        mean_force_N=tuple(estimates[f"mean_force_{a}_N"].value for a in "xyz"),  # type: ignore[arg-type]
+        depends_on=dependence(scene, force, scene.skeleton.body_index(body)),
+    )

@@ -1,0 +1,97 @@
+"""The whole diagnosis of a subject as one readable function."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from solver.capture.capture import Capture, Subject
+from solver.capture.subject import open_subject
+from solver.contact.wrenches import MissingRange
+from solver.diagnosis.balance import Balance
+from solver.diagnosis.conclusion import conclude
+from solver.diagnosis.diagnosis import Diagnosis
+from solver.diagnosis.marker_causes import with_markers_repaired
+from solver.diagnosis.report import as_json
+from solver.diagnosis.rows import trial_rows
+from solver.diagnosis.scenes import flagged_by_people, scene_of
+from solver.diagnosis.selection import select
+from solver.diagnosis.settings import DIAGNOSIS, DiagnosisSettings
+from solver.effects.catalogue import catalogue
+from solver.errors import FitError
+from solver.fit import Fit
+from solver.pipeline import solve
+from solver.progress import Progress, part, silent
+from solver.settings import Settings, settings_for
+
+FITTED = 0.6  # share of the work that is done once the markers are fitted
+
+
+def diagnose(
+    subject: Subject,
+    settings: Settings,
+    *,
+    trials: Sequence[str] | None = None,
+    reviews: Mapping[str, Sequence[MissingRange]] | None = None,
+    diagnosis: DiagnosisSettings = DIAGNOSIS,
+    progress: Progress = silent,
+) -> Diagnosis:
+    """Say what is wrong with a subject's recordings, and why.
+
+    Only a person's flags take frames out of the evidence; the detector's proposals are hypotheses here.
+
+    Args:
+        subject: as `open_subject` found it.
+        settings: of the solve.
+        trials: names of the trials to look at together; None for all.
+        reviews: by trial, what people flagged.
+        diagnosis: noise, model errors and thresholds.
+        progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
+
+    Raises:
+        FitError: no trial has forces.
+        SolverError: a file, the model or the data cannot be used.
+    """
+    alone = replace(settings, trajectory=replace(settings.trajectory, enabled=False))
+
+    def fitted(repaired: Mapping[str, Capture]) -> Fit:
+        return solve(
+            subject,
+            alone,
+            trials=trials,
+            reviews=reviews,
+            captures=repaired,
+            progress=part(progress, 0.0, FITTED),
+        )
+
+    fit, seen = with_markers_repaired(fitted, settings, diagnosis, reviews or {})
+    balance = balance_of(fit, settings, diagnosis, reviews or {})
+    selection = select(balance, catalogue(balance.scenes), part(progress, FITTED, 1.0))
+    return conclude(balance, selection, seen)
+
+
+def balance_of(
+    fit: Fit,
+    settings: Settings,
+    diagnosis: DiagnosisSettings,
+    reviews: Mapping[str, Sequence[MissingRange]],
+) -> Balance:
+    """The wrench balance of all trials of a fit that have forces."""
+    pairs = [
+        scene_of(trial, fit.skeleton, settings, diagnosis, flagged_by_people(trial, reviews))
+        for trial in fit.trials
+        if trial.contacts is not None
+    ]
+    if not pairs:
+        raise FitError(f"{fit.subject.folder}: no trial has forces; without them nothing can be diagnosed.")
+    seconds = sum(scene.counts.sum() / scene.rate for scene, _ in pairs)
+    hop_s = max(diagnosis.hop_s, 6 * seconds / diagnosis.most_rows)
+    rows = [trial_rows(scene, posterior, diagnosis, hop_s) for scene, posterior in pairs]
+    rows = [r for r in rows if r.windows.count]
+    if not rows:
+        raise FitError(f"{fit.subject.folder}: no frame has forces and markers; nothing can be diagnosed.")
+    return Balance(rows, diagnosis)
+
+
+def diagnose_subject(folder: Path) -> dict[str, object]:
+    """The diagnosis of a folder with default settings, in the shape of `diagnose --json`."""
+    return as_json(diagnose(open_subject(folder), settings_for(folder)))

@@ -1,0 +1,74 @@
+"""What a diagnosis says."""
+
+from dataclasses import dataclass, field
+
+from solver.effects.effect import Estimate, Range
+
+EXPLAINED, CLEAN, UNEXPLAINED = "explained", "clean", "unexplained"
+
+
+@dataclass(frozen=True)
+class NamedEffect:
+    """A cause that was found."""
+
+    id: str
+    target: str
+    parameters: dict[str, Estimate]
+    confidence: float
+    frames: tuple[Range, ...]
+    sentence: str
+    remedy: str
+    gain_nats: float  # of log evidence
+    heldout_gain_nats: float
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """What might be in its place."""
+
+    id: str
+    target: str
+    instead_of: str  # "id target" of the named one
+    why: str
+    separate_by: str
+
+
+@dataclass(frozen=True)
+class Gain:
+    """A figure before and after, with an interval of the latter [N, N·m or m]."""
+
+    before: float
+    after: float
+    interval: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Location:
+    """Where something acts that nothing explains."""
+
+    body: str
+    rms_force_N: float
+    mean_force_N: tuple[float, float, float]
+    depends_on: str
+
+
+@dataclass(frozen=True)
+class Remaining:
+    """What is left after the named causes."""
+
+    linear_residual_N: float
+    noise_floor_N: float
+    location: Location | None = None
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Verdict, causes, rivals, gain and remainder."""
+
+    verdict: str
+    effects: tuple[NamedEffect, ...]
+    alternatives: tuple[Alternative, ...]
+    gain: dict[str, Gain]
+    remaining: Remaining
+    trials: tuple[str, ...]
+    notes: tuple[str, ...] = field(default=())

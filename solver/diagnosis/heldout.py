@@ -1,0 +1,78 @@
+"""What a cause gains on blocks that its own fit has not seen, each predicted from all the others.
+
+With the precision Q of the balance under a hypothesis (parameters integrated out), the rows of block B given
+all other rows have mean r_B − Q_BB⁻¹ (Q r)_B and precision Q_BB: every block is predicted from its
+neighbours, and every parameter comes from the other blocks, without a new fit.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.linalg import cho_factor, cho_solve
+
+from solver.diagnosis.balance import Balance, Rung, Term
+
+
+@dataclass(frozen=True, eq=False)
+class BlockScores:
+    """Of every block: log density of its rows given the others, and the error of their prediction."""
+
+    log_density: Float[np.ndarray, " blocks"]
+    error: tuple[Float[np.ndarray, "windows 6"], ...]  # [N], [N·m about the centre of mass]
+
+    def rms(self) -> tuple[float, float]:
+        """Norms of force [N] and moment [N·m] over all windows."""
+        error = np.concatenate(self.error)
+        squares = (error.reshape(-1, 2, 3) ** 2).sum(axis=2).mean(axis=0)
+        return float(np.sqrt(squares[0])), float(np.sqrt(squares[1]))
+
+
+def blocks(balance: Balance) -> list[Int[np.ndarray, " rows"]]:
+    """Rows of half-second stretches, at least four a trial where it is long enough for that."""
+    found = []
+    for trial, start in zip(balance.trials, balance.start, strict=False):
+        time_s = trial.windows.centre / trial.scene.rate
+        if not len(time_s):
+            continue
+        span = time_s[-1] - time_s[0]
+        count = max(min(4, len(time_s)), round(span / balance.settings.block_s))
+        edges = np.linspace(time_s[0] - 1e-6, time_s[-1] + 1e-6, count + 1)
+        for low, high in pairwise(edges):
+            own = np.flatnonzero((time_s >= low) & (time_s < high))
+            if len(own):
+                found.append(start + (6 * own[:, None] + np.arange(6)).ravel())
+    return found
+
+
+def block_scores(
+    balance: Balance, terms: Sequence[Term], rung: Rung, some: Sequence[Int[np.ndarray, " rows"]]
+) -> BlockScores:
+    """Every block predicted from the others under these terms."""
+    r = balance.residual.copy()
+    for term in terms:
+        if term.fixed is not None:
+            r = r - term.fixed
+    Q = rung.precision
+    columns = [t.columns * t.prior_std for t in terms if t.columns.shape[1]]
+    if columns:
+        B = np.concatenate(columns, axis=1)
+        QB = Q @ B
+        M = B.T @ QB
+        M[np.arange(len(M)), np.arange(len(M))] += 1.0
+        factor = cho_factor(M, lower=True)
+        u = Q @ r - QB @ cho_solve(factor, QB.T @ r)
+    else:
+        QB, factor, u = None, None, Q @ r
+    density, errors = [], []
+    for own in some:
+        Q_own = Q[np.ix_(own, own)]
+        if QB is not None:
+            Q_own = Q_own - QB[own] @ cho_solve(factor, QB[own].T)
+        L = np.linalg.cholesky(Q_own)
+        error = cho_solve((L, True), u[own])
+        density.append(float(np.log(np.diag(L)).sum() - 0.5 * u[own] @ error))
+        errors.append(error.reshape(-1, 6))
+    return BlockScores(np.array(density), tuple(errors))

@@ -1,0 +1,97 @@
+"""Markers first: what slipped or was exchanged is repaired and the pose fitted anew; then come forces."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solver.capture.capture import Capture
+from solver.contact.wrenches import MissingRange
+from solver.diagnosis.scenes import flagged_by_people, scene_of
+from solver.diagnosis.settings import DiagnosisSettings
+from solver.effects import marker_slip, marker_swap, soft_tissue
+from solver.effects.marker_effect import MarkerFinding
+from solver.effects.scene import Scene
+from solver.fit import Fit, TrialFit
+from solver.settings import Settings
+
+ROUNDS = 3  # a swap hides a slip, and a repaired pose shows the next
+
+
+@dataclass(frozen=True, eq=False)
+class SeenInMarkers:
+    """Causes that the markers themselves show."""
+
+    findings: tuple[MarkerFinding, ...] = ()
+    marker_rms_before_m: float = float("nan")
+    marker_rms_after_m: float = float("nan")
+
+
+NOTHING_SEEN = SeenInMarkers()
+
+
+def with_markers_repaired(
+    fitted: Callable[[Mapping[str, Capture]], Fit],
+    settings: Settings,
+    diagnosis: DiagnosisSettings,
+    reviews: Mapping[str, Sequence[MissingRange]],
+) -> tuple[Fit, SeenInMarkers]:
+    """Fit, look at the markers, repair them, and fit again until nothing more is found.
+
+    Args:
+        fitted: fits the subject with some trials' recordings in place of the files'.
+        settings: of the solve.
+        diagnosis: of the diagnosis.
+        reviews: by trial, what people flagged.
+    """
+    fit = fitted({})
+    before = _rms(fit)
+    found: list[MarkerFinding] = []
+    repaired: dict[str, Capture] = {}
+    for _ in range(ROUNDS):
+        fresh: list[MarkerFinding] = []
+        for trial in fit.trials:
+            if trial.contacts is None:
+                continue
+            flags = flagged_by_people(trial, reviews)
+            scene, _ = scene_of(trial, fit.skeleton, settings, diagnosis, flags)
+            own = _repairable(scene)
+            if own:
+                repaired[trial.capture.name] = _repaired(trial, scene, own)
+                fresh += own
+        if not fresh:
+            break
+        found += fresh
+        fit = fitted(repaired)
+    tissue = [
+        finding
+        for trial in fit.trials
+        if trial.contacts is not None
+        for finding in soft_tissue.findings(
+            scene_of(trial, fit.skeleton, settings, diagnosis, flagged_by_people(trial, reviews))[0]
+        )
+    ]
+    return fit, SeenInMarkers((*found, *tissue), before, _rms(fit))
+
+
+def _repairable(scene: Scene) -> list[MarkerFinding]:
+    """Exchanged markers, else slips: a swap looks like two slips."""
+    return marker_swap.findings(scene) or marker_slip.findings(scene)
+
+
+def _repaired(trial: TrialFit, scene: Scene, findings: Sequence[MarkerFinding]) -> Capture:
+    observed = scene.markers.observed_ground
+    for finding in findings:
+        observed = finding.repaired(observed)
+    markers = trial.capture.markers
+    positions = markers.positions_ground.copy()
+    for m, name in enumerate(scene.markers.names):
+        if name in markers.names and np.isfinite(scene.markers.observed_ground[:, m]).any():
+            positions[:, markers.names.index(name)] = observed[:, m]
+    return replace(trial.capture, markers=replace(markers, positions_ground=positions))
+
+
+def _rms(fit: Fit) -> float:
+    """Over all trials' frames [m]."""
+    frames = np.concatenate([t.marker_errors.rms_per_frame for t in fit.trials])
+    return float(np.sqrt(np.nanmean(frames**2)))

@@ -1,0 +1,219 @@
+"""Something pulls at a body and no cause of the catalogue says why: a force of unknown course, body by body.
+
+Its course is a Gaussian process, a constant and changes that last a tenth of a second and more; it acts near
+the body's centre of mass. Of all bodies the one is named whose line of action fits. It competes with the
+catalogue on the same scale, and its freedom costs it evidence.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy.interpolate import BSpline
+
+from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.scene import Scene, force_at
+from solver.skeleton.rotations import skew
+
+KNOT_S = 0.08  # shorter courses look like the model's own errors
+MOST_KNOTS = 60  # of one trial
+FORCE_SHARES = (0.005, 0.02, 0.08)  # of body weight: standard deviations of the force that are tried
+MOMENT_LEVERS_M = (0.002, 0.01, 0.04)  # of an unknown moment, times body weight
+REACH_M = 0.08  # how far from the body's centre of mass it may act
+LEAST_RADIUS_M = 0.03
+OWN_BONUS = 0.3  # radii of gyration, in favour of the body in whose frame the point was found
+POINT_PULL = 0.1  # towards the centre of mass, where the moments say little
+LEAST_EXPLAINED = 0.6  # share of a force from which on its dependence is stated
+LEAST_KG = 0.2  # lighter bodies are told apart from their neighbours by nothing
+
+
+@dataclass(frozen=True)
+class UnknownForce(Candidate):
+    """A force of any course on a body in one trial: at a known point, else near its centre of mass."""
+
+    trial: str
+    point_body: tuple[float, float, float] | None = None  # [m]
+
+    id = "unexplained"
+    sentence = "Something acts on {target} that no known cause describes."
+    remedy = "Look at the video and at what touches the person there."
+
+    def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
+        """Sizes of its changes [body weights]."""
+        return tuple((share,) for share in FORCE_SHARES)
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """Force splines at the point; without one, moments as far as `REACH_M` allows as well."""
+        if scene.name != self.trial:
+            return None
+        courses = _courses(scene)
+        point = self._place(scene)
+        columns = [force_at(axis, point)[:, :, None] * courses[:, None, :] for axis in np.eye(3)]
+        if self.point_body is None:
+            for axis in np.eye(3):
+                moment = np.zeros((scene.frames, 6))
+                moment[:, 3:] = REACH_M * axis
+                columns.append(moment[:, :, None] * courses[:, None, :])
+        stacked = np.concatenate(columns, axis=2)
+        return Signature(stacked, np.full(stacked.shape[2], eta[0] * scene.weight_N))
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, " parameters"],
+        covariance: Float[np.ndarray, "parameters parameters"],
+    ) -> dict[str, Estimate]:
+        """Mean and RMS of the force."""
+        force = self.force_ground(scene_named(scenes, self.trial), x)
+        mean, rms = force.mean(axis=0), float(np.sqrt((force**2).sum(axis=1).mean()))
+        std = float(np.sqrt(np.trace(covariance) / len(x)))
+        names = ("mean_force_x_N", "mean_force_y_N", "mean_force_z_N")
+        return {n: Estimate(float(m), std) for n, m in zip(names, mean, strict=True)} | {
+            "rms_force_N": Estimate(rms, std)
+        }
+
+    def scene(self, scenes: Sequence[Scene]) -> Scene:
+        """Of its trial."""
+        return scene_named(scenes, self.trial)
+
+    def force_ground(
+        self, scene: Scene, x: Float[np.ndarray, " parameters"]
+    ) -> Float[np.ndarray, "frames 3"]:
+        """Its course [N]."""
+        courses = _courses(scene)
+        return courses @ x[: 3 * courses.shape[1]].reshape(3, -1).T
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """Always: what counts is whether it is there."""
+        return True
+
+    def at_its_point(self, scene: Scene, x: Float[np.ndarray, " parameters"]) -> "UnknownForce":
+        """The same force at the point of the body that its moments speak for (least squares)."""
+        courses = _courses(scene)
+        width = 3 * courses.shape[1]
+        force = self.force_ground(scene, x)
+        moment = REACH_M * (courses @ x[width : 2 * width].reshape(3, -1).T)
+        body = scene.skeleton.body_index(self.target)
+        R = scene.R_ground_body[:, body]
+        rows = -skew(force) @ R  # r × F = −F × r
+        weight = REACH_M * np.sqrt((force**2).sum())
+        A = np.concatenate([rows.reshape(-1, 3), POINT_PULL * weight / REACH_M * np.eye(3)])
+        offset = np.linalg.lstsq(A, np.concatenate([moment.ravel(), np.zeros(3)]), rcond=None)[0]
+        point = scene.skeleton.bodies[body].com_body + offset
+        return UnknownForce(self.target, self.trial, tuple(point.tolist()))
+
+    def nearest_body(self, scene: Scene) -> str:
+        """The body that the point lies in: least distance from its centre of mass, in radii of gyration."""
+        if self.point_body is None:
+            return self.target
+        place = self._place(scene)
+        distances = {}
+        for b, body in enumerate(scene.skeleton.bodies):
+            if body.mass < LEAST_KG:
+                continue
+            away = np.linalg.norm(place - scene.point_ground(b, body.com_body), axis=1).mean()
+            distances[body.name] = away / (
+                LEAST_RADIUS_M + np.sqrt(np.trace(body.inertia_body) / 2 / body.mass)
+            )
+        return min(distances, key=lambda name: distances[name] - (OWN_BONUS if name == self.target else 0.0))
+
+    def _place(self, scene: Scene) -> Float[np.ndarray, "frames 3"]:
+        body = scene.skeleton.body_index(self.target)
+        point = self.point_body if self.point_body is not None else scene.skeleton.bodies[body].com_body
+        return scene.point_ground(body, np.asarray(point))
+
+
+@dataclass(frozen=True)
+class UnknownMoment(Candidate):
+    """A pure moment of any course in one trial; the balance of the whole body does not tell on which body."""
+
+    trial: str
+
+    id = "unexplained"
+    sentence = "A moment turns the body that no known cause describes."
+    remedy = "Look for what spins or twists: a wheel, a handle, a plate whose moments are wrong."
+
+    def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
+        """Sizes of its changes [m, levers of body weight]."""
+        return tuple((lever,) for lever in MOMENT_LEVERS_M)
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """Moment splines."""
+        if scene.name != self.trial:
+            return None
+        courses = _courses(scene)
+        columns = np.zeros((scene.frames, 6, 3, courses.shape[1]))
+        for axis in range(3):
+            columns[:, 3 + axis, axis] = courses
+        stacked = columns.reshape(scene.frames, 6, -1)
+        return Signature(stacked, np.full(stacked.shape[2], eta[0] * scene.weight_N))
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, " parameters"],
+        covariance: Float[np.ndarray, "parameters parameters"],
+    ) -> dict[str, Estimate]:
+        """RMS of the moment."""
+        moment = _courses(scene_named(scenes, self.trial)) @ x.reshape(3, -1).T
+        std = float(np.sqrt(np.trace(covariance) / len(x)))
+        return {"rms_moment_Nm": Estimate(float(np.sqrt((moment**2).sum(axis=1).mean())), std)}
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """Always."""
+        return True
+
+
+def unknown_forces(scenes: Sequence[Scene]) -> list[Candidate]:
+    """In each trial a force on each body that is heavy enough to be told apart, and a moment."""
+    found: list[Candidate] = []
+    for scene in scenes:
+        found += [UnknownForce(b.name, scene.name) for b in scene.skeleton.bodies if b.mass >= LEAST_KG]
+        found.append(UnknownMoment("", scene.name))
+    return found
+
+
+def scene_named(scenes: Sequence[Scene], trial: str) -> Scene:
+    """The scene of a trial."""
+    return next(scene for scene in scenes if scene.name == trial)
+
+
+def _courses(scene: Scene) -> Float[np.ndarray, "frames courses"]:
+    """A constant, and cubic B-splines through the trial."""
+    time_s = scene.times
+    pieces = int(np.clip(round(time_s[-1] / KNOT_S), 4, MOST_KNOTS))
+    inner = np.linspace(0, time_s[-1], pieces + 1)
+    step = inner[1]
+    knots = np.concatenate([-step * np.arange(3, 0, -1), inner, time_s[-1] + step * np.arange(1, 4)])
+    splines = BSpline.design_matrix(time_s, knots, 3, extrapolate=True).toarray()
+    return np.concatenate([np.ones((scene.frames, 1)), splines], axis=1)
+
+
+def dependence(scene: Scene, force: Float[np.ndarray, "frames 3"], body: int) -> str:
+    """On what the force depends most: nothing, place, velocity, its square, acceleration; in words."""
+    point = scene.skeleton.bodies[body].com_body
+    place = scene.point_ground(body, point)
+    velocity = scene.point_velocity_ground(body, point)
+    speed = np.linalg.norm(velocity, axis=1, keepdims=True)
+    acceleration = np.gradient(velocity, 1 / scene.rate, axis=0)
+    total = (force**2).sum()
+    changing = force - force.mean(axis=0)
+    explained = {"constant": 1 - (changing**2).sum() / total if total else 0.0}
+    for name, regressor in (
+        ("position", place - place.mean(axis=0)),
+        ("velocity", velocity),
+        ("velocity squared", speed * velocity),
+        ("acceleration", acceleration),
+    ):
+        A = np.concatenate([np.ones((len(force), 1)), regressor], axis=1)
+        rest = force - A @ np.linalg.lstsq(A, force, rcond=None)[0]
+        explained[name] = 1 - (rest**2).sum() / total if total else 0.0
+    best = max(explained, key=lambda n: explained[n] + (0.1 if n == "constant" else 0.0))
+    if explained[best] < LEAST_EXPLAINED:
+        return "none of: constant, position, velocity, acceleration"
+    return f"{best} ({100 * explained[best]:.0f} % of it)"

@@ -1,0 +1,73 @@
+"""One trial's rows of the wrench balance, and what they may be without a cause."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.diagnosis.model_errors import model_error, nuisances
+from solver.diagnosis.settings import DiagnosisSettings
+from solver.dynamics.marker_posterior import MarkerPosterior
+from solver.dynamics.windows import Windows, windows_over
+from solver.effects.scene import Scene
+from solver.skeleton.forward import cross
+
+
+@dataclass(frozen=True, eq=False)
+class TrialRows:
+    """One trial's rows of the balance."""
+
+    scene: Scene
+    windows: Windows
+    covariance: Float[np.ndarray, "rows rows"]  # of markers and plates
+    model_error: Float[np.ndarray, "rows rows"]  # at scale 1
+    nuisance: Float[np.ndarray, "rows nuisances"]  # shared by trials, each at one standard deviation
+
+    def reduced(
+        self, wrench_ground: Float[np.ndarray, "frames 6 *columns"]
+    ) -> Float[np.ndarray, "rows *columns"]:
+        """Frame-by-frame wrenches about the ground origin as rows: window means about the centre of mass."""
+        moved = np.array(wrench_ground, dtype=float)
+        arm = self.scene.com_ground
+        if moved.ndim == 3:
+            arm = arm[:, None]
+            moved[:, 3:] -= cross(arm, moved[:, :3].transpose(0, 2, 1)).transpose(0, 2, 1)
+        else:
+            moved[:, 3:] -= cross(arm, moved[:, :3])
+        means = self.windows.means(moved)
+        return means.reshape(-1, *means.shape[2:])
+
+    @cached_property
+    def residual(self) -> Float[np.ndarray, " rows"]:
+        """Demanded less measured."""
+        return self.reduced(self.scene.demanded_ground - self.scene.measured_ground)
+
+
+def trial_rows(
+    scene: Scene, posterior: MarkerPosterior, settings: DiagnosisSettings, hop_s: float
+) -> TrialRows:
+    """One trial's rows and their covariance.
+
+    Args:
+        scene: made from the posterior's motion.
+        posterior: of the markers.
+        settings: noise and model error.
+        hop_s: from window to window [s].
+    """
+    counts = scene.counts.copy()
+    ends = round(settings.end_s * scene.rate)
+    counts[:ends] = counts[len(counts) - ends :] = False
+    windows = windows_over(counts, scene.rate, settings.window_s, hop_s)
+    terms = posterior.momentum(scene.measured_ground)
+    markers = posterior.covariance(terms, windows)
+    noise = np.repeat([settings.force_noise_N, settings.moment_noise_Nm], 3)
+    markers[np.arange(len(markers)), np.arange(len(markers))] += np.tile(noise**2, windows.count)
+    rows = TrialRows(scene, windows, markers, np.zeros((0, 0)), np.zeros((0, 0)))
+    return TrialRows(
+        scene,
+        windows,
+        markers,
+        model_error(scene, windows, settings),
+        nuisances(scene, rows.reduced, settings),
+    )

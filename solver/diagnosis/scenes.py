@@ -1,0 +1,142 @@
+"""From a fit to what the diagnosis looks at: each trial's motion by its markers alone, beside its plates."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from solver.capture.capture import ForcePlate
+from solver.capture.conditioning import plate_loads
+from solver.contact.sole import independent_feet, soles
+from solver.contact.wrenches import MissingRange
+from solver.diagnosis.settings import DiagnosisSettings
+from solver.dynamics.inertia_parameters import demanded_wrench, pseudo_inertia
+from solver.dynamics.marker_posterior import MarkerPosterior, marker_posterior
+from solver.dynamics.material_acceleration import material_accelerations
+from solver.dynamics.root_wrench import centre_of_mass
+from solver.effects.scene import MarkerScene, PlateScene, Scene
+from solver.fit import TrialFit
+from solver.runs import runs
+from solver.settings import Settings
+from solver.skeleton.forward import ForwardKinematics
+from solver.skeleton.skeleton import Skeleton
+
+
+def observed_markers(fit: TrialFit, skeleton: Skeleton) -> Float[np.ndarray, "frames markers 3"]:
+    """The recording's markers in the model's order; NaN where unseen or not in the recording [m]."""
+    recorded = fit.capture.markers
+    fitted = set(fit.marker_errors.names)
+    observed = np.full((recorded.frames, len(skeleton.markers), 3), np.nan)
+    for m, marker in enumerate(skeleton.markers):
+        if marker.name in fitted and marker.name in recorded.names:
+            observed[:, m] = recorded.positions_ground[:, recorded.names.index(marker.name)]
+    return observed
+
+
+def scene_of(
+    fit: TrialFit,
+    skeleton: Skeleton,
+    settings: Settings,
+    diagnosis: DiagnosisSettings,
+    flagged: Sequence[MissingRange] = (),
+) -> tuple[Scene, MarkerPosterior]:
+    """One trial with forces.
+
+    Args:
+        fit: of the markers; its contacts and proposals are of use, its mask is not.
+        skeleton: scaled, with the entered mass.
+        settings: of the solve.
+        diagnosis: of the diagnosis.
+        flagged: what a person took out; only a person does.
+    """
+    assert fit.contacts is not None
+    start = fit.kinematics_only.motion if fit.kinematics_only else fit.motion
+    observed = observed_markers(fit, skeleton)
+    posterior = marker_posterior(skeleton, observed, start, diagnosis.markers, settings.trajectory)
+    kinematics = ForwardKinematics(skeleton)
+    motion = posterior.motion.low_passed(diagnosis.signature_cutoff_Hz)
+    v, a = motion.velocity, motion.acceleration
+    poses = kinematics.poses(motion.q)
+    material, _ = material_accelerations(kinematics, poses, motion.q, v, a)
+    scene = Scene(
+        name=fit.capture.name,
+        skeleton=skeleton,
+        motion=motion,
+        velocity=v,
+        acceleration=a,
+        R_ground_body=poses.R_ground_body,
+        p_ground_body=poses.p_ground_body,
+        material=material,
+        com_ground=centre_of_mass(skeleton, poses),
+        demanded_ground=_demanded(kinematics, posterior),
+        plates=tuple(_plate(k, plate, fit, settings) for k, plate in enumerate(fit.capture.plates)),
+        markers=MarkerScene(
+            skeleton.marker_names, kinematics.marker_bodies, observed, kinematics.markers(poses)
+        ),
+        soles=tuple(soles(skeleton, independent_feet(skeleton, fit.contacts.foot_bodies))),
+        contacts=fit.contacts,
+        proposals=fit.proposals,
+        counts=_counts(fit, settings, flagged),
+        notes=fit.capture.notes,
+    )
+    return scene, posterior
+
+
+def _demanded(kinematics: ForwardKinematics, posterior: MarkerPosterior) -> Float[np.ndarray, "frames 6"]:
+    """The wrench that the markers' own motion demands, about the ground origin [N], [N·m].
+
+    Not of the smoother motion that signatures are computed from: a signature that shares the markers' noise
+    with the balance would explain that noise.
+    """
+    q = posterior.motion.q
+    A, T = material_accelerations(
+        kinematics, kinematics.poses(q), q, posterior.velocity, posterior.acceleration
+    )
+    J = np.stack([pseudo_inertia(body) for body in kinematics.skeleton.bodies])
+    return demanded_wrench(A, T, J).sum(axis=1)
+
+
+def flagged_by_people(fit: TrialFit, reviews: Mapping[str, Sequence[MissingRange]]) -> Sequence[MissingRange]:
+    """A trial's flags in the store, else in an imported review."""
+    if fit.capture.name in reviews:
+        return reviews[fit.capture.name]
+    imported = fit.capture.imported_missing_force
+    if imported is None:
+        return ()
+    return [(start, end, None, "manualReview") for start, end in runs(imported)]
+
+
+def _plate(k: int, plate: ForcePlate, fit: TrialFit, settings: Settings) -> PlateScene:
+    loads = plate_loads(plate, settings.conditioning)
+    scene = PlateScene(
+        target=f"plate_{k + 1}",
+        plate=plate,
+        loads=loads,
+        wrench_ground=np.zeros((fit.motion.frames, 6)),
+        loaded=np.zeros(fit.motion.frames, dtype=bool),
+        centre_ground=_centre(plate, loads.carrying),
+        times=fit.motion.times,
+        conditioning=settings.conditioning,
+    )
+    wrench = np.nan_to_num(scene.at_frames(loads.wrench_ground))
+    return replace(scene, wrench_ground=wrench, loaded=wrench[:, 1] >= settings.conditioning.threshold_N)
+
+
+def _centre(plate: ForcePlate, carrying: Bool[np.ndarray, " samples"]) -> Float[np.ndarray, "3"]:
+    if plate.corners_ground is not None:
+        return np.asarray(plate.corners_ground.mean(axis=0))
+    pressed = plate.cop_ground[carrying & np.isfinite(plate.cop_ground).all(axis=1)]
+    if not len(pressed):
+        return np.zeros(3)
+    return (pressed.max(axis=0) + pressed.min(axis=0)) / 2
+
+
+def _counts(
+    fit: TrialFit, settings: Settings, flagged: Sequence[MissingRange]
+) -> Bool[np.ndarray, " frames"]:
+    assert fit.contacts is not None
+    counts = fit.contacts.observed & (fit.marker_errors.seen_share >= settings.kinematics.fewest_seen_share)
+    for start, end, _, _ in flagged:
+        counts[start:end] = False
+    return counts

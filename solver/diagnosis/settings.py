@@ -1,0 +1,117 @@
+"""Settings of the diagnosis, each with its reason."""
+
+from dataclasses import dataclass, field
+
+from solver.dynamics.marker_posterior import MarkerNoise
+from solver.settings_field import setting
+
+
+@dataclass(frozen=True)
+class DiagnosisSettings:
+    """What counts as noise, what as model error, and from where on something is said to be wrong."""
+
+    markers: MarkerNoise = field(default_factory=MarkerNoise)
+    signature_cutoff_Hz: float = setting(
+        20.0, unit="Hz", why="signatures are computed from motion below it: above, accelerations are noise"
+    )
+    window_s: float = setting(0.06, unit="s", why="shorter than anything that markers can tell of a force")
+    hop_s: float = setting(0.03, unit="s", why="half a window: nothing is lost between them")
+    most_rows: int = setting(2400, unit="", why="the evidence is a dense matrix; longer trials hop farther")
+    end_s: float = setting(0.05, unit="s", why="at both ends of a trial the spline is loose")
+    force_noise_N: float = setting(3.0, unit="N", why="of a filtered plate")
+    moment_noise_Nm: float = setting(
+        2.0, unit="N·m", why="likewise: 3 mm of centre of pressure at body weight"
+    )
+    body_mass_std: float = setting(0.008, unit="", why="relative: a scale's reading, clothes and shoes")
+    segment_mass_std: float = setting(
+        0.06, unit="", why="relative scatter of segments' masses between people"
+    )
+    segment_com_std_m: float = setting(0.008, unit="m", why="scatter of their centres of mass, and of joints")
+    segment_inertia_std: float = setting(0.10, unit="", why="relative scatter of their moments of inertia")
+    bounce_std: float = setting(
+        0.10, unit="", why="skin and a stiff trunk exaggerate the motion of the centre of mass by 10 to 20 %"
+    )
+    tissue_std_m_per_rad: float = setting(
+        0.008, unit="m/rad", why="how far a segment's markers slide together as the joints beside it turn"
+    )
+    tissue_least_share: float = setting(0.02, unit="", why="of body mass; lighter segments hardly matter")
+    model_force_share: float = setting(
+        0.008, unit="BW", why="what the model gets wrong for a tenth of a second at a time"
+    )
+    model_motion_share: float = setting(0.06, unit="", why="likewise, of the force that accelerations demand")
+    model_arm_m: float = setting(
+        0.008, unit="m", why="lever of such errors about the centre of mass, times body weight"
+    )
+    model_time_s: float = setting(0.06, unit="s", why="how long they last")
+    model_scale_std: float = setting(
+        0.7, unit="", why="logarithm: how much such errors differ between recordings"
+    )
+    model_scales: tuple[float, ...] = setting(
+        (0.18, 0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0),
+        unit="",
+        why="between which it is sought, for every hypothesis anew",
+    )
+    block_s: float = setting(0.5, unit="s", why="withheld at a time: a stance or half a second")
+    refitted: int = setting(10, unit="", why="the best of the screening; a cause that matters is among them")
+    most_effects: int = setting(
+        5, unit="", why="a recording with more causes than that is better recorded anew"
+    )
+    least_gain: float = setting(8.0, unit="nats", why="of log evidence; clean recordings rarely reach it")
+    least_further_gain: float = setting(
+        13.0,
+        unit="nats",
+        why="of every cause after the first, which has the rest of the first to explain as well",
+    )
+    least_heldout_gain: float = setting(
+        0.0,
+        unit="nats",
+        why="of log density of withheld blocks; a wrong mass gains little there, since the other blocks tell "
+        "it even against the prior",
+    )
+    handicaps: tuple[tuple[str, float], ...] = setting(
+        (
+            ("sample_rate", 2.0),
+            ("filter_mismatch", 3.0),
+            ("plate_gain", 2.0),
+            ("plate_bias", 2.0),
+            ("plate_yaw", 2.0),
+            ("external_contact", 4.0),
+            ("body_weight_support", 3.0),
+            ("elastic_tether", 3.0),
+            ("drag", 3.0),
+            ("belt_acceleration", 3.0),
+            ("carried_mass", 5.0),
+            ("segment_mass", 6.0),
+            ("wobbling_mass", 5.0),
+            ("capture_scale", 12.0),
+        ),
+        unit="nats",
+        why="log prior odds against causes that are rare, or that generic models imitate on sound recordings",
+    )
+    least_unknown_gain: float = setting(
+        15.0, unit="nats", why="of a force of any course, which is free to follow noise"
+    )
+    unknown_margin: float = setting(
+        6.0, unit="nats", why="by which a force of any course must beat named causes"
+    )
+    unexplained_scale: float = setting(2.4, unit="", why="model errors of sound recordings stay below it")
+    rival_margin: float = setting(
+        4.0, unit="nats", why="of log evidence, within which two causes are not told apart"
+    )
+    confidence_temper: float = setting(
+        3.0, unit="nats", why="evidence is overconfident where the model is wrong"
+    )
+    std_inflation: float = setting(1.3, unit="", why="by calibration on hidden effects")
+    certain_gain: float = setting(
+        40.0, unit="nats", why="from which on something is wrong even if several causes would do"
+    )
+    least_confidence: float = setting(
+        0.2, unit="", why="of a smaller gain; model errors of real recordings suit many causes equally badly"
+    )
+    least_unknown_share: float = setting(0.012, unit="BW", why="a force below it nobody would look for")
+    tolerated_share: float = setting(
+        0.05, unit="", why="of what named causes took away; a contact is never described to the last newton"
+    )
+
+
+DIAGNOSIS = DiagnosisSettings()

@@ -1,0 +1,116 @@
+"""Belt acceleration: the support under the person speeds up and slows down, the cameras' frame with it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.scene import Scene, force_at
+from solver.effects.time_course import Stretch, stretch_of
+
+KNOTS_S = 0.12  # a belt's drive answers twice a step
+PRIOR_STD_M_PER_S2 = 0.5
+LEAST_M_PER_S2 = 0.15  # RMS; a good treadmill keeps below, and soft tissue looks like 0.12
+FEWEST_M = 0.3  # a person who travels less than that in a trial has no direction of progression
+
+
+@dataclass(frozen=True)
+class BeltAcceleration(Candidate):
+    """In the frame of a support that accelerates by a every particle feels −m a: −M a at the centre of mass.
+
+    There is no moment about the centre of mass, which tells it from a contact. η is the direction of a, an
+    angle about +y from the trial's progression [rad].
+    """
+
+    courses: tuple[Stretch, ...] = ()  # whole trials, each with parameters of its own
+
+    id = "belt_acceleration"
+    sentence = "The belt or platform under the person accelerates."
+    remedy = "Record the belt's speed, or use a stiffer drive; subtract the belt's acceleration."
+    rivals_told_apart_by = "a marker on the belt or on the platform"
+
+    def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
+        """Along the progression, and across."""
+        return ((0.0,), (np.pi / 2,))
+
+    def steps(self) -> Eta:
+        """[rad]."""
+        return (0.2,)
+
+    def prior(self, scenes: Sequence[Scene]) -> tuple[tuple[float, float], ...]:
+        """Anywhere; along is likelier than across."""
+        return ((0.0, 0.8),)
+
+    def admissible(self, eta: Eta) -> bool:
+        """Half a turn: a reaches both ways."""
+        return abs(eta[0]) <= np.pi
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """Splines of a(t) in this trial; zero for those of other trials."""
+        if scene.name not in {c.trial for c in self.courses}:
+            return None
+        angle = progression(scene) + eta[0]
+        whole = force_at(
+            -scene.skeleton.mass * np.array([np.cos(angle), 0.0, -np.sin(angle)]), scene.com_ground
+        )
+        splines = [
+            c.humps(KNOTS_S) if c.trial == scene.name else np.zeros((scene.frames, c.hump_count(KNOTS_S)))
+            for c in self.courses
+        ]
+        columns = whole[:, :, None] * np.concatenate(splines, axis=1)[:, None]
+        return Signature(columns, np.full(columns.shape[2], PRIOR_STD_M_PER_S2))
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, " parameters"],
+        covariance: Float[np.ndarray, "parameters parameters"],
+    ) -> dict[str, Estimate]:
+        """rms_m_per_s2 over all frames."""
+        gram, frames = np.zeros((len(x), len(x))), 0
+        first = 0
+        for c in self.courses:
+            own = slice(first, first + c.hump_count(KNOTS_S))
+            splines = c.humps(KNOTS_S)
+            gram[own, own] = splines.T @ splines
+            first, frames = own.stop, frames + c.frames
+        gram /= frames
+        rms = float(np.sqrt(x @ gram @ x))
+        slope = gram @ x / max(rms, 1e-9)
+        return {"rms_m_per_s2": Estimate(rms, float(np.sqrt(slope @ covariance @ slope)))}
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """More than a good treadmill's unrest."""
+        return estimates["rms_m_per_s2"].value > LEAST_M_PER_S2
+
+
+def progression(scene: Scene) -> float:
+    """The way that the person goes over the support, an angle about +y from +x [rad].
+
+    From the centre of mass where it travels; else from the feet, which a belt carries back while they stand.
+    """
+    travelled = scene.com_ground[-1] - scene.com_ground[0]
+    if np.hypot(travelled[0], travelled[2]) < FEWEST_M:
+        travelled = _against_the_belt(scene)
+    return float(np.arctan2(-travelled[2], travelled[0]))
+
+
+def _against_the_belt(scene: Scene) -> Float[np.ndarray, "3"]:
+    """Opposite to the mean velocity of feet while plates carry them, times the trial's duration [m]."""
+    travelled = np.zeros(3)
+    for sole in scene.soles:
+        part = sole.parts[0]
+        velocity = scene.point_velocity_ground(part.body, part.corners_body.mean(axis=0))
+        standing = scene.contacts.in_contact[:, scene.contacts.foot_bodies.index(sole.foot_body)]
+        travelled -= velocity[standing].sum(axis=0) / scene.rate
+    return travelled if np.hypot(travelled[0], travelled[2]) > FEWEST_M else np.array([1.0, 0.0, 0.0])
+
+
+def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
+    """One support."""
+    courses = tuple(stretch_of(s, 0, s.frames) for s in scenes)
+    return [BeltAcceleration("all", courses)] if courses else []

@@ -1,0 +1,53 @@
+"""Body-weight support: a harness carries part of the person."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.force_on_body import columns_at_centre, prior_with_reach, trunk_bodies
+from solver.effects.scene import Scene
+
+PRIOR_STD_N = 120.0  # supports carry a tenth to a half of the weight
+LEAST_N = 20.0  # a slack harness, and 3 % of body weight
+
+
+@dataclass(frozen=True)
+class BodyWeightSupport(Candidate):
+    """A constant force straight up on a segment, at its centre of mass or a hand's breadth from it."""
+
+    id = "body_weight_support"
+    sentence = "A harness or a hand carries {target} with a constant force."
+    remedy = "Record the support's load cell, or enter its setting."
+    rivals_told_apart_by = "a second without contact with the plates, or the support's own load cell"
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """A newton upward."""
+        if self.target not in scene.skeleton.body_names:
+            return None
+        gravity = np.asarray(scene.skeleton.gravity)
+        up = np.tile(-gravity / np.linalg.norm(gravity), (scene.frames, 1))
+        columns = columns_at_centre(scene, scene.skeleton.body_index(self.target), up)
+        return Signature(columns, prior_with_reach(PRIOR_STD_N))
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, "4"],
+        covariance: Float[np.ndarray, "4 4"],
+    ) -> dict[str, Estimate]:
+        """force_N, on the person."""
+        return {"force_N": Estimate(float(x[0]), float(np.sqrt(covariance[0, 0])))}
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """More than a slack harness, and upward."""
+        return estimates["force_N"].value > LEAST_N
+
+
+def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
+    """At the pelvis and at the trunk."""
+    return [BodyWeightSupport(name) for name in trunk_bodies(scenes[0].skeleton)] if scenes else []

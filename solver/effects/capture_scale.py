@@ -1,0 +1,70 @@
+"""Capture scale: the cameras' calibration makes the room, and the person in it, too large or too small."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.scene import Scene
+from solver.skeleton.forward import cross
+
+PRIOR_STD = 0.01  # a calibration wand whose markers sit 1 to 5 mm off over half a metre
+LEAST = 0.003  # a wand made with care: 1.5 mm over half a metre
+
+
+@dataclass(frozen=True)
+class CaptureScale(Candidate):
+    """recorded marker = scale × true about the laboratory's origin; the skeleton is fitted to that and grows.
+
+    True lengths and accelerations are the recorded ones over scale; masses and gravity stay. With
+    x = 1 − 1/scale, and the recorded demand split into what motion asks, f with moment l about the ground
+    origin, and what gravity asks, −m g with moment −c × m g,
+
+        recorded − true = x f                     (force)
+                        = (2x − x²) l − x c × m g (moment).
+
+    The column is the part that is linear in x; at 1 % half a per cent of it is left over. Centres of pressure
+    are not scaled and drift against the soles as the person goes away from the origin: the moment's column
+    holds that. The entered height against the scaled skeleton is no evidence here: heights are entered to a
+    centimetre at best, with or without shoes, and segments' proportions differ by more than 1 %.
+    """
+
+    id = "capture_scale"
+    sentence = "The markers were recorded in a room that is a constant factor too large or too small."
+    remedy = "Calibrate the cameras with a wand whose length was measured."
+    rivals_told_apart_by = (
+        "two markers at a known distance, or steps on plates far from the laboratory's origin, on both sides"
+    )
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """What the recorded motion demands too much."""
+        weight = scene.skeleton.mass * np.asarray(scene.skeleton.gravity)
+        by_gravity = np.broadcast_to(-weight, scene.com_ground.shape)
+        moment_by_gravity = cross(scene.com_ground, by_gravity)
+        by_motion = scene.demanded_ground[:, :3] - by_gravity
+        moment_by_motion = scene.demanded_ground[:, 3:] - moment_by_gravity
+        column = np.concatenate([by_motion, 2 * moment_by_motion + moment_by_gravity], axis=1)
+        return Signature(column[:, :, None], np.array([PRIOR_STD]))
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, "1"],
+        covariance: Float[np.ndarray, "1 1"],
+    ) -> dict[str, Estimate]:
+        """scale, dimensionless; above 1 when the recording is too large."""
+        scale = 1 / (1 - float(x[0]))
+        return {"scale": Estimate(scale, float(np.sqrt(covariance[0, 0])) * scale**2)}
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """Beyond what a careful calibration scatters."""
+        return abs(estimates["scale"].value - 1) > LEAST
+
+
+def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
+    """One room."""
+    return [CaptureScale("all")] if scenes else []

@@ -1,0 +1,88 @@
+"""Carried mass: something heavy is fixed to a segment, and the model does not know."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.effects.demanded_by_inertia import demanded_by_changes
+from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.scene import Scene
+
+LIGHTEST_KG = 0.3  # what a lighter one carries (toes, an ankle bone), its neighbour carries as well
+PRIOR_KG = 4.0  # a rucksack, a measuring unit, ankle weights
+REACH_M = 0.12  # from the segment's centre of mass to the load's
+SPREAD_M = 0.12  # of the load itself, and of its place, as radius of gyration
+LEAST_KG = 0.5  # shoes and clothes
+LEAST_STDS = 2.0  # else only the moments are seen, which a wrong centre of mass has as well
+FARTHEST_M = 0.8  # from the segment's origin: whatever is carried, lies on the body
+MOMENTS = ((0, 3), (1, 3), (2, 3), (0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # entries of J
+
+
+@dataclass(frozen=True)
+class CarriedMass(Candidate):
+    """A rigid load of mass m at r in the body's frame: more is demanded, so the signature is −Δdemanded.
+
+    With r₀ the segment's own centre of mass the load's pseudo-inertia is linear in m, m(r − r₀) and the six
+    second moments about r₀. All ten are columns, so nothing is lost for a load far from r₀ or a wide one.
+    """
+
+    id = "carried_mass"
+    sentence = "Something heavy is carried on {target} that the model does not know."
+    remedy = "Weigh the load and note where it was fixed, or enter it as part of the segment."
+    rivals_told_apart_by = "the subject on a scale, with and without the load"
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """Mass, three first moments and six second moments about the segment's centre of mass."""
+        if self.target not in scene.skeleton.body_names:
+            return None
+        body = scene.skeleton.body_index(self.target)
+        changes = load_basis(scene.skeleton.bodies[body].com_body)
+        second = PRIOR_KG * SPREAD_M**2
+        prior_std = np.concatenate([[PRIOR_KG], np.full(3, PRIOR_KG * REACH_M), np.full(6, second)])
+        return Signature(-demanded_by_changes(scene, body, changes), prior_std)
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, "10"],
+        covariance: Float[np.ndarray, "10 10"],
+    ) -> dict[str, Estimate]:
+        """mass_kg, and the load's centre in the body's frame by division."""
+        skeleton = scenes[0].skeleton
+        com = skeleton.bodies[skeleton.body_index(self.target)].com_body
+        mass = float(x[0])
+        found = {"mass_kg": Estimate(mass, float(np.sqrt(covariance[0, 0])))}
+        divisor = np.copysign(max(abs(mass), 1e-6), mass)
+        for i, name in enumerate(("offset_x_m", "offset_y_m", "offset_z_m")):
+            away = float(x[1 + i]) / divisor
+            gradient = np.array([-away, 1.0]) / divisor
+            both = covariance[np.ix_([0, 1 + i], [0, 1 + i])]
+            found[name] = Estimate(float(com[i]) + away, float(np.sqrt(gradient @ both @ gradient)))
+        return found
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """Heavier than shoes, a weight and not just a moment, and on the body; a load is never negative."""
+        mass = estimates["mass_kg"]
+        away = float(np.hypot.reduce([estimates[f"offset_{axis}_m"].value for axis in "xyz"]))
+        return mass.value > max(LEAST_KG, LEAST_STDS * mass.std) and away < FARTHEST_M
+
+
+def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
+    """One for each body that weighs something."""
+    bodies = scenes[0].skeleton.bodies if scenes else ()
+    return [CarriedMass(body.name) for body in bodies if body.mass >= LIGHTEST_KG]
+
+
+def load_basis(centre_body: Float[np.ndarray, "3"]) -> Float[np.ndarray, "10 4 4"]:
+    """Pseudo-inertias by mass, first and second moments (xx yy zz xy xz yz) about a point [m]."""
+    shift = np.eye(4)
+    shift[:3, 3] = centre_body
+    basis = np.zeros((10, 4, 4))
+    basis[0, 3, 3] = 1.0
+    for k, (i, j) in enumerate(MOMENTS, start=1):
+        basis[k, i, j] = basis[k, j, i] = 1.0
+    return shift @ basis @ shift.T

@@ -1,0 +1,68 @@
+"""Clock offset: the force plates' clock runs late or early against the cameras'."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.scene import Scene
+
+LEAST_S = 0.002  # amplifiers delay by as much
+STARTS_S = (-0.15, -0.06, -0.02, 0.0, 0.02, 0.06, 0.15)
+FARTHEST_S = 0.3
+
+
+@dataclass(frozen=True)
+class ClockOffset(Candidate):
+    """recorded(t) = true(t − offset_s), for every plate: true(t) = recorded(t + offset_s).
+
+    1 ms costs about 1 % of body weight in walking.
+    """
+
+    id = "clock_offset"
+    sentence = "The forces were recorded on another clock than the markers: they come too late or too early."
+    remedy = "Check the trigger line between cameras and plates; a constant 5 to 10 ms is amplifier latency."
+    rivals_told_apart_by = "a foot stamped on a plate at the beginning and at the end of the recording"
+
+    def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
+        """Offsets from which the search begins [s]."""
+        return tuple((offset,) for offset in STARTS_S)
+
+    def steps(self) -> Eta:
+        """[s]."""
+        return (0.004,)
+
+    def admissible(self, eta: Eta) -> bool:
+        """Within what a trigger can be off."""
+        return abs(eta[0]) <= FARTHEST_S
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """Shifted less unshifted recording; a spline through the samples is not smoothed by being shifted."""
+        total = np.zeros((scene.frames, 6))
+        for plate in scene.plates:
+            total += plate.at_times(plate.loads.wrench_ground, plate.times + eta[0])
+        unheard = ~np.isfinite(total).all(axis=1)
+        total[unheard] = scene.demanded_ground[unheard]
+        return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), total - scene.measured_ground)
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, "0"],
+        covariance: Float[np.ndarray, "0 0"],
+    ) -> dict[str, Estimate]:
+        """offset_s; positive when the forces were recorded late."""
+        return {"offset_s": Estimate(eta[0], eta_std[0])}
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """Beyond an amplifier's latency."""
+        return abs(estimates["offset_s"].value) > LEAST_S
+
+
+def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
+    """One clock for all plates."""
+    return [ClockOffset("all")] if any(scene.plates for scene in scenes) else []

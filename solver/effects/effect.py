@@ -1,0 +1,114 @@
+"""What a cause is to the diagnosis: a signature in the wrench balance, parameters, and words for people.
+
+With a candidate the balance of a trial reads
+
+    demanded(motion) − measured − fixed(η) − columns(η) x  =  what is left,
+
+forces in newtons and moments about the ground origin in newton metres, frame by frame. x are parameters that
+act linearly and have a Gaussian prior; η are the few that do not (a time shift, a frequency), given as starts
+for a search. A cause that changes the inertia of the body or its motion is written the same way, with the
+change of the demanded wrench and its sign turned. One cause, one file.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.effects.scene import Scene
+
+Eta = tuple[float, ...]  # values of the parameters that do not act linearly
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A parameter's value and its standard deviation, in the unit that its name carries."""
+
+    value: float
+    std: float
+
+
+@dataclass(frozen=True, eq=False)
+class Signature:
+    """What a cause adds to the measured wrench of one trial (force, moment about the ground origin)."""
+
+    columns: Float[np.ndarray, "frames 6 parameters"]
+    prior_std: Float[np.ndarray, " parameters"]
+    fixed: Float[np.ndarray, "frames 6"] | None = None
+
+
+@dataclass(frozen=True)
+class Range:
+    """Frames of one trial on which a cause acts; 0-based, `end` excluded."""
+
+    trial: str
+    start: int
+    end: int
+
+
+@dataclass(frozen=True)
+class Candidate(ABC):
+    """One cause at one target, ready to be tried on a subject's trials.
+
+    Trials share x: a plate, a clock, a body's mass are the same in all. A cause that belongs to one trial has
+    a signature there alone.
+    """
+
+    target: str
+
+    id = ""  # of the catalogue
+    sentence = ""  # what it means, for people; {target} is filled in
+    remedy = ""  # what to do about it in the laboratory
+    rivals_told_apart_by = ""  # what to record so that it can be told from what looks alike
+
+    def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
+        """Where the search over η begins; one empty tuple where all acts linearly."""
+        return ((),)
+
+    def steps(self) -> Eta:
+        """First step of the search over each η."""
+        return ()
+
+    def prior(self, scenes: Sequence[Scene]) -> tuple[tuple[float, float], ...]:
+        """Mean and standard deviation of each η before the data; the spread of the starts unless told."""
+        starts = np.array(self.starts(scenes))
+        return tuple((float(s.mean()), float(s.std()) or 1.0) for s in starts.T)
+
+    def admissible(self, eta: Eta) -> bool:
+        """Whether η lies within its bounds."""
+        return True
+
+    @abstractmethod
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """In one trial; None where the cause does not touch it."""
+
+    @abstractmethod
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, " parameters"],
+        covariance: Float[np.ndarray, "parameters parameters"],
+    ) -> dict[str, Estimate]:
+        """The catalogue's parameters, by name."""
+
+    @abstractmethod
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """Whether the cause is larger than the practical minimum; below it nobody would act."""
+
+    def frames(
+        self, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]
+    ) -> tuple[Range, ...]:
+        """Where it acts; all frames of all trials unless it says otherwise."""
+        return tuple(Range(s.name, 0, s.frames) for s in scenes)
+
+
+class Corrected(Candidate):
+    """A cause that reading the files already undid: the balance lacks it, and it is still to be named."""
+
+    @abstractmethod
+    def uncorrected_ground(self, scene: Scene) -> Float[np.ndarray, "frames 6"]:
+        """Wrench of all plates together as it would be with the cause left in [N], [N·m]."""

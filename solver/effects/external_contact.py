@@ -1,0 +1,184 @@
+"""External contact: something that nobody measures pushes or pulls at a segment."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from solver.effects.contact_windows import contact_windows, missing_wrench
+from solver.effects.effect import Candidate, Estimate, Eta, Range, Signature
+from solver.effects.force_on_body import columns_at_point
+from solver.effects.scene import Scene, force_at
+from solver.effects.time_course import Stretch, frames_of
+from solver.effects.unmeasured_stances import unmeasured_stances
+from solver.skeleton.forward import cross
+from solver.skeleton.skeleton import Body
+
+KNOTS_S = 0.10  # a hand's push grows and fades no faster
+MOST_KNOTS = 20  # a long hold changes slowly
+EDGE_S = 0.05  # by which a window found in the balance may be short
+LIGHTEST_KG = 0.3
+PRIOR_N = 60.0  # a hand on a rail; what the balance lacks where that is more
+CHANGE_SHARE = 0.5  # of the force's scale: how much its course differs from a constant
+LEAST_REACH_M = 0.05  # from a segment's centre of mass to where it is touched, beside its radius of gyration
+MOMENT_SHARE_M = 0.012  # error of the balance's moments over body weight, for finding the point
+INDEPENDENT_S = 0.1  # how long an error of the balance lasts
+MOST_BODIES = 5
+MOST_ALONE = 4  # windows that are also tried without the others
+MOST_SHARE = 0.95  # of a trial, for a contact to be one that begins or ends in it
+LEAST_N = 15.0  # a sleeve caught on a rail
+
+
+@dataclass(frozen=True)
+class ExternalContact(Candidate):
+    """In each window a free course of force at one point of the body.
+
+    Each axis has a constant and splines about it, at the segment's centre of mass. The point's way d from
+    there is bilinear with the force f: columns (0, R eᵢ × f) for its components take f from the balance.
+    """
+
+    windows: tuple[Stretch, ...] = ()  # of any trials, each with parameters of its own
+    scales_N: tuple[float, ...] = ()  # of the force in each window
+
+    id = "external_contact"
+    sentence = "Something that no plate measures pushes or pulls at {target}: a seat, a rail, a hand."
+    remedy = "Look at the video for what touches the person there, keep it away, or put a sensor on it."
+    rivals_told_apart_by = "the same movement without anything within reach"
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """Constants and splines of every window, then shifts of the point."""
+        if scene.name not in {w.trial for w in self.windows}:
+            return None
+        body = scene.skeleton.body_index(self.target)
+        segment = scene.skeleton.bodies[body]
+        place = scene.point_ground(body, segment.com_body)
+        blocks, prior = [], []
+        eased = np.zeros((scene.frames, 1))
+        for window, scale in zip(self.windows, self.scales_N, strict=True):
+            courses = _courses(window)
+            if window.trial == scene.name:
+                moving = [force_at(c[:, None] * axis, place) for axis in np.eye(3) for c in courses.T]
+                blocks.append(np.stack(moving, axis=-1))
+                eased += courses[:, :1]
+            else:
+                blocks.append(np.zeros((scene.frames, 6, 3 * courses.shape[1])))
+            prior.append(np.tile(scale * np.array([1.0, *([CHANGE_SHARE] * (courses.shape[1] - 1))]), 3))
+        force = eased * missing_wrench(scene)[:, :3]
+        shifts = columns_at_point(scene, body, segment.com_body, force)[:, :, 1:]
+        return Signature(
+            np.concatenate([*blocks, shifts], axis=2), np.concatenate([*prior, np.full(3, reach_m(segment))])
+        )
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, " parameters"],
+        covariance: Float[np.ndarray, "parameters parameters"],
+    ) -> dict[str, Estimate]:
+        """Mean force on the person while in contact, and the point in the body's frame."""
+        courses = []
+        for scene in scenes:
+            signature = self.signature(scene, eta)
+            if signature is not None:
+                courses.append(signature.columns[frames_of(self.windows, scene), :3])
+        mean = np.concatenate(courses).mean(axis=0)
+        force, spread = mean @ x, mean @ covariance @ mean.T
+        found = {
+            f"force_{axis}_N": Estimate(float(force[i]), float(np.sqrt(spread[i, i])))
+            for i, axis in enumerate("xyz")
+        }
+        skeleton = scenes[0].skeleton
+        com = skeleton.bodies[skeleton.body_index(self.target)].com_body
+        for i, axis in enumerate("xyz"):
+            k = len(x) - 3 + i
+            found[f"point_{axis}_m"] = Estimate(float(com[i] + x[k]), float(np.sqrt(covariance[k, k])))
+        return found
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """More than a touch."""
+        return float(np.hypot.reduce([estimates[f"force_{a}_N"].value for a in "xyz"])) > LEAST_N
+
+    def frames(
+        self, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]
+    ) -> tuple[Range, ...]:
+        """The windows."""
+        return tuple(Range(w.trial, w.start, w.end) for w in self.windows)
+
+
+def _courses(window: Stretch) -> Float[np.ndarray, "frames courses"]:
+    """One while in contact, and splines about it."""
+    wide = window.widened(EDGE_S)
+    humps = wide.humps(max(KNOTS_S, wide.seconds / MOST_KNOTS))
+    return np.concatenate([humps.sum(axis=1, keepdims=True), humps], axis=1)
+
+
+def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
+    """At the bodies whose place suits the balance: all its windows, and each alone.
+
+    What acts all along is no contact that begins or ends: it is left to causes that say on what it depends,
+    and else is unexplained. Where a foot stands beside the plates the balance lacks a whole step; no contact
+    is looked for there.
+    """
+    stances = [s.stretch for s in unmeasured_stances(scenes) if s.gross]
+    found = [w for scene in scenes for w in contact_windows(scene, frames_of(stances, scene))]
+    found.sort(key=lambda w: -w.score)
+    sets = [tuple(w.stretch for w in found)] if found else []
+    if len(found) > 1:
+        sets += [(w.stretch,) for w in found[:MOST_ALONE]]
+    frames = {s.name: s.frames for s in scenes}
+    sets = [
+        windows for windows in sets if any(w.end - w.start < MOST_SHARE * frames[w.trial] for w in windows)
+    ]
+    made: list[Candidate] = []
+    for windows in sets:
+        trials = [s for s in scenes if s.name in {w.trial for w in windows}]
+        scales = tuple(max(PRIOR_N, _mean_force_N(scenes, window)) for window in windows)
+        nearest = sorted(_touchable(scenes[0]), key=lambda body: _misfit(trials, windows, body))
+        for body in nearest[:MOST_BODIES]:
+            made.append(ExternalContact(scenes[0].skeleton.body_names[body], windows, scales))
+    return made
+
+
+def reach_m(segment: Body) -> float:
+    """How far from a segment's centre of mass it is touched: its radius of gyration."""
+    return max(LEAST_REACH_M, float(np.sqrt(np.trace(segment.inertia_body) / (2 * segment.mass))))
+
+
+def _touchable(scene: Scene) -> list[int]:
+    """Bodies that weigh something and are not part of a foot."""
+    feet = {part.body for sole in scene.soles for part in sole.parts}
+    return [b for b, body in enumerate(scene.skeleton.bodies) if body.mass >= LIGHTEST_KG and b not in feet]
+
+
+def _mean_force_N(scenes: Sequence[Scene], window: Stretch) -> float:
+    scene = next(s for s in scenes if s.name == window.trial)
+    inside = _usable([window], scene)
+    return float(np.linalg.norm(missing_wrench(scene)[inside, :3].mean(axis=0))) if inside.any() else 0.0
+
+
+def _misfit(scenes: Sequence[Scene], windows: Sequence[Stretch], body: int) -> float:
+    """How badly the missing force makes the missing moment about a segment's centre of mass at its best d.
+
+    (R d) × f = n, least squares over the windows with d ~ N(0, reach²); half a sum of squares in standard
+    deviations.
+    """
+    segment = scenes[0].skeleton.bodies[body]
+    precision, pull, total = np.eye(3) / reach_m(segment) ** 2, np.zeros(3), 0.0
+    for scene in scenes:
+        inside = _usable(windows, scene)
+        wrench, centre = missing_wrench(scene)[inside], scene.point_ground(body, segment.com_body)[inside]
+        moment = wrench[:, 3:] - cross(centre, wrench[:, :3])
+        R = scene.R_ground_body[inside, body]
+        arm = np.stack([cross(R[:, :, i], wrench[:, :3]) for i in range(3)], axis=-1)
+        weight = 1 / (INDEPENDENT_S * scene.rate * (MOMENT_SHARE_M * scene.weight_N) ** 2)
+        precision = precision + weight * np.einsum("tij,tik->jk", arm, arm)
+        pull = pull + weight * np.einsum("tij,ti->j", arm, moment)
+        total += weight * float((moment**2).sum())
+    return 0.5 * (total - float(pull @ np.linalg.solve(precision, pull)))
+
+
+def _usable(windows: Sequence[Stretch], scene: Scene) -> Bool[np.ndarray, " frames"]:
+    return frames_of(windows, scene) & scene.counts

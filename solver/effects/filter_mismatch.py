@@ -1,0 +1,173 @@
+"""Filter mismatch: the forces were smoothed before they were exported, the markers were not."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from solver.capture.conditioning import contact_samples
+from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.scene import PlateScene, Scene
+from solver.runs import runs
+
+STARTS_HZ = (2.0, 3.0, 4.0, 6.0, 8.0, 11.0, 15.0, 20.0)
+PRIOR_HZ = 10.0  # laboratories smooth at 6 to 20 Hz if at all
+PRIOR_LOG_STD = 0.5
+LOWEST_HZ = 1.5
+HIGHEST_HZ = 25.0  # little below the band that forces and kinematics share
+LEAST_HARM_HZ = 18.0  # smoothing above takes off a tenth of what markers can tell
+ORDER = 2  # of the single pass
+FITTED_PERIODS = 0.05  # over which value and slope at the end of a contact are read
+MOST_GAIN = 20.0  # of the inverse: a newton of noise within its band grows to that
+
+
+@dataclass(frozen=True)
+class FilterMismatch(Candidate):
+    """The forces were low-passed (Butterworth, 2nd order, forwards and backwards), the markers were not.
+
+    η is the logarithm of the cutoff. The measured side is sharpened by H/(H² + ε²), H the filter's gain: by
+    1/H where that is small, by 20 at most, and by little beyond, where the signal is lost. Half of it comes
+    back where H = 1/40, at 15 Hz for a cutoff of 6. So it cannot pay by smoothing.
+    """
+
+    id = "filter_mismatch"
+    sentence = (
+        "The forces were smoothed before they were exported, more than the markers: impacts are blunted."
+    )
+    remedy = "Export the forces unfiltered, or filter markers and forces with the same cutoff."
+    rivals_told_apart_by = "the same trial exported without a filter"
+
+    def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
+        """Logarithms of cutoffs [Hz]."""
+        return tuple((float(np.log(cutoff)),) for cutoff in STARTS_HZ)
+
+    def prior(self, scenes: Sequence[Scene]) -> tuple[tuple[float, float], ...]:
+        """Around the cutoffs in use."""
+        return ((float(np.log(PRIOR_HZ)), PRIOR_LOG_STD),)
+
+    def steps(self) -> Eta:
+        """A tenth of the cutoff."""
+        return (0.1,)
+
+    def admissible(self, eta: Eta) -> bool:
+        """Within what filters of forces are set to."""
+        return bool(np.log(LOWEST_HZ) <= eta[0] <= np.log(HIGHEST_HZ))
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """The sharpened recording less the recording."""
+        if not any(plate.loaded.any() for plate in scene.plates):
+            return None
+        cutoff_Hz = float(np.exp(eta[0]))
+        fixed = -scene.measured_ground
+        for plate in scene.plates:
+            fixed = fixed + np.nan_to_num(plate.at_frames(recorded_as_if_sharp(plate, cutoff_Hz)))
+        return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), fixed)
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, "0"],
+        covariance: Float[np.ndarray, "0 0"],
+    ) -> dict[str, Estimate]:
+        """cutoff_Hz."""
+        cutoff_Hz = float(np.exp(eta[0]))
+        return {"cutoff_Hz": Estimate(cutoff_Hz, cutoff_Hz * eta_std[0])}
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """Below what leaves the forces of walking as they are."""
+        return estimates["cutoff_Hz"].value < LEAST_HARM_HZ
+
+
+def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
+    """One filter for all plates."""
+    loaded = any(plate.loaded.any() for scene in scenes for plate in scene.plates)
+    return [FilterMismatch("all")] if loaded else []
+
+
+def recorded_as_if_sharp(plate: PlateScene, cutoff_Hz: float) -> Float[np.ndarray, "samples 6"]:
+    """The plate's samples with the filter undone, and then set to zero while unloaded like any recording.
+
+    Without that last step the samples below the contact threshold would count here and not in the null.
+    """
+    rate = plate.plate.rate
+    whole = with_tails(plate.loads.raw_ground, rate, cutoff_Hz)
+    near = near_contact(plate, 1 / cutoff_Hz)
+    sharp = sharpened(np.where(near[:, None], whole, 0.0), rate, cutoff_Hz)
+    loaded = contact_samples(replace(plate.plate, force_ground=sharp[:, :3]), plate.conditioning)
+    return np.where((loaded & plate.loads.recorded)[:, None], sharp, 0.0)
+
+
+def near_contact(plate: PlateScene, reach_s: float) -> Bool[np.ndarray, " samples"]:
+    """Contacts and so much before and after; within one period of the cutoff tails fall to a hundredth."""
+    reach = int(np.ceil(plate.plate.rate * reach_s))
+    near = np.zeros(plate.plate.samples, dtype=bool)
+    for start, end in runs(plate.loads.carrying):
+        near[max(start - reach, 0) : end + reach] = True
+    return near
+
+
+def with_tails(
+    values: Float[np.ndarray, "samples columns"], rate: float, cutoff_Hz: float
+) -> Float[np.ndarray, "samples columns"]:
+    """Tails that were set to zero below a threshold, put back.
+
+    Beyond a contact the filter rings down freely: its output is exp(−σt)(A cos σt + B sin σt) with the poles
+    of the 2nd order, σ = 2πc/√2, and A, B follow from value and slope where the samples were cut off. Before
+    a contact likewise, backwards.
+
+    Args:
+        values: smoothed, one row a sample; zeros where unloaded.
+        rate: of the samples [Hz].
+        cutoff_Hz: of the single pass [Hz].
+    """
+    fitted = max(4, round(FITTED_PERIODS * rate / cutoff_Hz))
+    decay = 2 * np.pi * cutoff_Hz / np.sqrt(2)
+    tau = np.arange(1, int(np.ceil(rate / cutoff_Hz)) + 1)[:, None] / rate
+    written = np.asarray(values.any(axis=1))
+    whole = values.copy()
+    for start, end in runs(written):
+        if end - start < 2 * fitted:
+            continue
+        for edge, outwards in ((end - 1, 1), (start, -1)):
+            known = values[edge - outwards * np.arange(fitted)]
+            _, slope, value = np.polyfit(-np.arange(fitted) / rate, known, 2)
+            tail = np.exp(-decay * tau) * (
+                np.cos(decay * tau) * value + np.sin(decay * tau) * (slope / decay + value)
+            )
+            place = edge + outwards * np.arange(1, len(tau) + 1)
+            inside = (place >= 0) & (place < len(values))
+            inside[inside] = ~written[place[inside]]
+            whole[place[inside]] += tail[inside]
+    return whole
+
+
+def sharpened(
+    values: Float[np.ndarray, "samples columns"], rate: float, cutoff_Hz: float
+) -> Float[np.ndarray, "samples columns"]:
+    """The bounded inverse of the zero-phase filter along the first axis.
+
+    Args:
+        values: smoothed, one row a sample.
+        rate: of the samples [Hz].
+        cutoff_Hz: of the single pass [Hz].
+    """
+    reach = min(int(np.ceil(2 * rate / cutoff_Hz)), len(values) - 1)
+    before = 2 * values[0] - values[reach:0:-1]
+    after = 2 * values[-1] - values[-2 : -2 - reach : -1]
+    extended = np.concatenate([before, values, after])
+    gain = zero_phase_gain(np.fft.rfftfreq(len(extended), 1 / rate), rate, cutoff_Hz)
+    inverse = gain / (gain**2 + (0.5 / MOST_GAIN) ** 2)
+    inverse /= inverse[0]
+    spectrum = np.fft.rfft(extended, axis=0) * inverse[:, None]
+    return np.fft.irfft(spectrum, len(extended), axis=0)[reach : reach + len(values)]
+
+
+def zero_phase_gain(
+    frequency_Hz: Float[np.ndarray, " frequencies"], rate: float, cutoff_Hz: float
+) -> Float[np.ndarray, " frequencies"]:
+    """Of the digital Butterworth filter run forwards and backwards: 1/(1 + (tan(πf/r)/tan(πc/r))^(2n))."""
+    warped = np.tan(np.pi * np.minimum(frequency_Hz / rate, 0.4999)) / np.tan(np.pi * cutoff_Hz / rate)
+    return np.asarray(1 / (1 + warped ** (2 * ORDER)))

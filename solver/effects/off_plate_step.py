@@ -1,0 +1,160 @@
+"""Off-plate step: a foot stands on the ground where no plate measures it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from solver.effects.effect import Candidate, Estimate, Eta, Range, Signature
+from solver.effects.scene import Scene, force_at
+from solver.effects.time_course import Stretch, frames_of
+from solver.effects.unmeasured_stances import UnmeasuredStance, unmeasured_stances
+from solver.runs import runs
+from solver.skeleton.forward import cross
+
+KNOTS_S = 0.07  # a heel strike rises in as much; the two peaks of a step are 0.3 s apart
+TANGENT_KNOTS_S = 0.10  # braking and pushing off
+SLOW_KNOTS_S = 0.25  # the centre of pressure wanders aside slowly
+LEAST_SHARE = 0.12  # of body weight, mean over the stance
+PULL_SHARE = 0.03  # of body weight: whatever pulls less, does not pull
+PRESS_SHARE = 0.05  # of body weight: where a stance begins and ends
+LEAST_ONE_SIGNED = 0.9  # of the stance's frames do not pull
+HEEL_OR_TIP_SHARE = 0.7  # of body weight
+TANGENT_SHARE = 0.2  # of body weight
+SIDEWAYS_M = 0.02  # of the centre of pressure from the sole's middle line
+TWIST_M = 0.008  # free moment over vertical force
+UP = 1  # y, among the components of a force
+
+
+@dataclass(frozen=True)
+class OffPlateStep(Candidate):
+    """In each stance a free course of force through the foot's sole.
+
+    The vertical force is shared between heel and tip, so that the centre of pressure lies between them as
+    long as both press; courses of tangential force act at the sole's middle; couples for a centre of pressure
+    aside of the middle line and for a free moment complete the wrench.
+    """
+
+    stances: tuple[UnmeasuredStance, ...] = ()  # of any trials, each with parameters of its own
+
+    id = "off_plate_step"
+    sentence = "{target} stands where no plate measures it: beside a plate, or on one that says nothing."
+    remedy = "Flag these frames, or repeat the trial with every step on a plate."
+    rivals_told_apart_by = "a trial with every step on a plate"
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """Columns of all stances one after another; zero for those of other trials."""
+        own = self._stretches
+        if scene.name not in {s.trial for s in own}:
+            return None
+        columns = [
+            _columns(scene, stance)
+            if stance.stretch.trial == scene.name
+            else np.zeros((scene.frames, 6, _count(stance.stretch)))
+            for stance in self.stances
+        ]
+        prior = [_prior_shares(s) for s in own]
+        return Signature(np.concatenate(columns, axis=2), scene.weight_N * np.concatenate(prior))
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, " parameters"],
+        covariance: Float[np.ndarray, "parameters parameters"],
+    ) -> dict[str, Estimate]:
+        """force_y_N: mean vertical force; weight_share: of body weight; pressing_share: of frames."""
+        pressed = np.concatenate([vertical[inside] for _, vertical, inside in self._vertical(scenes)])
+        course, weight = pressed.mean(axis=0), scenes[0].weight_N
+        mean, std = float(course @ x), float(np.sqrt(course @ covariance @ course))
+        return {
+            "force_y_N": Estimate(mean, std),
+            "weight_share": Estimate(mean / weight, std / weight),
+            "pressing_share": Estimate(float((pressed @ x > -PULL_SHARE * weight).mean()), 0.0),
+        }
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """The ground presses over most of the stances, and not by a trifle."""
+        enough = estimates["weight_share"].value > LEAST_SHARE
+        return enough and estimates["pressing_share"].value > LEAST_ONE_SIGNED
+
+    def frames(
+        self, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]
+    ) -> tuple[Range, ...]:
+        """Where the ground pressed, stance by stance."""
+        weight, found = scenes[0].weight_N, []
+        force = {scene.name: vertical @ x for scene, vertical, _ in self._vertical(scenes)}
+        for s in self._stretches:
+            share = force[s.trial][s.start : s.end] / weight if s.trial in force else np.zeros(1)
+            if share.mean() > LEAST_SHARE:
+                first, last = max(runs(share > PRESS_SHARE), key=lambda run: run[1] - run[0])
+                found.append(Range(s.trial, s.start + first, s.start + last))
+        return tuple(found)
+
+    def _vertical(
+        self, scenes: Sequence[Scene]
+    ) -> list[tuple[Scene, Float[np.ndarray, "frames parameters"], Bool[np.ndarray, " frames"]]]:
+        """The vertical force that each parameter makes, trial by trial, and the frames of stances."""
+        signatures = [(scene, self.signature(scene, ())) for scene in scenes]
+        return [(c, s.columns[:, UP], frames_of(self._stretches, c)) for c, s in signatures if s is not None]
+
+    @property
+    def _stretches(self) -> tuple[Stretch, ...]:
+        return tuple(stance.stretch for stance in self.stances)
+
+
+def _columns(scene: Scene, stance: UnmeasuredStance) -> Float[np.ndarray, "frames 6 parameters"]:
+    heel, tip, left = sole_line(scene, stance.foot_body)
+    pressing, tangent, slow = (
+        stance.stretch.humps(spacing).T for spacing in (KNOTS_S, TANGENT_KNOTS_S, SLOW_KNOTS_S)
+    )
+    forward, up, side = np.eye(3)
+    columns = [force_at(course[:, None] * up, point) for point in (heel, tip) for course in pressing]
+    middle = (heel + tip) / 2
+    columns += [force_at(course[:, None] * axis, middle) for axis in (forward, side) for course in tangent]
+    couples = [course[:, None] * axis for axis in (cross(left, up), up) for course in slow]
+    columns += [np.concatenate([np.zeros_like(couple), couple], axis=1) for couple in couples]
+    return np.stack(columns, axis=-1)
+
+
+def _count(stance: Stretch) -> int:
+    return 2 * sum(stance.hump_count(s) for s in (KNOTS_S, TANGENT_KNOTS_S, SLOW_KNOTS_S))
+
+
+def _prior_shares(stance: Stretch) -> Float[np.ndarray, " parameters"]:
+    """Prior standard deviations over body weight; of couples in metres."""
+    pressing, tangent, slow = (stance.hump_count(s) for s in (KNOTS_S, TANGENT_KNOTS_S, SLOW_KNOTS_S))
+    shares = [HEEL_OR_TIP_SHARE, TANGENT_SHARE, SIDEWAYS_M, TWIST_M]
+    return np.repeat(shares, [2 * pressing, 2 * tangent, slow, slow])
+
+
+def sole_line(
+    scene: Scene, foot_body: str
+) -> tuple[Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 3"]]:
+    """Heel and tip of a sole at the height of its lowest corner [m], and the direction to its left."""
+    sole = next(s for s in scene.soles if s.foot_body == foot_body)
+    corners = sole.corners_ground(scene.R_ground_body, scene.p_ground_body)
+    rear, front = len(sole.parts[0].corners_body), len(sole.parts[-1].corners_body)
+    last = corners.shape[1] - front + front // 2  # outlines run forward on the right, back on the left
+    heel, tip = corners[:, [0, rear - 1]].mean(axis=1), corners[:, [last - 1, last]].mean(axis=1)
+    heel[:, UP] = tip[:, UP] = corners[:, :, UP].min(axis=1)
+    along = tip - heel
+    left = cross(np.array([0.0, 1.0, 0.0]), along)
+    return heel, tip, left / np.maximum(np.linalg.norm(left, axis=1, keepdims=True), 1e-9)
+
+
+def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
+    """One for each foot that seems to stand somewhere while the balance lacks a force; and for all together.
+
+    Where several feet step beside the plates in turn, each alone leaves so much that all else looks better.
+    """
+    suspects = unmeasured_stances(scenes)
+    feet = list(dict.fromkeys(s.foot_body for s in suspects))
+    made: list[Candidate] = [
+        OffPlateStep(foot, tuple(s for s in suspects if s.foot_body == foot)) for foot in feet
+    ]
+    gross = tuple(s for s in suspects if s.gross)
+    missing = list(dict.fromkeys(s.foot_body for s in gross))
+    return [*made, OffPlateStep("+".join(missing), gross)] if len(missing) > 1 else made

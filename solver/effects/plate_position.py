@@ -1,0 +1,62 @@
+"""Plate position: one plate lies elsewhere than the laboratory's files say."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.scene import Scene
+from solver.skeleton.forward import cross
+
+PRIOR_STD_M = 0.01  # a calibration wand misplaced, a corner clicked beside the corner: 1 to 20 mm
+LEAST_M = 0.005  # half of what spends the limit on residual moments
+SHIFTS = ("shift_x_m", "shift_z_m")
+
+
+@dataclass(frozen=True)
+class PlatePosition(Candidate):
+    """recorded − true centre of pressure = shift, in the floor; exact at any size.
+
+    Force and free moment stay, so true − recorded moment = −shift × force.
+    """
+
+    id = "plate_position"
+    sentence = "{target} lies a little beside the place that the files give it."
+    remedy = (
+        "Measure the plate's corners anew, with a pointer or markers on them, after each camera calibration."
+    )
+    rivals_told_apart_by = "a pointed rod pressed on the plate at several known places"
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """Moments alone: the plate's force times the shift along x and z."""
+        for plate in scene.plates:
+            if plate.target == self.target and plate.loaded.any():
+                columns = np.zeros((scene.frames, 6, 2))
+                for k, axis in enumerate(np.eye(3)[[0, 2]]):
+                    columns[:, 3:, k] = -cross(axis, plate.wrench_ground[:, :3])
+                return Signature(columns, np.full(2, PRIOR_STD_M))
+        return None
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, "2"],
+        covariance: Float[np.ndarray, "2 2"],
+    ) -> dict[str, Estimate]:
+        """shift_x_m, shift_z_m."""
+        std = np.sqrt(np.diag(covariance))
+        return {name: Estimate(float(x[k]), float(std[k])) for k, name in enumerate(SHIFTS)}
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """Beyond what calibrations of one laboratory scatter."""
+        return float(np.linalg.norm([estimates[name].value for name in SHIFTS])) > LEAST_M
+
+
+def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
+    """One for each plate."""
+    targets = dict.fromkeys(plate.target for scene in scenes for plate in scene.plates if plate.loaded.any())
+    return [PlatePosition(target) for target in targets]

@@ -1,0 +1,109 @@
+"""Plate swap: the forces of two plates stand in each other's columns."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.effects.changed_force import points_ground
+from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.scene import PlateScene, Scene, force_at
+
+
+@dataclass(frozen=True)
+class PlateSwap(Candidate):
+    """The forces of two plates are exchanged, their centres of pressure stay.
+
+    Where the files hold no centres of pressure, those follow the forces: each plate's wrench then moves from
+    the other's centre to its own.
+    """
+
+    id = "plate_swap"
+    sentence = "The forces of two plates are exchanged ({target})."
+    remedy = "Check which amplifier channel belongs to which plate, and the order of plates in the export."
+    rivals_told_apart_by = "a foot stamped on one plate, then on the other"
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """Both plates with each other's forces, less both as recorded; None unless one clock drives both."""
+        pair = [plate for plate in scene.plates if plate.target in self.target.split("+")]
+        if len(pair) != 2 or not any(plate.loaded.any() for plate in pair):
+            return None
+        a, b = pair
+        if (a.plate.samples, a.plate.rate, a.plate.start_time) != (
+            b.plate.samples,
+            b.plate.rate,
+            b.plate.start_time,
+        ):
+            return None
+        fixed = np.nan_to_num(a.at_frames(with_force_of(a, b)) + b.at_frames(with_force_of(b, a)))
+        fixed -= a.wrench_ground + b.wrench_ground
+        return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), fixed)
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, "0"],
+        covariance: Float[np.ndarray, "0 0"],
+    ) -> dict[str, Estimate]:
+        """Nothing to estimate."""
+        return {}
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """Always."""
+        return True
+
+
+def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
+    """One for each two plates of a trial of which one is loaded."""
+    targets = dict.fromkeys(
+        f"{a.target}+{b.target}"
+        for scene in scenes
+        for a, b in combinations(scene.plates, 2)
+        if a.loaded.any() or b.loaded.any()
+    )
+    return [PlateSwap(target) for target in targets]
+
+
+def with_force_of(own: PlateScene, other: PlateScene) -> Float[np.ndarray, "samples 6"]:
+    """A plate's samples if the other's columns hold its force; zero where those are unloaded."""
+    loaded = other.loads.carrying
+    force = other.loads.wrench_ground[:, :3]
+    points = _written_points(own, other)
+    if points is None:
+        moved = force_at(force, np.broadcast_to(own.centre_ground - other.centre_ground, force.shape))
+        moved[:, 3:] += other.loads.wrench_ground[:, 3:]
+        return np.where(loaded[:, None], moved, 0.0)
+    wrench = force_at(force, points)
+    wrench[:, 4] += _free_moment(own, other)
+    return np.where(loaded[:, None], wrench, 0.0)
+
+
+def _written_points(own: PlateScene, other: PlateScene) -> Float[np.ndarray, "samples 3"] | None:
+    """The plate's own centres of pressure while the other's columns are loaded; None if the file has none."""
+    columns = own.plate.point_ground
+    if columns is None:
+        return None
+    written = other.loads.carrying & np.isfinite(columns).all(axis=1)
+    if not written.any():
+        return None
+    order = np.arange(len(columns))
+    return np.stack([np.interp(order, order[written], column[written]) for column in columns.T], axis=1)
+
+
+def _free_moment(own: PlateScene, other: PlateScene) -> Float[np.ndarray, " samples"]:
+    """Of the one plate [N·m]: beside its centres of pressure if they stand there, else with its force."""
+    here, there = _recorded_free_moment(own), _recorded_free_moment(other)
+    apart = other.loads.carrying & ~own.loads.carrying
+    stays = (here[apart] ** 2).sum() > (there[apart] ** 2).sum()
+    return here if stays else there
+
+
+def _recorded_free_moment(plate: PlateScene) -> Float[np.ndarray, " samples"]:
+    """The vertical moment about the centre of pressure; about the origin where there is no force."""
+    return (
+        plate.loads.raw_ground[:, 4] - force_at(plate.loads.wrench_ground[:, :3], points_ground(plate))[:, 4]
+    )

@@ -1,0 +1,158 @@
+"""One trial as effects see it: how the body moves, what the plates recorded, what the cameras saw."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from scipy.interpolate import CubicSpline
+
+from solver.capture.capture import ForcePlate
+from solver.capture.conditioning import PlateLoads, shared_cutoff
+from solver.capture.force_settings import ConditioningSettings
+from solver.capture.resampling import rate_of
+from solver.contact.proposals import Proposal
+from solver.contact.sole import Sole
+from solver.contact.wrenches import ContactWrenches
+from solver.filters import low_pass
+from solver.kinematics.motion import Motion
+from solver.skeleton.forward import cross
+from solver.skeleton.skeleton import Skeleton
+
+
+@dataclass(frozen=True, eq=False)
+class PlateScene:
+    """One force plate of a trial.
+
+    `wrench_ground` is force [N] and moment about the ground origin [N·m] at the markers' frames, after the
+    filter that motion and forces share; NaN nowhere (zero where nothing was recorded).
+    """
+
+    target: str  # "plate_1", counted as the file counts
+    plate: ForcePlate  # as recorded
+    loads: PlateLoads  # at the plate's own rate
+    wrench_ground: Float[np.ndarray, "frames 6"]
+    loaded: Bool[np.ndarray, " frames"]
+    centre_ground: Float[np.ndarray, "3"]  # [m] of the corners, else of the loaded centres of pressure
+    times: Float[np.ndarray, " frames"]  # [s]
+    conditioning: ConditioningSettings
+
+    def at_frames(
+        self, samples_ground: Float[np.ndarray, "samples *columns"]
+    ) -> Float[np.ndarray, "frames *columns"]:
+        """Other samples of this plate through the same filter, at the markers' frames."""
+        return self.at_times(samples_ground, self.times)
+
+    def at_times(
+        self,
+        samples_ground: Float[np.ndarray, "samples *columns"],
+        times: Float[np.ndarray, " frames"],
+    ) -> Float[np.ndarray, "frames *columns"]:
+        """Likewise at other times [s] on the markers' clock; NaN where nothing was recorded.
+
+        A spline through filtered samples is not smoothed by being read between them.
+        """
+        cutoff = shared_cutoff(rate_of(self.times), self.conditioning)
+        smooth = low_pass(samples_ground, self.plate.rate, cutoff, self.conditioning.order)
+        at = (times - self.plate.start_time) * self.plate.rate
+        within = (at > -0.5) & (at < len(samples_ground) - 0.5)
+        values = CubicSpline(np.arange(len(smooth)), smooth)(np.clip(at, 0, len(smooth) - 1))
+        values[~within] = np.nan
+        return values
+
+    @property
+    def sample_times(self) -> Float[np.ndarray, " samples"]:
+        """Time of each sample on the markers' clock [s]."""
+        return self.plate.times
+
+
+@dataclass(frozen=True, eq=False)
+class MarkerScene:
+    """What the cameras saw and where the fitted model has its markers; the model's markers in their order."""
+
+    names: tuple[str, ...]
+    body: Int[np.ndarray, " markers"]
+    observed_ground: Float[np.ndarray, "frames markers 3"]  # [m] NaN where unseen
+    model_ground: Float[np.ndarray, "frames markers 3"]  # [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """One trial: the motion that the markers alone tell, and everything measured beside it.
+
+    Motion and whatever derives from it are low-passed, for signatures; only `demanded_ground` is of the
+    motion as the markers tell it, noise and all.
+    """
+
+    name: str
+    skeleton: Skeleton
+    motion: Motion
+    velocity: Float[np.ndarray, "frames dofs"]
+    acceleration: Float[np.ndarray, "frames dofs"]
+    R_ground_body: Float[np.ndarray, "frames bodies 3 3"]
+    p_ground_body: Float[np.ndarray, "frames bodies 3"]  # [m]
+    material: Float[np.ndarray, "frames bodies 3 4"]  # A with ẍ − g = A [x_body; 1] [m/s²]
+    com_ground: Float[np.ndarray, "frames 3"]  # [m]
+    demanded_ground: Float[np.ndarray, "frames 6"]  # [N], [N·m about the ground origin]
+    plates: tuple[PlateScene, ...]
+    markers: MarkerScene
+    soles: tuple[Sole, ...]
+    contacts: ContactWrenches
+    proposals: tuple[Proposal, ...]
+    counts: Bool[np.ndarray, " frames"]  # recorded, tracked and not flagged by a person
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return self.motion.frames
+
+    @property
+    def rate(self) -> float:
+        """Of the frames [Hz]."""
+        return self.motion.rate
+
+    @property
+    def times(self) -> Float[np.ndarray, " frames"]:
+        """Of the frames, from the trial's start [s]."""
+        return np.arange(self.frames) / self.rate
+
+    @cached_property
+    def measured_ground(self) -> Float[np.ndarray, "frames 6"]:
+        """Wrench of all plates together [N], [N·m about the ground origin]."""
+        return np.sum([p.wrench_ground for p in self.plates], axis=0)
+
+    @cached_property
+    def T_ground_body(self) -> Float[np.ndarray, "frames bodies 4 4"]:
+        """Poses as homogeneous matrices."""
+        T = np.zeros((*self.R_ground_body.shape[:2], 4, 4))
+        T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = self.R_ground_body, self.p_ground_body, 1.0
+        return T
+
+    @property
+    def weight_N(self) -> float:
+        """Body weight of the model."""
+        return self.skeleton.mass * float(np.linalg.norm(self.skeleton.gravity))
+
+    def point_ground(self, body: int, point_body: Float[np.ndarray, "3"]) -> Float[np.ndarray, "frames 3"]:
+        """Where a point of a body is [m]."""
+        return self.p_ground_body[:, body] + self.R_ground_body[:, body] @ point_body
+
+    def point_velocity_ground(
+        self, body: int, point_body: Float[np.ndarray, "3"]
+    ) -> Float[np.ndarray, "frames 3"]:
+        """Its velocity, from differences between frames [m/s]."""
+        return np.gradient(self.point_ground(body, point_body), 1 / self.rate, axis=0)
+
+
+def force_at(
+    force_ground: Float[np.ndarray, "*batch 3"], point_ground: Float[np.ndarray, "*batch 3"]
+) -> Float[np.ndarray, "*batch 6"]:
+    """The wrench about the ground origin of a force at a point [N], [N·m]."""
+    return np.concatenate(
+        [
+            np.broadcast_to(force_ground, np.broadcast_shapes(force_ground.shape, point_ground.shape)),
+            cross(point_ground, force_ground),
+        ],
+        axis=-1,
+    )

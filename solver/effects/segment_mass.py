@@ -1,0 +1,104 @@
+"""Segment mass: some segments weigh otherwise than the model has them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.effects.demanded_by_inertia import demanded_by_bodies
+from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.scene import Scene
+from solver.kinematics.scale_prior import scale_groups
+from solver.skeleton.skeleton import Skeleton
+
+LIGHTEST_KG = 0.5  # of one segment of a group
+LIGHTEST_SHARE = 0.03  # of the body's mass, a group together: a tenth more of less changes no joint torque
+HEAVIEST_SHARE = 0.75  # of the body's mass; beyond, it is the subject's mass
+PRIOR_STD = 0.15  # relative, beyond what tables scatter
+LEAST = 0.06  # relative: what tables scatter
+MOST = 2.0  # nobody's segments weigh more than twice, or less than half of what tables say
+
+
+@dataclass(frozen=True)
+class SegmentMass(Candidate):
+    """The mass and inertia of some segments times a factor; their centres of mass stay.
+
+    η is the part of it that the other segments bear, in proportion to their masses: 0 where the person's mass
+    grows with the segments', 1 where a scale told the person's mass and only its division is wrong. There is
+    nothing in between, or the segments would explain a wrong mass of the whole person. With
+    x = the segments' relative growth and s = their mass over that of the others, the others grow by −η s x.
+    """
+
+    id = "segment_mass"
+    sentence = "{target}: these segments weigh otherwise than the model has them."
+    remedy = "Scale the segments' masses to the person: a scan, or tables for the person's build."
+    rivals_told_apart_by = "a trial in which the segments swing fast, and the person on a scale"
+
+    def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
+        """Person's mass right, and person's mass wrong likewise."""
+        return ((1.0,), (0.0,))
+
+    def admissible(self, eta: Eta) -> bool:
+        """Between none and all."""
+        return 0.0 <= eta[0] <= 1.0
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """What the segments demand less what is taken from the others, with its sign turned."""
+        bodies = self._bodies(scene.skeleton)
+        if bodies is None:
+            return None
+        own = demanded_by_bodies(scene, bodies)
+        borne = eta[0] * self._ratio(scene.skeleton)
+        change = own - borne * (scene.demanded_ground - own)
+        return Signature(-change[:, :, None], np.array([PRIOR_STD]))
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, "1"],
+        covariance: Float[np.ndarray, "1 1"],
+    ) -> dict[str, Estimate]:
+        """mass_factor: the segments' growth over that of the others, which the entered total rescales."""
+        borne = eta[0] * self._ratio(scenes[0].skeleton)
+        growth, others = 1 + float(x[0]), 1 - borne * float(x[0])
+        slope = (others + borne * growth) / others**2
+        return {"mass_factor": Estimate(growth / others, abs(slope) * float(np.sqrt(covariance[0, 0])))}
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """Beyond what people scatter around tables, and still a person's."""
+        factor = estimates["mass_factor"].value
+        return 1 / MOST < factor < MOST and abs(factor - 1) > LEAST
+
+    def _bodies(self, skeleton: Skeleton) -> list[int] | None:
+        names = self.target.split("+")
+        return [skeleton.body_index(n) for n in names] if set(names) <= set(skeleton.body_names) else None
+
+    def _ratio(self, skeleton: Skeleton) -> float:
+        own = sum(skeleton.bodies[b].mass for b in self._bodies(skeleton) or [])
+        return own / (skeleton.mass - own)
+
+
+def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
+    """Each segment, each left and right pair, each pair with the one it hangs on; in the model's order."""
+    if not scenes:
+        return []
+    skeleton = scenes[0].skeleton
+    heavy = [b.mass >= LIGHTEST_KG for b in skeleton.bodies]
+    twins = scale_groups(skeleton).group
+    groups: list[tuple[int, ...]] = [(b,) for b in range(len(heavy)) if heavy[b]]
+    for group in dict.fromkeys(twins.tolist()):
+        pair = np.flatnonzero(twins == group).tolist()
+        if len(pair) == 2 and all(heavy[b] for b in pair):
+            groups.append(tuple(pair))
+            carriers = [skeleton.joints[b].parent for b in pair]
+            if len(set(carriers)) == 2 and all(c >= 0 and heavy[c] for c in carriers):
+                groups.append(tuple(sorted({*pair, *carriers})))
+    shares = [sum(skeleton.bodies[b].mass for b in g) / skeleton.mass for g in groups]
+    return [
+        SegmentMass("+".join(skeleton.body_names[b] for b in group))
+        for group, share in zip(groups, shares, strict=True)
+        if LIGHTEST_SHARE <= share <= HEAVIEST_SHARE
+    ]

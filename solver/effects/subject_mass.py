@@ -1,0 +1,51 @@
+"""Subject mass: the person weighs otherwise than was entered."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.scene import Scene
+
+PRIOR_STD = 0.06  # relative: a wrong entry, clothes, a weight that the person told instead of the scale
+LEAST = 0.015  # relative: what a scale, a meal and shoes make
+MOST = 0.3  # relative: beyond, forces are missing, or are given in other units
+
+
+@dataclass(frozen=True)
+class SubjectMass(Candidate):
+    """All segments' inertias times mass_factor: mass_factor × demanded is what the ground really gave.
+
+    Exact at any size: true − recorded demand = −x × demanded with x = mass_factor − 1.
+    """
+
+    id = "subject_mass"
+    sentence = "The person weighs otherwise than was entered."
+    remedy = "Put the person on a scale with all that they wear, and enter that."
+    rivals_told_apart_by = "the person on a scale, or a known weight on each plate"
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """What the whole body demands, with its sign turned."""
+        return Signature(-scene.demanded_ground[:, :, None], np.array([PRIOR_STD]))
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, "1"],
+        covariance: Float[np.ndarray, "1 1"],
+    ) -> dict[str, Estimate]:
+        """mass_factor, dimensionless."""
+        return {"mass_factor": Estimate(1 + float(x[0]), float(np.sqrt(covariance[0, 0])))}
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """Beyond a scale's reading and shoes, and of a size that a wrong entry has."""
+        return LEAST < abs(estimates["mass_factor"].value - 1) < MOST
+
+
+def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
+    """One person."""
+    return [SubjectMass("all")] if scenes else []

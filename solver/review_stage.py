@@ -1,0 +1,200 @@
+"""What people's reviews change: which forces count, hence the mass, the trajectories and the torques."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Bool
+
+from solver.capture.capture import Subject
+from solver.contact.detection import detect
+from solver.contact.mask import frame_mask
+from solver.contact.proposals import Proposal
+from solver.contact.wrenches import MissingRange
+from solver.dynamics.com_data import com_data
+from solver.dynamics.com_mass import disagreement
+from solver.dynamics.extension import Extension
+from solver.dynamics.mass import mass_from_forces
+from solver.dynamics_stage import obeying_forces, with_dynamics, with_heldout
+from solver.errors import FitError
+from solver.fit import Fit, Groundwork, TrialFit
+from solver.kinematics.marker_matching import MarkerMatch
+from solver.kinematics.scale_prior import stature
+from solver.kinematics.unseen_bodies import unseen_body_notes
+from solver.progress import Progress
+from solver.provenance import provenance_of
+from solver.settings import Settings, as_dict
+from solver.skeleton.scaling import with_mass
+from solver.skeleton.skeleton import Skeleton
+
+Reviews = Mapping[str, Sequence[MissingRange]]
+
+
+def obeying_reviews(
+    subject: Subject,
+    groundwork: Groundwork,
+    fits: Sequence[TrialFit],
+    settings: Settings,
+    reviews: Reviews,
+    *,
+    progress: Progress,
+    extension: Extension | None = None,
+) -> Fit:
+    """All that follows from which forces count; the withheld blocks are left due.
+
+    Args:
+        subject: whose.
+        groundwork: of a solve; where it comes from a previous fit, the search begins there.
+        fits: the trials' marker fits, their forces given to feet. Proposals of a previous fit stand as long
+            as the mass does, which they were judged with.
+        settings: of every stage.
+        reviews: by trial, where people say that forces are missing.
+        progress: told the stage and the fraction done; may raise `Cancelled`.
+        extension: what acts beside the recorded forces, as a person accepted it.
+
+    Raises:
+        FitError: a review is of another number of frames, or of another foot.
+    """
+    fits = [_masked(fit, settings, reviews.get(fit.capture.name)) for fit in fits]
+    mass_kg, mass_notes = _mass(subject, groundwork.skeleton, fits, settings)
+    skeleton = with_mass(groundwork.skeleton, mass_kg)
+    if mass_kg != groundwork.mass_kg:
+        fits = [_judged(fit, skeleton, settings) for fit in fits]
+    fits = [
+        _masked(fit, settings, reviews.get(fit.capture.name), _sure(fit.proposals, settings)) for fit in fits
+    ]
+    obeying = obeying_forces(fits, groundwork, skeleton, settings, progress, extension=extension)
+    solved = tuple(
+        with_dynamics(
+            _noted(fit, groundwork.match, obeying.skeleton, settings),
+            obeying.skeleton,
+            settings,
+            extension=extension,
+            x=obeying.extra,
+        )
+        for fit in obeying.fits
+    )
+    height_m, height_notes = _height(subject, obeying.skeleton)
+    names = {fit.capture.name for fit in fits}
+    return Fit(
+        subject=subject,
+        skeleton=obeying.skeleton,
+        trials=solved,
+        mass_kg=obeying.skeleton.mass,
+        height_m=height_m,
+        settings=as_dict(settings),
+        provenance=provenance_of(subject, [t for t in subject.trials if t.name in names], reviews, extension),
+        notes=(
+            *groundwork.notes,
+            *mass_notes,
+            *obeying.notes,
+            *height_notes,
+            *_extension_notes(extension, names),
+        ),
+        groundwork=replace(groundwork, mass_kg=mass_kg, phi=obeying.phi),
+        heldout_due=settings.trajectory.heldout and obeying.phi is not None,
+    )
+
+
+def predicting_withheld(
+    fit: Fit, settings: Settings, progress: Progress, extension: Extension | None = None
+) -> Fit:
+    """The fit with its withheld blocks predicted, where they were still due; with the fit's extension."""
+    if not fit.heldout_due or fit.groundwork is None or fit.groundwork.mass_kg is None:
+        return fit
+    began = with_mass(fit.groundwork.skeleton, fit.groundwork.mass_kg)
+    trials = with_heldout(fit.trials, fit.groundwork.match, began, settings, progress, extension=extension)
+    return replace(fit, trials=trials, heldout_due=False)
+
+
+def _extension_notes(extension: Extension | None, names: set[str]) -> tuple[str, ...]:
+    """What the fit assumes beside the recorded forces."""
+    if extension is None:
+        return ()
+    note = f"extended by what a diagnosis found and a person accepted: {extension.sentence}"
+    without = sorted(names - set(extension.trials))
+    return (note, f"not extended, because that diagnosis did not see them: {', '.join(without)}")[
+        : 2 if without else 1
+    ]
+
+
+def _masked(
+    fit: TrialFit,
+    settings: Settings,
+    review: Sequence[MissingRange] | None,
+    proposed: Sequence[MissingRange] | None = None,
+) -> TrialFit:
+    """The trial with the forces that count."""
+    if fit.contacts is None:
+        return fit
+    try:
+        mask = frame_mask(
+            fit.contacts, _tracked_frames(fit, settings), fit.capture.imported_missing_force, review, proposed
+        )
+    except FitError as error:
+        raise FitError(f"{fit.capture.name}: {error}") from error
+    return replace(fit, mask=mask)
+
+
+def _judged(fit: TrialFit, skeleton: Skeleton, settings: Settings) -> TrialFit:
+    """The trial with what detection proposes."""
+    if fit.contacts is None:
+        return fit
+    proposals = detect(
+        skeleton,
+        fit.motion,
+        fit.contacts,
+        fit.capture.plates,
+        tracked=_tracked_frames(fit, settings),
+        settings=settings.detection,
+    )
+    return replace(fit, proposals=proposals)
+
+
+def _sure(proposals: Sequence[Proposal], settings: Settings) -> list[MissingRange]:
+    """Proposals that a mask obeys where nobody reviewed the trial."""
+    return [(*p.range, p.foot, p.reason) for p in proposals if p.confidence >= settings.detection.confidence]
+
+
+def _tracked_frames(fit: TrialFit, settings: Settings) -> Bool[np.ndarray, " frames"]:
+    return fit.marker_errors.seen_share >= settings.kinematics.fewest_seen_share
+
+
+def _noted(fit: TrialFit, match: MarkerMatch, skeleton: Skeleton, settings: Settings) -> TrialFit:
+    """The trial with notes on what rests on no measurement: unseen segments, a motion without forces."""
+    markers = fit.capture.markers
+    notes = unseen_body_notes(match.skeleton(skeleton), match.observed(markers), markers.rate)
+    if settings.trajectory.enabled and fit.contacts is not None and fit.kinematics_only is None:
+        notes += (
+            f"forces count on {int(fit.forces_known.sum())} frames, and fewer than "
+            f"{settings.trajectory.fewest_frames} say nothing about F = ma: the motion follows the markers "
+            "alone",
+        )
+    return replace(fit, notes=(*fit.notes, *notes))
+
+
+def _mass(
+    subject: Subject, skeleton: Skeleton, fits: Sequence[TrialFit], settings: Settings
+) -> tuple[float, tuple[str, ...]]:
+    """The entered mass, else what the forces tell; with a warning where the two disagree."""
+    estimate = mass_from_forces(
+        [com_data(skeleton, f.motion, f.contacts, f.mask) for f in fits if f.contacts and f.mask],
+        settings.com,
+    )
+    if subject.mass_kg is not None:
+        warning = estimate and disagreement(estimate, subject.mass_kg, settings.com)
+        return subject.mass_kg, (warning,) if warning else ()
+    if estimate is None:
+        note = f"mass not given and no forces to tell it; the model's own {skeleton.mass:.1f} kg is used"
+        return skeleton.mass, (note,)
+    note = f"mass not given; {estimate.mass_kg:.1f} ± {estimate.std_kg:.1f} kg estimated from the forces"
+    return estimate.mass_kg, (note,)
+
+
+def _height(subject: Subject, skeleton: Skeleton) -> tuple[float, tuple[str, ...]]:
+    if subject.height_m is not None:
+        return subject.height_m, ()
+    height = stature(skeleton)
+    if height is None:
+        return float("nan"), ("height not given, and the model has no leg that would tell it",)
+    return height, (f"height not given; {height:.2f} m from the scaled model's legs",)

@@ -1,0 +1,63 @@
+"""What the panel says, and that nothing from a file becomes part of the page."""
+
+import pytest
+
+from addb_viewer.app.diagnosis_html import gain_html, progress_html, section_html, verdict_html
+from addb_viewer.diagnosis_words import Section, cause, what_it_gains
+
+SPITEFUL = "<img src=x onerror='window.hacked=1'>"
+
+
+@pytest.mark.parametrize(
+    ("verdict", "sign", "word"),
+    [("clean", "✓", "Clean"), ("explained", "!", "Explained"), ("unexplained", "?", "Unexplained")],
+)
+def test_a_verdict_is_a_word_and_a_sign_beside_its_colour(effect, figures, verdict, sign, word):
+    named = () if verdict == "clean" else (effect("clock_offset", "all", offset_s=0.0123),)
+    text = verdict_html(figures(*named, verdict=verdict))
+    assert f">{sign}</span>" in text
+    assert word in text
+
+
+def test_without_a_diagnosis_it_says_what_one_would_do():
+    assert "Nobody has asked yet" in verdict_html(None)
+
+
+def test_recordings_that_changed_since_are_named(effect, figures):
+    text = verdict_html(figures(effect("clock_offset", "all", offset_s=0.01)), ("walk.trc",))
+    assert "Out of date" in text
+    assert "walk.trc" in text
+
+
+def test_a_cause_tells_size_with_unit_certainty_and_remedy(effect, figures):
+    section = cause(figures(effect("clock_offset", "all", offset_s=0.0123)), 0, {})
+    text = section_html(section, spread=True)
+    assert "12 ± 2 ms too late" in text
+    assert "97 %" in text
+    assert "Do something about it." in text
+    assert "19 of 20" in text
+
+
+def test_the_gain_has_before_after_and_interval(effect, figures):
+    text = gain_html(what_it_gains(figures(effect("clock_offset", "all", offset_s=0.01))))
+    assert "41 → 12 N" in text
+    assert "between 11 and 14" in text
+
+
+def test_names_from_files_stay_text(effect, figures):
+    named = figures(effect("marker_slip", SPITEFUL, shift_m=0.02))
+    shown = (
+        verdict_html(named, (SPITEFUL,)),
+        section_html(cause(named, 0, {})),
+        section_html(Section("Notes", (SPITEFUL,), ((SPITEFUL, SPITEFUL),))),
+        gain_html(Section("", (SPITEFUL,), ((SPITEFUL, SPITEFUL),))),
+        progress_html(SPITEFUL, 0.5, 10.0),
+    )
+    for text in shown:
+        assert "<img" not in text
+        assert "&lt;img" in text
+
+
+def test_progress_tells_how_long_it_may_still_take():
+    assert "about 30 s left" in progress_html("markers", 0.25, 10.0)
+    assert "left" not in progress_html("markers", None, 10.0)

@@ -1,0 +1,83 @@
+"""Commands in a process of their own."""
+
+import textwrap
+import threading
+
+import pytest
+
+from addb_viewer.app.work import Work
+
+TALKER = """
+    import sys, time
+    from addb_viewer.app.work import progress_line
+    if sys.argv[1] == "talk":
+        print(progress_line("looking", 0.25), flush=True)
+        print("{ not progress")
+        print(progress_line("found", 1.0))
+        print("all is well")
+    elif sys.argv[1] == "fail":
+        print("a warning", file=sys.stderr)
+        print("addb-viewer: no trial has forces", file=sys.stderr)
+        sys.exit(1)
+    else:
+        print(progress_line("sleeping", 0.5), flush=True)
+        time.sleep(60)
+"""
+
+
+class Listener:
+    def __init__(self):
+        self.progress, self.outcomes = [], []
+        self.told, self.ended = threading.Event(), threading.Event()
+        self.work = Work(self._told, self._ended)
+
+    def _told(self, stage, fraction):
+        self.progress.append((stage, fraction))
+        self.told.set()
+
+    def _ended(self, outcome):
+        self.outcomes.append(outcome)
+        self.ended.set()
+
+
+@pytest.fixture
+def listener(tmp_path, monkeypatch):
+    (tmp_path / "talker.py").write_text(textwrap.dedent(TALKER))
+    monkeypatch.chdir(tmp_path)  # `python -m` looks there first
+    listener = Listener()
+    yield listener
+    listener.work.cancel()
+
+
+def test_progress_and_words_are_told_apart(listener):
+    assert listener.work.start("talker", ["talk"])
+    assert listener.ended.wait(30)
+    assert listener.progress == [("looking", 0.25), ("found", 1.0)]
+    (outcome,) = listener.outcomes
+    assert (outcome.succeeded, outcome.cancelled, outcome.error) == (True, False, "")
+    assert outcome.said == "{ not progress\nall is well\n"
+    assert not listener.work.running
+
+
+def test_a_failure_brings_its_last_line(listener):
+    listener.work.start("talker", ["fail"])
+    assert listener.ended.wait(30)
+    (outcome,) = listener.outcomes
+    assert not outcome.succeeded
+    assert outcome.error == "no trial has forces"
+
+
+def test_one_at_a_time_and_cancel_ends_it_soon(listener):
+    listener.work.start("talker", ["sleep"])
+    assert listener.told.wait(30)
+    assert listener.work.running
+    assert not listener.work.start("talker", ["talk"])
+    listener.work.cancel()
+    assert listener.ended.wait(10)
+    (outcome,) = listener.outcomes
+    assert outcome.cancelled
+    assert not outcome.succeeded
+    listener.ended.clear()
+    assert listener.work.start("talker", ["talk"])
+    assert listener.ended.wait(30)
+    assert not listener.outcomes[-1].cancelled

@@ -1,0 +1,128 @@
+"""`accept`, `reject`, and the fit after them; the diagnosis' own work is put aside."""
+
+import numpy as np
+import pytest
+
+from addb_viewer.commands import accept as accepting
+from addb_viewer.kept_diagnosis import keep
+from solver.dynamics.extension import BodyWrench, Cause, Extension, TrialExtension
+from solver.provenance import provenance_of
+from solver.results.extension_log import decisions
+from solver.settings import as_dict, settings_for
+
+CLOCK = {"id": "clock_offset", "target": "all", "parameters": {"offset_s": {"value": 0.01, "std": 0.001}}}
+SLIP = {"id": "marker_slip", "target": "LTOE", "parameters": {"shift_m": {"value": 0.02, "std": 0.001}}}
+
+
+@pytest.fixture
+def extension():
+    wrench = BodyWrench(None, np.zeros((4, 6)), np.ones((4, 6, 1)))
+    yes = np.ones(4, dtype=bool)
+    cause = Cause("clock_offset", "all", {"offset_s": (0.01, 0.001)})
+    return Extension((cause,), np.ones(1), np.ones(1), {"walk": TrialExtension((wrench,), yes, yes)})
+
+
+@pytest.fixture
+def asked(monkeypatch, extension):
+    """The causes that the solver was asked for."""
+    causes = []
+
+    def extension_for(subject, settings, wanted, **_):
+        causes.append(wanted)
+        return extension
+
+    monkeypatch.setattr(accepting, "extension_for", extension_for)
+    return causes
+
+
+@pytest.fixture
+def diagnosed(command_line):
+    def write(*effects):
+        subject = command_line.subject
+        made_of = {
+            "provenance": provenance_of(subject, subject.trials),
+            "settings": as_dict(settings_for(subject.folder)),
+        }
+        figures = {"verdict": "explained", "effects": list(effects), "trials": ["walk"]}
+        keep(figures, made_of, subject.folder / "results")
+
+    return write
+
+
+def test_an_accepted_cause_reaches_the_next_fit(command_line, diagnosed, asked, extension):
+    folder = command_line.subject.folder
+    command_line("fit", folder)
+    diagnosed(CLOCK)
+    run = command_line("accept", folder, "--author", "Anna")
+    assert run.exit_code == 0, run.output
+    assert "accepted by Anna: clock_offset (all)" in run.stdout
+    assert asked == [{("clock_offset", "all")}]
+    command_line("fit", folder)
+    assert command_line.extensions[-1].fingerprint == extension.fingerprint
+    assert len(command_line.solves) == 2
+    assert "unchanged" in command_line("fit", folder).stdout
+    command_line("fit", folder, "--without-extension")
+    assert command_line.extensions[-1] is None
+
+
+def test_a_rejected_one_does_not(command_line, diagnosed, asked):
+    folder = command_line.subject.folder
+    diagnosed(CLOCK)
+    command_line("accept", folder, "--author", "Anna")
+    run = command_line("reject", folder, "--author", "Bo")
+    assert run.exit_code == 0, run.output
+    assert "rejected by Bo: clock_offset (all)" in run.stdout
+    command_line("fit", folder)
+    assert command_line.extensions == [None]
+    assert [d.by for d in decisions(folder / "results")] == ["Anna", "Bo"]
+
+
+def test_causes_in_the_markers_are_left_out_and_that_is_said(command_line, diagnosed, asked):
+    folder = command_line.subject.folder
+    diagnosed(CLOCK, SLIP)
+    run = command_line("accept", folder, "--author", "Anna")
+    assert asked == [{("clock_offset", "all")}]
+    assert "left out, because they lie in the markers alone: marker_slip (LTOE)" in run.stdout
+    diagnosed(SLIP)
+    run = command_line("accept", folder)
+    assert run.exit_code != 0
+    assert "mend the markers" in run.output
+
+
+@pytest.mark.parametrize(
+    ("effects", "says"), [(None, "no diagnosis is kept here"), ((), "it names no cause")]
+)
+def test_what_cannot_be_accepted_is_said(command_line, diagnosed, asked, effects, says):
+    if effects is not None:
+        diagnosed(*effects)
+    run = command_line("accept", command_line.subject.folder, "--author", "Anna")
+    assert run.exit_code == 1
+    assert says in run.output
+    assert not asked
+
+
+def test_a_diagnosis_of_other_recordings_is_refused(command_line, diagnosed, asked):
+    diagnosed(CLOCK)
+    command_line.subject.trials[0].markers.write_text("other markers")
+    run = command_line("accept", command_line.subject.folder, "--author", "Anna")
+    assert run.exit_code == 1
+    assert "trials/walk/markers.trc" in run.output
+    assert not asked
+
+
+def test_an_extension_of_other_recordings_is_not_used(command_line, diagnosed, asked):
+    folder = command_line.subject.folder
+    diagnosed(CLOCK)
+    command_line("accept", folder, "--author", "Anna")
+    command_line.subject.trials[0].markers.write_text("other markers")
+    command_line("fit", folder)
+    assert command_line.extensions == [None]
+    (note,) = [n for n in command_line.notes[-1] if "clock_offset" in n]
+    assert "is not used" in note
+    assert "trials/walk/markers.trc" in note
+
+
+def test_reject_needs_something_to_reject(command_line):
+    run = command_line("reject", command_line.subject.folder, "--author", "Bo")
+    assert run.exit_code == 1
+    assert "nothing to reject" in run.output

@@ -1,0 +1,234 @@
+"""`addb-viewer diagnose`: what it prints, writes and refuses, with a finder made by hand behind it."""
+
+import json
+import os
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from addb_viewer.cli import app
+from addb_viewer.kept_diagnosis import kept
+from solver.diagnosis.diagnosis import (
+    Alternative,
+    Diagnosis,
+    Gain,
+    Location,
+    NamedEffect,
+    Remaining,
+)
+from solver.effects.effect import Estimate, Range
+from solver.errors import FitError, ResultsError
+from solver.settings import Settings
+from solver.simulate.demo import write_demo_subject
+
+LATE = NamedEffect(
+    id="clock_offset",
+    target="all",
+    parameters={"offset_s": Estimate(0.0123, 0.0004)},
+    confidence=0.98,
+    frames=(Range("walk", 0, 4),),
+    sentence="The forces run on another clock.",
+    remedy="Check the trigger line.",
+    gain_nats=80.0,
+    heldout_gain_nats=40.0,
+)
+EXPLAINED = Diagnosis(
+    verdict="explained",
+    effects=(LATE,),
+    alternatives=(
+        Alternative("sample_rate", "all", "clock_offset all", "indistinguishable here", "a longer recording"),
+    ),
+    gain={
+        "heldout_linear_residual_N": Gain(41.0, 12.2, (11.0, 13.9)),
+        "heldout_angular_residual_Nm": Gain(19.5, 8.1, (7.2, 9.0)),
+        "marker_rms_m": Gain(0.0121, 0.0120),
+    },
+    remaining=Remaining(12.2, 9.8),
+    trials=("walk",),
+)
+CLEAN = Diagnosis("clean", (), (), {}, Remaining(9.0, 9.8), ("walk",))
+UNEXPLAINED = Diagnosis(
+    "unexplained",
+    (),
+    (),
+    {},
+    Remaining(60.0, 9.8, Location("hand_r", 55.0, (3.0, 40.0, -2.0), "constant (80 % of it)")),
+    ("walk", "run"),
+    notes=("run: half of the markers are missing",),
+)
+
+
+@dataclass
+class Finder:
+    """In the real one's place: `found` is what it answers or raises, `calls` what it was asked."""
+
+    found: Diagnosis | BaseException = EXPLAINED
+    calls: list[tuple[object, ...]] = field(default_factory=list)
+
+    def __call__(self, subject, settings, *, trials, reviews, progress):
+        self.calls.append((subject, settings, trials, reviews))
+        progress("diagnosis", 0.5)
+        if isinstance(self.found, BaseException):
+            raise self.found
+        return self.found
+
+
+@pytest.fixture
+def finder(command_line, monkeypatch):
+    """Answers `EXPLAINED` unless told otherwise."""
+    finder = Finder()
+    monkeypatch.setattr("addb_viewer.commands.diagnose.diagnosis_of", finder)
+    monkeypatch.setattr("addb_viewer.commands.diagnose.marker_rates", lambda _: {"walk": 100.0})
+    return finder
+
+
+@pytest.mark.parametrize("found", [EXPLAINED, CLEAN, UNEXPLAINED], ids=lambda d: d.verdict)
+def test_every_verdict_is_status_0_and_is_kept(command_line, finder, found):
+    finder.found = found
+    folder = command_line.subject.folder
+    run = command_line("diagnose", folder)
+    assert run.exit_code == 0
+    assert run.stderr == ""
+    answer = kept(folder / "results")
+    assert answer is not None
+    figures, made_of = answer
+    assert figures["verdict"] == found.verdict
+    assert set(made_of) == {"provenance", "settings"}
+    assert any(name.startswith("sha256") for name in made_of["provenance"])
+
+
+def test_the_page_says_what_how_sure_and_what_to_do(command_line, finder):
+    page = command_line("diagnose", command_line.subject.folder).stdout
+    verdict = page.split("WHAT IS WRONG")[0]
+    assert "one cause accounts for it" in " ".join(verdict.split())
+    assert "12.3 ± 0.8 ms too late" in page
+    assert "Check the trigger line." in page
+    assert "a longer recording" in page
+    assert "41 → 12 N" in page
+
+
+def test_the_json_is_the_contract(command_line, finder, tmp_path):
+    target = tmp_path / "answer.json"
+    assert command_line("diagnose", command_line.subject.folder, "--json", target).exit_code == 0
+    figures = json.loads(target.read_text(encoding="utf-8"))
+    assert {"verdict", "effects", "alternatives", "gain", "remaining"} <= set(figures)
+    assert "made_of" not in figures
+    (effect,) = figures["effects"]
+    assert effect["id"] == "clock_offset"
+    assert effect["parameters"] == {"offset_s": {"value": 0.0123, "std": 0.0004}}
+    assert effect["confidence"] == 0.98
+    assert effect["trial"] == "walk"
+    assert effect["frames"] == [[0, 4]]
+    (rival,) = figures["alternatives"]
+    assert {name: type(rival[name]) for name in ("id", "target", "why", "separate_by")} == dict.fromkeys(
+        ("id", "target", "why", "separate_by"), str
+    )
+    linear = figures["gain"]["heldout_linear_residual_N"]
+    assert linear == {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]}
+    assert figures["gain"]["marker_rms_m"] == {"before": 0.0121, "after": 0.0120}
+    assert figures["remaining"] == {"linear_residual_N": 12.2, "noise_floor_N": 9.8, "location": None}
+
+
+def test_frames_of_several_trials_carry_the_trials_name(command_line, finder, tmp_path):
+    both = replace(LATE, frames=(Range("walk", 0, 4), Range("run", 0, 9)))
+    finder.found = replace(EXPLAINED, effects=(both,), trials=("walk", "run"))
+    target = tmp_path / "answer.json"
+    command_line("diagnose", command_line.subject.folder, "--json", target)
+    (effect,) = json.loads(target.read_text(encoding="utf-8"))["effects"]
+    assert effect["frames"] == [["walk", 0, 4], ["run", 0, 9]]
+    assert effect["trial"] is None
+
+
+def test_what_the_recording_says_nothing_about_is_null(command_line, finder, tmp_path):
+    vague = replace(LATE, parameters={"offset_s": Estimate(0.01, float("inf"))})
+    finder.found = replace(EXPLAINED, effects=(vague,))
+    target = tmp_path / "answer.json"
+    run = command_line("diagnose", command_line.subject.folder, "--json", target)
+    assert run.exit_code == 0
+    (effect,) = json.loads(target.read_text(encoding="utf-8"))["effects"]
+    assert effect["parameters"]["offset_s"] == {"value": 0.01, "std": None}
+    assert "10 ms too late" in run.stdout
+
+
+def test_trials_settings_and_notes_are_handed_over(command_line, finder, tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text("[kinematics]\niterations = 3\n")
+    finder.found = UNEXPLAINED
+    folder = command_line.subject.folder
+    run = command_line("diagnose", folder, "--trial", "walk", "--settings", file, "--ignore-review")
+    _, settings, trials, reviews = finder.calls[0]
+    assert trials == ("walk",)
+    assert settings.kinematics.iterations == 3
+    assert settings != Settings()
+    assert reviews == {}
+    assert "half of the markers are missing" in run.stdout
+    assert "reviews are ignored" in run.stdout
+
+
+def test_people_s_flags_reach_the_finder(command_line, finder, monkeypatch):
+    flags = {"walk": ((1, 3, "calcn_r", "notOverForcePlate"),)}
+    monkeypatch.setattr("addb_viewer.commands.solving.reviews_for_solve", lambda *_: (flags, ()))
+    command_line("diagnose", command_line.subject.folder)
+    assert finder.calls[0][3] == flags
+    command_line("diagnose", command_line.subject.folder, "--ignore-review")
+    assert finder.calls[1][3] == {}
+
+
+@pytest.mark.parametrize(
+    ("failure", "status", "line"),
+    [
+        (FitError("lab/S4: no trial has forces; without them nothing can be diagnosed."), 1, "no trial has"),
+        (KeyboardInterrupt(), 130, "stopped; nothing was written"),
+        (TypeError("odd"), 1, "unexpected TypeError: odd (run with --debug for the traceback)"),
+    ],
+)
+def test_a_failure_is_one_line_and_writes_nothing(command_line, finder, failure, status, line):
+    finder.found = failure
+    before = sorted(command_line.subject.folder.rglob("*"))
+    answer = command_line.subject.folder / "answer.json"
+    run = command_line("diagnose", command_line.subject.folder, "--json", answer)
+    assert run.exit_code == status
+    assert run.stderr.count("\n") == 1
+    assert line in run.stderr
+    assert run.stdout == ""
+    assert sorted(command_line.subject.folder.rglob("*")) == before
+    assert not answer.exists()
+
+
+def test_what_can_be_refused_is_refused_before_the_search(command_line, finder, tmp_path, monkeypatch):
+    folder = command_line.subject.folder
+    for arguments, status, said in (
+        ((tmp_path / "nobody",), 1, "nobody: no such folder"),
+        ((folder, "--trial", "walk1"), 1, "no trial 'walk1'; nearest: walk"),
+        ((folder, "--json", tmp_path / "missing" / "answer.json"), 2, "no folder"),
+        ((folder, "--frames", "3"), 2, "No such option"),
+    ):
+        run = command_line("diagnose", *arguments)
+        assert run.exit_code == status
+        assert said in " ".join(run.stderr.replace("│", " ").split())
+    monkeypatch.setattr("os.access", lambda _, mode: not mode & os.W_OK)  # root may write anywhere
+    run = command_line("diagnose", folder)
+    assert run.exit_code == 1
+    assert "cannot be written to" in run.stderr
+    assert finder.calls == []
+
+
+def test_a_broken_kept_diagnosis_is_named_with_its_remedy(tmp_path):
+    assert kept(tmp_path) is None
+    for content in ("{", "[]", "{}"):
+        (tmp_path / "diagnosis.json").write_text(content)
+        with pytest.raises(ResultsError, match=r"diagnosis\.json: not a diagnosis .*addb-viewer diagnose"):
+            kept(tmp_path)
+
+
+def test_a_recording_without_forces_is_refused_with_one_line(tmp_path):
+    """No finder by hand here: what a person meets who forgot the force file."""
+    write_demo_subject(tmp_path / "S1", np.random.default_rng(1), trials=("static", "squat"))
+    (tmp_path / "S1" / "trials" / "squat" / "grf.mot").unlink()
+    run = CliRunner().invoke(app, ["diagnose", str(tmp_path / "S1")])
+    assert run.exit_code == 1
+    assert run.stderr.count("\n") == 1
+    assert "no trial has forces" in run.stderr
+    assert not (tmp_path / "S1" / "results" / "diagnosis.json").exists()

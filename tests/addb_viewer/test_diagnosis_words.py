@@ -1,0 +1,235 @@
+"""The page of a diagnosis: said plainly, no more certain than the figures, and whole."""
+
+import re
+
+import pytest
+
+from addb_viewer.diagnosis_vocabulary import (
+    READINGS,
+    TITLES,
+    amount,
+    amounts,
+    certainty,
+    sentence,
+    target_in_words,
+    title,
+    upward,
+)
+from addb_viewer.diagnosis_words import as_text, page
+from solver.effects.catalogue import IDS, MARKER_IDS
+
+FORCE = {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]}
+
+
+def effect(id="clock_offset", target="all", confidence=0.995, frames=((0, 412),), **parameters):
+    return {
+        "id": id,
+        "target": target,
+        "parameters": {name: {"value": value, "std": std} for name, (value, std) in parameters.items()},
+        "confidence": confidence,
+        "trial": "walk1",
+        "frames": [list(f) for f in frames],
+        "sentence": "{} is not what it seems.".format(target if target != "all" else "The clock"),
+        "remedy": "Look at the cable.",
+    }
+
+
+def rival(id, of, separate_by="a quiet standing trial", target="all"):
+    return {"id": id, "target": target, "instead_of": of, "why": "cosine 0.99", "separate_by": separate_by}
+
+
+def figures(verdict="explained", effects=(), alternatives=(), **changes):
+    return {
+        "verdict": verdict,
+        "effects": list(effects),
+        "alternatives": list(alternatives),
+        "gain": {"heldout_linear_residual_N": FORCE} if effects else {},
+        "remaining": {"linear_residual_N": 12.2, "noise_floor_N": 9.8, "location": None},
+        "trials": ["walk1"],
+        "notes": [],
+    } | changes
+
+
+def said(answer, rates=None):
+    """The page in one line, so that its line breaks do not matter."""
+    return " ".join(" ".join(as_text(page(answer, rates))).split())
+
+
+LATE = effect(offset_s=(0.0123, 0.0004))
+STEP = effect(
+    "off_plate_step",
+    "calcn_r",
+    frames=((126, 190),),
+    force_y_N=(492.0, 1.6),
+    weight_share=(0.7, 0.002),
+)
+
+
+@pytest.mark.parametrize("id", [*IDS, *MARKER_IDS])
+def test_every_cause_of_the_catalogue_has_words(id):
+    assert id in TITLES
+    assert id in READINGS or id in ("plate_swap", "axis_convention", "marker_swap")  # nothing to measure
+    assert "_" not in title({"id": id, "target": "all"})
+
+
+@pytest.mark.parametrize(
+    ("of", "words"),
+    [
+        (effect(offset_s=(0.0123, 0.0004)), ["the forces come 12.3 ± 0.8 ms too late"]),
+        (effect(offset_s=(-0.008, 0.001)), ["the forces come 8 ± 2 ms too early"]),
+        (effect("plate_gain", "plate_2", gain_error=(-0.041, 0.0015)), ["it reads 4.1 ± 0.3 % too little"]),
+        (
+            effect("subject_mass", mass_factor=(0.96, 0.004)),
+            ["the person is 4.0 ± 0.8 % lighter than entered"],
+        ),
+        (effect("capture_scale", scale=(1.012, 0.0005)), ["markers lie 1.20 ± 0.10 % too far apart"]),
+        (
+            effect("plate_yaw", "plate_1", yaw_deg=(-3.0, 0.1)),
+            ["what was recorded is turned by 3.0 ± 0.2° clockwise, seen from above"],
+        ),
+        (
+            effect("marker_slip", "RKNE", shift_m=(0.0152, 0.0004), time_s=(1.23, 0.01)),
+            ["by 15.2 ± 0.8 mm", "at 1.23 ± 0.02 s from the trial's start"],
+        ),
+    ],
+)
+def test_parameters_are_told_with_their_sense_unit_and_spread(of, words):
+    assert amounts(of) == words
+
+
+@pytest.mark.parametrize(
+    ("value", "spread", "text"),
+    [
+        (492.36, 3.3, "492 ± 3 N"),
+        (492.36, 1.2, "492.4 ± 1.2 N"),
+        (492.36, 140.0, "492 ± 140 N"),
+        (0.12345, 0.00001, "0.1235 ± 0.0001 N"),
+        (12.0, None, "12 N"),
+        (12.0, float("inf"), "12 N"),
+    ],
+)
+def test_no_more_digits_than_the_spread_leaves(value, spread, text):
+    assert amount(value, spread, "N") == text
+
+
+def test_targets_are_told_as_people_call_them_and_as_files_do():
+    assert target_in_words("plate_2") == "plate 2"
+    assert target_in_words("plate_1+plate_2") == "plate 1 and plate 2"
+    assert target_in_words("calcn_r") == "right foot (calcn_r)"
+    assert target_in_words("femur_r+femur_l") == "right thigh and left thigh (femur_r, femur_l)"
+    assert target_in_words("RKNE") == "RKNE"
+    assert target_in_words("lumbar_5") == "lumbar_5"
+    assert sentence(effect("plate_gain", "plate_2")) == "Plate 2 is not what it seems."
+    assert sentence(effect()) == "The clock is not what it seems."
+
+
+def test_directions_of_a_force():
+    assert upward((1.0, 40.0, 2.0)) == "up"
+    assert upward((0.0, -40.0, 2.0)) == "down"
+    assert upward((-30.0, 1.0, 2.0)) == "along −x"
+    assert upward((0.0, 20.0, 20.0)) == "up and along +z"
+
+
+def test_certainty_never_exceeds_the_figure():
+    words = [certainty(c, 0) for c in (0.995, 0.95, 0.7, 0.3)]
+    assert [w.split(" (")[0].split(":")[0] for w in words] == [
+        "very sure",
+        "fairly sure",
+        "not sure",
+        "a guess",
+    ]
+    assert "sure" not in certainty(0.995, 1)
+    assert "one of 3 causes that this recording cannot tell apart" in certainty(0.5, 2)
+
+
+def test_an_explained_recording():
+    text = said(figures(effects=[LATE]))
+    assert text.startswith(
+        "VERDICT Something is wrong with the recording 'walk1', and one cause accounts for it: "
+        "forces shifted in time against the markers [very sure]."
+    )
+    assert "differ from the measured ones by 41 N" in text
+    assert "About 9.8 N is what a sound recording of this kind shows" in text
+    assert "4 times as much" in text
+    assert "how sure very sure (more than 99 %)" in text
+    assert "what to do Look at the cable." in text
+    assert "41 → 12 N (between 11 and 14 with 95 % certainty)" in text
+    assert "falls by 70 %" in text
+    assert "Nothing else stands out." in text
+
+
+def test_all_the_time_is_said_for_what_lasts_and_frames_for_what_does_not():
+    text = said(figures(effects=[LATE, STEP]), {"walk1": 100.0})
+    assert "when all the time, in walk1" in text
+    assert "walk1, frames 126 to 189 (1.26 to 1.89 s)" in text
+    assert "2 causes together account for it" in text
+    assert "flag SUBJECT walk1 126:190 --foot calcn_r --reason notOverForcePlate" in text
+
+
+def test_frames_of_several_trials():
+    both = STEP | {"frames": [["walk1", 126, 190], ["walk2", 3, 80]], "trial": None}
+    text = said(figures(effects=[both], trials=["walk1", "walk2"]), {"walk2": 50.0})
+    assert "walk1, frames 126 to 189; walk2, frames 3 to 79 (0.06 to 1.58 s)" in text
+    assert "these recordings (walk1 and walk2)" in text
+
+
+def test_rivals_are_in_the_verdict_and_with_what_tells_them_apart():
+    heavy = rival("subject_mass", "clock_offset all", "the person on a scale")
+    text = said(figures(effects=[LATE, STEP], alternatives=[heavy]))
+    verdict, _ = text.split("WHAT IS WRONG")
+    assert "forces shifted in time against the markers — or else wrong body mass" in verdict
+    late, step = text.split("CAUSE 1")[1].split("CAUSE 2")
+    assert "could also be wrong body mass" in late
+    assert "to tell, record the person on a scale" in late
+    assert "very sure" not in late
+    assert "could also be" not in step
+
+
+def test_the_verdict_is_no_surer_than_its_causes():
+    verdict = page(figures(effects=[LATE, STEP | {"confidence": 0.3}]))[0].lines[0]
+    assert "(1) forces shifted in time against the markers [very sure]" in verdict
+    assert "(2) a step that no plate measured: right foot (calcn_r) [a guess]" in verdict
+
+
+def test_a_gain_that_may_be_chance_is_not_praised():
+    weak = {"heldout_linear_residual_N": {"before": 12.0, "after": 11.5, "interval": [9.0, 14.0]}}
+    text = said(figures(effects=[LATE], gain=weak))
+    assert "take the causes as a lead, not as a finding" in text
+    assert "falls by" not in text
+
+
+def test_a_clean_recording_is_said_to_be_clean_and_what_was_looked_for():
+    text = said(figures("clean"))
+    assert text.startswith("VERDICT Nothing wrong was found in the recording 'walk1'.")
+    for words in ("wrong body mass", "exchanged markers", "an elastic band"):
+        assert words in text
+    assert not re.search(r"CAUSE|REMAINS|WORTH|wrong with", text)
+
+
+def test_what_nobody_can_explain_is_called_that():
+    location = {
+        "body": "hand_r",
+        "rms_force_N": 55.0,
+        "mean_force_N": [3.0, 40.0, -2.0],
+        "depends_on": "constant",
+    }
+    remaining = {"linear_residual_N": 60.0, "noise_floor_N": 9.8, "location": location}
+    text = said(figures("unexplained", remaining=remaining))
+    assert "no cause that this program knows accounts for it" in text
+    assert "right hand (hand_r), 55 N (root mean square), on average 40 N up" in text
+    assert "6 times as much" in text
+    named = said(figures("unexplained", effects=[LATE], remaining=remaining | {"location": None}))
+    assert "one cause was found (forces shifted in time against the markers [very sure]), but" in named
+    assert "cannot be tied to one part of the body" in named
+
+
+def test_lines_fit_a_terminal_and_a_longer_name_is_not_lost():
+    long = effect("external_contact", "a_body_of_a_model_with_very_long_names_r", force_x_N=(40.0, 2.0))
+    lines = as_text(page(figures(effects=[long, STEP], notes=["a note " * 40])), 80)
+    assert max(map(len, (line for line in lines if not line.startswith("CAUSE")))) <= 80
+    assert any("very_long_names_r" in line for line in lines)
+
+
+def test_a_cause_without_words_is_still_told():
+    odd = effect("moon_phase", "all", force_N=(3.0, 1.0))
+    assert "moon phase (all)" in said(figures(effects=[odd]))

@@ -1,0 +1,151 @@
+"""The balance's algebra against dense Gaussians."""
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from solver.diagnosis.balance import Balance, Term
+from solver.diagnosis.settings import DiagnosisSettings
+from solver.effects.clock_offset import ClockOffset
+from solver.effects.plate_bias import candidates as biases
+from solver.effects.plate_gain import PlateGain
+
+SETTINGS = DiagnosisSettings()
+
+
+@pytest.fixture(scope="module")
+def balance(drawn, balance_of_scenes) -> Balance:
+    return balance_of_scenes(drawn(1))
+
+
+@pytest.fixture(scope="module")
+def terms(balance) -> list[Term]:
+    bias = biases(balance.scenes)[0]
+    found = [
+        balance.term(PlateGain("plate_1"), ()),
+        balance.term(ClockOffset("all"), (0.01,)),
+        balance.term(bias, bias.starts(balance.scenes)[0]),
+    ]
+    assert found[0].columns.shape[1] == 1
+    assert found[1].columns.shape[1] == 0
+    assert found[1].fixed is not None
+    return found
+
+
+def dense(balance: Balance, scale: float) -> np.ndarray:
+    """K = markers and plates + inertias + s² model errors."""
+    (rows,) = balance.trials
+    return rows.covariance + rows.nuisance @ rows.nuisance.T + scale**2 * rows.model_error
+
+
+def log_density(balance: Balance, scale: float, terms) -> float:
+    """Of the residual, parameters integrated out, and the prior of the scale."""
+    columns = np.concatenate(
+        [t.columns * t.prior_std for t in terms] or [np.zeros((len(balance.residual), 0))], 1
+    )
+    mean = sum((t.fixed for t in terms if t.fixed is not None), np.zeros(len(balance.residual)))
+    K = dense(balance, scale) + columns @ columns.T
+    return (
+        float(multivariate_normal(mean, K).logpdf(balance.residual))
+        - 0.5 * (np.log(scale) / SETTINGS.model_scale_std) ** 2
+    )
+
+
+@pytest.mark.parametrize("some", [(), (0,), (1,), (0, 1, 2)])
+def test_evidence_is_the_gaussian_density_with_parameters_integrated_out(balance, terms, some):
+    """But for (2π)^(n/2), the same at every rung and of every hypothesis."""
+    chosen = [terms[k] for k in some]
+    constant = 0.5 * len(balance.residual) * np.log(2 * np.pi)
+    for rung in balance.rungs[::4]:
+        solved = balance.solve_at(chosen, rung)
+        expected = log_density(balance, rung.scale, chosen) + constant
+        assert solved.log_evidence == pytest.approx(expected, abs=1e-6)
+
+
+def test_parameters_and_covariance_are_those_of_the_dense_formula(balance, terms):
+    rung = balance.rungs[5]
+    solved = balance.solve_at(terms, rung)
+    S = np.concatenate([t.columns for t in terms], axis=1)
+    std = np.concatenate([t.prior_std for t in terms])
+    Q = np.linalg.inv(dense(balance, rung.scale))
+    covariance = np.linalg.inv(S.T @ Q @ S + np.diag(std**-2.0))
+    rest = balance.residual - terms[1].fixed
+    np.testing.assert_allclose(solved.covariance, covariance, rtol=1e-6, atol=1e-9 * np.abs(covariance).max())
+    np.testing.assert_allclose(solved.x, covariance @ S.T @ Q @ rest, rtol=1e-6, atol=1e-9)
+    x, own = solved.of(2)
+    np.testing.assert_allclose(x, solved.x[1:])
+    np.testing.assert_allclose(own, solved.covariance[1:, 1:])
+    assert solved.of(1)[0].size == 0
+    left = rest - S @ solved.x
+    assert solved.left @ solved.left == pytest.approx(left @ Q @ left, rel=1e-8)
+
+
+def test_rows_are_window_means_about_the_centre_of_mass(short_scene, short_rows):
+    """A force through the centre of mass has no moment in any row; elsewhere it has the arm's."""
+    rng = np.random.default_rng(0)
+    force, arm = rng.normal(0, 100, (short_scene.frames, 3)), np.array([0.1, -0.2, 0.3])
+    point = short_scene.com_ground + arm
+    rows = short_rows.reduced(np.concatenate([force, np.cross(point, force)], axis=1)).reshape(-1, 6)
+    windows = short_rows.windows
+    by_hand = np.stack(
+        [np.average(force[s : s + windows.length], axis=0, weights=windows.weights) for s in windows.start]
+    )
+    np.testing.assert_allclose(rows[:, :3], by_hand, atol=1e-9)
+    np.testing.assert_allclose(rows[:, 3:], np.cross(arm, by_hand), atol=1e-9)
+
+
+def test_columns_are_reduced_as_wrenches_are_one_by_one(short_scene, short_rows):
+    rng = np.random.default_rng(1)
+    columns = rng.normal(0, 50, (short_scene.frames, 6, 4))
+    together = short_rows.reduced(columns)
+    for k in range(4):
+        np.testing.assert_allclose(together[:, k], short_rows.reduced(columns[:, :, k]), atol=1e-10)
+
+
+def test_a_terms_rows_are_the_candidates_signature(balance, terms):
+    (rows,) = balance.trials
+    gain = rows.scene.plates[0].wrench_ground
+    np.testing.assert_allclose(terms[0].columns[:, 0], rows.reduced(gain), atol=1e-9)
+    shifted = ClockOffset("all").signature(rows.scene, (0.01,)).fixed
+    np.testing.assert_allclose(terms[1].fixed, rows.reduced(shifted), atol=1e-9)
+
+
+def test_a_target_that_no_trial_has_is_no_term(balance):
+    assert balance.term(PlateGain("plate_9"), ()) is None
+
+
+def test_the_climb_over_the_ladder_ends_where_trying_all_rungs_does(balance, terms):
+    best = balance.solve(terms[:1])
+    everywhere = [balance.solve_at(terms[:1], r).log_evidence for r in balance.rungs]
+    assert best.log_evidence == max(everywhere)
+    for rung in balance.rungs:
+        assert balance.solve(terms[:1], near=rung).rung is best.rung
+
+
+@pytest.mark.parametrize("scale", [0.5, 2.0])
+def test_the_scale_of_errors_is_found(drawn, balance_of_scenes, scale):
+    """Within a factor of two: twenty windows and a prior around one."""
+    found = [balance_of_scenes(drawn(seed, scale=scale)).solve([]).rung.scale for seed in range(4)]
+    assert 0.6 < np.exp(np.mean(np.log(found))) / scale < 1.7
+
+
+def test_trials_share_inertias_but_no_noise(drawn, rows_of):
+    """Two trials of one person: only what the body is couples their rows."""
+    one, two = rows_of(drawn(1)), rows_of(drawn(2))
+    both = Balance([one, two], SETTINGS)
+    rung = both.rungs[5]
+    K = rung.factor @ rung.factor.T
+    n = len(one.residual)
+    np.testing.assert_allclose(K[:n, n:], one.nuisance @ two.nuisance.T, atol=1e-6)
+    np.testing.assert_allclose(K[:n, :n], dense(Balance([one], SETTINGS), rung.scale), atol=1e-6)
+    assert both.start.tolist() == [0, n, n + len(two.residual)]
+
+
+def test_estimates_of_a_gain_come_back(short_scene, balance_of_scenes, drawn):
+    """Plate 1 reads 8 % too little: true − recorded = x recorded."""
+    plate = short_scene.plates[0].wrench_ground
+    balance = balance_of_scenes(drawn(3, 0.08 * plate))
+    solved = balance.solve([balance.term(PlateGain("plate_1"), ())])
+    estimate = solved.estimates(0, balance.scenes)["gain_error"]
+    assert abs(estimate.value - (1 / 1.08 - 1)) < 3 * estimate.std
+    assert estimate.std < 0.03

@@ -1,0 +1,74 @@
+"""Withheld blocks against the conditional Gaussian written out."""
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from solver.diagnosis.balance import Balance
+from solver.diagnosis.heldout import BlockScores, block_scores, blocks
+from solver.diagnosis.settings import DiagnosisSettings
+from solver.effects.clock_offset import ClockOffset
+from solver.effects.plate_gain import PlateGain
+
+
+@pytest.fixture(scope="module")
+def balance(drawn, balance_of_scenes) -> Balance:
+    return balance_of_scenes(drawn(1))
+
+
+@pytest.mark.parametrize("with_terms", [False, True])
+def test_scores_are_conditional_densities_and_errors(balance, with_terms):
+    terms = [balance.term(PlateGain("plate_1"), ()), balance.term(ClockOffset("all"), (0.02,))]
+    terms = terms if with_terms else []
+    rung = balance.rungs[6]
+    K = rung.factor @ rung.factor.T
+    mean = np.zeros(len(K))
+    for term in terms:
+        S = term.columns * term.prior_std
+        K = K + S @ S.T
+        mean = mean + (0 if term.fixed is None else term.fixed)
+    some = blocks(balance)
+    scores = block_scores(balance, terms, rung, some)
+    for k, own in enumerate(some):
+        others = np.setdiff1d(np.arange(len(K)), own)
+        gain = np.linalg.solve(K[np.ix_(others, others)], K[np.ix_(others, own)]).T
+        told = mean[own] + gain @ (balance.residual[others] - mean[others])
+        covariance = K[np.ix_(own, own)] - gain @ K[np.ix_(others, own)]
+        error = balance.residual[own] - told
+        np.testing.assert_allclose(scores.error[k].ravel(), error, atol=1e-6 * np.abs(error).max())
+        density = multivariate_normal(told, covariance).logpdf(balance.residual[own])
+        constant = 0.5 * len(own) * np.log(2 * np.pi)
+        assert scores.log_density[k] == pytest.approx(density + constant, abs=1e-6)
+
+
+def test_blocks_share_out_all_rows_each_once_and_in_order_of_time(balance):
+    some = blocks(balance)
+    np.testing.assert_array_equal(np.concatenate(some), np.arange(len(balance.residual)))
+    assert all(len(own) % 6 == 0 for own in some)
+
+
+def test_a_short_trial_has_four_and_a_long_one_half_a_second_each(balance, rows_of, short_scene):
+    assert len(blocks(balance)) == 4
+    one = rows_of(short_scene)
+    settings = DiagnosisSettings()
+    two = Balance([one, one], settings)
+    own = blocks(two)
+    assert len(own) == 8
+    assert {int(o[0]) >= len(one.residual) for o in own[:4]} == {False}
+    assert {int(o[0]) >= len(one.residual) for o in own[4:]} == {True}
+
+
+def test_root_mean_squares_are_of_the_vectors_norms_over_windows():
+    scores = BlockScores(np.zeros(2), (np.array([[3.0, 0, 4, 0, 2, 0]]), np.array([[0.0, 5, 0, 0, 0, 4]])))
+    assert scores.rms() == pytest.approx((5.0, np.sqrt(10)))
+
+
+def test_what_explains_the_walk_predicts_withheld_blocks_better(short_scene, drawn, balance_of_scenes):
+    missing = 0.1 * short_scene.plates[0].wrench_ground
+    balance = balance_of_scenes(drawn(5, missing))
+    term = balance.term(PlateGain("plate_1"), ())
+    some = blocks(balance)
+    before = block_scores(balance, [], balance.solve([]).rung, some)
+    after = block_scores(balance, [term], balance.solve([term]).rung, some)
+    assert after.log_density.sum() > before.log_density.sum() + 5
+    assert after.rms()[0] < before.rms()[0]

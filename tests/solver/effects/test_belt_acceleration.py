@@ -1,0 +1,77 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.capture.capture import Capture
+from solver.effects.belt_acceleration import KNOTS_S, candidates, progression
+from solver.simulate.contacts import about_vertical
+from solver.simulate.demo import MARKERS
+from solver.simulate.laboratory import MeasurementSettings, recorded_markers
+from solver.simulate.moving_support import MovingSupport
+from solver.simulate.person import Person, body_of
+from solver.simulate.treadmill import belt_under, belts, on_treadmill, read_belts
+from solver.simulate.trial import Scenario, simulate_trial
+
+WAVES = ((0.35, 0.9, 0.2), (0.25, 1.8, 1.0))
+
+
+@pytest.fixture(scope="module")
+def belt(scene, walk):
+    forward = about_vertical(np.radians(walk.scenario.heading_deg)) @ np.array([1.0, 0, 0])
+    support = MovingSupport(scene.skeleton, forward, WAVES)
+    return support.acceleration(scene.times), support(walk.motion, scene.times)
+
+
+def test_course_is_recovered(scene, fitted, belt):
+    acceleration, missing = belt
+    (candidate,) = candidates([scene])
+    x, covariance = fitted(candidate, scene, missing, (0.0,))
+    left = missing - candidate.signature(scene, (0.0,)).columns @ x
+    assert np.sqrt((left[:, :3] ** 2).sum() / (missing[:, :3] ** 2).sum()) < 0.06
+    found = candidate.estimates([scene], (0.0,), (0.0,), x, covariance)
+    rms = np.sqrt((acceleration**2).sum(axis=1).mean())
+    assert found["rms_m_per_s2"].value == pytest.approx(rms, rel=0.05)
+    assert candidate.is_notable(found)
+
+
+def test_has_no_moment_about_the_centre_of_mass(scene):
+    (candidate,) = candidates([scene])
+    columns = candidate.signature(scene, (0.4,)).columns
+    force, moment = columns[:, :3].transpose(0, 2, 1), columns[:, 3:].transpose(0, 2, 1)
+    about_com = moment - np.cross(scene.com_ground[:, None], force)
+    assert np.abs(about_com).max() < 1e-9
+
+
+def test_direction_is_the_walk_s(scene, walk):
+    assert progression(scene) == pytest.approx(np.radians(walk.scenario.heading_deg), abs=0.05)
+
+
+def test_direction_on_a_treadmill_is_against_the_belt(straight_walk, treadmill_scene):
+    assert np.abs(np.ptp(treadmill_scene.com_ground[:, 0])) < 0.3
+    assert progression(treadmill_scene) == pytest.approx(0.0, abs=0.05)
+
+
+@pytest.fixture(scope="module")
+def straight_walk():
+    body_rng, motion_rng = np.random.default_rng(7).spawn(2)
+    body = body_of(Person(68.0, 1.72), body_rng)
+    return simulate_trial(Scenario("belt", "walk", duration=1.6, speed=1.2), body, motion_rng)
+
+
+@pytest.fixture(scope="module")
+def treadmill_scene(straight_walk, seen_of):
+    on_belt = on_treadmill(straight_walk, belt_under(straight_walk, 1.2))
+    settings = MeasurementSettings()
+    markers = recorded_markers(on_belt, MARKERS, settings, np.random.default_rng(1))
+    plates = read_belts(on_belt, belts(), settings, np.random.default_rng(2))
+    return seen_of(on_belt, Capture("belt", markers, plates))
+
+
+def test_each_trial_has_its_own_course(scene):
+    other = replace(scene, name="other")
+    (candidate,) = candidates([scene, other])
+    first, second = (candidate.signature(s, (0.0,)).columns for s in (scene, other))
+    assert first.shape == second.shape
+    assert not (first.any(axis=(0, 1)) & second.any(axis=(0, 1))).any()
+    assert candidate.courses[0].hump_count(KNOTS_S) == first.any(axis=(0, 1)).sum()

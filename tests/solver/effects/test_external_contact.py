@@ -1,0 +1,78 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.effects.effect import Estimate
+from solver.effects.external_contact import candidates
+from solver.simulate.loads import BodyPoint, PointForce, eased
+
+SINCE, UNTIL = 0.8, 1.7  # [s]
+FORCE = np.array([-15.0, 45.0, 10.0])
+OFFSET = np.array([0.03, -0.05, 0.02])
+
+
+@pytest.fixture(scope="module", params=["torso", "pelvis", "hand_r"])
+def touch(request, scene, walk):
+    body = scene.skeleton.body_index(request.param)
+    place = scene.skeleton.bodies[body].com_body + OFFSET
+    law = eased(FORCE, SINCE, UNTIL, 0.1)
+    push = PointForce(BodyPoint(scene.skeleton, request.param, place), law)
+    return request.param, place, push(walk.motion, scene.times)
+
+
+@pytest.fixture(scope="module")
+def touched(scene, recorded, touch):
+    return recorded(scene.demanded_ground - touch[2])
+
+
+def test_the_touched_body_is_a_candidate_at_the_right_time(touched, touch):
+    own = [c for c in candidates([touched]) if c.target == touch[0]]
+    assert any(
+        abs(c.windows[0].start - 100 * SINCE) < 12 and abs(c.windows[0].end - 100 * UNTIL) < 12 for c in own
+    )
+
+
+def test_signature_holds_the_push(touched, touch, fitted):
+    body, _, missing = touch
+    candidate = next(c for c in candidates([touched]) if c.target == body)
+    x, covariance = fitted(candidate, touched, missing)
+    left = missing - candidate.signature(touched, ()).columns @ x
+    assert np.sqrt((left[:, :3] ** 2).mean()) < 0.08 * np.sqrt((missing[:, :3] ** 2).mean())
+    found = candidate.estimates([touched], (), (), x, covariance)
+    inside = slice(candidate.windows[0].start, candidate.windows[0].end)
+    for i, axis in enumerate("xyz"):
+        assert found[f"force_{axis}_N"].value == pytest.approx(missing[inside, i].mean(), abs=1.5)
+    assert candidate.is_notable(found)
+
+
+def test_point_is_found_across_the_line_of_action(touched, touch, fitted):
+    """Along the force nothing tells where it acts."""
+    body, place, missing = touch
+    candidate = next(c for c in candidates([touched]) if c.target == body)
+    found = candidate.estimates([touched], (), (), *fitted(candidate, touched, missing))
+    b = touched.skeleton.body_index(body)
+    off = np.array([found[f"point_{axis}_m"].value for axis in "xyz"]) - place
+    middle = candidate.windows[0].start + 40
+    along = touched.R_ground_body[middle, b].T @ FORCE / np.linalg.norm(FORCE)
+    assert np.linalg.norm(off - (off @ along) * along) < 0.03
+
+
+def test_trials_have_parameters_of_their_own(touched):
+    other = replace(touched, name="other")
+    both = [touched, other]
+    candidate = next(c for c in candidates(both) if len({w.trial for w in c.windows}) == 2)
+    first, second = (candidate.signature(s, ()) for s in both)
+    assert first.columns.shape == second.columns.shape
+    own = [s.columns[:, :3].any(axis=(0, 1)) for s in (first, second)]
+    assert not (own[0] & own[1]).any()
+    assert {r.trial for r in candidate.frames(both, (), np.zeros(0))} == {"walk", "other"}
+
+
+def test_feet_are_left_to_off_plate_steps(touched):
+    assert not {c.target for c in candidates([touched])} & {"calcn_r", "calcn_l", "toes_r", "toes_l"}
+
+
+def test_a_touch_is_not_notable(touched):
+    weak = {f"force_{a}_N": Estimate(5.0, 1.0) for a in "xyz"}
+    assert not candidates([touched])[0].is_notable(weak)

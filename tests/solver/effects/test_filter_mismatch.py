@@ -1,0 +1,111 @@
+"""Forces that were smoothed, sharpened again."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+from scipy.signal import butter, filtfilt
+
+from solver.effects.filter_mismatch import FilterMismatch, candidates, sharpened, with_tails
+from solver.filters import low_pass
+from solver.simulate.demo import MARKERS
+from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
+
+WINDOW = 6  # frames: 0.06 s, over which forces are compared
+
+
+def smoothed(capture, cutoff_Hz, *, threshold_N):
+    """Forces and moments filtered; zeros where the plate's software then sees no load."""
+    plates = []
+    for plate in capture.plates:
+        wrench = np.hstack([plate.force_ground, plate.moment_ground])
+        wrench = filtfilt(*butter(2, cutoff_Hz, fs=plate.rate), wrench, axis=0)
+        if threshold_N:
+            wrench[wrench[:, 1] < threshold_N] = 0.0
+        plates.append(replace(plate, force_ground=wrench[:, :3], moment_ground=wrench[:, 3:]))
+    return replace(capture, plates=tuple(plates))
+
+
+def misfit(scene, cutoff_Hz):
+    """Sum of squares of what is left of the balance in windows, moments about the centre of mass.
+
+    None as cutoff: of the balance without the effect. Newtons and newton metres count alike.
+    """
+    given = scene.measured_ground
+    if cutoff_Hz is not None:
+        given = given + FilterMismatch("all").signature(scene, (np.log(cutoff_Hz),)).fixed
+    left = low_pass(scene.demanded_ground, scene.rate, scene.plates[0].conditioning.cutoff_Hz) - given
+    left[:, 3:] -= np.cross(scene.com_ground, left[:, :3])
+    inside = left[10:-10]
+    count = len(inside) // WINDOW
+    return float((inside[: count * WINDOW].reshape(count, WINDOW, 6).mean(axis=1) ** 2).sum())
+
+
+@pytest.fixture(scope="module", params=[True, False], ids=["zeros while unloaded", "noise while unloaded"])
+def noisy(request, walk):
+    plates = plates_under(walk.contacts, (0.0, walk.scenario.duration))
+    settings = MeasurementSettings(zeroed=request.param)
+    return request.param, measure(walk, plates, MARKERS, settings, np.random.default_rng(2))
+
+
+@pytest.mark.parametrize("cutoff_Hz", [6.0, 10.0])
+def test_the_cutoff_of_a_walk_is_found_within_a_tenth(noisy, seen, cutoff_Hz):
+    zeroed, capture = noisy
+    scene = seen(smoothed(capture, cutoff_Hz, threshold_N=12.0 if zeroed else 0.0))
+    found = minimize_scalar(
+        lambda log_cutoff: misfit(scene, np.exp(log_cutoff)),
+        bounds=(np.log(cutoff_Hz) - 0.5, np.log(cutoff_Hz) + 0.5),
+        method="bounded",
+    )
+    assert np.exp(found.x) == pytest.approx(cutoff_Hz, rel=0.1)
+    assert found.fun < 0.2 * misfit(scene, None)
+
+
+def test_forces_that_were_not_smoothed_are_never_better_sharpened(noisy, seen):
+    scene = seen(noisy[1])
+    left = [misfit(scene, cutoff) for cutoff in (4.0, 6.0, 8.0, 11.0, 15.0, 20.0)]
+    assert min(left) > misfit(scene, None)
+
+
+@pytest.mark.parametrize("cutoff_Hz", [6.0, 12.0])
+def test_what_the_filter_leaves_comes_back(cutoff_Hz):
+    """A bump whose spectrum lies below the cutoff is restored; noise grows twentyfold at most."""
+    rate = 1000.0
+    times = np.arange(3000) / rate
+    bump = np.exp(-0.5 * ((times - 1.5) * 2 * np.pi * cutoff_Hz / 3) ** 2)[:, None]
+    b, a = butter(2, cutoff_Hz, fs=rate)
+    blunt = filtfilt(b, a, bump, axis=0)
+    assert np.abs(blunt - bump).max() > 0.01
+    np.testing.assert_allclose(sharpened(blunt, rate, cutoff_Hz), bump, atol=0.002)
+    for frequency in (1.0, 5.0, 15.0, 30.0, 100.0):
+        tone = np.sin(2 * np.pi * frequency * times)[:, None]
+        assert np.abs(sharpened(tone, rate, cutoff_Hz)[800:-800]).max() < 20.1
+
+
+@pytest.mark.parametrize("cutoff_Hz", [6.0, 10.0])
+def test_tails_below_a_threshold_are_put_back(cutoff_Hz):
+    """A contact with an end; what the filter lets ring beyond it, cut off, follows from where it was cut."""
+    rate = 1000.0
+    times = np.arange(2000) / rate
+    contact = np.where((times > 0.6) & (times < 1.3), np.sin(np.pi * (times - 0.6) / 0.7), 0.0)
+    force = contact[:, None] * (90.0, 800.0, -40.0)
+    b, a = butter(2, cutoff_Hz, fs=rate)
+    smooth = filtfilt(b, a, force, axis=0)
+    cut = np.where(smooth[:, [1]] < 12.0, 0.0, smooth)
+    assert np.abs(smooth[cut[:, 1] == 0]).max() > 10
+    np.testing.assert_allclose(with_tails(cut, rate, cutoff_Hz), smooth, atol=0.3)
+    np.testing.assert_array_equal(with_tails(smooth, rate, cutoff_Hz), smooth)
+
+
+def test_estimates_bounds_and_the_practical_minimum(crisp, seen):
+    scene = seen(crisp)
+    (candidate,) = candidates([scene])
+    nothing = np.zeros(0), np.zeros((0, 0))
+    estimate = candidate.estimates([scene], (np.log(6.0),), (0.05,), *nothing)["cutoff_Hz"]
+    assert (estimate.value, estimate.std) == pytest.approx((6.0, 0.3))
+    assert candidate.is_notable({"cutoff_Hz": estimate})
+    assert not candidate.is_notable(candidate.estimates([scene], (np.log(22.0),), (0.1,), *nothing))
+    assert all(candidate.admissible(eta) for eta in candidate.starts([scene]))
+    assert not candidate.admissible((np.log(60.0),))
+    assert candidates([replace(scene, plates=())]) == []

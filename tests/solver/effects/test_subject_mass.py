@@ -1,0 +1,26 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.effects.subject_mass import SubjectMass, candidates
+from solver.simulate.other_masses import with_segment_masses
+
+
+def test_is_what_a_heavier_person_demands_more(scene, explains, demand_of):
+    heavier = with_segment_masses(scene.skeleton, dict.fromkeys(scene.skeleton.body_names, 1.07))
+    missing = demand_of(scene.skeleton) - demand_of(heavier)
+    assert explains(SubjectMass("all"), scene, (), [0.07], missing) < 1e-5
+
+
+def test_the_factor_is_true_over_entered():
+    candidate = SubjectMass("all")
+    found = candidate.estimates([], (), (), np.array([-0.03]), np.array([[0.004**2]]))
+    assert found["mass_factor"].value == pytest.approx(0.97)
+    assert found["mass_factor"].std == pytest.approx(0.004)
+    assert candidate.is_notable(found)
+    assert not candidate.is_notable({"mass_factor": replace(found["mass_factor"], value=1.01)})
+
+
+def test_there_is_one_person(scene):
+    assert [c.target for c in candidates([scene, scene])] == ["all"]

@@ -1,0 +1,167 @@
+"""A re-solve after an edit of the flags against a solve from the beginning, which knows of no previous fit.
+
+The bound is what the trajectory fit's own tolerance leaves open: two searches of the same problem from
+different sides end 0.3 N and 0.001 rad apart, a tenth of the residuals and of what markers tell.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from solver.capture.subject import open_subject
+from solver.errors import Cancelled, FitError
+from solver.fit import Fit
+from solver.pipeline import can_resolve, resolve, solve
+from solver.progress import silent
+from solver.results.store import load_fit, save_fit
+from solver.review_stage import predicting_withheld
+from solver.settings import Settings
+from solver.simulate.demo import MARKERS
+from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
+from solver.simulate.person import Person, body_of
+from solver.simulate.subject_folder import write_subject
+from solver.simulate.trial import Scenario, simulate_trial
+
+FORCE_N, MOMENT_NM, TORQUE_NM = 0.5, 0.5, 2.0
+ANGLE_RAD = 0.002
+SETTINGS = Settings()
+ENDS = 10  # frames at each end, as the figures leave them out
+
+
+@dataclass(frozen=True)
+class Case:
+    """A fit, and another set of flags."""
+
+    first: Fit
+    before: dict
+    after: dict
+
+    def cold(self, reviews) -> Fit:
+        return solve(self.first.subject, SETTINGS, reviews=reviews)
+
+
+@pytest.fixture(scope="module")
+def synthetic_subject(tmp_path_factory):
+    who, duration = Person(sex="female"), 2.3
+    body_rng, motion_rng, noise_rng = np.random.default_rng(5).spawn(3)
+    trial = simulate_trial(Scenario("walk", "walk", duration=duration), body_of(who, body_rng), motion_rng)
+    plates = plates_under(trial.contacts, (0.0, duration))
+    folder = tmp_path_factory.mktemp("walker")
+    write_subject(folder, who, [measure(trial, plates, MARKERS, MeasurementSettings(), noise_rng)])
+    return open_subject(folder)
+
+
+@pytest.fixture(scope="module")
+def real_subject(real_data):
+    return open_subject(real_data / "walk_rajagopal2015")
+
+
+@pytest.fixture(
+    scope="module", params=["synthetic_subject", pytest.param("real_subject", marks=pytest.mark.real)]
+)
+def case(request) -> Case:
+    subject = request.getfixturevalue(request.param)
+    plain = solve(subject, SETTINGS)
+    (trial,) = plain.trials
+    name, before = trial.capture.name, tuple(r for r in trial.mask.reasons if r[3] != "hasNoForcePlateData")
+    used = np.flatnonzero(trial.dynamics.used)
+    start = int(used[len(used) // 2])
+    after = (*before, (start, start + 25, trial.contacts.foot_bodies[0], "manualReview"))
+    reviews = {name: before}
+    return Case(solve(subject, SETTINGS, reviews=reviews), reviews, {name: after})
+
+
+def assert_agree(first: Fit, second: Fit) -> None:
+    assert first.mass_kg == pytest.approx(second.mass_kg, abs=0.05)
+    assert first.notes == second.notes
+    for one, other in zip(first.trials, second.trials, strict=True):
+        assert one.mask.reasons == other.mask.reasons
+        np.testing.assert_array_equal(one.dynamics.used, other.dynamics.used)
+        assert one.proposals == other.proposals
+        assert one.notes == other.notes
+        inner = slice(ENDS, -ENDS)
+        residual = (one.dynamics.residual_root - other.dynamics.residual_root)[inner]
+        torque = (one.dynamics.joint_torques - other.dynamics.joint_torques)[inner]
+        assert np.sqrt((residual[:, :3] ** 2).sum(axis=1).mean()) < FORCE_N
+        assert np.sqrt((residual[:, 3:] ** 2).sum(axis=1).mean()) < MOMENT_NM
+        assert np.abs(torque).max() < TORQUE_NM
+        assert np.sqrt(((one.motion.q - other.motion.q) ** 2).mean()) < ANGLE_RAD
+        assert one.marker_errors.rms == pytest.approx(other.marker_errors.rms, abs=1e-4)
+
+
+@pytest.fixture(scope="module")
+def flagged(case) -> Fit:
+    return resolve(case.first, case.after, SETTINGS)
+
+
+def test_a_new_flag_gives_what_a_solve_from_the_beginning_gives(case, flagged):
+    (trial,) = flagged.trials
+    assert trial.mask.reasons != case.first.trials[0].mask.reasons
+    assert_agree(flagged, case.cold(case.after))
+
+
+def test_taking_it_back_gives_the_first_fit_again(case, flagged):
+    assert_agree(resolve(flagged, case.before, SETTINGS), case.first)
+
+
+def test_the_withheld_blocks_are_due_and_then_those_of_a_solve_from_the_beginning(case, flagged):
+    assert flagged.heldout_due
+    assert flagged.trials[0].heldout is None
+    ours = predicting_withheld(flagged, SETTINGS, silent)
+    cold = case.cold(case.after)
+    assert not ours.heldout_due
+    np.testing.assert_array_equal(ours.trials[0].heldout.frames, cold.trials[0].heldout.frames)
+    np.testing.assert_allclose(
+        ours.trials[0].heldout.residual_root, cold.trials[0].heldout.residual_root, atol=1e-6
+    )
+
+
+def test_a_fit_from_the_disk_is_as_good_a_start(case, flagged, tmp_path):
+    save_fit(case.first, tmp_path)
+    kept = load_fit(tmp_path, case.first.subject.folder)
+    again = resolve(kept, case.after, SETTINGS)
+    np.testing.assert_allclose(again.trials[0].motion.q, flagged.trials[0].motion.q, atol=1e-12)
+
+
+def test_the_search_begins_where_the_last_one_ended(case):
+    """Nothing changed: nothing moves by more than one last step of a search that has arrived."""
+    same = resolve(case.first, case.before, SETTINGS)
+    assert_agree(same, case.first)
+    assert same.provenance == case.first.provenance
+
+
+def test_what_can_be_resolved(case, tmp_path):
+    first, subject = case.first, case.first.subject
+    assert can_resolve(first, subject, subject.trials, SETTINGS)
+    other = replace(SETTINGS, trajectory=replace(SETTINGS.trajectory, smoothness=100.0))
+    assert not can_resolve(first, subject, subject.trials, other)
+    assert not can_resolve(first, replace(subject, mass_kg=50.0), subject.trials, SETTINGS)
+    assert not can_resolve(replace(first, groundwork=None), subject, subject.trials, SETTINGS)
+    with pytest.raises(FitError, match="--force"):
+        resolve(first, case.after, other)
+
+
+def test_a_review_of_another_recording_is_refused(case):
+    (name,) = case.after
+    with pytest.raises(FitError, match=rf"{name}: Frames 9000 to 9099 are flagged"):
+        resolve(case.first, {name: ((9000, 9100, None, "manualReview"),)}, SETTINGS)
+
+
+def test_so_many_flags_that_nothing_is_left_leave_the_markers_motion(case):
+    (name,) = case.after
+    frames = case.first.trials[0].motion.frames
+    reviews = {name: ((0, frames, None, "manualReview"),)}
+    alone = resolve(case.first, reviews, SETTINGS)
+    assert alone.trials[0].kinematics_only is None
+    np.testing.assert_array_equal(alone.trials[0].motion.q, case.first.trials[0].kinematics_only.motion.q)
+    assert not alone.heldout_due
+    assert_agree(resolve(alone, case.before, SETTINGS), case.first)
+
+
+def test_it_can_be_stopped(case):
+    def stop(stage: str, fraction: float) -> None:
+        raise Cancelled("stopped")
+
+    with pytest.raises(Cancelled):
+        resolve(case.first, case.after, SETTINGS, stop)
