@@ -13,6 +13,7 @@ VERDICTS: Mapping[str, tuple[str, str, Rgb]] = {
     "explained": ("!", "Explained", BLUE),
     "unexplained": ("?", "Unexplained", VERMILION),
 }
+LISTS = ("how large", "when", "could also be")  # rows whose entries, parted by semicolons, get a line each
 
 
 def verdict_html(figures: Figures | None, changed: Sequence[str] = ()) -> str:
@@ -46,7 +47,7 @@ def section_html(section: Section, *, spread: bool = False) -> str:
     footnote = f"<p style='margin:.3em 0;opacity:.7'>{html.escape(SPREAD)}</p>" if spread else ""
     rows = "".join(
         f"<div style='margin:.3em 0'><div style='opacity:.65;font-size:.72rem'>{html.escape(label)}</div>"
-        f"<div style='overflow-wrap:anywhere'>{html.escape(text)}</div></div>"
+        f"<div style='overflow-wrap:anywhere'>{_listed(label, text)}</div></div>"
         for label, text in section.rows
     )
     return boxed(_lines(section) + rows + footnote)
@@ -96,6 +97,10 @@ def _changed(changed: Sequence[str]) -> str:
         "<p style='margin:.2em 0 .5em'><b>⚠ Out of date.</b> Changed since: "
         f"{html.escape(', '.join(changed))}. Diagnose again.</p>"
     )
+
+
+def _listed(label: str, text: str) -> str:
+    return html.escape(text).replace("; ", "<br>") if label in LISTS else html.escape(text)
 
 
 def _lines(section: Section) -> str:

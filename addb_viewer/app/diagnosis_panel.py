@@ -52,7 +52,7 @@ class DiagnosisPanel:
         self.parts: list[Any] = []
         with tab:
             self.diagnose = gui.add_button("Diagnose", icon=viser.Icon.STETHOSCOPE, hint="Key X")
-            self.cancel = gui.add_button("Cancel", icon=viser.Icon.X, visible=False)
+            self.cancel = gui.add_button("Cancel", icon=viser.Icon.X, visible=False, color="gray")
             self.bar = gui.add_progress_bar(0.0, visible=False, animated=True)
             self.status = gui.add_html("", visible=False)
             self.verdict = gui.add_html("")
@@ -64,11 +64,15 @@ class DiagnosisPanel:
                     "Accept", icon=viser.Icon.CHECK, hint="Later fits use the named causes beside the forces"
                 )
                 self.reject = gui.add_button(
-                    "Reject", icon=viser.Icon.BAN, hint="Later fits use the recorded forces alone"
+                    "Reject",
+                    icon=viser.Icon.BAN,
+                    color="gray",
+                    hint="Later fits use the recorded forces alone",
                 )
                 self.fit = gui.add_button(
                     "Fit again",
                     icon=viser.Icon.REFRESH,
+                    color="gray",
                     hint="With the decision above and the present flags",
                 )
         for button, doing, action in (

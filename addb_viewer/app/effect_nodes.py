@@ -25,7 +25,9 @@ class CauseSizes:
     marker: float = 0.028
     text: float = 0.05
     over_head: float = 1.95  # of labels without a place, above the ground
-    line_height: float = 0.09  # between them
+    line_height: float = 0.09  # from one label to the next
+    text_width: float = 0.8  # nearer ones would overlap
+    shortest: float = 0.04  # arrow: 10 N
     beside: float = 0.06  # from a place to its label
 
 
@@ -50,11 +52,14 @@ class EffectNodes:
                 self.marked[body] = self.marked.get(body, np.zeros(len(path), dtype=bool)) | picture.acts
 
     def draw(self, frame: int, *, visible: bool) -> None:
-        """Show one frame; labels without a place stand one below the other above the person."""
-        line = 0
+        """Show one frame; labels without a place stand above the person, none over another."""
+        free = self.path[frame] + np.array([0.0, CauseSizes().over_head, 0.0])
+        taken: list[Float[np.ndarray, "3"]] = []
         for cause in self.one_by_one:
-            free = self.path[frame] + [0.0, CauseSizes().over_head + line * CauseSizes().line_height, 0.0]
-            line += cause.draw(frame, free, visible=visible)
+            wanted = cause.draw(frame, free, visible=visible)
+            if wanted is not None:
+                taken.append(_beside_others(wanted, taken))
+                cause.label.position = taken[-1]
 
     def marked_bodies(self, frame: int, *, visible: bool) -> set[int]:
         """Indices of the segments that a cause acts on."""
@@ -82,11 +87,18 @@ class _Cause:
             anchor.position = picture.anchor
             self.still.append(anchor)
 
-    def draw(self, frame: int, free: Float[np.ndarray, "3"], *, visible: bool) -> int:
+    def draw(
+        self, frame: int, free: Float[np.ndarray, "3"], *, visible: bool
+    ) -> Float[np.ndarray, "3"] | None:
         """Show one frame.
 
+        Args:
+            frame: of the trial.
+            free: where labels stand that have no place [m].
+            visible: False hides it.
+
         Returns:
-            Lines of text taken above the person: 1 where the label has no place.
+            Where the label should stand [m]; None while there is none.
         """
         picture = self.picture
         acts = visible and bool(picture.acts[frame])
@@ -94,21 +106,21 @@ class _Cause:
             node.visible = acts
         for marker, mark in zip(picture.markers, self.marks, strict=True):
             _put(mark, self.measured[frame, marker], acts)
-        if picture.place is None:
-            self.label.visible = acts
-            self.label.position = free
-            return int(acts)
-        self._draw_at(picture.place[frame], frame, acts)
-        return 0
+        place = None if picture.place is None else picture.place[frame]
+        self.label.visible = acts and (place is None or bool(np.isfinite(place).all()))
+        tip = free if place is None else self._draw_at(place, frame, bool(self.label.visible))
+        return tip if self.label.visible else None
 
-    def _draw_at(self, place: Float[np.ndarray, "3"], frame: int, acts: bool) -> None:
-        picture, tip = self.picture, place
-        acts = acts and bool(np.isfinite(place).all())
+    def _draw_at(self, place: Float[np.ndarray, "3"], frame: int, acts: bool) -> Float[np.ndarray, "3"]:
+        """What hangs at the place; where its label should stand."""
+        picture, tip, sizes = self.picture, place, CauseSizes()
         if self.arrow is not None and picture.force is not None:
-            force = picture.force[frame]
-            self.arrow.visible = acts and bool(np.isfinite(force).all() and force.any())
+            along = picture.metres_per_newton * picture.force[frame]
+            length = float(np.linalg.norm(along))  # NaN where the force is not known
+            self.arrow.visible = acts and length >= sizes.shortest
             if self.arrow.visible:
-                tip = place + picture.metres_per_newton * force
+                tip = place + along
+                self.arrow.head_length = min(sizes.head_length, 0.6 * length)
                 self.arrow.points = np.stack([place, tip])[None].astype(np.float32)
         if self.ball is not None:
             _put(self.ball, place, acts)
@@ -116,9 +128,22 @@ class _Cause:
             self.band.visible = acts
             if acts:
                 self.band.points = np.stack([place, picture.anchor])[None].astype(np.float32)
-        self.label.visible = acts
-        if acts:
-            self.label.position = tip + np.array([0.0, CauseSizes().beside, 0.0])
+        return np.asarray(tip + np.array([0.0, sizes.beside, 0.0]))
+
+
+def _beside_others(
+    wanted: Float[np.ndarray, "3"], taken: Sequence[Float[np.ndarray, "3"]]
+) -> Float[np.ndarray, "3"]:
+    """Higher by as many lines as it takes not to lie over other labels."""
+    sizes, place = CauseSizes(), wanted.copy()
+
+    def overlaps(other: Float[np.ndarray, "3"]) -> bool:
+        across, up = np.linalg.norm((place - other)[[0, 2]]), abs(place[1] - other[1])
+        return bool(across < sizes.text_width and up < 0.99 * sizes.line_height)
+
+    while any(overlaps(other) for other in taken):
+        place[1] += sizes.line_height
+    return place
 
 
 _NONE = np.array([[[0.0, 0.0, 0.0], [0.0, 0.1, 0.0]]])

@@ -67,9 +67,10 @@ def _unexplained(figures: Figures, replay: Replay) -> tuple[Picture, ...]:
     location = figures["remaining"]["location"]
     if figures["verdict"] != "unexplained" or location is None or replay.name not in figures["trials"]:
         return ()
-    words = f"unexplained: {target_in_words(location['body'])}"
+    words = f"unexplained: {target_in_words(location['body'])}, {location['rms_force_N']:.0f} N RMS"
     bare = Picture(words, np.ones(replay.frames, dtype=bool))
-    return (_pushed(bare, replay, location["body"], np.array(location["mean_force_N"])),)
+    pushed = _pushed(bare, replay, location["body"], np.array(location["mean_force_N"]))
+    return (replace(pushed, label=words),)
 
 
 def _short(effect: Figures) -> str:

@@ -56,8 +56,8 @@ def extension_for(
             progress=part(progress, 0.0, FITTED),
         )
 
-    fit, _ = with_markers_repaired(fitted, settings, diagnosis, flags)
-    balance = balance_of(fit, settings, diagnosis, flags)
+    fit, scenes, _ = with_markers_repaired(fitted, settings, diagnosis, flags)
+    balance = balance_of(fit, scenes, diagnosis)
     named = [c for c in catalogue(balance.scenes) if (c.id, c.target) in causes]
     selection = select(balance, named, part(progress, FITTED, 1.0))
     extension = extension_of(balance.scenes, selection.solved)

@@ -17,10 +17,10 @@ from solver.diagnosis.diagnosis import (
     NamedEffect,
     Remaining,
 )
-from solver.diagnosis.heldout import BlockScores, block_scores, blocks
+from solver.diagnosis.heldout import BlockScores, block_scores, blocks, short_blocks
 from solver.diagnosis.marker_causes import NOTHING_SEEN, SeenInMarkers
 from solver.diagnosis.refinement import best_start, refined
-from solver.diagnosis.remainder import UnknownForce, dependence, scene_named, unknown_forces
+from solver.diagnosis.remainder import UnknownForce, dependence, unknown_forces
 from solver.diagnosis.selection import Contender, Found, Selection, confidence
 from solver.effects.effect import Candidate, Estimate
 from solver.effects.marker_effect import MarkerFinding
@@ -41,16 +41,23 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
         seen: causes that the markers showed before.
     """
     settings = balance.settings
-    some = blocks(balance)
     solved, found = selection.solved, selection.found
     left = _left(balance, solved)
     if left is not None and found:
         alone = _left(balance, selection.null)
-        if alone is not None and alone.solved.log_evidence > solved.log_evidence + settings.unknown_margin:
+        needless = alone is not None and (
+            alone.solved.log_evidence > left.solved.log_evidence - settings.unknown_margin
+        )
+        if alone is not None and needless:
             solved, found, left = selection.null, (), alone
-    before = block_scores(balance, selection.uncorrected, selection.null.rung, some)
-    after = block_scores(balance, solved.terms, solved.rung, some)
-    if left is not None and _size_N(balance, left) < _tolerated_N(balance, before, after):
+    some, guards = blocks(balance), 0
+    if any(_happens_once(balance, solved, k) for k in range(len(solved.terms))):
+        short = short_blocks(balance)
+        some, guards = (short, 1) if short else (some, 0)
+    before = block_scores(balance, selection.uncorrected, solved.rung, some, guards)
+    after = block_scores(balance, solved.terms, solved.rung, some, guards)
+    tolerated = _tolerated_N(balance, before, after)
+    if left is not None and _size_N(balance, left) < tolerated:
         left = None
     significant = left is not None or solved.rung.scale > settings.unexplained_scale
     named = [_named(balance, solved, f) for f in found] + [_of_markers(f) for f in seen.findings]
@@ -88,6 +95,15 @@ def _left(balance: Balance, solved: Solved) -> Contender | None:
             tried.append(_beside(balance, solved, at, contender.solved.rung))
     best = max(tried, key=lambda c: c.gain)
     return best if best.gain > balance.settings.least_unknown_gain else None
+
+
+def _happens_once(balance: Balance, solved: Solved, k: int) -> bool:
+    """Whether a cause acts for a while only: half a second of its course tells nothing of another."""
+    term = solved.terms[k]
+    x, _ = solved.of(k)
+    linear = x[: len(x) - len(term.tangent_mean)]
+    acts = sum(r.end - r.start for r in term.candidate.frames(balance.scenes, solved.eta(k)[0], linear))
+    return acts < sum(s.frames for s in balance.scenes)
 
 
 def _size_N(balance: Balance, left: Contender) -> float:

@@ -13,7 +13,7 @@ from solver.diagnosis.diagnosis import Diagnosis
 from solver.diagnosis.marker_causes import with_markers_repaired
 from solver.diagnosis.report import as_json
 from solver.diagnosis.rows import trial_rows
-from solver.diagnosis.scenes import flagged_by_people, scene_of
+from solver.diagnosis.scenes import SceneAndPosterior
 from solver.diagnosis.selection import select
 from solver.diagnosis.settings import DIAGNOSIS, DiagnosisSettings
 from solver.effects.catalogue import catalogue
@@ -63,24 +63,14 @@ def diagnose(
             progress=part(progress, 0.0, FITTED),
         )
 
-    fit, seen = with_markers_repaired(fitted, settings, diagnosis, reviews or {})
-    balance = balance_of(fit, settings, diagnosis, reviews or {})
+    fit, scenes, seen = with_markers_repaired(fitted, settings, diagnosis, reviews or {})
+    balance = balance_of(fit, scenes, diagnosis)
     selection = select(balance, catalogue(balance.scenes), part(progress, FITTED, 1.0))
     return conclude(balance, selection, seen)
 
 
-def balance_of(
-    fit: Fit,
-    settings: Settings,
-    diagnosis: DiagnosisSettings,
-    reviews: Mapping[str, Sequence[MissingRange]],
-) -> Balance:
+def balance_of(fit: Fit, pairs: SceneAndPosterior, diagnosis: DiagnosisSettings) -> Balance:
     """The wrench balance of all trials of a fit that have forces."""
-    pairs = [
-        scene_of(trial, fit.skeleton, settings, diagnosis, flagged_by_people(trial, reviews))
-        for trial in fit.trials
-        if trial.contacts is not None
-    ]
     if not pairs:
         raise FitError(f"{fit.subject.folder}: no trial has forces; without them nothing can be diagnosed.")
     seconds = sum(scene.counts.sum() / scene.rate for scene, _ in pairs)

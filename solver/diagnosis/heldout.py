@@ -15,6 +15,8 @@ from scipy.linalg import cho_factor, cho_solve
 
 from solver.diagnosis.balance import Balance, Rung, Term
 
+SHORT_WINDOWS = 3  # a tenth of a second
+
 
 @dataclass(frozen=True, eq=False)
 class BlockScores:
@@ -47,10 +49,35 @@ def blocks(balance: Balance) -> list[Int[np.ndarray, " rows"]]:
     return found
 
 
+def short_blocks(balance: Balance) -> list[Int[np.ndarray, " rows"]]:
+    """Rows of every few windows with one more on both sides: for what happens once, amid its course.
+
+    The windows at both ends are guards, which are withheld and not scored.
+    """
+    found = []
+    for trial, start in zip(balance.trials, balance.start, strict=False):
+        count = trial.windows.count
+        for first in range(0, max(0, count - SHORT_WINDOWS - 1), SHORT_WINDOWS):
+            found.append(start + np.arange(6 * first, 6 * (first + SHORT_WINDOWS + 2)))
+    return found
+
+
 def block_scores(
-    balance: Balance, terms: Sequence[Term], rung: Rung, some: Sequence[Int[np.ndarray, " rows"]]
+    balance: Balance,
+    terms: Sequence[Term],
+    rung: Rung,
+    some: Sequence[Int[np.ndarray, " rows"]],
+    guards: int = 0,
 ) -> BlockScores:
-    """Every block predicted from the others under these terms."""
+    """Every block predicted from the others under these terms.
+
+    Args:
+        balance: of all trials.
+        terms: of the hypothesis.
+        rung: its scale of the model error.
+        some: rows of each block.
+        guards: windows at both ends of each block whose errors are not counted.
+    """
     r = balance.residual.copy()
     for term in terms:
         if term.fixed is not None:
@@ -74,5 +101,6 @@ def block_scores(
         L = np.linalg.cholesky(Q_own)
         error = cho_solve((L, True), u[own])
         density.append(float(np.log(np.diag(L)).sum() - 0.5 * u[own] @ error))
-        errors.append(error.reshape(-1, 6))
+        by_window = error.reshape(-1, 6)
+        errors.append(by_window[guards : len(by_window) - guards])
     return BlockScores(np.array(density), tuple(errors))

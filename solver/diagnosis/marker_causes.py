@@ -7,7 +7,7 @@ import numpy as np
 
 from solver.capture.capture import Capture
 from solver.contact.wrenches import MissingRange
-from solver.diagnosis.scenes import flagged_by_people, scene_of
+from solver.diagnosis.scenes import SceneAndPosterior, scenes_of
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects import marker_slip, marker_swap, soft_tissue
 from solver.effects.marker_effect import MarkerFinding
@@ -35,7 +35,7 @@ def with_markers_repaired(
     settings: Settings,
     diagnosis: DiagnosisSettings,
     reviews: Mapping[str, Sequence[MissingRange]],
-) -> tuple[Fit, SeenInMarkers]:
+) -> tuple[Fit, SceneAndPosterior, SeenInMarkers]:
     """Fit, look at the markers, repair them, and fit again until nothing more is found.
 
     Args:
@@ -43,35 +43,30 @@ def with_markers_repaired(
         settings: of the solve.
         diagnosis: of the diagnosis.
         reviews: by trial, what people flagged.
+
+    Returns:
+        The fit of the repaired markers, its trials that have forces, and what was found in the markers.
     """
     fit = fitted({})
     before = _rms(fit)
     found: list[MarkerFinding] = []
     repaired: dict[str, Capture] = {}
     for _ in range(ROUNDS):
-        fresh: list[MarkerFinding] = []
+        seen = scenes_of(fit, settings, diagnosis, reviews)
+        fresh = {scene.name: _repairable(scene) for scene, _ in seen}
         for trial in fit.trials:
-            if trial.contacts is None:
-                continue
-            flags = flagged_by_people(trial, reviews)
-            scene, _ = scene_of(trial, fit.skeleton, settings, diagnosis, flags)
-            own = _repairable(scene)
-            if own:
-                repaired[trial.capture.name] = _repaired(trial, scene, own)
-                fresh += own
-        if not fresh:
+            name = trial.capture.name
+            if fresh.get(name):
+                scene = next(s for s, _ in seen if s.name == name)
+                repaired[name] = _repaired(trial, scene, fresh[name])
+        if not any(fresh.values()):
             break
-        found += fresh
+        found += [finding for own in fresh.values() for finding in own]
         fit = fitted(repaired)
-    tissue = [
-        finding
-        for trial in fit.trials
-        if trial.contacts is not None
-        for finding in soft_tissue.findings(
-            scene_of(trial, fit.skeleton, settings, diagnosis, flagged_by_people(trial, reviews))[0]
-        )
-    ]
-    return fit, SeenInMarkers((*found, *tissue), before, _rms(fit))
+    else:
+        seen = scenes_of(fit, settings, diagnosis, reviews)
+    tissue = [finding for scene, _ in seen for finding in soft_tissue.findings(scene)]
+    return fit, seen, SeenInMarkers((*found, *tissue), before, _rms(fit))
 
 
 def _repairable(scene: Scene) -> list[MarkerFinding]:

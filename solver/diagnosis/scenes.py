@@ -16,11 +16,13 @@ from solver.dynamics.marker_posterior import MarkerPosterior, marker_posterior
 from solver.dynamics.material_acceleration import material_accelerations
 from solver.dynamics.root_wrench import centre_of_mass
 from solver.effects.scene import MarkerScene, PlateScene, Scene
-from solver.fit import TrialFit
+from solver.fit import Fit, TrialFit
 from solver.runs import runs
 from solver.settings import Settings
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
+
+SceneAndPosterior = list[tuple[Scene, MarkerPosterior]]  # of each trial
 
 
 def observed_markers(fit: TrialFit, skeleton: Skeleton) -> Float[np.ndarray, "frames markers 3"]:
@@ -95,6 +97,20 @@ def _demanded(kinematics: ForwardKinematics, posterior: MarkerPosterior) -> Floa
     )
     J = np.stack([pseudo_inertia(body) for body in kinematics.skeleton.bodies])
     return demanded_wrench(A, T, J).sum(axis=1)
+
+
+def scenes_of(
+    fit: Fit,
+    settings: Settings,
+    diagnosis: DiagnosisSettings,
+    reviews: Mapping[str, Sequence[MissingRange]],
+) -> SceneAndPosterior:
+    """All trials of a fit that have forces."""
+    return [
+        scene_of(trial, fit.skeleton, settings, diagnosis, flagged_by_people(trial, reviews))
+        for trial in fit.trials
+        if trial.contacts is not None
+    ]
 
 
 def flagged_by_people(fit: TrialFit, reviews: Mapping[str, Sequence[MissingRange]]) -> Sequence[MissingRange]:

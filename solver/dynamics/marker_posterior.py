@@ -51,7 +51,7 @@ class MarkerNoise:
         why="of ∫(jerk/level)² dt: a jerk of that level in a band of 40 Hz; more would flatten heel strikes, "
         "and whatever flattens the motion explains forces that are not",
     )
-    iterations: int = setting(4, unit="", why="of Gauss-Newton from inverse kinematics; two settle")
+    iterations: int = setting(3, unit="", why="of Gauss-Newton from inverse kinematics; two settle")
 
 
 @dataclass(frozen=True, eq=False)

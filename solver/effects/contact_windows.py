@@ -40,7 +40,8 @@ def contact_windows(
     """Stretches in which forces of constant size and direction, one after another, explain the balance best.
 
     The likeliest division of the trial into stretches without a force and with one, each of which costs
-    `LEAST_SCORE`; those that touch are one window, and weak ones beside strong ones are none. The strongest come first.
+    `LEAST_SCORE`; those that touch are one window, and weak ones beside strong ones are none. The strongest
+    come first.
 
     Args:
         scene: of one trial.

@@ -11,7 +11,6 @@ from addb_viewer.app.library import Library
 from addb_viewer.app.replay import BodyReplay, MarkerReplay, PlateReplay, Replay, ResidualReplay
 from solver.capture.capture import Subject
 
-
 FLAGS = [
     "--no-sandbox",
     "--disable-dev-shm-usage",
@@ -146,8 +145,9 @@ def _until(condition, what="the browser to follow"):
 
 
 def _close_notices(page):
-    for close in page.query_selector_all(".mantine-Notification-closeButton"):
-        close.click()
+    buttons = ".mantine-Notification-closeButton"  # one may go by itself meanwhile, so not by the mouse
+    page.evaluate("buttons => document.querySelectorAll(buttons).forEach(b => b.click())", buttons)
+    _until(lambda: page.locator(buttons).count() == 0, "notifications to go")
 
 
 @pytest.fixture(scope="session")

@@ -36,7 +36,10 @@ def app(tmp_path_factory, make_replay, make_library, effect, figures):
     folder = tmp_path_factory.mktemp("subject")
     told = figures(
         effect("clock_offset", "all", offset_s=0.0123),
-        effect("external_contact", "pelvis", ((120, 140), (170, 180)), force_x_N=0.0, force_y_N=60.0, force_z_N=0.0),
+        effect(
+            "external_contact", "pelvis", ((120, 140), (170, 180)),
+            force_x_N=0.0, force_y_N=60.0, force_z_N=0.0,
+        ),
         effect("marker_slip", SPITEFUL, shift_m=0.02),
         alternatives=[
             {
@@ -133,10 +136,10 @@ def test_a_click_on_frames_goes_there(app, page, diagnosed, until):
 
 
 def test_named_causes_can_be_hidden(app, page, diagnosed, until):
-    page.get_by_text("Named causes").click()
+    page.get_by_text("Named causes", exact=True).click()
     until(lambda: not app.scene.options.causes)
     until(lambda: not app.scene.causes.one_by_one[0].label.visible)
-    page.get_by_text("Named causes").click()
+    page.get_by_text("Named causes", exact=True).click()
     until(lambda: app.scene.causes.one_by_one[0].label.visible)
 
 
@@ -150,9 +153,8 @@ def test_a_refused_decision_says_why(app, page, diagnosed, close_notices):
 
 def test_a_decision_is_echoed_with_its_author(app, page, diagnosed):
     late = Cause("clock_offset", "all", {"offset_s": (0.012, 0.001)})
-    extension_log.accept(
-        app.library.results, Extension((late,), np.ones(1), np.zeros(1)), by="Zoë", made_of={}
-    )
+    accepted = Extension((late,), np.ones(1), np.zeros(1))
+    extension_log.accept(app.library.results, accepted, by="Zoë", made_of={})
     app.desk.show()
     page.get_by_text("Accepted by Zoë on").wait_for()
     time.sleep(0.5)

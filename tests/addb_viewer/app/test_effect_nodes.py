@@ -106,3 +106,18 @@ def test_they_come_with_every_trial_they_act_in(scene, make_replay, figures, pus
     assert scene.causes.one_by_one == []
     scene.show(make_replay("walk"), MESHES)
     assert len(scene.causes.one_by_one) == 1
+
+
+def test_labels_of_causes_at_one_place_do_not_lie_over_another(scene, effect, figures):
+    scene.explain(figures(*(effect("carried_mass", "pelvis", mass_kg=kg) for kg in (2.0, 3.0, 4.0))))
+    scene.draw(0)
+    heights = sorted(cause.label.position[1] for cause in scene.causes.one_by_one)
+    assert np.diff(heights).min() > 0.05
+
+
+def test_a_force_that_would_hardly_be_seen_has_no_arrow(scene, effect, figures):
+    scene.explain(figures(effect("body_weight_support", "pelvis", force_N=1.0)))
+    scene.draw(0)
+    (cause,) = scene.causes.one_by_one
+    assert not cause.arrow.visible
+    assert cause.label.visible

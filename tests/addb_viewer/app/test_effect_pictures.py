@@ -128,7 +128,7 @@ def test_what_is_unexplained_acts_at_its_body(make_replay, figures):
         "body": "pelvis", "rms_force_N": 55.0, "mean_force_N": [3.0, 40.0, -2.0], "depends_on": "constant"
     }  # fmt: skip
     (picture,) = pictures(figures(verdict="unexplained", location=location), make_replay())
-    assert picture.label == "unexplained: pelvis, 40 N"
+    assert picture.label == "unexplained: pelvis, 55 N RMS"
     np.testing.assert_allclose(picture.place[10], [0.1, 1.0, 0.0])
 
 

@@ -19,6 +19,7 @@ from solver.diagnosis.extended_fit import (
 )
 from solver.diagnosis.extension import extension_of
 from solver.diagnosis.refinement import refined
+from solver.diagnosis.scenes import scenes_of
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.dynamics.extension import BodyWrench, Extension, TrialExtension
 from solver.dynamics.trajectory_fit import TrialData
@@ -64,7 +65,7 @@ def case_of(folder, delay_s) -> Case:
     write_subject(folder, who, [measured])
     alone = replace(SETTINGS, trajectory=replace(SETTINGS.trajectory, enabled=False))
     fit = solve(open_subject(folder), alone)
-    return Case(fit, balance_of(fit, SETTINGS, DiagnosisSettings(), {}))
+    return Case(fit, balance_of(fit, scenes_of(fit, SETTINGS, DiagnosisSettings(), {}), DiagnosisSettings()))
 
 
 @pytest.fixture(scope="module")

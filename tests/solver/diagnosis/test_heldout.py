@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from solver.diagnosis.balance import Balance
-from solver.diagnosis.heldout import BlockScores, block_scores, blocks
+from solver.diagnosis.heldout import BlockScores, block_scores, blocks, short_blocks
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.plate_gain import PlateGain
@@ -39,6 +39,18 @@ def test_scores_are_conditional_densities_and_errors(balance, with_terms):
         density = multivariate_normal(told, covariance).logpdf(balance.residual[own])
         constant = 0.5 * len(own) * np.log(2 * np.pi)
         assert scores.log_density[k] == pytest.approx(density + constant, abs=1e-6)
+
+
+def test_short_blocks_score_every_window_but_the_ends_once_between_guards(balance):
+    some = short_blocks(balance)
+    scored = np.concatenate([own[6:-6] for own in some])
+    np.testing.assert_array_equal(scored, 6 + np.arange(len(scored)))
+    assert len(balance.residual) - len(scored) < 6 * (2 + len(some[0]) // 6)
+    term = balance.term(PlateGain("plate_1"), ())
+    whole = block_scores(balance, [term], balance.rungs[6], some)
+    guarded = block_scores(balance, [term], balance.rungs[6], some, guards=1)
+    for one, other in zip(whole.error, guarded.error, strict=True):
+        np.testing.assert_allclose(other, one[1:-1])
 
 
 def test_blocks_share_out_all_rows_each_once_and_in_order_of_time(balance):

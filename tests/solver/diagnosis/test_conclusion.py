@@ -1,0 +1,160 @@
+"""From what was selected to a verdict."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from solver.diagnosis.balance import Balance
+from solver.diagnosis.conclusion import conclude, likeness
+from solver.diagnosis.diagnosis import CLEAN, EXPLAINED, UNEXPLAINED
+from solver.diagnosis.heldout import block_scores, blocks
+from solver.diagnosis.marker_causes import SeenInMarkers
+from solver.diagnosis.selection import Selection, select
+from solver.diagnosis.settings import DiagnosisSettings
+from solver.effects.effect import Estimate, Range
+from solver.effects.marker_effect import MarkerFinding
+from solver.effects.plate_gain import PlateGain
+from solver.effects.plate_position import candidates as positions
+from solver.effects.scene import force_at
+
+SETTINGS = DiagnosisSettings()
+
+
+@dataclass(frozen=True, eq=False)
+class Slip(MarkerFinding):
+    id = "marker_slip"
+    sentence = "{target} slipped."
+    remedy = "Tape {target}."
+
+    def repaired(self, observed_ground):
+        return observed_ground
+
+
+@pytest.fixture(scope="module")
+def sound(drawn, balance_of_scenes):
+    return balance_of_scenes(drawn(1))
+
+
+@pytest.fixture(scope="module")
+def weak(short_scene, drawn, balance_of_scenes):
+    """Plate 2 reads too little."""
+    return balance_of_scenes(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.5))
+
+
+@pytest.fixture(scope="module")
+def few(short_scene):
+    return [PlateGain("plate_1"), PlateGain("plate_2"), *positions([short_scene])]
+
+
+def test_model_errors_alone_are_clean(sound, few):
+    diagnosis = conclude(sound, select(sound, few))
+    assert diagnosis.verdict == CLEAN
+    assert (diagnosis.effects, diagnosis.alternatives, diagnosis.gain) == ((), (), {})
+    assert diagnosis.remaining.location is None
+    assert diagnosis.trials == ("walk",)
+
+
+def test_a_named_cause_explains(weak, few):
+    selection = select(weak, few)
+    diagnosis = conclude(weak, selection)
+    (effect,) = diagnosis.effects
+    assert diagnosis.verdict == EXPLAINED
+    assert (effect.id, effect.target) == ("plate_gain", "plate_2")
+    assert effect.frames == (Range("walk", 0, weak.scenes[0].frames),)
+    assert "plate_2" in effect.sentence
+    assert 0.5 < effect.confidence <= 1
+    raw = selection.solved.estimates(0, weak.scenes)["gain_error"]
+    said = effect.parameters["gain_error"]
+    assert said.value == pytest.approx(raw.value)
+    assert said.std == pytest.approx(SETTINGS.std_inflation * raw.std)
+
+
+def test_the_gain_is_that_of_withheld_blocks(weak, few):
+    selection = select(weak, few)
+    gain = conclude(weak, selection).gain
+    some = blocks(weak)
+    before = block_scores(weak, [], selection.solved.rung, some).rms()
+    after = block_scores(weak, selection.solved.terms, selection.solved.rung, some).rms()
+    for i, name in enumerate(("heldout_linear_residual_N", "heldout_angular_residual_Nm")):
+        assert (gain[name].before, gain[name].after) == pytest.approx((before[i], after[i]))
+        low, high = gain[name].interval
+        assert low < gain[name].after < high
+    assert gain["heldout_linear_residual_N"].after < gain["heldout_linear_residual_N"].before
+
+
+def test_errors_too_large_for_sound_recordings_are_unexplained(drawn, balance_of_scenes, few):
+    balance = balance_of_scenes(drawn(16, scale=6.0))
+    selection = select(balance, few)
+    assert selection.solved.rung.scale > SETTINGS.unexplained_scale
+    assert conclude(balance, selection).verdict == UNEXPLAINED
+
+
+def test_a_named_cause_keeps_its_name_when_something_is_left_beside_it(short_scene, drawn, balance_of_scenes):
+    b = short_scene.skeleton.body_index("hand_l")
+    place = short_scene.point_ground(b, short_scene.skeleton.bodies[b].com_body)
+    pull = force_at(np.tile([50.0, 0.0, 20.0], (short_scene.frames, 1)), place)
+    missing = 0.2 * short_scene.plates[1].wrench_ground + pull
+    balance = balance_of_scenes(drawn(4, missing, scale=0.5))
+    diagnosis = conclude(balance, select(balance, [PlateGain("plate_2")]))
+    assert diagnosis.verdict == UNEXPLAINED
+    assert [(e.id, e.target) for e in diagnosis.effects] == [("plate_gain", "plate_2")]
+    assert diagnosis.remaining.location.body == "hand_l"
+
+
+def test_what_markers_showed_is_named_and_excludes_clean(sound):
+    finding = Slip(
+        target="RASI",
+        parameters={"shift_m": Estimate(0.02, 0.001)},
+        frames=Range("walk", 40, 90),
+        gain=200.0,
+    )
+    diagnosis = conclude(sound, select(sound, []), SeenInMarkers((finding,), 0.02, 0.01))
+    (effect,) = diagnosis.effects
+    assert diagnosis.verdict == EXPLAINED
+    assert (effect.id, effect.target, effect.frames) == ("marker_slip", "RASI", (finding.frames,))
+    assert (effect.sentence, effect.remedy) == ("RASI slipped.", "Tape RASI.")
+    assert (diagnosis.gain["marker_rms_m"].before, diagnosis.gain["marker_rms_m"].after) == (0.02, 0.01)
+
+
+def test_effects_come_in_order_of_falling_confidence(weak, few):
+    unsure = Slip(target="RASI", parameters={}, frames=Range("walk", 4, 9), gain=1.0)
+    effects = conclude(weak, select(weak, few), SeenInMarkers((unsure,))).effects
+    assert [e.id for e in effects] == ["plate_gain", "marker_slip"]
+    assert effects[0].confidence > effects[1].confidence
+
+
+def test_a_rival_that_does_as_well_is_an_alternative_with_what_tells_them_apart(short_scene, drawn, rows_of):
+    """Another gain of the same plate under another name."""
+
+    @dataclass(frozen=True)
+    class Twin(PlateGain):
+        id = "twin_gain"
+        rivals_told_apart_by = "nothing at all"
+
+    rows = rows_of(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.5))
+    balance = Balance([rows], replace(SETTINGS, handicaps=(), least_confidence=0.0))
+    diagnosis = conclude(balance, select(balance, [PlateGain("plate_2"), Twin("plate_2")]))
+    (effect,) = diagnosis.effects
+    (other,) = diagnosis.alternatives
+    assert {effect.id, other.id} == {"plate_gain", "twin_gain"}
+    assert other.instead_of == f"{effect.id} plate_2"
+    assert "cosine 1.00" in other.why
+    assert other.separate_by
+    assert effect.confidence < 0.6
+
+
+def test_likeness_is_the_cosine_between_whitened_signatures(sound):
+    one, other = (sound.term(PlateGain(t), ()) for t in ("plate_1", "plate_2"))
+    solved = sound.solve([one])
+    K = solved.rung.factor @ solved.rung.factor.T
+    a, b = one.columns[:, 0], other.columns[:, 0]
+    Q = np.linalg.inv(K)
+    expected = abs(a @ Q @ b) / np.sqrt((a @ Q @ a) * (b @ Q @ b))
+    assert likeness(one, other, solved) == pytest.approx(expected, rel=1e-6)
+    assert likeness(one, one, solved) == pytest.approx(1.0)
+
+
+def test_nothing_selected_and_nothing_seen_needs_no_candidates(sound):
+    null = sound.solve([])
+    assert conclude(sound, Selection(null, null, ())).verdict == CLEAN

@@ -1,0 +1,104 @@
+"""The JSON against the contract of the diagnosis."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from solver.diagnosis.diagnosis import Alternative, Diagnosis, Gain, Location, NamedEffect, Remaining
+from solver.diagnosis.report import as_json
+from solver.effects.effect import Estimate, Range
+
+
+@pytest.fixture
+def diagnosis() -> Diagnosis:
+    effect = NamedEffect(
+        id="clock_offset",
+        target="all",
+        parameters={"offset_s": Estimate(0.0123, 0.0004)},
+        confidence=0.98,
+        frames=(Range("walk1", 0, 412),),
+        sentence="Late.",
+        remedy="Check.",
+        gain_nats=80.0,
+        heldout_gain_nats=float("nan"),
+    )
+    return Diagnosis(
+        verdict="explained",
+        effects=(effect,),
+        alternatives=(
+            Alternative(
+                "filter_mismatch", "all", "clock_offset all", "cosine 0.99", "a quiet standing trial"
+            ),
+        ),
+        gain={
+            "heldout_linear_residual_N": Gain(41.0, 12.2, (11.0, 13.9)),
+            "heldout_angular_residual_Nm": Gain(19.5, 8.1, (7.2, 9.0)),
+            "marker_rms_m": Gain(0.0121, 0.0120),
+        },
+        remaining=Remaining(12.2, 9.8),
+        trials=("walk1",),
+    )
+
+
+def plain(diagnosis: Diagnosis) -> dict:
+    """Through strict JSON and back."""
+    return json.loads(json.dumps(as_json(diagnosis), allow_nan=False))
+
+
+def test_every_part_of_the_contract_is_there_as_it_is_written_there(diagnosis):
+    told = plain(diagnosis)
+    assert told["verdict"] == "explained"
+    (effect,) = told["effects"]
+    assert effect["id"] == "clock_offset"
+    assert effect["target"] == "all"
+    assert effect["parameters"] == {"offset_s": {"value": 0.0123, "std": 0.0004}}
+    assert effect["confidence"] == 0.98
+    assert effect["trial"] == "walk1"
+    assert effect["frames"] == [[0, 412]]
+    (other,) = told["alternatives"]
+    assert {"id", "target", "why", "separate_by"} <= set(other)
+    assert told["gain"] == {
+        "heldout_linear_residual_N": {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]},
+        "heldout_angular_residual_Nm": {"before": 19.5, "after": 8.1, "interval": [7.2, 9.0]},
+        "marker_rms_m": {"before": 0.0121, "after": 0.0120},
+    }
+    assert told["remaining"] == {"linear_residual_N": 12.2, "noise_floor_N": 9.8, "location": None}
+
+
+def test_with_several_trials_frames_name_theirs(diagnosis):
+    (effect,) = diagnosis.effects
+    both = replace(effect, frames=(Range("walk1", 0, 412), Range("walk2", 3, 99)))
+    told = plain(replace(diagnosis, effects=(both,), trials=("walk1", "walk2")))
+    assert told["effects"][0]["frames"] == [["walk1", 0, 412], ["walk2", 3, 99]]
+    assert told["effects"][0]["trial"] is None
+    assert told["trials"] == ["walk1", "walk2"]
+
+
+def test_of_several_trials_a_cause_in_one_names_it(diagnosis):
+    told = plain(replace(diagnosis, trials=("walk1", "walk2")))
+    assert told["effects"][0]["trial"] == "walk1"
+    assert told["effects"][0]["frames"] == [["walk1", 0, 412]]
+
+
+def test_what_the_recording_says_nothing_about_is_null(diagnosis):
+    (effect,) = diagnosis.effects
+    unknown = replace(effect, parameters={"rest_length_m": Estimate(float("nan"), float("inf"))})
+    told = plain(replace(diagnosis, effects=(unknown,)))
+    assert told["effects"][0]["parameters"] == {"rest_length_m": {"value": None, "std": None}}
+
+
+def test_a_place_is_told_with_its_force(diagnosis):
+    location = Location("hand_l", 40.0, (38.0, -1.0, 7.0), "constant (92 % of it)")
+    told = plain(replace(diagnosis, verdict="unexplained", remaining=Remaining(30.0, 9.8, location)))
+    assert told["remaining"]["location"] == {
+        "body": "hand_l",
+        "rms_force_N": 40.0,
+        "mean_force_N": [38.0, -1.0, 7.0],
+        "depends_on": "constant (92 % of it)",
+    }
+
+
+def test_nothing_found_is_empty_lists_and_no_gain():
+    told = plain(Diagnosis("clean", (), (), {}, Remaining(9.0, 9.8), ("walk1",)))
+    assert (told["verdict"], told["effects"], told["alternatives"], told["gain"]) == ("clean", [], [], {})

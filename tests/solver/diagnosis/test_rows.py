@@ -1,0 +1,96 @@
+"""A trial's rows from a posterior of its markers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.diagnosis.rows import trial_rows
+from solver.diagnosis.settings import DiagnosisSettings
+from solver.dynamics.marker_posterior import marker_posterior
+from solver.dynamics.root_wrench import centre_of_mass
+from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.simulate.ground_demand import GroundDemand
+from solver.skeleton.forward import ForwardKinematics
+
+SETTINGS = DiagnosisSettings()
+HOP_S = 0.09
+FRAMES = 80
+
+
+@pytest.fixture(scope="module")
+def posterior(short_scene):
+    """Of markers whose errors are what the noise says: of each one, and of each segment's together."""
+    seen, bodies = short_scene.markers.model_ground[:FRAMES], short_scene.markers.body
+    noise = replace(SETTINGS.markers, own_share=0.0, shared_share=0.0, least_m=0.002)
+    rng = np.random.default_rng(0)
+    t = np.arange(FRAMES) / short_scene.rate
+    in_time = np.linalg.cholesky(np.exp(-np.abs(t[:, None] - t) / noise.time_s))
+    together = np.linalg.cholesky(np.eye(len(bodies)) + (bodies[:, None] == bodies))
+    errors = np.einsum("ts,mn,snc->tmc", in_time, together, rng.normal(0, noise.least_m, seen.shape))
+    start = replace(short_scene.motion, q=short_scene.motion.q[:FRAMES])
+    return marker_posterior(short_scene.skeleton, seen + errors, start, noise, TrajectorySettings())
+
+
+@pytest.fixture(scope="module")
+def scene(short_scene, posterior):
+    """The first 0.8 s, its demand that of the posterior's motion."""
+    first = slice(0, FRAMES)
+    poses = ForwardKinematics(short_scene.skeleton).poses(posterior.motion.q)
+    demand = GroundDemand(posterior.model)
+    counts = np.ones(FRAMES, dtype=bool)
+    counts[30:33] = False
+    plates = tuple(
+        replace(p, wrench_ground=p.wrench_ground[first], loaded=p.loaded[first]) for p in short_scene.plates
+    )
+    return replace(
+        short_scene,
+        motion=posterior.motion,
+        velocity=posterior.velocity,
+        acceleration=posterior.acceleration,
+        R_ground_body=poses.R_ground_body,
+        p_ground_body=poses.p_ground_body,
+        material=short_scene.material[first],
+        com_ground=centre_of_mass(short_scene.skeleton, poses),
+        demanded_ground=demand.wrench(posterior.motion.q, posterior.velocity, posterior.acceleration),
+        plates=plates,
+        counts=counts,
+    )
+
+
+@pytest.fixture(scope="module")
+def rows(scene, posterior):
+    return trial_rows(scene, posterior, SETTINGS, HOP_S)
+
+
+def test_rows_and_the_covariances_rows_are_of_one_residual(scene, posterior, rows):
+    """Demanded less measured about the centre of mass, force before moment, window by window."""
+    by_posterior = rows.windows.means(posterior.momentum(scene.measured_ground).residual).ravel()
+    np.testing.assert_allclose(rows.residual, by_posterior, atol=1e-6)
+
+
+def test_plates_noise_is_added_to_the_markers(scene, posterior, rows):
+    markers = posterior.covariance(posterior.momentum(scene.measured_ground), rows.windows)
+    noise = np.diag(rows.covariance - markers).reshape(-1, 6)
+    np.testing.assert_allclose(noise[:, :3], SETTINGS.force_noise_N**2, rtol=1e-6)
+    np.testing.assert_allclose(noise[:, 3:], SETTINGS.moment_noise_Nm**2, rtol=1e-6)
+    assert np.linalg.eigvalsh(rows.covariance)[0] > 0
+
+
+def test_what_markers_errors_do_to_the_residual_lies_within_its_covariance(short_scene, rows):
+    """A walk is no draw from the prior: mean squares near one, not above it by more than chance."""
+    exact = short_scene.demanded_ground[:FRAMES] - short_scene.measured_ground[:FRAMES]
+    exact[:, 3:] -= np.cross(short_scene.com_ground[:FRAMES], exact[:, :3])
+    wrong = rows.residual - rows.windows.means(exact).ravel()
+    share = wrong @ np.linalg.solve(rows.covariance, wrong) / len(wrong)
+    assert 0.2 < share < 1 + 3 * np.sqrt(2 / len(wrong))
+
+
+def test_ends_and_frames_that_do_not_count_are_in_no_window(rows):
+    ends = round(SETTINGS.end_s * 100.0)
+    touched = rows.windows.start[:, None] + np.arange(rows.windows.length)
+    assert touched.min() >= ends
+    assert touched.max() < FRAMES - ends
+    assert not np.isin([30, 31, 32], touched).any()
+    assert rows.model_error.shape == rows.covariance.shape
+    assert len(rows.nuisance) == len(rows.residual)

@@ -1,0 +1,131 @@
+"""Which causes are taken, in what order, and when none is."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from solver.diagnosis.balance import Balance
+from solver.diagnosis.selection import confidence, handicap, select
+from solver.diagnosis.settings import DiagnosisSettings
+from solver.effects.clock_offset import ClockOffset
+from solver.effects.effect import Corrected, Estimate, Signature
+from solver.effects.plate_gain import PlateGain
+from solver.effects.plate_position import candidates as positions
+from solver.effects.subject_mass import candidates as masses
+from solver.errors import Cancelled
+
+SETTINGS = DiagnosisSettings()
+
+
+@pytest.fixture(scope="module")
+def few(short_scene):
+    """A small catalogue."""
+    gains = [PlateGain(plate.target) for plate in short_scene.plates]
+    return [*gains, *positions([short_scene]), *masses([short_scene]), ClockOffset("all")]
+
+
+def named(selection) -> list[tuple[str, str]]:
+    return [(f.contender.term.candidate.id, f.contender.term.candidate.target) for f in selection.found]
+
+
+def test_nothing_is_found_in_what_model_errors_make(drawn, balance_of_scenes, few):
+    assert [named(select(balance_of_scenes(drawn(seed)), few)) for seed in range(4)] == [[]] * 4
+
+
+def test_two_causes_are_found_one_after_another_and_refitted_together(
+    short_scene, drawn, balance_of_scenes, few
+):
+    missing = 0.15 * short_scene.plates[1].wrench_ground
+    loads = short_scene.plates[0].wrench_ground
+    moved = np.zeros_like(loads)
+    moved[:, 3:] = np.cross([0.03, 0, 0.02], loads[:, :3])
+    balance = balance_of_scenes(drawn(4, missing + moved, scale=0.5))
+    selection = select(balance, few)
+    assert set(named(selection)) == {("plate_gain", "plate_2"), ("plate_position", "plate_1")}
+    assert len(selection.solved.terms) == 2
+    assert selection.null.terms == ()
+    assert selection.solved.log_evidence > selection.null.log_evidence
+    k = [t.candidate.id for t in selection.solved.terms].index("plate_gain")
+    gain = selection.solved.estimates(k, balance.scenes)["gain_error"]
+    assert abs(gain.value - (1 / 1.15 - 1)) < 3 * gain.std
+    assert all(f.heldout_gain > 0 and f.contender.gain > SETTINGS.least_gain for f in selection.found)
+    assert all(c.term.candidate is not f.contender.term.candidate for f in selection.found for c in f.rivals)
+
+
+def test_what_is_too_small_to_act_on_is_not_named(short_scene, balance_of_scenes, few):
+    """One percent of a gain, though nothing else is in the balance."""
+    recorded = short_scene.measured_ground
+    small = replace(short_scene, demanded_ground=recorded + 0.01 * short_scene.plates[0].wrench_ground)
+    assert named(select(balance_of_scenes(small), [PlateGain("plate_1")])) == []
+
+
+@dataclass(frozen=True)
+class Shaken(Corrected):
+    """Reading the files took 40 N off."""
+
+    id = "shaken"
+
+    def signature(self, scene, eta):
+        return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), np.zeros((scene.frames, 6)))
+
+    def uncorrected_ground(self, scene):
+        return scene.measured_ground + np.array([40.0, 0, 0, 0, 0, 0])
+
+    def estimates(self, scenes, eta, eta_std, x, covariance):
+        return {"force_N": Estimate(40.0, 1.0)}
+
+    def is_notable(self, estimates):
+        return True
+
+
+def test_what_reading_undid_is_named_if_leaving_it_in_would_cost(drawn, balance_of_scenes):
+    balance = balance_of_scenes(drawn(1))
+    selection = select(balance, [Shaken("all")])
+    (one,) = selection.corrected
+    assert one.term.candidate.id == "shaken"
+    assert named(selection) == []
+    (left_in,) = selection.uncorrected
+    worse = balance.solve([left_in]).log_evidence
+    assert one.gain == pytest.approx(selection.solved.log_evidence - worse, abs=1e-6)
+
+
+def test_what_reading_undid_is_not_named_if_leaving_it_in_would_do(drawn, balance_of_scenes, short_scene):
+    lost = np.zeros((short_scene.frames, 6))
+    lost[:, 0] = 40.0  # taken off where it belonged
+    balance = balance_of_scenes(drawn(1, lost))
+    assert select(balance, [Shaken("all")]).corrected == ()
+
+
+def test_confidence_is_a_share_among_rivals_and_none(drawn, balance_of_scenes, short_scene):
+    balance = balance_of_scenes(drawn(4, 0.2 * short_scene.plates[0].wrench_ground))
+    found = select(balance, [PlateGain("plate_1"), PlateGain("plate_2"), *positions([short_scene])]).found[0]
+    one = found.contender
+    temper = SETTINGS.confidence_temper
+    odds = [c.gain - handicap(c, SETTINGS) for c in (one, *found.rivals)]
+    weights = np.exp((np.array([*odds, 0.0]) - odds[0]) / temper)
+    assert confidence(one, found.rivals, SETTINGS) == pytest.approx(1 / weights.sum())
+    assert confidence(one, (one, *found.rivals), SETTINGS) == pytest.approx(1 / weights.sum())
+    alone = confidence(one, (), SETTINGS)
+    assert alone >= confidence(one, found.rivals, SETTINGS)
+    twin = replace(
+        found.rivals[0], gain=one.gain - handicap(one, SETTINGS) + handicap(found.rivals[0], SETTINGS)
+    )
+    assert confidence(one, (twin,), SETTINGS) == pytest.approx(0.5, abs=0.01)
+
+
+def test_who_wants_to_stop_can(drawn, balance_of_scenes):
+    def progress(stage, fraction):
+        raise Cancelled
+
+    with pytest.raises(Cancelled):
+        select(balance_of_scenes(drawn(1)), [PlateGain("plate_1")], progress)
+
+
+def test_a_handicap_asks_for_more(short_scene, drawn, rows_of):
+    """The same gain is named without and refused with odds that exceed what it brings."""
+    rows = rows_of(drawn(4, 0.15 * short_scene.plates[0].wrench_ground))
+    plain = select(Balance([rows], replace(SETTINGS, handicaps=())), [PlateGain("plate_1")])
+    (found,) = plain.found
+    dear = replace(SETTINGS, handicaps=(("plate_gain", found.contender.gain),))
+    assert select(Balance([rows], dear), [PlateGain("plate_1")]).found == ()
