@@ -82,7 +82,7 @@ class DiagnosisSettings:
             ("belt_acceleration", 3.0),
             ("carried_mass", 5.0),
             ("segment_mass", 6.0),
-            ("wobbling_mass", 5.0),
+            ("wobbling_mass", 8.0),
             ("capture_scale", 12.0),
         ),
         unit="nats",
