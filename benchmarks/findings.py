@@ -1,6 +1,6 @@
 """What the diagnosis says about every real recording, as the table of docs/findings.md.
 
-    python -m benchmarks.findings [--only NAME] [--keep FOLDER]
+    python -m benchmarks.findings [--only NAME] [--keep FOLDER] [--minutes 60]
 
 A subject's trials together, then each by itself; where people flagged frames, again without their flags.
 Every answer is kept in FOLDER as soon as it is there and made only once, so that a stopped program goes on
@@ -10,6 +10,7 @@ where it was. Remove FOLDER after changes of the solver.
 import argparse
 import hashlib
 import json
+import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -32,8 +33,8 @@ KEPT = Path("build/findings")
 BEGIN, END = "<!-- made by python -m benchmarks.findings -->", "<!-- end of what it made -->"
 FORCE, MOMENT = "heldout_linear_residual_N", "heldout_angular_residual_Nm"
 HEAD = (
-    "| recording | trials | verdict | causes | force N, before → after (95 %) | moment N·m | left, of ordinary N "
-    "| left where | CPU s |\n|---|---|---|---|---|---|---|---|---:|"
+    "| recording | trials | verdict | causes | force N, before → after (95 %) | moment N·m "
+    "| left, of ordinary N | left where | CPU s |\n|---|---|---|---|---|---|---|---|---:|"
 )
 
 Figures = Mapping[str, Any]
@@ -56,7 +57,7 @@ class Case:
 
 
 def cases_of(name: str, subject: Subject) -> list[Case]:
-    """All trials together, each by itself if there are several, and both without people's flags if there are any."""
+    """All trials together, several also one by one, and all that without people's flags if there are any."""
     names = [trial.name for trial in subject.trials]
     groups = [None, *[(n,) for n in names]] if len(names) > 1 else [None]
     flagged = any(bool(trial.reviews) for trial in subject.trials)
@@ -67,8 +68,14 @@ def cases_of(name: str, subject: Subject) -> list[Case]:
     ]
 
 
-def answer(case: Case, keep: Path) -> dict[str, Any]:
-    """The kept answer, else a new one: figures of `diagnose --json`, or why there are none."""
+def answer(case: Case, keep: Path, deadline: float) -> dict[str, Any]:
+    """The kept answer, else a new one: figures of `diagnose --json`, or why there are none.
+
+    Args:
+        case: what is wanted.
+        keep: folder of the answers.
+        deadline: CPU time of this program [s] after which no new one is begun.
+    """
     file = keep / f"{case.key}.json"
     begin = time.process_time()
     try:
@@ -80,11 +87,13 @@ def answer(case: Case, keep: Path) -> dict[str, Any]:
             kept: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
             if kept["inputs"] == inputs:
                 return kept
+        if begin > deadline:
+            return {"refused": "not made yet"}
         found = diagnose(job.subject, job.settings, trials=job.trials, reviews=job.reviews)
     except SolverError as error:
         return {"refused": str(error).replace(f"{data_folder()}/", "")}
     kept = {"inputs": inputs, "cpu_s": time.process_time() - begin, "figures": as_json(found)}
-    kept["gain_nats"] = [[e.gain_nats, e.heldout_gain_nats] for e in found.effects]
+    kept["gain_nats"] = [[_finite(e.gain_nats), _finite(e.heldout_gain_nats)] for e in found.effects]
     write_json(file, kept)
     return kept
 
@@ -118,9 +127,9 @@ def row(case: Case, kept: Figures) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def _cause(figures: Figures, effect: Figures, gain: Sequence[float]) -> str:
+def _cause(figures: Figures, effect: Figures, gain: Sequence[float | None]) -> str:
     values = ", ".join(
-        f"{name} {estimate['value']:.3g} ± {estimate['std'] or float('nan'):.2g}"
+        f"{name} {_rounded(estimate['value'], '.3g')} ± {_rounded(estimate['std'], '.2g')}"
         for name, estimate in effect["parameters"].items()
     )
     rivals = [
@@ -132,8 +141,17 @@ def _cause(figures: Figures, effect: Figures, gain: Sequence[float]) -> str:
     some = " ".join(str(span) for span in spans[:4]) + (f" and {len(spans) - 4} more" * (len(spans) > 4))
     return (
         f"**{effect['id']} {effect['target']}** {values}; frames {some}; sure {effect['confidence']:.2f}, "
-        f"{gain[0]:.0f} nats, withheld {gain[1]:.0f}" + (f"; or {', '.join(rivals)}" if rivals else "")
+        f"{_rounded(gain[0], '.0f')} nats, withheld {_rounded(gain[1], '.0f')}"
+        + (f"; or {', '.join(rivals)}" if rivals else "")
     )
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _rounded(value: float | None, form: str) -> str:
+    return "?" if value is None else f"{value:{form}}"
 
 
 def _gain(gain: Figures | None, digits: int) -> str:
@@ -143,7 +161,7 @@ def _gain(gain: Figures | None, digits: int) -> str:
     return f"{gain['before']:.{digits}f} → {gain['after']:.{digits}f} ({low:.{digits}f}–{high:.{digits}f})"
 
 
-def answers(only: str, keep: Path) -> Iterator[tuple[Case | str, Figures]]:
+def answers(only: str, keep: Path, deadline: float) -> Iterator[tuple[Case | str, Figures]]:
     """Every case and its answer; a folder's name where it does not open."""
     for name, subject in subjects():
         if only not in name:
@@ -152,7 +170,7 @@ def answers(only: str, keep: Path) -> Iterator[tuple[Case | str, Figures]]:
             yield name, {"refused": str(subject).replace(f"{data_folder()}/", "")}
             continue
         for case in cases_of(name, subject):
-            yield case, answer(case, keep)
+            yield case, answer(case, keep, deadline)
 
 
 def table(found: Sequence[tuple[Case | str, Figures]]) -> str:
@@ -171,10 +189,11 @@ def main() -> None:
     arguments = argparse.ArgumentParser(prog="python -m benchmarks.findings", description=__doc__)
     arguments.add_argument("--only", default="", help="part of a recording's name; the page is not written")
     arguments.add_argument("--keep", type=Path, default=KEPT, help="where answers are kept")
+    arguments.add_argument("--minutes", type=float, default=60.0, help="CPU time after which none is begun")
     chosen = arguments.parse_args()
     chosen.keep.mkdir(parents=True, exist_ok=True)
     found = []
-    for case, kept in answers(chosen.only, chosen.keep):
+    for case, kept in answers(chosen.only, chosen.keep, 60 * chosen.minutes):
         found.append((case, kept))
         print(case.key if isinstance(case, Case) else case, kept.get("refused", ""), flush=True)
     if chosen.only:

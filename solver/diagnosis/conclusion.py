@@ -22,6 +22,7 @@ from solver.diagnosis.marker_causes import NOTHING_SEEN, SeenInMarkers
 from solver.diagnosis.refinement import best_start, refined
 from solver.diagnosis.remainder import UnknownForce, dependence, unknown_forces
 from solver.diagnosis.selection import Contender, Found, Selection, confidence
+from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects.effect import Candidate, Estimate
 from solver.effects.marker_effect import MarkerFinding
 
@@ -43,13 +44,9 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
     settings = balance.settings
     solved, found = selection.solved, selection.found
     left = _left(balance, solved)
-    if left is not None and found:
-        alone = _left(balance, selection.null)
-        needless = alone is not None and (
-            alone.solved.log_evidence > left.solved.log_evidence - settings.unknown_margin
-        )
-        if alone is not None and needless:
-            solved, found, left = selection.null, (), alone
+    alone = _left(balance, selection.null) if found else None
+    if alone is not None and _needless(solved, left, alone, settings):
+        solved, found, left = selection.null, (), alone
     some, guards = blocks(balance), 0
     if any(_happens_once(balance, solved, k) for k in range(len(solved.terms))):
         short = short_blocks(balance)
@@ -80,6 +77,13 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
     )
 
 
+def _needless(solved: Solved, left: Contender | None, alone: Contender, settings: DiagnosisSettings) -> bool:
+    """Whether a force of unknown course alone does what the causes do, or what they do with one beside."""
+    if left is not None:
+        return alone.solved.log_evidence > left.solved.log_evidence - settings.unknown_margin
+    return alone.solved.log_evidence > solved.log_evidence + settings.unknown_margin
+
+
 def _left(balance: Balance, solved: Solved) -> Contender | None:
     """The force of unknown course, or the moment, that would explain most; None where none pays."""
     rungs = {id(r): r for r in (solved.rung, balance.rungs[0])}.values()
@@ -103,7 +107,8 @@ def _happens_once(balance: Balance, solved: Solved, k: int) -> bool:
     x, _ = solved.of(k)
     linear = x[: len(x) - len(term.tangent_mean)]
     acts = sum(r.end - r.start for r in term.candidate.frames(balance.scenes, solved.eta(k)[0], linear))
-    return acts < sum(s.frames for s in balance.scenes)
+    touched = {r.trial for r in term.candidate.frames(balance.scenes, solved.eta(k)[0], linear)}
+    return acts < sum(s.frames for s in balance.scenes if s.name in touched)
 
 
 def _size_N(balance: Balance, left: Contender) -> float:

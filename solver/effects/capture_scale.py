@@ -11,6 +11,7 @@ from solver.effects.scene import Scene
 from solver.skeleton.forward import cross
 
 PRIOR_STD = 0.01  # a calibration wand whose markers sit 1 to 5 mm off over half a metre
+MOST = 0.06  # a wand read in the wrong unit is seen in the body's size long before
 LEAST = 0.003  # a wand made with care: 1.5 mm over half a metre
 
 
@@ -62,7 +63,7 @@ class CaptureScale(Candidate):
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Beyond what a careful calibration scatters."""
-        return abs(estimates["scale"].value - 1) > LEAST
+        return LEAST < abs(estimates["scale"].value - 1) < MOST
 
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:

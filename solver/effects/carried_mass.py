@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.effects.demanded_by_inertia import demanded_by_changes
-from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.effect import Candidate, Estimate, Eta, Range, Signature
 from solver.effects.scene import Scene
 
 LIGHTEST_KG = 0.3  # what a lighter one carries (toes, an ankle bone), its neighbour carries as well
@@ -28,6 +28,8 @@ class CarriedMass(Candidate):
     second moments about r₀. All ten are columns, so nothing is lost for a load far from r₀ or a wide one.
     """
 
+    trial: str | None = None  # in which it is carried; None: in all
+
     id = "carried_mass"
     sentence = "Something heavy is carried on {target} that the model does not know."
     remedy = "Weigh the load and note where it was fixed, or enter it as part of the segment."
@@ -35,7 +37,7 @@ class CarriedMass(Candidate):
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """Mass, three first moments and six second moments about the segment's centre of mass."""
-        if self.target not in scene.skeleton.body_names:
+        if self.target not in scene.skeleton.body_names or self.trial not in (None, scene.name):
             return None
         body = scene.skeleton.body_index(self.target)
         changes = load_basis(scene.skeleton.bodies[body].com_body)
@@ -70,11 +72,18 @@ class CarriedMass(Candidate):
         away = float(np.hypot.reduce([estimates[f"offset_{axis}_m"].value for axis in "xyz"]))
         return mass.value > max(LEAST_KG, LEAST_STDS * mass.std) and away < FARTHEST_M
 
+    def frames(
+        self, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]
+    ) -> tuple[Range, ...]:
+        """All frames of the trials in which it is carried."""
+        return tuple(Range(s.name, 0, s.frames) for s in scenes if self.trial in (None, s.name))
+
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
-    """One for each body that weighs something."""
+    """On each body that weighs something: in all trials, and in each alone where there are several."""
     bodies = scenes[0].skeleton.bodies if scenes else ()
-    return [CarriedMass(body.name) for body in bodies if body.mass >= LIGHTEST_KG]
+    trials = [None, *(s.name for s in scenes)] if len(scenes) > 1 else [None]
+    return [CarriedMass(body.name, t) for t in trials for body in bodies if body.mass >= LIGHTEST_KG]
 
 
 def load_basis(centre_body: Float[np.ndarray, "3"]) -> Float[np.ndarray, "10 4 4"]:

@@ -11,7 +11,7 @@ from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.scene import PlateScene, Scene
 from solver.runs import runs
 
-STARTS_HZ = (2.0, 3.0, 4.0, 6.0, 8.0, 11.0, 15.0, 20.0)
+STARTS_HZ = (2.0, 2.5, 3.2, 4.0, 5.0, 6.3, 8.0, 10.0, 12.5, 16.0, 20.0)  # a quarter apart
 PRIOR_HZ = 10.0  # laboratories smooth at 6 to 20 Hz if at all
 PRIOR_LOG_STD = 0.5
 LOWEST_HZ = 1.5

@@ -11,7 +11,7 @@ from solver.effects.scene import Scene
 
 PRIOR_STD = 0.06  # relative: a wrong entry, clothes, a weight that the person told instead of the scale
 LEAST = 0.015  # relative: what a scale, a meal and shoes make
-MOST = 0.3  # relative: beyond, forces are missing, or are given in other units
+MOST = 0.2  # relative: beyond, forces are missing, or are given in other units
 
 
 @dataclass(frozen=True)
