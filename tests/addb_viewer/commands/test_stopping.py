@@ -5,8 +5,10 @@ import subprocess
 import sys
 import textwrap
 
+# A background job starts its children with Ctrl-C ignored; a terminal does not.
 SOLVE_THAT_WAITS = """
-    import sys, time
+    import signal, sys, time
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     from addb_viewer import cli
     from addb_viewer.commands import solving
 
