@@ -171,6 +171,12 @@ READINGS: dict[str, tuple[Reading, ...]] = {
 }
 
 
+def ranges_of(figures: Mapping[str, Any], effect: Mapping[str, Any]) -> list[tuple[str, int, int]]:
+    """Trial, first frame and the one after the last of each stretch on which a cause acts."""
+    alone = effect.get("trial") or next(iter(figures.get("trials", ())), "")
+    return [tuple(r) if len(r) == 3 else (alone, r[0], r[1]) for r in effect["frames"]]
+
+
 def title(effect: Mapping[str, Any]) -> str:
     """A cause in a few words, with its target; a cause that has no words yet by its id.
 

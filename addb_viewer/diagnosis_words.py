@@ -12,6 +12,7 @@ from addb_viewer.diagnosis_vocabulary import (
     TITLES,
     amounts,
     certainty,
+    ranges_of,
     sentence,
     target_in_words,
     title,
@@ -157,7 +158,7 @@ def rivals_of(figures: Figures, effect: Figures) -> list[Figures]:
 
 def when(figures: Figures, effect: Figures, rates: Mapping[str, float]) -> str:
     """The frames on which a cause acts, as people count them: the last one included."""
-    ranges = _ranges(figures, effect)
+    ranges = sorted(ranges_of(figures, effect))
     trials = list(dict.fromkeys(trial for trial, _, _ in ranges))
     if effect["id"] not in AT_CERTAIN_FRAMES:
         return f"all the time, in {_and(trials)}" if trials else ""
@@ -277,13 +278,8 @@ def _flag_hint(figures: Figures, effect: Figures) -> list[str]:
     foot = "both" if effect["target"].startswith("plate_") else effect["target"]
     return [
         f"To flag: addb-viewer flag SUBJECT {trial} {start}:{end} --foot {foot} --reason notOverForcePlate."
-        for trial, start, end in _ranges(figures, effect)
+        for trial, start, end in sorted(ranges_of(figures, effect))
     ]
-
-
-def _ranges(figures: Figures, effect: Figures) -> list[tuple[str, int, int]]:
-    alone = effect.get("trial") or next(iter(figures.get("trials", ())), "")
-    return sorted(tuple(r) if len(r) == 3 else (alone, r[0], r[1]) for r in effect["frames"])
 
 
 def _and(words: Sequence[str]) -> str:

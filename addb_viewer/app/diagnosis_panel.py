@@ -16,9 +16,9 @@ from addb_viewer.app.diagnosis_html import (
     verdict_html,
 )
 from addb_viewer.app.diagnosis_state import DiagnosisState, decision_in_words
-from addb_viewer.app.effect_pictures import Figures, ranges_of
+from addb_viewer.app.effect_pictures import Figures
 from addb_viewer.app.notices import Notices
-from addb_viewer.diagnosis_vocabulary import title
+from addb_viewer.diagnosis_vocabulary import ranges_of, title
 from addb_viewer.diagnosis_words import AT_CERTAIN_FRAMES, Section, cause, what_it_gains, what_remains
 
 JUMPS_A_ROW = 3

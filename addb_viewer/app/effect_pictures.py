@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float
 from scipy.spatial.transform import Rotation
 
 from addb_viewer.app.replay import PlateReplay, Replay
-from addb_viewer.diagnosis_vocabulary import amount, target_in_words, title
+from addb_viewer.diagnosis_vocabulary import amount, ranges_of, target_in_words, title
 
 CAUSE_METRES_PER_NEWTON = 4e-3  # a hand's push of 40 N is still to be seen beside ground forces
 LOAD_DENSITY = 1500.0  # [kg/m³] between water and iron: how large a ball a carried mass is drawn as
@@ -55,12 +55,6 @@ def pictures(figures: Figures, replay: Replay) -> tuple[Picture, ...]:
             picture = _PAINTERS.get(effect["id"], _label_alone)(effect, replay, bare)
             found.append(picture)
     return (*found, *_unexplained(figures, replay))
-
-
-def ranges_of(figures: Figures, effect: Figures) -> list[tuple[str, int, int]]:
-    """Trial, first frame and the one after the last of each stretch on which a cause acts."""
-    alone = effect.get("trial") or next(iter(figures.get("trials", ())), "")
-    return [tuple(r) if len(r) == 3 else (alone, r[0], r[1]) for r in effect["frames"]]
 
 
 def _unexplained(figures: Figures, replay: Replay) -> tuple[Picture, ...]:

@@ -10,6 +10,7 @@ from addb_viewer.commands.diagnose import diagnosed, print_diagnosis
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.open import serve_app
 from addb_viewer.commands.options import DEFAULT_HOST, DEFAULT_PORT, Debug, Host, Port
+from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.commands.solving import job_for, solved
 from addb_viewer.commands.summary_table import print_summary
 from solver.errors import CaptureError
@@ -41,7 +42,8 @@ def demo(
         job = job_for(folder)
         done = solved(job)
         print_summary(summary(done.fit, files=[str(path) for path in done.files]))
-        figures, kept = diagnosed(job)
+        with terminal_progress() as progress:
+            figures, kept = diagnosed(job, progress)
         print_diagnosis(figures, job, kept)
         if not no_serve:
             serve_app(folder, host, port)

@@ -24,6 +24,7 @@ from solver.capture.capture import TrialFiles
 from solver.capture.trial import read_trial
 from solver.diagnosis.diagnose import diagnose as diagnosis_of
 from solver.diagnosis.report import as_json
+from solver.progress import Progress
 from solver.provenance import provenance_of
 from solver.results.store import check_place, write_json
 from solver.settings import as_dict
@@ -53,13 +54,14 @@ def diagnose(
             ignore_review=ignore_review,
             without_extension=True,
         )
-        figures, kept = diagnosed(job)
+        with terminal_progress() as progress:
+            figures, kept = diagnosed(job, progress)
         if json is not None:
             write_json(json, figures)
         print_diagnosis(figures, job, kept)
 
 
-def diagnosed(job: Job) -> tuple[dict[str, Any], Path]:
+def diagnosed(job: Job, progress: Progress) -> tuple[dict[str, Any], Path]:
     """Diagnose and keep the answer; its figures and its file."""
     check_place(job.results)
     chosen = [t for t in job.subject.trials if job.trials is None or t.name in job.trials]
@@ -67,10 +69,7 @@ def diagnosed(job: Job) -> tuple[dict[str, Any], Path]:
         "provenance": provenance_of(job.subject, chosen, job.reviews),
         "settings": as_dict(job.settings),
     }
-    with terminal_progress() as progress:
-        found = diagnosis_of(
-            job.subject, job.settings, trials=job.trials, reviews=job.reviews, progress=progress
-        )
+    found = diagnosis_of(job.subject, job.settings, trials=job.trials, reviews=job.reviews, progress=progress)
     figures = as_json(found)
     figures["notes"] = [*job.subject.notes, *found.notes]
     return figures, keep(figures, made_of, job.results)

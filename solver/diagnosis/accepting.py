@@ -1,20 +1,16 @@
 """The extension by causes that a diagnosis has named."""
 
 from collections.abc import Mapping, Sequence, Set
-from dataclasses import replace
 
-from solver.capture.capture import Capture, Subject
+from solver.capture.capture import Subject
 from solver.contact.wrenches import MissingRange
-from solver.diagnosis.diagnose import balance_of
+from solver.diagnosis.diagnose import repaired_balance
 from solver.diagnosis.extension import extension_of
-from solver.diagnosis.marker_causes import with_markers_repaired
 from solver.diagnosis.selection import select
-from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis.settings import DIAGNOSIS
 from solver.dynamics.extension import Extension
 from solver.effects.catalogue import catalogue
 from solver.errors import FitError
-from solver.fit import Fit
-from solver.pipeline import solve
 from solver.progress import Progress, part, silent
 from solver.settings import Settings
 
@@ -43,21 +39,14 @@ def extension_for(
     Raises:
         FitError: no trial has forces, or a cause is not found again.
     """
-    alone = replace(settings, trajectory=replace(settings.trajectory, enabled=False))
-    diagnosis, flags = DiagnosisSettings(), reviews or {}
-
-    def fitted(repaired: Mapping[str, Capture]) -> Fit:
-        return solve(
-            subject,
-            alone,
-            trials=trials,
-            reviews=reviews,
-            captures=repaired,
-            progress=part(progress, 0.0, FITTED),
-        )
-
-    fit, scenes, _ = with_markers_repaired(fitted, settings, diagnosis, flags)
-    balance = balance_of(fit, scenes, diagnosis)
+    balance, _ = repaired_balance(
+        subject,
+        settings,
+        DIAGNOSIS,
+        trials=trials,
+        reviews=reviews or {},
+        progress=part(progress, 0.0, FITTED),
+    )
     named = [c for c in catalogue(balance.scenes) if (c.id, c.target) in causes]
     selection = select(balance, named, part(progress, FITTED, 1.0))
     extension = extension_of(balance.scenes, selection.solved)

@@ -106,9 +106,11 @@ def _happens_once(balance: Balance, solved: Solved, k: int) -> bool:
     term = solved.terms[k]
     x, _ = solved.of(k)
     linear = x[: len(x) - len(term.tangent_mean)]
-    acts = sum(r.end - r.start for r in term.candidate.frames(balance.scenes, solved.eta(k)[0], linear))
-    touched = {r.trial for r in term.candidate.frames(balance.scenes, solved.eta(k)[0], linear)}
-    return acts < sum(s.frames for s in balance.scenes if s.name in touched)
+    stretches = term.candidate.frames(balance.scenes, solved.eta(k)[0], linear)
+    touched = {r.trial for r in stretches}
+    return sum(r.end - r.start for r in stretches) < sum(
+        s.frames for s in balance.scenes if s.name in touched
+    )
 
 
 def _size_N(balance: Balance, left: Contender) -> float:

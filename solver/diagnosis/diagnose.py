@@ -10,7 +10,7 @@ from solver.contact.wrenches import MissingRange
 from solver.diagnosis.balance import Balance
 from solver.diagnosis.conclusion import conclude
 from solver.diagnosis.diagnosis import Diagnosis
-from solver.diagnosis.marker_causes import with_markers_repaired
+from solver.diagnosis.marker_causes import SeenInMarkers, with_markers_repaired
 from solver.diagnosis.report import as_json
 from solver.diagnosis.rows import trial_rows
 from solver.diagnosis.scenes import SceneAndPosterior
@@ -51,6 +51,28 @@ def diagnose(
         FitError: no trial has forces.
         SolverError: a file, the model or the data cannot be used.
     """
+    balance, seen = repaired_balance(
+        subject,
+        settings,
+        diagnosis,
+        trials=trials,
+        reviews=reviews or {},
+        progress=part(progress, 0.0, FITTED),
+    )
+    selection = select(balance, catalogue(balance.scenes), part(progress, FITTED, 1.0))
+    return conclude(balance, selection, seen)
+
+
+def repaired_balance(
+    subject: Subject,
+    settings: Settings,
+    diagnosis: DiagnosisSettings,
+    *,
+    trials: Sequence[str] | None,
+    reviews: Mapping[str, Sequence[MissingRange]],
+    progress: Progress,
+) -> tuple[Balance, SeenInMarkers]:
+    """Fit the markers alone, repair them, and set up the wrench balance; arguments as in `diagnose`."""
     alone = replace(settings, trajectory=replace(settings.trajectory, enabled=False))
 
     def fitted(repaired: Mapping[str, Capture]) -> Fit:
@@ -60,13 +82,11 @@ def diagnose(
             trials=trials,
             reviews=reviews,
             captures=repaired,
-            progress=part(progress, 0.0, FITTED),
+            progress=progress,
         )
 
-    fit, scenes, seen = with_markers_repaired(fitted, settings, diagnosis, reviews or {})
-    balance = balance_of(fit, scenes, diagnosis)
-    selection = select(balance, catalogue(balance.scenes), part(progress, FITTED, 1.0))
-    return conclude(balance, selection, seen)
+    fit, scenes, seen = with_markers_repaired(fitted, settings, diagnosis, reviews)
+    return balance_of(fit, scenes, diagnosis), seen
 
 
 def balance_of(fit: Fit, pairs: SceneAndPosterior, diagnosis: DiagnosisSettings) -> Balance:

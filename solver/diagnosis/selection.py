@@ -22,6 +22,10 @@ class Contender:
     solved: Solved
     gain: float  # log evidence beyond those
 
+    def odds_gain(self, settings: DiagnosisSettings) -> float:
+        """The gain less the log prior odds against the cause [nats]."""
+        return self.gain - handicap(self.term.candidate, settings)
+
 
 @dataclass(frozen=True, eq=False)
 class Found:
@@ -65,7 +69,7 @@ def select(balance: Balance, candidates: Sequence[Candidate], progress: Progress
         best = None
         least = settings.least_further_gain if found else settings.least_gain
         for contender in contenders:
-            if contender.gain - handicap(contender, settings) < least:
+            if contender.odds_gain(settings) < least:
                 continue
             heldout = _heldout_gain(balance, current, contender.solved, some)
             if heldout > settings.least_heldout_gain and _notable(balance, contender.solved):
@@ -89,11 +93,10 @@ def _corrected(
     """Causes that reading the files undid, where leaving them in would cost evidence."""
     named, terms = [], []
     for candidate in corrections:
-        left_in = [t.scene for t in balance.trials]
         fixed = np.concatenate(
             [
-                t.reduced(candidate.uncorrected_ground(s) - s.measured_ground)
-                for t, s in zip(balance.trials, left_in, strict=True)
+                t.reduced(candidate.uncorrected_ground(t.scene) - t.scene.measured_ground)
+                for t in balance.trials
             ]
         )
         nothing = np.zeros((len(fixed), 0))
@@ -124,8 +127,7 @@ def _contenders(
         for candidate in fresh:
             start = best_start(balance, candidate, accepted, rung)
             if start is not None:
-                odds = dict(settings.handicaps).get(candidate.id, 0.0)
-                screened.append((start[1].log_evidence - base - odds, start[0]))
+                screened.append((start[1].log_evidence - base - handicap(candidate, settings), start[0]))
         screened.sort(key=lambda s: -s[0])
         for _, term in screened[: settings.refitted]:
             chosen.setdefault(id(term.candidate), term)
@@ -137,12 +139,12 @@ def _contenders(
             own = refined(balance, term, accepted, solved.rung)
             solved = balance.solve([*accepted, own], near=solved.rung)
         contenders.append(Contender(own, solved, solved.log_evidence - current.log_evidence))
-    return sorted(contenders, key=lambda c: handicap(c, settings) - c.gain)
+    return sorted(contenders, key=lambda c: -c.odds_gain(settings))
 
 
-def handicap(contender: Contender, settings: DiagnosisSettings) -> float:
+def handicap(candidate: Candidate, settings: DiagnosisSettings) -> float:
     """Log prior odds against the cause [nats]."""
-    return dict(settings.handicaps).get(contender.term.candidate.id, 0.0)
+    return dict(settings.handicaps).get(candidate.id, 0.0)
 
 
 def _settled(balance: Balance, current: Solved, found: list[Found]) -> tuple[Solved, list[Found]]:
@@ -152,7 +154,9 @@ def _settled(balance: Balance, current: Solved, found: list[Found]) -> tuple[Sol
         without = [balance.solve(terms[:k] + terms[k + 1 :], near=current.rung) for k in range(len(terms))]
         losses = [current.log_evidence - w.log_evidence for w in without]
         k = int(np.argmin(losses))
-        if losses[k] >= balance.settings.least_gain + handicap(found[k].contender, balance.settings):
+        if losses[k] >= balance.settings.least_gain + handicap(
+            found[k].contender.term.candidate, balance.settings
+        ):
             break
         found = found[:k] + found[k + 1 :]
         current = without[k]
@@ -179,17 +183,15 @@ def confidence(one: Contender, contenders: Sequence[Contender], settings: Diagno
     """Share of a cause among none and all that were tried in its place, on tempered log evidence and odds."""
     own = (one.term.candidate.id, one.term.candidate.target)
     others = [
-        c.gain - handicap(c, settings)
-        for c in contenders
-        if (c.term.candidate.id, c.term.candidate.target) != own
+        c.odds_gain(settings) for c in contenders if (c.term.candidate.id, c.term.candidate.target) != own
     ]
-    gains = np.array([0.0, *others]) - (one.gain - handicap(one, settings))
+    gains = np.array([0.0, *others]) - one.odds_gain(settings)
     return float(1 / (1 + np.exp(np.clip(gains / settings.confidence_temper, -50, 50)).sum()))
 
 
 def _ambiguous(one: Contender, contenders: Sequence[Contender], settings: DiagnosisSettings) -> bool:
     """Small, and no likelier than a handful of others: what a model's own errors look like."""
-    small = one.gain - handicap(one, settings) < settings.certain_gain
+    small = one.odds_gain(settings) < settings.certain_gain
     return small and confidence(one, contenders, settings) < settings.least_confidence
 
 

@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 
 from solver.dynamics.block_tridiagonal import BlockCholesky
 from solver.dynamics.momentum_terms import MomentumTerms, momentum_terms
-from solver.dynamics.spline_band import REACH, CoefficientBand
+from solver.dynamics.spline_band import REACH, CoefficientBand, nearest_spline
 from solver.dynamics.spline_basis import ORDER, SplineBasis, spline_basis
 from solver.dynamics.trajectory_fit import jerk_level
 from solver.dynamics.trajectory_settings import TrajectorySettings
@@ -25,7 +25,7 @@ from solver.dynamics.windows import Windows
 from solver.kinematics.frame_solver import root_dofs
 from solver.kinematics.motion import Motion
 from solver.settings_field import setting
-from solver.skeleton.forward import ForwardKinematics, Poses, marker_jacobian
+from solver.skeleton.forward import ForwardKinematics, marker_jacobian
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton
 
@@ -107,12 +107,12 @@ def marker_posterior(
         basis = spline_basis(start.frames, start.rate, spacing)
         jerk_weight = noise.smoothness / jerk_level(start, settings) ** 2
         track = _Track(skeleton, observed_ground, start, noise, settings)
-        c = _nearest_spline(basis, start.q)
+        c = nearest_spline(basis, start.q)
         pull = np.where(root_dofs(skeleton), 0.0, settings.pose_std_rad**-2)
         for _ in range(noise.iterations):
             band, gradient = track.linearized(basis, basis.evaluate(c), pull)
             band.add_jerk(jerk_weight)
-            gradient += _jerk_gradient(basis, c, jerk_weight)
+            gradient += jerk_weight * basis.jerk_product(c)
             factor = band.block_tridiagonal().factorized_in_place()
             half = factor.half_solve(band.in_blocks(gradient[:, :, None]))
             step = band.from_blocks(factor.back_solve(half))[:, :, 0]
@@ -170,7 +170,7 @@ class _Track:
         for low in range(0, frames, CHUNK):
             high = min(frames, low + CHUNK + 1)  # one more: the pair across the border
             own = slice(low, min(frames, low + CHUNK))
-            J = marker_jacobian(self.kinematics, _some(poses, slice(low, high)), x[low:high])
+            J = marker_jacobian(self.kinematics, poses.at(slice(low, high)), x[low:high])
             J = J.reshape(high - low, -1, 3, dofs)
             P = self.static * self._precision(self.trust[own])
             count = own.stop - low
@@ -283,42 +283,9 @@ def _local_rows(
     return local, first
 
 
-def _nearest_spline(
-    basis: SplineBasis, q: Float[np.ndarray, "frames dofs"]
-) -> Float[np.ndarray, "coefficients dofs"]:
-    band = CoefficientBand.empty(basis, 1)
-    band.add_same_frame(np.ones((basis.frames, 1, 1)))
-    band.add_jerk(np.array([1e-9]))
-    factor = band.block_tridiagonal().factorized_in_place()
-    half = factor.half_solve(band.in_blocks(CoefficientBand.gather(basis, q, 0)[:, None, :]))
-    return band.from_blocks(factor.back_solve(half))[:, 0, :]
-
-
-def _jerk_gradient(
-    basis: SplineBasis, c: Float[np.ndarray, "coefficients dofs"], weight: Float[np.ndarray, " dofs"]
-) -> Float[np.ndarray, "coefficients dofs"]:
-    gram = basis.jerk_gram
-    product = gram[:, 0, None] * c
-    for k in range(1, gram.shape[1]):
-        upper = gram[: len(c) - k, k, None]
-        product[: len(c) - k] += upper * c[k:]
-        product[k:] += upper * c[: len(c) - k]
-    return weight * product
-
-
 def _inner(
     left: Float[np.ndarray, "some markers 3 dofs"], right: Float[np.ndarray, "some markers 3 dofs"]
 ) -> Float[np.ndarray, "some dofs dofs"]:
     frames, dofs = len(left), left.shape[3]
     flat = (frames, 3 * left.shape[1], dofs)
     return left.reshape(flat).transpose(0, 2, 1) @ right.reshape(flat)
-
-
-def _some(poses: Poses, at: slice) -> Poses:
-    return Poses(
-        poses.R_ground_body[at],
-        poses.p_ground_body[at],
-        poses.angular_ground[at],
-        poses.linear_ground[at],
-        poses.slope[at],
-    )

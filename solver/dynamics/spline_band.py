@@ -158,6 +158,18 @@ class CoefficientBand:
             yield slice(low, high), rows.reshape(high - low, most * 6, -1)
 
 
+def nearest_spline(
+    basis: SplineBasis, q: Float[np.ndarray, "frames dofs"]
+) -> Float[np.ndarray, "coefficients dofs"]:
+    """Coefficients of the spline that lies nearest to a motion (least squares)."""
+    band = CoefficientBand.empty(basis, 1)
+    band.add_same_frame(np.ones((basis.frames, 1, 1)))
+    band.add_jerk(np.array([1e-9]))
+    factor = band.block_tridiagonal().factorized_in_place()
+    half = factor.half_solve(band.in_blocks(CoefficientBand.gather(basis, q, 0)[:, None, :]))
+    return band.from_blocks(factor.back_solve(half))[:, 0, :]
+
+
 def _same_frame_weights(basis: SplineBasis) -> list[csr_matrix]:
     """For each distance k: B_a(t) B_(a+k)(t), coefficient a by frame t."""
     B, frames = basis.derivative[0], np.arange(basis.frames)

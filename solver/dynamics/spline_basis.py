@@ -33,6 +33,18 @@ class SplineBasis:
         local = coefficients[self.first[:, None] + np.arange(ORDER)]
         return np.einsum("ta,tad->td", self.derivative[order], local)
 
+    def jerk_product(
+        self, coefficients: Float[np.ndarray, "coefficients dofs"]
+    ) -> Float[np.ndarray, "coefficients dofs"]:
+        """Half the gradient of ∫ (d³q/dt³)² dt by the coefficients, dof by dof."""
+        c, gram = coefficients, self.jerk_gram
+        product = gram[:, 0, None] * c
+        for k in range(1, gram.shape[1]):
+            upper = gram[: len(c) - k, k, None]
+            product[: len(c) - k] += upper * c[k:]
+            product[k:] += upper * c[: len(c) - k]
+        return product
+
 
 def spline_basis(frames: int, rate: float, spacing: int) -> SplineBasis:
     """The basis for a trial.

@@ -20,7 +20,7 @@ from jaxtyping import Bool, Float
 from threadpoolctl import threadpool_limits
 
 from solver.dynamics.inertia_parameters import inertia_parameters, prior_std
-from solver.dynamics.spline_band import CoefficientBand
+from solver.dynamics.spline_band import CoefficientBand, nearest_spline
 from solver.dynamics.spline_basis import SplineBasis, spline_basis
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory_terms import MarkerTrack, ResidualModel, ResidualTrack
@@ -311,14 +311,7 @@ class _Trial:
         """The spline that the search begins with: an earlier fit's, or the one nearest to a motion."""
         if self.data.spline is not None:
             return self.data.spline
-        band = CoefficientBand.empty(self.basis, 1)
-        band.add_same_frame(np.ones((self.basis.frames, 1, 1)))
-        band.add_jerk(np.array([1e-9]))
-        initial = self.data.initial or self.data.start
-        right = CoefficientBand.gather(self.basis, initial.q, 0)
-        factor = band.block_tridiagonal().factorized_in_place()
-        half = factor.half_solve(band.in_blocks(right[:, None, :]))
-        return band.from_blocks(factor.back_solve(half))[:, 0, :]
+        return nearest_spline(self.basis, (self.data.initial or self.data.start).q)
 
     def states(self, coefficients: Float[np.ndarray, "coefficients dofs"]) -> tuple[np.ndarray, ...]:
         """q, q̇, q̈ at the frames."""
@@ -333,7 +326,8 @@ class _Trial:
         q, v, a = self.states(coefficients)
         pull = (self.pose_precision * (q - self.data.start.q) ** 2).sum()
         frames = self.markers.cost(q) + pull + self.residuals.cost(model, q, v, a)
-        return float(self.per_frame * frames + (self.jerk_weight * self._jerk(coefficients)).sum())
+        jerk = (coefficients * self.basis.jerk_product(coefficients)).sum(axis=0)
+        return float(self.per_frame * frames + (self.jerk_weight * jerk).sum())
 
     def linearized(
         self,
@@ -364,24 +358,5 @@ class _Trial:
         flat = rows * residual.by_shared.reshape(residual.value.size, -1)
         value = rows * residual.value.ravel()
         band.add_jerk(self.jerk_weight)
-        gradient += self._jerk_gradient(coefficients)
+        gradient += self.jerk_weight * self.basis.jerk_product(coefficients)
         return _System(band, gradient, border, flat.T @ flat, flat.T @ value)
-
-    def _jerk(self, c: Float[np.ndarray, "coefficients dofs"]) -> Float[np.ndarray, " dofs"]:
-        """∫ (d³q/dt³)² dt of every dof."""
-        gram = self.basis.jerk_gram
-        return sum(
-            (2.0 if k else 1.0) * (gram[: len(c) - k, k, None] * c[: len(c) - k] * c[k:]).sum(axis=0)
-            for k in range(gram.shape[1])
-        )
-
-    def _jerk_gradient(
-        self, c: Float[np.ndarray, "coefficients dofs"]
-    ) -> Float[np.ndarray, "coefficients dofs"]:
-        gram = self.basis.jerk_gram
-        product = gram[:, 0, None] * c
-        for k in range(1, gram.shape[1]):
-            upper = gram[: len(c) - k, k, None]
-            product[: len(c) - k] += upper * c[k:]
-            product[k:] += upper * c[: len(c) - k]
-        return self.jerk_weight * product

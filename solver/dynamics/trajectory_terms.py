@@ -13,7 +13,7 @@ from solver.dynamics.root_wrench import root_centre
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.kinematics.motion import Motion
 from solver.kinematics.root_joint import root_joint
-from solver.skeleton.forward import ForwardKinematics, Poses, cross, marker_jacobian, point_jacobian
+from solver.skeleton.forward import ForwardKinematics, cross, marker_jacobian, point_jacobian
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.rotations import skew
 from solver.skeleton.skeleton import Skeleton
@@ -80,7 +80,7 @@ class MarkerTrack:
         last: Float[np.ndarray, "1 coordinates dofs"] | None = None
         for low in range(0, frames, CHUNK):
             at = slice(low, min(frames, low + CHUNK))
-            J = marker_jacobian(self.kinematics, _frames(poses, at), x[at])
+            J = marker_jacobian(self.kinematics, poses.at(at), x[at])
             wide = np.repeat(both[at], 3, axis=1)[:, :, None]
             H[at] = J.transpose(0, 2, 1) @ (wide * J)
             g[at] = np.einsum("tij,ti->tj", J, pull[at].reshape(len(J), -1))
@@ -232,13 +232,3 @@ class ResidualModel:
     def rigid_bodies(self) -> RigidBodyModel:
         """Made of that skeleton."""
         return RigidBodyModel(self.skeleton)
-
-
-def _frames(poses: Poses, at: slice) -> Poses:
-    return Poses(
-        poses.R_ground_body[at],
-        poses.p_ground_body[at],
-        poses.angular_ground[at],
-        poses.linear_ground[at],
-        poses.slope[at],
-    )

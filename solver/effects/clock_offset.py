@@ -40,12 +40,8 @@ class ClockOffset(Candidate):
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """Shifted less unshifted recording; a spline through the samples is not smoothed by being shifted."""
-        total = np.zeros((scene.frames, 6))
-        for plate in scene.plates:
-            total += plate.at_times(plate.loads.wrench_ground, plate.times + eta[0])
-        unheard = ~np.isfinite(total).all(axis=1)
-        total[unheard] = scene.demanded_ground[unheard]
-        return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), total - scene.measured_ground)
+        shifted = scene.retimed(lambda times: times + eta[0])
+        return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), shifted - scene.measured_ground)
 
     def estimates(
         self,

@@ -56,13 +56,8 @@ class SampleRate(Candidate):
         """The recording read at stretched times less the recording itself; a spline does not smooth it."""
         if not scene.plates:
             return None
-        total = np.zeros((scene.frames, 6))
-        for plate in scene.plates:
-            stretched = plate.times[0] + (1 + eta[0]) * (plate.times - plate.times[0])
-            total += plate.at_times(plate.loads.wrench_ground, stretched)
-        unheard = ~np.isfinite(total).all(axis=1)
-        total[unheard] = scene.demanded_ground[unheard]
-        return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), total - scene.measured_ground)
+        stretched = scene.retimed(lambda times: times[0] + (1 + eta[0]) * (times - times[0]))
+        return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), stretched - scene.measured_ground)
 
     def estimates(
         self,

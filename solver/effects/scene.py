@@ -1,5 +1,6 @@
 """One trial as effects see it: how the body moves, what the plates recorded, what the cameras saw."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -128,6 +129,23 @@ class Scene:
         T = np.zeros((*self.R_ground_body.shape[:2], 4, 4))
         T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = self.R_ground_body, self.p_ground_body, 1.0
         return T
+
+    def retimed(
+        self, read_at: Callable[[Float[np.ndarray, " frames"]], Float[np.ndarray, " frames"]]
+    ) -> Float[np.ndarray, "frames 6"]:
+        """Wrench of all plates read at other times than the frames' [N], [N·m].
+
+        What was recorded at no such time is what the motion demands: there the balance says nothing.
+
+        Args:
+            read_at: from the frames' times to those at which to read [s].
+        """
+        total = np.zeros((self.frames, 6))
+        for plate in self.plates:
+            total += plate.at_times(plate.loads.wrench_ground, read_at(plate.times))
+        unheard = ~np.isfinite(total).all(axis=1)
+        total[unheard] = self.demanded_ground[unheard]
+        return total
 
     @property
     def weight_N(self) -> float:

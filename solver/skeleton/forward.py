@@ -25,6 +25,16 @@ class Poses:
     linear_ground: Float[np.ndarray, "frames positions 3"]  # of the point at the ground origin
     slope: Float[np.ndarray, "frames positions"]  # Φ', the diagonal
 
+    def at(self, frames: slice) -> "Poses":
+        """Those of some frames."""
+        return Poses(
+            self.R_ground_body[frames],
+            self.p_ground_body[frames],
+            self.angular_ground[frames],
+            self.linear_ground[frames],
+            self.slope[frames],
+        )
+
     def twists(self) -> Float[np.ndarray, "frames positions 6"]:
         """Columns of the body Jacobians about the ground origin, by the driving q̇: [angular, linear]."""
         columns = np.concatenate([self.angular_ground, self.linear_ground], axis=2)

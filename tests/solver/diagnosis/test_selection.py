@@ -102,14 +102,17 @@ def test_confidence_is_a_share_among_rivals_and_none(drawn, balance_of_scenes, s
     found = select(balance, [PlateGain("plate_1"), PlateGain("plate_2"), *positions([short_scene])]).found[0]
     one = found.contender
     temper = SETTINGS.confidence_temper
-    odds = [c.gain - handicap(c, SETTINGS) for c in (one, *found.rivals)]
+    odds = [c.gain - handicap(c.term.candidate, SETTINGS) for c in (one, *found.rivals)]
     weights = np.exp((np.array([*odds, 0.0]) - odds[0]) / temper)
     assert confidence(one, found.rivals, SETTINGS) == pytest.approx(1 / weights.sum())
     assert confidence(one, (one, *found.rivals), SETTINGS) == pytest.approx(1 / weights.sum())
     alone = confidence(one, (), SETTINGS)
     assert alone >= confidence(one, found.rivals, SETTINGS)
     twin = replace(
-        found.rivals[0], gain=one.gain - handicap(one, SETTINGS) + handicap(found.rivals[0], SETTINGS)
+        found.rivals[0],
+        gain=one.gain
+        - handicap(one.term.candidate, SETTINGS)
+        + handicap(found.rivals[0].term.candidate, SETTINGS),
     )
     assert confidence(one, (twin,), SETTINGS) == pytest.approx(0.5, abs=0.01)
 
