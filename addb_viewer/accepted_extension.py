@@ -1,12 +1,19 @@
-"""The causes that a person accepted as part of a subject's model, as long as its recordings are the same."""
+"""The causes that a person accepted as part of a subject's model, as long as its recordings are the same.
 
-from collections.abc import Sequence
+What the trajectory fit gains by the second decision is in `extension-2.json`, beside `extension-2.npz`.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from solver.capture.capture import Subject, TrialFiles
 from solver.dynamics.extension import Extension
+from solver.errors import ResultsError
 from solver.provenance import other_recordings, provenance_of
-from solver.results.extension_log import accepted
+from solver.results.extension_log import Decision, accepted
+from solver.results.store import write_json
 
 
 def extension_for_solve(
@@ -34,3 +41,42 @@ def extension_for_solve(
         )
         return None, (note,)
     return extension, ()
+
+
+def keep_gain(figures: Mapping[str, Any], decision: Decision, results: Path) -> Path:
+    """Write what an accepted extension gains beside its wrenches; all of it or nothing.
+
+    Args:
+        figures: in the shape of `accept --json`.
+        decision: that accepted it.
+        results: the results folder.
+
+    Returns:
+        The file.
+    """
+    path = _gain_file(decision, results)
+    assert path is not None
+    write_json(path, figures)
+    return path
+
+
+def kept_gain(decision: Decision, results: Path) -> dict[str, Any] | None:
+    """What an accepted extension gains; None of a rejection, and where nobody looked.
+
+    Raises:
+        ResultsError: the file cannot be read.
+    """
+    path = _gain_file(decision, results)
+    if path is None or not path.is_file():
+        return None
+    try:
+        figures: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, OSError) as error:
+        raise ResultsError(
+            f"{path}: not what an extension gains ({error}). Make it anew: addb-viewer accept"
+        ) from error
+    return figures
+
+
+def _gain_file(decision: Decision, results: Path) -> Path | None:
+    return None if decision.wrenches is None else results / Path(decision.wrenches).with_suffix(".json")

@@ -194,10 +194,10 @@ def target_in_words(target: str) -> str:
     if target in _AXES:
         return _AXES[target]
     parts = target.split("+")
-    words = [_part_in_words(part) for part in parts]
+    words = [part_in_words(part) for part in parts]
     if words == parts or all(part.startswith("plate_") for part in parts):
-        return _listed(words)
-    return f"{_listed(words)} ({', '.join(parts)})"
+        return listed(words)
+    return f"{listed(words)} ({', '.join(parts)})"
 
 
 def sentence(effect: Mapping[str, Any]) -> str:
@@ -273,7 +273,8 @@ def _said(reading: Reading, estimate: Mapping[str, Any]) -> str:
     return reading.text.format(amount=amount(abs(value), spread, reading.unit), which=which)
 
 
-def _part_in_words(name: str) -> str:
+def part_in_words(name: str) -> str:
+    """A plate or a body as people call it; any other name as it is."""
     plate = re.fullmatch(r"plate_(\d+)", name)
     if plate:
         return f"plate {plate[1]}"
@@ -283,9 +284,15 @@ def _part_in_words(name: str) -> str:
     return _BODIES.get(name, name)
 
 
-def _listed(words: Sequence[str]) -> str:
+def listed(words: Sequence[str]) -> str:
+    """One, two and three."""
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
 def _percent(share: float) -> str:
     return f"{100 * share:.0f} %"
+
+
+def newtons(force_N: float) -> str:
+    """A force in whole newtons, a small one with a decimal."""
+    return f"{force_N:.0f} N" if force_N >= 10 else f"{force_N:.1f} N"

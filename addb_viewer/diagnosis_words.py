@@ -3,50 +3,38 @@
 Takes the plain values of `diagnose --json`, so that a kept diagnosis reads like a new one.
 """
 
-import textwrap
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
 from addb_viewer.diagnosis_vocabulary import (
-    TITLES,
     amounts,
     certainty,
+    listed,
+    newtons,
     ranges_of,
     sentence,
     target_in_words,
     title,
     upward,
 )
+from addb_viewer.residual_words import WITHIN, what_is_wrong
+from addb_viewer.sections import Section
 
-WIDTH = 96  # [characters] of a page
 NOW_AND_THEN = ("off_plate_step", "external_contact")  # each time with a force of its own
 AT_CERTAIN_FRAMES = (*NOW_AND_THEN, "marker_slip", "marker_swap")
-IN_MARKERS = ("marker_slip", "marker_swap", "soft_tissue")
-WITHIN = 1.5  # times the noise floor: what is still ordinary
 CERTAIN_PER_CENT = 95
 SPREAD = "±: in 19 of 20 cases the true value lies within."
 
 Figures = Mapping[str, Any]
 
 
-@dataclass(frozen=True)
-class Section:
-    """A heading, sentences below it, and rows of a label and a text."""
-
-    heading: str
-    lines: tuple[str, ...] = ()
-    rows: tuple[tuple[str, str], ...] = ()
-
-
-def page(figures: Figures, rates: Mapping[str, float] | None = None) -> list[Section]:
+def page(figures: Figures) -> list[Section]:
     """The whole answer, the verdict first.
 
     Args:
         figures: in the shape of `diagnose --json`.
-        rates: frames per second of each trial [Hz]; with them, frames are told in seconds as well.
     """
-    causes = [cause(figures, k, rates or {}) for k in range(len(figures["effects"]))]
+    causes = [cause(figures, k) for k in range(len(figures["effects"]))]
     sections = [
         verdict(figures),
         what_is_wrong(figures),
@@ -56,25 +44,6 @@ def page(figures: Figures, rates: Mapping[str, float] | None = None) -> list[Sec
     ]
     notes = Section("Notes", tuple(figures.get("notes", ())))
     return [s for s in (*sections, notes) if s.lines or s.rows]
-
-
-def as_text(sections: Sequence[Section], width: int = WIDTH) -> list[str]:
-    """Sections as lines of a terminal."""
-    lines = []
-    for section in sections:
-        kind, colon, what = section.heading.partition(":")
-        lines.append(kind.upper() + colon + what)
-        for text in section.lines:
-            lines += textwrap.wrap(text, width, initial_indent="  ", subsequent_indent="  ")
-        label_width = max((len(label) for label, _ in section.rows), default=0)
-        for label, text in section.rows:
-            hanging = " " * (label_width + 4)
-            first = f"  {label:<{label_width}}  "
-            lines += textwrap.wrap(
-                text, width, initial_indent=first, subsequent_indent=hanging, break_on_hyphens=False
-            )
-        lines.append("")
-    return lines[:-1]
 
 
 def verdict(figures: Figures) -> Section:
@@ -100,45 +69,14 @@ def verdict(figures: Figures) -> Section:
     return Section("Verdict", (text,))
 
 
-def what_is_wrong(figures: Figures) -> Section:
-    """How far motion and forces are apart, against what is ordinary; and where to look."""
-    remaining, gain = figures["remaining"], figures["gain"]
-    floor = remaining["noise_floor_N"]
-    expected = (
-        f"About {_N(floor)} is what a sound recording of this kind shows: markers on skin, segment masses "
-        "from tables and filters are not perfect."
-    )
-    if figures["verdict"] == "clean":
-        looked = ", ".join(words.split(":")[0].replace("{target}", "a plate") for words in TITLES.values())
-        return Section(
-            "How that was found",
-            (
-                f"The motion demands forces that differ from the measured ones by "
-                f"{_N(remaining['linear_residual_N'])} (root mean square). {expected}",
-                f"Looked for, and not found large enough to act on: {looked}.",
-            ),
-        )
-    before = gain.get("heldout_linear_residual_N", {}).get("before", remaining["linear_residual_N"])
-    moment = gain.get("heldout_angular_residual_Nm", {}).get("before")
-    turning = "" if moment is None else f", and turning moments by {moment:.1f} N·m"
-    lines = [
-        f"The motion of the body demands forces that differ from the measured ones by {_N(before)} "
-        f"(root mean square){turning}.",
-        f"{expected} {_against(before, floor)}",
-    ]
-    if figures["effects"] and all(e["id"] in IN_MARKERS for e in figures["effects"]):
-        lines[1] = "These figures are without the markers' fault, which shows in the markers themselves."
-    return Section("What is wrong", tuple(lines))
-
-
-def cause(figures: Figures, k: int, rates: Mapping[str, float]) -> Section:
+def cause(figures: Figures, k: int) -> Section:
     """The k-th cause: meaning, size, time, certainty, remedy, and what looks alike."""
     effect = figures["effects"][k]
     rivals = rivals_of(figures, effect)
     rows = [
         ("what it is", sentence(effect)),
         ("how large", "; ".join(amounts(effect))),
-        ("when", when(figures, effect, rates)),
+        ("when", when(figures, effect)),
         ("how sure", certainty(effect["confidence"], len(rivals))),
         ("what to do", " ".join([effect.get("remedy", ""), *_flag_hint(figures, effect)]).strip()),
     ]
@@ -156,15 +94,15 @@ def rivals_of(figures: Figures, effect: Figures) -> list[Figures]:
     return [a for a in figures["alternatives"] if a.get("instead_of", None if several else name) == name]
 
 
-def when(figures: Figures, effect: Figures, rates: Mapping[str, float]) -> str:
+def when(figures: Figures, effect: Figures) -> str:
     """The frames on which a cause acts, as people count them: the last one included."""
     ranges = sorted(ranges_of(figures, effect))
     trials = list(dict.fromkeys(trial for trial, _, _ in ranges))
     if effect["id"] not in AT_CERTAIN_FRAMES:
-        return f"all the time, in {_and(trials)}" if trials else ""
+        return f"all the time, in {listed(trials)}" if trials else ""
     said = []
     for trial, start, end in ranges:
-        rate = rates.get(trial)
+        rate = figures.get("rates_Hz", {}).get(trial)
         seconds = f" ({start / rate:.2f} to {(end - 1) / rate:.2f} s)" if rate else ""
         said.append(f"{trial}, frames {start} to {end - 1}{seconds}")
     return "; ".join(said)
@@ -182,7 +120,7 @@ def what_it_gains(figures: Figures) -> Section:
         ("markers", "marker_rms_m", "mm", 1e3, 1),
     ):
         if name in gain:
-            rows.append((label, _before_and_after(gain[name], unit, factor, digits)))
+            rows.append((label, before_and_after(gain[name], unit, factor, digits)))
     lines = [
         "Differences without → with the named causes. Each half second of force was withheld in turn and "
         "predicted from all the others, so that this cannot be bought by fitting harder."
@@ -204,9 +142,9 @@ def what_remains(figures: Figures) -> Section:
             return Section("What remains", ("Away from the frames named above, nothing else stands out.",))
         return Section(
             "What remains",
-            (f"{_N(left)}, where about {_N(floor)} is ordinary. Nothing else stands out.",),
+            (f"{newtons(left)}, where about {newtons(floor)} is ordinary. Nothing else stands out.",),
         )
-    lines = [f"{_N(left)}, where about {_N(floor)} is ordinary."]
+    lines = [f"{newtons(left)}, where about {newtons(floor)} is ordinary."]
     if location is None:
         lines.append(
             "It cannot be tied to one part of the body. It may be a cause that this program does not know, "
@@ -217,7 +155,8 @@ def what_remains(figures: Figures) -> Section:
         size = sum(f * f for f in force) ** 0.5
         lines.append(
             f"It looks like a force on this part of the body: {target_in_words(location['body'])}, "
-            f"{_N(location['rms_force_N'])} (root mean square), on average {_N(size)} {upward(force)}. "
+            f"{newtons(location['rms_force_N'])} (root mean square), on average {newtons(size)} "
+            f"{upward(force)}. "
             f"What it depends on: {location['depends_on']}."
         )
     lines.append(
@@ -238,16 +177,11 @@ def _recordings(figures: Figures) -> str:
     trials = figures.get("trials", ())
     if len(trials) == 1:
         return f"the recording '{trials[0]}'"
-    return f"these recordings ({_and(trials)})" if trials else "this recording"
+    return f"these recordings ({listed(trials)})" if trials else "this recording"
 
 
-def _against(value: float, floor: float) -> str:
-    if value <= WITHIN * floor:
-        return "The size alone is ordinary; what gives the fault away is that it follows a pattern."
-    return f"This is {value / floor:.0f} times as much." if value >= 3 * floor else "This is clearly more."
-
-
-def _before_and_after(gain: Figures, unit: str, factor: float, digits: int) -> str:
+def before_and_after(gain: Figures, unit: str, factor: float, digits: int) -> str:
+    """A figure without and with the causes, and between which bounds the latter lies."""
     text = f"{factor * gain['before']:.{digits}f} → {factor * gain['after']:.{digits}f} {unit}"
     if gain.get("interval"):
         low, high = (factor * bound for bound in gain["interval"])
@@ -280,11 +214,3 @@ def _flag_hint(figures: Figures, effect: Figures) -> list[str]:
         f"To flag: addb-viewer flag SUBJECT {trial} {start}:{end} --foot {foot} --reason notOverForcePlate."
         for trial, start, end in sorted(ranges_of(figures, effect))
     ]
-
-
-def _and(words: Sequence[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
-
-
-def _N(force: float) -> str:
-    return f"{force:.0f} N" if force >= 10 else f"{force:.1f} N"

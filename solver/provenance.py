@@ -61,6 +61,11 @@ def other_recordings(one: Mapping[str, str], other: Mapping[str, str]) -> list[s
     return [name.removeprefix(_FILE) for name in both if one[name] != other[name]]
 
 
+def extension_in(provenance: Mapping[str, str]) -> str | None:
+    """Fingerprint of the extension that a fit was made with; None where it was made with none."""
+    return provenance.get(_EXTENSION)
+
+
 def without_reviews(provenance: Mapping[str, str]) -> dict[str, str]:
     """The provenance that a fit of the same files would have if nobody had flagged anything."""
     return {name: value for name, value in provenance.items() if not name.startswith(_REVIEW)}

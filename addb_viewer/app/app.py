@@ -87,6 +87,7 @@ class ReviewApp:
             self.shown, self.replay = name, replay
             self.scene.show(replay, self.library.meshes)
             self.plots.show(replay, charts_of(replay))
+            self.desk.show_trial(replay)
             self._fill_panel(replay, name)
             if self.looked is None:  # later trials are seen from where the reviewer went
                 self.view("Reset")
@@ -158,6 +159,7 @@ class ReviewApp:
         if not position.playing or now - self.cursor_at >= CURSOR_EVERY:
             self.cursor_at = now
             self.plots.cursor(seconds)
+            self.desk.cursor(seconds)
 
     def _moves(self) -> dict[str, keys.Action]:
         p = self.playback

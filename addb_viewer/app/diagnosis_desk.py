@@ -14,6 +14,7 @@ from addb_viewer.app.diagnosis_state import DiagnosisState, decision_in_words, r
 from addb_viewer.app.effect_pictures import Figures
 from addb_viewer.app.library import Library
 from addb_viewer.app.notices import Notices
+from addb_viewer.app.replay import Replay
 from addb_viewer.app.work import Outcome, Work
 from addb_viewer.diagnosis_words import verdict
 from solver.errors import SolverError
@@ -65,6 +66,7 @@ class DiagnosisDesk:
         self.state = DiagnosisState()
         self.task: Task | None = None
         self.began, self.told = 0.0, ("", -1.0)
+        self.replay: Replay | None = None  # on the screen
         self.drawing = threading.Lock()  # of the panel
 
     def show(self) -> None:
@@ -76,8 +78,20 @@ class DiagnosisDesk:
             self.state = DiagnosisState()
             self.notices.error("Reading the diagnosis", error)
         with self.drawing:
-            self.panel.show(self.state, library.rates, library.trials)
+            self.panel.show(self.state, library.trials)
+            self.panel.show_trial(self.state.figures, self.replay)
         self.around.explain(self.state.figures)
+
+    def show_trial(self, replay: Replay) -> None:
+        """Show what was found in the trial that is now on the screen."""
+        with self.drawing:
+            self.replay = replay
+            self.panel.show_trial(self.state.figures, replay)
+
+    def cursor(self, time: float) -> None:
+        """Move the cursor of the charts to a time [s]."""
+        with self.drawing:
+            self.panel.charts.cursor(time)
 
     def diagnose(self) -> None:
         """Look at all trials together."""
@@ -90,7 +104,7 @@ class DiagnosisDesk:
         self._start(
             Task(
                 "Accepting",
-                "finding the causes once more, as part of the model",
+                "finding the causes once more, then fitting without and with them",
                 PROGRAM,
                 ("accept", folder, "--out", results, "--author", self._author()),
             )

@@ -5,7 +5,9 @@ from collections.abc import Mapping, Sequence
 
 from addb_viewer.app.effect_pictures import Figures
 from addb_viewer.app.palette import BLUE, GREEN, GREY, VERMILION, Rgb
-from addb_viewer.diagnosis_words import SPREAD, Section, verdict, what_is_wrong
+from addb_viewer.diagnosis_words import SPREAD, verdict
+from addb_viewer.residual_words import what_is_wrong
+from addb_viewer.sections import Section, unbroken
 
 # A word, a sign and a colour each: nobody has to tell colours apart.
 VERDICTS: Mapping[str, tuple[str, str, Rgb]] = {
@@ -13,7 +15,15 @@ VERDICTS: Mapping[str, tuple[str, str, Rgb]] = {
     "explained": ("!", "Explained", BLUE),
     "unexplained": ("?", "Unexplained", VERMILION),
 }
-LISTS = ("how large", "when", "could also be")  # rows whose entries, parted by semicolons, get a line each
+LISTS = (  # rows whose entries, parted by semicolons, get a line each
+    "how large",
+    "when",
+    "could also be",
+    "where it is worst",
+    "in which phase",
+    "joint torques",
+    "causes",
+)
 
 
 def verdict_html(figures: Figures | None, changed: Sequence[str] = ()) -> str:
@@ -39,25 +49,22 @@ def verdict_html(figures: Figures | None, changed: Sequence[str] = ()) -> str:
         f"<div style='border-left:.35em solid {color.css};background:{color.faded(0.1)};padding:.45em .6em;"
         f"margin-bottom:.4em'>{head}{_lines(verdict(figures))}</div>"
     )
-    return boxed(_changed(changed) + banner + _lines(what_is_wrong(figures)))
+    wrong = what_is_wrong(figures)
+    return boxed(_changed(changed) + banner + _lines(wrong) + _rows(wrong))
 
 
 def section_html(section: Section, *, spread: bool = False) -> str:
     """Sentences and rows of a section, without its heading; with a word on ± where figures have one."""
     footnote = f"<p style='margin:.3em 0;opacity:.7'>{html.escape(SPREAD)}</p>" if spread else ""
-    rows = "".join(
-        f"<div style='margin:.3em 0'><div style='opacity:.65;font-size:.72rem'>{html.escape(label)}</div>"
-        f"<div style='overflow-wrap:anywhere'>{_listed(label, text)}</div></div>"
-        for label, text in section.rows
-    )
-    return boxed(_lines(section) + rows + footnote)
+    return boxed(_lines(section) + _rows(section) + footnote)
 
 
 def gain_html(section: Section) -> str:
     """Before and after, one figure a line."""
     rows = "".join(
-        f"<tr><td style='opacity:.65;padding-right:.8em;vertical-align:top'>{html.escape(label)}</td>"
-        f"<td>{html.escape(text)}</td></tr>"
+        f"<tr><td style='opacity:.65;padding-right:.8em;vertical-align:top;white-space:nowrap'>"
+        f"{html.escape(label)}</td>"
+        f"<td>{_listed(label, text)}</td></tr>"
         for label, text in section.rows
     )
     return boxed(f"<table>{rows}</table>{_lines(section)}")
@@ -99,9 +106,18 @@ def _changed(changed: Sequence[str]) -> str:
     )
 
 
+def _rows(section: Section) -> str:
+    return "".join(
+        f"<div style='margin:.3em 0'><div style='opacity:.65;font-size:.72rem'>{html.escape(label)}</div>"
+        f"<div style='overflow-wrap:anywhere'>{_listed(label, text)}</div></div>"
+        for label, text in section.rows
+    )
+
+
 def _listed(label: str, text: str) -> str:
-    return html.escape(text).replace("; ", "<br>") if label in LISTS else html.escape(text)
+    kept = html.escape(unbroken(text))
+    return kept.replace("; ", "<br>") if label in LISTS else kept
 
 
 def _lines(section: Section) -> str:
-    return "".join(f"<p style='margin:.35em 0'>{html.escape(line)}</p>" for line in section.lines)
+    return "".join(f"<p style='margin:.35em 0'>{html.escape(unbroken(line))}</p>" for line in section.lines)

@@ -1,7 +1,7 @@
 """The Diagnosis panel: verdict, causes, what they gain, and whether they become part of the model."""
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -18,8 +18,13 @@ from addb_viewer.app.diagnosis_html import (
 from addb_viewer.app.diagnosis_state import DiagnosisState, decision_in_words
 from addb_viewer.app.effect_pictures import Figures
 from addb_viewer.app.notices import Notices
+from addb_viewer.app.plots import PlotPanel
+from addb_viewer.app.replay import Replay
+from addb_viewer.app.residual_charts import residual_charts, worst_frame
 from addb_viewer.diagnosis_vocabulary import ranges_of, title
-from addb_viewer.diagnosis_words import AT_CERTAIN_FRAMES, Section, cause, what_it_gains, what_remains
+from addb_viewer.diagnosis_words import AT_CERTAIN_FRAMES, cause, what_it_gains, what_remains
+from addb_viewer.extension_words import what_accepting_changes
+from addb_viewer.sections import Section
 
 JUMPS_A_ROW = 3
 LONGEST_HEADING = 44  # characters that fit on a line
@@ -50,15 +55,23 @@ class DiagnosisPanel:
     ) -> None:
         self.gui, self.actions, self.notices = gui, actions, notices
         self.parts: list[Any] = []
+        self.worst: tuple[str, int] | None = None  # trial and first frame of its worst half second
         with tab:
             self.diagnose = gui.add_button("Diagnose", icon=viser.Icon.STETHOSCOPE, hint="Key X")
             self.cancel = gui.add_button("Cancel", icon=viser.Icon.X, visible=False, color="gray")
             self.bar = gui.add_progress_bar(0.0, visible=False, animated=True)
             self.status = gui.add_html("", visible=False)
             self.verdict = gui.add_html("")
+            self.over_time = gui.add_folder("Residual over time", visible=False)
+            with self.over_time:
+                self.to_worst = gui.add_button(
+                    "Worst half second", icon=viser.Icon.TARGET, color="gray", hint="Go where it begins"
+                )
+            self.charts = PlotPanel(gui, self.over_time)
             self.causes = gui.add_folder(None)
             with gui.add_folder("Decision"):
                 self.echo = gui.add_html("")
+                self.gain = gui.add_html("", visible=False)
                 self.author = gui.add_text("Decided by", author)
                 self.accept = gui.add_button(
                     "Accept", icon=viser.Icon.CHECK, hint="Later fits use the named causes beside the forces"
@@ -81,15 +94,15 @@ class DiagnosisPanel:
             (self.accept, "Accepting", actions.accept),
             (self.reject, "Rejecting", actions.reject),
             (self.fit, "Fitting", actions.fit),
+            (self.to_worst, "Going there", self._go_to_worst),
         ):
             button.on_click(notices.guard(doing, partial(_without_event, action)))
 
-    def show(self, state: DiagnosisState, rates: Mapping[str, float], trials: Sequence[str]) -> None:
+    def show(self, state: DiagnosisState, trials: Sequence[str]) -> None:
         """Put a state in place of the one that is shown.
 
         Args:
             state: of the subject.
-            rates: frames per second of the trials, as far as they are known [Hz].
             trials: that one can go to.
         """
         self.verdict.content = verdict_html(state.figures, state.changed)
@@ -99,9 +112,24 @@ class DiagnosisPanel:
         self.parts = []
         with self.causes:
             if state.figures is not None:
-                self._add_causes(state.figures, rates, trials)
+                self._add_causes(state.figures, trials)
         self.echo.content = text_html(decision_in_words(state) or "Nobody has decided yet.", bold=True)
+        self.gain.visible = state.gain is not None
+        if state.gain is not None:
+            section = what_accepting_changes(state.gain)
+            self.gain.content = text_html(section.heading, bold=True) + gain_html(section)
         self.accept.disabled, self.reject.disabled = not state.acceptable, not state.rejectable
+
+    def show_trial(self, figures: Figures | None, replay: Replay | None) -> None:
+        """Show the residual over the time of a trial, where it was diagnosed."""
+        charts = () if figures is None or replay is None else residual_charts(figures, replay)
+        self.over_time.visible = bool(charts)
+        self.worst = None
+        if replay is not None:
+            self.over_time.label = f"Residual over time: {replay.name}"
+            self.charts.show(replay, charts)
+            if figures is not None and charts:
+                self.worst = replay.name, worst_frame(figures, replay.name)
 
     def working(self, what: str | None) -> None:
         """Show that something is at work; None: nothing is."""
@@ -127,9 +155,13 @@ class DiagnosisPanel:
         self.status.visible = bool(text)
         self.status.content = text_html(text)
 
-    def _add_causes(self, figures: Figures, rates: Mapping[str, float], trials: Sequence[str]) -> None:
+    def _go_to_worst(self) -> None:
+        if self.worst is not None:
+            self.actions.go_to(*self.worst)
+
+    def _add_causes(self, figures: Figures, trials: Sequence[str]) -> None:
         for k, effect in enumerate(figures["effects"]):
-            section = cause(figures, k, rates)
+            section = cause(figures, k)
             self.parts.append(folder := self.gui.add_folder(_heading(k + 1, effect)))
             with folder:
                 self.gui.add_html(section_html(section, spread=bool(effect["parameters"])))

@@ -1,19 +1,30 @@
 """A subject's diagnosis as the panel shows it: the kept answer, whether it still holds, who decided what."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import Enum
 from pathlib import Path
 from typing import Any
 
+from addb_viewer.accepted_extension import kept_gain
 from addb_viewer.diagnosis_vocabulary import title
 from addb_viewer.kept_diagnosis import kept
 from solver.capture.capture import Subject
 from solver.dynamics.extension import Cause
 from solver.effects.catalogue import MARKER_IDS
 from solver.fit import Fit
-from solver.provenance import other_recordings, provenance_of
+from solver.provenance import extension_in, other_recordings, provenance_of
 from solver.results import extension_log
 from solver.results.extension_log import ACCEPT, Decision
+
+
+class InFit(Enum):
+    """What the fit on the screen has in its model beside the recorded forces."""
+
+    NO_FIT = "there is no fit"
+    NOTHING = "nothing"
+    WHAT_HOLDS = "what the last decision accepted"
+    AN_OLDER = "what an earlier decision accepted"
 
 
 @dataclass(frozen=True)
@@ -23,7 +34,8 @@ class DiagnosisState:
     figures: Mapping[str, Any] | None = None
     changed: tuple[str, ...] = ()  # recordings that are others than those it was made of
     decision: Decision | None = None  # the last one
-    in_fit: bool = False  # the fit on the screen has what was accepted in its model
+    in_fit: InFit = InFit.NO_FIT
+    gain: Mapping[str, Any] | None = None  # by the accepted causes, in the shape of `accept --json`
 
     @property
     def acceptable(self) -> bool:
@@ -51,15 +63,30 @@ def read_state(subject: Subject, results: Path, fit: Fit | None) -> DiagnosisSta
         ResultsError: the kept diagnosis or the log of decisions cannot be read.
     """
     made = extension_log.decisions(results)
-    decision, held = made[-1] if made else None, extension_log.accepted(results)
-    in_fit = held is not None and fit is not None and held[1].fingerprint in fit.provenance.values()
+    decision = made[-1] if made else None
+    state = DiagnosisState(
+        decision=decision,
+        in_fit=_in_fit(results, fit),
+        gain=None if decision is None else kept_gain(decision, results),
+    )
     found = kept(results)
     if found is None:
-        return DiagnosisState(decision=decision, in_fit=in_fit)
+        return state
     figures, made_of = found
     now = provenance_of(subject, [t for t in subject.trials if t.name in figures["trials"]])
     changed = other_recordings(made_of["provenance"], now)
-    return DiagnosisState(figures, tuple(changed), decision, in_fit)
+    return replace(state, figures=figures, changed=tuple(changed))
+
+
+def _in_fit(results: Path, fit: Fit | None) -> InFit:
+    """By the fingerprint that the fit was made with."""
+    if fit is None:
+        return InFit.NO_FIT
+    fingerprint, held = extension_in(fit.provenance), extension_log.accepted(results)
+    if fingerprint is None:
+        return InFit.NOTHING
+    same = held is not None and held[1].fingerprint == fingerprint
+    return InFit.WHAT_HOLDS if same else InFit.AN_OLDER
 
 
 def decision_in_words(state: DiagnosisState) -> str:
@@ -75,15 +102,24 @@ def decision_in_words(state: DiagnosisState) -> str:
     ]
     if decision.left_out:
         said.append(f"Left out, because they lie in the markers alone: {', '.join(decision.left_out)}.")
-    if decision.kind != ACCEPT:
-        said.append("Later fits use the recorded forces alone; fit again if the present one does not.")
-    elif state.in_fit:
-        said.append("The fit on the screen uses it.")
-    else:
-        said.append("The fit on the screen does not use it yet: fit again.")
+    said.append(_AFTER_ACCEPT[state.in_fit] if decision.kind == ACCEPT else _AFTER_REJECT[state.in_fit])
     if not _same_causes(state):
         said.append("That was about another diagnosis than the present one.")
     return " ".join(said)
+
+
+_AFTER_ACCEPT = {
+    InFit.NO_FIT: "The next fit uses it.",
+    InFit.NOTHING: "The fit on the screen does not use it yet: fit again.",
+    InFit.WHAT_HOLDS: "The fit on the screen uses it.",
+    InFit.AN_OLDER: "The fit on the screen still uses what was accepted before: fit again.",
+}
+_AFTER_REJECT = {
+    InFit.NO_FIT: "The next fit uses the recorded forces alone.",
+    InFit.NOTHING: "The fit on the screen uses the recorded forces alone.",
+    InFit.WHAT_HOLDS: "The fit on the screen still uses it: fit again.",
+    InFit.AN_OLDER: "The fit on the screen still uses what was accepted before: fit again.",
+}
 
 
 def _titles(causes: tuple[Cause, ...]) -> list[str]:

@@ -15,6 +15,8 @@ from addb_viewer.app.replay import PlateReplay, Replay
 from addb_viewer.diagnosis_vocabulary import amount, ranges_of, target_in_words, title
 
 CAUSE_METRES_PER_NEWTON = 4e-3  # a hand's push of 40 N is still to be seen beside ground forces
+LARGE_METRES_PER_NEWTON = 1e-3  # like ground forces: steps, and whatever else would leave the picture
+LARGE_N = 250.0  # from which on it would
 LOAD_DENSITY = 1500.0  # [kg/m³] between water and iron: how large a ball a carried mass is drawn as
 LOADED_N = 20.0  # a plate without known corners lies where it was loaded by more than that
 SLOWEST_M_PER_S = 1e-6  # keeps powers of the speed finite
@@ -63,7 +65,8 @@ def _unexplained(figures: Figures, replay: Replay) -> tuple[Picture, ...]:
         return ()
     words = f"unexplained: {target_in_words(location['body'])}, {location['rms_force_N']:.0f} N RMS"
     bare = Picture(words, np.ones(replay.frames, dtype=bool))
-    pushed = _pushed(bare, replay, location["body"], np.array(location["mean_force_N"]))
+    mean = np.tile(np.array(location["mean_force_N"]), (replay.frames, 1))
+    pushed = _pushed(bare, replay, location["body"], mean)
     return (replace(pushed, label=words),)
 
 
@@ -78,13 +81,19 @@ def _label_alone(effect: Figures, replay: Replay, bare: Picture) -> Picture:
 
 
 def _contact(effect: Figures, replay: Replay, bare: Picture) -> Picture:
-    force = _vector(effect, "force_{}_N")
+    force = _course(effect, replay)
+    mean = _vector(effect, "force_{}_N")
+    if force is None and mean is not None:
+        force = np.tile(mean, (replay.frames, 1))
     point = _vector(effect, "point_{}_m")
-    return bare if force is None else _pushed(bare, replay, effect["target"], force, point)
+    if force is None:
+        return bare
+    pushed = _pushed(bare, replay, effect["target"], force, point)
+    return pushed if mean is None else replace(pushed, label=_labelled(bare, float(np.linalg.norm(mean))))
 
 
 def _support(effect: Figures, replay: Replay, bare: Picture) -> Picture:
-    force = np.array([0.0, _value(effect, "force_N") or 0.0, 0.0])
+    force = np.tile([0.0, _value(effect, "force_N") or 0.0, 0.0], (replay.frames, 1))
     return _pushed(bare, replay, effect["target"], force)
 
 
@@ -120,9 +129,11 @@ def _step(effect: Figures, replay: Replay, bare: Picture) -> Picture:
     place, force_N = _on_body(replay, effect["target"]), _value(effect, "force_y_N")
     if place is None or force_N is None:
         return replace(bare, bodies=bodies, place=place)
-    force = np.tile([0.0, force_N, 0.0], (replay.frames, 1))
-    ground = replace(bare, bodies=bodies, metres_per_newton=0.25 * CAUSE_METRES_PER_NEWTON)
-    return _with_force(ground, place, force)
+    force = _course(effect, replay)
+    if force is None:
+        force = np.tile([0.0, force_N, 0.0], (replay.frames, 1))
+    drawn = _with_force(replace(bare, bodies=bodies), place, force)
+    return replace(drawn, metres_per_newton=LARGE_METRES_PER_NEWTON, label=_labelled(bare, force_N))
 
 
 def _load(effect: Figures, replay: Replay, bare: Picture) -> Picture:
@@ -194,12 +205,12 @@ def _pushed(
     bare: Picture,
     replay: Replay,
     body: str,
-    force: Float[np.ndarray, "3"],
+    force: Float[np.ndarray, "frames 3"],
     point_body: Float[np.ndarray, "3"] | None = None,
 ) -> Picture:
     place = _on_body(replay, body, point_body)
     marked = replace(bare, bodies=_bodies(replay, body))
-    return bare if place is None else _with_force(marked, place, np.tile(force, (replay.frames, 1)))
+    return bare if place is None else _with_force(marked, place, force)
 
 
 def _with_force(
@@ -207,8 +218,28 @@ def _with_force(
 ) -> Picture:
     sizes = np.linalg.norm(force[bare.acts], axis=1)
     known = sizes[np.isfinite(sizes)]
-    label = f"{bare.label}, {known.mean():.0f} N" if known.size else bare.label
-    return replace(bare, label=label, place=place, force=force)
+    label = _labelled(bare, float(known.mean())) if known.size else bare.label
+    large = known.size > 0 and known.max() > LARGE_N
+    scale = LARGE_METRES_PER_NEWTON if large else CAUSE_METRES_PER_NEWTON
+    return replace(bare, label=label, place=place, force=force, metres_per_newton=scale)
+
+
+def _labelled(bare: Picture, mean_N: float) -> str:
+    return f"{bare.label}, {mean_N:.0f} N"
+
+
+def _course(effect: Figures, replay: Replay) -> Float[np.ndarray, "frames 3"] | None:
+    """The force over time as it was fitted [N], NaN where it does not act; None: only its mean is known."""
+    own = [c for c in effect.get("courses", ()) if c["trial"] == replay.name and c["force_N"]]
+    if not own:
+        return None
+    force = np.full((replay.frames, 3), np.nan)
+    for course in own:
+        samples = np.array(course["force_N"])
+        at = course["start"] + course["step"] * np.arange(len(samples))
+        frames = np.arange(at[0], min(at[-1] + course["step"], replay.frames))
+        force[frames] = np.stack([np.interp(frames, at, samples[:, i]) for i in range(3)], axis=1)
+    return force
 
 
 def _on_body(

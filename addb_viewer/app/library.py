@@ -54,12 +54,6 @@ class Library:
         self.kept.move_to_end(name)
         return self.kept[name]
 
-    @property
-    def rates(self) -> dict[str, float]:
-        """Frames per second of the trials that were read [Hz], by name."""
-        fitted = {t.capture.name: t.capture.markers.rate for t in self.fit.trials} if self.fit else {}
-        return fitted | {name: replay.rate for name, replay in self.kept.items()}
-
     def figures(self, name: str) -> dict[str, Any]:
         """The trial's part of the fit's summary; empty without a fit."""
         if self.fit is None:

@@ -46,7 +46,7 @@ GREY = Rgb(128, 128, 128)
 PALE = Rgb(190, 190, 190)
 BONE = Rgb(222, 211, 190)
 
-CAUSE = Rgb(15, 15, 15)  # what a diagnosis names: arrows, lines
+CAUSE = Rgb(123, 63, 242)  # what a diagnosis names: arrows, lines; their black is lost on a dark page
 CAUSE_SURFACE = Rgb(240, 228, 66)  # likewise: bones, balls
 UNASSIGNED = ORANGE  # a force that goes to no foot
 RESIDUAL = VERMILION

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import viser
 
-from addb_viewer.app.effect_pictures import CAUSE_METRES_PER_NEWTON
+from addb_viewer.app.effect_pictures import CAUSE_METRES_PER_NEWTON, LARGE_METRES_PER_NEWTON, LARGE_N
 from addb_viewer.app.force_nodes import ForceSizes
 from addb_viewer.app.keys import help_html
 from addb_viewer.app.palette import (
@@ -137,8 +137,9 @@ def legend_html(replay: Replay, *, diagnosed: bool = False) -> str:
         parts.append(_swatches((("residual force", RESIDUAL),)))
     if diagnosed:
         parts.append(_swatches((("named cause", CAUSE), ("its segment, marker or load", CAUSE_SURFACE))))
-        small, large = 1 / CAUSE_METRES_PER_NEWTON, 1 / ForceSizes().metres_per_newton
-        parts.append(f"<div>1 m of its arrow is {small:.0f} N; of a step's, {large:.0f} N</div>")
+        small, large = 1 / CAUSE_METRES_PER_NEWTON, 1 / LARGE_METRES_PER_NEWTON
+        of_large = f"of a step's, and above {LARGE_N:.0f} N, {large:.0f} N"
+        parts.append(f"<div>1 m of its arrow is {small:.0f} N; {of_large}</div>")
     return _boxed("".join(parts))
 
 

@@ -15,10 +15,10 @@ OWN_SCALE = "share"  # of cursor and shading: 0 to 1 whatever the curves do
 
 
 class PlotPanel:
-    """Owns the charts inside one tab."""
+    """Owns the charts inside one tab or folder."""
 
-    def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle) -> None:
-        self.gui, self.tab = gui, tab
+    def __init__(self, gui: viser.GuiApi, place: viser.GuiTabHandle | viser.GuiFolderHandle) -> None:
+        self.gui, self.place = gui, place
         self.plots: list[tuple[viser.GuiUplotHandle, Points]] = []
         self.texts: list[viser.GuiHtmlHandle] = []
         self.time = float("nan")
@@ -29,7 +29,7 @@ class PlotPanel:
             handle.remove()
         self.texts, self.plots = [], []
         self.time = float(replay.times[0])
-        with self.tab:
+        with self.place:
             for chart in charts:
                 self.texts.append(self.gui.add_html(heading_html(chart)))
                 self.plots.append(self._added(chart, replay))

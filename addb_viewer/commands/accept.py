@@ -1,24 +1,34 @@
 """`addb-viewer accept` and `reject`: whether later fits are to use the causes that the diagnosis named."""
 
+from collections.abc import Sequence
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import typer
 
+from addb_viewer.accepted_extension import keep_gain
 from addb_viewer.commands.errors import errors_as_lines
-from addb_viewer.commands.options import Debug, IgnoreReview, Out, SettingsFile, SubjectFolder
+from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, Out, SettingsFile, SubjectFolder
 from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.commands.reviewing import Author, author_named
 from addb_viewer.commands.solving import Job, job_for
+from addb_viewer.extension_words import what_accepting_changes
 from addb_viewer.kept_diagnosis import kept
+from addb_viewer.sections import as_text
 from solver.diagnosis.accepting import extension_for
+from solver.diagnosis.extended_fit import extended_fit
+from solver.diagnosis.report import extended_gain_json
 from solver.dynamics.extension import Cause
 from solver.effects.catalogue import MARKER_IDS
 from solver.errors import ResultsError
+from solver.progress import part
 from solver.provenance import other_recordings, provenance_of, without_reviews
 from solver.results import extension_log
-from solver.results.store import check_place
+from solver.results.store import check_place, write_json
 from solver.settings import as_dict
+
+FOUND = 0.5  # share of the work that is done once the causes are found again
 
 
 def accept(
@@ -27,12 +37,16 @@ def accept(
     settings: SettingsFile = None,
     ignore_review: IgnoreReview = False,
     author: Author = None,
+    json: JsonFile = None,
     debug: Debug = False,
 ) -> None:
     """Accept the causes of the last diagnosis: from now on fits use them beside the recorded forces.
 
-    Causes that lie in the markers alone (a slip, a swap, soft tissue) cannot be part of it.
+    The trajectories are fitted without and with them, and what that gains is told. Causes that lie in the
+    markers alone (a slip, a swap, soft tissue) cannot be part of it.
     """
+    if json is not None and not json.absolute().parent.is_dir():
+        raise typer.BadParameter(f"no folder {json.parent} to write into", param_hint="--json")
     with errors_as_lines(debug):
         job = job_for(
             subject, out=out, settings_file=settings, ignore_review=ignore_review, without_extension=True
@@ -40,18 +54,31 @@ def accept(
         by, figures, made_of = author_named(author), *_diagnosis(job)
         causes, left_out = _split(figures, job.results)
         with terminal_progress() as progress:
-            extension = extension_for(
+            found = extension_for(
                 job.subject,
                 job.settings,
                 {(cause.id, cause.target) for cause in causes},
                 trials=figures["trials"],
                 reviews=job.reviews,
-                progress=progress,
+                progress=part(progress, 0.0, FOUND),
             )
-        extension_log.accept(job.results, extension, by=by, made_of=made_of, left_out=left_out)
-        typer.echo(f"accepted by {by}: {extension.sentence}; the next fit uses it")
+            gain = extended_fit(found.fit, found.extension, job.settings, part(progress, FOUND, 1.0))
+        told = {"causes": _plain(found.causes_at(gain.fit.extra)), **extended_gain_json(gain)}
+        decision = extension_log.accept(
+            job.results, found.extension, by=by, made_of=made_of, left_out=left_out
+        )
+        kept_in = keep_gain(told, decision, job.results)
+        if json is not None:
+            write_json(json, told)
+        for line in as_text([what_accepting_changes(told)]):
+            typer.echo(line)
+        typer.echo(f"\naccepted by {by}: {found.extension.sentence}; the next fit uses it")
         if left_out:
             typer.echo(f"left out, because they lie in the markers alone: {', '.join(left_out)}")
+        if found.undone:
+            undone = ", ".join(f"{id_} ({target})" for id_, target in found.undone)
+            typer.echo(f"left out, because reading the files puts it right in every fit: {undone}")
+        typer.echo(f"written: {kept_in}")
 
 
 def reject(
@@ -111,3 +138,18 @@ def _causes(figures: dict[str, Any]) -> tuple[Cause, ...]:
         Cause(e["id"], e["target"], {n: (p["value"], p["std"]) for n, p in e["parameters"].items()})
         for e in figures.get("effects", ())
     )
+
+
+def _plain(causes: Sequence[Cause]) -> list[dict[str, object]]:
+    """Causes as the diagnosis' JSON has them; what the recording says nothing about is None."""
+    return [
+        {
+            "id": cause.id,
+            "target": cause.target,
+            "parameters": {
+                name: {"value": v if isfinite(v) else None, "std": s if isfinite(s) else None}
+                for name, (v, s) in cause.parameters.items()
+            },
+        }
+        for cause in causes
+    ]

@@ -44,7 +44,7 @@ def demo(
         print_summary(summary(done.fit, files=[str(path) for path in done.files]))
         with terminal_progress() as progress:
             figures, kept = diagnosed(job, progress)
-        print_diagnosis(figures, job, kept)
+        print_diagnosis(figures, kept)
         if not no_serve:
             serve_app(folder, host, port)
 

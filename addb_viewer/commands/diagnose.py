@@ -1,6 +1,6 @@
 """`addb-viewer diagnose`: what is wrong with a subject's recordings, why, and what to do about it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +18,9 @@ from addb_viewer.commands.options import (
 )
 from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.commands.solving import Job, job_for
-from addb_viewer.diagnosis_words import as_text, page
+from addb_viewer.diagnosis_words import page
 from addb_viewer.kept_diagnosis import keep
-from solver.capture.capture import TrialFiles
-from solver.capture.trial import read_trial
+from addb_viewer.sections import as_text
 from solver.diagnosis.diagnose import diagnose as diagnosis_of
 from solver.diagnosis.report import as_json
 from solver.progress import Progress
@@ -58,7 +57,7 @@ def diagnose(
             figures, kept = diagnosed(job, progress)
         if json is not None:
             write_json(json, figures)
-        print_diagnosis(figures, job, kept)
+        print_diagnosis(figures, kept)
 
 
 def diagnosed(job: Job, progress: Progress) -> tuple[dict[str, Any], Path]:
@@ -71,19 +70,12 @@ def diagnosed(job: Job, progress: Progress) -> tuple[dict[str, Any], Path]:
     }
     found = diagnosis_of(job.subject, job.settings, trials=job.trials, reviews=job.reviews, progress=progress)
     figures = as_json(found)
-    figures["notes"] = [*job.subject.notes, *found.notes]
+    figures["notes"] = list(dict.fromkeys([*job.subject.notes, *found.notes]))
     return figures, keep(figures, made_of, job.results)
 
 
-def print_diagnosis(figures: Mapping[str, Any], job: Job, kept: Path) -> None:
+def print_diagnosis(figures: Mapping[str, Any], kept: Path) -> None:
     """The page on stdout, and where the figures are."""
-    named = [t for t in job.subject.trials if t.name in figures["trials"]]
-    rates = marker_rates(named) if figures["effects"] else {}
-    for line in as_text(page(figures, rates)):
+    for line in as_text(page(figures)):
         typer.echo(line)
     typer.echo(f"\nwritten: {kept}")
-
-
-def marker_rates(trials: Sequence[TrialFiles]) -> dict[str, float]:
-    """Frames per second of each trial [Hz], by name."""
-    return {trial.name: read_trial(trial).markers.rate for trial in trials}

@@ -5,7 +5,7 @@ import json
 import secrets
 from pathlib import Path
 
-from benchmarks.diagnosis.run import TIME_LIMIT_S, run_all
+from benchmarks.diagnosis.run import CPU_LIMIT_S, run_all
 from benchmarks.diagnosis.score import load, report
 from benchmarks.recordings import data_folder
 from tests.hidden_effects.hider.cases import IDS, SIZES, Mix, plan_cases, summary, write_case
@@ -28,7 +28,8 @@ def main() -> None:
     making.add_argument("--ids", default="", help="comma-separated; all if not given")
     making.add_argument("--sizes", default="", help="comma-separated, in reference sizes")
     running = commands.add_parser("run", help="answer every case that has no answer yet")
-    running.add_argument("--limit", type=float, default=TIME_LIMIT_S, help="seconds for a case")
+    running.add_argument("--limit", type=float, default=CPU_LIMIT_S, help="CPU seconds for a case")
+    running.add_argument("--workers", type=int, default=1, help="cases at a time")
     running.add_argument("--only", default="", help="part of a case's name")
     running.add_argument("--discard", action="store_true", help="delete recordings once answered")
     scoring = commands.add_parser("score", help="print the tables")
@@ -38,7 +39,13 @@ def main() -> None:
     if given.command == "make":
         make(given)
     elif given.command == "run":
-        run_all(given.out.resolve(), limit_s=given.limit, discard=given.discard, only=given.only)
+        run_all(
+            given.out.resolve(),
+            limit_s=given.limit,
+            discard=given.discard,
+            only=given.only,
+            workers=given.workers,
+        )
     else:
         text = report(load(given.out))
         (given.out / "RESULTS.md").write_text(text + "\n", encoding="utf-8")

@@ -1,20 +1,42 @@
 """The extension by causes that a diagnosis has named."""
 
 from collections.abc import Mapping, Sequence, Set
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
 
 from solver.capture.capture import Subject
 from solver.contact.wrenches import MissingRange
+from solver.diagnosis.balance import Solved
 from solver.diagnosis.diagnose import repaired_balance
-from solver.diagnosis.extension import extension_of
+from solver.diagnosis.extension import causes_of, extension_of
 from solver.diagnosis.selection import select
 from solver.diagnosis.settings import DIAGNOSIS
-from solver.dynamics.extension import Extension
+from solver.dynamics.extension import Cause, Extension
 from solver.effects.catalogue import catalogue
+from solver.effects.scene import Scene
 from solver.errors import FitError
+from solver.fit import Fit
 from solver.progress import Progress, part, silent
 from solver.settings import Settings
 
 FITTED = 0.8  # share of the work that is done once the markers are fitted
+
+
+@dataclass(frozen=True, eq=False)
+class FoundAgain:
+    """Named causes, fitted together and ready for trajectory fits."""
+
+    extension: Extension
+    fit: Fit  # of the markers, slips and swaps repaired
+    scenes: tuple[Scene, ...]
+    solved: Solved
+    undone: tuple[tuple[str, str], ...] = ()  # id and target of causes that reading the files puts right
+
+    def causes_at(self, x: Float[np.ndarray, " extra"]) -> tuple[Cause, ...]:
+        """The causes with the parameters that a trajectory fit found."""
+        return causes_of(self.scenes, self.solved, x)
 
 
 def extension_for(
@@ -25,7 +47,7 @@ def extension_for(
     trials: Sequence[str] | None = None,
     reviews: Mapping[str, Sequence[MissingRange]] | None = None,
     progress: Progress = silent,
-) -> Extension:
+) -> FoundAgain:
     """Fit the causes that a diagnosis named once more, none but them, and take them into an extension.
 
     Args:
@@ -37,9 +59,9 @@ def extension_for(
         progress: told the stage and the fraction done; may raise `Cancelled`.
 
     Raises:
-        FitError: no trial has forces, or a cause is not found again.
+        FitError: no trial has forces, a cause is not found again, or reading the files puts all right.
     """
-    balance, _ = repaired_balance(
+    balance, _, fit = repaired_balance(
         subject,
         settings,
         DIAGNOSIS,
@@ -50,11 +72,17 @@ def extension_for(
     named = [c for c in catalogue(balance.scenes) if (c.id, c.target) in causes]
     selection = select(balance, named, part(progress, FITTED, 1.0))
     extension = extension_of(balance.scenes, selection.solved)
-    lost = causes - {(cause.id, cause.target) for cause in extension.causes}
+    undone = {(c.term.candidate.id, c.term.candidate.target) for c in selection.corrected}
+    lost = causes - {(cause.id, cause.target) for cause in extension.causes} - undone
     if lost:
         named_ones = ", ".join(f"{id_} ({target})" for id_, target in sorted(lost))
         raise FitError(
             f"{subject.folder}: not found again: {named_ones}. Flags or settings have changed since the "
             "diagnosis; make it anew: addb-viewer diagnose"
         )
-    return extension
+    if not extension.causes:
+        raise FitError(
+            f"{subject.folder}: nothing to accept: reading the files puts right what the diagnosis names, in "
+            "every fit. Mend the files so that other programs need not"
+        )
+    return FoundAgain(extension, fit, balance.scenes, selection.solved, tuple(sorted(undone)))

@@ -27,6 +27,7 @@ class Rung:
     """K at one scale of the model error."""
 
     scale: float
+    residual: Float[np.ndarray, " rows"]
     factor: Float[np.ndarray, "rows rows"]  # lower Cholesky
     y: Float[np.ndarray, " rows"]  # whitened residual
     constant: float  # log density of whatever doesn't depend on candidates, but for ½ yᵀy
@@ -39,6 +40,18 @@ class Rung:
     def precision(self) -> Float[np.ndarray, "rows rows"]:
         """K⁻¹."""
         return cho_solve((self.factor, True), np.eye(len(self.y)), check_finite=False)
+
+
+@dataclass(frozen=True, eq=False)
+class CandidateRows:
+    """A candidate at one η, on the rows of the trials that it touches. Prior of x: N(0, prior_std²)."""
+
+    candidate: Candidate
+    eta: Eta
+    span: slice
+    fixed: Float[np.ndarray, " own"] | None
+    columns: Float[np.ndarray, "own parameters"]
+    prior_std: Float[np.ndarray, " parameters"]
 
 
 @dataclass(eq=False)
@@ -112,6 +125,7 @@ class Balance:
             [[0], np.cumsum([len(t.residual) for t in trials])]
         )
         self.residual = np.concatenate([t.residual for t in trials])
+        self.mass = np.concatenate([t.mass for t in trials])
         H = np.concatenate([t.nuisance for t in trials])
         base, model = H @ H.T, np.zeros((len(self.residual), len(self.residual)))
         for t, low, high in zip(trials, self.start, self.start[1:], strict=False):
@@ -128,28 +142,51 @@ class Balance:
         L = cholesky(base + scale**2 * model, lower=True, check_finite=False)
         prior = -0.5 * (np.log(scale) / self.settings.model_scale_std) ** 2
         y = solve_triangular(L, self.residual, lower=True, check_finite=False)
-        return Rung(scale, L, y, float(prior - np.log(np.diag(L)).sum()))
+        return Rung(scale, self.residual, L, y, float(prior - np.log(np.diag(L)).sum()))
+
+    def rows_of(self, candidate: Candidate, eta: Eta) -> CandidateRows | None:
+        """A candidate's rows at η, of the trials that it touches; None where it touches none."""
+        parts = [candidate.signature(t.scene, eta) for t in self.trials]
+        touched = [k for k, p in enumerate(parts) if p is not None]
+        if not touched:
+            return None
+        span = slice(int(self.start[touched[0]]), int(self.start[touched[-1] + 1]))
+        some = [parts[k] for k in touched]
+        prior = next(p.prior_std for p in reversed(some) if p is not None)
+        columns = np.zeros((span.stop - span.start, len(prior)))
+        has_fixed = any(p is not None and p.fixed is not None for p in some)
+        fixed = np.zeros(len(columns)) if has_fixed else None
+        for k in touched:
+            part, t = parts[k], self.trials[k]
+            assert part is not None
+            own = slice(int(self.start[k]) - span.start, int(self.start[k + 1]) - span.start)
+            if len(prior):
+                columns[own] = t.reduced(part.columns)
+            if fixed is not None and part.fixed is not None:
+                fixed[own] = t.reduced(part.fixed)
+        return CandidateRows(candidate, eta, span, fixed, columns, prior)
 
     def term(self, candidate: Candidate, eta: Eta) -> Term | None:
-        """A candidate's rows at η; None where it touches no trial."""
-        parts = [candidate.signature(t.scene, eta) for t in self.trials]
-        widths = {p.columns.shape[2] for p in parts if p is not None}
-        if not widths:
-            return None
-        width = widths.pop()
-        fixed = np.zeros(len(self.residual))
-        columns = np.zeros((len(self.residual), width))
-        prior = np.ones(width)
-        for t, part, low, high in zip(self.trials, parts, self.start, self.start[1:], strict=False):
-            if part is None:
-                continue
-            prior = part.prior_std
-            if width:
-                columns[low:high] = t.reduced(part.columns)
-            if part.fixed is not None:
-                fixed[low:high] = t.reduced(part.fixed)
-        has_fixed = any(p is not None and p.fixed is not None for p in parts)
-        return Term(candidate, eta, fixed if has_fixed else None, columns, prior)
+        """A candidate's rows at η among those of all trials; None where it touches no trial."""
+        rows = self.rows_of(candidate, eta)
+        return None if rows is None else self.spread(rows)
+
+    def spread(self, rows: CandidateRows) -> Term:
+        """Rows of some trials among those of all."""
+        columns = np.zeros((len(self.residual), rows.columns.shape[1]))
+        columns[rows.span] = rows.columns
+        fixed = None
+        if rows.fixed is not None:
+            fixed = np.zeros(len(self.residual))
+            fixed[rows.span] = rows.fixed
+        return Term(rows.candidate, rows.eta, fixed, columns, rows.prior_std)
+
+    def mass_strain(self, solved: Solved) -> float:
+        """How far a hypothesis needs the body's mass from the entered one, in prior standard deviations.
+
+        The posterior mean of a nuisance z ~ N(0, 1) with rows h is hᵀ K⁻¹ (what terms leave).
+        """
+        return float(solved.rung.whitened(self.mass) @ solved.left)
 
     def solve_at(self, terms: Sequence[Term], rung: Rung) -> Solved:
         """Terms fitted together at one scale."""

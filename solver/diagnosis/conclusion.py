@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from solver.diagnosis.balance import Balance, Rung, Solved, Term
+from solver.diagnosis.balance import Balance, Solved, Term
 from solver.diagnosis.diagnosis import (
     CLEAN,
     EXPLAINED,
@@ -17,20 +17,19 @@ from solver.diagnosis.diagnosis import (
     NamedEffect,
     Remaining,
 )
+from solver.diagnosis.force_courses import force_courses
 from solver.diagnosis.heldout import BlockScores, block_scores, blocks, short_blocks
 from solver.diagnosis.marker_causes import NOTHING_SEEN, SeenInMarkers
-from solver.diagnosis.refinement import best_start, refined
-from solver.diagnosis.remainder import UnknownForce, dependence, unknown_forces
+from solver.diagnosis.remainder import UnknownForce, dependence
+from solver.diagnosis.residual_description import described
 from solver.diagnosis.selection import Contender, Found, Selection, confidence
-from solver.diagnosis.settings import DiagnosisSettings
-from solver.effects.effect import Candidate, Estimate
+from solver.diagnosis.unexplained import kept_beside_the_unknown, position, size_N
+from solver.effects.effect import Estimate
 from solver.effects.marker_effect import MarkerFinding
 
 BOOTSTRAPS = 400
 MARKER_TEMPER = 10.0  # [nats] of a marker's own likelihood, whose errors are far from independent
 MOST_ALTERNATIVES = 4
-MOMENT_LEVER_M = 0.1  # by which a moment counts as a force
-PLACED = 6  # bodies at which the point of an unknown force is sought
 
 
 def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHING_SEEN) -> Diagnosis:
@@ -42,11 +41,8 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
         seen: causes that the markers showed before.
     """
     settings = balance.settings
-    solved, found = selection.solved, selection.found
-    left = _left(balance, solved)
-    alone = _left(balance, selection.null) if found else None
-    if alone is not None and _needless(solved, left, alone, settings):
-        solved, found, left = selection.null, (), alone
+    kept = kept_beside_the_unknown(balance, selection)
+    solved, found, left = kept.solved, kept.found, kept.left
     some, guards = blocks(balance), 0
     if any(_happens_once(balance, solved, k) for k in range(len(solved.terms))):
         short = short_blocks(balance)
@@ -54,10 +50,10 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
     before = block_scores(balance, selection.uncorrected, solved.rung, some, guards)
     after = block_scores(balance, solved.terms, solved.rung, some, guards)
     tolerated = _tolerated_N(balance, before, after)
-    if left is not None and _size_N(balance, left) < tolerated:
+    if left is not None and size_N(balance, left) < tolerated:
         left = None
     significant = left is not None or solved.rung.scale > settings.unexplained_scale
-    named = [_named(balance, solved, f) for f in found] + [_of_markers(f) for f in seen.findings]
+    named = [_named(balance, solved, f) for f in found] + [_of_markers(f) for f in _together(seen.findings)]
     named += [_of_reading(balance, c) for c in selection.corrected]
     verdict = UNEXPLAINED if significant else EXPLAINED if named else CLEAN
     gains = _gains(before, after) if named else {}
@@ -66,7 +62,7 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
     return Diagnosis(
         verdict=verdict,
         effects=tuple(sorted(named, key=lambda e: -e.confidence)),
-        alternatives=tuple(a for f in found for a in _alternatives(balance, solved, found, f)),
+        alternatives=tuple(a for f in found for a in _alternatives(balance, solved, f)),
         gain=gains,
         remaining=Remaining(
             linear_residual_N=after.rms()[0],
@@ -74,31 +70,9 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
             location=_location(balance, left),
         ),
         trials=tuple(s.name for s in balance.scenes),
+        residual=described(balance, solved, selection.uncorrected),
+        rates_Hz={s.name: s.rate for s in balance.scenes},
     )
-
-
-def _needless(solved: Solved, left: Contender | None, alone: Contender, settings: DiagnosisSettings) -> bool:
-    """Whether a force of unknown course alone does what the causes do, or what they do with one beside."""
-    if left is not None:
-        return alone.solved.log_evidence > left.solved.log_evidence - settings.unknown_margin
-    return alone.solved.log_evidence > solved.log_evidence + settings.unknown_margin
-
-
-def _left(balance: Balance, solved: Solved) -> Contender | None:
-    """The force of unknown course, or the moment, that would explain most; None where none pays."""
-    rungs = {id(r): r for r in (solved.rung, balance.rungs[0])}.values()
-    tried: list[Contender] = []
-    for candidate in unknown_forces(balance.scenes):
-        tried.append(max((_beside(balance, solved, candidate, r) for r in rungs), key=lambda c: c.gain))
-    tried.sort(key=lambda c: -c.gain)
-    for contender in tried[:PLACED]:
-        candidate = contender.term.candidate
-        if isinstance(candidate, UnknownForce):
-            x, _ = contender.solved.of(len(contender.solved.terms) - 1)
-            at = candidate.at_its_point(candidate.scene(balance.scenes), x)
-            tried.append(_beside(balance, solved, at, contender.solved.rung))
-    best = max(tried, key=lambda c: c.gain)
-    return best if best.gain > balance.settings.least_unknown_gain else None
 
 
 def _happens_once(balance: Balance, solved: Solved, k: int) -> bool:
@@ -113,14 +87,6 @@ def _happens_once(balance: Balance, solved: Solved, k: int) -> bool:
     )
 
 
-def _size_N(balance: Balance, left: Contender) -> float:
-    """RMS of an unknown force; of a moment, that of a force on a lever of a tenth of a metre."""
-    estimates = left.solved.estimates(len(left.solved.terms) - 1, balance.scenes)
-    if "rms_force_N" in estimates:
-        return estimates["rms_force_N"].value
-    return estimates["rms_moment_Nm"].value / MOMENT_LEVER_M
-
-
 def _tolerated_N(balance: Balance, before: BlockScores, after: BlockScores) -> float:
     """A practical minimum, and a few percent of what the named causes took away."""
     settings = balance.settings
@@ -129,16 +95,8 @@ def _tolerated_N(balance: Balance, before: BlockScores, after: BlockScores) -> f
     return settings.least_unknown_share * weight + settings.tolerated_share * removed
 
 
-def _beside(balance: Balance, solved: Solved, candidate: Candidate, rung: Rung) -> Contender:
-    """A candidate beside the named causes, at the size that suits it."""
-    start = best_start(balance, candidate, solved.terms, rung)
-    assert start is not None
-    both = balance.solve([*solved.terms, start[0]], near=rung)
-    return Contender(start[0], both, both.log_evidence - solved.log_evidence)
-
-
 def _named(balance: Balance, solved: Solved, found: Found) -> NamedEffect:
-    term, k = found.contender.term, _position(solved, found.contender.term)
+    term, k = found.contender.term, position(solved, found.contender.term)
     candidate = term.candidate
     x, _ = solved.of(k)
     eta, _ = solved.eta(k)
@@ -154,6 +112,7 @@ def _named(balance: Balance, solved: Solved, found: Found) -> NamedEffect:
         remedy=candidate.remedy.format(target=candidate.target),
         gain_nats=found.contender.gain,
         heldout_gain_nats=found.heldout_gain,
+        courses=force_courses(candidate, balance.scenes, eta, x[: len(x) - len(term.tangent_mean)]),
     )
 
 
@@ -172,13 +131,23 @@ def _of_reading(balance: Balance, contender: Contender) -> NamedEffect:
     )
 
 
-def _of_markers(finding: MarkerFinding) -> NamedEffect:
+def _together(findings: Sequence[MarkerFinding]) -> list[tuple[MarkerFinding, ...]]:
+    """Flesh that slides in one trial slides in all; what happens once stays by itself."""
+    apart: dict[tuple[object, ...], list[MarkerFinding]] = {}
+    for k, finding in enumerate(findings):
+        own = () if finding.of_the_body else (k,)
+        apart.setdefault((finding.id, finding.target, *own), []).append(finding)
+    return [tuple(sorted(same, key=lambda f: -f.gain)) for same in apart.values()]
+
+
+def _of_markers(same: tuple[MarkerFinding, ...]) -> NamedEffect:
+    finding = same[0]
     return NamedEffect(
         id=finding.id,
         target=finding.target,
         parameters=dict(finding.parameters),
         confidence=float(1 - np.exp(-min(50.0, max(0.0, finding.gain) / MARKER_TEMPER))),
-        frames=(finding.frames,),
+        frames=tuple(f.frames for f in same),
         sentence=finding.sentence.format(target=finding.target),
         remedy=finding.remedy.format(target=finding.target),
         gain_nats=finding.gain,
@@ -186,25 +155,16 @@ def _of_markers(finding: MarkerFinding) -> NamedEffect:
     )
 
 
-def _position(solved: Solved, term: Term) -> int:
-    return next(k for k, t in enumerate(solved.terms) if t is term)
-
-
-def _alternatives(balance: Balance, solved: Solved, found: Sequence[Found], one: Found) -> list[Alternative]:
-    """Rivals that would do nearly as well in its place, beside all the other causes."""
-    others = [f.contender.term for f in found if f is not one]
+def _alternatives(balance: Balance, solved: Solved, one: Found) -> list[Alternative]:
+    """Rivals that do nearly as well in its place, beside all the other causes."""
     named = one.contender.term
     listed = []
     for rival in one.rivals:
-        if _same(rival, one.contender) or rival.gain < one.contender.gain - 3 * balance.settings.rival_margin:
+        behind = one.contender.gain - rival.gain
+        settings = balance.settings
+        if behind > max(settings.rival_margin, settings.rival_share * one.contender.gain):
             continue
-        if any(_same_candidate(rival.term, t) for t in others):
-            continue
-        term = refined(balance, rival.term, others, solved.rung)
-        tried = balance.solve([*others, term], near=solved.rung)
-        if tried.log_evidence < solved.log_evidence - balance.settings.rival_margin:
-            continue
-        cosine = likeness(named, term, solved)
+        cosine = likeness(named, rival.term, solved)
         candidate = rival.term.candidate
         listed.append(
             Alternative(
@@ -212,7 +172,7 @@ def _alternatives(balance: Balance, solved: Solved, found: Sequence[Found], one:
                 candidate.target,
                 f"{named.candidate.id} {named.candidate.target}",
                 f"indistinguishable here: cosine {cosine:.2f}, log evidence "
-                f"{solved.log_evidence - tried.log_evidence:+.1f} in favour of the first",
+                f"{behind:+.1f} in favour of the first",
                 candidate.rivals_told_apart_by or named.candidate.rivals_told_apart_by,
             )
         )
@@ -229,14 +189,6 @@ def likeness(one: Term, other: Term, solved: Solved) -> float:
             parts.append(fixed[:, None])
         bases.append(np.linalg.qr(np.concatenate(parts, axis=1))[0])
     return float(np.linalg.svd(bases[0].T @ bases[1], compute_uv=False).max(initial=0.0))
-
-
-def _same(one: Contender, other: Contender) -> bool:
-    return _same_candidate(one.term, other.term)
-
-
-def _same_candidate(one: Term, other: Term) -> bool:
-    return (one.candidate.id, one.candidate.target) == (other.candidate.id, other.candidate.target)
 
 
 def _gains(before: BlockScores, after: BlockScores) -> dict[str, Gain]:

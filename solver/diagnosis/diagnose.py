@@ -22,6 +22,7 @@ from solver.fit import Fit
 from solver.pipeline import solve
 from solver.progress import Progress, part, silent
 from solver.settings import Settings, settings_for
+from solver.summary import all_notes
 
 FITTED = 0.6  # share of the work that is done once the markers are fitted
 
@@ -51,7 +52,7 @@ def diagnose(
         FitError: no trial has forces.
         SolverError: a file, the model or the data cannot be used.
     """
-    balance, seen = repaired_balance(
+    balance, seen, fit = repaired_balance(
         subject,
         settings,
         diagnosis,
@@ -60,7 +61,7 @@ def diagnose(
         progress=part(progress, 0.0, FITTED),
     )
     selection = select(balance, catalogue(balance.scenes), part(progress, FITTED, 1.0))
-    return conclude(balance, selection, seen)
+    return replace(conclude(balance, selection, seen), notes=all_notes(fit))
 
 
 def repaired_balance(
@@ -71,8 +72,11 @@ def repaired_balance(
     trials: Sequence[str] | None,
     reviews: Mapping[str, Sequence[MissingRange]],
     progress: Progress,
-) -> tuple[Balance, SeenInMarkers]:
-    """Fit the markers alone, repair them, and set up the wrench balance; arguments as in `diagnose`."""
+) -> tuple[Balance, SeenInMarkers, Fit]:
+    """Fit the markers alone, repair them, and set up the wrench balance.
+
+    Arguments and errors as in `diagnose`. The fit that comes along is that of the repaired markers.
+    """
     alone = replace(settings, trajectory=replace(settings.trajectory, enabled=False))
 
     def fitted(repaired: Mapping[str, Capture]) -> Fit:
@@ -86,7 +90,7 @@ def repaired_balance(
         )
 
     fit, scenes, seen = with_markers_repaired(fitted, settings, diagnosis, reviews)
-    return balance_of(fit, scenes, diagnosis), seen
+    return balance_of(fit, scenes, diagnosis), seen, fit
 
 
 def balance_of(fit: Fit, pairs: SceneAndPosterior, diagnosis: DiagnosisSettings) -> Balance:

@@ -1,7 +1,10 @@
 """What a diagnosis says."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from solver.diagnosis.force_courses import ForceCourse
+from solver.diagnosis.residual_description import ResidualDescription
 from solver.effects.effect import Estimate, Range
 
 EXPLAINED, CLEAN, UNEXPLAINED = "explained", "clean", "unexplained"
@@ -20,6 +23,7 @@ class NamedEffect:
     remedy: str
     gain_nats: float  # of log evidence
     heldout_gain_nats: float
+    courses: tuple[ForceCourse, ...] = ()  # of a force that acts for a while
 
 
 @dataclass(frozen=True)
@@ -63,7 +67,7 @@ class Remaining:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Verdict, causes, rivals, gain and remainder."""
+    """What is wrong, verdict, causes, rivals, gain and remainder."""
 
     verdict: str
     effects: tuple[NamedEffect, ...]
@@ -71,4 +75,6 @@ class Diagnosis:
     gain: dict[str, Gain]
     remaining: Remaining
     trials: tuple[str, ...]
+    residual: ResidualDescription | None = None  # without any cause
+    rates_Hz: Mapping[str, float] = field(default_factory=dict)  # of the markers' frames, by trial
     notes: tuple[str, ...] = field(default=())

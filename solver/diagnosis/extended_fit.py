@@ -29,7 +29,6 @@ BOOTSTRAPS = 400
 FEWEST_BLOCKS = 3  # drawn anew, fewer say nothing of how they scatter
 OWN_COURSE_BLOCKS = 3  # a column that acts for no longer than so many blocks has a time course of its own
 SUB_BLOCK_S = 0.06  # withheld at a time where such a course has to be told by the frames around
-MOST_CHANGED = 5  # joint torques that are listed
 LEAST_LEFT = 0.5  # of the recorded force; whatever takes more away explains by silence
 LEAST_PLACED_N = 5.0  # below it nobody asks on which segment a force acts
 
@@ -47,6 +46,7 @@ class ExtendedGain:
     marker_rms_m: Gain
     mass_kg: Gain
     joint_torque_change: dict[str, float]  # RMS by dof [N·m, or N for translations], greatest first
+    joint_torque_rms: dict[str, float]  # without the extension, in the same order
     heldout_frames: int
     heldout_blocks: int
     fit: TrajectoryFit  # of all evidence, with the extension
@@ -82,6 +82,7 @@ def extended_fit(
     blind = _fitted(cases, base, settings, part(progress, 0.5, 0.75), blind=True)
     told = _fitted(cases, base, settings, part(progress, 0.75, 1.0), blind=True, extension=extension)
     blocks = _blocks(cases, told.dynamics)
+    change = _torque_change(base, before, after)
     linear, angular = (_heldout(blocks, blind, told, axes) for axes in (slice(0, 3), slice(3, 6)))
     return ExtendedGain(
         heldout_linear_residual_N=linear[0],
@@ -90,7 +91,8 @@ def extended_fit(
         heldout_angular_drop_Nm=angular[1],
         marker_rms_m=Gain(_marker_rms(before, cases), _marker_rms(after, cases)),
         mass_kg=Gain(before.fit.skeleton.mass, after.fit.skeleton.mass),
-        joint_torque_change=_torque_change(base, before, after),
+        joint_torque_change=change,
+        joint_torque_rms=_torque_rms(base, before, tuple(change)),
         heldout_frames=sum(end - start for _, start, end in blocks),
         heldout_blocks=len(blocks),
         fit=after.fit,
@@ -98,27 +100,6 @@ def extended_fit(
         after=after.dynamics,
         notes=(*_placing_notes(cases, after), *_cancelling_notes(cases, after)),
     )
-
-
-def extended_gain_json(gain: ExtendedGain) -> dict[str, object]:
-    """The figures as plain values, for the diagnosis' JSON under `gain`."""
-    plain: dict[str, object] = {}
-    for name in ("heldout_linear_residual_N", "heldout_angular_residual_Nm", "marker_rms_m", "mass_kg"):
-        figure: Gain = getattr(gain, name)
-        known = np.isfinite(figure.before)  # JSON has no NaN
-        plain[name] = {k: getattr(figure, k) if known else None for k in ("before", "after")}
-        if figure.interval is not None:
-            plain[name] |= {"interval": list(figure.interval)}  # type: ignore[operator]
-    for name in ("heldout_linear_drop_N", "heldout_angular_drop_Nm"):
-        drop = getattr(gain, name)
-        plain[name] = None if drop is None else list(drop)
-    most = list(gain.joint_torque_change)[:MOST_CHANGED]
-    return plain | {
-        "heldout_frames": gain.heldout_frames,
-        "heldout_blocks": gain.heldout_blocks,
-        "joint_torque_change": {"rms": gain.joint_torque_change, "most_changed": most},
-        "notes": list(gain.notes),
-    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,6 +244,12 @@ def _torque_change(skeleton: Skeleton, before: _Fitted, after: _Fitted) -> dict[
     root = set(root_joint(skeleton).dofs)
     joints = [d for d in np.argsort(-rms) if d not in root]
     return {skeleton.dofs[d]: float(rms[d]) for d in joints}
+
+
+def _torque_rms(skeleton: Skeleton, fitted: _Fitted, dofs: Sequence[str]) -> dict[str, float]:
+    torques = np.concatenate([own.joint_torques[own.used] for own in fitted.dynamics])
+    rms = np.sqrt((torques**2).mean(axis=0))
+    return {name: float(rms[skeleton.dofs.index(name)]) for name in dofs}
 
 
 def _placing_notes(cases: Sequence[_Case], fitted: _Fitted) -> tuple[str, ...]:

@@ -37,20 +37,34 @@ def extension_of(scenes: Sequence[Scene], solved: Solved) -> Extension:
     """
     widths = [term.columns.shape[1] for term in solved.terms]
     starts = np.concatenate([[0], np.cumsum(widths)]).astype(int)
-    causes = tuple(
-        Cause(
-            term.candidate.id,
-            term.candidate.target,
-            {n: (e.value, e.std) for n, e in solved.estimates(k, scenes).items()},
-        )
-        for k, term in enumerate(solved.terms)
-    )
     prior = [term.prior_std for term in solved.terms]
     return Extension(
-        causes=causes,
+        causes=causes_of(scenes, solved),
         prior_std=np.concatenate(prior) if prior else np.zeros(0),
         x=solved.x,
         trials={scene.name: _of_trial(scene, solved, starts) for scene in scenes},
+    )
+
+
+def causes_of(
+    scenes: Sequence[Scene], solved: Solved, x: Float[np.ndarray, " extra"] | None = None
+) -> tuple[Cause, ...]:
+    """The causes with their parameters.
+
+    Args:
+        scenes: of the balance.
+        solved: the causes fitted together.
+        x: their parameters as another fit found them; None for those of the balance. Their covariance is
+            the balance's in either case.
+    """
+    at = solved if x is None else replace(solved, x=x)
+    return tuple(
+        Cause(
+            term.candidate.id,
+            term.candidate.target,
+            {n: (e.value, e.std) for n, e in at.estimates(k, scenes).items()},
+        )
+        for k, term in enumerate(at.terms)
     )
 
 

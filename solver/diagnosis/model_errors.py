@@ -11,6 +11,7 @@ from solver.dynamics.windows import Windows
 from solver.effects.scene import Scene
 from solver.skeleton.chain import Moving, chain_of
 from solver.skeleton.forward import cross
+from solver.skeleton.skeleton import Body
 
 Reduce = Callable[[np.ndarray], np.ndarray]  # wrenches about the ground origin, frame by frame, to rows
 
@@ -29,50 +30,85 @@ def nuisances(
     )
 
 
+def mass_change(scene: Scene, reduced: Reduce, settings: DiagnosisSettings) -> Float[np.ndarray, " rows"]:
+    """What the whole body's mass changes, one standard deviation of all that may be wrong with it."""
+    columns = np.column_stack(
+        [
+            reduced(_demanded_by(scene, b, body_inertia[None])[:, :, 0])
+            for b, body_inertia in _unit_masses(scene)
+        ]
+    )
+    covariance = _mass_covariance(scene, settings)
+    return np.asarray(columns @ covariance.sum(axis=1) / np.sqrt(covariance.sum()))
+
+
 def _inertias(
     scene: Scene, reduced: Reduce, settings: DiagnosisSettings
 ) -> Float[np.ndarray, "rows nuisances"]:
     """What segments' masses, centres of mass and inertias change, each by a standard deviation."""
-    skeleton = scene.skeleton
-    columns, masses, mass_std = [], [], []
-    for b, body in enumerate(skeleton.bodies):
-        if body.mass <= 0:
-            continue
-        J = pseudo_inertia(body)
-        changes = [J / body.mass]
+    columns, masses = [], []
+    for b, per_kg in _unit_masses(scene):
+        body = scene.skeleton.bodies[b]
+        changes = [per_kg]
         for axis in np.eye(3):
             change = np.zeros((4, 4))
             change[:3, 3] = change[3, :3] = body.mass * axis
             change[:3, :3] = body.mass * (np.outer(axis, body.com_body) + np.outer(body.com_body, axis))
             changes.append(change * settings.segment_com_std_m)
-        second = J[:3, :3] - body.mass * np.outer(body.com_body, body.com_body)
+        second = body.mass * (per_kg[:3, :3] - np.outer(body.com_body, body.com_body))
         for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
             change = np.zeros((4, 4))
             size = np.sqrt(abs(second[i, i] * second[j, j])) * settings.segment_inertia_std
             change[i, j] = change[j, i] = size if i == j else 0.5 * size
             changes.append(change)
-        demanded = demanded_wrench(
-            scene.material[:, b : b + 1], scene.T_ground_body[:, b : b + 1], np.array(changes)[None]
-        )[:, 0]
-        own = reduced(demanded.transpose(0, 2, 1))
+        own = reduced(_demanded_by(scene, b, np.array(changes)))
         masses.append(own[:, 0])
-        mass_std.append(settings.segment_mass_std * body.mass)
         columns.append(own[:, 1:])
     H = np.column_stack(masses)
-    precision = np.diag(np.array(mass_std) ** -2.0) + (settings.body_mass_std * skeleton.mass) ** -2.0
-    columns.append(H @ np.linalg.cholesky(np.linalg.inv(precision)))
+    columns.append(H @ np.linalg.cholesky(_mass_covariance(scene, settings)))
     return np.concatenate(columns, axis=1)
 
 
-def _bounce(scene: Scene, reduced: Reduce, settings: DiagnosisSettings) -> Float[np.ndarray, "rows 3"]:
-    """Accelerations of the whole body along each axis, exaggerated."""
+def _unit_masses(scene: Scene) -> list[tuple[int, Float[np.ndarray, "4 4"]]]:
+    """Pseudo-inertias for a kilogram of every body that has a mass."""
+    return [(b, pseudo_inertia(body) / body.mass) for b, body in _heavy(scene)]
+
+
+def _heavy(scene: Scene) -> list[tuple[int, Body]]:
+    return [(b, body) for b, body in enumerate(scene.skeleton.bodies) if body.mass > 0]
+
+
+def _mass_covariance(scene: Scene, settings: DiagnosisSettings) -> Float[np.ndarray, "bodies bodies"]:
+    """Of segments' masses, their sum held to the entered one [kg²]."""
+    std = settings.segment_mass_std * np.array([body.mass for _, body in _heavy(scene)])
+    whole = (settings.body_mass_std * scene.skeleton.mass) ** -2.0
+    return np.asarray(np.linalg.inv(np.diag(std**-2.0) + whole))
+
+
+def _demanded_by(
+    scene: Scene, body: int, changes: Float[np.ndarray, "changes 4 4"]
+) -> Float[np.ndarray, "frames 6 changes"]:
+    """What changes of a body's pseudo-inertia demand, about the ground origin."""
+    demanded = demanded_wrench(
+        scene.material[:, body : body + 1], scene.T_ground_body[:, body : body + 1], changes[None]
+    )
+    return demanded[:, 0].transpose(0, 2, 1)
+
+
+def _bounce(scene: Scene, reduced: Reduce, settings: DiagnosisSettings) -> Float[np.ndarray, "rows 6"]:
+    """Accelerations of the whole body along each axis, and changes of its spin about each, exaggerated."""
+    inertial = scene.demanded_ground.copy()
+    inertial[:, :3] += scene.skeleton.mass * np.asarray(scene.skeleton.gravity)
+    about_com = scene.demanded_ground[:, 3:] - cross(scene.com_ground, scene.demanded_ground[:, :3])
     columns = []
-    inertial = scene.demanded_ground[:, :3] + scene.skeleton.mass * np.asarray(scene.skeleton.gravity)
-    for axis in range(3):
-        bounce = np.zeros_like(scene.demanded_ground)
-        bounce[:, axis] = inertial[:, axis]
-        bounce[:, 3:] = cross(scene.com_ground, bounce[:, :3])
-        columns.append(settings.bounce_std * reduced(bounce))
+    for axis in range(6):
+        bounce = np.zeros_like(inertial)
+        if axis < 3:
+            bounce[:, axis] = inertial[:, axis]
+            bounce[:, 3:] = cross(scene.com_ground, bounce[:, :3])
+        else:
+            bounce[:, axis] = about_com[:, axis - 3]
+        columns.append((settings.bounce_std if axis == 1 else settings.sway_std) * reduced(bounce))
     return np.stack(columns, axis=1)
 
 

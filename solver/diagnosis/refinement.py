@@ -11,26 +11,6 @@ from solver.effects.effect import Candidate, Eta
 SMALL_STEP = 0.1  # of the first step, for derivatives by η
 
 
-def best_start(
-    balance: Balance, candidate: Candidate, others: Sequence[Term], rung: Rung
-) -> tuple[Term, Solved] | None:
-    """The start of greatest evidence, of those with a size that can be if there are such.
-
-    None where the candidate touches no trial.
-    """
-    best: tuple[bool, float, Term, Solved] | None = None
-    for eta in candidate.starts(balance.scenes):
-        term = balance.term(candidate, eta)
-        if term is None:
-            continue
-        solved = balance.solve_at([*others, term], rung)
-        estimates = solved.estimates(len(others), balance.scenes)
-        rank = candidate.is_notable(estimates), solved.log_evidence
-        if best is None or rank > best[:2]:
-            best = *rank, term, solved
-    return None if best is None else best[2:]
-
-
 def refined(balance: Balance, term: Term, others: Sequence[Term], rung: Rung) -> Term:
     """The term at its best η, with derivatives by η as further columns; unchanged where all acts linearly."""
     candidate = term.candidate
@@ -46,14 +26,19 @@ def refined(balance: Balance, term: Term, others: Sequence[Term], rung: Rung) ->
             tried[eta] = None if made is None else (made, balance.solve_at([*others, made], rung))
         return tried[eta]
 
+    def possible(solved: Solved) -> bool:
+        return candidate.is_possible(solved.estimates(len(others), balance.scenes))
+
     def cost(z: np.ndarray) -> float:
         eta = np.array(start) + steps * z
         found = at(tuple(eta.tolist()))
-        if found is None:
+        if found is None or (start_possible and not possible(found[1])):
             return np.inf
         return 0.5 * float((((eta - prior[:, 0]) / prior[:, 1]) ** 2).sum()) - found[1].log_evidence
 
-    start = term.eta if not term.tangent_mean else tuple(term.eta)
+    start = term.eta
+    first = at(start)
+    start_possible = first is not None and possible(first[1])
     simplex = np.concatenate([np.zeros((1, len(steps))), np.eye(len(steps))])
     found = minimize(
         cost,

@@ -6,7 +6,7 @@ catalogue on the same scale, and its freedom costs it evidence.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -15,15 +15,17 @@ from scipy.interpolate import BSpline
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.scene import Scene, force_at
 from solver.skeleton.rotations import skew
+from solver.skeleton.skeleton import Body
 
-KNOT_S = 0.08  # shorter courses look like the model's own errors
+KNOTS_S = (0.08, 0.25)  # of courses that are tried; shorter ones look like the model's own errors
 MOST_KNOTS = 60  # of one trial
-FORCE_SHARES = (0.005, 0.02, 0.08)  # of body weight: standard deviations of the force that are tried
-MOMENT_LEVERS_M = (0.002, 0.01, 0.04)  # of an unknown moment, times body weight
-REACH_M = 0.08  # how far from the body's centre of mass it may act
+FORCE_SHARES = (0.005, 0.02, 0.08, 0.25, 0.8)  # of body weight: standard deviations that are tried
+MOMENT_LEVERS_M = (0.002, 0.01, 0.04, 0.12, 0.4)  # of an unknown moment, times body weight
+REACH = 1.0  # radii of gyration: how far from the body's centre of mass it may act
 LEAST_RADIUS_M = 0.03
 OWN_BONUS = 0.3  # radii of gyration, in favour of the body in whose frame the point was found
 POINT_PULL = 0.1  # towards the centre of mass, where the moments say little
+LEAST_DIRECTION = 0.05  # of the strongest axis
 LEAST_EXPLAINED = 0.6  # share of a force from which on its dependence is stated
 LEAST_KG = 0.2  # lighter bodies are told apart from their neighbours by nothing
 
@@ -33,7 +35,9 @@ class UnknownForce(Candidate):
     """A force of any course on a body in one trial: at a known point, else near its centre of mass."""
 
     trial: str
+    knot_s: float = KNOTS_S[0]  # of its course
     point_body: tuple[float, float, float] | None = None  # [m]
+    directions: tuple[float, float, float] = (1.0, 1.0, 1.0)  # how much of the size each axis may have
 
     id = "unexplained"
     sentence = "Something acts on {target} that no known cause describes."
@@ -44,19 +48,26 @@ class UnknownForce(Candidate):
         return tuple((share,) for share in FORCE_SHARES)
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
-        """Force splines at the point; without one, moments as far as `REACH_M` allows as well."""
+        """Force splines at the point; without one, moments as far as `REACH` allows as well."""
         if scene.name != self.trial:
             return None
-        courses = _courses(scene)
-        point = self._place(scene)
-        columns = [force_at(axis, point)[:, :, None] * courses[:, None, :] for axis in np.eye(3)]
+        courses = _courses(scene, self.knot_s)
+        point, reach_m = self._place(scene), self._reach_m(scene)
+        columns = [
+            force_at(axis, point)[:, :, None] * courses[:, None, :]
+            for axis, size in zip(np.eye(3), self.directions, strict=True)
+            if size
+        ]
         if self.point_body is None:
             for axis in np.eye(3):
                 moment = np.zeros((scene.frames, 6))
-                moment[:, 3:] = REACH_M * axis
+                moment[:, 3:] = reach_m * axis
                 columns.append(moment[:, :, None] * courses[:, None, :])
         stacked = np.concatenate(columns, axis=2)
-        return Signature(stacked, np.full(stacked.shape[2], eta[0] * scene.weight_N))
+        each = np.ones(stacked.shape[2])
+        sizes = [size for size in self.directions if size]
+        each[: len(sizes) * courses.shape[1]] = np.repeat(sizes, courses.shape[1])
+        return Signature(stacked, eta[0] * scene.weight_N * each)
 
     def estimates(
         self,
@@ -83,27 +94,49 @@ class UnknownForce(Candidate):
         self, scene: Scene, x: Float[np.ndarray, " parameters"]
     ) -> Float[np.ndarray, "frames 3"]:
         """Its course [N]."""
-        courses = _courses(scene)
-        return courses @ x[: 3 * courses.shape[1]].reshape(3, -1).T
+        courses = _courses(scene, self.knot_s)
+        force = np.zeros((scene.frames, 3))
+        along = np.flatnonzero(self.directions)
+        force[:, along] = courses @ x[: len(along) * courses.shape[1]].reshape(len(along), -1).T
+        return force
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Always: what counts is whether it is there."""
         return True
 
+    def along_an_axis(self, scene: Scene) -> "list[UnknownForce]":
+        """The least free there is: along one axis, at its point or else at the centre of mass."""
+        centre = scene.skeleton.bodies[scene.skeleton.body_index(self.target)].com_body
+        point = self.point_body or tuple(centre.tolist())
+        return [
+            replace(self, point_body=point, directions=tuple(np.eye(3)[axis].tolist())) for axis in range(3)
+        ]
+
     def at_its_point(self, scene: Scene, x: Float[np.ndarray, " parameters"]) -> "UnknownForce":
-        """The same force at the point of the body that its moments speak for (least squares)."""
-        courses = _courses(scene)
+        """Along its own directions, at the point that its moments speak for (least squares)."""
+        courses = _courses(scene, self.knot_s)
         width = 3 * courses.shape[1]
-        force = self.force_ground(scene, x)
-        moment = REACH_M * (courses @ x[width : 2 * width].reshape(3, -1).T)
+        force, reach_m = self.force_ground(scene, x), self._reach_m(scene)
+        moment = reach_m * (courses @ x[width : 2 * width].reshape(3, -1).T)
         body = scene.skeleton.body_index(self.target)
         R = scene.R_ground_body[:, body]
         rows = -skew(force) @ R  # r × F = −F × r
-        weight = REACH_M * np.sqrt((force**2).sum())
-        A = np.concatenate([rows.reshape(-1, 3), POINT_PULL * weight / REACH_M * np.eye(3)])
+        pull = POINT_PULL * np.sqrt((force**2).sum())
+        A = np.concatenate([rows.reshape(-1, 3), pull * np.eye(3)])
         offset = np.linalg.lstsq(A, np.concatenate([moment.ravel(), np.zeros(3)]), rcond=None)[0]
         point = scene.skeleton.bodies[body].com_body + offset
-        return UnknownForce(self.target, self.trial, tuple(point.tolist()))
+        size = np.sqrt((force**2).mean(axis=0))
+        directions = np.maximum(size / size.max(), LEAST_DIRECTION)
+        return replace(self, point_body=tuple(point.tolist()), directions=tuple(directions.tolist()))
+
+    def reach_cost(self, scenes: Sequence[Scene]) -> float:
+        """What a point far from the body's centre of mass costs before the data [nats]."""
+        if self.point_body is None:
+            return 0.0
+        scene = self.scene(scenes)
+        centre = scene.skeleton.bodies[scene.skeleton.body_index(self.target)].com_body
+        away_m = np.linalg.norm(np.array(self.point_body) - centre)
+        return 0.5 * float(away_m / self._reach_m(scene)) ** 2
 
     def nearest_body(self, scene: Scene) -> str:
         """The body that the point lies in: least distance from its centre of mass, in radii of gyration."""
@@ -115,10 +148,12 @@ class UnknownForce(Candidate):
             if body.mass < LEAST_KG:
                 continue
             away = np.linalg.norm(place - scene.point_ground(b, body.com_body), axis=1).mean()
-            distances[body.name] = away / (
-                LEAST_RADIUS_M + np.sqrt(np.trace(body.inertia_body) / 2 / body.mass)
-            )
+            distances[body.name] = away / (LEAST_RADIUS_M + _radius_of_gyration_m(body))
         return min(distances, key=lambda name: distances[name] - (OWN_BONUS if name == self.target else 0.0))
+
+    def _reach_m(self, scene: Scene) -> float:
+        body = scene.skeleton.bodies[scene.skeleton.body_index(self.target)]
+        return REACH * (LEAST_RADIUS_M + _radius_of_gyration_m(body))
 
     def _place(self, scene: Scene) -> Float[np.ndarray, "frames 3"]:
         body = scene.skeleton.body_index(self.target)
@@ -126,11 +161,16 @@ class UnknownForce(Candidate):
         return scene.point_ground(body, np.asarray(point))
 
 
+def _radius_of_gyration_m(body: Body) -> float:
+    return float(np.sqrt(np.trace(body.inertia_body) / 2 / body.mass))
+
+
 @dataclass(frozen=True)
 class UnknownMoment(Candidate):
     """A pure moment of any course in one trial; the balance of the whole body does not tell on which body."""
 
     trial: str
+    knot_s: float = KNOTS_S[0]  # of its course
 
     id = "unexplained"
     sentence = "A moment turns the body that no known cause describes."
@@ -144,7 +184,7 @@ class UnknownMoment(Candidate):
         """Moment splines."""
         if scene.name != self.trial:
             return None
-        courses = _courses(scene)
+        courses = _courses(scene, self.knot_s)
         columns = np.zeros((scene.frames, 6, 3, courses.shape[1]))
         for axis in range(3):
             columns[:, 3 + axis, axis] = courses
@@ -160,9 +200,13 @@ class UnknownMoment(Candidate):
         covariance: Float[np.ndarray, "parameters parameters"],
     ) -> dict[str, Estimate]:
         """RMS of the moment."""
-        moment = _courses(scene_named(scenes, self.trial)) @ x.reshape(3, -1).T
+        moment = _courses(scene_named(scenes, self.trial), self.knot_s) @ x.reshape(3, -1).T
         std = float(np.sqrt(np.trace(covariance) / len(x)))
         return {"rms_moment_Nm": Estimate(float(np.sqrt((moment**2).sum(axis=1).mean())), std)}
+
+    def reach_cost(self, scenes: Sequence[Scene]) -> float:
+        """A moment has no point."""
+        return 0.0
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Always."""
@@ -173,8 +217,10 @@ def unknown_forces(scenes: Sequence[Scene]) -> list[Candidate]:
     """In each trial a force on each body that is heavy enough to be told apart, and a moment."""
     found: list[Candidate] = []
     for scene in scenes:
-        found += [UnknownForce(b.name, scene.name) for b in scene.skeleton.bodies if b.mass >= LEAST_KG]
-        found.append(UnknownMoment("", scene.name))
+        heavy = [b.name for b in scene.skeleton.bodies if b.mass >= LEAST_KG]
+        for knot_s in KNOTS_S:
+            found += [UnknownForce(name, scene.name, knot_s) for name in heavy]
+            found.append(UnknownMoment("", scene.name, knot_s))
     return found
 
 
@@ -183,10 +229,10 @@ def scene_named(scenes: Sequence[Scene], trial: str) -> Scene:
     return next(scene for scene in scenes if scene.name == trial)
 
 
-def _courses(scene: Scene) -> Float[np.ndarray, "frames courses"]:
+def _courses(scene: Scene, knot_s: float) -> Float[np.ndarray, "frames courses"]:
     """A constant, and cubic B-splines through the trial."""
     time_s = scene.times
-    pieces = int(np.clip(round(time_s[-1] / KNOT_S), 4, MOST_KNOTS))
+    pieces = int(np.clip(round(time_s[-1] / knot_s), 4, MOST_KNOTS))
     inner = np.linspace(0, time_s[-1], pieces + 1)
     step = inner[1]
     knots = np.concatenate([-step * np.arange(3, 0, -1), inner, time_s[-1] + step * np.arange(1, 4)])

@@ -1,9 +1,16 @@
-"""A diagnosis as plain values, in the shape of `diagnose --json`."""
+"""A diagnosis as plain values, for `diagnose --json`; and what accepting it changes, for `accept --json`."""
 
 import math
+from dataclasses import asdict
 
 from solver.diagnosis.diagnosis import Diagnosis, Gain, NamedEffect
+from solver.diagnosis.extended_fit import ExtendedGain
+from solver.diagnosis.force_courses import ForceCourse
+from solver.diagnosis.residual_description import InTrial, ResidualDescription, ResidualSize
 from solver.effects.effect import Range
+
+MOST_CHANGED = 5  # joint torques that are listed
+COURSE_DIGITS = 2  # [s, N, N·m] what is only drawn
 
 
 def as_json(diagnosis: Diagnosis) -> dict[str, object]:
@@ -38,7 +45,35 @@ def as_json(diagnosis: Diagnosis) -> dict[str, object]:
             },
         },
         "trials": list(diagnosis.trials),
+        "rates_Hz": dict(diagnosis.rates_Hz),
         "notes": list(diagnosis.notes),
+        "residual": None if diagnosis.residual is None else _residual(diagnosis.residual),
+    }
+
+
+def extended_gain_json(gain: ExtendedGain) -> dict[str, object]:
+    """The figures as plain values, in the shape of `accept --json`."""
+    plain: dict[str, object] = {}
+    for name in ("heldout_linear_residual_N", "heldout_angular_residual_Nm", "marker_rms_m", "mass_kg"):
+        figure: Gain = getattr(gain, name)
+        known = math.isfinite(figure.before)  # JSON has no NaN
+        plain[name] = {k: getattr(figure, k) if known else None for k in ("before", "after")}
+        if figure.interval is not None:
+            plain[name] |= {"interval": list(figure.interval)}  # type: ignore[operator]
+    for name in ("heldout_linear_drop_N", "heldout_angular_drop_Nm"):
+        drop = getattr(gain, name)
+        plain[name] = None if drop is None else list(drop)
+    translations = {c.name for c in gain.fit.skeleton.free_coordinates if c.motion == "translation"}
+    most = [dof for dof in gain.joint_torque_change if dof not in translations][:MOST_CHANGED]
+    return plain | {
+        "heldout_frames": gain.heldout_frames,
+        "heldout_blocks": gain.heldout_blocks,
+        "joint_torque_change": {
+            "rms": gain.joint_torque_change,
+            "before_rms": gain.joint_torque_rms,
+            "most_changed": most,
+        },
+        "notes": list(gain.notes),
     }
 
 
@@ -55,7 +90,38 @@ def _effect(effect: NamedEffect, several: bool) -> dict[str, object]:
         "frames": [_range(r, several) for r in effect.frames],
         "sentence": effect.sentence,
         "remedy": effect.remedy,
+        "courses": [_course(c) for c in effect.courses],
     }
+
+
+def _course(course: ForceCourse) -> dict[str, object]:
+    force = course.force_ground.round(COURSE_DIGITS).tolist()
+    return {"trial": course.trial, "start": course.start, "step": course.step, "force_N": force}
+
+
+def _residual(residual: ResidualDescription) -> dict[str, object]:
+    return {
+        **_size(residual.whole),
+        "phases": [{"phase": p.phase, "foot": p.foot, **_size(p.size)} for p in residual.phases],
+        "axes": [
+            {"axis": a.axis, "direction": a.direction, "mean_force_N": a.mean_force_N, **_size(a.size)}
+            for a in residual.axes
+        ],
+        "trials": [_trial(t) for t in residual.trials],
+    }
+
+
+def _trial(trial: InTrial) -> dict[str, object]:
+    return {
+        "trial": trial.trial,
+        **_size(trial.size),
+        "worst": {"frames": [trial.worst.start, trial.worst.end], **_size(trial.worst_size)},
+        "course": {n: v.round(COURSE_DIGITS).tolist() for n, v in vars(trial.course).items()},
+    }
+
+
+def _size(size: ResidualSize) -> dict[str, float]:
+    return asdict(size)
 
 
 def _finite(value: float) -> float | None:

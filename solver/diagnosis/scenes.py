@@ -10,6 +10,7 @@ from solver.capture.capture import ForcePlate
 from solver.capture.conditioning import plate_loads
 from solver.contact.sole import independent_feet, soles
 from solver.contact.wrenches import MissingRange
+from solver.diagnosis.own_model import size_against_own_model
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.dynamics.inertia_parameters import demanded_wrench, pseudo_inertia
 from solver.dynamics.marker_posterior import MarkerPosterior, marker_posterior
@@ -106,11 +107,13 @@ def scenes_of(
     reviews: Mapping[str, Sequence[MissingRange]],
 ) -> SceneAndPosterior:
     """All trials of a fit that have forces."""
-    return [
+    size = size_against_own_model(fit)
+    pairs = [
         scene_of(trial, fit.skeleton, settings, diagnosis, flagged_by_people(trial, reviews))
         for trial in fit.trials
         if trial.contacts is not None
     ]
+    return [(replace(scene, size_against_own_model=size), posterior) for scene, posterior in pairs]
 
 
 def flagged_by_people(fit: TrialFit, reviews: Mapping[str, Sequence[MissingRange]]) -> Sequence[MissingRange]:

@@ -2,21 +2,24 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 
 import numpy as np
-from jaxtyping import Int
 
 from solver.diagnosis.balance import Balance, Rung, Solved, Term
 from solver.diagnosis.heldout import block_scores, blocks
-from solver.diagnosis.refinement import best_start, refined
+from solver.diagnosis.refinement import refined
+from solver.diagnosis.screening import Screen
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects.effect import Candidate, Corrected
 from solver.progress import Progress, silent
 
+MOST_EXCHANGES = 3
+
 
 @dataclass(frozen=True, eq=False)
 class Contender:
-    """A candidate fitted beside the causes found before it."""
+    """A candidate fitted beside other causes."""
 
     term: Term
     solved: Solved
@@ -29,7 +32,7 @@ class Contender:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A cause, and what else might be in its place."""
+    """A cause beside all others that were found, and what else might be in its place."""
 
     contender: Contender
     heldout_gain: float  # log density of withheld blocks beyond the causes found before
@@ -56,35 +59,199 @@ def select(balance: Balance, candidates: Sequence[Candidate], progress: Progress
         candidates: the whole catalogue at every target.
         progress: told the fraction done; may raise `Cancelled`.
     """
-    settings = balance.settings
     corrections = [c for c in candidates if isinstance(c, Corrected)]
-    candidates = [c for c in candidates if not isinstance(c, Corrected)]
-    current = null = balance.solve([])
-    found: list[Found] = []
-    some = blocks(balance)
-    contenders: list[Contender] = []
-    for turn in range(settings.most_effects):
-        progress("diagnosis", turn / settings.most_effects)
-        contenders = _contenders(balance, candidates, current, [f.contender.term for f in found])
-        best = None
-        least = settings.least_further_gain if found else settings.least_gain
-        for contender in contenders:
-            if contender.odds_gain(settings) < least:
-                continue
-            heldout = _heldout_gain(balance, current, contender.solved, some)
-            if heldout > settings.least_heldout_gain and _notable(balance, contender.solved):
-                best = contender, heldout
+    search = _Search(balance, [c for c in candidates if not isinstance(c, Corrected)], progress)
+    named, uncorrected = _corrected(balance, corrections, search.solved)
+    return Selection(
+        search.null, search.solved, tuple(search.found), tuple(search.refused), named, uncorrected
+    )
+
+
+class _Search:
+    """Causes found so far; grows one by one, or by two where neither stands out alone."""
+
+    def __init__(self, balance: Balance, candidates: Sequence[Candidate], progress: Progress) -> None:
+        self.balance, self.settings = balance, balance.settings
+        self.screen = Screen(balance, candidates)
+        self.blocks = blocks(balance)
+        self.null = self.solved = balance.solve([])
+        self.found: list[Found] = []
+        self.refused: list[Contender] = []
+        self._grow(progress)
+        for _ in range(MOST_EXCHANGES):
+            if len(self.found) < 2 or not self._exchange_all():
                 break
-        if best is None or _ambiguous(best[0], contenders, settings):
-            break
-        contender, heldout = best
-        rivals = tuple(c for c in contenders if c is not contender)
-        found.append(Found(contender, heldout, rivals))
-        current = contender.solved
-        current, found = _settled(balance, current, found)
-    progress("diagnosis", 1.0)
-    named, uncorrected = _corrected(balance, corrections, current)
-    return Selection(null, current, tuple(found), tuple(contenders[:5]), named, uncorrected)
+            self._grow(progress)
+        progress("diagnosis", 1.0)
+
+    def _grow(self, progress: Progress) -> None:
+        most = self.settings.most_effects
+        for turn in range(2 * most):
+            progress("diagnosis", turn / (2 * most))
+            before = self.solved.log_evidence
+            if len(self.found) >= most or not self._add():
+                break
+            self._take_back()
+            if self.solved.log_evidence < before + self.settings.least_gain:
+                break
+
+    @property
+    def terms(self) -> list[Term]:
+        return [f.contender.term for f in self.found]
+
+    def _add(self) -> bool:
+        """The best next cause, or the best two together."""
+        contenders = self._contenders(self.terms, self.solved)
+        self.refused = contenders[:5]
+        least = self.settings.least_further_gain if self.found else self.settings.least_gain
+        inadmissible: set[int] = set()
+        for contender in contenders:
+            if contender.odds_gain(self.settings) < least:
+                break
+            heldout = self._heldout_gain(contender.solved)
+            beyond = heldout + contender.term.candidate.seen_elsewhere
+            if beyond <= self.settings.least_heldout_gain or not self._admissible(
+                contender.solved, self.solved
+            ):
+                inadmissible.add(id(contender))
+                continue
+            rivals = tuple(c for c in contenders if c is not contender and id(c) not in inadmissible)
+            if _ambiguous(contender, [c for c in contenders if c is not contender], self.settings):
+                break
+            self.found.append(Found(contender, heldout, rivals))
+            self.solved = contender.solved
+            return True
+        return self._add_two(contenders)
+
+    def _add_two(self, contenders: Sequence[Contender]) -> bool:
+        """Two causes of which neither stands out alone, but both together."""
+        settings = self.settings
+        able = [c for c in contenders if c.odds_gain(settings) > settings.least_of_two]
+        tried = []
+        for one, two in combinations(able[: settings.tried_in_pairs], 2):
+            both = self.balance.solve([*self.terms, one.term, two.term], near=one.solved.rung)
+            gain = both.log_evidence - self.solved.log_evidence
+            odds = gain - handicap(one.term.candidate, settings) - handicap(two.term.candidate, settings)
+            tried.append((odds, one, two, both))
+        tried.sort(key=lambda t: -t[0])
+        least = settings.least_gain + settings.least_further_gain
+        if not tried or tried[0][0] < least:
+            return False
+        odds, one, two, both = tried[0]
+        if not (self._admissible(both, self.solved) and self._notable(both, -2)):
+            return False
+        alone = max(one.odds_gain(settings), two.odds_gain(settings))
+        heldout = self._heldout_gain(both)
+        runner_up = tried[1][0] if len(tried) > 1 else -np.inf
+        if (
+            odds - alone < settings.least_further_gain
+            or odds - runner_up < settings.rival_margin
+            or heldout <= settings.least_heldout_gain
+        ):
+            return False
+        for own, other in ((one, two), (two, one)):
+            gain = both.log_evidence - other.solved.log_evidence
+            self.found.append(Found(Contender(own.term, both, gain), heldout, ()))
+        self.solved = both
+        return True
+
+    def _take_back(self) -> None:
+        """Causes that are too small or no longer pay once later ones are there."""
+        while len(self.found) > 1:
+            terms = self.terms
+            without = [
+                self.balance.solve(terms[:k] + terms[k + 1 :], near=self.solved.rung)
+                for k in range(len(terms))
+            ]
+            losses = [
+                self.solved.log_evidence - w.log_evidence - handicap(t.candidate, self.settings)
+                for w, t in zip(without, terms, strict=True)
+            ]
+            weak = [
+                k
+                for k, loss in enumerate(losses)
+                if loss < self.settings.least_gain or not self._notable(self.solved, k)
+            ]
+            if not weak:
+                break
+            k = min(weak, key=lambda k: losses[k])
+            del self.found[k]
+            self.solved = without[k]
+
+    def _exchange_all(self) -> bool:
+        """Each cause anew beside all others, and whether another took the place of one."""
+        before = [t.candidate.key for t in self.terms]
+        for k in range(len(self.found)):
+            self._exchange(k)
+        self._take_back()
+        return before != [t.candidate.key for t in self.terms]
+
+    def _exchange(self, k: int) -> None:
+        """The k-th cause against all others in its place, beside the rest."""
+        one = self.found[k]
+        rest = self.terms[:k] + self.terms[k + 1 :]
+        without = self.balance.solve(rest, near=self.solved.rung)
+        contenders = self._contenders(rest, without)
+        key = one.contender.term.candidate.key
+        gain = self.solved.log_evidence - without.log_evidence
+        own = Contender(one.contender.term, self.solved, gain)
+        contenders = [own, *(c for c in contenders if c.term.candidate.key != key)]
+        contenders.sort(key=lambda c: -c.odds_gain(self.settings))
+        least = own.odds_gain(self.settings) + self.settings.exchange_margin
+        chosen, inadmissible = own, set()
+        for c in contenders:
+            if c is own or c.odds_gain(self.settings) < least:
+                break
+            beyond = self._heldout_gain(c.solved, without) + c.term.candidate.seen_elsewhere
+            if self._admissible(c.solved, without) and beyond > 0:
+                chosen = c
+                break
+            inadmissible.add(id(c))
+        if chosen is not own:
+            terms = [*self.terms[:k], chosen.term, *self.terms[k + 1 :]]
+            self.solved = self.balance.solve(terms, near=chosen.solved.rung)
+        rivals = tuple(c for c in contenders if c is not chosen and id(c) not in inadmissible)
+        heldout = one.heldout_gain if chosen is own else self._heldout_gain(chosen.solved, without)
+        self.found[k] = Found(chosen, heldout, rivals)
+
+    def _contenders(self, accepted: Sequence[Term], current: Solved) -> list[Contender]:
+        """The most promising candidates, refined, each with the scale that suits it; best first."""
+        balance, settings = self.balance, self.settings
+        rungs = {id(r): r for r in (current.rung, _nearest(balance.rungs, 1.0))}.values()
+        chosen: dict[tuple[str, str], Term] = {}
+        for rung in rungs:
+            screened = sorted(
+                self.screen.at(rung, accepted), key=lambda s: handicap(s.rows.candidate, settings) - s.gain
+            )
+            for one in screened[: settings.refitted]:
+                chosen.setdefault(one.rows.candidate.key, balance.spread(one.rows))
+        contenders = []
+        for term in chosen.values():
+            own = refined(balance, term, accepted, current.rung)
+            solved = balance.solve([*accepted, own], near=current.rung)
+            if solved.rung is not current.rung and own.tangent_mean:
+                own = refined(balance, term, accepted, solved.rung)
+                solved = balance.solve([*accepted, own], near=solved.rung)
+            contenders.append(Contender(own, solved, solved.log_evidence - current.log_evidence))
+        return sorted(contenders, key=lambda c: -c.odds_gain(settings))
+
+    def _heldout_gain(self, after: Solved, before: Solved | None = None) -> float:
+        """Sum over blocks of what their log density gains."""
+        before = before or self.solved
+        old = block_scores(self.balance, before.terms, before.rung, self.blocks).log_density
+        new = block_scores(self.balance, after.terms, after.rung, self.blocks).log_density
+        return float((new - old).sum())
+
+    def _admissible(self, after: Solved, before: Solved) -> bool:
+        """Whether the last cause is notable and does not lean on a body of another mass."""
+        strain = abs(self.balance.mass_strain(after))
+        least = max(self.settings.most_mass_strain, abs(self.balance.mass_strain(before)))
+        return self._notable(after) and strain <= least
+
+    def _notable(self, solved: Solved, k: int = -1) -> bool:
+        """Whether the k-th term's size is one that anybody would act on."""
+        k %= len(solved.terms)
+        return solved.terms[k].candidate.is_notable(solved.estimates(k, self.balance.scenes))
 
 
 def _corrected(
@@ -112,87 +279,24 @@ def _corrected(
     return tuple(named), tuple(terms)
 
 
-def _contenders(
-    balance: Balance, candidates: Sequence[Candidate], current: Solved, accepted: Sequence[Term]
-) -> list[Contender]:
-    """The most promising candidates, refined, each with the scale that suits it; best first."""
-    settings = balance.settings
-    taken = {(t.candidate.id, t.candidate.target) for t in accepted}
-    fresh = [c for c in candidates if (c.id, c.target) not in taken]
-    rungs = {id(r): r for r in (current.rung, _nearest(balance.rungs, 1.0))}.values()
-    chosen: dict[int, Term] = {}
-    for rung in rungs:
-        base = balance.solve_at(accepted, rung).log_evidence
-        screened = []
-        for candidate in fresh:
-            start = best_start(balance, candidate, accepted, rung)
-            if start is not None:
-                screened.append((start[1].log_evidence - base - handicap(candidate, settings), start[0]))
-        screened.sort(key=lambda s: -s[0])
-        for _, term in screened[: settings.refitted]:
-            chosen.setdefault(id(term.candidate), term)
-    contenders = []
-    for term in chosen.values():
-        own = refined(balance, term, accepted, current.rung)
-        solved = balance.solve([*accepted, own], near=current.rung)
-        if solved.rung is not current.rung and own.tangent_mean:
-            own = refined(balance, term, accepted, solved.rung)
-            solved = balance.solve([*accepted, own], near=solved.rung)
-        contenders.append(Contender(own, solved, solved.log_evidence - current.log_evidence))
-    return sorted(contenders, key=lambda c: -c.odds_gain(settings))
-
-
 def handicap(candidate: Candidate, settings: DiagnosisSettings) -> float:
-    """Log prior odds against the cause [nats]."""
-    return dict(settings.handicaps).get(candidate.id, 0.0)
+    """Log odds against the cause before the balance [nats]; a cause seen elsewhere is no imitation."""
+    elsewhere = candidate.seen_elsewhere
+    usual = dict(settings.handicaps).get(candidate.id, 0.0)
+    return -elsewhere if elsewhere > 0 else usual - elsewhere
 
 
-def _settled(balance: Balance, current: Solved, found: list[Found]) -> tuple[Solved, list[Found]]:
-    """Causes that no longer pay once later ones are there are taken back."""
-    while len(found) > 1:
-        terms = [f.contender.term for f in found]
-        without = [balance.solve(terms[:k] + terms[k + 1 :], near=current.rung) for k in range(len(terms))]
-        losses = [current.log_evidence - w.log_evidence for w in without]
-        k = int(np.argmin(losses))
-        if losses[k] >= balance.settings.least_gain + handicap(
-            found[k].contender.term.candidate, balance.settings
-        ):
-            break
-        found = found[:k] + found[k + 1 :]
-        current = without[k]
-    return current, found
-
-
-def _heldout_gain(
-    balance: Balance, before: Solved, after: Solved, some: Sequence[Int[np.ndarray, " rows"]]
-) -> float:
-    """Sum over blocks of what their log density gains."""
-    old = block_scores(balance, before.terms, before.rung, some).log_density
-    new = block_scores(balance, after.terms, after.rung, some).log_density
-    return float((new - old).sum())
-
-
-def _notable(balance: Balance, solved: Solved) -> bool:
-    """Whether the last term's size is one that anybody would act on, and the others' still are."""
-    return all(
-        term.candidate.is_notable(solved.estimates(k, balance.scenes)) for k, term in enumerate(solved.terms)
-    )
-
-
-def confidence(one: Contender, contenders: Sequence[Contender], settings: DiagnosisSettings) -> float:
+def confidence(one: Contender, rivals: Sequence[Contender], settings: DiagnosisSettings) -> float:
     """Share of a cause among none and all that were tried in its place, on tempered log evidence and odds."""
-    own = (one.term.candidate.id, one.term.candidate.target)
-    others = [
-        c.odds_gain(settings) for c in contenders if (c.term.candidate.id, c.term.candidate.target) != own
-    ]
+    others = [c.odds_gain(settings) for c in rivals if c.term.candidate.key != one.term.candidate.key]
     gains = np.array([0.0, *others]) - one.odds_gain(settings)
     return float(1 / (1 + np.exp(np.clip(gains / settings.confidence_temper, -50, 50)).sum()))
 
 
-def _ambiguous(one: Contender, contenders: Sequence[Contender], settings: DiagnosisSettings) -> bool:
+def _ambiguous(one: Contender, rivals: Sequence[Contender], settings: DiagnosisSettings) -> bool:
     """Small, and no likelier than a handful of others: what a model's own errors look like."""
     small = one.odds_gain(settings) < settings.certain_gain
-    return small and confidence(one, contenders, settings) < settings.least_confidence
+    return small and confidence(one, rivals, settings) < settings.least_confidence
 
 
 def _nearest(rungs: Sequence[Rung], scale: float) -> Rung:

@@ -31,6 +31,9 @@ class DiagnosisSettings:
     bounce_std: float = setting(
         0.10, unit="", why="skin and a stiff trunk exaggerate the motion of the centre of mass by 10 to 20 %"
     )
+    sway_std: float = setting(
+        0.05, unit="", why="likewise along the ground and of the spin: nearly all of such motion is real"
+    )
     tissue_std_m_per_rad: float = setting(
         0.008, unit="m/rad", why="how far a segment's markers slide together as the joints beside it turn"
     )
@@ -58,9 +61,19 @@ class DiagnosisSettings:
     )
     least_gain: float = setting(8.0, unit="nats", why="of log evidence; clean recordings rarely reach it")
     least_further_gain: float = setting(
-        13.0,
+        10.0,
         unit="nats",
         why="of every cause after the first, which has the rest of the first to explain as well",
+    )
+    least_of_two: float = setting(
+        4.0, unit="nats", why="of each of two causes alone, that may stand out only together"
+    )
+    most_mass_strain: float = setting(
+        2.5, unit="", why="standard deviations that a cause may need the body's mass from the entered one"
+    )
+    tried_in_pairs: int = setting(6, unit="", why="the best of the refitted, each with each")
+    exchange_margin: float = setting(
+        2.0, unit="nats", why="by which another cause must do better beside all others to take a place"
     )
     least_heldout_gain: float = setting(
         0.0,
@@ -94,9 +107,17 @@ class DiagnosisSettings:
     unknown_margin: float = setting(
         6.0, unit="nats", why="by which a force of any course must beat named causes"
     )
+    unknown_share: float = setting(
+        0.05,
+        unit="",
+        why="of what named causes explain, likewise: a free course follows model errors",
+    )
     unexplained_scale: float = setting(2.4, unit="", why="model errors of sound recordings stay below it")
     rival_margin: float = setting(
         4.0, unit="nats", why="of log evidence, within which two causes are not told apart"
+    )
+    rival_share: float = setting(
+        0.1, unit="", why="of the gain, likewise: what the model gets wrong grows with what a cause explains"
     )
     confidence_temper: float = setting(
         3.0, unit="nats", why="evidence is overconfident where the model is wrong"

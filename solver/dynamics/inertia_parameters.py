@@ -18,6 +18,7 @@ from solver.skeleton.skeleton import Body, Skeleton
 # The ten entries of L: stretches along x, y, z; shears; shifts of the centre of mass; mass.
 ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2), (0, 3), (1, 3), (2, 3), (3, 3))
 PER_BODY = len(ENTRIES)
+LEAST_MOVED = 1e-3  # smallest eigenvalue of J that is near enough, the nominal one's all being 1
 MIRROR = np.diag([1.0, 1.0, -1.0, 1.0])  # left and right are mirror images in z
 
 
@@ -61,6 +62,26 @@ class InertiaParameters:
                 half = U @ dL @ UL.T
                 D[b, k] = self.mirrored[b, k] * (half + half.T)
         return D
+
+    def moved(
+        self, phi: Float[np.ndarray, " parameters"], step: Float[np.ndarray, " parameters"]
+    ) -> Float[np.ndarray, " parameters"]:
+        """φ after a step whose size was found by the derivatives at φ.
+
+        The demanded wrench is linear in J, not in φ: so the bodies become J + ∂J/∂φ step, and φ what that
+        takes. Where such a body could not exist, its φ moves by the step itself.
+        """
+        J, D, target = self.pseudo_inertias(phi), self.derivatives(phi), phi + step
+        for group in range(len(self.names)):
+            body = int(np.flatnonzero(self.group == group)[0])
+            own = slice(PER_BODY * group, PER_BODY * (group + 1))
+            inverse = np.linalg.inv(self.factors[body])
+            moved = inverse @ (J[body] + np.einsum("k,kij->ij", step[own], D[body])) @ inverse.T
+            if np.linalg.eigvalsh(moved)[0] > LEAST_MOVED:
+                L = _upper_factor(moved)
+                entries = [np.log(L[i, j]) if i == j else L[i, j] for i, j in ENTRIES]
+                target[own] = self.mirrored[body] * entries
+        return target
 
     def skeleton_at(self, phi: Float[np.ndarray, " parameters"]) -> Skeleton:
         """The skeleton with these inertias."""
@@ -149,6 +170,36 @@ def demanded_wrench(
         ],
         axis=-1,
     )
+
+
+def wrench_by_parameters(
+    acceleration: Float[np.ndarray, "frames bodies 3 4"],
+    T_ground_body: Float[np.ndarray, "frames bodies 4 4"],
+    parameters: InertiaParameters,
+    derivatives: Float[np.ndarray, "bodies 10 4 4"],
+) -> Float[np.ndarray, "frames 6 parameters"]:
+    """Derivative of the whole body's demanded wrench by φ.
+
+    Args:
+        acceleration: as `demanded_wrench` takes it.
+        T_ground_body: likewise.
+        parameters: φ's bodies.
+        derivatives: of their pseudo-inertias, by their groups' ten parameters.
+    """
+    frames = len(acceleration)
+    by_phi = np.zeros((frames, 6, parameters.count))
+    by_J = np.zeros((frames, 6, 4, 4))  # of one body's wrench
+    for body, group in enumerate(parameters.group):
+        if group < 0:
+            continue
+        A, T = acceleration[:, body], T_ground_body[:, body]
+        by_J[:, :3, :, 3] = A
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            by_J[:, 3 + i] = A[:, k, :, None] * T[:, j, None, :] - A[:, j, :, None] * T[:, k, None, :]
+        own = by_J.reshape(-1, 16) @ derivatives[body].reshape(PER_BODY, 16).T
+        by_phi[:, :, PER_BODY * group : PER_BODY * (group + 1)] += own.reshape(frames, 6, PER_BODY)
+    return by_phi
 
 
 def _triangle(own: Float[np.ndarray, "10"]) -> Float[np.ndarray, "4 4"]:

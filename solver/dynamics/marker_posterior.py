@@ -17,10 +17,10 @@ from threadpoolctl import threadpool_limits
 
 from solver.dynamics.block_tridiagonal import BlockCholesky
 from solver.dynamics.momentum_terms import MomentumTerms, momentum_terms
-from solver.dynamics.spline_band import REACH, CoefficientBand, nearest_spline
+from solver.dynamics.spline_band import REACH, CoefficientBand, from_blocks, in_blocks, nearest_spline
 from solver.dynamics.spline_basis import ORDER, SplineBasis, spline_basis
-from solver.dynamics.trajectory_fit import jerk_level
 from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.dynamics.trial_cost import jerk_level
 from solver.dynamics.windows import Windows
 from solver.kinematics.frame_solver import root_dofs
 from solver.kinematics.motion import Motion
@@ -114,8 +114,8 @@ def marker_posterior(
             band.add_jerk(jerk_weight)
             gradient += jerk_weight * basis.jerk_product(c)
             factor = band.block_tridiagonal().factorized_in_place()
-            half = factor.half_solve(band.in_blocks(gradient[:, :, None]))
-            step = band.from_blocks(factor.back_solve(half))[:, :, 0]
+            half = factor.half_solve(in_blocks(gradient[:, :, None]))
+            step = from_blocks(factor.back_solve(half)[:, :, 0], *c.shape)
             c = c - step
         return MarkerPosterior(
             skeleton,
@@ -166,7 +166,7 @@ class _Track:
         x = self.kinematics.markers(poses)
         error = self._error(x)
         H, g = np.zeros((frames, dofs, dofs)), np.zeros((frames, dofs))
-        between = np.zeros((max(0, frames - 1), dofs, dofs))
+        H_before = np.zeros((frames, dofs, dofs))
         for low in range(0, frames, CHUNK):
             high = min(frames, low + CHUNK + 1)  # one more: the pair across the border
             own = slice(low, min(frames, low + CHUNK))
@@ -179,12 +179,11 @@ class _Track:
             change = error[low + 1 : high] - error[low : high - 1]
             self._add(H[low + 1 : high], g[low + 1 : high], Q, J[1:], change)
             self._add(H[low : high - 1], g[low : high - 1], Q, J[:-1], -change)
-            between[low : high - 1] = -_inner(J[1:], np.einsum("tmn,tncd->tmcd", Q, J[:-1]))
+            H_before[low + 1 : high] = -_inner(J[1:], np.einsum("tmn,tncd->tmcd", Q, J[:-1]))
         H[:, np.arange(dofs), np.arange(dofs)] += pull
         g += pull * (q - self.start.q)
         band = CoefficientBand.empty(basis, dofs)
-        band.add_same_frame(H)
-        band.add_neighbour_frames(between)
+        band.add_frames(0, H, H_before)
         return band, CoefficientBand.gather(basis, g, 0)
 
     def _add(

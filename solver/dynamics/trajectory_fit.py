@@ -13,27 +13,28 @@ The border is open to whatever else may act: r = demanded − measured − extra
 trials and N(0, prior_std²) before the data.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Bool, Float
 from threadpoolctl import threadpool_limits
 
+from solver.dynamics.bordered_system import BorderedFactor, Gradient, Step, TrialTerms
 from solver.dynamics.inertia_parameters import inertia_parameters, prior_std
-from solver.dynamics.spline_band import CoefficientBand, nearest_spline
-from solver.dynamics.spline_basis import SplineBasis, spline_basis
+from solver.dynamics.residual_track import ResidualModel
 from solver.dynamics.trajectory_settings import TrajectorySettings
-from solver.dynamics.trajectory_terms import MarkerTrack, ResidualModel, ResidualTrack
+from solver.dynamics.trial_cost import TrialCost
 from solver.errors import FitError
-from solver.kinematics.frame_solver import root_dofs
 from solver.kinematics.motion import Motion
 from solver.progress import Progress, silent
 from solver.skeleton.skeleton import Skeleton
 
-REFERENCE_RATE_HZ = 100.0  # the weights of single frames are stated for it
+# A last step with the curvature at hand is tried after a step that gained less than this share of the cost.
+NEARLY_THERE = 0.5
 FIRST_DAMPING, MOST_DAMPING = 1e-6, 1e8
-# An undamped step that lowers the cost by what its quadratic model foretold, but for this share of the
-# tolerance, has arrived: what is left is of the order of that difference.
+# A small undamped step that lowers the cost by what its quadratic model foretold, but for this share of the
+# tolerance, has arrived: what is left is of the order of that difference. Of a large one, that may be chance.
+SMALL_STEP = 10  # tolerances
 AS_FORETOLD = 0.1
 
 
@@ -139,7 +140,7 @@ class _Solver:
         self.prior_precision = settings.inertia_prior_weight / prior_std(self.inertias, settings) ** 2
         self.extra_precision = self.extra.prior_std**-2.0
         width = len(self.extra.prior_std)
-        self.parts = [_Trial(skeleton, data, settings, width) for data in trials]
+        self.parts = [TrialCost(skeleton, data, settings, width) for data in trials]
         self.entered_mass = skeleton.mass
 
     def run(self, progress: Progress, phi: Float[np.ndarray, " parameters"] | None) -> TrajectoryFit:
@@ -148,25 +149,33 @@ class _Solver:
             np.zeros(self.inertias.count) if phi is None else phi,
             self.extra.start,
         )
-        cost = self._cost(state)
         damping, converged, iteration = FIRST_DAMPING, False, 0
         while iteration < self.settings.iterations and not converged and damping < MOST_DAMPING:
             progress("dynamics", iteration / self.settings.iterations)
             iteration += 1
-            system = self._linearized(state)
             while damping < MOST_DAMPING:
-                tried, foretold = self._stepped(state, system, damping)
+                system = self._linearized(state)
+                cost = sum(part.cost for part in system) + self._prior(state)[0]
+                gradient = self._gradient_of(state, system)
+                factor = self._factorized(state, system, damping)
+                step = factor.step(gradient)
+                tried = self._stepped(state, step)
                 tried_cost = self._cost(tried)
                 if tried_cost < cost:
                     break
                 damping = max(damping * 100, 1e-3)
+                del system, factor  # before the next ones are built
             if damping >= MOST_DAMPING:
                 break
             gained, least = cost - tried_cost, self.settings.tolerance * cost
-            as_foretold = damping <= FIRST_DAMPING and abs(gained - foretold) < AS_FORETOLD * least
+            undamped = damping <= FIRST_DAMPING
+            small = undamped and gained < SMALL_STEP * least
+            as_foretold = small and abs(gained - step.foretold) < AS_FORETOLD * least
             converged = gained < least or as_foretold
             state, cost, damping = tried, tried_cost, damping / 10
-            del system  # before the next one is built
+            if undamped and not converged and gained < NEARLY_THERE * cost:
+                state, converged = self._settled(state, cost, factor)
+            del system, factor
         progress("dynamics", 1.0)
         fitted = self.inertias.skeleton_at(state.phi) if self.parameters else self.inertias.skeleton
         return TrajectoryFit(
@@ -182,12 +191,46 @@ class _Solver:
             extra_covariance=self._extra_covariance(state),
         )
 
-    def _pairs(self, state: _State) -> list[tuple["_Trial", Float[np.ndarray, "coefficients dofs"]]]:
+    def _pairs(self, state: _State) -> list[tuple[TrialCost, Float[np.ndarray, "coefficients dofs"]]]:
         return list(zip(self.parts, state.coefficients, strict=True))
 
-    def _linearized(self, state: _State) -> list["_System"]:
+    def _linearized(self, state: _State) -> list[TrialTerms]:
         model = self._model(state)
         return [p.linearized(c, model, with_inertias=self.parameters > 0) for p, c in self._pairs(state)]
+
+    def _factorized(self, state: _State, system: list[TrialTerms], damping: float = 0.0) -> BorderedFactor:
+        return BorderedFactor(system, self._prior(state)[2], damping)
+
+    def _gradient_of(self, state: _State, system: list[TrialTerms]) -> Gradient:
+        shared = sum((part.gradient_corner for part in system), self._prior(state)[1])
+        return Gradient(tuple(part.gradient for part in system), shared)
+
+    def _gradient(self, state: _State) -> Gradient:
+        """The same without the curvature, at a fraction of its cost."""
+        model, shared, coefficients = self._model(state), self._prior(state)[1], []
+        for part, c in self._pairs(state):
+            own, corner = part.gradient(c, model, with_inertias=self.parameters > 0)
+            coefficients.append(own)
+            shared = shared + corner
+        return Gradient(tuple(coefficients), shared)
+
+    def _stepped(self, state: _State, step: Step) -> _State:
+        phi = state.phi
+        if self.parameters:
+            phi = self.inertias.moved(phi, step.shared[: self.parameters])
+        coefficients = [c + s for c, s in zip(state.coefficients, step.coefficients, strict=True)]
+        return _State(coefficients, phi, state.x + step.shared[self.parameters :])
+
+    def _settled(self, state: _State, cost: float, factor: BorderedFactor) -> tuple[_State, bool]:
+        """The state after a last step with the curvature at hand, and whether it is the last one.
+
+        It is if all that is left to gain is less than the tolerance, by the gradient here and that curvature.
+        """
+        step = factor.step(self._gradient(state))
+        if step.foretold >= self.settings.tolerance * cost:
+            return state, False
+        tried = self._stepped(state, step)
+        return (tried, True) if self._cost(tried) < cost else (state, False)
 
     def _model(self, state: _State) -> ResidualModel:
         return ResidualModel(self.inertias, state.phi, state.x)
@@ -223,140 +266,9 @@ class _Solver:
         curvature[:count, :count] += precision * np.outer(slope, slope)[:count, :count]
         return cost, np.concatenate([gradient[:count], self.extra_precision * x]), curvature
 
-    def _stepped(self, state: _State, system: list["_System"], damping: float) -> tuple[_State, float]:
-        """One damped step, and by how much it lowers the cost if that is quadratic.
-
-        Eliminates each trial's coefficients, solves the border and substitutes back.
-        """
-        _, gradient, corner = self._prior(state)
-        count = len(gradient)
-        eliminated, foretold = [], 0.0
-        for part in system:
-            factor = part.band.block_tridiagonal(damping).factorized_in_place()
-            right = part.band.in_blocks(np.concatenate([part.border, part.gradient[:, :, None]], axis=2))
-            half = factor.half_solve(right)
-            del right  # as large as the half-solved columns
-            flat = half.reshape(-1, count + 1)
-            corner += part.corner - flat[:, :count].T @ flat[:, :count]
-            gradient += part.gradient_corner - flat[:, :count].T @ flat[:, count]
-            foretold += float(flat[:, count] @ flat[:, count])
-            eliminated.append((factor, half))
-        step = -np.linalg.solve(corner, gradient) if count else np.zeros(0)
-        foretold -= float(gradient @ step)
-        coefficients = []
-        for (factor, half), part, c in zip(eliminated, system, state.coefficients, strict=True):
-            reduced = -(half[:, :, count] + half[:, :, :count] @ step)
-            coefficients.append(c + part.band.from_blocks(factor.back_solve(reduced[:, :, None])[:, :, 0]))
-        phi = state.phi.copy()
-        phi[: self.parameters] += step[: self.parameters]
-        return _State(coefficients, phi, state.x + step[self.parameters :]), foretold
-
     def _extra_covariance(self, state: _State) -> Float[np.ndarray, "extra extra"]:
         """Of x at the solution: the inverse of the border from which all bands are eliminated."""
         if not len(state.x):
             return np.zeros((0, 0))
-        corner = self._prior(state)[2]
-        for part in self._linearized(state):
-            factor = part.band.block_tridiagonal().factorized_in_place()
-            half = factor.half_solve(part.band.in_blocks(part.border)).reshape(-1, len(corner))
-            corner += part.corner - half.T @ half
+        corner = self._factorized(state, self._linearized(state)).corner
         return np.linalg.inv(corner)[self.parameters :, self.parameters :]
-
-
-def jerk_level(motion: Motion, settings: TrajectorySettings) -> Float[np.ndarray, " dofs"]:
-    """RMS third derivative of each dof in the marker fit below its noise [rad/s³ or m/s³].
-
-    Running jerks ten times as much as walking; a smoothness that fits one would bend the other.
-    """
-    jerk = motion.low_passed(settings.jerk_cutoff_Hz).derivative(3)
-    inner = jerk[len(jerk) // 10 : len(jerk) - len(jerk) // 10]
-    own = np.sqrt((inner**2).mean(axis=0))
-    return np.maximum(own, settings.least_jerk_share * np.sqrt((own**2).mean()))
-
-
-@dataclass(frozen=True)
-class _System:
-    """Gauss-Newton terms of one trial."""
-
-    band: CoefficientBand
-    gradient: Float[np.ndarray, "coefficients dofs"]
-    border: Float[np.ndarray, "coefficients dofs shared"]
-    corner: Float[np.ndarray, "shared shared"]
-    gradient_corner: Float[np.ndarray, " shared"]
-
-
-class _Trial:
-    """One trial's terms."""
-
-    def __init__(
-        self, skeleton: Skeleton, data: TrialData, settings: TrajectorySettings, extra: int = 0
-    ) -> None:
-        motion = data.start
-        spacing = max(1, round(settings.knot_spacing_s * motion.rate))
-        self.basis: SplineBasis = spline_basis(motion.frames, motion.rate, spacing)
-        self.data, self.settings = data, settings
-        self.per_frame = REFERENCE_RATE_HZ / motion.rate
-        self.markers = MarkerTrack(skeleton, data.observed_ground, motion, settings)
-        wrench, columns = data.wrench_ground, data.extra_columns_ground
-        if data.extra_wrench_ground is not None:
-            wrench = wrench + data.extra_wrench_ground
-        if columns is None:
-            columns = np.zeros((motion.frames, 6, extra))
-        self.residuals = ResidualTrack(wrench, data.counts, settings, columns)
-        root = root_dofs(skeleton)
-        self.pose_precision = np.where(root, 0.0, settings.pose_std_rad**-2)
-        self.jerk_weight = settings.smoothness / jerk_level(motion, settings) ** 2
-
-    def start(self) -> Float[np.ndarray, "coefficients dofs"]:
-        """The spline that the search begins with: an earlier fit's, or the one nearest to a motion."""
-        if self.data.spline is not None:
-            return self.data.spline
-        return nearest_spline(self.basis, (self.data.initial or self.data.start).q)
-
-    def states(self, coefficients: Float[np.ndarray, "coefficients dofs"]) -> tuple[np.ndarray, ...]:
-        """q, q̇, q̈ at the frames."""
-        return tuple(self.basis.evaluate(coefficients, order) for order in range(3))
-
-    def motion(self, coefficients: Float[np.ndarray, "coefficients dofs"]) -> Motion:
-        """The trajectory at the frames."""
-        return replace(self.data.start, q=self.basis.evaluate(coefficients))
-
-    def cost(self, coefficients: Float[np.ndarray, "coefficients dofs"], model: ResidualModel) -> float:
-        """All terms but the priors of φ and x."""
-        q, v, a = self.states(coefficients)
-        pull = (self.pose_precision * (q - self.data.start.q) ** 2).sum()
-        frames = self.markers.cost(q) + pull + self.residuals.cost(model, q, v, a)
-        jerk = (coefficients * self.basis.jerk_product(coefficients)).sum(axis=0)
-        return float(self.per_frame * frames + (self.jerk_weight * jerk).sum())
-
-    def linearized(
-        self,
-        coefficients: Float[np.ndarray, "coefficients dofs"],
-        model: ResidualModel,
-        *,
-        with_inertias: bool,
-    ) -> _System:
-        """Gauss-Newton terms."""
-        q, v, a = self.states(coefficients)
-        band = CoefficientBand.empty(self.basis, q.shape[1])
-        marker = self.markers.linearized(q)
-        diagonal = np.arange(q.shape[1])
-        marker.H[:, diagonal, diagonal] += self.pose_precision
-        band.add_same_frame(marker.H, self.per_frame)
-        band.add_neighbour_frames(marker.H_previous, self.per_frame)
-        frame_gradient = self.per_frame * (marker.g + self.pose_precision * (q - self.data.start.q))
-        del marker  # two of the largest arrays; the rest needs room
-        gradient = CoefficientBand.gather(self.basis, frame_gradient, 0)
-        residual = self.residuals.linearized(model, q, v, a, with_inertias=with_inertias)
-        rows = np.sqrt(self.per_frame)
-        gradient += band.add_residual_rows(
-            rows * residual.value, [rows * J for J in (residual.by_q, residual.by_v, residual.by_a)]
-        )
-        border = band.coupling(
-            [rows * J for J in (residual.by_q, residual.by_v, residual.by_a)], rows * residual.by_shared
-        )
-        flat = rows * residual.by_shared.reshape(residual.value.size, -1)
-        value = rows * residual.value.ravel()
-        band.add_jerk(self.jerk_weight)
-        gradient += self.jerk_weight * self.basis.jerk_product(coefficients)
-        return _System(band, gradient, border, flat.T @ flat, flat.T @ value)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.effect import Candidate, Estimate, Eta, InTrials, Signature, all_and_each
 from solver.effects.force_on_body import columns_at_centre, prior_with_reach, trunk_bodies
 from solver.effects.scene import Scene
 
@@ -15,7 +15,7 @@ LEAST_N = 20.0  # a slack harness, and 3 % of body weight
 
 
 @dataclass(frozen=True)
-class BodyWeightSupport(Candidate):
+class BodyWeightSupport(InTrials):
     """A constant force straight up on a segment, at its centre of mass or a hand's breadth from it."""
 
     id = "body_weight_support"
@@ -25,7 +25,7 @@ class BodyWeightSupport(Candidate):
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """A newton upward."""
-        if self.target not in scene.skeleton.body_names:
+        if self.target not in scene.skeleton.body_names or not self.own((scene,)):
             return None
         gravity = np.asarray(scene.skeleton.gravity)
         up = np.tile(-gravity / np.linalg.norm(gravity), (scene.frames, 1))
@@ -49,5 +49,6 @@ class BodyWeightSupport(Candidate):
 
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
-    """At the pelvis and at the trunk."""
-    return [BodyWeightSupport(name) for name in trunk_bodies(scenes[0].skeleton)] if scenes else []
+    """At the pelvis and at the trunk, in all trials and in each alone."""
+    bodies = trunk_bodies(scenes[0].skeleton) if scenes else ()
+    return [BodyWeightSupport(name, t) for t in all_and_each(scenes) for name in bodies]

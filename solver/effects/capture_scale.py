@@ -11,6 +11,7 @@ from solver.effects.scene import Scene
 from solver.skeleton.forward import cross
 
 PRIOR_STD = 0.01  # a calibration wand whose markers sit 1 to 5 mm off over half a metre
+OWN_MODEL_STD = 0.002  # of a body's size against its own model, fitted to markers on skin
 MOST = 0.06  # a wand read in the wrong unit is seen in the body's size long before
 LEAST = 0.003  # a wand made with care: 1.5 mm over half a metre
 
@@ -28,9 +29,12 @@ class CaptureScale(Candidate):
 
     The column is the part that is linear in x; at 1 % half a per cent of it is left over. Centres of pressure
     are not scaled and drift against the soles as the person goes away from the origin: the moment's column
-    holds that. The entered height against the scaled skeleton is no evidence here: heights are entered to a
-    centimetre at best, with or without shoes, and segments' proportions differ by more than 1 %.
+    holds that. Where the model was made for this person, its lengths tell the scale: x starts from there. The
+    entered height against the scaled skeleton is no evidence: heights are entered to a centimetre at best,
+    with or without shoes, and segments' proportions differ by more than 1 %.
     """
+
+    log_size: float | None = None  # of the fitted body over its own model; None where the model is nobody's
 
     id = "capture_scale"
     sentence = "The markers were recorded in a room that is a constant factor too large or too small."
@@ -38,6 +42,15 @@ class CaptureScale(Candidate):
     rivals_told_apart_by = (
         "two markers at a known distance, or steps on plates far from the laboratory's origin, on both sides"
     )
+
+    @property
+    def seen_elsewhere(self) -> float:
+        """That the body has another size than its own model, against that it has not."""
+        if self.log_size is None:
+            return 0.0
+        wide = np.hypot(OWN_MODEL_STD, PRIOR_STD)
+        chance = 0.5 * self.log_size**2 * (OWN_MODEL_STD**-2 - wide**-2)
+        return float(chance - np.log(wide / OWN_MODEL_STD))
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """What the recorded motion demands too much."""
@@ -47,7 +60,9 @@ class CaptureScale(Candidate):
         by_motion = scene.demanded_ground[:, :3] - by_gravity
         moment_by_motion = scene.demanded_ground[:, 3:] - moment_by_gravity
         column = np.concatenate([by_motion, 2 * moment_by_motion + moment_by_gravity], axis=1)
-        return Signature(column[:, :, None], np.array([PRIOR_STD]))
+        if self.log_size is None:
+            return Signature(column[:, :, None], np.array([PRIOR_STD]))
+        return Signature(column[:, :, None], np.array([OWN_MODEL_STD]), column * self._start)
 
     def estimates(
         self,
@@ -58,8 +73,12 @@ class CaptureScale(Candidate):
         covariance: Float[np.ndarray, "1 1"],
     ) -> dict[str, Estimate]:
         """scale, dimensionless; above 1 when the recording is too large."""
-        scale = 1 / (1 - float(x[0]))
+        scale = 1 / (1 - self._start - float(x[0]))
         return {"scale": Estimate(scale, float(np.sqrt(covariance[0, 0])) * scale**2)}
+
+    @property
+    def _start(self) -> float:
+        return 0.0 if self.log_size is None else 1 - float(np.exp(-self.log_size))
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Beyond what a careful calibration scatters."""
@@ -68,4 +87,4 @@ class CaptureScale(Candidate):
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     """One room."""
-    return [CaptureScale("all")] if scenes else []
+    return [CaptureScale("all", scenes[0].size_against_own_model)] if scenes else []

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.effects.demanded_by_inertia import demanded_by_changes
-from solver.effects.effect import Candidate, Estimate, Eta, Range, Signature
+from solver.effects.effect import Candidate, Estimate, Eta, InTrials, Signature, all_and_each
 from solver.effects.scene import Scene
 
 LIGHTEST_KG = 0.3  # what a lighter one carries (toes, an ankle bone), its neighbour carries as well
@@ -21,14 +21,12 @@ MOMENTS = ((0, 3), (1, 3), (2, 3), (0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2
 
 
 @dataclass(frozen=True)
-class CarriedMass(Candidate):
+class CarriedMass(InTrials):
     """A rigid load of mass m at r in the body's frame: more is demanded, so the signature is −Δdemanded.
 
     With r₀ the segment's own centre of mass the load's pseudo-inertia is linear in m, m(r − r₀) and the six
     second moments about r₀. All ten are columns, so nothing is lost for a load far from r₀ or a wide one.
     """
-
-    trial: str | None = None  # in which it is carried; None: in all
 
     id = "carried_mass"
     sentence = "Something heavy is carried on {target} that the model does not know."
@@ -72,18 +70,11 @@ class CarriedMass(Candidate):
         away = float(np.hypot.reduce([estimates[f"offset_{axis}_m"].value for axis in "xyz"]))
         return mass.value > max(LEAST_KG, LEAST_STDS * mass.std) and away < FARTHEST_M
 
-    def frames(
-        self, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]
-    ) -> tuple[Range, ...]:
-        """All frames of the trials in which it is carried."""
-        return tuple(Range(s.name, 0, s.frames) for s in scenes if self.trial in (None, s.name))
-
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     """On each body that weighs something: in all trials, and in each alone where there are several."""
     bodies = scenes[0].skeleton.bodies if scenes else ()
-    trials = [None, *(s.name for s in scenes)] if len(scenes) > 1 else [None]
-    return [CarriedMass(body.name, t) for t in trials for body in bodies if body.mass >= LIGHTEST_KG]
+    return [CarriedMass(b.name, t) for t in all_and_each(scenes) for b in bodies if b.mass >= LIGHTEST_KG]
 
 
 def load_basis(centre_body: Float[np.ndarray, "3"]) -> Float[np.ndarray, "10 4 4"]:

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
-from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.effect import Candidate, Estimate, Eta, InTrials, Signature, all_and_each
 from solver.effects.force_on_body import columns_at_centre, prior_with_reach, trunk_bodies
 from solver.effects.scene import Scene
 
@@ -18,7 +18,7 @@ SLOWEST_M_PER_S = 1e-6  # keeps powers of the speed finite
 
 
 @dataclass(frozen=True)
-class Drag(Candidate):
+class Drag(InTrials):
     """−b v (|v| / 1 m/s)^(exponent − 1) at a segment's centre of mass, v its velocity in the ground frame.
 
     The medium rests in the laboratory. On a treadmill that is the air; what is tied to the wall behind pulls
@@ -48,7 +48,7 @@ class Drag(Candidate):
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """A unit of b, and the point's offset from the centre of mass."""
-        if self.target not in scene.skeleton.body_names:
+        if self.target not in scene.skeleton.body_names or not self.own((scene,)):
             return None
         body = scene.skeleton.body_index(self.target)
         return Signature(
@@ -65,7 +65,7 @@ class Drag(Candidate):
     ) -> dict[str, Estimate]:
         """b_Ns_per_m (at 1 m/s), mean_force_N (of the magnitude), exponent."""
         b, std = float(x[0]), float(np.sqrt(covariance[0, 0]))
-        courses = np.concatenate([self._course(s, eta[0]) for s in scenes])
+        courses = np.concatenate([self._course(s, eta[0]) for s in self.own(scenes)])
         size = float(np.linalg.norm(courses, axis=1).mean())
         return {
             "b_Ns_per_m": Estimate(b, std),
@@ -87,4 +87,5 @@ class Drag(Candidate):
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     """At the pelvis and at the trunk."""
-    return [Drag(name) for name in trunk_bodies(scenes[0].skeleton)] if scenes else []
+    bodies = trunk_bodies(scenes[0].skeleton) if scenes else ()
+    return [Drag(name, t) for t in all_and_each(scenes) for name in bodies]

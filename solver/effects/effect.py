@@ -63,6 +63,16 @@ class Candidate(ABC):
     remedy = ""  # what to do about it in the laboratory
     rivals_told_apart_by = ""  # what to record so that it can be told from what looks alike
 
+    @property
+    def seen_elsewhere(self) -> float:
+        """Log evidence for or against it from outside the wrench balance [nats]."""
+        return 0.0
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Id and target: what a name consists of."""
+        return self.id, self.target
+
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
         """Where the search over η begins; one empty tuple where all acts linearly."""
         return ((),)
@@ -78,6 +88,10 @@ class Candidate(ABC):
 
     def admissible(self, eta: Eta) -> bool:
         """Whether η lies within its bounds."""
+        return True
+
+    def is_possible(self, estimates: dict[str, Estimate]) -> bool:
+        """Whether there can be such a cause, whatever its size; the search over η stays among those."""
         return True
 
     @abstractmethod
@@ -104,6 +118,28 @@ class Candidate(ABC):
     ) -> tuple[Range, ...]:
         """Where it acts; all frames of all trials unless it says otherwise."""
         return tuple(Range(s.name, 0, s.frames) for s in scenes)
+
+
+@dataclass(frozen=True)
+class InTrials(Candidate):
+    """A cause that is there in one trial, or in all: a band is tied for a run and taken off again."""
+
+    trial: str | None = None  # in which it is there; None: in all
+
+    def own(self, scenes: Sequence[Scene]) -> tuple[Scene, ...]:
+        """Trials in which it is there."""
+        return tuple(s for s in scenes if self.trial in (None, s.name))
+
+    def frames(
+        self, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]
+    ) -> tuple[Range, ...]:
+        """All frames of its trials."""
+        return tuple(Range(s.name, 0, s.frames) for s in self.own(scenes))
+
+
+def all_and_each(scenes: Sequence[Scene]) -> list[str | None]:
+    """Which trials such a cause may be in: all of them, and each alone where there are several."""
+    return [None, *(s.name for s in scenes)] if len(scenes) > 1 else [None]
 
 
 class Corrected(Candidate):

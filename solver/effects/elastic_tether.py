@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.effect import Candidate, Estimate, Eta, InTrials, Signature, all_and_each
 from solver.effects.force_on_body import columns_at_centre, trunk_bodies
 from solver.effects.scene import Scene
 
@@ -22,7 +22,7 @@ LEAST_N = 10.0  # a slack band
 
 
 @dataclass(frozen=True)
-class ElasticTether(Candidate):
+class ElasticTether(InTrials):
     """A tension T + k (ℓ − ℓ̄) along the line to the anchor, ℓ its length and ℓ̄ the mean of that.
 
     η is the anchor in the ground frame; T and k act linearly, so the signature is exact while the band is
@@ -54,7 +54,7 @@ class ElasticTether(Candidate):
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """Mean tension, stiffness, and the belt's offset from the centre of mass."""
-        if self.target not in scene.skeleton.body_names:
+        if self.target not in scene.skeleton.body_names or not self.own((scene,)):
             return None
         body = scene.skeleton.body_index(self.target)
         towards, length = self._line(scene, eta)
@@ -75,7 +75,7 @@ class ElasticTether(Candidate):
         std = np.sqrt(np.diag(covariance))
         tension, stiffness = float(x[0]), float(x[1])
         divisor = np.copysign(max(abs(stiffness), 1e-3), stiffness)
-        mean = float(np.mean([self._line(s, eta)[1].mean() for s in scenes]))
+        mean = float(np.mean([self._line(s, eta)[1].mean() for s in self.own(scenes)]))
         gradient = np.array([-1.0, tension / divisor]) / divisor
         rest_std = float(np.sqrt(gradient @ covariance[:2, :2] @ gradient + max(eta_std, default=0.0) ** 2))
         return {
@@ -87,17 +87,21 @@ class ElasticTether(Candidate):
             "rest_length_m": Estimate(mean - tension / divisor, rest_std),
         }
 
+    def is_possible(self, estimates: dict[str, Estimate]) -> bool:
+        """A band never pushes."""
+        return estimates["mean_force_N"].value > 0
+
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """A band pulls, and pulls more when it is longer."""
-        pulls = estimates["mean_force_N"].value > LEAST_N
-        return pulls and estimates["stiffness_N_per_m"].value > 0
+        stiffness = estimates["stiffness_N_per_m"]
+        return estimates["mean_force_N"].value > LEAST_N and stiffness.value + 2 * stiffness.std > 0
 
     def _place(self, scene: Scene) -> Float[np.ndarray, "frames 3"]:
         body = scene.skeleton.body_index(self.target)
         return scene.point_ground(body, scene.skeleton.bodies[body].com_body)
 
     def _middle(self, scenes: Sequence[Scene]) -> Float[np.ndarray, "3"]:
-        return np.mean([self._place(s).mean(axis=0) for s in scenes], axis=0)
+        return np.mean([self._place(s).mean(axis=0) for s in self.own(scenes)], axis=0)
 
     def _line(
         self, scene: Scene, eta: Eta
@@ -110,4 +114,5 @@ class ElasticTether(Candidate):
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     """At the pelvis and at the trunk."""
-    return [ElasticTether(name) for name in trunk_bodies(scenes[0].skeleton)] if scenes else []
+    bodies = trunk_bodies(scenes[0].skeleton) if scenes else ()
+    return [ElasticTether(name, t) for t in all_and_each(scenes) for name in bodies]

@@ -39,6 +39,7 @@ class MarkerFinding(ABC):
     sentence = ""  # what it means, for people; {target} is filled in
     remedy = ""  # what to do about it in the laboratory
     rivals_told_apart_by = ""  # what to record so that it can be told from what looks alike
+    of_the_body = False  # the same in all trials of the person, and named once
 
     @abstractmethod
     def repaired(

@@ -102,6 +102,7 @@ class Scene:
     proposals: tuple[Proposal, ...]
     counts: Bool[np.ndarray, " frames"]  # recorded, tracked and not flagged by a person
     notes: tuple[str, ...] = field(default=())
+    size_against_own_model: float | None = None  # logarithm; None where the model is nobody's
 
     @property
     def frames(self) -> int:

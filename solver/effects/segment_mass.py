@@ -17,7 +17,7 @@ LIGHTEST_SHARE = 0.03  # of the body's mass, a group together: a tenth more of l
 HEAVIEST_SHARE = 0.75  # of the body's mass; beyond, it is the subject's mass
 PRIOR_STD = 0.15  # relative, beyond what tables scatter
 LEAST = 0.06  # relative: what tables scatter
-MOST = 2.0  # nobody's segments weigh more than twice, or less than half of what tables say
+MOST = 1.6  # times or a 1.6th of what tables say; nobody is built otherwise
 
 
 @dataclass(frozen=True)

@@ -45,6 +45,7 @@ class SoftTissue(MarkerFinding):
     displacement_ground: Float[np.ndarray, "frames 3"]  # [m]
 
     id = "soft_tissue"
+    of_the_body = True
     sentence = (
         "The markers of {target} ride on flesh and move together over the bone as the near joints turn."
     )

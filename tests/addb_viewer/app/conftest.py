@@ -10,6 +10,7 @@ import trimesh
 from addb_viewer.app.library import Library
 from addb_viewer.app.replay import BodyReplay, MarkerReplay, PlateReplay, Replay, ResidualReplay
 from solver.capture.capture import Subject
+from tests.addb_viewer.made_up_residual import residual, size, trial
 
 FLAGS = [
     "--no-sandbox",
@@ -184,5 +185,23 @@ def _figures(*effects, verdict="explained", location=None, alternatives=()):
         "gain": {"heldout_linear_residual_N": linear} if effects else {},
         "remaining": {"linear_residual_N": 12.2, "noise_floor_N": 9.8, "location": location},
         "trials": ["walk"],
+        "rates_Hz": {"walk": 100.0},
         "notes": [],
+        "residual": residual(
+            trial("walk", (120, 170), _course(), force=90.0),
+            phases=[("single_support", "calcn_r", size()), ("no_load", None, size(90.0))],
+        ),
+    }
+
+
+def _course():
+    """Windows every 30 ms, none between 1.0 and 1.2 s."""
+    time_s = np.round(np.arange(0.1, 1.9, 0.03), 2)
+    time_s = time_s[(time_s <= 1.0) | (time_s >= 1.2)]
+    force = 40.0 + 40.0 * np.sin(4 * time_s)
+    names = {"force_N": 1.0, "force_after_N": 0.3, "force_floor_N": 0.0}
+    names |= {"moment_Nm": 0.5, "moment_after_Nm": 0.2, "moment_floor_Nm": 0.0}
+    floor = {"force_floor_N": 10.0, "moment_floor_Nm": 5.0}
+    return {"time_s": time_s.tolist()} | {
+        name: (share * force + floor.get(name, 0.0)).tolist() for name, share in names.items()
     }

@@ -135,6 +135,13 @@ def test_a_click_on_frames_goes_there(app, page, diagnosed, until):
     until(lambda: not app.scene.causes.one_by_one[1].arrow.visible)
 
 
+def test_the_residual_over_time_leads_to_its_worst_half_second(app, page, diagnosed, until):
+    page.get_by_text("Residual over time: walk").wait_for()
+    app.playback.seek(0)
+    page.get_by_role("button", name="Worst half second").click()
+    until(lambda: app.playback.position.frame == 120)
+
+
 def test_named_causes_can_be_hidden(app, page, diagnosed, until):
     page.get_by_text("Named causes", exact=True).click()
     until(lambda: not app.scene.options.causes)
@@ -158,4 +165,4 @@ def test_a_decision_is_echoed_with_its_author(app, page, diagnosed):
     app.desk.show()
     page.get_by_text("Accepted by Zoë on").wait_for()
     time.sleep(0.5)
-    assert page.get_by_text("does not use it yet").count() == 1
+    assert page.get_by_text("The next fit uses it.").count() == 1

@@ -3,12 +3,31 @@
 import json
 import time
 
+import numpy as np
 import pytest
 
+from addb_viewer.accepted_extension import keep_gain
 from addb_viewer.app import diagnosis_desk
 from addb_viewer.app.app import ReviewApp
 from addb_viewer.app.server import open_server
+from solver.dynamics.extension import Cause, Extension
 from solver.errors import SolverError
+from solver.results import extension_log
+from tests.addb_viewer.commands.test_accept import GAIN
+
+
+@pytest.fixture
+def accepted():
+    """Writes a decision and what it gains."""
+
+    def write(results):
+        late = Cause("clock_offset", "all", {"offset_s": (0.012, 0.001)})
+        decision = extension_log.accept(
+            results, Extension((late,), np.ones(1), np.zeros(1)), by="Zoë", made_of={}
+        )
+        keep_gain(GAIN | {"causes": []}, decision, results)
+
+    return write
 
 
 @pytest.fixture
@@ -30,6 +49,31 @@ def test_a_kept_diagnosis_is_there_when_the_app_opens(app):
     assert not panel.accept.disabled
     assert len(app.scene.causes.one_by_one) == 1
     assert "named cause" in app.controls.legend.content
+
+
+def test_the_residual_over_time_is_that_of_the_trial_on_the_screen(app, make_replay):
+    panel = app.desk.panel
+    assert panel.over_time.visible
+    assert len(panel.charts.plots) == 2
+    app.library.replays["run"] = make_replay("run")
+    app.open_trial("run")
+    assert not panel.over_time.visible
+    assert panel.charts.plots == []
+    app.open_trial("walk")
+    assert panel.over_time.visible
+
+
+def test_the_cursor_of_the_residual_follows(app, until):
+    app.playback.seek(100)
+    until(lambda: abs(app.desk.panel.charts.time - 3.0) < 1e-9)
+
+
+def test_what_accepting_gained_is_shown_with_the_decision(app, accepted):
+    assert not app.desk.panel.gain.visible
+    accepted(app.library.results)
+    app.desk.show()
+    assert app.desk.panel.gain.visible
+    assert "hip_flexion_r by 12.3" in app.desk.panel.gain.content
 
 
 def test_a_torn_diagnosis_is_told_and_the_app_goes_on(app):

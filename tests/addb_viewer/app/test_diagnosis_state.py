@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from addb_viewer.accepted_extension import keep_gain
 from addb_viewer.app.diagnosis_state import decision_in_words, read_state
 from addb_viewer.kept_diagnosis import keep
 from solver.dynamics.extension import Cause, Extension
@@ -32,6 +33,10 @@ def diagnosed(small_fit, effect, figures):
 
 def extension():
     return Extension((LATE,), np.ones(1), np.zeros(1))
+
+
+def fitted_with(fit, extension):
+    return replace(fit, provenance=provenance_of(fit.subject, fit.subject.trials, extension=extension))
 
 
 def test_nothing_kept_is_an_empty_state(small_fit, tmp_path):
@@ -69,7 +74,7 @@ def test_an_acceptance_says_by_whom_and_whether_the_fit_uses_it(diagnosed):
     assert "forces shifted in time" in said
     assert "marker_slip (RTOE)" in said
     assert "does not use it yet" in said
-    used = replace(fit, provenance={**fit.provenance, "of the extension": extension().fingerprint})
+    used = fitted_with(fit, extension())
     assert "The fit on the screen uses it." in decision_in_words(read_state(subject, results, used))
 
 
@@ -79,7 +84,35 @@ def test_the_last_decision_holds(diagnosed):
     extension_log.reject(results, (LATE,), by="Ada", made_of={})
     said = decision_in_words(read_state(subject, results, fit))
     assert said.startswith("Rejected by Ada")
-    assert "recorded forces alone" in said
+    assert "The fit on the screen uses the recorded forces alone." in said
+
+
+def test_a_fit_that_still_holds_what_was_rejected_or_accepted_before_is_told(diagnosed):
+    subject, results, fit = diagnosed
+    extension_log.accept(results, extension(), by="Zoë", made_of={})
+    old = fitted_with(fit, extension())
+    extension_log.reject(results, (LATE,), by="Ada", made_of={})
+    for again in (None, 2.0):
+        if again is not None:
+            other = replace(extension(), x=np.full(1, again))
+            extension_log.accept(results, other, by="Zoë", made_of={})
+            assert "uses it" in decision_in_words(read_state(subject, results, fitted_with(fit, other)))
+        said = decision_in_words(read_state(subject, results, old))
+        assert "still uses what was accepted before: fit again." in said
+    assert "The next fit uses it." in decision_in_words(read_state(subject, results, None))
+
+
+def test_what_accepting_gained_is_kept_with_the_decision(diagnosed):
+    subject, results, fit = diagnosed
+    decision = extension_log.accept(results, extension(), by="Zoë", made_of={})
+    assert read_state(subject, results, fit).gain is None
+    path = keep_gain({"causes": []}, decision, results)
+    assert read_state(subject, results, fit).gain == {"causes": []}
+    path.write_text("{")
+    with pytest.raises(ResultsError, match=r"extension-1\.json.*addb-viewer accept"):
+        read_state(subject, results, fit)
+    extension_log.reject(results, (LATE,), by="Ada", made_of={})
+    assert read_state(subject, results, fit).gain is None
 
 
 def test_a_decision_about_another_diagnosis_says_so(diagnosed, effect, figures):

@@ -38,6 +38,35 @@ def test_a_contact_pushes_at_its_point_of_the_turned_body_on_its_frames(make_rep
     assert picture.bodies == (0,)
 
 
+def test_a_contact_whose_course_is_known_pushes_as_it_was_fitted(make_replay, effect, figures):
+    replay = make_replay()
+    for id_, mean in (
+        ("external_contact", {"force_x_N": 3.0, "force_y_N": 40.0, "force_z_N": 0.0}),
+        ("off_plate_step", {"force_y_N": 40.0}),
+    ):
+        contact = effect(id_, "pelvis", frames=((20, 26), (50, 60)), **mean)
+        contact["courses"] = [
+            {"trial": "walk", "start": 20, "step": 2, "force_N": [[0, 10, 0], [0, 20, 0], [0, 30, 4]]},
+            {"trial": "walk", "start": 50, "step": 2, "force_N": [[0, 5, 0]] * 5},
+            {"trial": "run", "start": 20, "step": 2, "force_N": [[9, 9, 9]]},
+        ]
+        (picture,) = pictures(figures(contact), replay)
+        np.testing.assert_allclose(picture.force[[20, 21, 23, 24, 25]], [
+            [0, 10, 0], [0, 15, 0], [0, 25, 2], [0, 30, 4], [0, 30, 4],
+        ])  # fmt: skip
+        assert np.isfinite(picture.force[picture.acts]).all()
+        assert picture.label.endswith(", 40 N")  # the mean, as the panel says it
+        assert np.isnan(picture.force[[19, 26, 60]]).all()
+
+
+def test_what_is_large_is_drawn_like_ground_forces(make_replay, picture_of):
+    lengths = {}
+    for force_N in (200.0, 600.0):
+        picture = picture_of(make_replay(), "body_weight_support", "pelvis", force_N=force_N)
+        lengths[force_N] = picture.metres_per_newton * np.linalg.norm(picture.force[10])
+    assert lengths == pytest.approx({200.0: 0.8, 600.0: 0.6})
+
+
 def test_a_support_lifts_at_the_centre_of_mass(make_replay, picture_of):
     replay = make_replay()
     com = np.array([[0.0, 0.2, 0.0]])

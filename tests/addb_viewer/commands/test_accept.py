@@ -1,8 +1,13 @@
 """`accept`, `reject`, and the fit after them; the diagnosis' own work is put aside."""
 
+import json
+from dataclasses import dataclass
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from addb_viewer.accepted_extension import kept_gain
 from addb_viewer.commands import accept as accepting
 from addb_viewer.kept_diagnosis import keep
 from solver.dynamics.extension import BodyWrench, Cause, Extension, TrialExtension
@@ -22,6 +27,37 @@ def extension():
     return Extension((cause,), np.ones(1), np.ones(1), {"walk": TrialExtension((wrench,), yes, yes)})
 
 
+GAIN = {
+    "heldout_linear_residual_N": {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]},
+    "heldout_angular_residual_Nm": {"before": 19.5, "after": 8.1, "interval": [7.2, 9.0]},
+    "heldout_linear_drop_N": [20.0, 30.0],
+    "heldout_angular_drop_Nm": [8.0, 13.0],
+    "marker_rms_m": {"before": 0.0121, "after": 0.0120},
+    "mass_kg": {"before": 71.0, "after": 71.0},
+    "heldout_frames": 110,
+    "heldout_blocks": 5,
+    "joint_torque_change": {
+        "rms": {"hip_flexion_r": 12.34},
+        "before_rms": {"hip_flexion_r": 40.0},
+        "most_changed": ["hip_flexion_r"],
+    },
+    "notes": [],
+}
+
+
+@dataclass
+class Found:
+    """In place of the causes that were found again."""
+
+    extension: Extension
+    undone: tuple[tuple[str, str], ...] = (("plate_bias", "plate_1"),)
+    fit: str = "of the markers"
+
+    def causes_at(self, x):
+        """The clock as the trajectory fit has it; of the drift it knows nothing."""
+        return (Cause("clock_offset", "all", {"offset_s": (float(x[0]), 0.001), "odd": (0.0, np.inf)}),)
+
+
 @pytest.fixture
 def asked(monkeypatch, extension):
     """The causes that the solver was asked for."""
@@ -29,9 +65,16 @@ def asked(monkeypatch, extension):
 
     def extension_for(subject, settings, wanted, **_):
         causes.append(wanted)
-        return extension
+        return Found(extension)
+
+    def extended_fit(fit, of, settings, progress):
+        assert (fit, of) == ("of the markers", extension)
+        progress("trajectories", 0.5)
+        return SimpleNamespace(fit=SimpleNamespace(extra=np.array([0.011])))
 
     monkeypatch.setattr(accepting, "extension_for", extension_for)
+    monkeypatch.setattr(accepting, "extended_fit", extended_fit)
+    monkeypatch.setattr(accepting, "extended_gain_json", lambda _: GAIN)
     return causes
 
 
@@ -63,6 +106,34 @@ def test_an_accepted_cause_reaches_the_next_fit(command_line, diagnosed, asked, 
     assert "unchanged" in command_line("fit", folder).stdout
     command_line("fit", folder, "--without-extension")
     assert command_line.extensions[-1] is None
+
+
+def test_what_it_gains_is_told_and_kept_beside_the_decision(command_line, diagnosed, asked, tmp_path):
+    folder, answer = command_line.subject.folder, tmp_path / "gain.json"
+    diagnosed(CLOCK)
+    run = command_line("accept", folder, "--author", "Anna", "--json", answer)
+    assert run.exit_code == 0, run.output
+    page = " ".join(run.stdout.split())
+    assert "force 41 → 12 N" in page
+    assert "hip_flexion_r by 12.3 N·m (31 %)" in page
+    assert "the forces come 11 ± 2 ms too late" in page
+    assert "reading the files puts it right in every fit: plate_bias (plate_1)" in page
+    told = json.loads(answer.read_text(encoding="utf-8"))
+    assert GAIN.items() <= told.items()
+    (cause,) = told["causes"]
+    assert cause["parameters"]["offset_s"] == {"value": 0.011, "std": 0.001}
+    assert cause["parameters"]["odd"] == {"value": 0.0, "std": None}
+    (decision,) = decisions(folder / "results")
+    assert kept_gain(decision, folder / "results") == told
+    command_line("reject", folder, "--author", "Bo")
+    assert kept_gain(decisions(folder / "results")[-1], folder / "results") is None
+
+
+def test_a_place_that_is_not_there_is_refused_before_the_work(command_line, diagnosed, asked, tmp_path):
+    diagnosed(CLOCK)
+    run = command_line("accept", command_line.subject.folder, "--json", tmp_path / "none" / "a.json")
+    assert run.exit_code == 2
+    assert not asked
 
 
 def test_a_rejected_one_does_not(command_line, diagnosed, asked):

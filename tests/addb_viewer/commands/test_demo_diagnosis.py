@@ -43,3 +43,33 @@ def test_the_step_is_where_it_was(told_and_true):
     ((start, end),) = step["frames"]
     assert start / 100 == pytest.approx(since, abs=0.05)
     assert (end - 1) / 100 == pytest.approx(until, abs=0.05)
+
+
+def test_what_is_wrong_is_worst_during_the_step_while_no_plate_is_loaded(told_and_true):
+    told, truth = told_and_true
+    ((_, since, until),) = truth.off_plate["walk"]
+    residual = told["residual"]
+    (walk,) = residual["trials"]
+    start, end = (frame / told["rates_Hz"]["walk"] for frame in walk["worst"]["frames"])
+    assert since < (start + end) / 2 < until
+    worst_phase = max(residual["phases"], key=lambda phase: phase["force_N"])
+    assert worst_phase["phase"] == "no_load"
+    assert max(residual["axes"], key=lambda axis: axis["force_N"])["direction"] == "vertical"
+    course = walk["course"]
+    assert np.mean(course["force_after_N"]) < np.mean(course["force_N"])
+
+
+def test_the_step_s_force_is_told_over_time(told_and_true):
+    told, _ = told_and_true
+    (step,) = (e for e in told["effects"] if e["id"] == "off_plate_step")
+    (course,) = step["courses"]
+    ((start, _),) = step["frames"]
+    assert course["start"] == start
+    vertical = np.array(course["force_N"])[:, 1]
+    assert vertical.max() > 1.3 * step["parameters"]["force_y_N"]["value"]
+
+
+def test_what_the_fit_noted_is_not_lost(told_and_true):
+    told, _ = told_and_true
+    assert any(note.startswith("walk: grf.mot: moment columns") for note in told["notes"])
+    assert any("no marker of the recordings is on toes_r" in note for note in told["notes"])

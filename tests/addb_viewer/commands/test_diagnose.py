@@ -80,7 +80,6 @@ def finder(command_line, monkeypatch):
     """Answers `EXPLAINED` unless told otherwise."""
     finder = Finder()
     monkeypatch.setattr("addb_viewer.commands.diagnose.diagnosis_of", finder)
-    monkeypatch.setattr("addb_viewer.commands.diagnose.marker_rates", lambda _: {"walk": 100.0})
     return finder
 
 
@@ -165,6 +164,24 @@ def test_trials_settings_and_notes_are_handed_over(command_line, finder, tmp_pat
     assert reviews == {}
     assert "half of the markers are missing" in run.stdout
     assert "reviews are ignored" in run.stdout
+
+
+def test_a_note_is_told_once(command_line, finder, tmp_path):
+    finder.found = replace(
+        CLEAN, notes=("reviews are ignored: forces that people flagged count as measured",)
+    )
+    target = tmp_path / "answer.json"
+    command_line("diagnose", command_line.subject.folder, "--ignore-review", "--json", target)
+    notes = json.loads(target.read_text(encoding="utf-8"))["notes"]
+    assert len(notes) == len(set(notes))
+    assert len([n for n in notes if "reviews are ignored" in n]) == 1
+
+
+def test_frames_are_told_in_seconds_with_the_diagnosis_own_rates(command_line, finder):
+    step = replace(LATE, id="off_plate_step", target="calcn_r", frames=(Range("walk", 1, 4),))
+    finder.found = replace(EXPLAINED, effects=(step,), rates_Hz={"walk": 50.0})
+    page = command_line("diagnose", command_line.subject.folder).stdout
+    assert "walk, frames 1 to 3 (0.02 to 0.06 s)" in page
 
 
 def test_people_s_flags_reach_the_finder(command_line, finder, monkeypatch):

@@ -1,5 +1,7 @@
 """The balance's algebra against dense Gaussians."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
@@ -149,3 +151,20 @@ def test_estimates_of_a_gain_come_back(short_scene, balance_of_scenes, drawn):
     estimate = solved.estimates(0, balance.scenes)["gain_error"]
     assert abs(estimate.value - (1 / 1.08 - 1)) < 3 * estimate.std
     assert estimate.std < 0.03
+
+
+def test_mass_strain_is_the_masss_deviation_when_it_is_fitted_as_a_parameter(short_scene, drawn, rows_of):
+    """Instead of among the nuisances: what they have in its direction taken out, a column put in."""
+    rows = rows_of(drawn(4, 0.06 * short_scene.demanded_ground))
+    direction = np.linalg.lstsq(rows.nuisance, rows.mass, rcond=None)[0]
+    assert np.linalg.norm(direction) == pytest.approx(1.0, rel=1e-4)  # the shortest of many
+    without = replace(rows, nuisance=rows.nuisance - np.outer(rows.nuisance @ direction, direction))
+    gain = PlateGain("plate_1")
+    both, fitted = Balance([rows], SETTINGS), Balance([without], SETTINGS)
+    mass = Term(gain, (), None, rows.mass[:, None], np.ones(1))
+    for k in (2, 6):
+        solved = both.solve_at([both.term(gain, ())], both.rungs[k])
+        explicit = fitted.solve_at([fitted.term(gain, ()), mass], fitted.rungs[k])
+        assert both.mass_strain(solved) == pytest.approx(explicit.of(1)[0][0], rel=1e-3)
+        assert explicit.log_evidence == pytest.approx(solved.log_evidence, abs=1e-3)
+    assert abs(both.mass_strain(both.solve([]))) > 3

@@ -38,7 +38,7 @@ def subject(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def extension(subject):
-    return extension_for(subject, SETTINGS, CLOCK)
+    return extension_for(subject, SETTINGS, CLOCK).extension
 
 
 @pytest.fixture(scope="module")

@@ -15,10 +15,10 @@ from solver.diagnosis.extended_fit import (
     _heldout,
     _withheld,
     extended_fit,
-    extended_gain_json,
 )
-from solver.diagnosis.extension import extension_of
+from solver.diagnosis.extension import causes_of, extension_of
 from solver.diagnosis.refinement import refined
+from solver.diagnosis.report import extended_gain_json
 from solver.diagnosis.scenes import scenes_of
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.dynamics.extension import BodyWrench, Extension, TrialExtension
@@ -124,6 +124,12 @@ def test_columns_of_eta_are_its_derivatives(late, clock, extension):
     assert left[1] < 0.3 * left[0]
 
 
+def test_causes_are_told_with_the_parameters_of_another_fit(late, clock, extension):
+    (cause,) = causes_of(late.balance.scenes, clock, extension.x + 0.001)
+    value, std = extension.causes[0].parameters["offset_s"]
+    assert cause.parameters["offset_s"] == pytest.approx((value + 0.001, std))
+
+
 def test_frames_beyond_the_clock_are_not_known(late, extension):
     (extra,) = extension.trials.values()
     assert extension.x[0] == pytest.approx(LATE_S, abs=0.003)
@@ -204,8 +210,23 @@ def test_the_json_part_is_plain_and_whole(gain):
     assert {"before", "after", "interval"} == set(plain["heldout_linear_residual_N"])
     assert {"before", "after", "interval"} == set(plain["heldout_angular_residual_Nm"])
     assert {"before", "after"} == set(plain["marker_rms_m"]) == set(plain["mass_kg"])
-    assert plain["joint_torque_change"]["most_changed"][0] in plain["joint_torque_change"]["rms"]
-    assert not any(name.startswith("pelvis") for name in plain["joint_torque_change"]["rms"])
+    change = plain["joint_torque_change"]
+    most = change["most_changed"]
+    assert len(most) == 5
+    assert most == sorted(change["rms"], key=lambda dof: -change["rms"][dof])[:5]
+    assert not any(name.startswith("pelvis") for name in change["rms"])
+    dof, own = most[0], gain.fit.skeleton.dofs.index(most[0])
+    before, after = (of[0].joint_torques[of[0].used, own] for of in (gain.before, gain.after))
+    assert change["before_rms"][dof] == pytest.approx(rms(before))
+    assert change["rms"][dof] == pytest.approx(rms(after - before))
+
+
+def test_forces_along_a_translation_are_not_listed_among_torques(gain):
+    skeleton = gain.fit.skeleton
+    dof = next(iter(gain.joint_torque_change))
+    model = tuple(replace(c, motion="translation") if c.name == dof else c for c in skeleton.coordinates)
+    sliding = replace(gain, fit=replace(gain.fit, skeleton=replace(skeleton, coordinates=model)))
+    assert dof not in extended_gain_json(sliding)["joint_torque_change"]["most_changed"]
 
 
 def test_courses_of_their_own_are_withheld_in_short_blocks(late):

@@ -35,11 +35,11 @@ class Columns:
 
     @property
     def bounce(self) -> np.ndarray:
-        return self.others[:, len(self.heavy) :][:, :3]
+        return self.others[:, len(self.heavy) :][:, :6]
 
     @property
     def tissue(self) -> np.ndarray:
-        return self.others[:, len(self.heavy) + 3 :]
+        return self.others[:, len(self.heavy) + 6 :]
 
 
 @pytest.fixture(scope="module")
@@ -115,14 +115,51 @@ def test_a_bounce_is_the_centre_of_masss_acceleration_along_one_axis(short_scene
     """Second differences of the centre of mass; through it, so without a moment."""
     scene = short_scene
     acceleration = np.gradient(np.gradient(scene.com_ground, 0.01, axis=0), 0.01, axis=0)
-    for axis in range(3):
+    for axis, std in enumerate((SETTINGS.sway_std, SETTINGS.bounce_std, SETTINGS.sway_std)):
         rows = columns.bounce[:, axis].reshape(-1, 6)
         force = np.zeros((scene.frames, 3))
-        force[:, axis] = SETTINGS.bounce_std * scene.skeleton.mass * acceleration[:, axis]
+        force[:, axis] = std * scene.skeleton.mass * acceleration[:, axis]
         expected = short_rows.windows.means(force)
         size = np.abs(expected).max()
         assert np.sqrt(((rows[:, :3] - expected) ** 2).mean()) < 0.05 * size
         np.testing.assert_allclose(rows[:, 3:], 0, atol=1e-9 * size)
+
+
+def test_a_spin_is_the_moment_about_the_centre_of_mass_and_no_force(
+    short_scene, short_rows, demands, columns
+):
+    """Of Pinocchio's demand, moved to the centre of mass by hand."""
+    demanded = demands(short_scene.skeleton)
+    about_com = demanded[:, 3:] - np.cross(short_scene.com_ground, demanded[:, :3])
+    for axis in range(3):
+        rows = columns.bounce[:, 3 + axis].reshape(-1, 6)
+        moment = np.zeros_like(about_com)
+        moment[:, axis] = SETTINGS.sway_std * about_com[:, axis]
+        expected = short_rows.windows.means(moment)
+        np.testing.assert_allclose(rows[:, 3:], expected, atol=1e-3 * np.abs(expected).max())
+        np.testing.assert_allclose(rows[:, :3], 0, atol=1e-9)
+
+
+def test_the_bodys_mass_changes_as_its_segments_do_when_only_their_sum_is_known_to_be_off(
+    short_scene, short_rows, demands
+):
+    """Regression of segments on their sum: by Sherman and Morrison's formula, demands by differences."""
+    skeleton = short_scene.skeleton
+    variances = np.array([(SETTINGS.segment_mass_std * b.mass) ** 2 for b in skeleton.bodies])
+    entered = (SETTINGS.body_mass_std * skeleton.mass) ** 2
+    covariance = np.diag(variances) - np.outer(variances, variances) / (entered + variances.sum())
+    change = covariance.sum(axis=1) / np.sqrt(covariance.sum())
+    assert change.sum() == pytest.approx(np.sqrt(1 / (1 / entered + 1 / variances.sum())))
+    ends = []
+    for sign in (1, -1):
+        factors = 1 + sign * 1e-4 * change / [b.mass for b in skeleton.bodies]
+        bodies = tuple(
+            replace(b, mass=b.mass * f, inertia_body=b.inertia_body * f)
+            for b, f in zip(skeleton.bodies, factors, strict=True)
+        )
+        ends.append(replace(skeleton, bodies=bodies))
+    expected = differences(short_rows, demands, *ends, 1e-4)
+    np.testing.assert_allclose(short_rows.mass, expected, atol=1e-5 * np.abs(expected).max())
 
 
 def test_soft_tissue_is_segments_displaced_with_the_angles_beside_them(short_scene, short_rows, columns):

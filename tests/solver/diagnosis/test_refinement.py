@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from solver.diagnosis.balance import Balance
-from solver.diagnosis.refinement import best_start, refined
+from solver.diagnosis.refinement import refined
+from solver.diagnosis.screening import Screen
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.effect import Signature
 from solver.effects.plate_gain import PlateGain
@@ -52,30 +53,20 @@ class Ramp(ClockOffset):
         return ClockOffset.estimates(self, scenes, eta, eta_std, x, covariance)
 
 
+def first(balance, candidate, rung):
+    """Where the search begins."""
+    (one,) = Screen(balance, [candidate]).at(rung)
+    return balance.spread(one.rows)
+
+
 def test_a_late_clocks_offset_is_found_within_its_deviation(late):
     candidate = ClockOffset("all")
     rung = late.rungs[3]
-    start, _ = best_start(late, candidate, [], rung)
+    start = first(late, candidate, rung)
     solved = late.solve_at([refined(late, start, [], rung)], rung)
     estimate = solved.estimates(0, late.scenes)["offset_s"]
     assert abs(estimate.value - LATE_S) < max(2 * estimate.std, 0.0005)
     assert 0 < estimate.std < 0.002
-
-
-def test_the_best_start_is_that_of_greatest_evidence_among_those_of_a_size_that_can_be(late):
-    candidate, rung = ClockOffset("all"), late.rungs[3]
-    start, solved = best_start(late, candidate, [], rung)
-    evidence = {
-        eta: late.solve_at([late.term(candidate, eta)], rung).log_evidence
-        for eta in candidate.starts(late.scenes)
-        if abs(eta[0]) > 0.002
-    }
-    assert start.eta == max(evidence, key=evidence.get)
-    assert solved.log_evidence == evidence[start.eta]
-
-
-def test_a_cause_that_touches_no_trial_has_no_start(late):
-    assert best_start(late, PlateGain("plate_9"), [], late.rungs[0]) is None
 
 
 def test_what_acts_linearly_is_left_alone(late):
@@ -86,7 +77,7 @@ def test_what_acts_linearly_is_left_alone(late):
 def test_tangents_are_derivatives_of_the_prediction_and_eta_keeps_its_place(late):
     """At x of the fit; fixed + T (best − mean) is the prediction at the best η itself."""
     candidate, rung = Ramp("all"), late.rungs[3]
-    start, _ = best_start(late, candidate, [], rung)
+    start = first(late, candidate, rung)
     term = refined(late, start, [], rung)
     plain = late.term(candidate, term.eta)
     x, _ = late.solve_at([plain], rung).of(0)
@@ -109,7 +100,7 @@ def test_tangents_are_derivatives_of_the_prediction_and_eta_keeps_its_place(late
 def test_with_tangents_the_fit_moves_eta_no_further(late):
     """The search has already been there: value and prior's mean part, value and best eta agree."""
     rung = late.rungs[3]
-    start, _ = best_start(late, ClockOffset("all"), [], rung)
+    start = first(late, ClockOffset("all"), rung)
     term = refined(late, start, [], rung)
     value, std = late.solve_at([term], rung).eta(0)
     assert abs(value[0] - term.eta[0]) < 0.5 * std[0]

@@ -3,10 +3,20 @@
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from solver.diagnosis.diagnosis import Alternative, Diagnosis, Gain, Location, NamedEffect, Remaining
+from solver.diagnosis.force_courses import ForceCourse
 from solver.diagnosis.report import as_json
+from solver.diagnosis.residual_description import (
+    AlongAxis,
+    Course,
+    InPhase,
+    InTrial,
+    ResidualDescription,
+    ResidualSize,
+)
 from solver.effects.effect import Estimate, Range
 
 
@@ -102,3 +112,39 @@ def test_a_place_is_told_with_its_force(diagnosis):
 def test_nothing_found_is_empty_lists_and_no_gain():
     told = plain(Diagnosis("clean", (), (), {}, Remaining(9.0, 9.8), ("walk1",)))
     assert (told["verdict"], told["effects"], told["alternatives"], told["gain"]) == ("clean", [], [], {})
+
+
+def test_what_is_wrong_is_told_over_time_in_phases_and_along_axes(diagnosis):
+    size = ResidualSize(3.0, 41.0, 10.0, 19.0, 6.0)
+    course = Course(*(np.array([k + 0.123456, k]) for k in range(7)))
+    residual = ResidualDescription(
+        whole=size,
+        phases=(InPhase("single_support", "calcn_r", size),),
+        axes=(AlongAxis("x", "forward", -3.0, size), AlongAxis("z", None, 1.0, size)),
+        trials=(InTrial("walk1", size, Range("walk1", 40, 90), size, course),),
+    )
+    told = plain(replace(diagnosis, residual=residual, rates_Hz={"walk1": 100.0}))
+    assert told["rates_Hz"] == {"walk1": 100.0}
+    said = told["residual"]
+    figures = {
+        "seconds": 3.0, "force_N": 41.0, "force_floor_N": 10.0, "moment_Nm": 19.0, "moment_floor_Nm": 6.0,
+    }  # fmt: skip
+    assert figures.items() <= said.items()
+    assert said["phases"] == [{"phase": "single_support", "foot": "calcn_r", **figures}]
+    assert [(a["axis"], a["direction"], a["mean_force_N"]) for a in said["axes"]] == [
+        ("x", "forward", -3.0),
+        ("z", None, 1.0),
+    ]
+    (trial,) = said["trials"]
+    assert trial["worst"] == {"frames": [40, 90], **figures}
+    assert trial["course"]["time_s"] == [0.12, 0.0]
+    assert trial["course"]["moment_floor_Nm"] == [6.12, 6.0]
+
+
+def test_a_force_for_a_while_is_told_over_time(diagnosis):
+    (effect,) = diagnosis.effects
+    course = ForceCourse("walk1", 20, 2, np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]))
+    told = plain(replace(diagnosis, effects=(replace(effect, courses=(course,)),)))
+    assert told["effects"][0]["courses"] == [
+        {"trial": "walk1", "start": 20, "step": 2, "force_N": [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]}
+    ]

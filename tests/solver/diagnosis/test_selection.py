@@ -9,11 +9,13 @@ from solver.diagnosis.balance import Balance
 from solver.diagnosis.selection import confidence, handicap, select
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset
-from solver.effects.effect import Corrected, Estimate, Signature
+from solver.effects.effect import Candidate, Corrected, Estimate, Signature
+from solver.effects.plate_bias import candidates as biases
 from solver.effects.plate_gain import PlateGain
 from solver.effects.plate_position import candidates as positions
 from solver.effects.subject_mass import candidates as masses
 from solver.errors import Cancelled
+from tests.solver.diagnosis.conftest import trial_rows_of
 
 SETTINGS = DiagnosisSettings()
 
@@ -51,6 +53,103 @@ def test_two_causes_are_found_one_after_another_and_refitted_together(
     assert abs(gain.value - (1 / 1.15 - 1)) < 3 * gain.std
     assert all(f.heldout_gain > 0 and f.contender.gain > SETTINGS.least_gain for f in selection.found)
     assert all(c.term.candidate is not f.contender.term.candidate for f in selection.found for c in f.rivals)
+
+
+@dataclass(frozen=True)
+class Helper(Candidate):
+    """Does what a lighter body does, but for a tenth that only a true cause would explain."""
+
+    id = "helper"
+
+    def signature(self, scene, eta):
+        shaken = 0.05 * scene.demanded_ground * np.sin(20 * scene.times)[:, None]
+        return Signature((shaken - 0.05 * scene.demanded_ground)[:, :, None], np.ones(1))
+
+    def estimates(self, scenes, eta, eta_std, x, covariance):
+        return {"size": Estimate(float(x[0]), float(np.sqrt(covariance[0, 0])))}
+
+    def is_notable(self, estimates):
+        return True
+
+
+def test_a_cause_that_needs_a_body_of_another_mass_is_refused(short_scene, drawn, balance_of_scenes):
+    """What shakes the plates is there; that it comes with a body 5 % lighter the entered mass denies."""
+    shaken = 0.05 * short_scene.demanded_ground * np.sin(20 * short_scene.times)[:, None]
+    balance = balance_of_scenes(drawn(4, shaken, scale=0.3))
+    helper = Helper("all")
+    leaning, nothing = balance.solve([balance.term(helper, ())]), balance.solve([])
+    assert leaning.log_evidence - nothing.log_evidence > SETTINGS.least_gain
+    assert abs(balance.mass_strain(leaning)) > SETTINGS.most_mass_strain > abs(balance.mass_strain(nothing))
+    assert named(select(balance, [helper])) == []
+    lenient = Balance(balance.trials, replace(SETTINGS, most_mass_strain=20.0))
+    assert named(select(lenient, [helper])) == [helper.key]
+
+
+def test_a_later_cause_makes_room_for_a_better_first_one(short_scene, drawn, balance_of_scenes):
+    """Whatever the order of discovery, no exchange of one cause for another would gain any more."""
+    loads = short_scene.plates[0].wrench_ground
+    moved = np.zeros_like(loads)
+    moved[:, 3:] = np.cross([0.03, 0, 0.02], loads[:, :3])
+    catalogue = [
+        *[PlateGain(plate.target) for plate in short_scene.plates],
+        *biases([short_scene]),
+        *positions([short_scene]),
+        ClockOffset("all"),
+    ]
+    balance = balance_of_scenes(drawn(4, 0.12 * short_scene.plates[1].wrench_ground + moved, scale=0.5))
+    selection = select(balance, catalogue)
+    terms = [f.contender.term for f in selection.found]
+    assert len(terms) >= 2
+    for k in range(len(terms)):
+        rest = terms[:k] + terms[k + 1 :]
+        for candidate in catalogue:
+            if candidate.key in {t.candidate.key for t in terms} or candidate.starts(balance.scenes) != ((),):
+                continue
+            other = balance.solve([*rest, balance.term(candidate, ())], near=selection.solved.rung)
+            least = SETTINGS.exchange_margin + handicap(candidate, SETTINGS)
+            own = handicap(terms[k].candidate, SETTINGS)
+            assert other.log_evidence - least < selection.solved.log_evidence - own + 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Course(Candidate):
+    """A wrench of known course and unknown size."""
+
+    wrench_ground: np.ndarray
+
+    id = "course"
+
+    def signature(self, scene, eta):
+        return Signature(self.wrench_ground[:, :, None], np.ones(1))
+
+    def estimates(self, scenes, eta, eta_std, x, covariance):
+        return {"size": Estimate(float(x[0]), float(np.sqrt(covariance[0, 0])))}
+
+    def is_notable(self, estimates):
+        return abs(estimates["size"].value) > 0.2
+
+
+def test_two_that_stand_out_only_together_are_named(short_scene, drawn):
+    """What two causes have in common cancels: each alone explains next to nothing of what is left."""
+    common = 0.3 * short_scene.plates[0].wrench_ground
+    apart = np.zeros_like(common)
+    apart[:, :3] = [9.0, 0.0, 0.0]
+    apart[:, 3:] = np.cross(short_scene.com_ground, apart[:, :3])
+    one, other = Course("one", apart + common), Course("other", apart - common)
+    scene = drawn(4, 2 * apart, scale=0.3)
+    settings = replace(SETTINGS, least_of_two=-10.0)
+    balance = Balance([trial_rows_of(scene)], settings)
+    nothing = balance.solve([]).log_evidence
+    for alone in (one, other):
+        assert balance.solve([balance.term(alone, ())]).log_evidence - nothing < SETTINGS.least_gain
+        assert named(select(balance, [alone])) == []
+    selection = select(balance, [one, other])
+    assert set(named(selection)) == {one.key, other.key}
+    assert selection.solved.log_evidence - nothing > SETTINGS.least_gain + SETTINGS.least_further_gain
+    assert (
+        named(select(Balance([trial_rows_of(scene)], replace(settings, tried_in_pairs=0)), [one, other]))
+        == []
+    )
 
 
 def test_what_is_too_small_to_act_on_is_not_named(short_scene, balance_of_scenes, few):

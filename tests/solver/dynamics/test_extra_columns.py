@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from solver.dynamics.momentum_terms import momentum_terms
+from solver.dynamics.spline_band import from_blocks, in_blocks
 from solver.dynamics.trajectory_fit import ExtraParameters, TrialData, _Solver, _State, fit_trajectories
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.errors import FitError
@@ -94,13 +95,14 @@ def test_the_step_and_the_covariance_are_those_of_a_dense_solve(crane, trial):
     inertias, size = solver.parameters, c.size
     matrix = system.band.block_tridiagonal()
     unit = np.eye(size).reshape(*c.shape, size)
-    band = system.band.from_blocks(matrix.times(system.band.in_blocks(unit))).reshape(size, size)
+    band = from_blocks(matrix.times(in_blocks(unit)), *c.shape).reshape(size, size)
     _, prior_gradient, prior_curvature = solver._prior(state)
     border = system.border.reshape(size, -1)
     dense = np.block([[band, border], [border.T, system.corner + prior_curvature]])
     gradient = np.concatenate([system.gradient.ravel(), system.gradient_corner + prior_gradient])
     step = -np.linalg.solve(dense, gradient)
-    tried, _ = solver._stepped(state, [system], 0.0)
+    found = solver._factorized(state, [system]).step(solver._gradient_of(state, [system]))
+    tried = solver._stepped(state, found)
     scale = np.abs(step[size + inertias :])
     np.testing.assert_allclose(tried.x - state.x, step[size + inertias :], atol=1e-6 * scale.max())
     covariance = np.linalg.inv(dense)[size + inertias :, size + inertias :]
@@ -120,8 +122,8 @@ def test_the_border_of_x_is_the_derivative_of_the_gradient(crane, trial):
 
     def residual(coefficients, at):
         model = solver._model(_State([coefficients], phi, at))
-        q, v, a = part.states(coefficients)
-        rows = part.residuals.linearized(model, q, v, a, with_inertias=False).value
+        (states,) = part._states(coefficients)
+        rows = part.residuals.linearized(model, states, with_inertias=False).value
         return np.sqrt(part.per_frame) * rows
 
     h = 1e-6

@@ -3,7 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.dynamics.inertia_parameters import demanded_wrench, inertia_parameters, prior_std, pseudo_inertia
+from solver.dynamics.inertia_parameters import (
+    demanded_wrench,
+    inertia_parameters,
+    prior_std,
+    pseudo_inertia,
+    wrench_by_parameters,
+)
 from solver.dynamics.material_acceleration import material_accelerations
 from solver.dynamics.momentum_terms import momentum_terms
 from solver.dynamics.trajectory_settings import TrajectorySettings
@@ -81,6 +87,39 @@ def test_wrench_from_material_points_equals_pinocchios_rate_of_momentum(crane, c
     np.testing.assert_allclose(wrench[:, :3], terms.residual[:, :3], atol=1e-8)
     about_com = wrench[:, 3:] - np.cross(terms.com_ground, wrench[:, :3])
     np.testing.assert_allclose(about_com, terms.residual[:, 3:], atol=1e-8)
+
+
+def test_the_wrenchs_derivative_by_the_parameters(crane, crane_q, parameters):
+    rng = np.random.default_rng(4)
+    q = crane_q[::20]
+    v, a = rng.normal(0, 2, q.shape), rng.normal(0, 10, q.shape)
+    kinematics = ForwardKinematics(crane)
+    A, T = material_accelerations(kinematics, kinematics.poses(q), q, v, a)
+    phi = rng.normal(0, 0.1, parameters.count)
+    analytic = wrench_by_parameters(A, T, parameters, parameters.derivatives(phi))
+    for k in range(parameters.count):
+        shift = 1e-6 * np.eye(parameters.count)[k]
+        ahead, behind = (
+            demanded_wrench(A, T, parameters.pseudo_inertias(p)).sum(axis=1)
+            for p in (phi + shift, phi - shift)
+        )
+        np.testing.assert_allclose(analytic[:, :, k], (ahead - behind) / 2e-6, atol=1e-5)
+
+
+def test_a_step_is_taken_in_the_pseudo_inertias(parameters):
+    rng = np.random.default_rng(6)
+    phi, step = rng.normal(0, 0.1, parameters.count), rng.normal(0, 0.05, parameters.count)
+    change = np.einsum("bk,bkij->bij", step.reshape(-1, 10)[parameters.group], parameters.derivatives(phi))
+    inside = parameters.group >= 0
+    moved = parameters.pseudo_inertias(parameters.moved(phi, step))
+    expected = parameters.pseudo_inertias(phi) + change
+    np.testing.assert_allclose(moved[inside], expected[inside], atol=1e-10)
+
+
+def test_a_step_to_a_body_that_could_not_exist_is_taken_in_the_parameters(parameters):
+    step = np.zeros(parameters.count)
+    step[9] = -0.8  # of the mass's logarithm: its square root would be 1 − 2 · 0.8
+    np.testing.assert_allclose(parameters.moved(np.zeros(parameters.count), step), step, atol=1e-12)
 
 
 def test_prior_of_a_segment_is_the_stated_scatter(parameters):

@@ -3,8 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver.dynamics import trial_cost
 from solver.dynamics.momentum_terms import momentum_terms
-from solver.dynamics.spline_band import CoefficientBand
+from solver.dynamics.spline_band import CoefficientBand, from_blocks, in_blocks
 from solver.dynamics.spline_basis import spline_basis
 from solver.dynamics.trajectory_fit import TrialData, _Solver, _State, fit_trajectories
 from solver.dynamics.trajectory_settings import TrajectorySettings
@@ -59,10 +60,14 @@ def test_band_equals_the_dense_sum_over_frames():
     rows = [rng.normal(size=(17, 6, dofs)) for _ in range(3)]
     value, phi = rng.normal(size=(17, 6)), rng.normal(size=(17, 6, 4))
     band = CoefficientBand.empty(basis, dofs)
-    band.add_same_frame(H)
-    band.add_neighbour_frames(X)
-    gradient = band.add_residual_rows(value, rows)
-    border = band.coupling(rows, phi)
+    before = np.concatenate([np.zeros((1, dofs, dofs)), X])
+    for at in (slice(0, 6), slice(6, 17)):
+        band.add_frames(at.start, H[at], before[at])
+    products = np.zeros((basis.coefficients, dofs, 5))
+    for at in (slice(0, 6), slice(6, 17)):
+        beside = np.concatenate([value[at, :, None], phi[at]], axis=2)
+        band.add_residual_rows(at.start, [J[at] for J in rows], beside, products)
+    gradient, border = products[:, :, 0], products[:, :, 1:]
     band.add_jerk(np.array([1.0, 2.0, 3.0]) * 1e-6)
 
     count = basis.coefficients
@@ -86,7 +91,7 @@ def test_band_equals_the_dense_sum_over_frames():
                     dense[a + k, j, a, j] += basis.jerk_gram[a, k] * (j + 1) * 1e-6
     matrix = band.block_tridiagonal()
     x = rng.normal(size=(count, dofs, 2))
-    product = band.from_blocks(matrix.times(band.in_blocks(x)))
+    product = from_blocks(matrix.times(in_blocks(x)), count, dofs)
     np.testing.assert_allclose(product, np.einsum("aibj,bjc->aic", dense, x), atol=1e-9)
     np.testing.assert_allclose(gradient, np.einsum("traj,tr->aj", R, value), atol=1e-10)
     np.testing.assert_allclose(border, np.einsum("traj,trp->ajp", R, phi), atol=1e-10)
@@ -159,11 +164,37 @@ def test_the_foretold_decrease_is_the_quadratic_models(light_capped, trial):
     fit = fit_trajectories(light_capped, [trial], replace(SETTINGS, iterations=1))
     state = _State([fit.splines[0]], fit.phi)
     system = solver._linearized(state)
-    tried, foretold = solver._stepped(state, system, 0.0)
-    step_c, step_phi = tried.coefficients[0] - state.coefficients[0], tried.phi - state.phi
+    step = solver._factorized(state, system).step(solver._gradient_of(state, system))
 
     def cost(h):
-        return solver._cost(_State([state.coefficients[0] + h * step_c], state.phi + h * step_phi))
+        moved = state.coefficients[0] + h * step.coefficients[0]
+        return solver._cost(_State([moved], state.phi + h * step.shared))
 
     slope = (cost(1e-4) - cost(-1e-4)) / 2e-4
-    np.testing.assert_allclose(foretold, -slope / 2, rtol=1e-4)
+    np.testing.assert_allclose(step.foretold, -slope / 2, rtol=1e-4)
+
+
+def test_the_gradient_alone_is_that_of_the_whole_system(light_capped, trial):
+    solver = _Solver(light_capped, [trial], SETTINGS)
+    rng = np.random.default_rng(3)
+    state = _State([solver.parts[0].start()], rng.normal(0, 0.02, solver.inertias.count))
+    alone, whole = solver._gradient(state), solver._gradient_of(state, solver._linearized(state))
+    scale = np.abs(whole.coefficients[0]).max()
+    np.testing.assert_allclose(alone.coefficients[0], whole.coefficients[0], atol=1e-12 * scale)
+    np.testing.assert_allclose(alone.shared, whole.shared, rtol=1e-10)
+
+
+def test_cost_and_system_are_the_same_whatever_the_chunks(light_capped, trial, monkeypatch):
+    solver = _Solver(light_capped, [trial], SETTINGS)
+    state = _State([solver.parts[0].start()], np.zeros(solver.inertias.count))
+    ((whole,), cost) = solver._linearized(state), solver._cost(state)
+    monkeypatch.setattr(trial_cost, "CHUNK", 7)
+    ((chunked,), again) = solver._linearized(state), solver._cost(state)
+    assert again == pytest.approx(cost, rel=1e-12)
+    assert chunked.cost + solver._prior(state)[0] == pytest.approx(cost, rel=1e-12)
+    for name in ("gradient", "border", "corner", "gradient_corner"):
+        one, other = getattr(whole, name), getattr(chunked, name)
+        np.testing.assert_allclose(other, one, atol=1e-10 * np.abs(one).max())
+    np.testing.assert_allclose(
+        chunked.band.panels, whole.band.panels, atol=1e-12 * np.abs(whole.band.panels).max()
+    )

@@ -74,4 +74,15 @@ def test_each_trial_has_its_own_course(scene):
     first, second = (candidate.signature(s, (0.0,)).columns for s in (scene, other))
     assert first.shape == second.shape
     assert not (first.any(axis=(0, 1)) & second.any(axis=(0, 1))).any()
-    assert candidate.courses[0].hump_count(KNOTS_S) == first.any(axis=(0, 1)).sum()
+    splines_and_constant = candidate.courses[0].hump_count(KNOTS_S) + 1
+    assert first.any(axis=(0, 1)).sum() == splines_and_constant
+
+
+def test_a_belt_does_not_go_on_speeding_up(scene):
+    """Every course but the constant one has no mean: over the trial the belt gains no speed by it."""
+    (candidate,) = candidates([scene])
+    force = candidate.signature(scene, (0.0,)).columns[:, :3]
+    gained = np.linalg.norm(force.mean(axis=0), axis=0) / np.linalg.norm(force, axis=1).max(axis=0)
+    assert gained[:-1].max() < 1e-12
+    assert gained[-1] > 0.9
+    assert not candidate.admissible((np.pi / 2,))

@@ -1,0 +1,153 @@
+"""What is wrong in plain words: how far motion and forces are apart, where, when and in which direction.
+
+Takes the plain values of `diagnose --json`.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from addb_viewer.diagnosis_vocabulary import TITLES, listed, newtons, part_in_words, upward
+from addb_viewer.sections import Section
+
+WITHIN = 1.5  # times the noise floor: what is still ordinary
+WORST_WITHIN = 2.0  # likewise of the worst half second, which is the worst of many
+LEAST_S = 0.1  # shorter phases say nothing
+MOST_TRIALS = 5  # that are told one by one
+IN_MARKERS = ("marker_slip", "marker_swap", "soft_tissue")
+PHASES = {
+    "double_support": "on both feet",
+    "load_on_no_foot": "a plate loaded, but by no foot",
+    "no_load": "no plate loaded",
+}
+TIMES = "×: how many times as much as a sound recording shows there; without it: ordinary."
+
+Figures = Mapping[str, Any]
+
+
+def what_is_wrong(figures: Figures) -> Section:
+    """How far motion and forces are apart, against what is ordinary; and where to look."""
+    clean, residual = figures["verdict"] == "clean", figures.get("residual")
+    lines, rows = [], []
+    if residual is not None:
+        lines = _overall(figures, residual)
+        rows = [] if clean else _parts(figures, residual)
+    if clean:
+        looked = ", ".join(words.split(":")[0].replace("{target}", "a plate") for words in TITLES.values())
+        lines.append(f"Looked for, and not found large enough to act on: {looked}.")
+    if rows:
+        lines.append(TIMES)
+    return Section("How that was found" if clean else "What is wrong", tuple(lines), tuple(rows))
+
+
+def _overall(figures: Figures, residual: Figures) -> list[str]:
+    lines = [
+        f"The motion of the body demands forces that differ from the measured ones by "
+        f"{newtons(residual['force_N'])}, and moments about the centre of mass that differ by "
+        f"{_Nm(residual['moment_Nm'])} (root mean square).",
+        f"A sound recording of this movement shows about {newtons(residual['force_floor_N'])} and "
+        f"{_Nm(residual['moment_floor_Nm'])}: markers on skin, segment masses from tables and filters are "
+        f"not perfect. {_against(figures, residual)}",
+    ]
+    if figures["effects"] and all(e["id"] in IN_MARKERS for e in figures["effects"]):
+        lines.append("These figures are without the markers' fault, which shows in the markers themselves.")
+    return lines
+
+
+def _against(figures: Figures, residual: Figures) -> str:
+    force, moment = _ratios(residual)
+    more = [
+        f"{_times(ratio)} times as much {what}"
+        for ratio, what in ((force, "force"), (moment, "moment"))
+        if ratio > WITHIN
+    ]
+    if more:
+        return f"That is {listed(more)}."
+    if figures["verdict"] == "clean":
+        return "That is ordinary."
+    return "The size alone is ordinary; what gives the fault away is that it follows a pattern."
+
+
+def _parts(figures: Figures, residual: Figures) -> list[tuple[str, str]]:
+    rows = [
+        ("where it is worst", _worst(figures, residual["trials"])),
+        ("in which phase", _phases(residual["phases"])),
+        ("in which direction", _directions(residual["axes"])),
+    ]
+    turning = [a for a in residual["axes"] if _ratios(a)[1] > WITHIN]
+    if turning:
+        ordered = sorted(turning, key=lambda a: -_ratios(a)[1])
+        rows.append(("turning", ", ".join(f"about {a['axis']} {_moment(a, WITHIN)}" for a in ordered)))
+    return [row for row in rows if row[1]]
+
+
+def _worst(figures: Figures, trials: Sequence[Figures]) -> str:
+    """The half second of each trial, the worst trial first."""
+    ordered = sorted(trials, key=lambda t: -max(_ratios(t["worst"])))
+    said = []
+    for trial in ordered[:MOST_TRIALS]:
+        worst, rate = trial["worst"], figures["rates_Hz"][trial["trial"]]
+        if max(_ratios(worst)) <= WORST_WITHIN:
+            said.append(f"{trial['trial']}: ordinary all the time")
+            continue
+        start, end = worst["frames"]
+        said.append(
+            f"{trial['trial']}, {start / rate:.2f} to {(end - 1) / rate:.2f} s: {_both(worst, WORST_WITHIN)}"
+        )
+    if len(ordered) > MOST_TRIALS:
+        said.append(f"less in {len(ordered) - MOST_TRIALS} more")
+    return "; ".join(said)
+
+
+def _phases(phases: Sequence[Figures]) -> str:
+    long = [p for p in phases if p["seconds"] >= LEAST_S]
+    ordered = sorted(long, key=lambda p: -max(_ratios(p)))
+    return "; ".join(f"{_phase(p)}: {_both(p, WITHIN)}" for p in ordered)
+
+
+def _phase(phase: Figures) -> str:
+    if phase["foot"] is not None:
+        return f"on the {part_in_words(phase['foot'])} alone"
+    return PHASES[phase["phase"]]
+
+
+def _directions(axes: Sequence[Figures]) -> str:
+    ordered = sorted(axes, key=lambda a: -a["force_N"])
+    text = ", ".join(f"{_axis(a)} {_force(a, WITHIN)}" for a in ordered)
+    mean = [a["mean_force_N"] for a in axes]
+    size = sum(f * f for f in mean) ** 0.5
+    if size <= sum(a["force_floor_N"] ** 2 for a in axes) ** 0.5:
+        return text
+    return f"{text}; on average the motion demands {newtons(size)} {upward(mean)} beyond the measured force"
+
+
+def _axis(axis: Figures) -> str:
+    return f"{axis['direction']} ({axis['axis']})" if axis["direction"] else str(axis["axis"])
+
+
+def _both(size: Figures, within: float) -> str:
+    return f"{_force(size, within)}, {_moment(size, within)}"
+
+
+def _force(size: Figures, within: float) -> str:
+    return newtons(size["force_N"]) + _marked(_ratios(size)[0], within)
+
+
+def _moment(size: Figures, within: float) -> str:
+    return _Nm(size["moment_Nm"]) + _marked(_ratios(size)[1], within)
+
+
+def _marked(ratio: float, within: float) -> str:
+    return f" ({_times(ratio)} ×)" if ratio > within else ""
+
+
+def _ratios(size: Figures) -> tuple[float, float]:
+    """Force and moment over their noise floors."""
+    return size["force_N"] / size["force_floor_N"], size["moment_Nm"] / size["moment_floor_Nm"]
+
+
+def _times(ratio: float) -> str:
+    return f"{ratio:.0f}" if ratio >= 3 else f"{ratio:.1f}"
+
+
+def _Nm(moment: float) -> str:
+    return f"{moment:.0f} N·m" if moment >= 10 else f"{moment:.1f} N·m"

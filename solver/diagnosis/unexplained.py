@@ -1,0 +1,144 @@
+"""What no cause of the catalogue explains: sought beside the named causes, and they beside it."""
+
+from dataclasses import dataclass
+
+from solver.diagnosis.balance import Balance, CandidateRows, Rung, Solved, Term
+from solver.diagnosis.remainder import UnknownForce, UnknownMoment, unknown_forces
+from solver.diagnosis.screening import Screen, Screened
+from solver.diagnosis.selection import Contender, Found, Selection, handicap
+from solver.effects.effect import Candidate
+
+MOMENT_LEVER_M = 0.1  # by which a moment counts as a force
+PLACED = 17  # bodies at which the point of an unknown force is sought
+CLIMBED = 3  # of these, to the scale that suits each
+
+
+@dataclass(frozen=True, eq=False)
+class Kept:
+    """Named causes that pay beside what is left, and that."""
+
+    solved: Solved
+    found: tuple[Found, ...]
+    left: Contender | None
+
+
+def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
+    """Which causes stay named once a force or moment of unknown course may take their place.
+
+    Args:
+        balance: of all trials.
+        selection: causes found in it.
+    """
+    settings = balance.settings
+    solved, found = selection.solved, selection.found
+    unknown = Screen(balance, unknown_forces(balance.scenes))
+    left = _left(balance, unknown, solved)
+    if not found:
+        return Kept(solved, found, left)
+    if left is not None:
+        return _without_needless(balance, unknown, Kept(solved, found, left))
+    alone = _left(balance, unknown, selection.null)
+    margin = settings.unknown_margin + settings.unknown_share * _explained(selection.null, solved)
+    if alone is not None and alone.solved.log_evidence > solved.log_evidence + margin:
+        return Kept(selection.null, (), alone)
+    return Kept(solved, found, None)
+
+
+def _without_needless(balance: Balance, unknown: Screen, kept: Kept) -> Kept:
+    """Causes dropped, one after another, in whose place a force of unknown course does better.
+
+    Better than with them and nothing unknown; and they hardly pay beside it.
+    """
+    settings = balance.settings
+    solved, found, left = kept.solved, kept.found, kept.left
+    margin = settings.unknown_margin + settings.unknown_share * _explained(balance.solve([]), solved)
+    assert left is not None
+    while found:
+        tried = []
+        for k, one in enumerate(found):
+            rest = [t for t in solved.terms if t is not one.contender.term]
+            without = balance.solve(rest, near=solved.rung)
+            other = _left(balance, unknown, without)
+            if other is not None:
+                loss = left.solved.log_evidence - other.solved.log_evidence
+                loss -= handicap(one.contender.term.candidate, settings)
+                beyond = other.solved.log_evidence - solved.log_evidence
+                tried.append((loss, beyond, k, without, other))
+        weak = [
+            (loss, k, without, other)
+            for loss, beyond, k, without, other in tried
+            if (loss <= settings.least_further_gain and beyond > margin)
+            or not _notable(balance, left.solved, found[k])
+        ]
+        if not weak:
+            break
+        _, k, without, other = min(weak, key=lambda t: t[0])
+        solved, found, left = without, found[:k] + found[k + 1 :], other
+    return Kept(solved, found, left)
+
+
+def _explained(null: Solved, solved: Solved) -> float:
+    """Log evidence that the named causes bring together."""
+    return max(0.0, solved.log_evidence - null.log_evidence)
+
+
+def _notable(balance: Balance, solved: Solved, one: Found) -> bool:
+    estimates = solved.estimates(position(solved, one.contender.term), balance.scenes)
+    return one.contender.term.candidate.is_notable(estimates)
+
+
+def _left(balance: Balance, unknown: Screen, solved: Solved) -> Contender | None:
+    """The force of unknown course, or the moment, that would explain most; None where none pays."""
+    scenes = balance.scenes
+    placed: list[Candidate] = []
+    tried: list[tuple[float, CandidateRows, Rung]] = []
+    rungs = list({id(r): r for r in (solved.rung, balance.rungs[0])}.values())
+    bases = [balance.solve_at(solved.terms, r).log_evidence for r in rungs]
+
+    def score(gain: float, candidate: Candidate) -> float:
+        assert isinstance(candidate, UnknownForce | UnknownMoment)
+        return gain - candidate.reach_cost(scenes)
+
+    for rung, base in zip(rungs, bases, strict=True):
+        nearly: dict[tuple[str, str], Screened] = {}
+        for one in unknown.at(rung, solved.terms):  # the best course of each body and trial comes first
+            candidate = one.rows.candidate
+            assert isinstance(candidate, UnknownForce | UnknownMoment)
+            nearly.setdefault((candidate.target, candidate.trial), one)
+        for one in list(nearly.values())[:PLACED]:
+            tried.append((base + one.gain, one.rows, rung))
+            if isinstance(candidate := one.rows.candidate, UnknownForce):
+                scene = candidate.scene(scenes)
+                at = candidate.at_its_point(scene, one.x)
+                placed += [at, *at.along_an_axis(scene), *candidate.along_an_axis(scene)]
+    closer = Screen(balance, placed)
+    for rung, base in zip(rungs, bases, strict=True):
+        tried += [
+            (base + score(one.gain, one.rows.candidate), one.rows, rung)
+            for one in closer.at(rung, solved.terms)
+        ]
+    tried.sort(key=lambda t: -t[0])
+    climbed = [_beside(balance, solved, balance.spread(rows), rung) for _, rows, rung in tried[:CLIMBED]]
+    best = max(climbed, key=lambda c: score(c.gain, c.term.candidate))
+    least_N = balance.settings.least_unknown_share * scenes[0].weight_N
+    pays = best.gain > balance.settings.least_unknown_gain and size_N(balance, best) > least_N
+    return best if pays else None
+
+
+def size_N(balance: Balance, left: Contender) -> float:
+    """RMS of an unknown force; of a moment, that of a force on a lever of a tenth of a metre."""
+    estimates = left.solved.estimates(len(left.solved.terms) - 1, balance.scenes)
+    if "rms_force_N" in estimates:
+        return estimates["rms_force_N"].value
+    return estimates["rms_moment_Nm"].value / MOMENT_LEVER_M
+
+
+def _beside(balance: Balance, solved: Solved, term: Term, rung: Rung) -> Contender:
+    """A term beside the named causes, at the scale that suits them together."""
+    both = balance.solve([*solved.terms, term], near=rung)
+    return Contender(term, both, both.log_evidence - solved.log_evidence)
+
+
+def position(solved: Solved, term: Term) -> int:
+    """Of a term among those that were fitted together."""
+    return next(k for k, t in enumerate(solved.terms) if t is term)

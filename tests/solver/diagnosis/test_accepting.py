@@ -1,0 +1,51 @@
+"""Which of the named causes become an extension, with the search itself put aside."""
+
+import pytest
+
+from solver.diagnosis import accepting
+from solver.diagnosis.marker_causes import NOTHING_SEEN
+from solver.diagnosis.selection import Contender, Selection
+from solver.effects.plate_gain import PlateGain
+from solver.errors import FitError
+from solver.settings import Settings
+
+ONE, OTHER = ("plate_gain", "plate_1"), ("plate_gain", "plate_2")
+
+
+@pytest.fixture
+def found(monkeypatch, short_scene, balance_of_scenes):
+    """Runs `extension_for` on causes, of which some are found again and others are undone on reading."""
+    balance = balance_of_scenes(short_scene)
+
+    def contender(target):
+        solved = balance.solve([balance.term(PlateGain(target), ())])
+        return Contender(solved.terms[0], solved, 20.0)
+
+    def run(again, undone, wanted):
+        null = balance.solve([])
+        solved = balance.solve([contender(t).term for t in again])
+        selection = Selection(null, solved, (), corrected=tuple(contender(t) for t in undone))
+        monkeypatch.setattr(accepting, "repaired_balance", lambda *_, **__: (balance, NOTHING_SEEN, None))
+        monkeypatch.setattr(accepting, "select", lambda *_: selection)
+        subject = type("Subject", (), {"folder": "lab/S4"})
+        return accepting.extension_for(subject, Settings(), wanted)
+
+    return run
+
+
+def test_what_reading_undoes_is_no_part_of_the_extension_and_not_lost(found):
+    answer = found(["plate_1"], ["plate_2"], {ONE, OTHER})
+    assert [(c.id, c.target) for c in answer.extension.causes] == [ONE]
+    assert answer.undone == (OTHER,)
+    (cause,) = answer.causes_at(answer.extension.x + 0.01)
+    assert cause.parameters["gain_error"][0] != answer.extension.causes[0].parameters["gain_error"][0]
+
+
+def test_where_reading_undoes_all_nothing_is_to_be_accepted(found):
+    with pytest.raises(FitError, match=r"lab/S4: nothing to accept: reading the files puts right"):
+        found([], ["plate_2"], {OTHER})
+
+
+def test_a_cause_that_is_not_found_again_is_named(found):
+    with pytest.raises(FitError, match=r"not found again: plate_gain \(plate_2\)"):
+        found(["plate_1"], [], {ONE, OTHER})

@@ -1,0 +1,34 @@
+"""The course of a contact's force is the force that its signature adds to the balance, where it acts."""
+
+import numpy as np
+import pytest
+
+from solver.diagnosis.force_courses import STEP_S, force_courses
+from solver.effects.body_weight_support import BodyWeightSupport
+from solver.effects.external_contact import ExternalContact
+from solver.effects.plate_gain import PlateGain
+from solver.effects.time_course import stretch_of
+
+
+@pytest.fixture
+def contact(short_scene):
+    windows = (stretch_of(short_scene, 20, 50), stretch_of(short_scene, 90, 120))
+    return ExternalContact("torso", windows, (60.0, 60.0))
+
+
+def test_every_window_has_its_course(short_scene, contact):
+    signature = contact.signature(short_scene, ())
+    x = np.random.default_rng(0).normal(size=signature.columns.shape[2])
+    courses = force_courses(contact, [short_scene], (), x)
+    assert [(c.trial, c.start, c.step) for c in courses] == [("walk", 20, 2), ("walk", 90, 2)]
+    force = np.einsum("tci,i->tc", signature.columns, x)[:, :3]
+    for course, window in zip(courses, contact.windows, strict=True):
+        assert course.step / short_scene.rate == pytest.approx(STEP_S)
+        np.testing.assert_allclose(course.force_ground, force[window.start : window.end : 2], atol=1e-9)
+
+
+def test_what_acts_all_along_or_on_no_segment_has_none(short_scene):
+    assert force_courses(PlateGain("plate_1"), [short_scene], (), np.ones(1)) == ()
+    lift = BodyWeightSupport("torso")
+    width = lift.signature(short_scene, ()).columns.shape[2]
+    assert force_courses(lift, [short_scene], (), np.ones(width)) == ()

@@ -1,0 +1,68 @@
+"""The screening against the balance solved anew for every candidate, by another factorization."""
+
+import numpy as np
+import pytest
+
+from solver.diagnosis.screening import Screen
+from solver.effects.catalogue import catalogue
+from solver.effects.clock_offset import ClockOffset
+from solver.effects.effect import Corrected
+from solver.effects.plate_gain import PlateGain
+
+
+@pytest.fixture(scope="module")
+def wrong(short_scene, drawn, balance_of_scenes):
+    """A gain of plate 1, in two trials of which the second is another draw."""
+    missing = 0.1 * short_scene.plates[0].wrench_ground
+    return balance_of_scenes(drawn(4, missing), drawn(5, missing))
+
+
+@pytest.fixture(scope="module")
+def everything(wrong):
+    return [c for c in catalogue(wrong.scenes) if not isinstance(c, Corrected)]
+
+
+@pytest.fixture(scope="module")
+def screen(wrong, everything):
+    return Screen(wrong, everything)
+
+
+@pytest.mark.parametrize("accepted", [[], [PlateGain("plate_1")], [PlateGain("plate_1"), ClockOffset("all")]])
+def test_each_gain_is_that_of_the_whole_solve(screen, wrong, everything, accepted):
+    rung = wrong.rungs[4]
+    terms = [wrong.term(c, c.starts(wrong.scenes)[0]) for c in accepted]
+    without = wrong.solve_at(terms, rung).log_evidence
+    screened = screen.at(rung, terms)
+    assert len({s.rows.candidate.key for s in screened}) > 20
+    for one in screened:
+        whole = wrong.solve_at([*terms, wrong.spread(one.rows)], rung)
+        assert one.gain == pytest.approx(whole.log_evidence - without, abs=1e-5)
+        notable = one.rows.candidate.is_notable(whole.estimates(len(terms), wrong.scenes))
+        assert one.notable == notable
+
+
+def test_the_best_comes_first_and_what_is_accepted_is_left_out(screen, wrong):
+    first = screen.at(wrong.rungs[4])
+    gains = [s.gain for s in first]
+    assert gains == sorted(gains, reverse=True)
+    rest = screen.at(wrong.rungs[4], [wrong.spread(first[0].rows)])
+    assert first[0].rows.candidate.key not in {s.rows.candidate.key for s in rest}
+    assert len(rest) == len(first) - 1
+
+
+def test_of_all_starts_the_best_notable_one_is_taken(wrong):
+    clock = ClockOffset("all")
+    rung = wrong.rungs[4]
+    (one,) = Screen(wrong, [clock]).at(rung)
+    gains = {}
+    for eta in clock.starts(wrong.scenes):
+        solved = wrong.solve_at([wrong.term(clock, eta)], rung)
+        gains[eta] = clock.is_notable(solved.estimates(0, wrong.scenes)), solved.log_evidence
+    assert one.rows.eta == max(gains, key=lambda eta: gains[eta])
+
+
+def test_rows_of_one_trial_stay_there(wrong):
+    (one,) = Screen(wrong, [PlateGain("plate_1")]).at(wrong.rungs[4])
+    term = wrong.spread(one.rows)
+    np.testing.assert_allclose(term.columns, wrong.term(PlateGain("plate_1"), ()).columns)
+    assert Screen(wrong, [PlateGain("plate_9")]).at(wrong.rungs[4]) == []
