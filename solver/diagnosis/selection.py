@@ -46,7 +46,6 @@ class Selection:
     null: Solved
     solved: Solved
     found: tuple[Found, ...]
-    refused: tuple[Contender, ...] = field(default=())  # the best of the last round, that did not pay
     corrected: tuple[Contender, ...] = field(default=())  # undone on reading already
     uncorrected: tuple[Term, ...] = field(default=())  # what these would add to the balance
 
@@ -62,9 +61,7 @@ def select(balance: Balance, candidates: Sequence[Candidate], progress: Progress
     corrections = [c for c in candidates if isinstance(c, Corrected)]
     search = _Search(balance, [c for c in candidates if not isinstance(c, Corrected)], progress)
     named, uncorrected = _corrected(balance, corrections, search.solved)
-    return Selection(
-        search.null, search.solved, tuple(search.found), tuple(search.refused), named, uncorrected
-    )
+    return Selection(search.null, search.solved, tuple(search.found), named, uncorrected)
 
 
 class _Search:
@@ -76,7 +73,6 @@ class _Search:
         self.blocks = blocks(balance)
         self.null = self.solved = balance.solve([])
         self.found: list[Found] = []
-        self.refused: list[Contender] = []
         self._grow(progress)
         for _ in range(MOST_EXCHANGES):
             if len(self.found) < 2 or not self._exchange_all():
@@ -102,7 +98,6 @@ class _Search:
     def _add(self) -> bool:
         """The best next cause, or the best two together."""
         contenders = self._contenders(self.terms, self.solved)
-        self.refused = contenders[:5]
         least = self.settings.least_further_gain if self.found else self.settings.least_gain
         inadmissible: set[int] = set()
         for contender in contenders:

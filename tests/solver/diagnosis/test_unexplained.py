@@ -1,0 +1,92 @@
+"""Named causes beside a force of unknown course that may take their place."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from solver.diagnosis.remainder import UnknownForce
+from solver.diagnosis.selection import select
+from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis.unexplained import kept_beside_the_unknown
+from solver.effects.effect import Candidate, Estimate, Signature
+from solver.effects.plate_gain import PlateGain
+from solver.effects.scene import force_at
+
+SETTINGS = DiagnosisSettings()
+
+
+@dataclass(frozen=True, eq=False)
+class Steady(Candidate):
+    """A constant pull at a body's centre of mass: half of the truth."""
+
+    id = "steady"
+
+    def signature(self, scene, eta):
+        b = scene.skeleton.body_index(self.target)
+        point = scene.point_ground(b, scene.skeleton.bodies[b].com_body)
+        pull = np.tile([1.0, 0.0, 0.0], (scene.frames, 1))
+        return Signature(force_at(pull, point)[:, :, None], np.array([60.0]))
+
+    def estimates(self, scenes, eta, eta_std, x, covariance):
+        return {"force_N": Estimate(float(x[0]), float(np.sqrt(covariance[0, 0])))}
+
+    def is_notable(self, estimates):
+        return abs(estimates["force_N"].value) > 5
+
+
+@pytest.fixture(scope="module")
+def swinging(short_scene):
+    """A force at a hand that comes and goes."""
+    b = short_scene.skeleton.body_index("hand_l")
+    point = short_scene.point_ground(b, short_scene.skeleton.bodies[b].com_body)
+    course = 25.0 + 60.0 * np.sin(2 * np.pi * 1.7 * short_scene.times)
+    return force_at(course[:, None] * np.array([1.0, 0.0, 0.0]), point)
+
+
+def test_a_true_cause_stays_though_a_free_force_might_imitate_it(short_scene, drawn, balance_of_scenes):
+    balance = balance_of_scenes(drawn(4, 0.15 * short_scene.plates[0].wrench_ground, scale=0.5))
+    selection = select(balance, [PlateGain("plate_1"), PlateGain("plate_2")])
+    kept = kept_beside_the_unknown(balance, selection)
+    assert [f.contender.term.candidate.key for f in kept.found] == [("plate_gain", "plate_1")]
+    assert kept.left is None
+    assert kept.solved is selection.solved
+
+
+def test_what_describes_a_force_badly_gives_way_to_the_unknown(swinging, drawn, balance_of_scenes):
+    balance = balance_of_scenes(drawn(4, swinging, scale=0.5))
+    selection = select(balance, [Steady("hand_l")])
+    assert len(selection.found) == 1
+    kept = kept_beside_the_unknown(balance, selection)
+    assert kept.found == ()
+    assert isinstance(kept.left.term.candidate, UnknownForce)
+    assert kept.left.term.candidate.target == "hand_l"
+    assert kept.solved.terms == ()
+
+
+def test_a_cause_that_pays_beside_the_unknown_is_named_with_it(
+    short_scene, swinging, drawn, balance_of_scenes
+):
+    missing = swinging + 0.2 * short_scene.plates[0].wrench_ground
+    balance = balance_of_scenes(drawn(4, missing, scale=0.5))
+    kept = kept_beside_the_unknown(balance, select(balance, [PlateGain("plate_1")]))
+    assert [f.contender.term.candidate.key for f in kept.found] == [("plate_gain", "plate_1")]
+    assert kept.left.term.candidate.target == "hand_l"
+
+
+def test_nothing_is_left_in_what_model_errors_make(drawn, balance_of_scenes):
+    for seed in range(3):
+        balance = balance_of_scenes(drawn(seed))
+        kept = kept_beside_the_unknown(balance, select(balance, []))
+        assert kept.left is None
+
+
+def test_the_force_left_is_worth_its_evidence_and_of_a_size(swinging, drawn, balance_of_scenes):
+    balance = balance_of_scenes(drawn(4, swinging, scale=0.5))
+    left = kept_beside_the_unknown(balance, select(balance, [])).left
+    assert left.gain > SETTINGS.least_unknown_gain
+    scene = balance.scenes[0]
+    x, _ = left.solved.of(0)
+    force = left.term.candidate.force_ground(scene, x)
+    true = swinging[:, :3]
+    assert np.sqrt(((force - true) ** 2).mean()) < 0.35 * np.sqrt((true**2).mean())
