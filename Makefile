@@ -46,7 +46,7 @@ bench-diagnosis: setup
 	$(ONE_THREAD) $(BIN)/python -m benchmarks.diagnosis make --out $(OUT) --cases $(CASES) --real $(REAL) \
 	  $(if $(SEED),--seed $(SEED))
 	$(ONE_THREAD) $(BIN)/python -m benchmarks.diagnosis run --out $(OUT) $(ARGS)
-	$(ONE_THREAD) $(BIN)/python -m benchmarks.diagnosis score --out $(OUT)
+	$(ONE_THREAD) $(BIN)/python -m benchmarks.diagnosis score --out $(OUT) --page benchmarks/DIAGNOSIS.md
 
 # Needs uv on PATH. One set of versions for Python 3.11 to 3.13; OpenSim apart, since not every platform has its wheel.
 lock:

@@ -3,8 +3,9 @@
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
+
+from addb_viewer.diagnosis_readings import READINGS, Place, Reading
 
 STDS_OF_A_SPREAD = 2  # the true value lies within in 19 of 20 cases
 FRACTION_DIGITS = 4  # at most
@@ -38,11 +39,23 @@ TITLES = {
 }
 
 _AXES = {
-    "x": "force along x has the wrong sign",
-    "y": "forces along x and z have the wrong sign",
-    "z": "force along z has the wrong sign",
-    "xz": "forces along x and z are exchanged",
+    "x": "force of every plate along x has the wrong sign",
+    "y": "forces of every plate along x and z have the wrong sign",
+    "z": "force of every plate along z has the wrong sign",
+    "xz": "forces of every plate along x and z are exchanged",
 }
+
+ON_BODIES = (
+    "off_plate_step",
+    "external_contact",
+    "body_weight_support",
+    "elastic_tether",
+    "drag",
+    "carried_mass",
+    "segment_mass",
+    "wobbling_mass",
+    "soft_tissue",
+)
 
 _BODIES = {
     "calcn": "foot",
@@ -56,118 +69,6 @@ _BODIES = {
     "radius": "forearm",
     "hand": "hand",
     "torso": "trunk",
-}
-
-
-@dataclass(frozen=True)
-class Reading:
-    """How one parameter is said: `{amount}`, and `{which}` for one word above zero and another below."""
-
-    parameter: str
-    text: str
-    unit: str
-    factor: float = 1.0  # from the parameter's unit to `unit`
-    zero: float = 0.0  # what no effect is
-    which: tuple[str, str] | None = None
-
-
-def _along(parameters: str, text: str, unit: str, factor: float = 1.0) -> tuple[Reading, ...]:
-    return tuple(Reading(parameters.format(a), text.format(a), unit, factor) for a in "xyz")
-
-
-READINGS: dict[str, tuple[Reading, ...]] = {
-    "clock_offset": (
-        Reading("offset_s", "the forces come {amount} {which}", "ms", 1e3, which=("too late", "too early")),
-    ),
-    "sample_rate": (
-        Reading("stretch", "their time axis is {amount} too {which}", "%", 1e2, which=("long", "short")),
-    ),
-    "filter_mismatch": (Reading("cutoff_Hz", "smoothed with a low-pass filter at {amount}", "Hz"),),
-    "plate_gain": (
-        Reading("gain_error", "it reads {amount} too {which}", "%", 1e2, which=("much", "little")),
-    ),
-    "plate_bias": (
-        *_along("bias_{}_N", "{{amount}} along {}", "N"),
-        *_along("bias_{}_N_per_s", "drifting by {{amount}} along {}", "N/s"),
-    ),
-    "plate_position": _along("shift_{}_m", "the files place it {{amount}} off along {}", "mm", 1e3),
-    "plate_yaw": (
-        Reading(
-            "yaw_deg",
-            "what was recorded is turned by {amount} {which}, seen from above",
-            "°",
-            which=("counter-clockwise", "clockwise"),
-        ),
-    ),
-    "gravity_tilt": (
-        Reading("tilt_x_deg", "by {amount} about x", "°"),
-        Reading("tilt_z_deg", "by {amount} about z", "°"),
-    ),
-    "off_plate_step": (
-        Reading("force_y_N", "the ground carries {amount} there on average", "N"),
-        Reading("weight_share", "that is {amount} of body weight", "%", 1e2),
-    ),
-    "external_contact": (
-        *_along("force_{}_N", "mean force on the person along {}: {{amount}}", "N"),
-        *_along("point_{}_m", "place on the segment, {}: {{amount}}", "mm", 1e3),
-    ),
-    "body_weight_support": (Reading("force_N", "it lifts with {amount}", "N"),),
-    "elastic_tether": (
-        Reading("mean_force_N", "it pulls with {amount} on average", "N"),
-        Reading("stiffness_N_per_m", "stiffness {amount}", "N/m"),
-        *_along("anchor_{}_m", "fixed in the room at {} = {{amount}}", "m"),
-        Reading("rest_length_m", "slack below a length of {amount}", "m"),
-    ),
-    "drag": (
-        Reading("mean_force_N", "it brakes with {amount} on average", "N"),
-        Reading("b_Ns_per_m", "{amount} at 1 m/s", "N"),
-        Reading("exponent", "growing with speed to the power of {amount}", ""),
-    ),
-    "belt_acceleration": (Reading("rms_m_per_s2", "{amount} (root mean square)", "m/s²"),),
-    "carried_mass": (
-        Reading("mass_kg", "it weighs {amount}", "kg"),
-        *_along("offset_{}_m", "its centre on the segment, {}: {{amount}}", "mm", 1e3),
-    ),
-    "subject_mass": (
-        Reading(
-            "mass_factor",
-            "the person is {amount} {which} than entered",
-            "%",
-            1e2,
-            zero=1.0,
-            which=("heavier", "lighter"),
-        ),
-    ),
-    "segment_mass": (
-        Reading(
-            "mass_factor",
-            "{amount} {which} than in the model",
-            "%",
-            1e2,
-            zero=1.0,
-            which=("heavier", "lighter"),
-        ),
-    ),
-    "wobbling_mass": (
-        Reading("mass_kg", "{amount} swing", "kg"),
-        Reading("frequency_Hz", "at {amount}", "Hz"),
-        Reading("damping_ratio", "with a damping ratio of {amount}", ""),
-    ),
-    "marker_slip": (
-        Reading("shift_m", "by {amount}", "mm", 1e3),
-        Reading("time_s", "at {amount} from the trial's start", "s"),
-    ),
-    "capture_scale": (
-        Reading(
-            "scale",
-            "markers lie {amount} too far {which}",
-            "%",
-            1e2,
-            zero=1.0,
-            which=("apart", "together"),
-        ),
-    ),
-    "soft_tissue": (Reading("rms_m", "by {amount} (root mean square)", "mm", 1e3),),
 }
 
 
@@ -204,7 +105,8 @@ def sentence(effect: Mapping[str, Any]) -> str:
     """What a cause means: the effect's own sentence, with its target in words."""
     told, target = str(effect.get("sentence", "")), str(effect["target"])
     if target in told and target not in _AXES and target != "all":
-        told = re.sub(rf"(?<!\w){re.escape(target)}(?!\w)", target_in_words(target), told)
+        words = _with_articles(target) if effect["id"] in ON_BODIES else target_in_words(target)
+        told = re.sub(rf"(?<!\w){re.escape(target)}(?!\w)", words, told)
     elif target in _AXES:
         told = told.replace(f"({target})", f"({target_in_words(target)})")
     return told[:1].upper() + told[1:]
@@ -214,6 +116,9 @@ def amounts(effect: Mapping[str, Any]) -> list[str]:
     """How large a cause is, each parameter with the spread within which it lies in 19 of 20 cases."""
     said = []
     for reading in READINGS.get(effect["id"], ()):
+        if isinstance(reading, Place):
+            said += _placed(reading, effect["parameters"])
+            continue
         estimate = effect["parameters"].get(reading.parameter)
         if estimate is not None and estimate["value"] is not None:
             said.append(_said(reading, estimate))
@@ -240,9 +145,9 @@ def certainty(confidence: float, rivals: int) -> str:
             f"this one {_percent(confidence)}"
         )
     if confidence >= 0.99:
-        return "very sure (more than 99 %)"
+        return "very sure of the name (more than 99 %)"
     if confidence >= 0.9:
-        return f"fairly sure ({_percent(confidence)})"
+        return f"fairly sure of the name ({_percent(confidence)})"
     if confidence >= 0.5:
         return f"not sure: more likely than any other single cause ({_percent(confidence)})"
     return f"a guess: less likely than all other causes together ({_percent(confidence)})"
@@ -265,12 +170,43 @@ def upward(force_N: Sequence[float]) -> str:
 
 def _said(reading: Reading, estimate: Mapping[str, Any]) -> str:
     value = reading.factor * (estimate["value"] - reading.zero)
-    std = estimate.get("std")
-    spread = None if std is None else STDS_OF_A_SPREAD * reading.factor * std
+    spread = _spread(estimate, reading.factor)
     if reading.which is None:
         return reading.text.format(amount=amount(value, spread, reading.unit))
     which = reading.which[0] if value >= 0 else reading.which[1]
-    return reading.text.format(amount=amount(abs(value), spread, reading.unit), which=which)
+    signed = f"{'+' if value >= 0 else '−'}{amount(abs(value), None, reading.unit)}"
+    return reading.text.format(amount=amount(abs(value), spread, reading.unit), which=which, signed=signed)
+
+
+def _placed(place: Place, parameters: Mapping[str, Any]) -> list[str]:
+    """A point in one sentence; nothing where a coordinate is not known."""
+    of = {axis: parameters.get(place.parameters.format(axis)) for axis in "xyz"}
+    known = {axis: e for axis, e in of.items() if e is not None and e["value"] is not None}
+    if len(known) < len(of):
+        return []
+    point = ", ".join(
+        f"{axis} {amount(place.factor * e['value'], _spread(e, place.factor), place.unit)}"
+        for axis, e in known.items()
+    )
+    distance = place.factor * math.hypot(*(e["value"] for e in known.values()))
+    return [place.text.format(point=point.replace(" -", " −"), distance=amount(distance, None, place.unit))]
+
+
+def _spread(estimate: Mapping[str, Any], factor: float) -> float | None:
+    std = estimate.get("std")
+    return None if std is None else STDS_OF_A_SPREAD * factor * std
+
+
+def _with_articles(target: str) -> str:
+    """Bodies within a sentence: "the right foot (calcn_r)"; plates and what has no words as they are."""
+    parts = target.split("+")
+    words = [part_in_words(part) for part in parts]
+    said = listed([w if p.startswith("plate_") else f"the {w}" for w, p in zip(words, parts, strict=True)])
+    return (
+        said
+        if words == parts or any(p.startswith("plate_") for p in parts)
+        else f"{said} ({', '.join(parts)})"
+    )
 
 
 def part_in_words(name: str) -> str:

@@ -10,19 +10,26 @@ from addb_viewer.diagnosis_vocabulary import (
     amounts,
     certainty,
     listed,
-    newtons,
     ranges_of,
     sentence,
-    target_in_words,
     title,
-    upward,
 )
-from addb_viewer.residual_words import WITHIN, what_is_wrong
+from addb_viewer.gain_words import (
+    NOW_AND_THEN,
+    changes,
+    changes_in_words,
+    in_markers,
+    is_lead,
+    unforeseeable,
+)
+from addb_viewer.remainder_words import what_next, what_remains
+from addb_viewer.residual_words import what_is_wrong
 from addb_viewer.sections import Section
 
-NOW_AND_THEN = ("off_plate_step", "external_contact")  # each time with a force of its own
 AT_CERTAIN_FRAMES = (*NOW_AND_THEN, "marker_slip", "marker_swap")
 CERTAIN_PER_CENT = 95
+CONFIDENT = 0.9
+HOLDS_UP = "Does it hold up?"
 SPREAD = "±: in 19 of 20 cases the true value lies within."
 
 Figures = Mapping[str, Any]
@@ -41,32 +48,48 @@ def page(figures: Figures) -> list[Section]:
         *causes,
         what_it_gains(figures),
         what_remains(figures),
+        what_next(figures),
+        how_to_read(figures),
     ]
     notes = Section("Notes", tuple(figures.get("notes", ())))
     return [s for s in (*sections, notes) if s.lines or s.rows]
 
 
 def verdict(figures: Figures) -> Section:
-    """One sentence: sound, wrong and why, or wrong and nobody knows why."""
+    """Sound, wrong and why, or wrong and nobody knows why; and whether the names are more than a lead."""
     effects = figures["effects"]
     one = len(effects) == 1
     short = [_in_short(figures, effect) for effect in effects]
     named = "; ".join(short if one else [f"({k}) {text}" for k, text in enumerate(short, start=1)])
-    of = _recordings(figures)
+    of, lead = _recordings(figures), is_lead(figures)
+    found = "one cause was found" if one else f"{len(effects)} causes were found"
     if figures["verdict"] == "clean":
         text = f"Nothing wrong was found in {of}."
+    elif figures["verdict"] == "explained" and lead:
+        best = "one cause describes it best" if one else f"{len(effects)} causes together describe it best"
+        text = f"Something is wrong with {of}. Of all that were tried, {best}: {named}."
     elif figures["verdict"] == "explained":
         account = "one cause accounts for it" if one else f"{len(effects)} causes together account for it"
         text = f"Something is wrong with {of}, and {account}: {named}."
     elif effects:
-        found = "one cause was found" if one else f"{len(effects)} causes were found"
         text = (
             f"Something is wrong with {of}; {found} ({named}), but that does not account for all of it. "
             "The rest is unexplained."
         )
     else:
         text = f"Something is wrong with {of}, and no cause that this program knows accounts for it."
-    return Section("Verdict", (text,))
+    return Section("Verdict", (text, *([_only_a_lead(figures)] if lead else [])))
+
+
+def _only_a_lead(figures: Figures) -> str:
+    one = len(figures["effects"]) == 1
+    taken = (
+        f"{'It is a lead, not a finding' if one else 'They are leads, not findings'}: on hidden stretches "
+    )
+    taken += f"{changes_in_words(figures['gain'])}."
+    if any(effect["confidence"] >= CONFIDENT for effect in figures["effects"]):
+        taken += " A name that is sure is surer than the other names tried, not certain to be true."
+    return taken
 
 
 def cause(figures: Figures, k: int) -> Section:
@@ -109,10 +132,10 @@ def when(figures: Figures, effect: Figures) -> str:
 
 
 def what_it_gains(figures: Figures) -> Section:
-    """The same figures without and with the causes, on stretches that were withheld."""
+    """The same figures without and with the causes, on stretches that were hidden."""
     gain = figures["gain"]
     if not gain:
-        return Section("What that is worth")
+        return Section(HOLDS_UP)
     rows = []
     for label, name, unit, factor, digits in (
         ("force", "heldout_linear_residual_N", "N", 1.0, 0),
@@ -121,49 +144,29 @@ def what_it_gains(figures: Figures) -> Section:
     ):
         if name in gain:
             rows.append((label, before_and_after(gain[name], unit, factor, digits)))
-    lines = [
-        "Differences without → with the named causes. Each half second of force was withheld in turn and "
-        "predicted from all the others, so that this cannot be bought by fitting harder."
-    ]
-    linear = gain.get("heldout_linear_residual_N")
-    if linear is not None:
-        lines.append(_worth(figures, linear))
-    return Section("What that is worth", tuple(lines), tuple(rows))
+    lines = []
+    if changes(gain):
+        lines.append(
+            "Stretches of about half a second or less were hidden, and foretold from the rest of the "
+            "recording, without → with the named causes. These are the errors. The first differs from the "
+            "size above because mass, inertias and soft tissue are adjusted to the rest first."
+        )
+        lines.append(_worth(figures))
+    return Section(HOLDS_UP, tuple(lines), tuple(rows))
 
 
-def what_remains(figures: Figures) -> Section:
-    """What no cause accounts for, and where it acts."""
-    remaining = figures["remaining"]
-    left, floor, location = remaining["linear_residual_N"], remaining["noise_floor_N"], remaining["location"]
-    if figures["verdict"] == "clean":
-        return Section("What remains")
-    if figures["verdict"] == "explained":
-        if left > WITHIN * floor and _now_and_then(figures):
-            return Section("What remains", ("Away from the frames named above, nothing else stands out.",))
-        return Section(
-            "What remains",
-            (f"{newtons(left)}, where about {newtons(floor)} is ordinary. Nothing else stands out.",),
-        )
-    lines = [f"{newtons(left)}, where about {newtons(floor)} is ordinary."]
-    if location is None:
+def how_to_read(figures: Figures) -> Section:
+    """What ± and "sure" mean on this page."""
+    effects = figures["effects"]
+    lines = []
+    if any(effect["parameters"] for effect in effects):
+        lines.append(f"{SPREAD} It holds if the cause is the right one.")
+    if effects:
         lines.append(
-            "It cannot be tied to one part of the body. It may be a cause that this program does not know, "
-            "or several at once."
+            "Sure of the name: the share of this cause among all that were tried in its place, and none. A "
+            "cause that was not tried has no share."
         )
-    else:
-        force = location["mean_force_N"]
-        size = sum(f * f for f in force) ** 0.5
-        lines.append(
-            f"It looks like a force on this part of the body: {target_in_words(location['body'])}, "
-            f"{newtons(location['rms_force_N'])} (root mean square), on average {newtons(size)} "
-            f"{upward(force)}. "
-            f"What it depends on: {location['depends_on']}."
-        )
-    lines.append(
-        "What to do: look at the video for what touches the person, and at notes of the session; do not use "
-        "forces and joint torques of this recording before it is understood."
-    )
-    return Section("What remains", tuple(lines))
+    return Section("How to read this", tuple(lines))
 
 
 def _in_short(figures: Figures, effect: Figures) -> str:
@@ -185,25 +188,26 @@ def before_and_after(gain: Figures, unit: str, factor: float, digits: int) -> st
     text = f"{factor * gain['before']:.{digits}f} → {factor * gain['after']:.{digits}f} {unit}"
     if gain.get("interval"):
         low, high = (factor * bound for bound in gain["interval"])
-        text += f"   (between {low:.{digits}f} and {high:.{digits}f} with {CERTAIN_PER_CENT} % certainty)"
+        between = f"between {low:.{digits}f} and {high:.{digits}f} with {CERTAIN_PER_CENT} % certainty"
+        text += f"   (the latter {between})"
     return text
 
 
-def _worth(figures: Figures, gain: Figures) -> str:
-    before, after, interval = gain["before"], gain["after"], gain.get("interval")
-    if interval and interval[1] < before:
-        return f"The difference in force falls by {100 * (1 - after / before):.0f} %, and not by chance."
-    if _now_and_then(figures):
-        return (
-            "A step or a contact has its own force each time: when its frames are withheld, nothing can "
-            "foretell it, so that these figures stay high there. What speaks for it is the force's place, "
-            "time and sign."
+def _worth(figures: Figures) -> str:
+    """What the figures on hidden stretches say of the causes."""
+    gain = figures["gain"]
+    if in_markers(figures):
+        return "The causes lie in the markers, which are mended before: what counts is the markers' error."
+    told = changes_in_words(gain)
+    said = [f"{told[:1].upper()}{told[1:]}."]
+    if not changes(gain)[0].surely_falls and unforeseeable(figures):
+        said.append(unforeseeable(figures))
+    if is_lead(figures):
+        one = len(figures["effects"]) == 1
+        said.append(
+            f"Take the {'cause as a lead, not as a finding' if one else 'causes as leads, not as findings'}."
         )
-    return "On withheld stretches the gain is not certain: take the causes as a lead, not as a finding."
-
-
-def _now_and_then(figures: Figures) -> bool:
-    return any(effect["id"] in NOW_AND_THEN for effect in figures["effects"])
+    return " ".join(said)
 
 
 def _flag_hint(figures: Figures, effect: Figures) -> list[str]:

@@ -11,6 +11,7 @@ from addb_viewer.sections import Section
 
 WITHIN = 1.5  # times the noise floor: what is still ordinary
 WORST_WITHIN = 2.0  # likewise of the worst half second, which is the worst of many
+STANDS_OUT = 1.3  # times the trial's own root mean square: half seconds differ by less
 LEAST_S = 0.1  # shorter phases say nothing
 MOST_TRIALS = 5  # that are told one by one
 IN_MARKERS = ("marker_slip", "marker_swap", "soft_tissue")
@@ -19,7 +20,7 @@ PHASES = {
     "load_on_no_foot": "a plate loaded, but by no foot",
     "no_load": "no plate loaded",
 }
-TIMES = "×: how many times as much as a sound recording shows there; without it: ordinary."
+TIMES = "×: times what is ordinary there."
 
 Figures = Mapping[str, Any]
 
@@ -43,10 +44,10 @@ def _overall(figures: Figures, residual: Figures) -> list[str]:
     lines = [
         f"The motion of the body demands forces that differ from the measured ones by "
         f"{newtons(residual['force_N'])}, and moments about the centre of mass that differ by "
-        f"{_Nm(residual['moment_Nm'])} (root mean square).",
+        f"{moment_Nm(residual['moment_Nm'])} (root mean square).",
         f"A sound recording of this movement shows about {newtons(residual['force_floor_N'])} and "
-        f"{_Nm(residual['moment_floor_Nm'])}: markers on skin, segment masses from tables and filters are "
-        f"not perfect. {_against(figures, residual)}",
+        f"{moment_Nm(residual['moment_floor_Nm'])}, called ordinary here: markers on skin, segment masses "
+        f"from tables and filters are not perfect. {_against(figures, residual)}",
     ]
     if figures["effects"] and all(e["id"] in IN_MARKERS for e in figures["effects"]):
         lines.append("These figures are without the markers' fault, which shows in the markers themselves.")
@@ -56,7 +57,7 @@ def _overall(figures: Figures, residual: Figures) -> list[str]:
 def _against(figures: Figures, residual: Figures) -> str:
     force, moment = _ratios(residual)
     more = [
-        f"{_times(ratio)} times as much {what}"
+        f"{times(ratio)} times as much {what}"
         for ratio, what in ((force, "force"), (moment, "moment"))
         if ratio > WITHIN
     ]
@@ -69,7 +70,7 @@ def _against(figures: Figures, residual: Figures) -> str:
 
 def _parts(figures: Figures, residual: Figures) -> list[tuple[str, str]]:
     rows = [
-        ("where it is worst", _worst(figures, residual["trials"])),
+        _over_time(figures, residual["trials"]),
         ("in which phase", _phases(residual["phases"])),
         ("in which direction", _directions(residual["axes"])),
     ]
@@ -80,8 +81,8 @@ def _parts(figures: Figures, residual: Figures) -> list[tuple[str, str]]:
     return [row for row in rows if row[1]]
 
 
-def _worst(figures: Figures, trials: Sequence[Figures]) -> str:
-    """The half second of each trial, the worst trial first."""
+def _over_time(figures: Figures, trials: Sequence[Figures]) -> tuple[str, str]:
+    """The worst half second of each trial, the worst trial first; or that there is none."""
     ordered = sorted(trials, key=lambda t: -max(_ratios(t["worst"])))
     said = []
     for trial in ordered[:MOST_TRIALS]:
@@ -89,13 +90,25 @@ def _worst(figures: Figures, trials: Sequence[Figures]) -> str:
         if max(_ratios(worst)) <= WORST_WITHIN:
             said.append(f"{trial['trial']}: ordinary all the time")
             continue
+        if not _stands_out(trial):
+            said.append(f"{trial['trial']}: much the same all the time")
+            continue
         start, end = worst["frames"]
         said.append(
             f"{trial['trial']}, {start / rate:.2f} to {(end - 1) / rate:.2f} s: {_both(worst, WORST_WITHIN)}"
         )
     if len(ordered) > MOST_TRIALS:
         said.append(f"less in {len(ordered) - MOST_TRIALS} more")
-    return "; ".join(said)
+    label = "where it is worst" if any(map(_stands_out, trials)) else "over time"
+    return label, "; ".join(said)
+
+
+def _stands_out(trial: Figures) -> bool:
+    """Whether its worst half second is beyond the ordinary, and beyond the rest of the trial."""
+    worst = trial["worst"]
+    return max(_ratios(worst)) > WORST_WITHIN and any(
+        worst[name] > STANDS_OUT * trial[name] for name in ("force_N", "moment_Nm")
+    )
 
 
 def _phases(phases: Sequence[Figures]) -> str:
@@ -117,7 +130,17 @@ def _directions(axes: Sequence[Figures]) -> str:
     size = sum(f * f for f in mean) ** 0.5
     if size <= sum(a["force_floor_N"] ** 2 for a in axes) ** 0.5:
         return text
-    return f"{text}; on average the motion demands {newtons(size)} {upward(mean)} beyond the measured force"
+    return f"{text}; on average {_mean_in_words(mean, size)}"
+
+
+def _mean_in_words(demanded_N: Sequence[float], size: float) -> str:
+    """What the plates measured beyond what the body demands, or short of it."""
+    way = upward(demanded_N)
+    if way in ("up", "down"):
+        more = "more" if way == "down" else "less"
+        return f"the plates measured {newtons(size)} {more} upward than the modelled body weighs and moves"
+    measured = upward([-f for f in demanded_N])
+    return f"the plates measured {newtons(size)} more {measured} than the modelled body's motion asks for"
 
 
 def _axis(axis: Figures) -> str:
@@ -133,11 +156,11 @@ def _force(size: Figures, within: float) -> str:
 
 
 def _moment(size: Figures, within: float) -> str:
-    return _Nm(size["moment_Nm"]) + _marked(_ratios(size)[1], within)
+    return moment_Nm(size["moment_Nm"]) + _marked(_ratios(size)[1], within)
 
 
 def _marked(ratio: float, within: float) -> str:
-    return f" ({_times(ratio)} ×)" if ratio > within else ""
+    return f" ({times(ratio)} ×)" if ratio > within else ""
 
 
 def _ratios(size: Figures) -> tuple[float, float]:
@@ -145,9 +168,9 @@ def _ratios(size: Figures) -> tuple[float, float]:
     return size["force_N"] / size["force_floor_N"], size["moment_Nm"] / size["moment_floor_Nm"]
 
 
-def _times(ratio: float) -> str:
+def times(ratio: float) -> str:
     return f"{ratio:.0f}" if ratio >= 3 else f"{ratio:.1f}"
 
 
-def _Nm(moment: float) -> str:
+def moment_Nm(moment: float) -> str:
     return f"{moment:.0f} N·m" if moment >= 10 else f"{moment:.1f} N·m"

@@ -20,6 +20,7 @@ LISTS = (  # rows whose entries, parted by semicolons, get a line each
     "when",
     "could also be",
     "where it is worst",
+    "over time",
     "in which phase",
     "joint torques",
     "causes",

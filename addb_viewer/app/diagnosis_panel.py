@@ -24,6 +24,7 @@ from addb_viewer.app.residual_charts import residual_charts, worst_frame
 from addb_viewer.diagnosis_vocabulary import ranges_of, title
 from addb_viewer.diagnosis_words import AT_CERTAIN_FRAMES, cause, what_it_gains, what_remains
 from addb_viewer.extension_words import what_accepting_changes
+from addb_viewer.remainder_words import what_next
 from addb_viewer.sections import Section
 
 JUMPS_A_ROW = 3
@@ -169,6 +170,7 @@ class DiagnosisPanel:
         for section, shown in (
             (what_it_gains(figures), gain_html),
             (what_remains(figures), section_html),
+            (what_next(figures), section_html),
             (Section("Notes", tuple(figures.get("notes", ()))), section_html),
         ):
             if section.lines or section.rows:

@@ -11,6 +11,17 @@ from benchmarks.recordings import data_folder
 from tests.hidden_effects.hider.cases import IDS, SIZES, Mix, plan_cases, summary, write_case
 from tests.hidden_effects.hider.real import plan_real, write_real
 
+PAGE = """# Hidden effects: how often the diagnosis is right
+
+Made by `make bench-diagnosis` (`python -m benchmarks.diagnosis make | run | score`), seed {seed}:
+{answered} of {planned} cases answered. Each is a folder with effects put into it that the finder has not
+seen, or with none: half of them clean, the rest of them one effect of the catalogue at 1, 1.5 or 2.5
+reference sizes, two, or one that the catalogue lacks; handed out with the true scaled model, with masses
+and centres of mass perturbed, or with the generic one. Rates come with their 95 % interval (Wilson).
+*Right* is the same id on the same target and nothing else.
+
+{tables}
+"""
 CURVE_SIZES = (0.5, 1.0, 1.5, 2.5)
 
 
@@ -33,6 +44,7 @@ def main() -> None:
     running.add_argument("--only", default="", help="part of a case's name")
     running.add_argument("--discard", action="store_true", help="delete recordings once answered")
     scoring = commands.add_parser("score", help="print the tables")
+    scoring.add_argument("--page", type=Path, help="also written as a page of its own")
     for command in (making, running, scoring):
         command.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
@@ -47,8 +59,14 @@ def main() -> None:
             workers=given.workers,
         )
     else:
-        text = report(load(given.out))
+        cases = load(given.out)
+        text = report(cases)
         (given.out / "RESULTS.md").write_text(text + "\n", encoding="utf-8")
+        if given.page:
+            listed = json.loads((given.out / "cases.json").read_text(encoding="utf-8"))
+            planned = len(list((given.out / "truth").glob("*.json")))
+            page = PAGE.format(seed=listed["seed"], answered=len(cases), planned=planned, tables=text)
+            given.page.write_text(page, encoding="utf-8")
         print(text)
 
 

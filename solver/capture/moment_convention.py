@@ -32,6 +32,7 @@ MEANING = {
     "ground": "the moment about the ground origin",
     "plate": "the moment about each plate's origin",
 }
+IN_SHORT = {"free": "free moment", "ground": "about the ground origin", "plate": "about each plate's origin"}
 
 
 @dataclass(frozen=True)
@@ -182,8 +183,10 @@ def _judge(
     left = {convention: _median(np.concatenate(parts)) for convention, parts in levers.items()}
     scores = {**left, "plate": left["plate"] + settings.plate_handicap_m}
     best = min(CONVENTIONS, key=lambda convention: scores[convention])
-    evidence = ", ".join(f"{convention} {1000 * lever:.1f} mm" for convention, lever in left.items())
-    evidence = f"median lever of the horizontal moment left at the centre of pressure: {evidence}"
+    misses = ", ".join(
+        f"{IN_SHORT[convention]} {1000 * left[convention]:.0f} mm" for convention in CONVENTIONS
+    )
+    evidence = f"how far forces miss their centres of pressure, by reading: {misses}"
     if forced:
         contradiction = "" if forced == best else f", although the numbers speak for {MEANING[best]}"
         return forced, (

@@ -25,8 +25,14 @@ class AxisConvention(Candidate):
     """A force component of all plates has the wrong sign, or two are exchanged; centres of pressure stay."""
 
     id = "axis_convention"
-    sentence = "The axes of the forces are not those of the markers ({target})."
-    remedy = "Check signs and order of the force components in the export, on a push in a known direction."
+    sentence = (
+        "The axes of all plates' forces are not those of the markers ({target}); centres of pressure are "
+        "right."
+    )
+    remedy = (
+        "Put signs and order of the force components right in the export, leave the centres of pressure as "
+        "they are, and check on a push in a known direction."
+    )
     rivals_told_apart_by = "a push against the floor in a known direction"
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:

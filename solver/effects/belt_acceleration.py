@@ -29,8 +29,11 @@ class BeltAcceleration(Candidate):
     courses: tuple[Stretch, ...] = ()  # whole trials, each with parameters of its own
 
     id = "belt_acceleration"
-    sentence = "The belt or platform under the person accelerates."
-    remedy = "Record the belt's speed, or use a stiffer drive; subtract the belt's acceleration."
+    sentence = "If the person walked or stood on a belt or platform: it speeds up and slows down."
+    remedy = (
+        "Record the belt's speed, or use a stiffer drive; subtract the belt's acceleration. On solid ground "
+        "it cannot be this: something else is wrong with the horizontal forces."
+    )
     rivals_told_apart_by = "a marker on the belt or on the platform"
 
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:

@@ -4,8 +4,8 @@ import re
 
 import pytest
 
+from addb_viewer.diagnosis_readings import READINGS
 from addb_viewer.diagnosis_vocabulary import (
-    READINGS,
     TITLES,
     amount,
     amounts,
@@ -17,7 +17,9 @@ from addb_viewer.diagnosis_vocabulary import (
 )
 from addb_viewer.diagnosis_words import page
 from addb_viewer.sections import as_text
+from solver.effects.carried_mass import CarriedMass
 from solver.effects.catalogue import IDS, MARKER_IDS
+from solver.effects.plate_bias import PlateBiasTakenOff
 from tests.addb_viewer.made_up_residual import residual
 
 FORCE = {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]}
@@ -89,11 +91,44 @@ def test_every_cause_of_the_catalogue_has_words(id):
         (effect("capture_scale", scale=(1.012, 0.0005)), ["markers lie 1.20 ± 0.10 % too far apart"]),
         (
             effect("plate_yaw", "plate_1", yaw_deg=(-3.0, 0.1)),
-            ["what was recorded is turned by 3.0 ± 0.2° clockwise, seen from above"],
+            [
+                "what was recorded is turned by 3.0 ± 0.2° clockwise, seen from above: turn its forces and "
+                "centres of pressure back counter-clockwise about the plate's centre"
+            ],
         ),
         (
             effect("marker_slip", "RKNE", shift_m=(0.0152, 0.0004), time_s=(1.23, 0.01)),
             ["by 15.2 ± 0.8 mm", "at 1.23 ± 0.02 s from the trial's start"],
+        ),
+        (
+            effect("plate_bias", "plate_1", bias_x_N=(3.0, 0.5), bias_y_N=(-20.0, 1.0), bias_z_N=(-4.0, 0.5)),
+            [
+                "it reads 20 ± 2 N too little along y (bias −20 N)",
+                "it reads 3.0 ± 1.0 N too far towards +x",
+                "it reads 4.0 ± 1.0 N too far towards −z",
+            ],
+        ),
+        (
+            effect("plate_position", "plate_1", shift_x_m=(-0.012, 0.001), shift_z_m=(0.003, 0.001)),
+            [
+                "the files place it 12 ± 2 mm too far towards −x",
+                "the files place it 3 ± 2 mm too far towards +z",
+            ],
+        ),
+        (
+            effect(
+                "carried_mass",
+                "tibia_l",
+                mass_kg=(2.0, 0.1),
+                offset_x_m=(0.03, 0.005),
+                offset_y_m=(-0.04, 0.005),
+                offset_z_m=(0.0, 0.005),
+            ),
+            [
+                "it weighs 2.0 ± 0.2 kg",
+                "its centre lies 50 mm from the segment's origin, at x 30 ± 10 mm, y −40 ± 10 mm, "
+                "z 0 ± 10 mm in its axes",
+            ],
         ),
     ],
 )
@@ -137,8 +172,8 @@ def test_directions_of_a_force():
 def test_certainty_never_exceeds_the_figure():
     words = [certainty(c, 0) for c in (0.995, 0.95, 0.7, 0.3)]
     assert [w.split(" (")[0].split(":")[0] for w in words] == [
-        "very sure",
-        "fairly sure",
+        "very sure of the name",
+        "fairly sure of the name",
         "not sure",
         "a guess",
     ]
@@ -150,12 +185,12 @@ def test_an_explained_recording():
     text = said(figures(effects=[LATE]))
     assert text.startswith(
         "VERDICT Something is wrong with the recording 'walk1', and one cause accounts for it: "
-        "forces shifted in time against the markers [very sure]."
+        "forces shifted in time against the markers [very sure of the name]."
     )
     assert "differ from the measured ones by 41 N" in text
-    assert "how sure very sure (more than 99 %)" in text
+    assert "how sure very sure of the name (more than 99 %)" in text
     assert "what to do Look at the cable." in text
-    assert "41 → 12 N (between 11 and 14 with 95 % certainty)" in text
+    assert "41 → 12 N (the latter between 11 and 14 with 95 % certainty)" in text
     assert "falls by 70 %" in text
     assert "Nothing else stands out." in text
 
@@ -189,15 +224,79 @@ def test_rivals_are_in_the_verdict_and_with_what_tells_them_apart():
 
 def test_the_verdict_is_no_surer_than_its_causes():
     verdict = page(figures(effects=[LATE, STEP | {"confidence": 0.3}]))[0].lines[0]
-    assert "(1) forces shifted in time against the markers [very sure]" in verdict
+    assert "(1) forces shifted in time against the markers [very sure of the name]" in verdict
     assert "(2) a step that no plate measured: right foot (calcn_r) [a guess]" in verdict
 
 
 def test_a_gain_that_may_be_chance_is_not_praised():
     weak = {"heldout_linear_residual_N": {"before": 12.0, "after": 11.5, "interval": [9.0, 14.0]}}
     text = said(figures(effects=[LATE], gain=weak))
-    assert "take the causes as a lead, not as a finding" in text
+    assert "Take the cause as a lead, not as a finding" in text
     assert "falls by" not in text
+    assert "accounts for it" not in text
+    assert "It is a lead, not a finding" in text.split("WHAT IS WRONG")[0]
+
+
+def test_force_that_gets_worse_is_no_gain_and_neither_summary_praises_it():
+    """What remains is told by its multiple, with the moment."""
+    gain = {
+        "heldout_linear_residual_N": {"before": 18.0, "after": 20.0, "interval": [17.0, 24.0]},
+        "heldout_angular_residual_Nm": {"before": 4.2, "after": 3.0, "interval": [2.8, 3.2]},
+    }
+    left = {"linear_residual_N": 20.0, "noise_floor_N": 12.0, "location": None}
+    text = said(figures(effects=[LATE], gain=gain, remaining=left))
+    worse = "orce does not improve (18 → 20 N); moment falls by 29 %, and not by chance (4.2 → 3.0 N·m)"
+    assert text.count(worse) == 2
+    assert "Nothing else stands out" not in text
+    remains = text.split("WHAT REMAINS")[1]
+    assert "1.7 times as much. The moment is off by 3.0 N·m." in remains
+    assert "First look into what is only a lead" in remains
+
+
+def test_a_moment_that_falls_speaks_for_a_cause_that_leaves_the_force_alone():
+    gain = {
+        "heldout_linear_residual_N": {"before": 18.0, "after": 18.1, "interval": [17.0, 19.0]},
+        "heldout_angular_residual_Nm": {"before": 9.0, "after": 3.0, "interval": [2.8, 3.2]},
+    }
+    moved = effect("plate_position", "plate_1", shift_x_m=(0.03, 0.001), shift_z_m=(0.0, 0.001))
+    text = said(figures(effects=[moved], gain=gain))
+    assert "Force stays as it is (18 → 18 N); moment falls by 67 %" in text
+    assert "one cause accounts for it" in text
+    assert "lead" not in text
+
+
+def test_forces_do_not_judge_what_lies_in_the_markers():
+    same = {"heldout_linear_residual_N": {"before": 12.0, "after": 12.0, "interval": [9.0, 14.0]}}
+    text = said(figures(effects=[effect("marker_slip", "RKNE", shift_m=(0.02, 0.001))], gain=same))
+    assert "lead" not in text
+    assert "Mend the markers" in text
+    assert "addb-viewer accept" not in text
+
+
+def test_what_to_do_next_with_this_recording():
+    text = said(figures(effects=[LATE]))
+    assert "`addb-viewer accept SUBJECT` applies the causes to later fits; until then fits use this" in text
+    assert "joint torques" not in text
+    taken_off = effect("plate_bias", "plate_1", bias_y_N=(8.0, 0.1)) | {
+        "sentence": PlateBiasTakenOff.sentence.format(target="plate_1")
+    }
+    text = said(figures(effects=[taken_off]))
+    assert "put right in every fit already" in text
+    assert "addb-viewer accept" not in text
+    assert "for joint torques before the cause" in said(figures("unexplained"))
+    assert "WHAT NEXT" not in said(figures("clean"))
+
+
+def test_without_causes_what_remains_is_all_with_its_moment():
+    remains = said(figures("unexplained")).split("WHAT REMAINS")[1]
+    assert "force 41 N, 4 times what is ordinary; moment 20 N·m, 4 times what is ordinary." in remains
+
+
+def test_segments_have_an_article_in_a_sentence():
+    load = effect("carried_mass", "tibia_l") | {"sentence": CarriedMass.sentence.format(target="tibia_l")}
+    assert "carried on the left shank (tibia_l) that" in sentence(load)
+    trunk = load | {"target": "pelvis", "sentence": CarriedMass.sentence.format(target="pelvis")}
+    assert "carried on the pelvis that" in sentence(trunk)
 
 
 def test_a_clean_recording_is_said_to_be_clean_and_what_was_looked_for():
@@ -205,7 +304,7 @@ def test_a_clean_recording_is_said_to_be_clean_and_what_was_looked_for():
     assert text.startswith("VERDICT Nothing wrong was found in the recording 'walk1'.")
     for words in ("wrong body mass", "exchanged markers", "an elastic band"):
         assert words in text
-    assert not re.search(r"CAUSE|REMAINS|WORTH|wrong with", text)
+    assert not re.search(r"CAUSE|REMAINS|HOLD UP|NEXT|wrong with", text)
 
 
 def test_what_nobody_can_explain_is_called_that():
@@ -220,7 +319,8 @@ def test_what_nobody_can_explain_is_called_that():
     assert "no cause that this program knows accounts for it" in text
     assert "right hand (hand_r), 55 N (root mean square), on average 40 N up" in text
     named = said(figures("unexplained", effects=[LATE], remaining=remaining | {"location": None}))
-    assert "one cause was found (forces shifted in time against the markers [very sure]), but" in named
+    found = "one cause was found (forces shifted in time against the markers [very sure of the name]), but"
+    assert found in named
     assert "cannot be tied to one part of the body" in named
 
 

@@ -52,7 +52,8 @@ def test_the_worst_half_second_of_each_trial_the_worst_first():
 
 def test_many_trials_are_not_all_listed():
     told = residual(*(trial(f"t{k}", (0, 50)) for k in range(8)))
-    said = rows(told, rates={f"t{k}": 100.0 for k in range(8)})["where it is worst"]
+    said = rows(told, rates={f"t{k}": 100.0 for k in range(8)})["over time"]
+    assert said.startswith("t0: much the same all the time; t1")
     assert said.endswith("; less in 3 more")
 
 
@@ -72,8 +73,12 @@ def test_phases_in_order_of_excess_without_those_that_hardly_occur():
 def test_directions_in_order_of_size_and_the_mean_where_it_is_more_than_noise():
     said = rows(residual())["in which direction"]
     assert said == "vertical (y) 40 N (4 ×), forward (x) 8.0 N, sideways (z) 3.0 N; " + (
-        "on average the motion demands 30 N up beyond the measured force"
+        "on average the plates measured 30 N less upward than the modelled body weighs and moves"
     )
+    more = rows(residual(mean_force_N=(1.0, -44.0, 2.0)))["in which direction"]
+    assert more.endswith("the plates measured 44 N more upward than the modelled body weighs and moves")
+    level = rows(residual(mean_force_N=(44.0, 1.0, 2.0)))["in which direction"]
+    assert level.endswith("the plates measured 44 N more along −x than the modelled body's motion asks for")
     assert rows(residual())["turning"] == "about z 15 N·m (3 ×)"
     assert "on average" not in rows(residual(mean_force_N=(1.0, 2.0, 3.0)))["in which direction"]
 

@@ -119,7 +119,7 @@ def test_the_answer_is_on_the_page_and_in_the_scene(app, page, diagnosed, until)
         "12 ± 2 ms too late",
         "a longer recording",
         "41 → 12 N",
-        "mean force on the person along y",
+        "towards +y",
         "Nobody has decided yet.",
     ):
         assert page.get_by_text(text).count() >= 1, text

@@ -1,0 +1,93 @@
+"""Whether causes hold up on stretches that were hidden: force and moment foretold without and with them.
+
+Takes the plain values of `diagnose --json`.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from addb_viewer.residual_words import IN_MARKERS
+
+AS_BEFORE = 0.05  # relative: less than that is no difference
+NOW_AND_THEN = ("off_plate_step", "external_contact")  # each time with a force of its own
+FORETOLD = (  # what, its key, unit, decimals
+    ("force", "heldout_linear_residual_N", "N", 0),
+    ("moment", "heldout_angular_residual_Nm", "N·m", 1),
+)
+
+Figures = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Change:
+    """How one figure on hidden stretches changes with the causes, in words."""
+
+    words: str
+    surely_falls: bool
+    rises: bool
+
+
+def changes(gain: Figures) -> list[Change]:
+    """Of force and moment, those that are told."""
+    return [_change(what, gain[key], unit, digits) for what, key, unit, digits in FORETOLD if key in gain]
+
+
+def changes_in_words(gain: Figures) -> str:
+    """The changes as one clause."""
+    return "; ".join(change.words for change in changes(gain))
+
+
+def is_lead(figures: Figures) -> bool:
+    """Whether the causes are no more than a lead, since hidden stretches do not speak for them.
+
+    They do where force or moment surely falls and neither rises. Of what lies in the markers, or has a force
+    of its own each time, they cannot tell.
+    """
+    told = changes(figures["gain"])
+    if not told or in_markers(figures) or now_and_then(figures):
+        return False
+    return any(c.rises for c in told) or not any(c.surely_falls for c in told)
+
+
+def in_markers(figures: Figures) -> bool:
+    """Whether every cause lies in the markers."""
+    effects = figures["effects"]
+    return bool(effects) and all(effect["id"] in IN_MARKERS for effect in effects)
+
+
+def now_and_then(figures: Figures) -> bool:
+    """Whether a cause has a force of its own each time."""
+    return any(effect["id"] in NOW_AND_THEN for effect in figures["effects"])
+
+
+def unforeseeable(figures: Figures) -> str:
+    """Why force cannot fall on hidden stretches; empty where it can."""
+    if now_and_then(figures):
+        return (
+            "A step or a contact has its own force each time: when its frames are hidden, nothing can "
+            "foretell it, so that these figures stay high there. What speaks for it is the force's place, "
+            "time and sign."
+        )
+    if any(effect["id"] == "belt_acceleration" for effect in figures["effects"]):
+        return (
+            "How a belt speeds up in a hidden stretch nothing can foretell: that force stays high speaks "
+            "neither for the belt nor against it."
+        )
+    return ""
+
+
+def _change(what: str, gain: Figures, unit: str, digits: int) -> Change:
+    before, after, interval = gain["before"], gain["after"], gain.get("interval")
+    both = f"{before:.{digits}f} → {after:.{digits}f} {unit}"
+    surely_falls = interval is not None and interval[1] < before
+    rises = after > (1 + AS_BEFORE) * before
+    if surely_falls:
+        words = f"{what} falls by {100 * (1 - after / before):.0f} %, and not by chance ({both})"
+    elif rises:
+        words = f"{what} does not improve ({both})"
+    elif after >= (1 - AS_BEFORE) * before:
+        words = f"{what} stays as it is ({both})"
+    else:
+        words = f"{what} is lower, but that may be chance ({both})"
+    return Change(words, surely_falls, rises)

@@ -1,0 +1,110 @@
+"""What no cause accounts for, and what to do next with the recording.
+
+Takes the plain values of `diagnose --json`.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+from addb_viewer.diagnosis_vocabulary import newtons, target_in_words, upward
+from addb_viewer.gain_words import is_lead, now_and_then, unforeseeable
+from addb_viewer.residual_words import IN_MARKERS, WITHIN, moment_Nm, times
+from addb_viewer.sections import Section
+
+TAKEN_OFF = "taken off as its zero level"  # says the cause that reading the files puts right
+
+Figures = Mapping[str, Any]
+
+
+def what_remains(figures: Figures) -> Section:
+    """What no cause accounts for, and where it acts."""
+    if figures["verdict"] == "clean":
+        return Section("What remains")
+    if figures["verdict"] == "explained":
+        return Section("What remains", (_left(figures), _nothing_else(figures)))
+    location = figures["remaining"]["location"]
+    lines = [_left(figures)]
+    if location is None:
+        lines.append(
+            "It cannot be tied to one part of the body. It may be a cause that this program does not know, "
+            "or several at once."
+        )
+    else:
+        force = location["mean_force_N"]
+        size = sum(f * f for f in force) ** 0.5
+        lines.append(
+            f"It looks like a force on this part of the body: {target_in_words(location['body'])}, "
+            f"{newtons(location['rms_force_N'])} (root mean square), on average {newtons(size)} "
+            f"{upward(force)}. "
+            f"What it depends on: {location['depends_on']}."
+        )
+    lines.append(
+        "What to do: look at the video for what touches the person, and at notes of the session. Until it is "
+        "understood, do not trust these forces."
+    )
+    return Section("What remains", tuple(lines))
+
+
+def what_next(figures: Figures) -> Section:
+    """What to do with this recording, in the program."""
+    several = len(figures.get("trials", ())) > 1
+    recording = "these recordings" if several else "this recording"
+    as_recorded = f"until then fits use {recording} as {'they are' if several else 'it is'}"
+    corrected = [e for e in figures["effects"] if TAKEN_OFF in e["sentence"]]
+    in_the_markers = [e for e in figures["effects"] if e["id"] in IN_MARKERS]
+    lines = []
+    if corrected:
+        lines.append("The bias that was taken off as a zero level is put right in every fit already.")
+    if in_the_markers:
+        lines.append(f"Mend the markers and diagnose again; {as_recorded}.")
+    if len(figures["effects"]) > len(corrected) + len(in_the_markers):
+        lead = (
+            "First look into what is only a lead, as told above. If it proves true, "
+            if is_lead(figures)
+            else ""
+        )
+        which = "the other causes" if corrected or in_the_markers else "the causes"
+        lines.append(f"{lead}`addb-viewer accept SUBJECT` applies {which} to later fits; {as_recorded}.")
+    if figures["verdict"] == "unexplained":
+        lines.append(
+            f"Do not use the forces of {recording} for joint torques before the cause of what remains is "
+            "known."
+        )
+    return Section("What next", tuple(lines))
+
+
+def _left(figures: Figures) -> str:
+    """How large what remains is: force and moment, each against what is ordinary where that is known."""
+    remaining, gain, residual = figures["remaining"], figures["gain"], figures.get("residual")
+    if not figures["effects"] and residual is not None:
+        force = _against(newtons(residual["force_N"]), residual["force_N"] / residual["force_floor_N"])
+        moment = _against(
+            moment_Nm(residual["moment_Nm"]), residual["moment_Nm"] / residual["moment_floor_Nm"]
+        )
+        return f"All of what is told above: force {force}; moment {moment}."
+    left, floor = remaining["linear_residual_N"], remaining["noise_floor_N"]
+    text = f"On hidden stretches force is off by {newtons(left)} with the causes"
+    if not figures["effects"]:
+        text = f"On hidden stretches force is off by {newtons(left)}"
+    text += f"; in a sound recording by about {newtons(floor)}"
+    text += f": {times(left / floor)} times as much." if left > WITHIN * floor else "."
+    moment = gain.get("heldout_angular_residual_Nm")
+    return text if moment is None else f"{text} The moment is off by {moment_Nm(moment['after'])}."
+
+
+def _against(said: str, ratio: float) -> str:
+    return (
+        f"{said}, {times(ratio)} times what is ordinary" if ratio > WITHIN else f"{said}, which is ordinary"
+    )
+
+
+def _nothing_else(figures: Figures) -> str:
+    remaining = figures["remaining"]
+    if remaining["linear_residual_N"] <= WITHIN * remaining["noise_floor_N"]:
+        return "That is within what is ordinary there. Nothing else stands out."
+    if now_and_then(figures):
+        return "Away from the frames named above, nothing else stands out."
+    rest = "No further cause and no single place on the body accounts for the difference"
+    return (
+        f"{rest}; what nothing can foretell of a belt may be in it." if unforeseeable(figures) else f"{rest}."
+    )
