@@ -49,7 +49,7 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
         some, guards = (short, 1) if short else (some, 0)
     before = block_scores(balance, selection.uncorrected, solved.rung, some, guards)
     after = block_scores(balance, solved.terms, solved.rung, some, guards)
-    tolerated = _tolerated_N(balance, before, after)
+    tolerated = _tolerated_N(balance, solved)
     if left is not None and size_N(balance, left) < tolerated:
         left = None
     significant = left is not None or solved.rung.scale > settings.unexplained_scale
@@ -87,12 +87,19 @@ def _happens_once(balance: Balance, solved: Solved, k: int) -> bool:
     )
 
 
-def _tolerated_N(balance: Balance, before: BlockScores, after: BlockScores) -> float:
-    """A practical minimum, and a few percent of what the named causes took away."""
+def _tolerated_N(balance: Balance, solved: Solved) -> float:
+    """A practical minimum, and a few percent of what the named causes explain."""
     settings = balance.settings
-    removed = max(0.0, before.rms()[0] - after.rms()[0])
-    weight = balance.scenes[0].weight_N
-    return settings.least_unknown_share * weight + settings.tolerated_share * removed
+    explained, first = np.zeros(len(balance.residual)), 0
+    for term in solved.terms:
+        width = term.columns.shape[1]
+        explained += term.columns @ solved.x[first : first + width]
+        if term.fixed is not None:
+            explained += term.fixed
+        first += width
+    force = explained.reshape(-1, 6)[:, :3]
+    size_N = float(np.sqrt((force**2).sum(axis=1).mean()))
+    return settings.least_unknown_share * balance.scenes[0].weight_N + settings.tolerated_share * size_N
 
 
 def _named(balance: Balance, solved: Solved, found: Found) -> NamedEffect:

@@ -37,6 +37,8 @@ def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
         return Kept(solved, found, left)
     if left is not None:
         return _without_needless(balance, unknown, Kept(solved, found, left))
+    if any(f.contender.term.candidate.has_a_witness for f in found):
+        return Kept(solved, found, None)
     alone = _left(balance, unknown, selection.null)
     margin = settings.unknown_margin + settings.unknown_share * _explained(selection.null, solved)
     if alone is not None and alone.solved.log_evidence > solved.log_evidence + margin:
@@ -56,6 +58,8 @@ def _without_needless(balance: Balance, unknown: Screen, kept: Kept) -> Kept:
     while found:
         tried = []
         for k, one in enumerate(found):
+            if one.contender.term.candidate.has_a_witness:
+                continue
             rest = [t for t in solved.terms if t is not one.contender.term]
             without = balance.solve(rest, near=solved.rung)
             other = _left(balance, unknown, without)

@@ -39,6 +39,7 @@ class OffPlateStep(Candidate):
     stances: tuple[UnmeasuredStance, ...] = ()  # of any trials, each with parameters of its own
 
     id = "off_plate_step"
+    has_a_witness = True  # a foot stands there
     sentence = "{target} stands where no plate measures it: beside a plate, or on one that says nothing."
     remedy = "Flag these frames, or repeat the trial with every step on a plate."
     rivals_told_apart_by = "a trial with every step on a plate"

@@ -90,3 +90,16 @@ def test_the_force_left_is_worth_its_evidence_and_of_a_size(swinging, drawn, bal
     force = left.term.candidate.force_ground(scene, x)
     true = swinging[:, :3]
     assert np.sqrt(((force - true) ** 2).mean()) < 0.35 * np.sqrt((true**2).mean())
+
+
+@dataclass(frozen=True, eq=False)
+class Witnessed(Steady):
+    """The same, but somebody saw it."""
+
+    has_a_witness = True
+
+
+def test_what_was_seen_otherwise_stays(swinging, drawn, balance_of_scenes):
+    balance = balance_of_scenes(drawn(4, swinging, scale=0.5))
+    kept = kept_beside_the_unknown(balance, select(balance, [Witnessed("hand_l")]))
+    assert [f.contender.term.candidate.key for f in kept.found] == [("steady", "hand_l")]
