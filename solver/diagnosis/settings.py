@@ -108,7 +108,7 @@ class DiagnosisSettings:
         6.0, unit="nats", why="by which a force of any course must beat named causes"
     )
     unknown_share: float = setting(
-        0.05,
+        0.1,
         unit="",
         why="of what named causes explain, likewise: a free course follows model errors",
     )
@@ -117,7 +117,7 @@ class DiagnosisSettings:
         4.0, unit="nats", why="of log evidence, within which two causes are not told apart"
     )
     rival_share: float = setting(
-        0.1, unit="", why="of the gain, likewise: what the model gets wrong grows with what a cause explains"
+        0.03, unit="", why="of the gain, likewise: what the model gets wrong grows with what a cause explains"
     )
     confidence_temper: float = setting(
         3.0, unit="nats", why="evidence is overconfident where the model is wrong"
