@@ -69,10 +69,10 @@ def extension_for(
         reviews=reviews or {},
         progress=part(progress, 0.0, FITTED),
     )
-    named = [c for c in catalogue(balance.scenes) if (c.id, c.target) in causes]
+    named = [c for c in catalogue(balance.scenes) if c.key in causes]
     selection = select(balance, named, part(progress, FITTED, 1.0))
     extension = extension_of(balance.scenes, selection.solved)
-    undone = {(c.term.candidate.id, c.term.candidate.target) for c in selection.corrected}
+    undone = {c.term.candidate.key for c in selection.corrected}
     lost = causes - {(cause.id, cause.target) for cause in extension.causes} - undone
     if lost:
         named_ones = ", ".join(f"{id_} ({target})" for id_, target in sorted(lost))

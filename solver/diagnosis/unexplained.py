@@ -35,25 +35,25 @@ def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
     left = _left(balance, unknown, solved)
     if not found:
         return Kept(solved, found, left)
+    explained = max(0.0, solved.log_evidence - selection.null.log_evidence)
+    margin = settings.unknown_margin + settings.unknown_share * explained
     if left is not None:
-        return _without_needless(balance, unknown, Kept(solved, found, left))
+        return _without_needless(balance, unknown, Kept(solved, found, left), margin)
     if any(f.contender.term.candidate.has_a_witness for f in found):
         return Kept(solved, found, None)
     alone = _left(balance, unknown, selection.null)
-    margin = settings.unknown_margin + settings.unknown_share * _explained(selection.null, solved)
     if alone is not None and alone.solved.log_evidence > solved.log_evidence + margin:
         return Kept(selection.null, (), alone)
     return Kept(solved, found, None)
 
 
-def _without_needless(balance: Balance, unknown: Screen, kept: Kept) -> Kept:
+def _without_needless(balance: Balance, unknown: Screen, kept: Kept, margin: float) -> Kept:
     """Causes dropped, one after another, in whose place a force of unknown course does better.
 
     Better than with them and nothing unknown; and they hardly pay beside it.
     """
     settings = balance.settings
     solved, found, left = kept.solved, kept.found, kept.left
-    margin = settings.unknown_margin + settings.unknown_share * _explained(balance.solve([]), solved)
     assert left is not None
     while found:
         tried = []
@@ -79,11 +79,6 @@ def _without_needless(balance: Balance, unknown: Screen, kept: Kept) -> Kept:
         _, k, without, other = min(weak, key=lambda t: t[0])
         solved, found, left = without, found[:k] + found[k + 1 :], other
     return Kept(solved, found, left)
-
-
-def _explained(null: Solved, solved: Solved) -> float:
-    """Log evidence that the named causes bring together."""
-    return max(0.0, solved.log_evidence - null.log_evidence)
 
 
 def _notable(balance: Balance, solved: Solved, one: Found) -> bool:
