@@ -118,6 +118,16 @@ def fit_trajectories(
         return _Solver(skeleton, trials, settings, extra).run(progress, phi)
 
 
+def prior_weight(trials: list[TrialData], settings: TrajectorySettings) -> float:
+    """Of the inertias' prior: as set, and growing with the time of known forces beyond what they can teach.
+
+    Longer recordings average out noise, but repeat what model and markers get wrong in every stride: with the
+    weight of a short one, inertias would follow that at any price.
+    """
+    known_s = sum(float(t.counts.sum()) / t.start.rate for t in trials)
+    return settings.inertia_prior_weight * max(1.0, known_s / settings.inertia_lesson_s)
+
+
 @dataclass
 class _State:
     coefficients: list[Float[np.ndarray, "coefficients dofs"]]
@@ -137,7 +147,8 @@ class _Solver:
         self.extra = extra or ExtraParameters.none()
         self.inertias = inertia_parameters(skeleton, settings)
         self.parameters = self.inertias.count if settings.fit_inertias else 0
-        self.prior_precision = settings.inertia_prior_weight / prior_std(self.inertias, settings) ** 2
+        self.prior_weight = prior_weight(trials, settings)
+        self.prior_precision = self.prior_weight / prior_std(self.inertias, settings) ** 2
         self.extra_precision = self.extra.prior_std**-2.0
         width = len(self.extra.prior_std)
         self.parts = [TrialCost(skeleton, data, settings, width) for data in trials]
@@ -257,9 +268,7 @@ class _Solver:
         for b, g in enumerate(self.inertias.group):
             if g >= 0:
                 slope[10 * g : 10 * g + 10] += D[b, :, 3, 3]
-        precision = (
-            self.settings.body_mass_std * self.entered_mass
-        ) ** -2 * self.settings.inertia_prior_weight
+        precision = self.prior_weight / (self.settings.body_mass_std * self.entered_mass) ** 2
         cost = float(self.prior_precision @ phi**2 + precision * excess**2 + self.extra_precision @ x**2)
         gradient = self.prior_precision * phi + precision * excess * slope
         curvature = np.diag(np.concatenate([self.prior_precision[:count], self.extra_precision]))

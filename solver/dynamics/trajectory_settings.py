@@ -78,6 +78,12 @@ class TrajectorySettings:
         unit="",
         why="of the scatter below; ten times as much predicts withheld moments worse in four walks of four",
     )
+    inertia_lesson_s: float = setting(
+        5.0,
+        unit="s",
+        why="of known forces teach what they can; beyond, the weight grows with time, as errors of the model "
+        "repeat in every stride: 100 s of walking would else make shanks' inertias 2.3 times what they are",
+    )
     mass_std: float = setting(
         0.03, unit="", why="relative scatter of segment masses in anthropometric tables"
     )

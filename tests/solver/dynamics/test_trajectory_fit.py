@@ -142,6 +142,16 @@ def test_hidden_frames_stay_near_the_truth_and_do_not_jump(light_capped, crane_q
     assert error[25:35].max() < 3 * error[8:52][trial.counts[8:52]].max() + 1.0
 
 
+def test_what_repeats_teaches_inertias_no_more_than_once(light_capped, trial):
+    """Beyond the time in which inertias are learnt, three times the same stride says what one says."""
+    known_s = trial.counts.sum() / RATE
+    learnt, learning = (replace(SETTINGS, inertia_lesson_s=s) for s in (known_s, 3 * known_s))
+    once = fit_trajectories(light_capped, [trial], learnt).phi
+    np.testing.assert_allclose(fit_trajectories(light_capped, [trial] * 3, learnt).phi, once, atol=1e-9)
+    thrice = fit_trajectories(light_capped, [trial] * 3, learning).phi
+    assert np.linalg.norm(thrice) > 1.5 * np.linalg.norm(once)
+
+
 def test_same_input_same_output(light_capped, trial):
     first, second = (fit_trajectories(light_capped, [trial], SETTINGS) for _ in range(2))
     np.testing.assert_array_equal(first.motions[0].q, second.motions[0].q)
