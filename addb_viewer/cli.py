@@ -1,5 +1,6 @@
 """The command line: one module a command, put together here."""
 
+import os
 import sys
 from importlib.metadata import version
 from typing import Annotated
@@ -16,10 +17,13 @@ from addb_viewer.commands.export import export
 from addb_viewer.commands.fit import fit
 from addb_viewer.commands.flag import flag
 from addb_viewer.commands.flags import flags
+from addb_viewer.commands.label import label
 from addb_viewer.commands.mark import mark
 from addb_viewer.commands.open import open_subject
 from addb_viewer.commands.settings import settings
+from addb_viewer.commands.share import share
 from addb_viewer.commands.undo import redo, undo
+from addb_viewer.review_store import STORE
 
 app = typer.Typer(
     name="addb-viewer",
@@ -43,6 +47,8 @@ app.command(name="undo")(undo)
 app.command(name="redo")(redo)
 app.command(name="mark")(mark)
 app.command(name="agreement")(agreement)
+app.command(name="label")(label)
+app.command(name="share")(share)
 app.command(name="ablation")(ablation)
 app.command(name="settings")(settings)
 
@@ -53,8 +59,25 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
+def _name_store(url: str | None) -> None:
+    """Every command reads it there, and so do the processes that it starts."""
+    if url is not None:
+        os.environ[STORE] = url
+
+
 @app.callback()
 def _options(
+    _store: Annotated[
+        str | None,
+        typer.Option(
+            "--store",
+            metavar="URL",
+            envvar=STORE,
+            show_envvar=True,
+            callback=_name_store,
+            help="Database that several people keep their reviews in; a file in each subject by default.",
+        ),
+    ] = None,
     _version: Annotated[
         bool,
         typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and stop."),

@@ -1,9 +1,9 @@
-"""How far two reviewers agree on which forces are missing: Cohen's kappa, and where they differ."""
+"""How far two reviewers agree, on missing forces or on activities: Cohen's kappa, and where they differ."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Shaped
 
 from annotations.runs import true_runs
 
@@ -17,18 +17,18 @@ class Agreement:
     differ: tuple[tuple[int, int], ...]  # ranges of frames on which some foot's labels differ
 
 
-def agreement(one: Bool[np.ndarray, "frames feet"], other: Bool[np.ndarray, "frames feet"]) -> Agreement:
+def agreement(
+    one: Shaped[np.ndarray, "frames lanes"], other: Shaped[np.ndarray, "frames lanes"]
+) -> Agreement:
     """Compare two reviews of a trial.
 
     Args:
-        one: true where the first reviewer says that the force is missing.
-        other: likewise the second.
+        one: the first reviewer's labels of any kind: whether a force is missing, or the activity's name.
+        other: likewise the second's.
 
     Source: Cohen 1960, 10.1177/001316446002000104.
     """
     same = float(np.mean(one == other))
-    p, q = float(np.mean(one)), float(np.mean(other))
-    by_chance = p * q + (1 - p) * (1 - q)
+    by_chance = sum(float(np.mean(one == label) * np.mean(other == label)) for label in np.unique(one))
     kappa = (same - by_chance) / (1 - by_chance) if by_chance < 1 else float("nan")
-    apart = np.any(one != other, axis=1)
-    return Agreement(kappa, same, tuple(true_runs(apart)))
+    return Agreement(kappa, same, tuple(true_runs(np.any(one != other, axis=1))))

@@ -1,4 +1,4 @@
-"""The database behind a review log: SQLite that a crash does not hurt, or another one by its URL."""
+"""The database behind a review log: SQLite that a crash does not hurt, or PostgreSQL that a lab shares."""
 
 import os
 from collections.abc import Iterator
@@ -12,22 +12,41 @@ from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 from annotations.errors import ReviewError
 from annotations.schema import NewerSchemaError, is_current, migrate
 
-PATIENCE_S = 30  # [s] how long to wait while another program writes
+PATIENCE_S = 30.0  # [s] how long to wait while another program writes
+CONNECT_S = 10  # [s] how long to wait for a server to answer
+WRITERS = 0x61646462  # PostgreSQL's number for the lock that writers hold, one at a time
+
+_BUSY = ("database is locked", "lock timeout")  # as SQLite and PostgreSQL say it
+_READ_ONLY = ("readonly database", "read-only transaction")
+
+
+class _UnknownDatabaseError(ValueError):
+    """Neither SQLite nor PostgreSQL."""
 
 
 class Database:
     """Transactions on one database, brought to this version's schema when opened.
 
-    SQLite runs with a write-ahead log and full synchronization: what a transaction has written is on the disk
-    when `writing` ends, and a process killed at any moment leaves every earlier transaction whole.
+    What a transaction has written is on the disk when `writing` ends, and a process killed at any moment
+    leaves every earlier transaction whole: SQLite runs with a write-ahead log and full synchronization,
+    PostgreSQL with synchronous commits.
     """
 
-    def __init__(self, where: Path | str) -> None:
-        self.name = _shown(where)
+    def __init__(self, where: Path | str, patience_s: float = PATIENCE_S) -> None:
+        """Open it.
+
+        Args:
+            where: an SQLite file, or a database's URL.
+            patience_s: how long to wait while another program writes [s].
+
+        Raises:
+            ReviewError: it cannot be opened, or a newer version made it.
+        """
+        url = _url(where)
+        self.name = url.render_as_string(hide_password=True) if is_url(where) else str(where)
+        self._patience_s = patience_s
         with self._in_plain_words():
-            self._engine = create_engine(_url(where), **_arguments(where))
-        if self._engine.dialect.name == "sqlite":
-            _make_crash_safe(self._engine)
+            self._engine = _engine(url, patience_s)
         try:
             self._bring_up_to_date()
         except BaseException:
@@ -36,13 +55,16 @@ class Database:
 
     @contextmanager
     def reading(self) -> Iterator[Connection]:
-        """A connection that sees one state of the database."""
+        """A connection that sees what has been committed."""
         with self._in_plain_words(), self._engine.begin() as connection:
             yield connection
 
     @contextmanager
     def writing(self) -> Iterator[Connection]:
-        """A connection that no other writer comes between; committed when the block ends without error."""
+        """A connection that no other writer comes between; committed when the block ends without error.
+
+        Writers go one after the other, so that edits become visible in the order of their numbers.
+        """
         engine = self._engine.execution_options(writes=True)
         with self._in_plain_words(), engine.begin() as connection:
             yield connection
@@ -66,16 +88,52 @@ class Database:
         try:
             yield
         except DBAPIError as error:
-            raise ReviewError(f"{self.name}: the review log cannot be used ({error.orig})") from error
-        except SQLAlchemyError as error:
+            raise ReviewError(f"{self.name}: {self._plain_words(error)}") from error
+        except (SQLAlchemyError, _UnknownDatabaseError) as error:
             raise ReviewError(f"{self.name}: not a database that can be opened ({error})") from error
         except ImportError as error:
             raise ReviewError(f"{self.name}: install the package '{error.name}' to reach it") from error
 
+    def _plain_words(self, error: DBAPIError) -> str:
+        cause = str(error.orig).strip()
+        if any(words in cause for words in _BUSY):
+            return (
+                f"another program has been writing to it for {self._patience_s:g} s; nothing was recorded, "
+                "try again when it is done"
+            )
+        if any(words in cause for words in _READ_ONLY):
+            return f"it cannot be written to from here ({cause})"
+        return f"the review log cannot be used ({cause})"
+
+
+def is_url(where: Path | str) -> bool:
+    """Whether a text names a database by its URL, not a file by its path."""
+    return isinstance(where, str) and "://" in where
+
+
+def _engine(url: URL, patience_s: float) -> Engine:
+    match url.get_backend_name():
+        case "sqlite":
+            engine = create_engine(url, connect_args={"timeout": patience_s})
+            _make_sqlite_crash_safe(engine)
+        case "postgresql":
+            engine = create_engine(url, connect_args={"connect_timeout": CONNECT_S}, pool_pre_ping=True)
+            _make_postgresql_crash_safe(engine, patience_s)
+        case _:
+            raise _UnknownDatabaseError("reviews are kept in postgresql:// or sqlite:// alone")
+    return engine
+
 
 def _url(where: Path | str) -> URL:
-    if isinstance(where, str) and "://" in where:
-        return make_url(where)
+    if isinstance(where, str) and is_url(where):
+        try:
+            url = make_url(where)
+        except (SQLAlchemyError, ValueError) as error:
+            raise ReviewError(
+                "the URL of the review store cannot be read; write postgresql://USER@HOST:PORT/DATABASE"
+            ) from error
+        by_default = url.drivername in ("postgresql", "postgres")
+        return url.set(drivername="postgresql+psycopg") if by_default else url
     path = Path(where)
     if not path.parent.is_dir():
         raise ReviewError(f"{path.parent}: no such folder")
@@ -90,18 +148,7 @@ def _cannot_change(path: Path) -> bool:
     return not os.access(path.parent, os.W_OK) and not path.with_name(f"{path.name}-wal").exists()
 
 
-def _arguments(where: Path | str) -> dict[str, object]:
-    on_disk = not (isinstance(where, str) and "://" in where)
-    return {"connect_args": {"timeout": PATIENCE_S}} if on_disk else {}
-
-
-def _shown(where: Path | str) -> str:
-    if isinstance(where, str) and "://" in where:
-        return make_url(where).render_as_string(hide_password=True)
-    return str(where)
-
-
-def _make_crash_safe(engine: Engine) -> None:
+def _make_sqlite_crash_safe(engine: Engine) -> None:
     """Transactions are begun by us, because the driver begins none before reads and schema changes."""
 
     @event.listens_for(engine, "connect")
@@ -112,5 +159,19 @@ def _make_crash_safe(engine: Engine) -> None:
 
     @event.listens_for(engine, "begin")
     def begin(connection: Connection) -> None:
-        writes = connection.get_execution_options().get("writes", False)
-        connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+        connection.exec_driver_sql("BEGIN IMMEDIATE" if _writes(connection) else "BEGIN")
+
+
+def _make_postgresql_crash_safe(engine: Engine, patience_s: float) -> None:
+    @event.listens_for(engine, "begin")
+    def begin(connection: Connection) -> None:
+        if _writes(connection):
+            connection.exec_driver_sql(
+                f"SET LOCAL lock_timeout = {round(1000 * patience_s)}; "
+                "SET LOCAL synchronous_commit = on; "
+                f"SELECT pg_advisory_xact_lock({WRITERS})"
+            )
+
+
+def _writes(connection: Connection) -> bool:
+    return bool(connection.get_execution_options().get("writes", False))

@@ -7,10 +7,12 @@ from typing import Any
 from annotations.errors import ReviewError
 from annotations.events import (
     AcceptProposal,
+    ClearActivity,
     ClearRange,
     Event,
     FlagRange,
     ImportLabels,
+    ImportTable,
     Proposal,
     Redo,
     RejectProposal,
@@ -26,8 +28,10 @@ KINDS: dict[str, type[Any]] = {
     "accept proposal": AcceptProposal,
     "reject proposal": RejectProposal,
     "activity": SetActivity,
+    "clear activity": ClearActivity,
     "status": SetStatus,
     "import": ImportLabels,
+    "import table": ImportTable,
     "undo": Undo,
     "redo": Redo,
 }
@@ -35,14 +39,23 @@ _KIND_OF = {event: kind for kind, event in KINDS.items()}
 
 _READ: dict[str, Callable[[Any], object]] = {
     "proposal": lambda content: Proposal(**content),
-    "status": Status,
+    "status": lambda status: None if status is None else Status(status),
     "missing": lambda ranges: tuple((start, end) for start, end in ranges),
+    "ranges": lambda ranges: tuple(
+        FlagRange(**content) if "reason" in content else ClearRange(**content) for content in ranges
+    ),
+    "activities": lambda ranges: tuple(SetActivity(**content) for content in ranges),
 }  # by name of the field, where JSON has no such type
 
 
 def encoded(event: Event) -> tuple[str, dict[str, Any]]:
     """An event's kind, and its fields as JSON has them."""
-    return _KIND_OF[type(event)], asdict(event)
+    return kind_of(type(event)), asdict(event)
+
+
+def kind_of(event: type[Event]) -> str:
+    """What edits of this type are called in the database."""
+    return _KIND_OF[event]
 
 
 def decoded(kind: str, content: Mapping[str, Any]) -> Event:

@@ -64,6 +64,7 @@ class Proposal(FrameRange):
     foot: str | None = None
     confidence: float = 1.0  # 0 to 1
     evidence: Mapping[str, float] = field(default_factory=dict)
+    detector: str = ""  # its name and version
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -90,6 +91,7 @@ class SetActivity(FrameRange):
 
     activity: str
     subclass: str | None = None
+    note: str = ""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -97,10 +99,16 @@ class SetActivity(FrameRange):
 
 
 @dataclass(frozen=True)
+class ClearActivity(FrameRange):
+    """Nothing is said about what the person does on these frames."""
+
+
+@dataclass(frozen=True)
 class SetStatus:
     """How far the review of the trial has come."""
 
     status: Status
+    note: str = ""
 
 
 @dataclass(frozen=True)
@@ -110,6 +118,18 @@ class ImportLabels:
     missing: tuple[tuple[int, int], ...]  # ranges of frames without force, all feet
     frames: int  # of the trial that they are about
     finished: bool  # a person had finished that review
+
+
+@dataclass(frozen=True)
+class ImportTable:
+    """All labels of a trial in a table of ranges, in place of those imported before."""
+
+    file: str  # its name
+    by: str  # who took it in
+    ranges: tuple[FlagRange | ClearRange, ...]
+    activities: tuple[SetActivity, ...] = ()
+    status: Status | None = None  # None: the table says nothing about it
+    status_note: str = ""
 
 
 @dataclass(frozen=True)
@@ -132,8 +152,10 @@ Event = (
     | AcceptProposal
     | RejectProposal
     | SetActivity
+    | ClearActivity
     | SetStatus
     | ImportLabels
+    | ImportTable
     | Undo
     | Redo
 )

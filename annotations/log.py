@@ -2,17 +2,18 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
-from sqlalchemy import Connection, insert, select
+from sqlalchemy import Connection, Select, func, insert, select
 
-from annotations.database import Database
+from annotations.database import PATIENCE_S, Database
 from annotations.errors import ReviewError
-from annotations.event_codec import decoded, encoded
-from annotations.events import IMPORTED, Edit, Event, ImportLabels, Redo, Undo
+from annotations.event_codec import decoded, encoded, kind_of
+from annotations.events import IMPORTED, Edit, Event, ImportLabels, ImportTable, Redo, Undo
 from annotations.folding import folded
 from annotations.schema import EDITS
 from annotations.trial_review import TrialReview
@@ -23,25 +24,30 @@ class ReviewLog:
     """All edits of one subject.
 
     Several programs and threads may have the same log open: an edit is on the disk when `append` returns, and
-    the next read by anybody finds it.
+    the next read by anybody finds it. Edits become visible in the order of their numbers.
     """
 
     def __init__(self, database: Database, subject: str) -> None:
+        """Take part of a database that others may use as well; `close` leaves it open."""
         self._database = database
         self._subject = subject
+        self._owns_database = False
 
     @classmethod
-    def open(cls, where: Path | str, subject: str = "") -> Self:
+    def open(cls, where: Path | str, subject: str = "", patience_s: float = PATIENCE_S) -> Self:
         """Open a log, made where it is missing and brought to this version's schema where it is older.
 
         Args:
             where: an SQLite file, or a database's URL.
             subject: whose edits, in a database that holds several subjects.
+            patience_s: how long to wait while another program writes [s].
 
         Raises:
             ReviewError: it cannot be opened, or a newer version made it.
         """
-        return cls(Database(where), subject)
+        log = cls(Database(where, patience_s), subject)
+        log._owns_database = True
+        return log
 
     def __enter__(self) -> Self:
         return self
@@ -52,8 +58,9 @@ class ReviewLog:
         self.close()
 
     def close(self) -> None:
-        """Let go of the database."""
-        self._database.close()
+        """Let go of the database that was opened for this log."""
+        if self._owns_database:
+            self._database.close()
 
     def append(self, trial: str, event: Event, author: str) -> int:
         """Record an edit; it is on the disk when this returns.
@@ -90,7 +97,7 @@ class ReviewLog:
             ReviewError: there is none.
         """
         with self._database.writing() as connection, _about(trial):
-            undone = next_undo(self._edits(connection, trial), author)
+            undone = next_undo(self._own(connection, trial, author), author)
             self._insert(connection, trial, author, Undo(undone.number))
         return undone
 
@@ -104,14 +111,63 @@ class ReviewLog:
             ReviewError: there is none.
         """
         with self._database.writing() as connection, _about(trial):
-            redone = next_redo(self._edits(connection, trial), author)
+            redone = next_redo(self._own(connection, trial, author), author)
             self._insert(connection, trial, author, Redo(redone.number))
         return redone
+
+    def take_over(self, edits: Sequence[Edit]) -> int:
+        """Copy the edits of another log, with their authors and dates, into this one, which is still empty.
+
+        They get new numbers; undone ones stay undone.
+
+        Args:
+            edits: all of the other log's.
+
+        Returns:
+            How many.
+
+        Raises:
+            ReviewError: there are edits of this subject already, which the copies would contradict.
+        """
+        with self._database.writing() as connection:
+            if connection.scalar(self._of_subject().limit(1)) is not None:
+                raise ReviewError(
+                    f"{self._database.name}: has edits of '{self._subject}' already; not copied"
+                )
+            number: dict[int, int] = {}
+            for edit in edits:
+                event = edit.event
+                if isinstance(event, Undo | Redo):
+                    event = replace(event, edit=number[event.edit])
+                number[edit.number] = self._insert(connection, edit.trial, edit.author, event, edit.made_at)
+        return len(edits)
 
     def history(self, trial: str | None = None) -> tuple[Edit, ...]:
         """The edits of a trial, or of all, in order."""
         with self._database.reading() as connection:
             return self._edits(connection, trial)
+
+    def revision(self) -> int:
+        """The number of the subject's last edit, whichever program made it; 0 where there is none."""
+        last = select(func.max(EDITS.c.number)).where(EDITS.c.subject == self._subject)
+        with self._database.reading() as connection:
+            return connection.scalar(last) or 0
+
+    def since(self, revision: int) -> tuple[Edit, ...]:
+        """The edits after a revision, of all trials, in order.
+
+        Args:
+            revision: as `revision` gave it, or the number of an edit.
+        """
+        with self._database.reading() as connection:
+            return _read(connection, self._of_subject().where(EDITS.c.number > revision))
+
+    def last_import(self, trial: str, kind: type[ImportLabels | ImportTable]) -> Edit | None:
+        """The last import of a kind into a trial, undone or not; None where there is none."""
+        wanted = self._of_subject().where(EDITS.c.trial == trial, EDITS.c.kind == kind_of(kind))
+        with self._database.reading() as connection:
+            found = _read(connection, wanted.order_by(None).order_by(EDITS.c.number.desc()).limit(1))
+        return found[0] if found else None
 
     def trials(self) -> tuple[str, ...]:
         """Names of the trials that have edits."""
@@ -130,18 +186,17 @@ class ReviewLog:
         Raises:
             ReviewError: an edit is about a foot that the subject does not have.
         """
-        edits = self.history(trial)
-        if by is not None:
-            edits = tuple(edit for edit in edits if edit.author in (by, IMPORTED))
-        return folded(trial, edits, feet)
+        return folded(trial, opinion(self.history(trial), by), feet)
 
-    def _insert(self, connection: Connection, trial: str, author: str, event: Event) -> int:
+    def _insert(
+        self, connection: Connection, trial: str, author: str, event: Event, made_at: datetime | None = None
+    ) -> int:
         kind, content = encoded(event)
         row = insert(EDITS).values(
             subject=self._subject,
             trial=trial,
             author=author,
-            made_at=datetime.now(UTC).isoformat(),
+            made_at=(made_at or datetime.now(UTC)).isoformat(),
             kind=kind,
             content=content,
         )
@@ -150,19 +205,34 @@ class ReviewLog:
         return int(number[0])
 
     def _edits(self, connection: Connection, trial: str | None) -> tuple[Edit, ...]:
-        wanted = select(EDITS).where(EDITS.c.subject == self._subject).order_by(EDITS.c.number)
-        if trial is not None:
-            wanted = wanted.where(EDITS.c.trial == trial)
-        return tuple(
-            Edit(
-                row.number,
-                row.trial,
-                row.author,
-                datetime.fromisoformat(row.made_at),
-                decoded(row.kind, row.content),
-            )
-            for row in connection.execute(wanted)
+        wanted = self._of_subject()
+        return _read(connection, wanted if trial is None else wanted.where(EDITS.c.trial == trial))
+
+    def _own(self, connection: Connection, trial: str, author: str) -> tuple[Edit, ...]:
+        """A person's edits of a trial, and the imports, which anybody may take back."""
+        of_trial = self._of_subject().where(EDITS.c.trial == trial)
+        return _read(connection, of_trial.where(EDITS.c.author.in_((author, IMPORTED))))
+
+    def _of_subject(self) -> Select[Any]:
+        return select(EDITS).where(EDITS.c.subject == self._subject).order_by(EDITS.c.number)
+
+
+def opinion(edits: Sequence[Edit], by: str | None) -> tuple[Edit, ...]:
+    """The edits that make one reviewer's opinion, on top of what was imported; all of them for None."""
+    return tuple(edit for edit in edits if by is None or edit.author in (by, IMPORTED))
+
+
+def _read(connection: Connection, wanted: Select[Any]) -> tuple[Edit, ...]:
+    return tuple(
+        Edit(
+            row.number,
+            row.trial,
+            row.author,
+            datetime.fromisoformat(row.made_at),
+            decoded(row.kind, row.content),
         )
+        for row in connection.execute(wanted)
+    )
 
 
 @contextmanager
@@ -177,5 +247,5 @@ def _about(trial: str) -> Iterator[None]:
 def _check(event: Event, author: str) -> None:
     if not author.strip():
         raise ReviewError("an edit needs an author's name")
-    if (author == IMPORTED) is not isinstance(event, ImportLabels):
+    if (author == IMPORTED) is not isinstance(event, ImportLabels | ImportTable):
         raise ReviewError(f"'{IMPORTED}' stands for labels from files; a person needs another name")

@@ -12,11 +12,13 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool
 
+from annotations.activities import ERRONEOUS
 from annotations.errors import ReviewError
 from annotations.events import IMPORTED, ImportLabels, Status
 from annotations.log import ReviewLog
+from annotations.reasons import MANUAL_REVIEW
 from annotations.runs import true_runs
-from annotations.trial_review import TrialReview
+from annotations.trial_review import ActivityRange, ClearedRange, FlaggedRange, TrialReview
 
 KEY = "missing_grf_data"
 FINISHED = "REVIEWED"
@@ -39,8 +41,8 @@ def import_labels(
         The edit's number; None where there was nothing new.
     """
     labels = ImportLabels(tuple(true_runs(missing)), len(missing), finished)
-    imports = [edit.event for edit in log.history(trial) if isinstance(edit.event, ImportLabels)]
-    if imports and imports[-1] == labels:
+    last = log.last_import(trial, ImportLabels)
+    if last is not None and last.event == labels:
         return None
     return log.append(trial, labels, IMPORTED)
 
@@ -79,6 +81,21 @@ def export_labels(review: TrialReview, frames: int, folder: Path) -> list[Path]:
             f"{error.filename}: cannot be written ({error.strerror}); choose another folder"
         ) from error
     return [written, segment / FINISHED]
+
+
+def lost_in_review_json(review: TrialReview) -> tuple[str, ...]:
+    """What a trial's review says that review.json has no place for."""
+    ranges: tuple[FlaggedRange | ClearedRange | ActivityRange, ...]
+    ranges = (*review.flags, *review.cleared, *review.activities)
+    labels = {
+        "which foot": any(flag.foot is not None for flag in review.flags),
+        "reasons": any(flag.reason != MANUAL_REVIEW for flag in review.flags),
+        "notes": bool(review.status_note) or any(labelled.note for labelled in ranges),
+        "activities": any(activity.activity != ERRONEOUS for activity in review.activities),
+        "the status": review.status in (Status.IN_WORK, Status.SECOND_LOOK),
+        "who differs from whom": bool(review.conflicts),
+    }
+    return tuple(name for name, is_there in labels.items() if is_there)
 
 
 def _folder_name(trial: str) -> str:

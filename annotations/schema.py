@@ -1,69 +1,36 @@
-"""The tables of the review log, and how a database of an older version becomes one of this.
+"""The table of the review log, and how a database of an older version becomes one of this.
 
-Only types that SQLite and PostgreSQL share: integers, text, JSON. Times are ISO 8601 text in UTC.
+Only types that SQLite and PostgreSQL share: integers, text, JSON. Times are ISO 8601 text in UTC. What makes
+the table is in `annotations.migrations`; here it is as statements use it.
 """
 
-from collections.abc import Callable
-
-from sqlalchemy import (
-    DDL,
-    JSON,
-    Column,
-    Connection,
-    Index,
-    Integer,
-    MetaData,
-    String,
-    Table,
-    func,
-    insert,
-    inspect,
-    select,
-    update,
-)
+from sqlalchemy import JSON, Column, Connection, Index, Integer, MetaData, String, Table, inspect, select
 
 from annotations.errors import ReviewError
+
+VERSION = "0002"  # the last step of `annotations.migrations`
+VERSION_TABLE = "annotations_version"
+
+_METADATA = MetaData()
+EDITS = Table(
+    "edits",
+    _METADATA,
+    Column("number", Integer, primary_key=True),
+    Column("subject", String, nullable=False),
+    Column("trial", String, nullable=False),
+    Column("author", String, nullable=False),
+    Column("made_at", String, nullable=False),
+    Column("kind", String, nullable=False),
+    Column("content", JSON, nullable=False),
+    Index("edits_of_trial", "subject", "trial"),
+    Index("edits_of_subject", "subject", "number"),
+    sqlite_autoincrement=True,
+)
+_VERSIONS = Table(VERSION_TABLE, MetaData(), Column("version_num", String, nullable=False))
 
 
 class NewerSchemaError(ReviewError):
     """A newer version of the program made the database."""
-
-
-def _edits(metadata: MetaData) -> Table:
-    return Table(
-        "edits",
-        metadata,
-        Column("number", Integer, primary_key=True),
-        Column("subject", String, nullable=False),
-        Column("trial", String, nullable=False),
-        Column("author", String, nullable=False),
-        Column("made_at", String, nullable=False),
-        Column("kind", String, nullable=False),
-        Column("content", JSON, nullable=False),
-        Index("edits_of_trial", "subject", "trial"),
-        sqlite_autoincrement=True,  # a number is never given twice
-    )
-
-
-_METADATA = MetaData()
-EDITS = _edits(_METADATA)
-SCHEMA_VERSION = Table("schema_version", _METADATA, Column("version", Integer, nullable=False))
-
-_FORBID = """
-CREATE TRIGGER edits_no_{verb} BEFORE {verb} ON edits
-BEGIN SELECT RAISE(ABORT, 'the review log is append-only'); END
-"""
-
-
-def _first(connection: Connection) -> None:
-    """The log of edits; SQLite refuses to change or remove one."""
-    _edits(MetaData()).create(connection)
-    if connection.dialect.name == "sqlite":
-        for verb in ("UPDATE", "DELETE"):
-            connection.execute(DDL(_FORBID.format(verb=verb)))
-
-
-MIGRATIONS: tuple[Callable[[Connection], None], ...] = (_first,)  # version n: the first n have been applied
 
 
 def is_current(connection: Connection) -> bool:
@@ -73,28 +40,27 @@ def is_current(connection: Connection) -> bool:
         NewerSchemaError: it is of a newer one.
     """
     found = _version(connection)
-    if found > len(MIGRATIONS):
+    if found is not None and found > VERSION:
         raise NewerSchemaError(
-            f"made by a newer version of addb-viewer (schema {found}; this version knows up to "
-            f"{len(MIGRATIONS)}); update addb-viewer"
+            f"made by a newer version of addb-viewer (schema {found}; this version knows up to {VERSION}); "
+            "update addb-viewer"
         )
-    return found == len(MIGRATIONS)
+    return found == VERSION
 
 
 def migrate(connection: Connection) -> None:
     """Apply what the database lacks, within the connection's transaction: all of it or nothing."""
+    from alembic import command  # noqa: PLC0415 (a third of a second, and only an older database needs it)
+    from alembic.config import Config  # noqa: PLC0415
+
     if is_current(connection):
         return
-    found = _version(connection)
-    if found == 0:
-        SCHEMA_VERSION.create(connection)
-        connection.execute(insert(SCHEMA_VERSION).values(version=0))
-    for step in MIGRATIONS[found:]:
-        step(connection)
-    connection.execute(update(SCHEMA_VERSION).values(version=len(MIGRATIONS)))
+    config = Config(attributes={"connection": connection})
+    config.set_main_option("script_location", "annotations:migrations")
+    command.upgrade(config, "head")
 
 
-def _version(connection: Connection) -> int:
-    if not inspect(connection).has_table(SCHEMA_VERSION.name):
-        return 0
-    return connection.scalar(select(func.max(SCHEMA_VERSION.c.version))) or 0
+def _version(connection: Connection) -> str | None:
+    if not inspect(connection).has_table(VERSION_TABLE):
+        return None
+    return connection.scalar(select(_VERSIONS.c.version_num))

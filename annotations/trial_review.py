@@ -4,12 +4,11 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Shaped
 
 from annotations.activities import ERRONEOUS
 from annotations.errors import ReviewError
-from annotations.events import Proposal, Status
-from annotations.reasons import MANUAL_REVIEW
+from annotations.events import IMPORTED, Proposal, Status
 
 MissingRange = tuple[int, int, str | None, str]  # start, end, foot or None for all, reason
 
@@ -20,9 +19,10 @@ class Source(StrEnum):
     PERSON = "person"
     IMPORTED = "imported"
     ACCEPTED = "accepted proposal"
+    REJECTED = "rejected proposal"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class FlaggedRange:
     """Frames start to end − 1 on which a foot's force, or all feet's, does not count."""
 
@@ -34,9 +34,24 @@ class FlaggedRange:
     author: str
     edit: int  # its number in the log
     note: str = ""
+    confidence: float | None = None  # of the proposal that was accepted
+    detector: str = ""  # that made it: name and version
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
+class ClearedRange:
+    """Frames start to end − 1 on which somebody has decided that the force counts."""
+
+    start: int
+    end: int
+    foot: str | None
+    source: Source
+    author: str
+    edit: int
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class ActivityRange:
     """What the person does on frames start to end − 1."""
 
@@ -46,9 +61,15 @@ class ActivityRange:
     subclass: str | None
     author: str
     edit: int
+    note: str = ""
+
+    @property
+    def label(self) -> str:
+        """Activity and subclass in one."""
+        return " ".join(filter(None, (self.activity, self.subclass)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Opinion:
     """One reviewer's present label of a range, in words."""
 
@@ -57,7 +78,7 @@ class Opinion:
     edit: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Conflict:
     """Two reviewers label the same frames differently; the later label counts."""
 
@@ -85,7 +106,9 @@ class TrialReview:
     status: Status
     status_author: str | None  # None while nobody has said anything
     decided: bool  # a person has judged forces, or taken the trial in hand
+    status_note: str = ""
     flags: tuple[FlaggedRange, ...] = ()  # a foot's ranges do not overlap
+    cleared: tuple[ClearedRange, ...] = ()  # nor do these, nor the two with each other
     activities: tuple[ActivityRange, ...] = ()  # nor do these
     conflicts: tuple[Conflict, ...] = ()
     accepted: tuple[Proposal, ...] = ()
@@ -96,7 +119,7 @@ class TrialReview:
         """Where forces must not be used: what is flagged, and whole stretches that are erroneous."""
         flagged = [(flag.start, flag.end, flag.foot, flag.reason) for flag in self.flags]
         erroneous = [
-            (a.start, a.end, None, MANUAL_REVIEW) for a in self.activities if a.activity == ERRONEOUS
+            (a.start, a.end, None, ERRONEOUS) for a in self.activities if a.activity == ERRONEOUS
         ]
         return tuple(sorted([*flagged, *erroneous], key=lambda missing: missing[:2]))
 
@@ -111,10 +134,52 @@ class TrialReview:
         """
         missing = np.zeros((frames, len(self.feet)), dtype=bool)
         for start, end, foot, _ in self.missing_ranges:
-            if end > frames:
-                raise ReviewError(
-                    f"{self.trial}: frames {start} to {end - 1} are labelled, but the trial has {frames}; "
-                    "undo that label, or bring back the recording that it is about"
-                )
-            missing[start:end, slice(None) if foot is None else self.feet.index(foot)] = True
+            self._check_end(start, end, frames)
+            missing[start:end, self._lane(foot)] = True
         return missing
+
+    def judged(self, frames: int) -> Bool[np.ndarray, "frames feet"]:
+        """True where a person has decided whether a foot's force counts, in whichever way.
+
+        Args:
+            frames: of the trial; labels beyond its end are left out.
+        """
+        judged = np.zeros((frames, len(self.feet)), dtype=bool)
+        labels: tuple[FlaggedRange | ClearedRange, ...] = (*self.flags, *self.cleared)
+        for label in labels:
+            if label.author != IMPORTED:
+                judged[label.start : label.end, self._lane(label.foot)] = True
+        return judged
+
+    def activity_labels(self, frames: int) -> Shaped[np.ndarray, " frames"]:
+        """Activity and subclass of every frame, as text; empty where nobody has said.
+
+        Args:
+            frames: of the trial.
+
+        Raises:
+            ReviewError: a label lies beyond the trial's end.
+        """
+        labels = np.full(frames, "", dtype=object)
+        for activity in self.activities:
+            self._check_end(activity.start, activity.end, frames)
+            labels[activity.start : activity.end] = activity.label
+        return labels.astype(str)
+
+    def conflicts_of(self, edit: int) -> tuple[Conflict, ...]:
+        """The conflicts that an edit is a part of.
+
+        Args:
+            edit: its number.
+        """
+        return tuple(c for c in self.conflicts if edit in (c.earlier.edit, c.later.edit))
+
+    def _lane(self, foot: str | None) -> slice | int:
+        return slice(None) if foot is None else self.feet.index(foot)
+
+    def _check_end(self, start: int, end: int, frames: int) -> None:
+        if end > frames:
+            raise ReviewError(
+                f"{self.trial}: frames {start} to {end - 1} are labelled, but the trial has {frames}; "
+                "undo that label, or bring back the recording that it is about"
+            )

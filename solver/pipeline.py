@@ -62,8 +62,8 @@ def solve(
     with clock("load"):
         generic = _generic(subject)
         instead = captures or {}
-        recorded = [instead.get(files.name) or _read(files, progress) for files in chosen]
-        static = read_static(subject.static) if subject.static else None
+        recorded = [instead.get(files.name) or _read(files, settings, progress) for files in chosen]
+        static = read_static(subject.static, settings.reading) if subject.static else None
     match = match_markers(generic, [c.markers for c in ([*recorded, static] if static else recorded)])
     with clock("scaling"):
         frames = choose_frames(
@@ -168,7 +168,12 @@ def _before_reviews(trial: TrialFit, groundwork: Groundwork, settings: Settings)
     fit = _compared(trial.capture, groundwork, markers_alone.q, settings)
     nothing = dict.fromkeys(("load", "scaling", "kinematics"), 0.0)
     return replace(
-        fit, contacts=trial.contacts, proposals=trial.proposals, spline=trial.spline, seconds=nothing
+        fit,
+        contacts=trial.contacts,
+        mask=trial.mask,
+        proposals=trial.proposals,
+        spline=trial.spline,
+        seconds=nothing,
     )
 
 
@@ -180,9 +185,9 @@ def _chosen(subject: Subject, names: Sequence[str] | None) -> list[TrialFiles]:
     return [known[name] for name in dict.fromkeys(names)] if names else list(subject.trials)
 
 
-def _read(files: TrialFiles, progress: Progress) -> Capture:
+def _read(files: TrialFiles, settings: Settings, progress: Progress) -> Capture:
     progress(f"reading {files.name}", 0.0)
-    return read_trial(files)
+    return read_trial(files, settings.reading)
 
 
 def _generic(subject: Subject) -> Skeleton:

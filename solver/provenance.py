@@ -16,6 +16,7 @@ _PACKAGES = ("addb-viewer", "numpy", "scipy", "pin", "ezc3d")
 _REVIEW = "sha256 of the review of "
 _EXTENSION = "sha256 of the accepted extension"
 _FILE = "sha256 "
+_RANGES = "ranges of "
 _DESCRIPTION = ("mass_kg", "height_m", "sex", "age_years", "foot_bodies")
 
 
@@ -44,9 +45,10 @@ def provenance_of(
         for trial in trials
         if reviews and trial.name in reviews
     }
+    ranges = {f"{_RANGES}{trial.name}": str(trial.ranges) for trial in trials if trial.ranges}
     extended = {_EXTENSION: extension.fingerprint} if extension else {}
     versions = {"python": platform.python_version(), **made_with}
-    return {**versions, **described, **hashes, **reviewed, **extended}
+    return {**versions, **described, **hashes, **ranges, **reviewed, **extended}
 
 
 def other_recordings(one: Mapping[str, str], other: Mapping[str, str]) -> list[str]:

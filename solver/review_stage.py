@@ -8,8 +8,8 @@ from jaxtyping import Bool
 
 from solver.capture.capture import Subject
 from solver.contact.detection import detect
-from solver.contact.mask import frame_mask
-from solver.contact.proposals import Proposal
+from solver.contact.mask import ERRONEOUS, frame_mask
+from solver.contact.proposals import Proposal, within
 from solver.contact.wrenches import MissingRange
 from solver.dynamics.com_data import com_data
 from solver.dynamics.com_mass import disagreement
@@ -46,7 +46,7 @@ def obeying_reviews(
         subject: whose.
         groundwork: of a solve; where it comes from a previous fit, the search begins there.
         fits: the trials' marker fits, their forces given to feet. Proposals of a previous fit stand as long
-            as the mass does, which they were judged with.
+            as the mass and the erroneous stretches of its mask do, which they were judged with.
         settings: of every stage.
         reviews: by trial, where people say that forces are missing.
         progress: told the stage and the fraction done; may raise `Cancelled`.
@@ -55,11 +55,16 @@ def obeying_reviews(
     Raises:
         FitError: a review is of another number of frames, or of another foot.
     """
+    judged_without = [_erroneous(fit) for fit in fits]
     fits = [_masked(fit, settings, reviews.get(fit.capture.name)) for fit in fits]
     mass_kg, mass_notes = _mass(subject, groundwork.skeleton, fits, settings)
     skeleton = with_mass(groundwork.skeleton, mass_kg)
-    if mass_kg != groundwork.mass_kg:
-        fits = [_judged(fit, skeleton, settings) for fit in fits]
+    fits = [
+        fit
+        if mass_kg == groundwork.mass_kg and _erroneous(fit) == before
+        else _judged(fit, skeleton, settings)
+        for fit, before in zip(fits, judged_without, strict=True)
+    ]
     fits = [
         _masked(fit, settings, reviews.get(fit.capture.name), _sure(fit.proposals, settings)) for fit in fits
     ]
@@ -129,7 +134,12 @@ def _masked(
         return fit
     try:
         mask = frame_mask(
-            fit.contacts, _tracked_frames(fit, settings), fit.capture.imported_missing_force, review, proposed
+            fit.contacts,
+            _tracked_frames(fit, settings),
+            fit.capture.imported_missing_force,
+            review,
+            proposed,
+            outside=fit.capture.outside_ranges,
         )
     except FitError as error:
         raise FitError(f"{fit.capture.name}: {error}") from error
@@ -137,18 +147,32 @@ def _masked(
 
 
 def _judged(fit: TrialFit, skeleton: Skeleton, settings: Settings) -> TrialFit:
-    """The trial with what detection proposes."""
+    """The trial with what detection proposes of the frames that are to be used, learnt from these alone.
+
+    Forces outside the trial's ranges are no evidence; in an erroneous stretch neither forces nor markers are.
+    """
     if fit.contacts is None:
         return fit
+    sound = np.ones(fit.motion.frames, dtype=bool)
+    for start, end in _erroneous(fit):
+        sound[start:end] = False
+    outside = fit.capture.outside_ranges
+    used = sound if outside is None else sound & ~outside
     proposals = detect(
         skeleton,
         fit.motion,
-        fit.contacts,
+        replace(fit.contacts, observed=fit.contacts.observed & used),
         fit.capture.plates,
-        tracked=_tracked_frames(fit, settings),
+        tracked=_tracked_frames(fit, settings) & sound,
         settings=settings.detection,
     )
-    return replace(fit, proposals=proposals)
+    return replace(fit, proposals=within(proposals, used))
+
+
+def _erroneous(fit: TrialFit) -> list[tuple[int, int]]:
+    """Stretches that a person said must not be used at all."""
+    reasons = fit.mask.reasons if fit.mask else ()
+    return [(start, end) for start, end, _, reason in reasons if reason == ERRONEOUS]
 
 
 def _sure(proposals: Sequence[Proposal], settings: Settings) -> list[MissingRange]:

@@ -10,7 +10,14 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from solver.capture.force_settings import ConditioningSettings
+from solver.capture.axes import AxesSettings
+from solver.capture.clock import ClockSettings
+from solver.capture.force_platform import ForcePlatformSettings
+from solver.capture.force_settings import ConditioningSettings, ForceTableSettings
+from solver.capture.length_units import LengthUnitSettings
+from solver.capture.marker_cleaning import MarkerCleaningSettings
+from solver.capture.platform_wrench import PlatformUnitSettings
+from solver.capture.reading_settings import PairingSettings, ReadingSettings
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.settings import ContactSettings
 from solver.dynamics.com_settings import ComSettings
@@ -26,6 +33,14 @@ FILE_NAME = "settings.toml"  # in the subject's folder; read where no other file
 class Settings:
     """One frozen dataclass a stage; a table of the TOML file carries the field's name."""
 
+    length_units: LengthUnitSettings = field(default_factory=LengthUnitSettings)
+    clock: ClockSettings = field(default_factory=ClockSettings)
+    axes: AxesSettings = field(default_factory=AxesSettings)
+    cleaning: MarkerCleaningSettings = field(default_factory=MarkerCleaningSettings)
+    force_tables: ForceTableSettings = field(default_factory=ForceTableSettings)
+    platforms: ForcePlatformSettings = field(default_factory=ForcePlatformSettings)
+    platform_units: PlatformUnitSettings = field(default_factory=PlatformUnitSettings)
+    pairing: PairingSettings = field(default_factory=PairingSettings)
     kinematics: KinematicsSettings = field(default_factory=KinematicsSettings)
     conditioning: ConditioningSettings = field(default_factory=ConditioningSettings)
     contact: ContactSettings = field(default_factory=ContactSettings)
@@ -33,6 +48,11 @@ class Settings:
     com: ComSettings = field(default_factory=ComSettings)
     trajectory: TrajectorySettings = field(default_factory=TrajectorySettings)
     dynamics: DynamicsSettings = field(default_factory=DynamicsSettings)
+
+    @property
+    def reading(self) -> ReadingSettings:
+        """The tables that reading a trial's files obeys, together."""
+        return ReadingSettings(**{part.name: getattr(self, part.name) for part in fields(ReadingSettings)})
 
 
 def settings_for(subject_folder: Path, file: Path | None = None) -> Settings:

@@ -1,19 +1,20 @@
 """`addb-viewer agreement`: how far two reviewers agree, and on which frames they do not."""
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, SubjectFolder
-from addb_viewer.commands.reviewing import subject_in
+from addb_viewer.commands.reviewing import capture_of, subject_in
 from addb_viewer.review_store import has_log, open_log
+from annotations.agreement import Agreement
 from annotations.agreement import agreement as compared
 from annotations.errors import ReviewError
 from annotations.log import ReviewLog
 from solver.capture.capture import Subject
-from solver.capture.trial import read_trial
 from solver.results.store import write_json
 
 Reviewer = Annotated[str, typer.Argument(metavar="REVIEWER", help="Name of a reviewer, or imported.")]
@@ -22,7 +23,7 @@ Reviewer = Annotated[str, typer.Argument(metavar="REVIEWER", help="Name of a rev
 def agreement(
     subject: SubjectFolder, one: Reviewer, other: Reviewer, json: JsonFile = None, debug: Debug = False
 ) -> None:
-    """Compare two reviewers' flags on the trials that both have judged."""
+    """Compare two reviewers' flags, and activities, on the trials that both have judged."""
     with errors_as_lines(debug):
         opened = subject_in(subject)
         if not has_log(subject):
@@ -31,9 +32,9 @@ def agreement(
             trials = _common_trials(log, opened, one, other)
             found = [_compared(log, opened, trial, (one, other)) for trial in trials]
         for figures in found:
-            kappa = "–" if figures["kappa"] is None else f"{figures['kappa']:.2f}"
-            apart = ", ".join(f"{start}:{end}" for start, end in figures["differ"]) or "nowhere"
-            typer.echo(f"{figures['name']}: κ {kappa}, {figures['same']:.1%} the same; differ on {apart}")
+            typer.echo(f"{figures['name']}: {_line(figures)}")
+            if figures["activities"] is not None:
+                typer.echo(f"{figures['name']}, activities: {_line(figures['activities'])}")
         if json is not None:
             write_json(json, {"reviewers": [one, other], "trials": found})
 
@@ -53,12 +54,25 @@ def _common_trials(log: ReviewLog, subject: Subject, one: str, other: str) -> li
 
 def _compared(log: ReviewLog, subject: Subject, trial: str, reviewers: tuple[str, str]) -> dict[str, Any]:
     files = next(files for files in subject.trials if files.name == trial)
-    frames = read_trial(files).markers.frames
-    one, other = (log.review(trial, subject.foot_bodies, by=name).missing(frames) for name in reviewers)
-    result = compared(one, other)
+    frames = capture_of(subject, files).markers.frames
+    opinions = [log.review(trial, subject.foot_bodies, by=name) for name in reviewers]
+    one, other = (opinion.missing(frames) for opinion in opinions)
+    figures = {"name": trial, **_figures(compared(one, other)), "activities": None}
+    if all(opinion.activities for opinion in opinions):
+        one, other = (opinion.activity_labels(frames)[:, None] for opinion in opinions)
+        figures["activities"] = _figures(compared(one, other))
+    return figures
+
+
+def _figures(found: Agreement) -> dict[str, Any]:
     return {
-        "name": trial,
-        "kappa": None if math.isnan(result.kappa) else result.kappa,
-        "same": result.same,
-        "differ": [list(run) for run in result.differ],
+        "kappa": None if math.isnan(found.kappa) else found.kappa,
+        "same": found.same,
+        "differ": [list(run) for run in found.differ],
     }
+
+
+def _line(figures: Mapping[str, Any]) -> str:
+    kappa = "–" if figures["kappa"] is None else f"{figures['kappa']:.2f}"
+    apart = ", ".join(f"{start}:{end}" for start, end in figures["differ"]) or "nowhere"
+    return f"κ {kappa}, {figures['same']:.1%} the same; differ on {apart}"

@@ -10,6 +10,7 @@ from addb_viewer.commands.reviewing import (
     Author,
     TrialName,
     author_named,
+    capture_of,
     foot_named,
     frames_named,
     subject_in,
@@ -20,7 +21,6 @@ from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange
 from annotations.reasons import MANUAL_REVIEW, reason_named
 from annotations.trial_review import TrialReview
-from solver.capture.trial import read_trial
 
 Frames = Annotated[
     str, typer.Argument(metavar="FRAMES", help="START:END; END is the first frame after the range.")
@@ -53,7 +53,7 @@ def flag(
         opened, name = subject_in(subject), author_named(author)
         files = trial_of(opened, trial)
         of_foot = foot_named(foot, opened.foot_bodies)
-        capture = read_trial(files)
+        capture = capture_of(opened, files)
         start, end = frames_named(frames, trial, capture.markers.frames)
         event = (
             ClearRange(start, end, of_foot, note)
@@ -81,6 +81,5 @@ def _reason(word: str | None, clear: bool) -> str | None:
 
 
 def _print_conflicts(review: TrialReview, number: int) -> None:
-    for conflict in review.conflicts:
-        if number in (conflict.earlier.edit, conflict.later.edit):
-            typer.echo(f"note: {review.trial}: {conflict}")
+    for conflict in review.conflicts_of(number):
+        typer.echo(f"note: {review.trial}: {conflict}")

@@ -7,15 +7,14 @@ import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, SubjectFolder
-from addb_viewer.commands.reviewing import described, subject_in, trial_of
+from addb_viewer.commands.reviewing import capture_of, described, subject_in, trial_of
 from addb_viewer.review_store import has_log, open_log
 from annotations.folding import folded
 from annotations.ranges_csv import ranges_csv
-from annotations.review_json import export_labels
+from annotations.review_json import export_labels, lost_in_review_json
 from annotations.trial_review import FlaggedRange, TrialReview
 from solver.capture.atomic import write_whole
 from solver.capture.capture import Subject, TrialFiles
-from solver.capture.trial import read_trial
 from solver.results.store import write_json
 
 OneTrial = Annotated[str | None, typer.Argument(metavar="[TRIAL]", help="This trial only.")]
@@ -51,15 +50,18 @@ def flags(
             write_whole(csv, ranges_csv(reviews))
         if review_json is not None:
             for review, files in zip(reviews, trials, strict=True):
-                _export(review, files, review_json)
+                _export(opened, review, files, review_json)
 
 
-def _export(review: TrialReview, files: TrialFiles, folder: Path) -> None:
+def _export(subject: Subject, review: TrialReview, files: TrialFiles, folder: Path) -> None:
     if not review.decided:
         typer.echo(f"note: {review.trial}: nobody has reviewed it here; no review.json written")
         return
-    for path in export_labels(review, read_trial(files).markers.frames, folder):
+    for path in export_labels(review, capture_of(subject, files).markers.frames, folder):
         typer.echo(path)
+    lost = lost_in_review_json(review)
+    if lost:
+        typer.echo(f"note: {review.trial}: review.json has no place for {', '.join(lost)}; --csv has")
 
 
 def _reviews(subject: Subject, trials: list[TrialFiles], history: bool) -> list[TrialReview]:
@@ -81,7 +83,8 @@ def _reviews(subject: Subject, trials: list[TrialFiles], history: bool) -> list[
 
 
 def _print(review: TrialReview, files: TrialFiles) -> None:
-    by = f" ({review.status_author})" if review.status_author else ""
+    about = ", ".join(filter(None, (review.status_author, review.status_note)))
+    by = f" ({about})" if about else ""
     nothing = "" if review.flags else ", nothing flagged"
     decides = ", its review.json decides" if files.reviews and not review.decided else ""
     typer.echo(f"{review.trial}: {review.status}{by}{nothing}{decides}")
@@ -90,18 +93,20 @@ def _print(review: TrialReview, files: TrialFiles) -> None:
     for row in rows:
         typer.echo("  " + "  ".join(map(str.ljust, row, widths)).rstrip())
     for activity in review.activities:
-        kind = " ".join(filter(None, (activity.activity, activity.subclass)))
-        typer.echo(f"  {activity.start}:{activity.end}  {kind} ({activity.author}, edit {activity.edit})")
+        by = f"({activity.author}, edit {activity.edit})"
+        line = f"  {activity.start}:{activity.end}  {activity.label} {by}  {activity.note}"
+        typer.echo(line.rstrip())
     for conflict in review.conflicts:
         typer.echo(f"note: {review.trial}: {conflict}")
 
 
 def _row(flag: FlaggedRange) -> tuple[str, ...]:
+    sure = "" if flag.confidence is None else f" {flag.confidence:.2f}"
     return (
         f"{flag.start}:{flag.end}",
         flag.foot or "both",
         flag.reason,
-        f"{flag.source} ({flag.author}, edit {flag.edit})",
+        f"{flag.source}{sure} ({flag.author}, edit {flag.edit})",
         flag.note,
     )
 
@@ -111,6 +116,7 @@ def _figures(review: TrialReview) -> dict[str, Any]:
         "name": review.trial,
         "status": review.status.value,
         "status_author": review.status_author,
+        "status_note": review.status_note,
         "missing": [
             {
                 "range": [flag.start, flag.end],
@@ -120,12 +126,32 @@ def _figures(review: TrialReview) -> dict[str, Any]:
                 "author": flag.author,
                 "edit": flag.edit,
                 "note": flag.note,
+                "confidence": flag.confidence,
+                "detector": flag.detector,
             }
             for flag in review.flags
         ],
+        "cleared": [
+            {
+                "range": [cleared.start, cleared.end],
+                "foot": cleared.foot,
+                "source": cleared.source.value,
+                "author": cleared.author,
+                "edit": cleared.edit,
+                "note": cleared.note,
+            }
+            for cleared in review.cleared
+        ],
         "activities": [
-            {"range": [a.start, a.end], "activity": a.activity, "subclass": a.subclass, "author": a.author}
-            for a in review.activities
+            {
+                "range": [activity.start, activity.end],
+                "activity": activity.activity,
+                "subclass": activity.subclass,
+                "author": activity.author,
+                "edit": activity.edit,
+                "note": activity.note,
+            }
+            for activity in review.activities
         ],
         "conflicts": [str(conflict) for conflict in review.conflicts],
     }

@@ -7,10 +7,9 @@ import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, SubjectFolder
-from addb_viewer.commands.reviewing import Author, TrialName, author_named, subject_in, trial_of
+from addb_viewer.commands.reviewing import Author, TrialName, author_named, capture_of, subject_in, trial_of
 from addb_viewer.review_store import open_log, record
 from annotations.events import SetStatus, Status
-from solver.capture.trial import read_trial
 
 
 class StatusWord(StrEnum):
@@ -22,6 +21,7 @@ class StatusWord(StrEnum):
     SECOND_LOOK = "second-look"
 
 
+Note = Annotated[str, typer.Option("--note", metavar="TEXT", help="What others should know about it.")]
 Wanted = Annotated[StatusWord, typer.Argument(metavar="STATUS", help=", ".join(StatusWord))]
 
 
@@ -29,13 +29,15 @@ def mark(
     subject: SubjectFolder,
     trial: TrialName,
     status: Wanted,
+    note: Note = "",
     author: Author = None,
     debug: Debug = False,
 ) -> None:
     """Say how far the review of a trial has come; from in-work on, its flags decide which forces count."""
     with errors_as_lines(debug):
-        files, name = trial_of(subject_in(subject), trial), author_named(author)
-        capture = read_trial(files)
+        opened, name = subject_in(subject), author_named(author)
+        files = trial_of(opened, trial)
+        capture = capture_of(opened, files)
         with open_log(subject) as log:
-            number = record(log, files, capture, SetStatus(Status[status.name]), name)
+            number = record(log, files, capture, SetStatus(Status[status.name], note), name)
         typer.echo(f"{trial}: {Status[status.name]} (edit {number})")

@@ -10,10 +10,12 @@ import typer
 
 from addb_viewer.commands.solving import check_folder, check_trials
 from annotations.errors import ReviewError
-from annotations.event_codec import encoded
 from annotations.events import Edit
-from solver.capture.capture import Subject, TrialFiles
+from annotations.wording import said_by
+from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.capture.subject import open_subject
+from solver.capture.trial import read_trial
+from solver.settings import settings_for
 
 TrialName = Annotated[str, typer.Argument(metavar="TRIAL", help="Name of the trial.")]
 Author = Annotated[
@@ -43,6 +45,16 @@ def trial_of(subject: Subject, name: str) -> TrialFiles:
     """
     check_trials(subject, [name])
     return next(trial for trial in subject.trials if trial.name == name)
+
+
+def capture_of(subject: Subject, files: TrialFiles) -> Capture:
+    """One trial as a solve of the subject would read it.
+
+    Raises:
+        CaptureError: its files cannot be read.
+        SettingsError: the subject's settings.toml cannot be used.
+    """
+    return read_trial(files, settings_for(subject.folder).reading)
 
 
 def author_named(name: str | None) -> str:
@@ -101,7 +113,5 @@ def frames_named(text: str, trial: str, frames: int) -> tuple[int, int]:
 
 
 def described(edit: Edit) -> str:
-    """An edit in one line."""
-    kind, content = encoded(edit.event)
-    said = ", ".join(f"{name} {value}" for name, value in content.items() if value not in (None, ""))
-    return f"edit {edit.number}, {edit.made_at:%Y-%m-%d %H:%M:%S} UTC, {edit.author}: {kind} ({said})"
+    """An edit in one line, with its date."""
+    return f"edit {edit.number}, {edit.made_at:%Y-%m-%d %H:%M:%S} UTC, {edit.author}: {said_by(edit.event)}"

@@ -5,11 +5,12 @@ import json
 import secrets
 from pathlib import Path
 
+from benchmarks.diagnosis.information import FINDABLE_NATS, LARGEST, write_findable
 from benchmarks.diagnosis.run import CPU_LIMIT_S, run_all
 from benchmarks.diagnosis.score import load, report
 from benchmarks.recordings import data_folder
 from tests.hidden_effects.hider.cases import IDS, SIZES, Mix, plan_cases, summary, write_case
-from tests.hidden_effects.hider.real import plan_real, write_real
+from tests.hidden_effects.hider.real import plan_real
 
 PAGE = """# Hidden effects: how often the diagnosis is right
 
@@ -18,7 +19,10 @@ Made by `make bench-diagnosis` (`python -m benchmarks.diagnosis make | run | sco
 seen, or with none: half of them clean, the rest of them one effect of the catalogue at 1, 1.5 or 2.5
 reference sizes, two, or one that the catalogue lacks; handed out with the true scaled model, with masses
 and centres of mass perturbed, or with the generic one. Rates come with their 95 % interval (Wilson).
-*Right* is the same id on the same target and nothing else.
+*Right* is the same id on the same target and nothing else. Real recordings are short, most of them below two
+seconds: an effect put into one has the drawn size, or the larger one at which it changes the recording's
+wrench balance by {nats:g} nats (½ Δrᵀ K⁻¹ Δr, model errors in K; `information.py`). Where that takes more
+than {largest:g} reference sizes, this recording cannot tell this effect and the case is left out.
 
 {tables}
 """
@@ -65,7 +69,14 @@ def main() -> None:
         if given.page:
             listed = json.loads((given.out / "cases.json").read_text(encoding="utf-8"))
             planned = len(list((given.out / "truth").glob("*.json")))
-            page = PAGE.format(seed=listed["seed"], answered=len(cases), planned=planned, tables=text)
+            page = PAGE.format(
+                seed=listed["seed"],
+                answered=len(cases),
+                planned=planned,
+                tables=text,
+                nats=FINDABLE_NATS,
+                largest=LARGEST,
+            )
             given.page.write_text(page, encoding="utf-8")
         print(text)
 
@@ -96,7 +107,8 @@ def make(given: argparse.Namespace) -> None:
         if not (given.out / "truth" / f"{plan.name}.json").exists():
             write_case(given.out, plan)
     for case in plan_real(seed, given.real, sizes):
-        write_real(given.out, data_folder(), case)
+        if not (given.out / "truth" / f"{case.name}.json").exists():
+            write_findable(given.out, data_folder(), case)
     print(f"seed {seed}: {len(plans)} cases in {given.out}")
 
 

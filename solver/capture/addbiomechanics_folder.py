@@ -6,8 +6,10 @@ from pathlib import Path
 from solver.capture.capture import TrialFiles
 from solver.capture.description import Description, read_json
 from solver.capture.loose_files import files_in, is_static, natural_order
+from solver.capture.trial_ranges import KEY as RANGES
+from solver.capture.trial_ranges import trial_ranges
 
-USED_KEYS = ("massKg", "heightM", "sex", "ageYears", "footBodyNames", "subjectTags", "trialRanges")
+USED_KEYS = ("massKg", "heightM", "sex", "ageYears", "footBodyNames", "subjectTags", RANGES)
 PROCESSING_KEYS = (  # settings of AddBiomechanics' own server, which mean nothing here
     *("email", "skeletonPreset", "exportSDF", "exportMJCF", "exportMoco", "runMoco", "ignoreJointLimits"),
     *("residualsToZero", "useReactionWheels", "tuneResidualLoss", "shiftGRF", "maxTrialsToSolveMassOver"),
@@ -29,10 +31,6 @@ def read_subject_json(path: Path) -> Description:
     age, age_notes = entries.number("ageYears", "age")
     sex, sex_notes = entries.sex("sex")
     notes = mass_notes + height_notes + age_notes + sex_notes
-    ranges = entries.values.get("trialRanges")
-    if ranges:
-        named = ", ".join(map(str, ranges))
-        notes += (f"{path.name}: trialRanges ({named}) are not applied: trials are read whole",)
     return Description(
         mass_kg=mass,
         height_m=height,
@@ -40,6 +38,7 @@ def read_subject_json(path: Path) -> Description:
         age_years=age,
         foot_bodies=entries.texts("footBodyNames"),
         tags=entries.texts("subjectTags"),
+        ranges=trial_ranges(entries),
         notes=notes + entries.unknown(USED_KEYS + PROCESSING_KEYS),
     )
 

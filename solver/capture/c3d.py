@@ -1,32 +1,23 @@
 """Markers and force plates of a C3D file in the laboratory's own axes, and which of these points up."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.axes import AxesSettings, VerticalAxis, points_down, vertical_axis
+from solver.capture.axes import VerticalAxis, points_down, vertical_axis
 from solver.capture.c3d_contents import C3dContents, open_c3d
 from solver.capture.capture import ForcePlate, Markers
 from solver.capture.centre_of_pressure import Surface, centre_of_pressure
-from solver.capture.force_platform import ForcePlatformSettings, Platform, force_platforms, plate_axes
-from solver.capture.length_units import METRES_PER_UNIT, metres_per_unit, unit_of
+from solver.capture.force_platform import Platform, force_platforms, plate_axes
+from solver.capture.length_units import METRES_PER_UNIT, LengthUnitSettings, metres_per_unit, unit_of
 from solver.capture.point_labels import marker_points
+from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.unseen_markers import far_as_nan, unseen_as_nan
 from solver.errors import CaptureError
-from solver.settings_field import setting
 
 COMPUTED_GROUPS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS")
-
-
-@dataclass(frozen=True)
-class C3dSettings:
-    """How a C3D file is read."""
-
-    centre_known_N: float = setting(20.0, unit="N", why="below, centres of pressure are noise")
-    platforms: ForcePlatformSettings = field(default_factory=ForcePlatformSettings)
-    axes: AxesSettings = field(default_factory=AxesSettings)
 
 
 @dataclass(frozen=True)
@@ -42,7 +33,7 @@ class C3dFile:
     notes: tuple[str, ...] = ()
 
 
-def read_c3d(path: Path, up: VerticalAxis | None = None, settings: C3dSettings = C3dSettings()) -> C3dFile:
+def read_c3d(path: Path, up: VerticalAxis | None = None, settings: ReadingSettings = READING) -> C3dFile:
     """Read markers and force plates.
 
     Args:
@@ -55,8 +46,8 @@ def read_c3d(path: Path, up: VerticalAxis | None = None, settings: C3dSettings =
     """
     path = Path(path)
     contents = open_c3d(path)
-    markers, metres, notes = _markers(contents)
-    platforms, platform_notes = force_platforms(contents, metres, settings.platforms)
+    markers, metres, notes = _markers(contents, settings)
+    platforms, platform_notes = force_platforms(contents, metres, settings.platforms, settings.platform_units)
     if up is None:
         up = _upwards(contents, markers, platforms, settings)
     rate = contents.rate * contents.samples_per_frame
@@ -71,7 +62,7 @@ def read_c3d(path: Path, up: VerticalAxis | None = None, settings: C3dSettings =
 
 
 def read_c3d_markers(
-    path: Path, up: VerticalAxis | None = None, settings: C3dSettings = C3dSettings()
+    path: Path, up: VerticalAxis | None = None, settings: ReadingSettings = READING
 ) -> C3dFile:
     """Read markers only, whatever the force platforms are.
 
@@ -79,12 +70,12 @@ def read_c3d_markers(
         CaptureError: the file cannot be read or holds no marker.
     """
     contents = open_c3d(Path(path))
-    markers, _, notes = _markers(contents)
+    markers, _, notes = _markers(contents, settings)
     return C3dFile(markers, (), up or _upwards(contents, markers, (), settings), notes)
 
 
 def _upwards(
-    contents: C3dContents, markers: Markers, platforms: tuple[Platform, ...], settings: C3dSettings
+    contents: C3dContents, markers: Markers, platforms: tuple[Platform, ...], settings: ReadingSettings
 ) -> VerticalAxis:
     return vertical_axis(
         markers,
@@ -96,7 +87,7 @@ def _upwards(
     )
 
 
-def _markers(contents: C3dContents) -> tuple[Markers, float, tuple[str, ...]]:
+def _markers(contents: C3dContents, settings: ReadingSettings) -> tuple[Markers, float, tuple[str, ...]]:
     """The markers, metres per POINT:UNITS, and notes."""
     source = contents.path.name
     computed = frozenset(label for group in COMPUTED_GROUPS for label in contents.words("POINT", group))
@@ -108,25 +99,27 @@ def _markers(contents: C3dContents) -> tuple[Markers, float, tuple[str, ...]]:
             f"{contents.path}: the file holds no marker ({listed}). Export it with its trajectories."
         )
     seen, unseen_notes = unseen_as_nan(contents.points[:, list(chosen.columns)], chosen.names, source)
-    metres, unit_notes = _metres(contents, seen)
-    positions, far_notes = far_as_nan(seen * metres, chosen.names, source)
+    metres, unit_notes = _metres(contents, seen, settings.length_units)
+    positions, far_notes = far_as_nan(seen * metres, chosen.names, source, settings.cleaning.farthest_m)
     notes = (*contents.notes, *chosen.notes, *unit_notes, *unseen_notes, *far_notes)
     return Markers(chosen.names, positions, contents.rate), metres, notes
 
 
 def _metres(
-    contents: C3dContents, positions: Float[np.ndarray, "frames markers 3"]
+    contents: C3dContents,
+    positions: Float[np.ndarray, "frames markers 3"],
+    settings: LengthUnitSettings,
 ) -> tuple[float, tuple[str, ...]]:
     claimed = next((word for word in contents.words("POINT", "UNITS") if word), None)
     where = "POINT:UNITS"
     if claimed is not None and unit_of(claimed) is None:
-        metres, notes = metres_per_unit(None, positions, contents.path, where)
+        metres, notes = metres_per_unit(None, positions, contents.path, where, settings)
         return metres, (f"{contents.path.name}: unknown POINT:UNITS '{claimed}'", *notes)
     if claimed is None and np.isnan(positions).all():
         return METRES_PER_UNIT["mm"], (
             f"{contents.path.name}: no POINT:UNITS and no marker seen; mm assumed",
         )
-    return metres_per_unit(claimed, positions, contents.path, where)
+    return metres_per_unit(claimed, positions, contents.path, where, settings)
 
 
 def _rate_notes(contents: C3dContents, rate: float) -> tuple[str, ...]:
@@ -139,7 +132,7 @@ def _rate_notes(contents: C3dContents, rate: float) -> tuple[str, ...]:
 
 
 def _on_the_person(
-    platform: Platform, up: VerticalAxis, rate: float, settings: C3dSettings
+    platform: Platform, up: VerticalAxis, rate: float, settings: ReadingSettings
 ) -> tuple[ForcePlate, str | None]:
     """The plate with the sign of the force on the person, which is upwards."""
     force, moment, note = platform.force_lab, platform.moment_lab, None
@@ -149,7 +142,7 @@ def _on_the_person(
     normal = plate_axes(platform.corners_lab)[:, 2]
     normal = normal * (np.sign(normal @ up.up_lab) or 1.0)
     centre = centre_of_pressure(force, moment, Surface(platform.corners_lab.mean(axis=0), normal))
-    known = force @ up.up_lab >= settings.centre_known_N
+    known = force @ up.up_lab >= settings.platforms.centre_known_N
     return ForcePlate(
         name=platform.name,
         force_ground=force,

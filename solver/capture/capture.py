@@ -68,6 +68,9 @@ class Capture:
     notes: tuple[str, ...] = ()  # what was assumed, converted or ignored on the way in
     files: tuple[Path, ...] = ()
     imported_missing_force: Bool[np.ndarray, " frames"] | None = None  # review.json: true = force missing
+    outside_ranges: Bool[np.ndarray, " frames"] | None = (
+        None  # true: in no range of the trial; None: all counts
+    )
 
 
 @dataclass(frozen=True)
@@ -80,6 +83,7 @@ class TrialFiles:
     reviews: tuple[Path, ...] = ()  # review.json of the segments in order
     up: str | None = None  # "z", "-y": the laboratory's axis that points up, where a person said so
     moments: str | None = None  # "free", "plate", "ground": what moment columns mean, where a person said so
+    ranges: tuple[tuple[float, float], ...] = ()  # [s] whose forces are to be used; empty: the whole trial
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.capture import ForcePlate
-
-UNEVEN_M = (
-    0.01  # a surface whose height varies by more under the loaded foot is a ramp, not a plate out of level
-)
-FLAT_RESIDUAL_M = 0.003  # how well a plane must describe it then
+from solver.capture.force_settings import CONDITIONING, ConditioningSettings
 
 
 @dataclass(frozen=True)
@@ -24,7 +20,7 @@ class Surface:
 LEVEL_GROUND = Surface(np.zeros(3), np.array([0.0, 1.0, 0.0]))
 
 
-def surface_of(plate: ForcePlate) -> Surface:
+def surface_of(plate: ForcePlate, settings: ConditioningSettings = CONDITIONING) -> Surface:
     """The plate's surface: its corners' plane, else through the file's centres of pressure, else y = 0."""
     if plate.corners_ground is not None and np.isfinite(plate.corners_ground).all():
         return _plane(plate.corners_ground)
@@ -33,11 +29,11 @@ def surface_of(plate: ForcePlate) -> Surface:
         return LEVEL_GROUND
     middle = np.median(pressed, axis=0)
     level = Surface(middle, LEVEL_GROUND.normal_ground)
-    if np.ptp(np.percentile(pressed[:, 1], [5, 95])) < UNEVEN_M:
+    if np.ptp(np.percentile(pressed[:, 1], [5, 95])) < settings.uneven_m:
         return level
     plane = _plane(pressed)
     off_plane = np.abs((pressed - plane.point_ground) @ plane.normal_ground)
-    return plane if np.percentile(off_plane, 95) < FLAT_RESIDUAL_M else level
+    return plane if np.percentile(off_plane, 95) < settings.flat_m else level
 
 
 def centre_of_pressure(

@@ -29,6 +29,9 @@ class ClockSettings:
     )
 
 
+CLOCK = ClockSettings()
+
+
 @dataclass(frozen=True)
 class Clock:
     """Where each row of a file lies on a uniform clock.
@@ -61,7 +64,7 @@ def find_clock(
     path: Path,
     lines: Sequence[int],
     header_rate: float | None = None,
-    settings: ClockSettings = ClockSettings(),
+    settings: ClockSettings = CLOCK,
 ) -> Clock:
     """Rate from the first and last time and the number of samples between them; the header's only in need.
 

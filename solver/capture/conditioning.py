@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float
 from solver.capture.capture import ForcePlate
 from solver.capture.centre_of_pressure import centre_of_pressure, surface_of
 from solver.capture.force_settings import CONDITIONING, ConditioningSettings
-from solver.capture.resampling import ANTI_ALIAS_SHARE, covered, interpolate, rate_of, resample
+from solver.capture.resampling import covered, interpolate, rate_of, resample
 from solver.capture.zero_level import zeroed
 from solver.filters import low_pass
 from solver.runs import runs
@@ -60,7 +60,7 @@ def condition(
     observed = _at(recorded, plate, times) & covered(plate.rate, plate.start_time, plate.samples, times)
     filtered[~observed] = np.nan
     raw[~observed] = np.nan
-    surface = surface_of(plate)
+    surface = surface_of(plate, settings)
     spread_s = 0.5 / cutoff  # how far the filter carries a contact's edge
     pressing = filtered[:, :3] @ surface.normal_ground
     loaded = (
@@ -120,23 +120,26 @@ def at_frames(
 
 
 def shared_cutoff(marker_rate: float, settings: ConditioningSettings = CONDITIONING) -> float:
-    """The corner that forces and kinematics share [Hz]: at most 0.8 of the markers' Nyquist frequency."""
-    return min(settings.cutoff_Hz, ANTI_ALIAS_SHARE * marker_rate / 2)
+    """The corner that forces and kinematics share [Hz]: below the markers' Nyquist frequency."""
+    return min(settings.cutoff_Hz, settings.nyquist_share * marker_rate / 2)
 
 
 def resampled(
-    plate: ForcePlate, times: Float[np.ndarray, " frames"]
+    plate: ForcePlate,
+    times: Float[np.ndarray, " frames"],
+    settings: ConditioningSettings = CONDITIONING,
 ) -> tuple[ForcePlate, Bool[np.ndarray, " frames"]]:
     """The plate on another clock, and which frames its recording covers; NaN on the others.
 
     Args:
         plate: no NaN in force and moment.
         times: equally spaced [s].
+        settings: what tells its surface.
     """
     wrench = np.concatenate([plate.force_ground, plate.moment_ground], axis=1)
     values = resample(wrench, plate.rate, plate.start_time, times)
     pressed = _at(np.isfinite(plate.cop_ground).all(axis=1), plate, times)
-    cop = centre_of_pressure(values[:, :3], values[:, 3:], surface_of(plate))
+    cop = centre_of_pressure(values[:, :3], values[:, 3:], surface_of(plate, settings))
     rate = rate_of(times)
     moved = replace(
         plate,
@@ -216,7 +219,7 @@ def contact_samples(
     plate: ForcePlate, settings: ConditioningSettings = CONDITIONING
 ) -> Bool[np.ndarray, " samples"]:
     """Where the plate carries a load: above the threshold, for longer than vibration lasts."""
-    above = plate.force_ground @ surface_of(plate).normal_ground >= settings.threshold_N
+    above = plate.force_ground @ surface_of(plate, settings).normal_ground >= settings.threshold_N
     for start, end in runs(above):
         inside = start > 0 and end < plate.samples
         if inside and (end - start) < settings.shortest_contact_s * plate.rate:

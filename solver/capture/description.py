@@ -32,6 +32,7 @@ class Description:
     model: Path | None = None
     static: Path | None = None
     trials: tuple[TrialFiles, ...] | None = None
+    ranges: Mapping[str, tuple[tuple[float, float], ...]] | None = None  # [s] by trial, what counts of it
     notes: tuple[str, ...] = ()
 
     def or_else(self, other: "Description") -> "Description":

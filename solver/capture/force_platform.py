@@ -5,13 +5,18 @@ runs from corner 2 to 1, y from corner 4 to 1, z = x × y (downwards on plates t
 Source: The C3D File Format User Guide (Motion Lab Systems 2008), FORCE_PLATFORM group.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
 
 from solver.capture.c3d_contents import C3dContents
-from solver.capture.platform_wrench import PlatformSignals, UnitSettings, wrench_on_surface
+from solver.capture.platform_wrench import (
+    PLATFORM_UNITS,
+    PlatformSignals,
+    PlatformUnitSettings,
+    wrench_on_surface,
+)
 from solver.errors import CaptureError
 from solver.settings_field import setting
 
@@ -25,11 +30,12 @@ class ForcePlatformSettings:
     zero_limit_N: float = setting(
         50.0, unit="N", why="more than drift: on the FORCE_PLATFORM:ZERO frames somebody stood there"
     )
-    side_range_m: tuple[float, float] = setting(
-        (0.1, 6.0), unit="m", why="plates and treadmill belts; other corners are garbage"
+    centre_known_N: float = setting(
+        20.0, unit="N", why="below it centres of pressure are noise and are not reported"
     )
+    shortest_side_m: float = setting(0.1, unit="m", why="corners nearer to each other are garbage")
+    longest_side_m: float = setting(6.0, unit="m", why="belts are shorter; corners farther apart are garbage")
     farthest_m: float = setting(100.0, unit="m", why="corners farther from the origin are garbage")
-    units: UnitSettings = field(default_factory=UnitSettings)
 
 
 @dataclass(frozen=True)
@@ -43,7 +49,10 @@ class Platform:
 
 
 def force_platforms(
-    contents: C3dContents, metres: float, settings: ForcePlatformSettings = ForcePlatformSettings()
+    contents: C3dContents,
+    metres: float,
+    settings: ForcePlatformSettings = ForcePlatformSettings(),
+    unit_settings: PlatformUnitSettings = PLATFORM_UNITS,
 ) -> tuple[tuple[Platform, ...], tuple[str, ...]]:
     """Wrenches of all usable platforms, and what was assumed or left out.
 
@@ -51,6 +60,7 @@ def force_platforms(
         contents: the file.
         metres: per POINT:UNITS, in which corners and origins are given.
         settings: how they are checked.
+        unit_settings: how units of their moments are.
 
     Raises:
         CaptureError: a platform is of a type other than 1 to 4.
@@ -72,9 +82,9 @@ def force_platforms(
             remarks.setdefault(f"left out: {flaw}", []).append(k + 1)
             continue
         signals, zero_notes = _zeroed(
-            contents, _signals(contents, k, int(types[k]), corners, metres), settings
+            contents, _signals(contents, k, int(types[k]), corners, metres), settings, unit_settings
         )
-        force, moment, wrench_notes = wrench_on_surface(signals, settings.units)
+        force, moment, wrench_notes = wrench_on_surface(signals, unit_settings)
         R_lab_plate = plate_axes(corners)
         force_lab = force @ R_lab_plate.T
         moment_lab = moment @ R_lab_plate.T + np.cross(corners.mean(axis=0), force_lab)
@@ -120,7 +130,7 @@ def _flaw(
         return f"its analog channels {', '.join(missing)} are not in the file, which holds {held}"
     if corners.shape != (4, 3):
         return "FORCE_PLATFORM:CORNERS doesn't give its corners"
-    low, high = settings.side_range_m
+    low, high = settings.shortest_side_m, settings.longest_side_m
     near = np.abs(corners) < settings.farthest_m
     sides = np.linalg.norm(np.where(near, corners - np.roll(corners, 1, axis=0), np.inf), axis=1)
     area = np.linalg.norm(np.cross(corners[0] - corners[1], corners[0] - corners[3])) if near.all() else 0.0
@@ -162,7 +172,10 @@ def _of_plate(parameter: np.ndarray, k: int, dimensions: int) -> np.ndarray:
 
 
 def _zeroed(
-    contents: C3dContents, plate: PlatformSignals, settings: ForcePlatformSettings
+    contents: C3dContents,
+    plate: PlatformSignals,
+    settings: ForcePlatformSettings,
+    unit_settings: PlatformUnitSettings,
 ) -> tuple[PlatformSignals, tuple[str, ...]]:
     """The signals less their mean over the frames that FORCE_PLATFORM:ZERO names, if nobody stood there."""
     zero = contents.array("FORCE_PLATFORM", "ZERO").ravel().astype(int)
@@ -174,7 +187,7 @@ def _zeroed(
         baseline[3:5] = 0.0  # centres of pressure don't drift
     if not baseline.any():
         return plate, ()
-    force = wrench_on_surface(replace(plate, signals=baseline[None]), settings.units)[0]
+    force = wrench_on_surface(replace(plate, signals=baseline[None]), unit_settings)[0]
     vertical, frames = abs(float(force[0, 2])), f"frames {zero[0]} to {zero[1]} (FORCE_PLATFORM:ZERO)"
     if vertical > settings.zero_limit_N:
         return plate, (f"not zeroed: it carries {vertical:.0f} N on {frames}",)

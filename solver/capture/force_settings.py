@@ -6,8 +6,8 @@ from solver.settings_field import setting
 
 
 @dataclass(frozen=True)
-class PlateReadingSettings:
-    """How force columns are judged."""
+class ForceTableSettings:
+    """How the columns of a force table (.mot, .sto) are judged."""
 
     loaded_N: float = setting(
         50.0, unit="N", why="levers are judged above it: 5 N of noise are then 10 % of the force"
@@ -28,6 +28,11 @@ class PlateReadingSettings:
     usable_centre_m: float = setting(
         0.3, unit="m", why="an unloaded centre of pressure farther from all loaded ones is noise"
     )
+    smallest_load_N: float = setting(
+        50.0,
+        unit="N",
+        why="somebody's foot presses more at some time; less as a file's peak is kN, body weights or N/kg",
+    )
     longest_lab_m: float = setting(50.0, unit="m", why="levers longer than a laboratory are in mm")
     largest_free_Nm: float = setting(
         500.0, unit="N·m", why="free moments are below 50 N·m; a median beyond this is in N·mm"
@@ -41,7 +46,12 @@ class ConditioningSettings:
     cutoff_Hz: float = setting(
         30.0,
         unit="Hz",
-        why="the dataset paper's; in walking 20 to 50 Hz hardly matters; at most 0.8 of the markers' Nyquist",
+        why="the dataset paper's; in walking 20 to 50 Hz hardly matters",
+    )
+    nyquist_share: float = setting(
+        0.8,
+        unit="",
+        why="of the markers' Nyquist frequency, that the cutoff stays below: noise folds beyond",
     )
     order: int = setting(3, unit="", why="of the single pass; likewise the paper's")
     threshold_N: float = setting(
@@ -73,6 +83,9 @@ class ConditioningSettings:
     zero_noise_N: float = setting(
         10.0, unit="N", why="an unloaded plate stays this close to its level: amplifier noise, belt vibration"
     )
+    zero_bin_N: float = setting(
+        2.0, unit="N", why="of the histogram in which the level is looked for: the noise of a quiet plate"
+    )
     zero_stretch_s: float = setting(
         0.05, unit="s", why="and for so long; loading and unloading cross 20 N within 10 ms"
     )
@@ -80,7 +93,15 @@ class ConditioningSettings:
     zero_drift_N: float = setting(
         3.0, unit="N", why="a zero level that moves by more from the first to the last stretch is reported"
     )
+    uneven_m: float = setting(
+        0.01,
+        unit="m",
+        why="centres of pressure whose height varies by more tell of a ramp, not of a plate out of level",
+    )
+    flat_m: float = setting(
+        0.003, unit="m", why="and so well must a plane describe them, or the surface counts as level"
+    )
 
 
-PLATE_READING = PlateReadingSettings()
+FORCE_TABLES = ForceTableSettings()
 CONDITIONING = ConditioningSettings()

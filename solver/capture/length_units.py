@@ -1,11 +1,13 @@
 """Metres from what a marker file says its numbers are, checked against the size of a person."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
 from solver.errors import CaptureError
+from solver.settings_field import setting
 
 METRES_PER_UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 SPELLINGS = {
@@ -14,10 +16,23 @@ SPELLINGS = {
     "m": ("m", "meter", "meters", "metre", "metres", "mete", "[m]", "(m)"),
 }
 
-# Extent of all markers of a frame, as its diagonal. A marker set of one foot spans 0.1 m, a person with arms
-# stretched or a wheelchair user with the chair not 4 m; the bounds leave a factor of two to either side.
-POSSIBLE_EXTENT_M = (0.05, 8.0)
-PERSON_EXTENT_M = (0.3, 4.0)
+
+@dataclass(frozen=True)
+class LengthUnitSettings:
+    """How far the markers of a frame spread, as the diagonal of the box around them."""
+
+    smallest_m: float = setting(
+        0.05, unit="m", why="half of what the markers of one foot span: the header's unit is wrong below it"
+    )
+    largest_m: float = setting(
+        8.0, unit="m", why="twice a wheelchair user with the chair: the header's unit is wrong beyond it"
+    )
+    smallest_person_m: float = setting(
+        0.3, unit="m", why="a unit that makes the markers span less is not guessed: a leg is longer"
+    )
+    largest_person_m: float = setting(
+        4.0, unit="m", why="likewise beyond: arms stretched, nobody spans as much"
+    )
 
 
 def unit_of(word: str) -> str | None:
@@ -30,6 +45,7 @@ def metres_per_unit(
     positions: Float[np.ndarray, "frames markers 3"],
     path: Path,
     place: str = "its third line",
+    settings: LengthUnitSettings = LengthUnitSettings(),
 ) -> tuple[float, tuple[str, ...]]:
     """What to multiply with to get metres, and what had to be assumed.
 
@@ -38,13 +54,15 @@ def metres_per_unit(
         positions: as in the file, NaN where not seen.
         path: for messages.
         place: where the file names its units, for messages.
+        settings: how far markers of a frame can spread.
 
     Raises:
         CaptureError: the unit is unknown, or contradicts the size of the data and no other one fits a person.
     """
     unit = unit_of(claimed) if claimed is not None else None
     extent = _extent(positions)
-    fitting = [u for u, metres in METRES_PER_UNIT.items() if _within(extent * metres, PERSON_EXTENT_M)]
+    person_m = (settings.smallest_person_m, settings.largest_person_m)
+    fitting = [u for u, metres in METRES_PER_UNIT.items() if _within(extent * metres, person_m)]
     if unit is None and claimed is not None:
         raise CaptureError(
             f"{path}: unknown units '{claimed}' in the header. Write one of {', '.join(METRES_PER_UNIT)}."
@@ -57,7 +75,7 @@ def metres_per_unit(
             f"{extent * METRES_PER_UNIT[fitting[0]]:.2f} m",
         )
     metres = METRES_PER_UNIT[unit]
-    if np.isnan(extent) or _within(extent * metres, POSSIBLE_EXTENT_M):
+    if np.isnan(extent) or _within(extent * metres, (settings.smallest_m, settings.largest_m)):
         return metres, ()
     if len(fitting) != 1:
         raise CaptureError(

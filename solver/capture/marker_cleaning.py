@@ -9,11 +9,18 @@ from jaxtyping import Bool, Float
 from solver.capture.capture import Markers
 from solver.settings_field import setting
 
+LISTED = 8  # frames named in a note; the rest is counted
+
 
 @dataclass(frozen=True)
 class MarkerCleaningSettings:
     """What no human movement does."""
 
+    farthest_m: float = setting(
+        1000.0,
+        unit="m",
+        why="no laboratory is wider; numbers beyond are placeholders, as 9999999",
+    )
     spike_m: float = setting(0.08, unit="m", why="smaller spikes are left to the fit's robust loss")
     spike_m_s2: float = setting(
         3000.0, unit="m/s²", why="300 g: markers on a sprinter's foot reach a third of it when it strikes"
@@ -26,7 +33,6 @@ class MarkerCleaningSettings:
     )
     teleport_s: float = setting(0.1, unit="s", why="longer stays are another marker's trajectory, not a slip")
     same_m: float = setting(1e-6, unit="m", why="two trajectories nearer than rounding are copies")
-    listed: int = setting(8, unit="", why="frames named in a note; the rest is counted")
 
 
 def clean_markers(
@@ -49,11 +55,9 @@ def clean_markers(
     seen = np.flatnonzero(np.isfinite(positions).all(axis=2).any(axis=0)).tolist()
     never = [name for k, name in enumerate(markers.names) if k not in seen]
     notes = (
-        *_listed("spikes taken out", spikes, markers.names, settings),
-        *_listed("teleports there and back taken out", slips, markers.names, settings),
-        *_listed(
-            "jumps that last, perhaps to another marker; left as they are", lasting, markers.names, settings
-        ),
+        *_listed("spikes taken out", spikes, markers.names),
+        *_listed("teleports there and back taken out", slips, markers.names),
+        *_listed("jumps that last, perhaps to another marker; left as they are", lasting, markers.names),
         *((f"left out, never seen: {', '.join(never)}",) if never else ()),
     )
     names = tuple(markers.names[k] for k in seen)
@@ -135,12 +139,11 @@ def _listed(
     what: str,
     where: Bool[np.ndarray, "frames markers"],
     names: Sequence[str],
-    settings: MarkerCleaningSettings,
 ) -> tuple[str, ...]:
     found = []
     for k in np.flatnonzero(where.any(axis=0)).tolist():
         frames = np.flatnonzero(where[:, k])
-        shown = ", ".join(map(str, frames[: settings.listed]))
-        more = f" and {len(frames) - settings.listed} more" if len(frames) > settings.listed else ""
+        shown = ", ".join(map(str, frames[:LISTED]))
+        more = f" and {len(frames) - LISTED} more" if len(frames) > LISTED else ""
         found.append(f"{names[k]} (frame {shown}{more})")
     return (f"{what}: {'; '.join(found)}",) if found else ()

@@ -18,13 +18,11 @@ from jaxtyping import Bool, Float
 
 from solver.capture.capture import ForcePlate
 from solver.capture.centre_of_pressure import LEVEL_GROUND, centre_of_pressure
-from solver.capture.clock import find_clock
+from solver.capture.clock import CLOCK, ClockSettings, find_clock
 from solver.capture.force_columns import PlateColumns, find_plates
-from solver.capture.force_settings import PLATE_READING, PlateReadingSettings
+from solver.capture.force_settings import FORCE_TABLES, ForceTableSettings
 from solver.capture.storage import Storage
 from solver.errors import CaptureError
-
-SMALLEST_LOAD_N = 50.0  # somebody's foot presses more at some time; the same number in kN, BW or N/kg is less
 
 CONVENTIONS = ("free", "ground", "plate")
 MEANING = {
@@ -50,7 +48,8 @@ def plates_from_storage(
     storage: Storage,
     *,
     moment_convention: str | None = None,
-    settings: PlateReadingSettings = PLATE_READING,
+    settings: ForceTableSettings = FORCE_TABLES,
+    clock_settings: ClockSettings = CLOCK,
 ) -> tuple[tuple[ForcePlate, ...], tuple[str, ...]]:
     """Force plates of a .mot or .sto table: wrenches about the ground origin, y up, signs as in the file.
 
@@ -58,6 +57,7 @@ def plates_from_storage(
         storage: the table, axes already turned to y up.
         moment_convention: "free", "plate" or "ground" to overrule what the numbers say.
         settings: how the columns are judged.
+        clock_settings: what counts as a uniform clock.
 
     Returns:
         The plates in the file's order, and what was assumed.
@@ -70,7 +70,7 @@ def plates_from_storage(
             f"{storage.path}: moment convention '{moment_convention}': choose {', '.join(CONVENTIONS)}."
         )
     columns, notes = find_plates(storage)
-    clock = find_clock(storage.times, path=storage.path, lines=storage.lines)
+    clock = find_clock(storage.times, path=storage.path, lines=storage.lines, settings=clock_settings)
     if not np.isfinite(clock.rate):
         raise CaptureError(f"{storage.path}: one row of forces is no recording. Export the whole trial.")
     values = clock.placed(storage.values)
@@ -85,7 +85,7 @@ def plates_from_storage(
 
 
 def _columns(
-    values: Float[np.ndarray, "samples columns"], plate: PlateColumns, settings: PlateReadingSettings
+    values: Float[np.ndarray, "samples columns"], plate: PlateColumns, settings: ForceTableSettings
 ) -> _Columns:
     force = values[:, list(plate.force)]
     moment = np.zeros_like(force)
@@ -104,7 +104,7 @@ def _columns(
 
 
 def _in_metres(
-    plates: Sequence[_Columns], source: str, settings: PlateReadingSettings
+    plates: Sequence[_Columns], source: str, settings: ForceTableSettings
 ) -> tuple[list[_Columns], tuple[str, ...]]:
     """Centres of pressure in m and moments in N·m, where the file has mm and N·mm."""
     points = [np.abs(plate.point[plate.loaded])[:, [0, 2]] for plate in plates if plate.point is not None]
@@ -134,7 +134,7 @@ def _in_metres(
 
 
 def _origins(
-    plates: Sequence[_Columns], storage: Storage, forced: str | None, settings: PlateReadingSettings
+    plates: Sequence[_Columns], storage: Storage, forced: str | None, settings: ForceTableSettings
 ) -> tuple[list[Float[np.ndarray, "3"] | None], tuple[str, ...]]:
     """Per plate the point about which its moment columns are; None for the centre of pressure."""
     judged = [p for p in plates if p.point is not None and p.loaded.sum() >= settings.fewest_samples]
@@ -149,7 +149,7 @@ def _origins(
     if not judged and not blind:
         notes += (
             f"{storage.path.name}: no plate is loaded long enough to tell what its moments mean"
-            + _scale_hint(plates),
+            + _scale_hint(plates, settings.smallest_load_N),
         )
     origins: list[Float[np.ndarray, "3"] | None] = []
     for plate in plates:
@@ -160,16 +160,16 @@ def _origins(
     return origins, notes
 
 
-def _scale_hint(plates: Sequence[_Columns]) -> str:
+def _scale_hint(plates: Sequence[_Columns], smallest_load_N: float) -> str:
     """A question where forces are there, but too small to carry anybody."""
     largest = max((float(np.nanmax(np.abs(plate.force), initial=0.0)) for plate in plates), default=0.0)
-    if not 0 < largest < SMALLEST_LOAD_N:
+    if not 0 < largest < smallest_load_N:
         return ""
     return f"; the largest force is {largest:.3g}: are the columns in kN, body weights or N/kg instead of N?"
 
 
 def _judge(
-    plates: Sequence[_Columns], source: str, forced: str | None, settings: PlateReadingSettings
+    plates: Sequence[_Columns], source: str, forced: str | None, settings: ForceTableSettings
 ) -> tuple[str, tuple[str, ...]]:
     """The convention under which the moment about the centre of pressure is most nearly vertical."""
     levers: dict[str, list[Float[np.ndarray, " loaded"]]] = {convention: [] for convention in CONVENTIONS}
@@ -201,7 +201,7 @@ def _judge(
 
 
 def _gap_notes(
-    plates: Sequence[_Columns], source: str, convention: str, settings: PlateReadingSettings
+    plates: Sequence[_Columns], source: str, convention: str, settings: ForceTableSettings
 ) -> tuple[str, ...]:
     notes: tuple[str, ...] = ()
     for plate in plates:
@@ -233,7 +233,7 @@ def _without_centres(blind: Sequence[_Columns], storage: Storage, forced: str | 
     )
 
 
-def _fitted_origin(plate: _Columns, settings: PlateReadingSettings) -> Float[np.ndarray, "3"]:
+def _fitted_origin(plate: _Columns, settings: ForceTableSettings) -> Float[np.ndarray, "3"]:
     """The fixed point o for which M + (o − p) × F is most nearly vertical (least absolute levers) [m]."""
     assert plate.point is not None
     if plate.loaded.sum() < settings.fewest_samples:
@@ -273,7 +273,7 @@ def _force_plate(
     origin: Float[np.ndarray, "3"] | None,
     rate: float,
     start_time: float,
-    settings: PlateReadingSettings,
+    settings: ForceTableSettings,
 ) -> ForcePlate:
     point = _usable_points(plate, settings) if origin is None else origin
     moment = plate.moment + np.cross(point, plate.force)
@@ -293,7 +293,7 @@ def _written(point: Float[np.ndarray, "samples 3"]) -> Bool[np.ndarray, " sample
     return np.isfinite(point).all(axis=1) & point[:, [0, 2]].any(axis=1)
 
 
-def _usable_points(plate: _Columns, settings: PlateReadingSettings) -> Float[np.ndarray, "samples 3"]:
+def _usable_points(plate: _Columns, settings: ForceTableSettings) -> Float[np.ndarray, "samples 3"]:
     """The file's centres of pressure; where unloaded ones are noise, the middle of the loaded ones.
 
     Where no load stands beside any (the force columns of two plates may be exchanged), the middle of all.

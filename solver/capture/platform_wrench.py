@@ -23,7 +23,7 @@ Wrench = tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"]]
 
 
 @dataclass(frozen=True)
-class UnitSettings:
+class PlatformUnitSettings:
     """How units of moments and centres of pressure are checked: the latter must lie on the plate."""
 
     loaded_N: float = setting(50.0, unit="N", why="judged above: 5 N of noise are then 10 % of the force")
@@ -45,6 +45,9 @@ class UnitSettings:
     )
 
 
+PLATFORM_UNITS = PlatformUnitSettings()
+
+
 @dataclass(frozen=True)
 class PlatformSignals:
     """What one platform recorded, and what its file says about it."""
@@ -61,7 +64,7 @@ class PlatformSignals:
 
 
 def wrench_on_surface(
-    plate: PlatformSignals, settings: UnitSettings = UnitSettings()
+    plate: PlatformSignals, settings: PlatformUnitSettings = PLATFORM_UNITS
 ) -> tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"], tuple[str, ...]]:
     """Force [N] and moment about the middle of the surface [N·m] in plate axes, as recorded; and notes."""
     if plate.kind == 1:
@@ -72,7 +75,7 @@ def wrench_on_surface(
 
 
 def _centre_and_free_moment(
-    plate: PlatformSignals, settings: UnitSettings
+    plate: PlatformSignals, settings: PlatformUnitSettings
 ) -> tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"], tuple[str, ...]]:
     """Type 1: force, centre of pressure from the middle of the surface, free moment."""
     force, px, py, free = plate.signals[:, :3], *plate.signals[:, 3:6].T
@@ -90,7 +93,7 @@ def _centre_and_free_moment(
 
 
 def _force_and_moment(
-    plate: PlatformSignals, settings: UnitSettings
+    plate: PlatformSignals, settings: PlatformUnitSettings
 ) -> tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"], tuple[str, ...]]:
     """Types 2 and 4: force and moment about the sensors' origin; type 4 through the calibration matrix."""
     channels = plate.signals
@@ -163,7 +166,9 @@ def _below_surface(origin: Float[np.ndarray, "3"]) -> tuple[Float[np.ndarray, "3
 
 
 def _already_calibrated(
-    scales: Float[np.ndarray, " channels"], calibration: Float[np.ndarray, "6 6"], settings: UnitSettings
+    scales: Float[np.ndarray, " channels"],
+    calibration: Float[np.ndarray, "6 6"],
+    settings: PlatformUnitSettings,
 ) -> bool:
     """Whether the scales are the calibration's diagonal times one number, forces and moments apart."""
     diagonal, scales = np.abs(np.diag(calibration)), np.abs(scales)
@@ -181,7 +186,7 @@ def _with_likely_unit(
     *,
     units: Mapping[str, float],
     what: str,
-    settings: UnitSettings,
+    settings: PlatformUnitSettings,
 ) -> tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"], tuple[str, ...]]:
     """The wrench under the declared unit, unless another one fits the plate better.
 
@@ -212,7 +217,7 @@ def _share_inside(
     plate: PlatformSignals,
     force: Float[np.ndarray, "samples 3"],
     moment: Float[np.ndarray, "samples 3"],
-    settings: UnitSettings,
+    settings: PlatformUnitSettings,
 ) -> float | None:
     """Share of loaded samples whose centre of pressure lies on the plate; None where too few are loaded."""
     vertical = np.nan_to_num(np.abs(force[:, 2]))

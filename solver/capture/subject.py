@@ -7,6 +7,7 @@ from solver.capture.capture import Subject
 from solver.capture.description import Description
 from solver.capture.loose_files import files_in, find_model, loose_trials
 from solver.capture.subject_toml import read_subject_toml
+from solver.capture.trial_ranges import with_ranges
 from solver.errors import CaptureError
 
 
@@ -38,12 +39,13 @@ def open_subject(folder: Path) -> Subject:
         raise CaptureError(f"{error.filename}: cannot be read ({error.strerror}).") from error
     if described.trials is None:
         raise CaptureError(f"{folder}: no trials. {_what_was_sought(folder)}")
-    notes = described.notes
+    trials, range_notes = with_ranges(described.trials, described.ranges)
+    notes = described.notes + range_notes
     if unused:
         notes += (f"subject.toml names no model: {', '.join(unused)} not used, the default body is",)
     return Subject(
         folder=folder,
-        trials=described.trials,
+        trials=trials,
         mass_kg=described.mass_kg,
         height_m=described.height_m,
         sex=described.sex,

@@ -12,6 +12,7 @@ from solver.capture.atomic import write_whole
 from solver.capture.capture import Markers
 from solver.capture.clock import find_clock
 from solver.capture.length_units import METRES_PER_UNIT, metres_per_unit
+from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.text_table import (
     Text,
     dialect_of,
@@ -33,7 +34,7 @@ class MarkerFile:
     notes: tuple[str, ...] = ()
 
 
-def read_trc(path: Path) -> MarkerFile:
+def read_trc(path: Path, settings: ReadingSettings = READING) -> MarkerFile:
     """Read a .trc file: metres, NaN where a marker was not seen, axes as the file has them.
 
     Raises:
@@ -46,14 +47,14 @@ def read_trc(path: Path) -> MarkerFile:
     table, lines, row_notes = _table(path, text, header)
     names, columns, name_notes = _markers(path, header, table)
     times = table[:, header.time_column] if header.time_column is not None else np.full(len(table), np.nan)
-    clock = find_clock(times, path=path, lines=lines, header_rate=header.rate)
+    clock = find_clock(times, path=path, lines=lines, header_rate=header.rate, settings=settings.clock)
     if not math.isfinite(clock.rate):
         raise CaptureError(f"{path}: one row and no DataRate in the header: the frame rate is unknown.")
 
     written = clock.placed(np.stack([table[:, column : column + 3] for column in columns], axis=1))
     seen, unseen_notes = unseen_as_nan(written, names, path.name)
-    scale, unit_notes = metres_per_unit(header.units, seen, path)
-    positions, far_notes = far_as_nan(seen * scale, names, path.name)
+    scale, unit_notes = metres_per_unit(header.units, seen, path, settings=settings.length_units)
+    positions, far_notes = far_as_nan(seen * scale, names, path.name, settings.cleaning.farthest_m)
     notes = (
         *_count_notes(path.name, header, len(table), len(names)),
         *clock.notes,

@@ -1,12 +1,11 @@
 """One trial from its files: read, turned to y up, cleaned, with everything that was assumed on the way."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from solver.capture.axes import (
-    AxesSettings,
     VerticalAxis,
     markers_y_up,
     plate_y_up,
@@ -14,40 +13,23 @@ from solver.capture.axes import (
     vertical_axis,
     vertical_axis_named,
 )
-from solver.capture.c3d import C3dSettings, read_c3d, read_c3d_markers
+from solver.capture.c3d import read_c3d, read_c3d_markers
 from solver.capture.capture import Capture, ForcePlate, Markers, TrialFiles
 from solver.capture.force_columns import find_plates
-from solver.capture.marker_cleaning import MarkerCleaningSettings, clean_markers
-from solver.capture.moment_convention import PlateReadingSettings, plates_from_storage
+from solver.capture.marker_cleaning import clean_markers
+from solver.capture.moment_convention import plates_from_storage
+from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.review import imported_review
 from solver.capture.storage import Storage, read_storage
 from solver.capture.trc import read_trc
+from solver.capture.trial_ranges import outside_ranges
 from solver.errors import CaptureError
-from solver.settings_field import setting
 
 MARKER_KINDS = (".trc", ".c3d")
 FORCE_KINDS = (".mot", ".sto", ".c3d")
 
 
-@dataclass(frozen=True)
-class TrialSettings:
-    """How a trial's files are read, stage by stage."""
-
-    cleaning: MarkerCleaningSettings = field(default_factory=MarkerCleaningSettings)
-    axes: AxesSettings = field(default_factory=AxesSettings)
-    c3d: C3dSettings = field(default_factory=C3dSettings)
-    plates: PlateReadingSettings = field(default_factory=PlateReadingSettings)
-    near_m: float = setting(
-        0.5,
-        unit="m",
-        why="a foot's markers are within 0.2 m of its centre of pressure; this far off it isn't under it",
-    )
-    judged_samples: int = setting(
-        50, unit="", why="loaded samples of a plate whose distance to markers is judged"
-    )
-
-
-def read_trial(files: TrialFiles, settings: TrialSettings = TrialSettings()) -> Capture:
+def read_trial(files: TrialFiles, settings: ReadingSettings = READING) -> Capture:
     """Read one trial: metres, newtons, y up, forces on the person, NaN where a marker was not seen.
 
     A force file that is named beside a C3D file of markers wins over the forces inside that.
@@ -62,6 +44,7 @@ def read_trial(files: TrialFiles, settings: TrialSettings = TrialSettings()) -> 
     recording = _recording(files, settings)
     markers, cleaning_notes = _cleaned(recording.markers, files.markers, settings)
     mask, review_notes = imported_review(files.reviews, markers)
+    outside, range_notes = outside_ranges(files.ranges, markers)
     notes = (
         *recording.notes,
         *cleaning_notes,
@@ -72,13 +55,14 @@ def read_trial(files: TrialFiles, settings: TrialSettings = TrialSettings()) -> 
         name=files.name,
         markers=markers,
         plates=recording.plates,
-        notes=notes + review_notes,
+        notes=(*notes, *review_notes, *range_notes),
         files=tuple(path for path in (files.markers, files.forces, *files.reviews) if path is not None),
         imported_missing_force=mask,
+        outside_ranges=outside,
     )
 
 
-def read_static(path: Path, settings: TrialSettings = TrialSettings()) -> Capture:
+def read_static(path: Path, settings: ReadingSettings = READING) -> Capture:
     """Read the markers of a static trial, whatever else its file holds.
 
     Raises:
@@ -108,11 +92,11 @@ class _Recording:
     notes: tuple[str, ...]
 
 
-def _recording(files: TrialFiles, settings: TrialSettings) -> _Recording:
+def _recording(files: TrialFiles, settings: ReadingSettings) -> _Recording:
     up = vertical_axis_named(files.up) if files.up else None
     kind = _kind(files.markers, MARKER_KINDS)
     if files.forces in (None, files.markers) and kind == ".c3d":
-        c3d = read_c3d(files.markers, up, settings.c3d)
+        c3d = read_c3d(files.markers, up, settings)
         plates = tuple(plate_y_up(plate, c3d.up) for plate in c3d.plates)
         return _Recording(
             markers_y_up(c3d.markers, c3d.up), plates, c3d.notes + c3d.up.notes(files.markers.name)
@@ -124,7 +108,7 @@ def _recording(files: TrialFiles, settings: TrialSettings) -> _Recording:
         note = f"{files.markers.name}: forces inside it, if any, are not used: {files.forces.name} is named"
         lab = replace(lab, notes=(*lab.notes, note))
     if _kind(files.forces, FORCE_KINDS) == ".c3d":
-        c3d = read_c3d(files.forces, up, settings.c3d)
+        c3d = read_c3d(files.forces, up, settings)
         return _Recording(
             markers_y_up(lab.markers, lab.up),
             tuple(plate_y_up(plate, c3d.up) for plate in c3d.plates),
@@ -141,16 +125,16 @@ def _kind(path: Path, kinds: tuple[str, ...]) -> str:
     return path.suffix.lower()
 
 
-def _markers_in_lab(path: Path, up: VerticalAxis | None, settings: TrialSettings) -> _MarkersInLab:
+def _markers_in_lab(path: Path, up: VerticalAxis | None, settings: ReadingSettings) -> _MarkersInLab:
     if _kind(path, MARKER_KINDS) == ".c3d":
-        c3d = read_c3d_markers(path, up, settings.c3d)
+        c3d = read_c3d_markers(path, up, settings)
         return _MarkersInLab(c3d.markers, c3d.up, c3d.notes)
-    trc = read_trc(path)
+    trc = read_trc(path, settings)
     up = up or vertical_axis(trc.markers, default="y", settings=settings.axes)
     return _MarkersInLab(trc.markers, up, trc.notes)
 
 
-def _cleaned(markers: Markers, path: Path, settings: TrialSettings) -> tuple[Markers, tuple[str, ...]]:
+def _cleaned(markers: Markers, path: Path, settings: ReadingSettings) -> tuple[Markers, tuple[str, ...]]:
     cleaned, notes = clean_markers(markers, settings.cleaning)
     if not cleaned.names:
         raise CaptureError(f"{path}: no marker was ever seen. Export the trial with its trajectories.")
@@ -158,7 +142,7 @@ def _cleaned(markers: Markers, path: Path, settings: TrialSettings) -> tuple[Mar
 
 
 def _with_table(
-    lab: _MarkersInLab, files: TrialFiles, told: VerticalAxis | None, settings: TrialSettings
+    lab: _MarkersInLab, files: TrialFiles, told: VerticalAxis | None, settings: ReadingSettings
 ) -> _Recording:
     """Markers with the plates of a .mot or .sto file, which mostly are in the same axes as the markers.
 
@@ -177,7 +161,9 @@ def _with_table(
     if not (differ and lab.up.certain and of_forces.certain):
         return together
     apart = _turned(lab, files, storage, (lab.up, of_forces), settings)
-    is_nearer = _distance(apart, settings) < min(settings.near_m, 0.5 * _distance(together, settings))
+    pairing = settings.pairing
+    nearer_m = min(pairing.near_m, pairing.nearer_share * _distance(together, settings))
+    is_nearer = _distance(apart, settings) < nearer_m
     return apart if is_nearer else together
 
 
@@ -186,13 +172,16 @@ def _turned(
     files: TrialFiles,
     storage: Storage,
     ups: tuple[VerticalAxis, VerticalAxis],
-    settings: TrialSettings,
+    settings: ReadingSettings,
 ) -> _Recording:
     """Markers and forces turned to y up, each from its own axes."""
     assert files.forces is not None
     upright = _storage_y_up(storage, ups[1])
     plates, plate_notes = plates_from_storage(
-        upright, moment_convention=files.moments, settings=settings.plates
+        upright,
+        moment_convention=files.moments,
+        settings=settings.force_tables,
+        clock_settings=settings.clock,
     )
     y = np.array([0.0, 1.0, 0.0])
     down = [points_down(plate.force_ground, y, settings.axes) for plate in plates]
@@ -234,9 +223,9 @@ def _overlap_notes(recording: _Recording) -> tuple[str, ...]:
     )
 
 
-def _distance_notes(recording: _Recording, settings: TrialSettings) -> tuple[str, ...]:
+def _distance_notes(recording: _Recording, settings: ReadingSettings) -> tuple[str, ...]:
     distance = _distance(recording, settings)
-    if not np.isfinite(distance) or distance < settings.near_m:
+    if not np.isfinite(distance) or distance < settings.pairing.near_m:
         return ()
     return (
         f"the centres of pressure are {distance:.1f} m from the nearest marker: are markers and forces in "
@@ -244,14 +233,14 @@ def _distance_notes(recording: _Recording, settings: TrialSettings) -> tuple[str
     )
 
 
-def _distance(recording: _Recording, settings: TrialSettings) -> float:
+def _distance(recording: _Recording, settings: ReadingSettings) -> float:
     """How far loaded centres of pressure typically are from the nearest marker [m]; infinite without any."""
     markers, nearest = recording.markers, []
     for plate in recording.plates:
         frames = np.round((plate.times - markers.start_time) * markers.rate).astype(int)
         known = np.isfinite(plate.cop_ground).all(axis=1) & (frames >= 0) & (frames < markers.frames)
         loaded = np.flatnonzero(known & (plate.force_ground[:, 1] > settings.axes.loaded_N))
-        sample = loaded[:: max(1, len(loaded) // settings.judged_samples)]
+        sample = loaded[:: max(1, len(loaded) // settings.pairing.judged_samples)]
         away = np.linalg.norm(
             markers.positions_ground[frames[sample]] - plate.cop_ground[sample, None], axis=2
         )

@@ -5,8 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool, Float
 
-SPACE_LIMIT_M = 1000.0  # no laboratory is wider; numbers beyond are placeholders (9999999 in some programs)
-
 
 def unseen_as_nan(
     positions: Float[np.ndarray, "frames markers 3"], names: Sequence[str], source: str
@@ -31,11 +29,11 @@ def unseen_as_nan(
 
 
 def far_as_nan(
-    positions_m: Float[np.ndarray, "frames markers 3"], names: Sequence[str], source: str
+    positions_m: Float[np.ndarray, "frames markers 3"], names: Sequence[str], source: str, farthest_m: float
 ) -> tuple[Float[np.ndarray, "frames markers 3"], tuple[str, ...]]:
     """NaN where a marker lies farther off than any laboratory is wide [m]."""
-    far = (np.abs(positions_m) > SPACE_LIMIT_M).any(axis=2)
-    notes = _listed(far, names, f"{source}: more than a kilometre away counts as not seen")
+    far = (np.abs(positions_m) > farthest_m).any(axis=2)
+    notes = _listed(far, names, f"{source}: more than {farthest_m:g} m away counts as not seen")
     return np.where(far[:, :, None], np.nan, positions_m), notes
 
 

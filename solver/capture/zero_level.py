@@ -9,8 +9,6 @@ from solver.capture.capture import ForcePlate
 from solver.capture.force_settings import CONDITIONING, ConditioningSettings
 from solver.runs import runs
 
-BIN_N = 2.0  # of the histogram in which the level is looked for: the noise of a quiet plate
-
 
 def zeroed(
     plate: ForcePlate, settings: ConditioningSettings = CONDITIONING
@@ -64,7 +62,7 @@ def unloaded_stretches(plate: ForcePlate, settings: ConditioningSettings) -> Boo
     low = vertical[np.abs(vertical) <= limit]
     if len(low) < fewest:
         return nobody
-    level = _commonest(low, BIN_N)
+    level = _commonest(low, settings.zero_bin_N)
     near = np.abs(vertical - level) <= settings.zero_noise_N
     for start, end in runs(near):
         if end - start >= fewest:

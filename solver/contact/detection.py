@@ -6,7 +6,6 @@ show by themselves comes beside it.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Bool
@@ -68,14 +67,12 @@ def _within_recording(
     tracked: Bool[np.ndarray, " frames"],
     settings: DetectionSettings,
 ) -> Iterator[Proposal]:
-    border = round(settings.border_s * motion.rate)
     weight = skeleton.mass * float(np.linalg.norm(skeleton.gravity))
     findings = search(skeleton, motion, contacts, tracked, settings)
     poses = body_poses(skeleton, motion.q)
+    yield from proposals_of(findings, contacts, plates, settings)
     for proposal in (
-        *proposals_of(findings, contacts, plates, settings),
         *wrong_pressure(skeleton, poses, contacts, motion.rate, settings),
         *plate_faults(plates, contacts, motion.times, weight, settings),
     ):
-        start, end = proposal.range
-        yield replace(proposal, range=(max(0, start - border), min(motion.frames, end + border)))
+        yield proposal.widened(findings.border, motion.frames)

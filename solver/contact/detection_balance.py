@@ -9,6 +9,7 @@ from scipy.linalg import solveh_banded
 from scipy.ndimage import uniform_filter1d
 
 from solver.contact.detection_settings import DetectionSettings
+from solver.runs import runs
 from solver.skeleton.forward import cross
 
 UP = 1  # y, among the three components of a force
@@ -34,6 +35,26 @@ class BodyMotion:
         return self.mass * self.gravity
 
 
+def jumps(
+    com_ground: Float[np.ndarray, "frames 3"], rate: float, settings: DetectionSettings
+) -> Bool[np.ndarray, " frames"]:
+    """Frames on which the centre of mass moves as no body can: markers that vanish or change places move it.
+
+    Args:
+        com_ground: not filtered [m].
+        rate: [Hz].
+        settings: how far the third difference may go, which is twice the size of a step.
+    """
+    found = np.zeros(len(com_ground), dtype=bool)
+    if len(com_ground) < FEWEST_FRAMES:
+        return found
+    change = np.linalg.norm(np.diff(com_ground, 3, axis=0), axis=1)
+    most = max(settings.jump_m_s2 / rate**2, 2.0 * settings.jump_offset_m)
+    for first in range(FEWEST_FRAMES):
+        found[first : first + len(change)] |= change > most
+    return found
+
+
 class WholeBody:
     """Demanded and measured wrenches about the centre of mass, both through one and the same smoother.
 
@@ -46,11 +67,15 @@ class WholeBody:
         demanded: force [N] and moment about the centre of mass [N·m] that gravity and inertia ask for.
         noise: standard deviation of the vertical force that a complete measurement leaves unexplained [N].
         moment_noise: likewise of horizontal moments [N·m].
+        jumping: frames that are bridged, because markers that vanished or came back moved the body.
     """
 
     def __init__(self, motion: BodyMotion, cutoff_Hz: float, settings: DetectionSettings) -> None:
         self.motion = motion
-        self._smoother = _Smoother(motion.tracked, motion.rate, cutoff_Hz)
+        self.jumping: Bool[np.ndarray, " frames"] = motion.tracked & jumps(
+            motion.com_ground, motion.rate, settings
+        )
+        self._smoother = _Smoother(motion.tracked & ~self.jumping, motion.rate, cutoff_Hz)
         acceleration = self._smoother.derivative(motion.com_ground, 2)
         turning = self._smoother.derivative(motion.angular_momentum, 1)
         self.demanded: Float[np.ndarray, "frames 6"] = np.hstack([motion.mass * acceleration, turning])
@@ -62,6 +87,8 @@ class WholeBody:
         self.noise = np.hypot(self.noise, jitter * self._smoother.noise_gain(2))
         turning_jitter = _white_noise(motion.angular_momentum[:, [0, 2]])
         self.moment_noise = np.hypot(self.moment_noise, turning_jitter * self._smoother.noise_gain(1))
+        offset = motion.mass * settings.jump_offset_m
+        self.noise = np.hypot(self.noise, offset * self._smoother.offset_gain(self.jumping))
 
     def passed(self, wrench_ground: Float[np.ndarray, "frames 6"]) -> Float[np.ndarray, "frames 6"]:
         """A wrench [N, N·m about the ground origin] as the balance sees it: about the centre of mass."""
@@ -120,6 +147,14 @@ class _Smoother:
         bend = np.pad(np.diff(smooth, 2, axis=0), ((1, 1), (0, 0)), mode="edge")
         return slope + bend * self.rate**2
 
+    def offset_gain(self, jumping: Bool[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
+        """Standard deviation of the second derivative where the series may move by one in each jump."""
+        middles = [(start + end) / 2 for start, end in runs(jumping)]
+        if not middles:
+            return np.zeros(len(self.seen))
+        steps = (np.arange(len(self.seen))[:, None] >= np.array(middles)).astype(float)
+        return np.linalg.norm(self.derivative(steps, 2), axis=1)
+
     def noise_gain(self, order: int) -> Float[np.ndarray, " frames"]:
         """Standard deviation of a derivative where the series has white noise of one: larger at the ends."""
         frames = len(self.seen)
@@ -152,4 +187,5 @@ def _level(
     values: Float[np.ndarray, " frames"], rate: float, window_s: float
 ) -> Float[np.ndarray, " frames"]:
     """Root mean square over a sliding window."""
-    return np.sqrt(uniform_filter1d(values**2, max(1, round(window_s * rate)), mode="nearest"))
+    square = uniform_filter1d(values**2, max(1, round(window_s * rate)), mode="nearest")
+    return np.sqrt(np.maximum(square, 0.0))  # a running sum may end a hair below zero

@@ -13,8 +13,6 @@ from solver.contact.proposals import CLIPPED, MISSING_BLIP, OUTLIERS, Proposal
 from solver.contact.wrenches import ContactWrenches
 from solver.runs import runs
 
-LOADED_N = 20.0  # gait laboratories' usual contact threshold
-SURE = 0.8  # confidence: the samples are plain, their effect on the fit is not
 SAME = 1e-9  # of the force: equal but for rounding in a unit's conversion
 
 
@@ -47,7 +45,13 @@ def plate_faults(
                 foot = _owner(contacts, k, start, end)
                 part = _samples_between(plate, times[start], times[end - 1])
                 peak = float(np.abs(force[part, UP]).max(initial=0.0))
-                yield Proposal((start, end), foot, reason, SURE, {"plate": float(k + 1), "peak_N": peak})
+                yield Proposal(
+                    (start, end),
+                    foot,
+                    reason,
+                    settings.fault_confidence,
+                    {"plate": float(k + 1), "peak_N": peak},
+                )
 
 
 def _clipped(
@@ -76,7 +80,7 @@ def _held(
     still = np.zeros(len(force), dtype=bool)
     still[1:] = (np.diff(force, axis=0) == 0).all(axis=1)
     held = np.zeros(len(force), dtype=bool)
-    for start, end in runs(still & (force[:, UP] > LOADED_N)):
+    for start, end in runs(still & (force[:, UP] > settings.fault_loaded_N)):
         held[start:end] = end - start >= settings.held_s * rate
     return held
 
@@ -98,7 +102,7 @@ def _dropouts(
     """Short gaps, longer than a spike, in a contact whose force is high right before and after."""
     lost = np.zeros(len(vertical), dtype=bool)
     near = max(1, round(2.0 * settings.spike_s * rate))
-    for start, end in runs(vertical < LOADED_N):
+    for start, end in runs(vertical < settings.fault_loaded_N):
         inside = start > 0 and end < len(vertical)
         if inside and settings.spike_s < (end - start) / rate <= settings.dropout_s:
             before, after = vertical[max(0, start - near) : start].max(), vertical[end : end + near].max()

@@ -6,7 +6,6 @@ from math import exp
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.ndimage import binary_dilation
 
 from solver.capture.capture import ForcePlate
 from solver.contact.detection_balance import UP
@@ -22,10 +21,6 @@ from solver.contact.proposals import (
 )
 from solver.contact.wrenches import ContactWrenches
 from solver.runs import runs
-
-NOBODY_N = 20.0  # all plates together below it: nobody stands on them
-SUSPECT = 0.5  # of the evidence that it takes to call a contact wrong: from there a reviewer hears of it
-SURE = 8.0  # log odds by which the doubt has shrunk to a third
 
 
 def proposals_of(
@@ -44,13 +39,13 @@ def proposals_of(
     """
     corners = [plate.corners_ground for plate in plates if plate.corners_ground is not None]
     judge = _Judge(findings, contacts, corners if len(corners) == len(plates) else [], settings)
-    for k in np.flatnonzero(findings.explained.evidence > SUSPECT * settings.part_cost).tolist():
+    for k in np.flatnonzero(findings.explained.evidence > settings.suspect * settings.part_cost).tolist():
         yield judge.partly_measured(k)
     for foot in range(len(contacts.foot_bodies)):
         for start, end in judge.lost_stretches(foot):
-            yield judge.lost(foot, start, end)
+            yield judge.lost(foot, start, end).widened(findings.border, contacts.frames)
     for start, end in runs(findings.story.elsewhere):
-        yield judge.elsewhere(start, end)
+        yield judge.elsewhere(start, end).widened(findings.border, contacts.frames)
 
 
 @dataclass(frozen=True)
@@ -70,7 +65,7 @@ class _Judge:
             (contact.start, contact.end),
             self.contacts.foot_bodies[contact.foot],
             NOT_OVER_FORCE_PLATE if off > 0 and share > 0 else FORCE_DISCREPANCY,
-            _confidence(evidence - cost) if share else 0.5 * evidence / cost,
+            self._confidence(evidence - cost) if share else 0.5 * evidence / cost,
             {
                 "missing_share": share / (1.0 + share),
                 "log_odds": evidence - cost,
@@ -81,8 +76,13 @@ class _Judge:
     def lost_stretches(self, foot: int) -> list[tuple[int, int]]:
         """Each as long as the foot may still carry some: it lands and leaves gradually."""
         clues, lost = self.findings.clues, self.findings.story.lost[:, foot]
-        reach = round(self.settings.rolling_s * clues.rate)
-        near = binary_dilation(lost, iterations=reach) if reach else lost
+        reach, missing = round(self.settings.rolling_s * clues.rate), self.findings.missing
+        steep_N = self.settings.steep * self.findings.weight
+        near = np.zeros_like(lost)
+        for start, end in runs(lost):
+            before, after = max(0, start - reach), min(len(lost) - 1, end - 1 + reach)
+            near[before:start] = missing[start] - missing[before] < steep_N
+            near[end : after + 1] = missing[end - 1] - missing[after] < steep_N
         rolling = near & ~clues.loaded[:, foot] & (clues.ground[:, foot] > self.settings.rolling_odds)
         return runs(lost | rolling)
 
@@ -94,7 +94,7 @@ class _Judge:
             (start, end),
             self.contacts.foot_bodies[foot],
             self._reason(foot, part, off),
-            _confidence(odds),
+            self._confidence(odds),
             {
                 **self._balance(part),
                 **self._measured(foot, part, off),
@@ -107,7 +107,7 @@ class _Judge:
         part = slice(start, end)
         odds = self._sum(self.findings.clues.missing[part])
         numbers = {**self._balance(part), "log_odds": odds}
-        return Proposal((start, end), None, UNMEASURED_EXTERNAL_FORCE, _confidence(odds), numbers)
+        return Proposal((start, end), None, UNMEASURED_EXTERNAL_FORCE, self._confidence(odds), numbers)
 
     def _reason(self, foot: int, part: slice, off: float) -> str:
         partly = bool(self.contacts.in_contact[part, foot].mean() > 0.5)
@@ -118,7 +118,11 @@ class _Judge:
         if np.median(self.findings.clues.ground[part, foot]) > 0:
             return CONTACT_BUT_NO_FORCE
         total = np.nan_to_num(self.contacts.wrench_raw_ground[part, :, UP]).sum(axis=1)
-        return ZERO_WHILE_ACCELERATING if total.mean() < NOBODY_N else FORCE_DISCREPANCY
+        return ZERO_WHILE_ACCELERATING if total.mean() < self.settings.nobody_N else FORCE_DISCREPANCY
+
+    def _confidence(self, log_odds: float) -> float:
+        """0.5 for what the story barely needs, 1 for what nothing else explains."""
+        return 1.0 - 0.5 * exp(-max(0.0, log_odds) / self.settings.sure_odds)
 
     def _sum(self, odds: Float[np.ndarray, " some"]) -> float:
         return float(odds.sum()) / (self.settings.steady_s * self.findings.clues.rate)
@@ -138,11 +142,6 @@ class _Judge:
         points = np.median(self.findings.corners_ground[foot][part], axis=0)[:, [0, 2]]
         over = np.any([_inside(points, plate[:, [0, 2]]) for plate in self.floor], axis=0)
         return float(1.0 - over.mean())
-
-
-def _confidence(log_odds: float) -> float:
-    """0.5 for what the story barely needs, 1 for what nothing else explains."""
-    return 1.0 - 0.5 * exp(-max(0.0, log_odds) / SURE)
 
 
 def _inside(

@@ -41,10 +41,12 @@ class Findings:
     clues: Clues
     missing: Float[np.ndarray, " frames"]  # [N] vertical force that nothing explains
     error: Float[np.ndarray, " frames"]  # [N] its standard deviation
+    weight: float  # of the body [N]
     slip: Float[np.ndarray, "frames feet"]  # [m/s]
     corners_ground: tuple[Float[np.ndarray, "frames corners 3"], ...]  # [m] of each foot's sole
     recorded: tuple[RecordedContact, ...]
     explained: Explained
+    border: int  # [frames] as far as the forces' filter spreads
 
 
 def search(
@@ -74,6 +76,8 @@ def search(
     loaded = contacts.in_contact | (shared[:, None] & (ground > 0))
     recorded = recorded_contacts(contacts.in_contact, rate, settings)
     fast, slow = _ledgers(_body_motion(skeleton, motion, tracked), contacts, recorded, settings)
+    jumping = fast.body.jumping
+    placed = known & ~_around(jumping, 0.5 * rate / settings.place_cutoff_Hz)
     explained = Explained.nothing(len(recorded), settings)
     for _ in range(ROUNDS):
         missing, error = fast.missing(explained)[:, UP], fast.error(explained)
@@ -81,14 +85,25 @@ def search(
             missing=_clipped(_any_force(missing, error, fast.body, settings), known, settings),
             partly=_clipped(_part_of_force(missing, error, contacts, rate, settings), known, settings),
             ground=ground,
-            place=_places(slow, explained, outlines, poses, known=known, settings=settings),
+            place=_places(slow, explained, outlines, poses, known=placed, settings=settings),
             loaded=loaded,
             rate=rate,
         )
         story = likeliest_story(clues, settings)
-        unmeasured = (story.lost & ~loaded).any(axis=1) | story.elsewhere | ~known
+        unmeasured = (story.lost & ~loaded).any(axis=1) | story.elsewhere | ~known | jumping
         explained = slow.explain(~_around(unmeasured, 0.5 * rate / settings.place_cutoff_Hz), settings)
-    return Findings(story, clues, missing, error, slip, corners, recorded, explained)
+    return Findings(
+        story=story,
+        clues=clues,
+        missing=missing,
+        error=error,
+        weight=fast.body.motion.weight,
+        slip=slip,
+        corners_ground=corners,
+        recorded=recorded,
+        explained=explained,
+        border=round(settings.border_s * rate),
+    )
 
 
 def _around(flags: Bool[np.ndarray, " frames"], reach: float) -> Bool[np.ndarray, " frames"]:

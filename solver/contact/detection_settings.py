@@ -29,6 +29,17 @@ class DetectionSettings:
     moment_noise_m: float = setting(
         0.02, unit="m", why="of weight and m·a: what the balance of moments leaves unexplained"
     )
+    jump_m_s2: float = setting(
+        100.0,
+        unit="m/s²",
+        why="by which the body's acceleration changes from one frame to the next: landing 3 g, markers that "
+        "vanish or come back 20 g and more",
+    )
+    jump_offset_m: float = setting(
+        0.005,
+        unit="m",
+        why="of such a jump, and standard deviation of what stays of it: other markers, another pelvis",
+    )
     # ---- errors that last a whole trial, learnt from its measured frames
     mass_error: float = setting(
         0.04, unit="", why="standard deviation of the entered mass, with clothes, and of the plates' gains"
@@ -113,10 +124,31 @@ class DetectionSettings:
         0.01, unit="s", why="so long before and after a foot may carry some 50 N: too little for the balance"
     )
     rolling_odds: float = setting(-0.5, unit="", why="as long as its sole is not clearly swinging")
-    border_s: float = setting(
-        0.015, unit="s", why="added at both ends of what is proposed: as far as the forces' filter spreads"
+    steep: float = setting(
+        0.25,
+        unit="",
+        why="of body weight: a missing force that changes by more in that time is no rolling foot's, and the "
+        "balance's smoother shows it early",
     )
+    border_s: float = setting(
+        0.015,
+        unit="s",
+        why="added to both ends of a lost force: as far as the filter spreads it; loads are seen filtered",
+    )
+    sure_odds: float = setting(
+        8.0, unit="", why="log odds by which the doubt about a proposal has shrunk to a third"
+    )
+    suspect: float = setting(
+        0.5, unit="", why="of the evidence that calls a contact wrong: from there on a reviewer hears of it"
+    )
+    nobody_N: float = setting(20.0, unit="N", why="all plates together below it: nobody stands on them")
     # ---- what the plates themselves show
+    fault_loaded_N: float = setting(
+        20.0, unit="N", why="gait laboratories' usual contact threshold; faults are looked for above it"
+    )
+    fault_confidence: float = setting(
+        0.8, unit="", why="of such a proposal: the samples are plain, their effect on the fit is not"
+    )
     cop_outside_m: float = setting(
         0.07, unit="m", why="real centres of pressure leave the model's sole by 5 cm at most"
     )

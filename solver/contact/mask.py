@@ -13,6 +13,8 @@ NOT_RECORDED = "hasNoForcePlateData"  # as the B3D format calls it
 REVIEWED = "manualReview"  # likewise
 TOO_FEW_MARKERS = "too few markers seen"
 TWO_FEET_ON_ONE_PLATE = "two feet on one plate"
+OUTSIDE_RANGES = "outside the trial's range"
+ERRONEOUS = "erroneous"  # a person says that the stretch must not be used at all
 UNDER_NO_FOOT = "copOutsideConvexFootError"  # likewise
 
 
@@ -22,6 +24,8 @@ def frame_mask(
     imported: Bool[np.ndarray, " frames"] | None,
     review: Sequence[MissingRange] | None = None,
     proposed: Sequence[MissingRange] | None = None,
+    *,
+    outside: Bool[np.ndarray, " frames"] | None = None,
 ) -> FrameMask:
     """Every force counts but those without a recording or a pose, not of one foot, or flagged.
 
@@ -31,11 +35,12 @@ def frame_mask(
         imported: from review.json: true where a person says that force is missing or wrong.
         review: what people decided here, per foot; where it is given, `imported` is not asked.
         proposed: what detection is sure enough of; asked only where nobody reviewed the trial.
+        outside: frames of no range of the trial, whoever reviewed it; None: all are to be used.
 
     Raises:
         FitError: the review is of another number of frames, or of another foot.
     """
-    unassigned = contacts.unassigned
+    nowhere = np.zeros(contacts.frames, dtype=bool)
     flagged, source = _flagged(contacts, imported, review, proposed)
     ranges = [
         (start, end, None, reason)
@@ -43,7 +48,8 @@ def frame_mask(
             (~contacts.observed, NOT_RECORDED),
             (~tracked, TOO_FEW_MARKERS),
             ((contacts.plate == TWO_FEET).any(axis=1), TWO_FEET_ON_ONE_PLATE),
-            (np.zeros(contacts.frames, bool) if unassigned is None else unassigned, UNDER_NO_FOOT),
+            (nowhere if contacts.unassigned is None else contacts.unassigned, UNDER_NO_FOOT),
+            (nowhere if outside is None else outside, OUTSIDE_RANGES),
         )
         for start, end in runs(out)
     ]

@@ -1,10 +1,12 @@
 """What the detection says: ranges of frames whose force is missing or wrong, and why."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Bool
+
+from solver.runs import runs
 
 # The B3D format's words.
 ZERO_WHILE_ACCELERATING = "measuredGrfZeroWhenAccelerationNonZero"
@@ -29,6 +31,10 @@ class Proposal:
     confidence: float  # 0 to 1
     evidence: dict[str, float] = field(default_factory=dict)  # names carry the units: missing_N, slip_m_s
 
+    def widened(self, by: int, frames: int) -> "Proposal":
+        """With so many frames more at both ends, within the trial."""
+        return replace(self, range=(max(0, self.range[0] - by), min(frames, self.range[1] + by)))
+
 
 def missing_force(
     proposals: Sequence[Proposal], foot_bodies: Sequence[str], frames: int, confidence: float = 0.0
@@ -40,3 +46,12 @@ def missing_force(
             feet = slice(None) if proposal.foot is None else list(foot_bodies).index(proposal.foot)
             missing[slice(*proposal.range), feet] = True
     return missing
+
+
+def within(proposals: Sequence[Proposal], used: Bool[np.ndarray, " frames"]) -> tuple[Proposal, ...]:
+    """The proposals cut down to frames that are used; one that reaches over others falls into pieces."""
+    return tuple(
+        replace(proposal, range=(proposal.range[0] + start, proposal.range[0] + end))
+        for proposal in proposals
+        for start, end in runs(used[slice(*proposal.range)])
+    )

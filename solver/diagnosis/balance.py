@@ -115,6 +115,12 @@ class Solved:
         own = slice(start, start + self.terms[k].columns.shape[1])
         return self.x[own], self.covariance[own, own]
 
+    def explained(self, k: int, rung: Rung) -> Float[np.ndarray, " rows"]:
+        """What the k-th term takes off the residual, whitened at a rung."""
+        fixed, columns = self.terms[k].whitened(rung)
+        part = columns @ self.of(k)[0]
+        return part if fixed is None else part + fixed
+
 
 class Balance:
     """All trials' rows and the ladder of scales."""

@@ -12,9 +12,12 @@ from solver.diagnosis.refinement import refined
 from solver.diagnosis.screening import Screen
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects.effect import Candidate, Corrected
+from solver.effects.gross_cause import Beyond, GrossCause
 from solver.progress import Progress, silent
 
 MOST_EXCHANGES = 3
+MORE_STRAIN = 1.0  # [prior deviations of the mass] a cause may ask for beyond what is wrong with it already
+SHARPER = 4.0  # so much smaller, the model's error may be beside the right cause
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +62,8 @@ def select(balance: Balance, candidates: Sequence[Candidate], progress: Progress
         progress: told the fraction done; may raise `Cancelled`.
     """
     corrections = [c for c in candidates if isinstance(c, Corrected)]
-    search = _Search(balance, [c for c in candidates if not isinstance(c, Corrected)], progress)
+    others = [c for c in candidates if not isinstance(c, Corrected)]
+    search = _beyond_gross_errors(_Search(balance, others, progress), others, progress)
     named, uncorrected = _corrected(balance, corrections, search.solved)
     return Selection(search.null, search.solved, tuple(search.found), named, uncorrected)
 
@@ -67,12 +71,19 @@ def select(balance: Balance, candidates: Sequence[Candidate], progress: Progress
 class _Search:
     """Causes found so far; grows one by one, or by two where neither stands out alone."""
 
-    def __init__(self, balance: Balance, candidates: Sequence[Candidate], progress: Progress) -> None:
+    def __init__(
+        self,
+        balance: Balance,
+        candidates: Sequence[Candidate],
+        progress: Progress,
+        found: Sequence[Found] = (),
+    ) -> None:
         self.balance, self.settings = balance, balance.settings
         self.screen = Screen(balance, candidates)
         self.blocks = blocks(balance)
-        self.null = self.solved = balance.solve([])
-        self.found: list[Found] = []
+        self.null = balance.solve([])
+        self.found = list(found)
+        self.solved = balance.solve(self.terms) if found else self.null
         self._grow(progress)
         for _ in range(MOST_EXCHANGES):
             if len(self.found) < 2 or not self._exchange_all():
@@ -212,7 +223,8 @@ class _Search:
     def _contenders(self, accepted: Sequence[Term], current: Solved) -> list[Contender]:
         """The most promising candidates, refined, each with the scale that suits it; best first."""
         balance, settings = self.balance, self.settings
-        rungs = {id(r): r for r in (current.rung, _nearest(balance.rungs, 1.0))}.values()
+        scales = (current.rung.scale, 1.0, current.rung.scale / SHARPER)
+        rungs = {id(r): r for r in (_nearest(balance.rungs, s) for s in scales)}.values()
         chosen: dict[tuple[str, str], Term] = {}
         for rung in rungs:
             screened = sorted(
@@ -238,15 +250,32 @@ class _Search:
         return float((new - old).sum())
 
     def _admissible(self, after: Solved, before: Solved) -> bool:
-        """Whether the last cause is notable and does not lean on a body of another mass."""
+        """Whether the last cause is notable and does not lean on a body of another mass.
+
+        Without it, the mass is judged at the same scale: a cause that sharpens the balance shows what was
+        wrong with the mass already.
+        """
         strain = abs(self.balance.mass_strain(after))
-        least = max(self.settings.most_mass_strain, abs(self.balance.mass_strain(before)))
-        return self._notable(after) and strain <= least
+        same_scale = self.balance.solve_at(before.terms, after.rung)
+        already = abs(self.balance.mass_strain(same_scale)) + MORE_STRAIN
+        return self._notable(after) and strain <= max(self.settings.most_mass_strain, already)
 
     def _notable(self, solved: Solved, k: int = -1) -> bool:
         """Whether the k-th term's size is one that anybody would act on."""
         k %= len(solved.terms)
         return solved.terms[k].candidate.is_notable(solved.estimates(k, self.balance.scenes))
+
+
+def _beyond_gross_errors(search: _Search, candidates: Sequence[Candidate], progress: Progress) -> _Search:
+    """The search again from the first gross error that it found, other causes in the recording put right."""
+    first = next((f for f in search.found if isinstance(f.contender.term.candidate, GrossCause)), None)
+    if first is None:
+        return search
+    gross = first.contender.term.candidate
+    assert isinstance(gross, GrossCause)
+    beyond = [c if isinstance(c, GrossCause) else Beyond(c.target, c, gross) for c in candidates]
+    again = _Search(search.balance, beyond, progress, [first])
+    return again if again.solved.log_evidence > search.solved.log_evidence else search
 
 
 def _corrected(
@@ -289,9 +318,22 @@ def confidence(one: Contender, rivals: Sequence[Contender], settings: DiagnosisS
 
 
 def _ambiguous(one: Contender, rivals: Sequence[Contender], settings: DiagnosisSettings) -> bool:
-    """Small, and no likelier than a handful of others: what a model's own errors look like."""
-    small = one.odds_gain(settings) < settings.certain_gain
-    return small and confidence(one, rivals, settings) < settings.least_confidence
+    """Small, and no likelier than a handful of others in its place: what a model's own errors look like.
+
+    Causes that leave the same trace are one class, told together: that a recording cannot tell mass from mass
+    makes neither less likely. Nor does a cause that leaves another trace altogether.
+    """
+    if one.odds_gain(settings) >= settings.certain_gain:
+        return False
+    unlike = [r for r in rivals if settings.other_trace < _overlap(one, r) < settings.same_trace]
+    return confidence(one, unlike, settings) < settings.least_confidence
+
+
+def _overlap(one: Contender, other: Contender) -> float:
+    """Absolute cosine between what two causes explain, whitened where the first fits best."""
+    own, others = (c.solved.explained(len(c.solved.terms) - 1, one.solved.rung) for c in (one, other))
+    lengths = np.linalg.norm(own) * np.linalg.norm(others)
+    return float(abs(own @ others) / max(lengths, np.finfo(float).tiny))
 
 
 def _nearest(rungs: Sequence[Rung], scale: float) -> Rung:

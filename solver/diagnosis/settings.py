@@ -129,6 +129,12 @@ class DiagnosisSettings:
     least_confidence: float = setting(
         0.2, unit="", why="of a smaller gain; model errors of real recordings suit many causes equally badly"
     )
+    same_trace: float = setting(
+        0.9, unit="", why="cosine of what two causes explain, from which on they are told as one class"
+    )
+    other_trace: float = setting(
+        0.15, unit="", why="likewise, up to which two causes explain different things and are no rivals"
+    )
     least_unknown_share: float = setting(0.012, unit="BW", why="a force below it nobody would look for")
     tolerated_share: float = setting(
         0.05, unit="", why="of what named causes took away; a contact is never described to the last newton"

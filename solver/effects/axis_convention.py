@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
-from solver.effects.changed_force import wrench_change
-from solver.effects.effect import Candidate, Estimate, Eta, Signature
-from solver.effects.scene import Scene
+from solver.effects.changed_force import points_ground
+from solver.effects.effect import Candidate
+from solver.effects.gross_cause import GrossCause, with_samples
+from solver.effects.scene import PlateScene, Scene, force_at
 
 # What turns recorded components into true ones. A plate whose vertical component is exchanged with another or
 # negative throughout is turned upright on reading; the latter leaves both horizontal signs wrong, here "y".
@@ -21,7 +21,7 @@ TRUE_FROM_RECORDED = {
 
 
 @dataclass(frozen=True)
-class AxisConvention(Candidate):
+class AxisConvention(GrossCause):
     """A force component of all plates has the wrong sign, or two are exchanged; centres of pressure stay."""
 
     id = "axis_convention"
@@ -35,30 +35,20 @@ class AxisConvention(Candidate):
     )
     rivals_told_apart_by = "a push against the floor in a known direction"
 
-    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
-        """The force put right less the recorded one, at the recorded centre of pressure."""
-        if not any(plate.loaded.any() for plate in scene.plates):
+    def put_right(self, plates: Sequence[PlateScene]) -> tuple[PlateScene, ...] | None:
+        """Forces in the markers' axes at the recorded centres of pressure, with the recorded free moments."""
+        if not any(plate.loaded.any() for plate in plates):
             return None
         change = TRUE_FROM_RECORDED[self.target] - np.eye(3)
-        fixed = np.zeros((scene.frames, 6))
-        for plate in scene.plates:
-            fixed += wrench_change(plate, plate.loads.wrench_ground[:, :3] @ change.T)
-        return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), fixed)
-
-    def estimates(
-        self,
-        scenes: Sequence[Scene],
-        eta: Eta,
-        eta_std: Eta,
-        x: Float[np.ndarray, "0"],
-        covariance: Float[np.ndarray, "0 0"],
-    ) -> dict[str, Estimate]:
-        """Nothing to estimate."""
-        return {}
-
-    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
-        """Always."""
-        return True
+        return tuple(
+            with_samples(
+                plate,
+                plate.loads.wrench_ground
+                + force_at(plate.loads.wrench_ground[:, :3] @ change.T, points_ground(plate)),
+                plate.loads.carrying,
+            )
+            for plate in plates
+        )
 
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:

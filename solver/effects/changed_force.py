@@ -10,7 +10,7 @@ from solver.effects.scene import PlateScene, force_at
 def points_ground(plate: PlateScene) -> Float[np.ndarray, "samples 3"]:
     """Centre of pressure of each sample, from recorded force and moment [m]; zero where unloaded."""
     wrench = plate.loads.wrench_ground
-    points = centre_of_pressure(wrench[:, :3], wrench[:, 3:], surface_of(plate.plate))
+    points = centre_of_pressure(wrench[:, :3], wrench[:, 3:], surface_of(plate.plate, plate.conditioning))
     return np.where(plate.loads.carrying[:, None], points, 0.0)
 
 

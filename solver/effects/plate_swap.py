@@ -8,12 +8,13 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.effects.changed_force import points_ground
-from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.effect import Candidate
+from solver.effects.gross_cause import GrossCause, with_samples
 from solver.effects.scene import PlateScene, Scene, force_at
 
 
 @dataclass(frozen=True)
-class PlateSwap(Candidate):
+class PlateSwap(GrossCause):
     """The forces of two plates are exchanged, their centres of pressure stay.
 
     Where the files hold no centres of pressure, those follow the forces: each plate's wrench then moves from
@@ -25,9 +26,9 @@ class PlateSwap(Candidate):
     remedy = "Check which amplifier channel belongs to which plate, and the order of plates in the export."
     rivals_told_apart_by = "a foot stamped on one plate, then on the other"
 
-    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
-        """Both plates with each other's forces, less both as recorded; None unless one clock drives both."""
-        pair = [plate for plate in scene.plates if plate.target in self.target.split("+")]
+    def put_right(self, plates: Sequence[PlateScene]) -> tuple[PlateScene, ...] | None:
+        """Both plates with each other's forces; None unless one clock drives both."""
+        pair = [plate for plate in plates if plate.target in self.target.split("+")]
         if len(pair) != 2 or not any(plate.loaded.any() for plate in pair):
             return None
         a, b = pair
@@ -37,24 +38,11 @@ class PlateSwap(Candidate):
             b.plate.start_time,
         ):
             return None
-        fixed = np.nan_to_num(a.at_frames(with_force_of(a, b)) + b.at_frames(with_force_of(b, a)))
-        fixed -= a.wrench_ground + b.wrench_ground
-        return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), fixed)
-
-    def estimates(
-        self,
-        scenes: Sequence[Scene],
-        eta: Eta,
-        eta_std: Eta,
-        x: Float[np.ndarray, "0"],
-        covariance: Float[np.ndarray, "0 0"],
-    ) -> dict[str, Estimate]:
-        """Nothing to estimate."""
-        return {}
-
-    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
-        """Always."""
-        return True
+        own = {
+            a.target: with_samples(a, with_force_of(a, b), b.loads.carrying),
+            b.target: with_samples(b, with_force_of(b, a), a.loads.carrying),
+        }
+        return tuple(own.get(plate.target, plate) for plate in plates)
 
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:

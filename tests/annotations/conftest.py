@@ -1,4 +1,4 @@
-"""Edits by hand, and a log on a temporary disk."""
+"""Edits by hand, and a log in each kind of database."""
 
 from datetime import UTC, datetime, timedelta
 
@@ -6,6 +6,7 @@ import pytest
 
 from annotations.events import Edit
 from annotations.log import ReviewLog
+from tests.annotations.postgresql_server import postgresql  # noqa: F401 (a fixture)
 
 FIRST = datetime(2024, 9, 1, 12, 0, tzinfo=UTC)
 
@@ -25,10 +26,19 @@ def edits():
 
 @pytest.fixture
 def path(tmp_path):
+    """Of an SQLite file that is not there yet."""
     return tmp_path / "annotations.sqlite"
 
 
+@pytest.fixture(params=["sqlite", "postgresql"])
+def place(request):
+    """Where a log may be: a file that is not there yet, or the URL of an empty PostgreSQL schema."""
+    if request.param == "sqlite":
+        return request.getfixturevalue("path")
+    return request.getfixturevalue("postgresql").new_place()
+
+
 @pytest.fixture
-def log(path):
-    with ReviewLog.open(path) as opened:
+def log(place):
+    with ReviewLog.open(place) as opened:
         yield opened

@@ -44,3 +44,21 @@ def test_frames_differ_when_one_foot_does():
     one, other = np.zeros((10, 2), dtype=bool), np.zeros((10, 2), dtype=bool)
     one[3:5, 0] = other[5:6, 1] = other[8, :] = True
     assert agreement(one, other).differ == ((3, 6), (8, 9))
+
+
+def test_kappa_of_several_labels_against_its_table():
+    # Fleiss, Cohen & Everitt 1969 style 3x3 table: rows the first reviewer's, columns the second's
+    table = np.array([[44, 5, 1], [7, 20, 3], [9, 5, 6]])
+    names = np.array(["walk", "run", "squat"])
+    one = np.repeat(names[np.repeat(range(3), 3)], table.ravel())[:, None]
+    other = np.repeat(names[np.tile(range(3), 3)], table.ravel())[:, None]
+    observed = np.trace(table) / table.sum()
+    expected = (table.sum(axis=0) @ table.sum(axis=1)) / table.sum() ** 2
+    assert (observed, expected) == (pytest.approx(0.70), pytest.approx(0.41))
+    assert agreement(one, other).kappa == pytest.approx((0.70 - 0.41) / (1 - 0.41))
+
+
+def test_a_label_that_one_reviewer_alone_uses_counts_as_difference():
+    one, other = np.array([["walk"], ["walk"]]), np.array([["run"], ["run"]])
+    assert agreement(one, other).kappa == 0
+    assert agreement(one, other).differ == ((0, 2),)

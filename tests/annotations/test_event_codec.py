@@ -7,10 +7,12 @@ from annotations.errors import ReviewError
 from annotations.event_codec import KINDS, decoded, encoded
 from annotations.events import (
     AcceptProposal,
+    ClearActivity,
     ClearRange,
     Event,
     FlagRange,
     ImportLabels,
+    ImportTable,
     Proposal,
     Redo,
     RejectProposal,
@@ -20,15 +22,25 @@ from annotations.events import (
     Undo,
 )
 
-PROPOSAL = Proposal(3, 9, "missingBlip", "calcn_l", 0.8, {"gap_N": 120.5})
+PROPOSAL = Proposal(3, 9, "missingBlip", "calcn_l", 0.8, {"gap_N": 120.5}, "addb-viewer 0.1.0")
 EVENTS = (
     FlagRange(120, 180, "notOverForcePlate", "calcn_r", "foot beside the plate"),
     ClearRange(0, 1, note="à vérifier"),
     AcceptProposal(PROPOSAL),
     RejectProposal(PROPOSAL),
-    SetActivity(0, 200, "run", "treadmill"),
-    SetStatus(Status.SECOND_LOOK),
+    SetActivity(0, 200, "run", "treadmill", "speeds up"),
+    ClearActivity(0, 200),
+    SetStatus(Status.SECOND_LOOK, "who stood on plate 2?"),
     ImportLabels(((0, 61), (175, 238)), 238, True),
+    ImportTable(
+        "S04.csv",
+        "ben",
+        (FlagRange(1, 2, "missingBlip", "calcn_l"), ClearRange(2, 3)),
+        (SetActivity(0, 9, "squat"),),
+        Status.FINISHED,
+        "by ben",
+    ),
+    ImportTable("S05.csv", "ben", ()),
     Undo(7),
     Redo(7),
 )
@@ -49,6 +61,21 @@ def test_the_form_on_disk_is_fixed():
         "flag",
         {"start": 120, "end": 180, "reason": "notOverForcePlate", "foot": "calcn_r", "note": EVENTS[0].note},
     )
+
+
+def test_what_the_first_version_wrote_is_still_read():
+    proposal = {
+        "start": 3,
+        "end": 9,
+        "reason": "missingBlip",
+        "foot": None,
+        "confidence": 1.0,
+        "evidence": {},
+    }
+    assert decoded("accept proposal", {"proposal": proposal}) == AcceptProposal(Proposal(3, 9, "missingBlip"))
+    assert decoded("status", {"status": "in work"}) == SetStatus(Status.IN_WORK)
+    activity = {"start": 0, "end": 5, "activity": "walk", "subclass": None}
+    assert decoded("activity", activity) == SetActivity(0, 5, "walk")
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,12 @@ from hypothesis import strategies as st
 from annotations.errors import ReviewError
 from annotations.events import (
     AcceptProposal,
+    ClearActivity,
     ClearRange,
     Edit,
     FlagRange,
     ImportLabels,
+    ImportTable,
     Proposal,
     RejectProposal,
     SetActivity,
@@ -31,6 +33,10 @@ def fold(edits, feet=FEET):
 
 def flags(review):
     return [(flag.start, flag.end, flag.foot, flag.reason) for flag in review.flags]
+
+
+def judged_frames(review, foot, frames=50):
+    return np.flatnonzero(review.judged(frames)[:, FEET.index(foot)]).tolist()
 
 
 def missing_frames(review, foot, frames=50):
@@ -104,10 +110,11 @@ def test_a_new_import_replaces_the_one_before(edits):
 
 
 def test_an_accepted_proposal_is_a_persons_label_with_its_source(edits):
-    proposal = Proposal(5, 8, "missingBlip", RIGHT, 0.9)
+    proposal = Proposal(5, 8, "missingBlip", RIGHT, 0.9, {"gap_N": 70.0}, "addb-viewer 0.1.0")
     review = fold(edits(("anna", AcceptProposal(proposal))))
     assert flags(review) == [(5, 8, RIGHT, "missingBlip")]
     assert (review.flags[0].source, review.flags[0].author) == ("accepted proposal", "anna")
+    assert (review.flags[0].confidence, review.flags[0].detector) == (0.9, "addb-viewer 0.1.0")
     assert review.accepted == (proposal,)
     assert review.decided
 
@@ -124,6 +131,74 @@ def test_a_rejected_proposal_overrules_imported_labels_but_nobodys_own_flag(edit
     assert flags(review) == [(2, 4, RIGHT, "forceDiscrepancy")]
     assert review.conflicts == ()
     assert review.rejected == (proposal,)
+    assert {cleared.source for cleared in review.cleared} == {"rejected proposal"}
+    assert judged_frames(review, RIGHT) == judged_frames(review, LEFT) == list(range(10))
+
+
+def test_where_the_force_counts_by_decision_is_told_from_where_nobody_has_decided(edits):
+    review = fold(
+        edits(
+            ("imported", ImportLabels(((0, 10),), 40, False)),
+            ("anna", ClearRange(5, 20, LEFT, "looked twice")),
+            ("anna", FlagRange(18, 22, "missingBlip")),
+        )
+    )
+    (cleared,) = review.cleared
+    assert (cleared.start, cleared.end, cleared.foot, cleared.note) == (5, 18, LEFT, "looked twice")
+    assert (cleared.source, cleared.author, cleared.edit) == ("person", "anna", 2)
+    assert judged_frames(review, LEFT) == list(range(5, 22))
+    assert judged_frames(review, RIGHT) == [18, 19, 20, 21]
+
+
+def test_an_imported_table_has_a_label_for_each_of_its_ranges(edits):
+    table = ImportTable(
+        "S04.csv",
+        "ben",
+        (FlagRange(0, 10, "missingBlip", LEFT, "a"), FlagRange(5, 12, "zeroForceFrame"), ClearRange(7, 8)),
+        (SetActivity(0, 30, "walk"),),
+        Status.SECOND_LOOK,
+        "which plate?",
+    )
+    review = fold(edits(("imported", table)))
+    assert flags(review) == [
+        (0, 5, LEFT, "missingBlip"),
+        (5, 7, None, "zeroForceFrame"),
+        (8, 12, None, "zeroForceFrame"),
+    ]
+    assert {(flag.source, flag.author, flag.edit) for flag in review.flags} == {("imported", "imported", 1)}
+    assert [(c.start, c.end, c.source) for c in review.cleared] == [(7, 8, "imported")]
+    assert [(a.start, a.end, a.label) for a in review.activities] == [(0, 30, "walk")]
+    assert (review.status, review.status_author, review.status_note) == (
+        Status.SECOND_LOOK,
+        "imported",
+        "which plate?",
+    )
+    assert review.decided  # somebody took it in to be used
+    assert not review.judged(40).any()
+
+
+def test_an_imported_table_takes_the_place_of_what_was_imported_before_and_leaves_peoples_labels(edits):
+    said = [
+        ("anna", FlagRange(20, 25, "forceDiscrepancy", RIGHT)),
+        ("anna", SetActivity(0, 5, "squat")),
+        ("imported", ImportLabels(((0, 10),), 40, True)),
+        (
+            "imported",
+            ImportTable("a.csv", "ben", (FlagRange(18, 22, "missingBlip"),), (SetActivity(0, 9, "run"),)),
+        ),
+    ]
+    review = fold(edits(*said))
+    assert flags(review) == [
+        (18, 20, RIGHT, "missingBlip"),
+        (18, 22, LEFT, "missingBlip"),
+        (20, 25, RIGHT, "forceDiscrepancy"),
+    ]
+    assert [(a.start, a.end, a.label) for a in review.activities] == [(0, 5, "squat"), (5, 9, "run")]
+    assert review.conflicts == ()
+    assert flags(fold(edits(*said, ("ben", Undo(4)))))[0] == (0, 10, None, "manualReview")
+    assert flags(fold(edits(*said, ("imported", ImportLabels((), 40, True))))) == [
+        (20, 25, RIGHT, "forceDiscrepancy")
+    ]
 
 
 def test_two_persons_who_differ_are_both_named_and_the_later_edit_counts(edits):
@@ -169,9 +244,23 @@ def test_activities_are_labelled_by_range_and_differing_ones_told(edits):
     assert review.status is Status.IN_WORK
 
 
+def test_an_activity_is_taken_back(edits):
+    said = [
+        ("anna", SetActivity(0, 40, "walk", "treadmill", "belt at 1.2 m/s")),
+        ("ben", ClearActivity(10, 20)),
+    ]
+    review = fold(edits(*said))
+    assert [(a.start, a.end) for a in review.activities] == [(0, 10), (20, 40)]
+    assert {a.note for a in review.activities} == {"belt at 1.2 m/s"}
+    assert "ben says 'nothing' (edit 2)" in str(review.conflicts[0])
+    labels = review.activity_labels(50)
+    assert np.flatnonzero(labels == "walk treadmill").tolist() == [*range(10), *range(20, 40)]
+    assert set(labels.tolist()) == {"", "walk treadmill"}
+
+
 def test_an_erroneous_stretch_is_not_used_for_any_foot(edits):
     review = fold(edits(("anna", SetActivity(5, 8, "erroneous")), ("anna", ClearRange(0, 20))))
-    assert review.missing_ranges == ((5, 8, None, "manualReview"),)
+    assert review.missing_ranges == ((5, 8, None, "erroneous"),)
     assert missing_frames(review, RIGHT) == missing_frames(review, LEFT) == [5, 6, 7]
 
 
@@ -179,6 +268,19 @@ def test_the_last_status_counts_and_says_whose_it_is(edits):
     said = [("anna", SetStatus(Status.FINISHED)), ("ben", SetStatus(Status.SECOND_LOOK))]
     assert (fold(edits(*said)).status, fold(edits(*said)).status_author) == (Status.SECOND_LOOK, "ben")
     assert fold(edits(*said, ("ben", Undo(2)))).status is Status.FINISHED
+    noted = fold(edits(("anna", SetStatus(Status.SECOND_LOOK, "plate 2 drifts"))))
+    assert noted.status_note == "plate 2 drifts"
+
+
+def test_conflicts_are_found_by_the_edit_that_they_are_about(edits):
+    review = fold(
+        edits(
+            ("anna", FlagRange(0, 5, "manualReview")),
+            ("anna", FlagRange(10, 15, "manualReview")),
+            ("ben", ClearRange(3, 20)),
+        )
+    )
+    assert [[c.start for c in review.conflicts_of(edit)] for edit in (1, 2, 3, 4)] == [[3], [10], [3, 10], []]
 
 
 @pytest.mark.parametrize(

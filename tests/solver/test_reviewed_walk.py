@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from solver.capture.subject import open_subject
+from solver.contact.mask import OUTSIDE_RANGES
 from solver.contact.wrenches import FrameMask
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.pipeline import solve
@@ -13,6 +14,7 @@ pytestmark = pytest.mark.real
 
 FLAGGED = slice(88, 98)  # both feet stand on a plate each
 REVIEW = ((FLAGGED.start, FLAGGED.stop, "calcn_r", "forceDiscrepancy"),)
+OUTSIDE = ((0, 45, None, OUTSIDE_RANGES), (201, 238, None, OUTSIDE_RANGES))  # trialRanges: 0.45 to 2 s
 
 
 @pytest.fixture(scope="module")
@@ -25,11 +27,13 @@ def walk(real_data):
 def test_the_persons_review_alone_decides(walk):
     (trial,) = walk.trials
     assert trial.mask.source == "review"
-    assert trial.mask.reasons == REVIEW
+    assert trial.mask.reasons == (OUTSIDE[0], *REVIEW, OUTSIDE[1])
     assert not trial.mask.all_feet[FLAGGED].any()
-    assert trial.mask.all_feet.sum() == trial.motion.frames - (FLAGGED.stop - FLAGGED.start)
+    assert not trial.mask.all_feet[:45].any()
+    assert not trial.mask.all_feet[201:].any()
+    assert trial.mask.all_feet[45:201].sum() == 201 - 45 - (FLAGGED.stop - FLAGGED.start)
     assert not trial.dynamics.used[FLAGGED].any()
-    assert trial.dynamics.used[[30, 87, 98, 200]].all()
+    assert trial.dynamics.used[[45, 87, 98, 200]].all()
 
 
 def test_the_other_foots_measured_force_still_enters_the_torques(walk):

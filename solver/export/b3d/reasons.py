@@ -3,7 +3,14 @@
 import numpy as np
 from jaxtyping import Int
 
-from solver.contact.mask import NOT_RECORDED, REVIEWED, TOO_FEW_MARKERS, TWO_FEET_ON_ONE_PLATE
+from solver.contact.mask import (
+    ERRONEOUS,
+    NOT_RECORDED,
+    OUTSIDE_RANGES,
+    REVIEWED,
+    TOO_FEW_MARKERS,
+    TWO_FEET_ON_ONE_PLATE,
+)
 from solver.contact.wrenches import FrameMask
 
 REASONS = (
@@ -31,6 +38,8 @@ REASONS = (
 NEAREST = {
     TOO_FEW_MARKERS: "hasInputOutliers",
     TWO_FEET_ON_ONE_PLATE: "notOverForcePlate",  # no plate to itself
+    OUTSIDE_RANGES: REVIEWED,
+    ERRONEOUS: REVIEWED,
 }  # reasons of our own and the format's nearest one
 
 UNNAMED = "unmeasuredExternalForceDetected"  # the force doesn't count, and nobody said why

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from addb_viewer.cli import app
 from addb_viewer.commands.reviewing import foot_named
+from annotations.events import AcceptProposal, ImportLabels, Proposal, RejectProposal, SetActivity
 from annotations.log import ReviewLog
 
 FRAMES = 40
@@ -120,7 +121,7 @@ def test_undo_and_redo_by_step_and_by_number(run):
     assert "nothing of ben's to undo" in run("undo", "run", "--author", "ben", status=1)
     history = run("flags", "run", "--history").splitlines()
     assert [line.split(",")[0] for line in history[:6]] == [f"run: edit {k}" for k in range(1, 7)]
-    assert "anna: flag (start 0, end 5, reason manualReview)" in history[0]
+    assert history[0].endswith("UTC, anna: frames 0 to 4, all feet: the force does not count, manualReview")
 
 
 def test_nothing_to_undo_makes_no_log(run, folder):
@@ -130,6 +131,11 @@ def test_nothing_to_undo_makes_no_log(run, folder):
         "run: unseen, nothing flagged",
     ]
     assert not (folder / "annotations.sqlite").exists()
+
+
+def test_a_status_is_marked_with_what_others_should_know(run):
+    run("mark", "run", "second-look", "--author", "ben", "--note", "plate 2 drifts")
+    assert run("flags", "run").startswith("run: needs a second look (ben, plate 2 drifts)")
 
 
 def test_a_status_is_marked(run):
@@ -148,15 +154,81 @@ def test_flags_as_json_csv_and_review_json(run, tmp_path):
     assert runs["missing"] == [
         {
             "range": [12, 18], "foot": "calcn_l", "reason": "manualReview", "source": "person",
-            "author": "anna", "edit": 1, "note": "",
+            "author": "anna", "edit": 1, "note": "", "confidence": None, "detector": "",
         }
     ]  # fmt: skip
     with (tmp_path / "f.csv").open(newline="") as file:
-        assert [row["foot"] for row in csv.DictReader(file)] == ["calcn_l"]
+        rows = list(csv.DictReader(file))
+    assert [(row["foot"], row["status"]) for row in rows] == [("calcn_l", ""), ("", "finished")]
     labels = json.loads((out / "run" / "segment_1" / "review.json").read_text())["missing_grf_data"]
     assert (len(labels), np.flatnonzero(labels).tolist()) == (FRAMES, [12, 13, 14, 15, 16, 17])
     assert (out / "run" / "segment_1" / "REVIEWED").is_file()
     assert not (out / "walk").exists()
+
+
+def test_what_review_json_has_no_place_for_is_listed(run, folder, tmp_path):
+    run("flag", "run", "12:18", "--foot", "left", "--author", "anna", "--reason", "3", "--note", "a rope")
+    run("flag", "run", "15:20", "--clear", "--author", "ben")
+    with log_of(folder) as log:
+        log.append("run", SetActivity(0, 20, "squat"), "anna")
+    printed = run("flags", "run", "--review-json", tmp_path / "out")
+    assert (
+        "note: run: review.json has no place for which foot, reasons, notes, activities, the status, who "
+        "differs from whom; --csv has"
+    ) in printed
+
+
+def test_an_activity_and_an_accepted_proposal_are_listed_with_their_figures(run, folder):
+    proposal = Proposal(5, 8, "missingBlip", "calcn_r", 0.875, {}, "detector 1")
+    with log_of(folder) as log:
+        log.append("run", AcceptProposal(proposal), "anna")
+        log.append("run", RejectProposal(Proposal(20, 22, "missingBlip")), "anna")
+        log.append("run", SetActivity(0, 40, "run", "treadmill", "3 m/s"), "ben")
+    assert run("flags", "run").splitlines()[1:] == [
+        "  5:8  calcn_r  missingBlip  accepted proposal 0.88 (anna, edit 1)",
+        "  0:40  run treadmill (ben, edit 3)  3 m/s",
+    ]
+    run("flags", "run", "--json", folder / "f.json")
+    (figures,) = json.loads((folder / "f.json").read_text())["trials"]
+    assert (figures["missing"][0]["confidence"], figures["missing"][0]["detector"]) == (0.875, "detector 1")
+    assert figures["cleared"] == [
+        {
+            "range": [20, 22], "foot": None, "source": "rejected proposal", "author": "anna", "edit": 2,
+            "note": "",
+        }
+    ]  # fmt: skip
+    assert figures["activities"][0]["note"] == "3 m/s"
+
+
+def test_a_table_goes_out_of_one_subject_and_into_another(run, folder, tmp_path):
+    run("flag", "run", "12:18", "--foot", "left", "--author", "anna", "--reason", "3", "--note", "a rope")
+    run("flag", "walk", "0:4", "--clear", "--author", "anna")
+    run("flags", "--csv", tmp_path / "labels.csv")
+    (folder / "annotations.sqlite").unlink()
+    printed = run("label", tmp_path / "labels.csv", "--author", "ben")
+    assert printed.splitlines() == [
+        "walk: 2 ranges taken in, in work (edit 2)",
+        "run: 1 ranges taken in, in work (edit 3)",
+        "note: not taken in: the columns source, author, edit, confidence, detector",
+    ]
+    listed = run("flags").splitlines()
+    assert [line.split()[:3] for line in listed if line.startswith("  ")] == [
+        ["4:10", "both", "manualReview"],
+        ["12:18", "calcn_l", "unmeasuredExternalForceDetected"],
+    ]
+    with log_of(folder) as log:
+        assert log.history("run")[-1].event.by == "ben"
+        assert isinstance(log.history("walk")[0].event, ImportLabels)  # the trial's own review.json
+
+
+def test_a_table_with_a_wrong_row_changes_nothing(run, folder, tmp_path):
+    table = tmp_path / "labels.csv"
+    table.write_text("trial,start,end,reason\nrun,3,5,missingBlip\nrun,3,500,missingBlip\n")
+    assert "labels.csv, line 3: 3:500 is not within the trial, which is 0:40" in run("label", table, status=1)
+    table.write_bytes("trial,start,end,reason,note\nrun,3,5,missingBlip,à\n".encode("latin-1"))
+    assert "labels.csv: is not UTF-8 text" in run("label", table, status=1)
+    assert "no.csv: No such file" in run("label", tmp_path / "no.csv", status=1)
+    assert not (folder / "annotations.sqlite").exists()
 
 
 def test_a_review_that_nobody_made_here_is_not_written(run, tmp_path):
@@ -182,6 +254,19 @@ def test_agreement_of_two_reviewers(run, tmp_path):
     assert figures["trials"][0]["kappa"] == pytest.approx(0.8)
     assert figures["trials"][0]["differ"] == [[16, 20]]
     assert "no reviewer 'bea'; reviewers: anna, ben" in run("agreement", "anna", "bea", status=1)
+
+
+def test_agreement_on_activities(run, folder):
+    with log_of(folder) as log:
+        for author, end in (("anna", 20), ("ben", 16)):
+            log.append("run", SetActivity(0, end, "squat"), author)
+            log.append("run", SetActivity(end, 40, "standing"), author)
+    assert run("agreement", "anna", "ben", "--json", folder / "kappa.json").splitlines() == [
+        "run: κ –, 100.0% the same; differ on nowhere",
+        "run, activities: κ 0.80, 90.0% the same; differ on 16:20",
+    ]
+    figures = json.loads((folder / "kappa.json").read_text())
+    assert figures["trials"][0]["activities"]["differ"] == [[16, 20]]
 
 
 def test_a_reviewer_against_the_imported_labels(run):
@@ -229,7 +314,7 @@ def test_feet_by_side_or_by_name(word, feet, foot):
 def test_a_log_of_a_newer_version_stops_every_command_with_one_line(run, folder):
     run("flag", "run", "0:5", "--author", "anna")
     with sqlite3.connect(folder / "annotations.sqlite") as raw:
-        raw.execute("UPDATE schema_version SET version = 99")
+        raw.execute("UPDATE annotations_version SET version_num = '0099'")
     raw.close()
     for command in (("flags",), ("flag", "run", "0:5"), ("undo", "run"), ("fit",)):
         assert "made by a newer version of addb-viewer" in run(*command, status=1)

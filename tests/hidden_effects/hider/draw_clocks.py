@@ -26,7 +26,8 @@ def _sample_rate(recording: Recording, size: float, rng: np.random.Generator) ->
 
 
 def _filter(recording: Recording, size: float, rng: np.random.Generator) -> Change:
-    cutoff = REFERENCE_SIZE["filter_mismatch"] / size
+    # Its square, or twice the size would leave nothing of a walk.
+    cutoff = float(REFERENCE_SIZE["filter_mismatch"] / np.sqrt(size))
     trials = tuple(clocks.low_passed(t, cutoff) for t in recording.trials)
     return replace(recording, trials=trials), Hidden("filter_mismatch", "all", {"cutoff_Hz": cutoff}, size)
 

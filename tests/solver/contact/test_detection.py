@@ -134,6 +134,36 @@ def test_a_foot_half_on_the_plate(walk):
     found = the_one(walk.proposals(tuple(recorded)))
     assert (found.foot, found.reason) == (FOOT, "forceDiscrepancy")
     assert found.evidence["missing_share"] == pytest.approx(0.4, abs=0.05)
+    loaded = np.flatnonzero(walk.lost(plates_but(walk.plates, MIDDLE))[:, FEET.index(FOOT)])
+    assert abs(found.range[0] - loaded[0]) <= 2  # as far as the filter spreads the load, and no farther
+    assert abs(found.range[1] - 1 - loaded[-1]) <= 2
+
+
+def test_pelvis_markers_that_blink_are_no_missing_force(walk):
+    """For 60 ms every other frame has the pelvis 3 cm away, as where two of its markers come and go."""
+    blinking = replace(walk, motion=_blinking(walk, MIDDLE))
+    assert blinking.proposals(walk.recorded(walk.plates)) == []
+
+
+def test_a_step_beside_the_plates_while_they_blink(walk):
+    plates = plates_but(walk.plates, MIDDLE)
+    blinking = replace(walk, motion=_blinking(walk, MIDDLE))
+    found = the_one(blinking.proposals(walk.recorded(plates)))
+    assert found.foot == FOOT
+    assert_covers(found, walk.lost(plates)[:, FEET.index(FOOT)])
+
+
+def plates_but(plates, index):
+    return tuple(p for k, p in enumerate(plates) if k != index)
+
+
+def _blinking(walk, stance):
+    span = stances_within(walk.trial.contacts, SPAN)[stance]
+    first = round(100 * (0.5 * span.start + 0.5 * span.end))
+    root = [walk.motion.dofs.index(f"pelvis_t{axis}") for axis in "xyz"]
+    q = walk.motion.q.copy()
+    q[np.ix_(range(first, first + 6, 2), root)] += 0.03
+    return replace(walk.motion, q=q)
 
 
 def test_a_plate_that_shows_too_much(walk):

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from solver.contact.detection_balance import UP, BodyMotion, WholeBody
+from solver.contact.detection_balance import UP, BodyMotion, WholeBody, jumps
 from solver.contact.detection_settings import DetectionSettings
 
 RATE, FRAMES, MASS, GRAVITY = 100.0, 300, 70.0, 9.80665
@@ -104,3 +104,44 @@ def test_untracked_frames_are_bridged(bouncing):
     body = WholeBody(motion, SETTINGS.balance_cutoff_Hz, SETTINGS)
     missing = (body.demanded - body.passed(force))[:, UP]
     assert np.abs(missing[tracked]).max() < 60.0
+
+
+def blinking(com, offset_m, frames):
+    """As where the pelvis' markers come and go: on every other of these frames it sits elsewhere."""
+    moved = com.copy()
+    moved[list(frames)[::2], UP] += offset_m
+    return moved
+
+
+def test_a_centre_of_mass_that_markers_throw_about_is_bridged(bouncing):
+    com, force = bouncing
+    body = body_of(blinking(com, 0.03, range(140, 150)))
+    assert body.jumping[140:149].all()
+    assert not np.delete(body.jumping, np.s_[136:153]).any()
+    assert np.abs((body.demanded - body.passed(force))[:, UP]).max() < 60.0
+
+
+def test_what_no_marker_threw_is_no_jump(bouncing):
+    """Neither noise, nor a small offset, nor a landing that changes the acceleration by 3 g in a frame."""
+    com, _ = bouncing
+    noise = 2e-4 * np.random.default_rng(7).standard_normal(com.shape)
+    fall = com.copy()
+    fall[150:, UP] += 0.5 * 30.0 * (np.arange(FRAMES - 150) / RATE) ** 2
+    for moved in (com + noise, blinking(com, 0.002, range(140, 150)), fall):
+        assert not jumps(moved, RATE, SETTINGS).any()
+
+
+def test_a_jump_that_lasts_makes_no_force_beyond_the_stated_noise():
+    """Standing; after a jump the body's centre is where other markers put it, 2 cm away."""
+    force = np.zeros((FRAMES, 6))
+    force[:, UP] = MASS * GRAVITY
+    com = np.tile([0.0, 0.9, 0.0], (FRAMES, 1))
+    plain = body_of(com).noise
+    com[150:, UP] += 0.02
+    body = body_of(com)
+    assert body.jumping[[149, 150]].all()
+    missing = np.abs((body.demanded - body.passed(force))[:, UP])
+    beside = ~body.jumping
+    assert (missing <= 4.5 * body.noise)[beside].all()
+    assert (missing > 4.5 * plain)[beside].any()
+    np.testing.assert_allclose(body.noise[:60], plain[:60], rtol=0.02)

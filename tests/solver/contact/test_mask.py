@@ -3,7 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.contact.mask import frame_mask
+from annotations import activities
+from solver.contact.mask import ERRONEOUS, OUTSIDE_RANGES, frame_mask
 from solver.contact.wrenches import TWO_FEET, ContactWrenches
 from solver.errors import FitError
 
@@ -72,6 +73,13 @@ def test_a_review_does_not_bring_back_what_was_never_recorded(contacts):
     np.testing.assert_array_equal(~mask.all_feet, flags(9))
 
 
+def test_frames_outside_the_trials_ranges_do_not_count_whoever_reviewed_them(contacts):
+    mask = frame_mask(contacts, ~flags(), flags(5), (), outside=flags(0, 1, 9))
+    np.testing.assert_array_equal(~mask.counts, np.stack([flags(0, 1, 9)] * 2, axis=1))
+    assert mask.reasons == ((0, 2, None, OUTSIDE_RANGES), (9, 10, None, OUTSIDE_RANGES))
+    assert mask.source == "review"
+
+
 def test_a_review_of_another_recording_or_foot_is_refused(contacts):
     with pytest.raises(FitError, match="Frames 8 to 11 are flagged, but the trial has 10"):
         frame_mask(contacts, ~flags(), None, ((8, 12, None, "manualReview"),))
@@ -79,3 +87,7 @@ def test_a_review_of_another_recording_or_foot_is_refused(contacts):
         frame_mask(contacts, ~flags(), None, ((8, 9, "toes_r", "manualReview"),))
     with pytest.raises(FitError, match="of 3 frames, the trial has 10"):
         frame_mask(contacts, ~flags(), np.zeros(3, dtype=bool))
+
+
+def test_people_and_solver_call_an_erroneous_stretch_by_one_name():
+    assert ERRONEOUS == activities.ERRONEOUS

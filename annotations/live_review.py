@@ -1,0 +1,97 @@
+"""A subject's review in memory, kept up with what any program records: what an app shows to its browsers."""
+
+import threading
+from bisect import bisect_right
+from collections.abc import Mapping, Sequence
+
+from annotations.events import Edit
+from annotations.folding import folded
+from annotations.log import ReviewLog, opinion
+from annotations.trial_review import TrialReview
+
+
+class LiveReview:
+    """All edits of a subject, and the states folded from them, each trial's once for every new edit.
+
+    Several threads may share one; each reader remembers for itself which revision it has seen.
+    """
+
+    def __init__(self, log: ReviewLog, feet: Sequence[str]) -> None:
+        """Read the log.
+
+        Args:
+            log: the subject's.
+            feet: names of its foot bodies.
+        """
+        self.log = log
+        self._feet = tuple(feet)
+        self._lock = threading.Lock()
+        self._edits: list[Edit] = []
+        self._states: dict[tuple[str, str | None], tuple[int, TrialReview]] = {}
+        self.refresh()
+
+    @property
+    def revision(self) -> int:
+        """The number of the last edit in memory; 0 where there is none."""
+        with self._lock:
+            return self._revision()
+
+    def refresh(self) -> int:
+        """Fetch what has been recorded since, here or by another program.
+
+        Returns:
+            The revision now in memory.
+
+        Raises:
+            ReviewError: the log cannot be read.
+        """
+        with self._lock:
+            self._edits.extend(self.log.since(self._revision()))
+            return self._revision()
+
+    def since(self, revision: int, trial: str | None = None) -> tuple[Edit, ...]:
+        """The edits after a revision, from memory.
+
+        Args:
+            revision: what the reader has seen.
+            trial: of this trial only.
+        """
+        with self._lock:
+            new = self._edits
+            if new and new[0].number <= revision:
+                new = new[_first_after(new, revision) :]
+            return tuple(edit for edit in new if trial is None or edit.trial == trial)
+
+    def history(self, trial: str) -> tuple[Edit, ...]:
+        """The edits of a trial, in order."""
+        return self.since(0, trial)
+
+    def review(self, trial: str, by: str | None = None) -> TrialReview:
+        """The present state of a trial's review.
+
+        Args:
+            trial: its name.
+            by: this reviewer's opinion alone; None for everybody's.
+
+        Raises:
+            ReviewError: an edit is about a foot that the subject does not have.
+        """
+        edits = self.history(trial)
+        last = edits[-1].number if edits else 0
+        kept = self._states.get((trial, by))
+        if kept is None or kept[0] != last:
+            kept = (last, folded(trial, opinion(edits, by), self._feet))
+            self._states[trial, by] = kept
+        return kept[1]
+
+    def reviews(self) -> Mapping[str, TrialReview]:
+        """The present state of every trial that has edits."""
+        return {trial: self.review(trial) for trial in sorted({edit.trial for edit in self.since(0)})}
+
+    def _revision(self) -> int:
+        return self._edits[-1].number if self._edits else 0
+
+
+def _first_after(edits: Sequence[Edit], revision: int) -> int:
+    """Place of the first edit after a revision."""
+    return bisect_right(edits, revision, key=lambda edit: edit.number)

@@ -1,0 +1,36 @@
+"""Which of a detector's proposals still wait for a person; it never changes what a person has said."""
+
+from collections.abc import Sequence
+
+from annotations.events import Proposal
+from annotations.trial_review import TrialReview
+
+SAME = 0.5  # of two ranges' frames in common, from which on they are one finding placed a little differently
+
+
+def open_proposals(proposals: Sequence[Proposal], review: TrialReview) -> tuple[Proposal, ...]:
+    """The proposals that no person has settled, by deciding on every frame or on the same finding.
+
+    A detector that runs again after an edit places its findings a few frames off; those are not asked again.
+
+    Args:
+        proposals: a detector's, of one trial.
+        review: of the same trial.
+    """
+    judged = review.judged(max((proposal.end for proposal in proposals), default=0))
+    settled = (*review.accepted, *review.rejected)
+
+    def is_open(proposal: Proposal) -> bool:
+        lane = slice(None) if proposal.foot is None else review.feet.index(proposal.foot)
+        return not (
+            judged[proposal.start : proposal.end, lane].all()
+            or any(_same(proposal, other) for other in settled)
+        )
+
+    return tuple(proposal for proposal in proposals if is_open(proposal))
+
+
+def _same(one: Proposal, other: Proposal) -> bool:
+    common = min(one.end, other.end) - max(one.start, other.start)
+    either = max(one.end, other.end) - min(one.start, other.start)
+    return one.foot == other.foot and common >= SAME * either

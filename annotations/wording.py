@@ -1,0 +1,64 @@
+"""An edit as one line for people."""
+
+from annotations.events import (
+    AcceptProposal,
+    ClearActivity,
+    ClearRange,
+    Edit,
+    Event,
+    FlagRange,
+    ImportLabels,
+    ImportTable,
+    Proposal,
+    Redo,
+    RejectProposal,
+    SetActivity,
+    SetStatus,
+    Undo,
+)
+
+
+def said(edit: Edit) -> str:
+    """Number, author and what the edit says."""
+    return f"edit {edit.number} by {edit.author}: {said_by(edit.event)}"
+
+
+def said_by(event: Event) -> str:
+    """What an edit says, without who said it."""
+    match event:
+        case FlagRange(start, end, reason, foot):
+            line = f"{_place(start, end, foot)}: the force does not count, {reason}"
+        case ClearRange(start, end, foot):
+            line = f"{_place(start, end, foot)}: the force counts"
+        case AcceptProposal(proposal):
+            line = f"{_proposed(proposal)} accepted"
+        case RejectProposal(proposal):
+            line = f"{_proposed(proposal)} rejected"
+        case SetActivity(start, end, activity, subclass):
+            line = f"frames {start} to {end - 1}: {' '.join(filter(None, (activity, subclass)))}"
+        case ClearActivity(start, end):
+            line = f"frames {start} to {end - 1}: activity taken back"
+        case SetStatus(status):
+            line = str(status)
+        case ImportLabels(missing):
+            labelled = sum(end - start for start, end in missing)
+            line = f"review.json taken in, {labelled} frames without force"
+        case ImportTable():
+            labels = len(event.ranges) + len(event.activities)
+            line = f"{event.file} taken in by {event.by}, {labels} ranges"
+        case Undo(number):
+            line = f"edit {number} undone"
+        case Redo(number):
+            line = f"edit {number} counts again"
+    note = getattr(event, "note", "")
+    return f"{line} ({note})" if note else line
+
+
+def _place(start: int, end: int, foot: str | None) -> str:
+    return f"frames {start} to {end - 1}, {foot or 'all feet'}"
+
+
+def _proposed(proposal: Proposal) -> str:
+    place = _place(proposal.start, proposal.end, proposal.foot)
+    by = f" of {proposal.detector}" if proposal.detector else ""
+    return f"{place}: the proposal{by} '{proposal.reason}', confidence {proposal.confidence:.2f},"
