@@ -6,7 +6,7 @@ import numpy as np
 import trimesh
 import viser
 
-from addb_viewer.app.palette import BONE, CAUSE_SURFACE
+from addb_viewer.app.palette import BONE, CAUSE_SURFACE, Rgb
 from addb_viewer.app.replay import BodyReplay
 
 SEE_THROUGH = 0.35  # opacity at which markers inside bones show
@@ -16,13 +16,18 @@ class BodyNodes:
     """Owns the bones' nodes below one parent."""
 
     def __init__(
-        self, scene: viser.SceneApi, parent: str, replay: BodyReplay, meshes: dict[str, trimesh.Trimesh]
+        self,
+        scene: viser.SceneApi,
+        parent: str,
+        replay: BodyReplay,
+        meshes: dict[str, trimesh.Trimesh],
+        color: Rgb = BONE,
     ) -> None:
-        self.replay = replay
+        self.replay, self.color = replay, color
         self.known = np.isfinite(replay.position).all(axis=2) & np.isfinite(replay.wxyz).all(axis=2)
         self.handles = {
             index: scene.add_mesh_simple(
-                f"{parent}/{index}", meshes[name].vertices, meshes[name].faces, color=BONE, side="double",
+                f"{parent}/{index}", meshes[name].vertices, meshes[name].faces, color=color, side="double",
                 cast_shadow=False, receive_shadow=False,
             )
             for index, name in enumerate(replay.names)
@@ -35,7 +40,7 @@ class BodyNodes:
         """Show one frame; marked bodies in the colour of named causes."""
         for index in self.marked ^ marked:
             if index in self.handles:
-                self.handles[index].color = CAUSE_SURFACE if index in marked else BONE
+                self.handles[index].color = CAUSE_SURFACE if index in marked else self.color
         self.marked = marked
         for index, handle in self.handles.items():
             shown = visible and bool(self.known[frame, index])

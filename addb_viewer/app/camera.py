@@ -42,17 +42,25 @@ def eye(
     return center + DISTANCE * direction / np.linalg.norm(direction)
 
 
-def look(
-    server: viser.ViserServer, name: str, heading: Float[np.ndarray, "3"], center: Float[np.ndarray, "3"]
-) -> None:
-    """Turn every browser's camera to one of the views, and the first sight of browsers that come later."""
-    position = eye(VIEWS[name], heading, center)
+def first_sight(server: viser.ViserServer) -> None:
+    """What every browser sees before its trial is there: somebody at the origin who faces along x.
+
+    Up is said here, before any browser comes: the page turns its camera when it hears of it.
+    """
+    center = np.array([0.0, 0.95, 0.0])
+    server.scene.set_up_direction("+y")
     server.initial_camera.fov = FIELD_OF_VIEW
     server.initial_camera.up = UP
-    server.initial_camera.position = position
+    server.initial_camera.position = eye(VIEWS["Reset"], np.array([1.0, 0.0, 0.0]), center)
     server.initial_camera.look_at = center
-    for client in server.get_clients().values():
-        with client.atomic():
-            client.camera.up_direction = UP
-            client.camera.position = position
-            client.camera.look_at = center
+
+
+def look(
+    client: viser.ClientHandle, name: str, heading: Float[np.ndarray, "3"], center: Float[np.ndarray, "3"]
+) -> None:
+    """Turn one browser's camera to one of the views."""
+    with client.atomic():
+        client.camera.fov = FIELD_OF_VIEW
+        client.camera.up_direction = UP
+        client.camera.position = eye(VIEWS[name], heading, center)
+        client.camera.look_at = center

@@ -1,4 +1,4 @@
-"""What the plots show, as plain arrays: no NaN, few enough points to redraw thirty times a second."""
+"""What the plots show, as plain arrays."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from addb_viewer.app.palette import BLUE, GREY, PLATES, RESIDUAL, SKY, Rgb
-from addb_viewer.app.replay import Replay
+from addb_viewer.app.palette import BLUE, GREY, OTHER_SOLVE, PLATES, RESIDUAL, Rgb
+from addb_viewer.app.replay import JointReplay, Replay
 from solver.summary import Thresholds
 
-MOST_POINTS = 600  # about the width of the panel in pixels, twice
+BEFORE = "before"  # legend of the solve that is compared with
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,8 @@ class Line:
     label: str
     values: Float[np.ndarray, " frames"]
     color: Rgb
-    dashed: bool = False
+    dashed: bool = False  # a bound
+    dotted: bool = False  # of the solve that is compared with
 
 
 @dataclass(frozen=True)
@@ -38,80 +39,60 @@ class Chart:
         return f"{self.title} [{self.unit}]"
 
 
-def charts_of(replay: Replay) -> tuple[Chart, ...]:
-    """The charts that this trial has data for."""
-    return (*_marker_chart(replay), *_force_chart(replay), *_residual_charts(replay))
+def charts_of(replay: Replay, other: Replay | None = None, joints: tuple[str, ...] = ()) -> tuple[Chart, ...]:
+    """The charts that this trial has data for.
 
-
-@dataclass(frozen=True)
-class Points:
-    """A chart's curves, thinned, ready to be sent."""
-
-    times: Float[np.ndarray, " points"]  # [s] ascending
-    curves: tuple[Float[np.ndarray, " points"], ...]
-    shaded: Float[np.ndarray, " points"]  # 0 or 1
-
-    def with_cursor(self, time: float) -> tuple[Float[np.ndarray, " points+3"], ...]:
-        """Times, curves, shading, and last a spike of height 1 at that time."""
-        at = int(np.searchsorted(self.times, time))
-        times = np.insert(self.times, at, [time] * 3)
-        curves = [np.insert(c, at, [np.interp(time, self.times, c)] * 3) for c in (*self.curves, self.shaded)]
-        spike = np.zeros(len(times))
-        spike[at + 1] = 1.0
-        return (times, *curves, spike)
-
-
-def thinned(chart: Chart, times: Float[np.ndarray, " frames"], most: int = MOST_POINTS) -> Points:
-    """Least and greatest value of each stretch of time, so that no peak is lost."""
-    shaded = np.zeros(len(times)) if chart.shaded is None else chart.shaded.astype(float)
-    curves = tuple(bridged(line.values) for line in chart.lines)
-    if len(times) <= most:
-        return Points(times.astype(float), curves, shaded)
-    edges = np.linspace(0, len(times), most // 2 + 1).astype(int)[:-1]
-    return Points(
-        times=np.sort(np.concatenate([times[edges], _middles(times, edges)])),
-        curves=tuple(_envelope(c, edges) for c in curves),
-        shaded=np.repeat(np.maximum.reduceat(shaded, edges), 2),
+    Args:
+        replay: the trial.
+        other: the same trial as another solve has it, drawn behind.
+        joints: names from `joint_choices`.
+    """
+    choices = {} if replay.joints is None else joint_choices(replay.joints)
+    return (
+        *_marker_chart(replay, other),
+        *_force_chart(replay),
+        *_residual_charts(replay, other),
+        *(_joint_chart(name, replay, other, *choices[name]) for name in joints if name in choices),
     )
 
 
-def bridged(values: Float[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
-    """Unknown values by a straight line between their neighbours; all unknown: zero."""
-    known = np.isfinite(values)
-    if not known.any():
-        return np.zeros(len(values))
-    rows = np.arange(len(values))
-    return np.interp(rows, rows[known], values[known])
+def joint_choices(joints: JointReplay) -> dict[str, tuple[str, int]]:
+    """What can be chosen from a list: name in the list to what it shows and of which coordinate."""
+    found = {}
+    for i, (name, rotates) in enumerate(zip(joints.names, joints.rotates, strict=True)):
+        found[f"{name} {'angle' if rotates else 'position'}"] = ("position", i)
+        if joints.torque is not None:
+            found[f"{name} {'torque' if rotates else 'force'}"] = ("torque", i)
+    return found
 
 
-def _middles(times: Float[np.ndarray, " frames"], edges: np.ndarray) -> Float[np.ndarray, " edges"]:
-    ends = np.append(edges[1:], len(times))
-    return 0.5 * (times[edges] + times[ends - 1])
+def marker_rms(replay: Replay) -> Float[np.ndarray, " frames"]:
+    """Root mean square of the marker errors of each frame [m]; NaN where there is none."""
+    errors = replay.markers.errors
+    known = np.isfinite(errors)
+    count = known.sum(axis=1)
+    squares = np.where(known, errors, 0.0) ** 2
+    return np.where(count > 0, np.sqrt(squares.sum(axis=1) / np.maximum(count, 1)), np.nan)
 
 
-def _envelope(values: Float[np.ndarray, " frames"], edges: np.ndarray) -> Float[np.ndarray, " points"]:
-    return np.stack([np.minimum.reduceat(values, edges), np.maximum.reduceat(values, edges)], axis=1).ravel()
-
-
-def _marker_chart(replay: Replay) -> Iterator[Chart]:
+def _marker_chart(replay: Replay, other: Replay | None) -> Iterator[Chart]:
     errors = 100.0 * replay.markers.errors  # [cm]
     known = np.isfinite(errors)
     if not known.any():
         return
-    count = known.sum(axis=1)
-    squares = np.where(known, errors, 0.0) ** 2
-    rms = np.where(count > 0, np.sqrt(squares.sum(axis=1) / np.maximum(count, 1)), np.nan)
-    largest = np.where(count > 0, np.where(known, errors, 0.0).max(axis=1), np.nan)
+    largest = np.where(known.any(axis=1), np.where(known, errors, 0.0).max(axis=1), np.nan)
     limits = Thresholds()
+    before = () if other is None else (_before(100.0 * marker_rms(other)),)
     yield Chart(
         "Marker error",
         "cm",
         (
-            Line("RMS", rms, BLUE),
-            Line("largest", largest, SKY),
+            *before,
+            Line("largest", largest, GREY),
+            Line("RMS", 100.0 * marker_rms(replay), BLUE),
             _limit(f"{100 * limits.marker_rms_m:g} cm", 100 * limits.marker_rms_m, replay.frames),
         ),
-        shaded=count == 0,
+        shaded=np.asarray(~known.any(axis=1)),
     )
 
 
@@ -125,19 +106,55 @@ def _force_chart(replay: Replay) -> Iterator[Chart]:
     yield Chart("Vertical force", "N", lines, shaded=np.asarray(~measured.any(axis=0)))
 
 
-def _residual_charts(replay: Replay) -> Iterator[Chart]:
+def _residual_charts(replay: Replay, other: Replay | None) -> Iterator[Chart]:
     residual = replay.residual
     if residual is None or not np.isfinite(residual.force).any():
         return
     limits = Thresholds()
-    bound = _limit(f"{100 * limits.linear_BW:g} % BW", residual.force_limit, replay.frames)
-    yield Chart("Residual force", "N", (_norm(residual.force), bound), shaded=~residual.used)
-    bound = _limit(f"{100 * limits.angular_BWh:g} % BW·h", residual.moment_limit, replay.frames)
-    yield Chart("Residual moment", "N·m", (_norm(residual.moment), bound), shaded=~residual.used)
+    was = None if other is None else other.residual
+    for title, unit, now, then, bound in (
+        (
+            "Residual force",
+            "N",
+            residual.force,
+            None if was is None else was.force,
+            _limit(f"{100 * limits.linear_BW:g} % BW", residual.force_limit, replay.frames),
+        ),
+        (
+            "Residual moment",
+            "N·m",
+            residual.moment,
+            None if was is None else was.moment,
+            _limit(f"{100 * limits.angular_BWh:g} % BW·h", residual.moment_limit, replay.frames),
+        ),
+    ):
+        before = () if then is None else (_before(np.linalg.norm(then, axis=1)),)
+        size = Line("size", np.linalg.norm(now, axis=1), RESIDUAL)
+        yield Chart(title, unit, (*before, size, bound), shaded=~residual.used)
 
 
-def _norm(vectors: Float[np.ndarray, "frames 3"]) -> Line:
-    return Line("size", np.linalg.norm(vectors, axis=1), RESIDUAL)
+def _joint_chart(name: str, replay: Replay, other: Replay | None, what: str, index: int) -> Chart:
+    assert replay.joints is not None
+    rotates = replay.joints.rotates[index]
+    unit = ("°" if rotates else "m") if what == "position" else ("N·m" if rotates else "N")
+    lines = [Line("now" if other else "", _of_joint(replay.joints, what, index), BLUE)]
+    if other is not None and other.joints is not None and replay.joints.names[index] in other.joints.names:
+        lines.insert(
+            0, _before(_of_joint(other.joints, what, other.joints.names.index(replay.joints.names[index])))
+        )
+    return Chart(name, unit, tuple(lines))
+
+
+def _of_joint(joints: JointReplay, what: str, index: int) -> Float[np.ndarray, " frames"]:
+    if what == "torque":
+        assert joints.torque is not None
+        return joints.torque[:, index]
+    values = joints.position[:, index]
+    return np.degrees(values) if joints.rotates[index] else values
+
+
+def _before(values: Float[np.ndarray, " frames"]) -> Line:
+    return Line(BEFORE, values, OTHER_SOLVE, dotted=True)
 
 
 def _limit(label: str, value: float, frames: int) -> Line:

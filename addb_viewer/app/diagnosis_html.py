@@ -4,6 +4,7 @@ import html
 from collections.abc import Mapping, Sequence
 
 from addb_viewer.app.effect_pictures import Figures
+from addb_viewer.app.page import boxed
 from addb_viewer.app.palette import BLUE, GREEN, GREY, VERMILION, Rgb
 from addb_viewer.diagnosis_words import SPREAD, verdict
 from addb_viewer.residual_words import what_is_wrong
@@ -71,31 +72,12 @@ def gain_html(section: Section) -> str:
     return boxed(f"<table>{rows}</table>{_lines(section)}")
 
 
-def progress_html(stage: str, fraction: float | None, seconds: float) -> str:
-    """What is being done, for how long, and how long it may still take.
-
-    Args:
-        stage: in words.
-        fraction: done, 0 to 1; None where the work does not say.
-        seconds: since it began.
-    """
-    said = [html.escape(stage), f"{seconds:.0f} s so far"]
-    if fraction is not None and fraction > 0.02 and seconds > 3.0:
-        said.append(f"about {seconds * (1 - fraction) / fraction:.0f} s left")
-    return boxed(" · ".join(said))
-
-
 def text_html(text: str, *, bold: bool = False) -> str:
     """A paragraph; nothing for an empty one."""
     if not text:
         return ""
     weight = 600 if bold else 400
     return boxed(f"<p style='margin:.2em 0;font-weight:{weight}'>{html.escape(text)}</p>")
-
-
-def boxed(content: str) -> str:
-    """In the page's small type."""
-    return f"<div style='font-size:.8rem;line-height:1.45;padding:.2em .6em'>{content}</div>"
 
 
 def _changed(changed: Sequence[str]) -> str:

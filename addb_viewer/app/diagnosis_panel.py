@@ -3,14 +3,12 @@
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import viser
 
 from addb_viewer.app.diagnosis_html import (
     gain_html,
-    progress_html,
     section_html,
     text_html,
     verdict_html,
@@ -18,15 +16,18 @@ from addb_viewer.app.diagnosis_html import (
 from addb_viewer.app.diagnosis_state import DiagnosisState, decision_in_words
 from addb_viewer.app.effect_pictures import Figures
 from addb_viewer.app.notices import Notices
-from addb_viewer.app.plots import PlotPanel
 from addb_viewer.app.replay import Replay
 from addb_viewer.app.residual_charts import residual_charts, worst_frame
+from addb_viewer.app.solve_desk import show_progress
+from addb_viewer.app.timeline import Timeline
+from addb_viewer.app.workbench import Progress
 from addb_viewer.diagnosis_vocabulary import ranges_of, title
 from addb_viewer.diagnosis_words import AT_CERTAIN_FRAMES, cause, what_it_gains, what_remains
 from addb_viewer.extension_words import what_accepting_changes
 from addb_viewer.remainder_words import what_next
 from addb_viewer.sections import Section
 
+CHART_HEIGHT = 100  # [pixel]
 JUMPS_A_ROW = 3
 LONGEST_HEADING = 44  # characters that fit on a line
 
@@ -51,7 +52,6 @@ class DiagnosisPanel:
         gui: viser.GuiApi,
         tab: viser.GuiTabHandle,
         actions: Actions,
-        author: str,
         notices: Notices,
     ) -> None:
         self.gui, self.actions, self.notices = gui, actions, notices
@@ -68,12 +68,11 @@ class DiagnosisPanel:
                 self.to_worst = gui.add_button(
                     "Worst half second", icon=viser.Icon.TARGET, color="gray", hint="Go where it begins"
                 )
-            self.charts = PlotPanel(gui, self.over_time)
+            self.charts = Timeline(gui, self.over_time, CHART_HEIGHT)
             self.causes = gui.add_folder(None)
             with gui.add_folder("Decision"):
                 self.echo = gui.add_html("")
                 self.gain = gui.add_html("", visible=False)
-                self.author = gui.add_text("Decided by", author)
                 self.accept = gui.add_button(
                     "Accept", icon=viser.Icon.CHECK, hint="Later fits use the named causes beside the forces"
                 )
@@ -84,7 +83,7 @@ class DiagnosisPanel:
                     hint="Later fits use the recorded forces alone",
                 )
                 self.fit = gui.add_button(
-                    "Fit again",
+                    "Solve again",
                     icon=viser.Icon.REFRESH,
                     color="gray",
                     hint="With the decision above and the present flags",
@@ -97,7 +96,7 @@ class DiagnosisPanel:
             (self.fit, "Fitting", actions.fit),
             (self.to_worst, "Going there", self._go_to_worst),
         ):
-            button.on_click(notices.guard(doing, partial(_without_event, action)))
+            button.on_click(notices.in_order(doing, action))
 
     def show(self, state: DiagnosisState, trials: Sequence[str]) -> None:
         """Put a state in place of the one that is shown.
@@ -128,28 +127,19 @@ class DiagnosisPanel:
         self.worst = None
         if replay is not None:
             self.over_time.label = f"Residual over time: {replay.name}"
-            self.charts.show(replay, charts)
+            self.charts.show(replay.times, charts)
             if figures is not None and charts:
                 self.worst = replay.name, worst_frame(figures, replay.name)
 
-    def working(self, what: str | None) -> None:
-        """Show that something is at work; None: nothing is."""
-        busy = what is not None
+    def working(self, progress: Progress | None) -> None:
+        """Show what is at work, and how far; None: nothing is."""
+        busy = progress is not None
         self.cancel.visible = self.bar.visible = busy
         self.diagnose.visible = not busy
         self.fit.visible = self.accept.visible = self.reject.visible = not busy
         self.status.visible = busy
-        _fill(self.bar, 0.0)
-        if what is not None:
-            self.bar.animated = True
-            _fill(self.bar, 100.0)  # until the work says how far it is
-            self.status.content = progress_html(what, None, 0.0)
-
-    def progress(self, stage: str, fraction: float | None, seconds: float) -> None:
-        """Show how far the work is."""
-        if fraction is not None:
-            _fill(self.bar, 100.0 * fraction)
-        self.status.content = progress_html(stage, fraction, seconds)
+        if progress is not None:
+            show_progress(self.bar, self.status, progress)
 
     def said(self, text: str) -> None:
         """Show how the work ended."""
@@ -205,11 +195,3 @@ def _heading(number: int, effect: Figures) -> str:
     if len(words) > LONGEST_HEADING:
         words = words.split(": ")[0]
     return f"{number} · {words}"
-
-
-def _without_event(action: Callable[[], None], _event: object) -> None:
-    action()
-
-
-def _fill(bar: Any, per_cent: float) -> None:  # viser exports no name for its class
-    bar.value = per_cent

@@ -20,6 +20,7 @@ class ForceSizes:
     head_radius: float = 0.026  # [m]
     head_length: float = 0.07  # [m]
     outline: float = 0.006  # [m]
+    hollow: float = 0.006  # [m] lines of an arrow that nobody measured
     between_names: float = 0.35  # [m] two names nearer than this overlap on the screen
 
 
@@ -59,9 +60,25 @@ class ForceNodes:
         self.colors = [foot_color(foot, i) for i, foot in enumerate(replay.feet)]
         self.arrows = [_arrow(scene, f"{parent}/{i}", UNASSIGNED) for i in range(len(replay.plates))]
         self.residual = _arrow(scene, f"{parent}/residual", RESIDUAL) if replay.residual else None
+        self.demanded = [
+            scene.add_line_segments(
+                f"{parent}/demanded{i}",
+                _NONE,
+                foot_color(d.foot, _index(replay.feet, d.foot)),
+                thickness=ForceSizes().hollow,
+                visible=False,
+            )
+            for i, d in enumerate(replay.demanded)
+        ]
 
-    def draw(self, frame: int, *, forces: bool, residual: bool) -> None:
+    def draw(self, frame: int, *, forces: bool, residual: bool, demanded: bool = True) -> None:
         """Show one frame."""
+        for force, lines in zip(self.replay.demanded, self.demanded, strict=True):
+            start, along = force.point[frame], ForceSizes().metres_per_newton * force.force[frame]
+            size = float(np.linalg.norm(force.force[frame]))  # NaN where the foot's force was measured
+            lines.visible = demanded and size >= ForceSizes().smallest and bool(np.isfinite(start).all())
+            if lines.visible:
+                lines.points = hollow_arrow(start, start + along).astype(np.float32)
         for plate, arrow in zip(self.replay.plates, self.arrows, strict=True):
             color = self._color(int(plate.foot[frame]))
             _point(arrow, plate.cop[frame], plate.force[frame], forces)
@@ -72,6 +89,38 @@ class ForceNodes:
 
     def _color(self, foot: int) -> Rgb:
         return self.colors[foot] if 0 <= foot < len(self.colors) else UNASSIGNED
+
+
+_NONE = np.array([[[0.0, 0.0, 0.0], [0.0, 0.1, 0.0]]], dtype=np.float32)
+EDGES = 6  # of a hollow arrow
+
+
+def hollow_arrow(
+    start: Float[np.ndarray, "3"], tip: Float[np.ndarray, "3"]
+) -> Float[np.ndarray, "segments 2 3"]:
+    """The edges of an arrow's shaft and head [m], so that it shows as a shape without a body."""
+    sizes, along = ForceSizes(), tip - start
+    length = float(np.linalg.norm(along))
+    axis = along / length
+    across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    across /= np.linalg.norm(across)
+    turns = np.linspace(0.0, 2.0 * np.pi, EDGES, endpoint=False)[:, None]
+    ring = np.cos(turns) * across + np.sin(turns) * np.cross(axis, across)
+    neck = tip - min(sizes.head_length, 0.6 * length) * axis
+    shaft, rim = neck + 1.3 * sizes.shaft_radius * ring, neck + 1.3 * sizes.head_radius * ring
+    foot = start + 1.3 * sizes.shaft_radius * ring
+    tips = np.broadcast_to(tip, rim.shape)
+    return np.concatenate(
+        [
+            np.stack([foot, shaft], axis=1)[::2],
+            np.stack([rim, np.roll(rim, -1, axis=0)], axis=1),
+            np.stack([rim, tips], axis=1)[::2],
+        ]
+    )
+
+
+def _index(feet: tuple[str, ...], foot: str) -> int:
+    return feet.index(foot) if foot in feet else 0
 
 
 def _arrow(scene: viser.SceneApi, name: str, color: Rgb) -> viser.ArrowsHandle:

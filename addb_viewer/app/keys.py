@@ -8,6 +8,8 @@ from typing import Any, cast
 import viser
 
 from addb_viewer.app.notices import Notices
+from addb_viewer.app.page import boxed
+from annotations.reasons import REASON_KEYS
 
 Action = Callable[[], None]
 
@@ -24,7 +26,15 @@ class Command:
     @property
     def shown(self) -> str:
         """The key as people read it."""
-        names = {"space": "Space", "pageup": "Page up", "pagedown": "Page down", "home": "Home", "end": "End"}
+        names = {
+            "space": "Space",
+            "pageup": "Page up",
+            "pagedown": "Page down",
+            "home": "Home",
+            "end": "End",
+            "enter": "Enter",
+            "backspace": "Backspace",
+        }
         key = names.get(self.key or "", self.key or "")
         return f"Shift {key}" if self.shift else key
 
@@ -43,25 +53,42 @@ COMMANDS = (
     Command("Slower, or play backwards", "slower", "J"),
     Command("Stop", "stop", "K"),
     Command("Play, or faster", "faster", "L"),
+    Command("Start of a range", "range_start", "I"),
+    Command("End of a range", "range_end", "O"),
+    *(Command(f"Flag: {key.words}", f"paint_{key.key}", key.key) for key in REASON_KEYS),
+    Command("Clear: the force counts", "paint_0", "0"),
+    Command("Foot: right, left, both", "foot", "F"),
+    Command("Next proposal or flagged range", "next", "N"),
+    Command("Previous proposal or flagged range", "previous", "P"),
+    Command("Accept the proposal", "accept_proposal", "enter"),
+    Command("Reject the proposal", "reject_proposal", "backspace"),
+    Command("Undo", "undo", "U"),
+    Command("Redo", "redo", "R"),
+    Command("Solve again", "solve", "G"),
     Command("Diagnose", "diagnose", "X"),
+    Command("Compare with the previous solve", "compare", "M"),
+    Command("Finish the trial, go to the next", "finish", "T"),
+    Command("What if this range were flipped", "what_if"),
+    Command("Keep the new solve", "keep"),
+    Command("Discard the new solve", "discard"),
+    Command("Cancel what is at work", "cancel"),
+    Command("Needs a second look", "second_look"),
     Command("Accept the named causes", "accept"),
     Command("Reject the named causes", "reject"),
     Command("View from the front", "view_front"),
     Command("View from the side", "view_side"),
     Command("View from the top", "view_top"),
     Command("Reset the view", "view_reset"),
+    Command("Dark or light", "theme"),
 )
 
 
-def register(
-    gui: viser.GuiApi, at_once: Mapping[str, Action], later: Mapping[str, Action], notices: Notices
-) -> None:
-    """Bind every command to its action.
+def register(gui: viser.GuiApi, actions: Mapping[str, Action], notices: Notices) -> None:
+    """Bind every command to its action; they are done in the order of the keys.
 
     Args:
-        gui: where the commands go.
-        at_once: actions that return immediately; they run in the order of the keys.
-        later: actions that may take a while.
+        gui: of the browser.
+        actions: one for each command.
         notices: told what fails.
     """
     for command in COMMANDS:
@@ -71,15 +98,7 @@ def register(
             hotkey=cast(Any, command.key),
             modifier="shift" if command.key and command.shift else None,
         )
-        if command.action in at_once:
-            handle.on_trigger(notices.in_order(command.label, at_once[command.action]))
-        else:
-            handle.on_trigger(notices.guard(command.label, without_event(later[command.action])))
-
-
-def without_event(action: Action) -> Callable[[object], None]:
-    """For actions that need not know who asked."""
-    return lambda _event: action()
+        handle.on_trigger(notices.in_order(command.label, actions[command.action]))
 
 
 def help_html() -> str:
@@ -90,4 +109,17 @@ def help_html() -> str:
         for c in COMMANDS
         if c.key
     )
-    return f"<table>{rows}</table><p>All of them, searchable: Ctrl+K.</p>"
+    return f"<table>{rows}</table>"
+
+
+def page_html() -> str:
+    """The help page: keys, and what the mouse does."""
+    return boxed(
+        "<b>Keys</b>"
+        + help_html()
+        + "<p><b>Ctrl+K</b> lists all of them and what has no key, searchable. While a number or a text is "
+        "typed, keys type; Enter or a click into the scene gives them back.</p>"
+        "<p><b>Timeline:</b> a click goes to a frame, a drag selects a range, a number key paints it. "
+        "<b>Scene:</b> drag turns, wheel zooms. <b>Lists:</b> a click goes there.</p>"
+        "<p>Every decision is on the disk before you see it; nothing asks back, because U takes it back.</p>"
+    )

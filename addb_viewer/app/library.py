@@ -1,5 +1,6 @@
 """The trials of a subject and their fit, loaded when first looked at."""
 
+import threading
 from collections import OrderedDict
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -8,7 +9,7 @@ from typing import Any
 import trimesh
 
 from addb_viewer.app.replay import Person, Replay, fitted_replay, unfitted_replay
-from solver.capture.capture import Subject
+from solver.capture.capture import Capture, Subject
 from solver.capture.subject import open_subject
 from solver.capture.trial import read_trial
 from solver.fit import Fit
@@ -28,7 +29,9 @@ class Library:
     meshes: dict[str, trimesh.Trimesh] = field(default_factory=dict)
     notes: tuple[str, ...] = ()  # of the subject; a trial's own are in its replay
     kept: OrderedDict[str, Replay] = field(default_factory=OrderedDict)
+    captures: dict[str, Capture] = field(default_factory=dict)  # of trials without a fit
     results_folder: Path | None = None  # None: the default
+    lock: threading.RLock = field(default_factory=threading.RLock)  # several browsers share one library
 
     @property
     def results(self) -> Path:
@@ -47,12 +50,27 @@ class Library:
         Raises:
             CaptureError: its files cannot be read.
         """
-        if name not in self.kept:
-            self.kept[name] = self._load(name)
-            while len(self.kept) > KEPT:
-                self.kept.popitem(last=False)
-        self.kept.move_to_end(name)
-        return self.kept[name]
+        with self.lock:
+            if name not in self.kept:
+                self.kept[name] = self._load(name)
+                while len(self.kept) > KEPT:
+                    self.kept.popitem(last=False)
+            self.kept.move_to_end(name)
+            return self.kept[name]
+
+    def capture(self, name: str) -> Capture:
+        """One trial as it was measured.
+
+        Raises:
+            CaptureError: its files cannot be read.
+        """
+        if self.fit is not None:
+            for trial in self.fit.trials:
+                if trial.capture.name == name:
+                    return trial.capture
+        if name not in self.captures:
+            self.captures[name] = read_trial(next(t for t in self.subject.trials if t.name == name))
+        return self.captures[name]
 
     def figures(self, name: str) -> dict[str, Any]:
         """The trial's part of the fit's summary; empty without a fit."""
@@ -67,27 +85,35 @@ class Library:
             for trial in self.fit.trials:
                 if trial.capture.name == name:
                     return fitted_replay(trial, self.fit.skeleton, person)
-        files = next(trial for trial in self.subject.trials if trial.name == name)
-        return unfitted_replay(read_trial(files))
+        return unfitted_replay(self.capture(name))
+
+
+def library_of(subject: Subject, results: Path | None = None, solve: Path | None = None) -> Library:
+    """A subject and its fit, where there is one.
+
+    Args:
+        subject: opened.
+        results: where fit, diagnosis and decisions lie; `results` inside the subject's folder by default.
+        solve: folder of a fit to be shown in place of the kept one.
+
+    Raises:
+        ResultsError: there is half a fit, or one of another version.
+    """
+    folder = solve or results or default_folder(subject.folder)
+    if not has_fit(folder):
+        notes = (*subject.notes, "Not fitted yet: markers and forces as measured.")
+        return Library(subject, notes=notes, results_folder=results)
+    fit = load_fit(folder, subject.folder)
+    bones = body_meshes(fit.skeleton, subject.folder / "Geometry")
+    notes = (*subject.notes, *fit.skeleton.notes, *fit.notes, *bones.notes)
+    return Library(subject, fit, bones.meshes, notes, results_folder=results)
 
 
 def open_library(subject_folder: Path, results: Path | None = None) -> Library:
-    """Open a subject's folder, and its fit where there is one.
-
-    Args:
-        subject_folder: as the user names it.
-        results: where the fit lies; `results` inside the subject's folder by default.
+    """Open a subject's folder, and its fit where there is one; arguments as for `library_of`.
 
     Raises:
         CaptureError: the folder is no subject's.
         ResultsError: there is half a fit, or one of another version.
     """
-    subject = open_subject(subject_folder)
-    folder = results or default_folder(subject_folder)
-    if not has_fit(folder):
-        notes = (*subject.notes, "Not fitted yet: markers and forces as measured.")
-        return Library(subject, notes=notes, results_folder=results)
-    fit = load_fit(folder, subject_folder)
-    bones = body_meshes(fit.skeleton, subject_folder / "Geometry")
-    notes = (*subject.notes, *fit.skeleton.notes, *fit.notes, *bones.notes)
-    return Library(subject, fit, bones.meshes, notes, results_folder=results)
+    return library_of(open_subject(subject_folder), results)

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import viser
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
-from addb_viewer.app.palette import GREY, NO_MODEL, UNSEEN, error_colors
+from addb_viewer.app.palette import GREY, NO_MODEL
 from addb_viewer.app.replay import MarkerReplay
 
 TRAIL_SEGMENTS = 24  # a marker: enough for a smooth second, few enough for 60 markers at 30 frames a second
@@ -26,16 +26,10 @@ class MarkerNodes:
     """Owns the markers' nodes below one parent."""
 
     def __init__(self, scene: viser.SceneApi, parent: str, replay: MarkerReplay, rate: float) -> None:
-        self.rate = rate
-        ever = np.isfinite(replay.measured).all(axis=2).any(axis=0)
-        self.measured, self.model = replay.measured[:, ever], replay.model[:, ever]
-        self.seen: Bool[np.ndarray, "frames markers"] = np.isfinite(self.measured).all(axis=2)
-        self.held = held(self.measured, self.seen)
-        self.colors = error_colors(replay.errors[:, ever])
-        self.colors[~self.seen] = UNSEEN
+        self.rate, self.tracks = rate, replay.tracks
         sizes, none = MarkerSizes(), np.zeros((0, 2, 3), dtype=np.float32)
         self.points = scene.add_point_cloud(
-            f"{parent}/measured", self.held[0], self.colors[0], point_size=sizes.measured,
+            f"{parent}/measured", self.tracks.held[0], self.tracks.colors[0], point_size=sizes.measured,
             point_shape="circle", precision="float32",
         )  # fmt: skip
         self.model_points = scene.add_point_cloud(
@@ -47,14 +41,15 @@ class MarkerNodes:
 
     def draw(self, frame: int, *, with_model: bool, trail_seconds: float) -> None:
         """Show one frame; a trail of 0 s is none."""
-        self.points.points = self.held[frame]
-        self.points.colors = self.colors[frame]
+        t = self.tracks
+        self.points.points = t.held[frame]
+        self.points.colors = t.colors[frame]
         self.model_points.visible = self.lines.visible = with_model
         if with_model:
-            shown = np.isfinite(self.model[frame]).all(axis=1)
-            self.model_points.points = self.model[frame, shown].astype(np.float32)
-            both = shown & self.seen[frame]
-            ends = np.stack([self.measured[frame, both], self.model[frame, both]], axis=1)
+            shown = np.isfinite(t.model[frame]).all(axis=1)
+            self.model_points.points = t.model[frame, shown].astype(np.float32)
+            both = shown & t.seen[frame]
+            ends = np.stack([t.measured[frame, both], t.model[frame, both]], axis=1)
             self.lines.points = ends.astype(np.float32)
         self.trails.visible = trail_seconds > 0
         if trail_seconds > 0:
@@ -62,19 +57,9 @@ class MarkerNodes:
 
     def _trail(self, frame: int, seconds: float) -> Float[np.ndarray, "segments 2 3"]:
         rows = trail_rows(frame, seconds, self.rate)
-        path, seen = self.held[rows], self.seen[rows]
+        path, seen = self.tracks.held[rows], self.tracks.seen[rows]
         segments = np.stack([path[:-1], path[1:]], axis=2)
         return segments[seen[:-1] & seen[1:]]
-
-
-def held(
-    positions: Float[np.ndarray, "frames markers 3"], seen: Bool[np.ndarray, "frames markers"]
-) -> Float[np.ndarray, "frames markers 3"]:
-    """Lost markers stay where they were last seen, or, before that, where they will first be seen."""
-    row = np.arange(len(positions))[:, None]
-    last = np.maximum.accumulate(np.where(seen, row, -1), axis=0)
-    source = np.where(last >= 0, last, seen.argmax(axis=0)[None, :])
-    return np.take_along_axis(positions, source[:, :, None], axis=0).astype(np.float32)
 
 
 def trail_rows(frame: int, seconds: float, rate: float) -> Int[np.ndarray, " rows"]:

@@ -1,36 +1,58 @@
-"""What went wrong, told to the people looking at the app."""
+"""What went wrong, and what was done, told to the person at one browser."""
 
+import contextlib
 import logging
+import threading
 from collections.abc import Callable, Coroutine
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import viser
 
+from annotations.errors import ReviewError
 from solver.errors import SolverError
 
 LOG = logging.getLogger("addb_viewer")
+ASIDE_S, IMPORTANT_S = 4.0, 12.0  # how long a word stays; failures stay until they are closed
 
 
 class Notices:
-    """Shows errors as notifications; those that come before anybody looks wait for the first browser."""
+    """Notifications of one browser, and the one hand that does what is asked there, in order."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
-        self.server = server
-        self.waiting: list[tuple[str, str]] = []
-        server.on_client_connect(self._deliver)
+    def __init__(self, client: viser.ClientHandle) -> None:
+        self.client = client
+        self._name = f"browser {client.client_id}_"
+        self._hand = ThreadPoolExecutor(max_workers=1, thread_name_prefix=self._name)
+        self._closed = False
+        self._last: viser.NotificationHandle | None = None
+        self._failures: dict[tuple[str, str], viser.NotificationHandle] = {}
+
+    def close(self) -> None:
+        """Nobody looks any more: end the hand, and tell nothing."""
+        self._closed = True
+        self._hand.shutdown(wait=False, cancel_futures=True)
 
     def error(self, doing: str, error: BaseException) -> None:
         """Tell that something failed, and keep going."""
-        if isinstance(error, SolverError):
-            LOG.warning("%s: %s", doing, error)
-        else:
-            LOG.error("%s failed", doing, exc_info=error)
-        self._show(f"{doing} failed", str(error) or type(error).__name__)
+        log_error(doing, error)
+        self.failed(doing, str(error) or type(error).__name__)
 
-    def tell(self, title: str, body: str) -> None:
-        """Tell those who look that something is done."""
-        for client in self.server.get_clients().values():
-            client.add_notification(title, body, color="teal", auto_close_seconds=8.0)
+    def failed(self, doing: str, why: str) -> None:
+        """Tell of a failure that has been logged already."""
+        if self._closed:
+            return
+        if (doing, why) in self._failures:  # the same again: not twice on the screen
+            self._failures.pop((doing, why)).remove()
+        self._failures[doing, why] = self.client.add_notification(f"{doing} failed", why, color="red")
+
+    def tell(self, title: str, body: str, color: Any = "teal") -> None:
+        """Tell that something is done, or that somebody else did something."""
+        if self._closed:
+            return
+        if self._last is not None:  # one at a time: they lie over the scene
+            self._last.remove()
+        seconds = ASIDE_S if color == "teal" else IMPORTANT_S
+        self._last = self.client.add_notification(title, body, color=color, auto_close_seconds=seconds)
 
     def guard(self, doing: str, action: Callable[..., None]) -> Callable[..., None]:
         """The same action, whose exceptions become notifications."""
@@ -43,23 +65,35 @@ class Notices:
 
         return guarded
 
-    def in_order(self, doing: str, action: Callable[[], None]) -> Callable[..., Coroutine[Any, Any, None]]:
-        """A guarded action for the browser's events that runs in their order, so it must return at once."""
-        guarded = self.guard(doing, action)
+    def in_order(self, doing: str, action: Callable[[], None]) -> Callable[[Any], Coroutine[Any, Any, None]]:
+        """A guarded action for the browser's events: one after the other, in the order of the events.
 
-        async def handle(_event: object) -> None:
-            guarded()
+        What the app itself sets is no event of a person's: it is not acted on.
+        """
+
+        async def handle(event: Any) -> None:
+            if getattr(event, "client", self.client) is not None:
+                self.do(doing, action)
 
         return handle
 
-    def _show(self, title: str, body: str) -> None:
-        clients = self.server.get_clients().values()
-        if not clients:
-            self.waiting.append((title, body))
-        for client in clients:
-            client.add_notification(title, body, color="red")
+    def do_now_or_next(self, doing: str, action: Callable[[], None]) -> None:
+        """As `do`, but at once where the hand itself asks: its echo must not wait."""
+        if threading.current_thread().name.startswith(self._name):
+            self.guard(doing, action)()
+        else:
+            self.do(doing, action)
 
-    def _deliver(self, client: viser.ClientHandle) -> None:
-        waiting, self.waiting = self.waiting, []
-        for title, body in waiting:
-            client.add_notification(title, body, color="red")
+    def do(self, doing: str, action: Callable[[], None]) -> None:
+        """Do something after all that was asked before; returns at once."""
+        if not self._closed:
+            with contextlib.suppress(RuntimeError):  # it closed just now
+                self._hand.submit(self.guard(doing, action))
+
+
+def log_error(doing: str, error: BaseException) -> None:
+    """Into the terminal; with a traceback where it is not an error of ours with a sentence of its own."""
+    if isinstance(error, SolverError | ReviewError):
+        LOG.warning("%s: %s", doing, error)
+    else:
+        LOG.error("%s failed", doing, exc_info=error)

@@ -1,6 +1,7 @@
-"""The one place that reaches into viser's page: a script for every browser that connects.
+"""The one place that reaches into viser's page: scripts for one browser.
 
-Written for viser 1.1.1. Without it the app still works; a click into the scene gives the keyboard back then.
+Written for viser 1.1.1. Without them the app still works: a click into the scene gives the keyboard back, and
+keys, sliders and the box "Go to" do what clicks on the timeline do.
 """
 
 from importlib import resources
@@ -8,12 +9,11 @@ from importlib import resources
 import viser
 from viser._messages import RunJavascriptMessage
 
+SCRIPTS = ("release_focus.js", "timeline_bridge.js")
 
-def hand_back_the_keyboard(server: viser.ViserServer) -> None:
-    """Make keys work again right after a click on a checkbox, a list or a slider."""
-    source = resources.files("addb_viewer.app").joinpath("release_focus.js").read_text(encoding="utf-8")
 
-    def send(client: viser.ClientHandle) -> None:
+def send_scripts(client: viser.ClientHandle) -> None:
+    """Make keys work again right after a click, and clicks and drags work on the timeline and in lists."""
+    for name in SCRIPTS:
+        source = resources.files("addb_viewer.app").joinpath(name).read_text(encoding="utf-8")
         client._websock_connection.queue_message(RunJavascriptMessage(source=source))
-
-    server.on_client_connect(send)

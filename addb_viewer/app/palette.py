@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, UInt8
 
+READABLE, PALER = 125.0, 0.4  # brightness that a dark page needs; share of white that is added below it
+
 
 class Rgb(NamedTuple):
     """8 bits a channel."""
@@ -20,6 +22,14 @@ class Rgb(NamedTuple):
     def css(self) -> str:
         """As a style sheet writes it."""
         return f"rgb({self.r}, {self.g}, {self.b})"
+
+    @property
+    def on_any_page(self) -> str:
+        """As a style sheet writes it, paler on a dark page where it would be hard to see there."""
+        if 0.299 * self.r + 0.587 * self.g + 0.114 * self.b > READABLE:
+            return self.css
+        paler = Rgb(*(round(c + PALER * (255 - c)) for c in self))
+        return f"light-dark({self.css}, {paler.css})"
 
     @property
     def linear(self) -> "Rgb":
@@ -48,11 +58,25 @@ BONE = Rgb(222, 211, 190)
 
 CAUSE = Rgb(123, 63, 242)  # what a diagnosis names: arrows, lines; their black is lost on a dark page
 CAUSE_SURFACE = Rgb(240, 228, 66)  # likewise: bones, balls
+OTHER_SOLVE = SKY  # the skeleton and the curves of the solve that is compared with
 UNASSIGNED = ORANGE  # a force that goes to no foot
 RESIDUAL = VERMILION
 UNSEEN = PALE  # a marker while it's lost
 NO_MODEL = GREY  # a marker that nothing was fitted to
 PLATES = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, GREY)  # in the plots, in the file's order
+
+# Of the reasons' keys, in the app's lanes: the number stands on the block as well.
+REASONS = {
+    "1": ORANGE,
+    "2": VERMILION,
+    "3": PURPLE,
+    "4": SKY,
+    "5": BLUE,
+    "6": GREEN,
+    "7": Rgb(240, 228, 66),
+    "8": GREY,
+    "9": Rgb(120, 94, 240),
+}
 
 ERROR_FULL_SCALE = 0.04  # [m] Hicks et al. 2015: no marker farther than 4 cm
 _RAMP = np.array([BLUE, SKY, ORANGE, VERMILION], dtype=float)

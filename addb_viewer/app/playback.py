@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 SPEEDS = (-2.0, -1.0, -0.5, -0.25, 0.25, 0.5, 1.0, 2.0)  # J and L walk through them
 PICTURES_PER_SECOND = 30.0  # what a software-rendered browser and a slow line can still take
+PICTURES_OF_ALL = 100.0  # a second, of all browsers together: about half of one core
 
 
 @dataclass(frozen=True)
@@ -18,6 +19,27 @@ class Position:
     speed: float
 
 
+class Pace:
+    """How many pictures a second each browser gets: fewer where many play, so that keys still act at once."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._playing: set[int] = set()
+
+    def report(self, who: int, playing: bool) -> None:
+        """Say whether a playback plays."""
+        with self._lock:
+            if playing:
+                self._playing.add(who)
+            else:
+                self._playing.discard(who)
+
+    @property
+    def interval(self) -> float:
+        """Least time between two pictures of one playback [s]."""
+        return max(1.0 / PICTURES_PER_SECOND, len(self._playing) / PICTURES_OF_ALL)
+
+
 class Playback:
     """The present frame of a trial. All methods may be called from any thread and return at once.
 
@@ -25,10 +47,14 @@ class Playback:
     """
 
     def __init__(
-        self, draw: Callable[[Position], None], clock: Callable[[], float] = time.perf_counter
+        self,
+        draw: Callable[[Position], None],
+        clock: Callable[[], float] = time.perf_counter,
+        pace: Pace | None = None,
     ) -> None:
         self._draw = draw
         self._clock = clock
+        self._pace = pace or Pace()
         self._wake = threading.Condition(threading.RLock())
         self._frames, self._rate = 1, 1.0
         self._frame, self._speed, self._playing = 0.0, 1.0, False
@@ -48,11 +74,11 @@ class Playback:
         if self._thread.is_alive() and self._thread is not threading.current_thread():
             self._thread.join(timeout=5.0)
 
-    def open(self, frames: int, rate: float) -> None:
-        """Turn to another trial's first frame, paused."""
+    def open(self, frames: int, rate: float, frame: int = 0) -> None:
+        """Turn to a frame of another trial, paused."""
         with self._wake:
             self._frames, self._rate = max(frames, 1), rate
-            self._frame, self._playing = 0.0, False
+            self._frame, self._playing = float(min(max(frame, 0), self._frames - 1)), False
             self._changed()
 
     @property
@@ -153,14 +179,16 @@ class Playback:
                 while not (self._dirty or self._playing or self._stopped):
                     self._wake.wait()
                 if self._stopped:
+                    self._pace.report(id(self), False)
                     return
                 position, forced = self._position(), self._dirty
                 self._dirty = False
             began = self._clock()
+            self._pace.report(id(self), position.playing)
             if forced or position != shown:
                 self._draw(position)
                 shown = position
             with self._wake:
-                pause = 1.0 / PICTURES_PER_SECOND - (self._clock() - began)
+                pause = self._pace.interval - (self._clock() - began)
                 if pause > 0 and not self._stopped:
                     self._wake.wait_for(lambda: self._stopped, timeout=pause)

@@ -3,13 +3,20 @@
 Every array has one row a marker frame. Units are SI, the frame is the ground, y up; NaN means not measured.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.spatial.transform import Rotation
 
+from addb_viewer.app.foot_forces import DemandedForce, demanded_forces
+from addb_viewer.app.marker_tracks import MarkerTracks, marker_tracks
 from solver.capture.capture import Capture, ForcePlate
+from solver.contact.contact_phases import ContactPhase, contact_phases
+from solver.contact.proposals import Proposal
+from solver.contact.settings import ContactSettings
+from solver.contact.wrenches import MissingRange
 from solver.fit import TrialFit
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
@@ -28,6 +35,11 @@ class MarkerReplay:
     def errors(self) -> Float[np.ndarray, "frames markers"]:
         """Distance between the two [m]."""
         return np.linalg.norm(self.measured - self.model, axis=2)
+
+    @cached_property
+    def tracks(self) -> MarkerTracks:
+        """Ready to be drawn."""
+        return marker_tracks(self.measured, self.model, self.errors)
 
 
 @dataclass(frozen=True)
@@ -77,6 +89,26 @@ class ResidualReplay:
 
 
 @dataclass(frozen=True)
+class JointReplay:
+    """Generalized coordinates and the torques that move them."""
+
+    names: tuple[str, ...]
+    rotates: tuple[bool, ...]  # True: an angle and a torque; False: a displacement and a force
+    position: Float[np.ndarray, "frames dofs"]  # [rad or m]
+    torque: Float[np.ndarray, "frames dofs"] | None = None  # [N·m or N]
+
+
+@dataclass(frozen=True)
+class ForceUse:
+    """Which forces the fit used, and what detection thinks of them. Frames are the recording's."""
+
+    contacts: tuple[ContactPhase, ...] = ()
+    missing: tuple[MissingRange, ...] = ()  # left out, and why
+    source: str = "none"  # who decided: "review", "review.json", "proposals" or "none"
+    proposals: tuple[Proposal, ...] = ()
+
+
+@dataclass(frozen=True)
 class Replay:
     """A trial, ready to be drawn."""
 
@@ -88,6 +120,9 @@ class Replay:
     feet: tuple[str, ...] = ()
     bodies: BodyReplay | None = None
     residual: ResidualReplay | None = None
+    joints: JointReplay | None = None
+    demanded: tuple[DemandedForce, ...] = ()  # of feet whose force is missing
+    forces: ForceUse = field(default_factory=ForceUse)
     notes: tuple[str, ...] = ()
 
     @property
@@ -139,6 +174,9 @@ def fitted_replay(trial: TrialFit, skeleton: Skeleton, person: Person) -> Replay
         feet=feet,
         bodies=_bodies(trial, skeleton, on_fit),
         residual=_residual(trial, person, on_fit),
+        joints=_joints(trial, skeleton, on_fit),
+        demanded=demanded_forces(trial, skeleton, on_fit.floats),
+        forces=_force_use(trial, skeleton),
         notes=(*notes, *trial.notes),
     )
 
@@ -205,3 +243,26 @@ def _residual(trial: TrialFit, person: Person, on_fit: _Clock) -> ResidualReplay
         force_limit=limits.linear_BW * weight,
         moment_limit=limits.angular_BWh * weight * person.height_m,
     )
+
+
+def _joints(trial: TrialFit, skeleton: Skeleton, on_fit: _Clock) -> JointReplay:
+    torque = None if trial.dynamics is None else on_fit.floats(trial.dynamics.joint_torques)
+    rotates = tuple(coordinate.motion != "translation" for coordinate in skeleton.free_coordinates)
+    return JointReplay(skeleton.dofs, rotates, on_fit.floats(trial.motion.q), torque)
+
+
+def _force_use(trial: TrialFit, skeleton: Skeleton) -> ForceUse:
+    """The fit's frames are the markers': one clock."""
+    if trial.contacts is None:
+        return ForceUse(proposals=trial.proposals)
+    R_ground_body, p_ground_body = body_poses(skeleton, trial.motion.q)
+    phases = contact_phases(
+        trial.contacts,
+        R_ground_body,
+        p_ground_body,
+        skeleton=skeleton,
+        rate=trial.motion.rate,
+        settings=ContactSettings(),
+    )
+    missing, source = ((), "none") if trial.mask is None else (trial.mask.reasons, trial.mask.source)
+    return ForceUse(phases, missing, source, trial.proposals)

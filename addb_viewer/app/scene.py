@@ -12,7 +12,8 @@ from addb_viewer.app.effect_nodes import EffectNodes
 from addb_viewer.app.effect_pictures import Figures, pictures
 from addb_viewer.app.force_nodes import ForceNodes, PlateNodes
 from addb_viewer.app.marker_nodes import MarkerNodes
-from addb_viewer.app.replay import Replay
+from addb_viewer.app.palette import OTHER_SOLVE
+from addb_viewer.app.replay import BodyReplay, Replay
 
 LAB, TRIAL = "/lab", "/lab/trial"
 PELVIS_TO_MIDDLE = 0.93  # half of a standing person's height over the pelvis' (Winter 2009: 0.50 over 0.54)
@@ -27,18 +28,19 @@ class SceneOptions:
     model_markers: bool = True
     trail_seconds: float = 0.0
     forces: bool = True
+    demanded: bool = True
     residual: bool = True
     causes: bool = True
+    other: bool = True  # the skeleton of the solve that this one is compared with
     follow: bool = True
 
 
 class Scene:
-    """Owns all nodes of the scene."""
+    """Owns all nodes of the scene of one browser; or, given the server, of one that all see."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self.server = server
         self.options = SceneOptions()
-        server.scene.set_up_direction("+y")
         # Colours mean something here: light that keeps them, and no shadows, which software renders slowly.
         server.scene.configure_environment_map(None)
         server.scene.configure_default_lights(cast_shadow=False)
@@ -50,6 +52,7 @@ class Scene:
         )  # fmt: skip
         self.replay: Replay | None = None
         self.figures: Figures | None = None
+        self.other: BodyNodes | None = None
         self.path = np.zeros((1, 3))
         self.anchor = np.zeros(3)
 
@@ -59,7 +62,7 @@ class Scene:
         with self.server.atomic():
             scene.remove_by_name(TRIAL)
             scene.add_frame(TRIAL, show_axes=False)
-            self.replay = replay
+            self.replay, self.other = replay, None
             self.markers = MarkerNodes(scene, f"{TRIAL}/markers", replay.markers, replay.rate)
             self.bodies = (
                 BodyNodes(scene, f"{TRIAL}/bodies", replay.bodies, meshes) if replay.bodies else None
@@ -70,6 +73,19 @@ class Scene:
             self.anchor = np.zeros(3)
             self._add_causes()
             self.draw(0)
+
+    def compare(self, bodies: BodyReplay | None, meshes: dict[str, trimesh.Trimesh]) -> None:
+        """Draw another solve's skeleton into this one, see-through; None: no more.
+
+        Args:
+            bodies: of the same trial.
+            meshes: of that solve's skeleton.
+        """
+        with self.server.atomic():
+            self.server.scene.remove_by_name(f"{TRIAL}/other")
+            self.other = None
+            if bodies is not None:
+                self.other = BodyNodes(self.server.scene, f"{TRIAL}/other", bodies, meshes, OTHER_SOLVE)
 
     def explain(self, figures: Figures | None) -> None:
         """Draw the causes of a diagnosis from now on, in place of those of another; None for no diagnosis.
@@ -99,7 +115,9 @@ class Scene:
             if self.bodies is not None:
                 marked = self.causes.marked_bodies(frame, visible=o.causes)
                 self.bodies.draw(frame, visible=o.bones, see_through=o.see_through, marked=marked)
-            self.forces.draw(frame, forces=o.forces, residual=o.residual)
+            if self.other is not None:
+                self.other.draw(frame, visible=o.other, see_through=True)
+            self.forces.draw(frame, forces=o.forces, residual=o.residual, demanded=o.demanded)
             self.causes.draw(frame, visible=o.causes)
             if o.follow:
                 self.lab.position = self.anchor - self.path[frame]
@@ -107,7 +125,7 @@ class Scene:
     def center(self, frame: int) -> Float[np.ndarray, "3"]:
         """The middle of the person as the cameras see it [m]: the pelvis, else half-way up the markers."""
         assert self.replay is not None
-        bodies, heights = self.replay.bodies, self.markers.held[frame, :, 1]
+        bodies, heights = self.replay.bodies, self.markers.tracks.held[frame, :, 1]
         middle = 0.5 * (float(heights.min()) + float(heights.max())) if heights.size else 1.0
         if bodies is not None and np.isfinite(bodies.position[frame, bodies.root, 1]):
             middle = PELVIS_TO_MIDDLE * float(bodies.position[frame, bodies.root, 1])

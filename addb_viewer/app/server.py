@@ -1,79 +1,55 @@
-"""The web server: this machine only, no foreign web page, no sharing."""
+"""The web server: the door is asked about every request, and there is no sharing."""
 
 import contextlib
-import http
 import io
-import ipaddress
 import socket
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any
-from urllib.parse import urlsplit
 
 import viser
 import websockets.asyncio.server
 from websockets.asyncio.server import ServerConnection
-from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
+from addb_viewer.app.door import WILDCARDS, Door
 from solver.errors import SolverError
 
 _PATCHING = threading.Lock()
-_WILDCARDS = ("0.0.0.0", "::", "")
 
 
 class AddressError(SolverError):
     """The address cannot be listened on."""
 
 
-def open_server(host: str = "127.0.0.1", port: int = 8080) -> viser.ViserServer:
+def open_server(host: str = "127.0.0.1", port: int = 8080, door: Door | None = None) -> viser.ViserServer:
     """A viser server that answers only pages that it served itself.
 
     Viser takes the next free port when this one is taken: read `get_port()`.
 
     Args:
-        host: address to listen on; others than the loopback let the network in, without a password.
+        host: address to listen on.
         port: 0 lets the system choose.
+        door: who may come in; by default everybody on the loopback, elsewhere nobody without a token.
 
     Raises:
         AddressError: the host is no address of this machine, or the port no port.
     """
     _check_address(host, port)
-    with _PATCHING, _doorkeeper(host), contextlib.redirect_stdout(io.StringIO()):
+    with _PATCHING, _doorkeeper(door or Door.of(host)), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=port, label="addb-viewer", verbose=False)
     server.request_share_url = _refuse_to_share  # type: ignore[method-assign]
     return server
 
 
-def address(server: viser.ViserServer, host: str) -> str:
-    """The page's address as a person on this machine types it."""
-    shown = "127.0.0.1" if host in _WILDCARDS else host
-    return f"http://[{shown}]:{server.get_port()}" if ":" in shown else f"http://{shown}:{server.get_port()}"
-
-
-def refusal(headers: Headers, host: str, *, websocket: bool) -> str | None:
-    """Why a request is turned away: it asks for another machine (a rebound name), or another page sent it.
-
-    A program without a browser sends no Origin and may come in; it could open a connection of its own anyway.
-    """
-    asked = headers.get("Host", "")
-    name = urlsplit(f"//{asked}").hostname or ""
-    if not _is_ours(name, host):
-        return f"This server does not answer for '{name}'."
-    origin = headers.get("Origin")
-    if websocket and origin is not None and urlsplit(origin).netloc.lower() != asked.lower():
-        return "Only pages of this server may connect."
-    return None
-
-
-def _is_ours(name: str, host: str) -> bool:
-    if name in ("localhost", "127.0.0.1", "::1", host.lower()):
-        return True
-    if host not in _WILDCARDS:
-        return False
-    with contextlib.suppress(ValueError):
-        return bool(ipaddress.ip_address(name))
-    return name in (socket.gethostname().lower(), socket.getfqdn().lower())
+def address(server: viser.ViserServer, door: Door) -> str:
+    """The page's address as a person types it, with the token where one is needed."""
+    shown = door.host
+    if shown in WILDCARDS:
+        shown = socket.gethostname() if door.token else "127.0.0.1"
+    place = f"[{shown}]" if ":" in shown else shown
+    token = f"/?token={door.token}" if door.token else ""
+    return f"http://{place}:{server.get_port()}{token}"
 
 
 def _check_address(host: str, port: int) -> None:
@@ -91,17 +67,21 @@ def _check_address(host: str, port: int) -> None:
 
 
 @contextlib.contextmanager
-def _doorkeeper(host: str) -> Iterator[None]:
+def _doorkeeper(door: Door) -> Iterator[None]:
     """Viser gives no way to look at a request before it does; so its call to `serve` gets our look first."""
     serve = websockets.asyncio.server.serve
 
     def guarded_serve(*args: Any, process_request: Callable[..., Response | None], **options: Any) -> Any:
         def look(connection: ServerConnection, request: Request) -> Response | None:
             websocket = request.headers.get("Upgrade", "").lower() == "websocket"
-            why = refusal(request.headers, host, websocket=websocket)
-            if why is not None:
-                return connection.respond(http.HTTPStatus.FORBIDDEN, why + "\n")
-            return process_request(connection, request)
+            port = connection.local_address[1]
+            answer = door.answer(request.headers, request.path, port, websocket=websocket)
+            if answer is None:
+                return process_request(connection, request)
+            response = connection.respond(answer.status, answer.text + "\n")
+            for name, value in answer.headers:
+                response.headers[name] = value
+            return response
 
         return serve(*args, process_request=look, **options)
 

@@ -1,27 +1,37 @@
-"""`addb-viewer open`: the review app on one subject."""
+"""`addb-viewer open`: the review app on one subject, or on a folder of several."""
 
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from addb_viewer.commands.errors import errors_as_lines
-from addb_viewer.commands.options import DEFAULT_HOST, DEFAULT_PORT, Debug, Host, Out, Port, SubjectFolder
+from addb_viewer.commands.options import DEFAULT_HOST, DEFAULT_PORT, Debug, Host, Out, Port
 from addb_viewer.commands.solving import check_folder
+
+Root = Annotated[
+    Path, typer.Argument(metavar="ROOT", help="A subject's folder, or one that holds several subjects.")
+]
 
 
 def open_subject(
-    subject: SubjectFolder,
+    root: Root,
     out: Out = None,
     host: Host = DEFAULT_HOST,
     port: Port = DEFAULT_PORT,
     debug: Debug = False,
 ) -> None:
-    """Open the review app on a subject; without a fit it shows what was measured."""
+    """Open the review app; subjects without a fit show what was measured.
+
+    On another host than this machine's own, browsers need the token that is printed with the address.
+    """
     with errors_as_lines(debug):
-        check_folder(subject)
-        serve_app(subject, host, port, out)
+        check_folder(root)
+        serve_app(root, host, port, out)
 
 
-def serve_app(subject: Path, host: str, port: int, results: Path | None = None) -> None:
+def serve_app(root: Path, host: str, port: int, results: Path | None = None) -> None:
     """Serve the app until it is stopped; the address is printed."""
     from addb_viewer.app.app import serve  # noqa: PLC0415 (a second of imports that no other command needs)
 
-    serve(subject, host, port, results)
+    serve(root, host, port, results)

@@ -7,9 +7,23 @@ import numpy as np
 import pytest
 import trimesh
 
+from addb_viewer.app.app import ReviewApp
+from addb_viewer.app.house import House
 from addb_viewer.app.library import Library
-from addb_viewer.app.replay import BodyReplay, MarkerReplay, PlateReplay, Replay, ResidualReplay
-from solver.capture.capture import Subject
+from addb_viewer.app.replay import (
+    BodyReplay,
+    ForceUse,
+    JointReplay,
+    MarkerReplay,
+    PlateReplay,
+    Replay,
+    ResidualReplay,
+)
+from addb_viewer.app.server import open_server
+from solver.capture.capture import Capture, Markers, Subject, TrialFiles
+from solver.contact.contact_phases import ContactPhase
+from solver.contact.proposals import Proposal
+from tests.addb_viewer.app.paper_browser import PaperBrowser
 from tests.addb_viewer.made_up_residual import residual, size, trial
 
 FLAGS = [
@@ -49,6 +63,15 @@ def _replay(name="walk", frames=200, rate=100.0, *, fitted=True, plates=2):
         feet=("calcn_r", "calcn_l") if fitted else (),
         bodies=BodyReplay(("pelvis",), still, position, forward=forward) if fitted else None,
         residual=_residual(frames, position[:, 0]) if fitted else None,
+        joints=JointReplay(
+            ("pelvis_tx", "knee_r"),
+            (False, True),
+            np.stack([x, 0.5 * np.sin(6 * x)], axis=1),
+            np.stack([0 * x, 40 * np.cos(6 * x)], axis=1),
+        )
+        if fitted
+        else None,
+        forces=_forces(frames) if fitted else ForceUse(),
         notes=("plate 2 was not tared",),
     )
 
@@ -64,6 +87,23 @@ def _plate(i, frames, x):
     return PlateReplay(f"plate {i + 1}", force, cop, foot, corners)
 
 
+def _forces(frames):
+    """Right on the ground on frames 0 to 59, left on 60 to 119; three proposals."""
+    missing = ((150, min(170, frames), "calcn_r", "notOverForcePlate"),) if frames > 150 else ()
+    return ForceUse(
+        contacts=(ContactPhase(0, 0, 60, 1.0), ContactPhase(1, 60, 120, 0.2)),
+        missing=missing,
+        source="proposals",
+        proposals=(
+            Proposal((60, 80), "calcn_l", "footContactDetectedButNoForce", 0.9, {"missing_N": 512.0}),
+            Proposal((20, 30), None, "hasInputOutliers", 0.4, {}),
+            Proposal((100, 110), "calcn_r", "notOverForcePlate", 0.7, {"slip_m_s": 0.02}),
+        )
+        if frames > 150
+        else (),
+    )
+
+
 def _residual(frames, com):
     force = np.zeros((frames, 3))
     force[:, 0] = np.linspace(0, 100, frames)
@@ -74,7 +114,10 @@ class HandMadeLibrary(Library):
     """A library that gives these replays."""
 
     def __init__(self, folder, replays):
-        super().__init__(Subject(folder, ()), meshes={"pelvis": trimesh.creation.box((0.2, 0.2, 0.3))})
+        files = tuple(TrialFiles(replay.name, folder / f"{replay.name}.trc") for replay in replays)
+        for file in files:
+            file.markers.touch()
+        super().__init__(Subject(folder, files), meshes={"pelvis": trimesh.creation.box((0.2, 0.2, 0.3))})
         self.replays = {replay.name: replay for replay in replays}
         self.broken = {}
 
@@ -86,6 +129,10 @@ class HandMadeLibrary(Library):
         if name in self.broken:
             raise self.broken[name]
         return self.replays[name]
+
+    def capture(self, name):
+        replay = self.replays[name]
+        return Capture(name, Markers(replay.markers.names, replay.markers.measured, replay.rate))
 
 
 @pytest.fixture(scope="session")
@@ -107,18 +154,53 @@ def browser():
 
 
 @pytest.fixture(scope="session")
+def make_app(make_library):
+    """Makes an app on replays; closing is the test's."""
+
+    def made(folder, replays, **options):
+        return ReviewApp(open_server(port=0), House.of(make_library(folder, replays)), **options)
+
+    return made
+
+
+@pytest.fixture
+def enter():
+    """Opens an app in a browser without a picture, which carries its session; left at the end."""
+    browsers = []
+
+    def entered(app, trial=True):
+        before = set(app.sessions)
+        browser = PaperBrowser(app.server.get_port())
+        browsers.append(browser)
+        (client,) = browser.until(lambda: set(app.sessions) - before, "the session")
+        browser.session = app.sessions[client]
+        if trial:
+            browser.until(lambda: browser.session.replay is not None, "the trial")
+            browser.session.notices._hand.submit(lambda: None).result(PATIENCE)  # after all of the entrance
+            browser.until(lambda: "worst first" in browser.html(), "the queue")
+        return browser
+
+    yield entered
+    for browser in browsers:
+        browser.close()
+
+
+@pytest.fixture(scope="session")
 def open_page(browser):
     """Opens an app in a page that is ready for clicks; errors of its scripts gather in `errors`."""
 
-    def opened(app):
-        page = browser.new_page(viewport={"width": 900, "height": 600})
+    def opened(app, size=(1280, 800)):
+        before = set(app.sessions)
+        page = browser.new_page(viewport={"width": size[0], "height": size[1]})
         page.errors = []
         page.on("pageerror", lambda error: page.errors.append(str(error)))
         page.goto(f"http://127.0.0.1:{app.server.get_port()}")
         page.wait_for_selector("canvas", timeout=1000 * PATIENCE)
-        _until(app.server.get_clients)
-        page.get_by_text("Trial", exact=True).first.wait_for(timeout=1000 * PATIENCE)
-        time.sleep(2.0)
+        (client,) = _until(lambda: set(app.sessions) - before, "the session")
+        page.session = app.sessions[client]
+        _until(lambda: page.session.replay is not None, "the trial")
+        page.locator("[data-addb-cursor]").first.wait_for(state="attached", timeout=1000 * PATIENCE)
+        time.sleep(1.5)
         _close_notices(page)  # the hint at software rendering lies over the buttons
         return page
 

@@ -1,7 +1,6 @@
-"""From a folder on the disk to the app, without a browser."""
+"""From a folder on the disk to the app, without a picture."""
 
 import json
-import time
 
 import numpy as np
 import pytest
@@ -11,13 +10,11 @@ from addb_viewer.app.app import serve, start
 from addb_viewer.app.server import open_server
 from solver.capture.capture import Markers
 from solver.capture.trc import write_trc
-from solver.errors import SolverError
+from solver.errors import CaptureError, SolverError
 
 
-@pytest.fixture
-def subject(tmp_path):
+def write_subject(folder):
     """Two trials of someone with four markers; nothing fitted."""
-    folder = tmp_path / "Zoë Ørsted"
     folder.mkdir()
     (folder / "_subject.json").write_text(json.dumps({"massKg": 70, "heightM": "1.8"}))
     corners = np.array([[0, 0.1, 0], [0, 1.0, 0.2], [0.2, 1.7, 0], [0.1, 1.0, -0.2]])
@@ -29,32 +26,40 @@ def subject(tmp_path):
 
 
 @pytest.fixture
+def subject(tmp_path):
+    return write_subject(tmp_path / "Zoë Ørsted")
+
+
+@pytest.fixture
 def opened():
     apps = []
-    yield apps.append
+
+    def open_(*arguments, **options):
+        apps.append(start(*arguments, port=0, **options))
+        return apps[-1]
+
+    yield open_
     for app in apps:
         app.close()
 
 
-def test_a_subject_without_a_fit_opens(subject, opened):
-    app = start(subject, port=0)
-    opened(app)
-    assert app.shown == "first"
-    assert app.library.trials == ("first", "second")
-    assert app.replay.bodies is None
-    assert "70.0 kg" in app.controls.summary.content
-    assert "Not fitted yet" in app.controls.notes.content
-    assert not app.notices.waiting
+def test_a_subject_without_a_fit_opens(subject, opened, enter):
+    browser = enter(opened(subject))
+    session = browser.session
+    assert session.shown == "first"
+    assert session.trials() == ("first", "second")
+    assert session.replay.bodies is None
+    assert "70.0 kg" in browser.html()
+    assert "Not fitted yet" in browser.html()
+    assert not browser.notices
 
 
-def test_a_broken_trial_is_told_and_the_next_one_opens(subject, opened):
+def test_a_broken_trial_is_told_and_the_next_one_opens(subject, opened, enter):
     (subject / "trials" / "first" / "markers.trc").write_text("PathFileType\t4\n")
-    app = start(subject, port=0)
-    opened(app)
-    assert app.shown == "second"
-    ((title, body),) = app.notices.waiting
-    assert title == "Opening first failed"
-    assert "markers.trc" in body
+    browser = enter(opened(subject))
+    assert browser.session.shown == "second"
+    assert browser.told("Opening first failed")
+    assert browser.told("markers.trc")
 
 
 def test_half_a_fit_is_one_clear_error(subject):
@@ -64,26 +69,69 @@ def test_half_a_fit_is_one_clear_error(subject):
         start(subject, port=0)
 
 
-def test_nothing_is_written_into_the_subjects_folder(subject, opened):
+def test_nothing_is_written_into_the_subjects_folder(subject, opened, enter):
     before = sorted(subject.rglob("*"))
-    opened(start(subject, port=0))
+    browser = enter(opened(subject))
+    browser.press("One frame on")
+    browser.until(lambda: browser.session.frame == 1)
     assert sorted(subject.rglob("*")) == before
 
 
-def test_drawing_survives_its_own_errors(subject, opened, monkeypatch):
-    app = start(subject, port=0)
-    opened(app)
-    monkeypatch.setattr(app.scene, "draw", lambda frame: 1 / 0)
-    app.playback.seek(3)
-    end = time.monotonic() + 5
-    while not app.notices.waiting and time.monotonic() < end:
-        time.sleep(0.02)
-    assert app.notices.waiting[0] == ("Drawing failed", "division by zero")
-    monkeypatch.undo()
-    app.playback.seek(7)
-    while app.controls.frame.value != 7 and time.monotonic() < end:
-        time.sleep(0.02)
-    assert app.controls.frame.value == 7
+def test_a_root_shows_the_queue_of_all_subjects_and_goes_from_one_to_the_next(tmp_path, opened, enter):
+    for name in ("A", "B"):
+        write_subject(tmp_path / name)
+    browser = enter(opened(tmp_path))
+    assert "Reviewed 0 of 4" in browser.html()
+    assert (browser.session.room.name, browser.session.shown) == ("A", "first")
+    for _ in range(2):
+        browser.press("Finish the trial, go to the next")
+    browser.until(lambda: browser.session.room.name == "B" and browser.session.shown == "first")
+    browser.until(lambda: "Reviewed 2 of 4" in browser.html())
+    assert (tmp_path / "A" / "annotations.sqlite").exists()
+    assert not (tmp_path / "B" / "annotations.sqlite").exists()
+
+
+def test_rooms_that_nobody_is_in_are_closed_but_for_the_last(tmp_path, opened, enter):
+    for name in "ABCD":
+        write_subject(tmp_path / name)
+    app = opened(tmp_path)
+    browser = enter(app)
+    for name in "BCDAB":
+        browser.session.notices.do("Opening", lambda name=name: browser.session.open(name, "second"))
+    browser.until(lambda: browser.session.room.name == "B" and browser.session.shown == "second")
+    browser.until(lambda: len(app.house.rooms) == 2)
+
+
+def test_a_subject_that_breaks_is_told_and_the_present_one_stays(tmp_path, opened, enter):
+    for name in "AB":
+        write_subject(tmp_path / name)
+    browser = enter(opened(tmp_path))
+    (tmp_path / "B" / "_subject.json").write_text("{")
+    browser.session.notices.do("Opening", lambda: browser.session.open("B", "first"))
+    browser.until(lambda: browser.told("_subject.json"))
+    assert browser.session.room.name == "A"
+
+
+def test_files_outside_the_root_are_refused(tmp_path):
+    write_subject(tmp_path / "outside")
+    (tmp_path / "root").mkdir()
+    inside = write_subject(tmp_path / "root" / "S1")
+    (inside / "trials" / "first" / "markers.trc").unlink()
+    (inside / "trials" / "first" / "markers.trc").symlink_to(
+        tmp_path / "outside" / "trials" / "first" / "markers.trc"
+    )
+    with pytest.raises(CaptureError, match="leads out of"):
+        start(inside, port=0)
+    (tmp_path / "root" / "linked").symlink_to(tmp_path / "outside")
+    write_subject(tmp_path / "root" / "S2")
+    app = start(tmp_path / "root", port=0)
+    try:
+        assert app.house.root.names == ("S2",)
+        for name in ("..", "../outside", "linked", "S1", "/etc"):
+            with pytest.raises(CaptureError, match="has no subject"):
+                app.house.room(name)
+    finally:
+        app.close()
 
 
 def test_serving_prints_the_real_address_and_ends_with_ctrl_c(subject, capsys, monkeypatch):
@@ -102,3 +150,9 @@ def test_serving_prints_the_real_address_and_ends_with_ctrl_c(subject, capsys, m
     assert f"Port {other.get_port()} is taken. " in printed
     assert "http://127.0.0.1:" in printed
     assert f"http://127.0.0.1:{other.get_port()} " not in printed
+
+
+def test_on_the_network_the_printed_address_holds_the_token_and_nobody_is_anybody(subject, opened):
+    app = opened(subject, host="0.0.0.0")
+    assert app.door.token
+    assert app._login == ""

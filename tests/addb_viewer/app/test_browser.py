@@ -8,7 +8,9 @@ from dataclasses import replace
 import pytest
 
 from addb_viewer.app.app import ReviewApp
-from addb_viewer.app.server import open_server
+from addb_viewer.app.door import Door
+from addb_viewer.app.house import House
+from addb_viewer.app.server import address, open_server
 from solver.errors import CaptureError
 
 pytestmark = pytest.mark.browser
@@ -17,7 +19,7 @@ SPITEFUL = "<img src=x onerror='window.hacked=1'>"
 
 
 @pytest.fixture(scope="module")
-def app(tmp_path_factory, make_replay, make_library):
+def app(tmp_path_factory, make_replay, make_app):
     spiteful = make_replay("measured only", 120, fitted=False)
     spiteful = replace(
         spiteful,
@@ -25,12 +27,9 @@ def app(tmp_path_factory, make_replay, make_library):
         plates=tuple(replace(p, name=SPITEFUL) for p in spiteful.plates),
         markers=replace(spiteful.markers, names=(SPITEFUL,) * 5),
     )
-    library = make_library(
-        tmp_path_factory.mktemp("subject"), [make_replay(), spiteful, make_replay("no forces", 80, plates=0)]
-    )
-    library.broken["torn"] = CaptureError("markers.trc: line 7 is cut off")
-    app = ReviewApp(open_server(port=0), library)
-    app.open_trial("walk")
+    replays = [make_replay(), spiteful, make_replay("no forces", 80, plates=0)]
+    app = make_app(tmp_path_factory.mktemp("subject"), replays, login=SPITEFUL)
+    app.house.rooms[0].library.broken["torn"] = CaptureError("markers.trc: line 7 is cut off")
     yield app
     app.close()
 
@@ -43,26 +42,31 @@ def page(open_page, app):
 
 
 @pytest.fixture
+def session(page):
+    return page.session
+
+
+@pytest.fixture
 def frame_is(until):
-    def wait(app, frame):
-        until(lambda: app.playback.position.frame == frame, f"frame {frame}; now {app.playback.position}")
+    def wait(session, frame):
+        until(lambda: session.frame == frame, f"frame {frame}; now {session.playback.position}")
 
     return wait
 
 
 @pytest.fixture(autouse=True)
-def at_the_first_frame(app, page):
-    if app.shown != "walk":
-        app.open_trial("walk")
-    app.playback.seek(0)
-    app.playback.play_at(1.0)
-    page.mouse.click(450, 20)
+def at_the_first_frame(session, page):
+    if session.shown != "walk":
+        session.open_trial("walk")
+    session.playback.seek(0)
+    session.playback.play_at(1.0)
+    page.mouse.click(580, 780)
     yield
     assert page.errors == []
 
 
-def test_the_page_shows_the_scene_and_the_plots(app, page):
-    scene = app.server.scene
+def test_the_page_shows_the_scene_and_the_plots(session, page):
+    scene = session.client.scene
     for node in (
         "markers/measured",
         "bodies/0",
@@ -73,122 +77,131 @@ def test_the_page_shows_the_scene_and_the_plots(app, page):
     ):
         assert scene.get_handle_by_name(f"/lab/trial/{node}") is not None, node
     page.get_by_text("Residual moment [N·m]").wait_for()
-    assert page.locator(".uplot").count() == 4
-    assert page.get_by_text("200 at 100 Hz").count() == 1
+    assert page.get_by_text("time [s]").count() >= 1
+    page.get_by_role("tab", name="Fit", exact=True).click()
+    page.get_by_text("200 at 100 Hz").wait_for()
+    page.get_by_role("tab", name="Review", exact=True).click()
 
 
-def test_keys_step_by_a_frame_a_tenth_and_a_second(app, page, frame_is):
+def test_keys_step_by_a_frame_a_tenth_and_a_second(session, page, frame_is):
     for key, frame in [
         (".", 1), (".", 2), (",", 1), ("PageDown", 101), ("Shift+PageDown", 111), ("Shift+PageUp", 101),
         ("PageUp", 1), ("End", 199), ("Home", 0),
     ]:  # fmt: skip
         page.keyboard.press(key)
-        frame_is(app, frame)
+        frame_is(session, frame)
 
 
-def test_space_plays_and_pauses(app, page, until):
+def test_space_plays_and_pauses(session, page, until):
     page.keyboard.press("Space")
-    until(lambda: app.playback.position.frame > 20)
+    until(lambda: session.playback.position.frame > 20)
     page.keyboard.press("Space")
-    until(lambda: not app.playback.position.playing)
+    until(lambda: not session.playback.position.playing)
     box = frame_box(page)
-    until(lambda: box.input_value() == str(app.playback.position.frame), "the frame box")
+    until(lambda: box.input_value() == str(session.playback.position.frame), "the frame box")
 
 
-def test_space_after_a_click_on_play_toggles_once(app, page, until):
+def test_space_after_a_click_on_play_toggles_once(session, page, until):
     page.get_by_role("button", name="Play").click()
-    until(lambda: app.playback.position.playing)
+    until(lambda: session.playback.position.playing)
     page.keyboard.press("Space")
-    until(lambda: not app.playback.position.playing)
+    until(lambda: not session.playback.position.playing)
     time.sleep(0.5)
-    assert not app.playback.position.playing
+    assert not session.playback.position.playing
 
 
-def test_j_k_l(app, page, until, frame_is):
+def test_j_k_l(session, page, until, frame_is):
     page.keyboard.press("End")
-    frame_is(app, 199)
+    frame_is(session, 199)
     page.keyboard.press("j")
-    until(lambda: app.playback.position.frame < 190)
-    assert app.playback.position.speed == -1.0
+    until(lambda: session.playback.position.frame < 190)
+    assert session.playback.position.speed == -1.0
     page.keyboard.press("k")
-    until(lambda: not app.playback.position.playing)
+    until(lambda: not session.playback.position.playing)
     page.keyboard.press("l")
-    until(lambda: app.playback.position.playing and app.playback.position.speed == 1.0)
+    until(lambda: session.playback.position.playing and session.playback.position.speed == 1.0)
 
 
-def test_a_typed_frame_is_gone_to(app, page, until):
+def test_a_typed_frame_is_gone_to(session, page, until):
     box = frame_box(page)
-    until(lambda: box.fill("57") or app.playback.position.frame == 57, "frame 57, typed until it stays")
-    until(lambda: app.scene.bodies.handles[0].position[0] == pytest.approx(0.57))
-    until(lambda: page.locator("input[disabled]").first.input_value() == "2.570 s")
+    until(lambda: box.fill("57") or session.playback.position.frame == 57, "frame 57, typed until it stays")
+    until(lambda: session.scene.bodies.handles[0].position[0] == pytest.approx(0.57))
+    page.get_by_text("frame 57 · 2.570 s").wait_for()
 
 
-def test_keys_do_not_act_while_a_number_is_typed(app, page):
+def test_keys_do_not_act_while_a_number_is_typed(session, page):
     box = frame_box(page)
     box.click()
     page.keyboard.press("End")
     page.keyboard.press("j")
     time.sleep(0.5)
-    assert app.playback.position.frame == 0
-    assert not app.playback.position.playing
+    assert session.playback.position.frame == 0
+    assert not session.playback.position.playing
 
 
-def test_keys_act_again_right_after_a_click_or_a_typed_frame(app, page, until, frame_is):
+def test_keys_act_again_right_after_a_click_or_a_typed_frame(session, page, until, frame_is):
+    page.get_by_role("tab", name="View", exact=True).click()
     page.get_by_text("See-through").click()
-    until(lambda: app.scene.options.see_through)
+    until(lambda: session.scene.options.see_through)
+    until(lambda: page.evaluate("document.activeElement === document.body"), "the keyboard")
     page.keyboard.press(".")
-    frame_is(app, 1)
+    frame_is(session, 1)
     page.get_by_text("See-through").click()
-    until(lambda: not app.scene.options.see_through)
+    until(lambda: not session.scene.options.see_through)
     box = frame_box(page)
     box.fill("30")
-    frame_is(app, 30)
+    frame_is(session, 30)
     box.press("Enter")
     page.keyboard.press(".")
-    frame_is(app, 31)
+    frame_is(session, 31)
 
 
-def test_the_chooser_turns_to_other_trials_even_bare_ones(app, page, until, frame_is):
+def test_the_chooser_turns_to_other_trials_even_bare_ones(session, page, until, frame_is):
     for name, frames in [("no forces", 80), ("measured only", 120)]:
         choose(page, name)
-        until(lambda name=name: app.shown == name)
-        until(lambda frames=frames: app.playback.frames == frames)
+        until(lambda name=name: session.shown == name)
+        until(lambda frames=frames: session.playback.frames == frames)
         until(lambda: page.evaluate("document.activeElement === document.body"), "the keyboard")
         time.sleep(0.7)  # as long as a list may take the focus back
         page.keyboard.press("End")
-        frame_is(app, frames - 1)
+        frame_is(session, frames - 1)
 
 
-def test_names_from_files_stay_text(app, page):
-    app.open_trial("measured only")
-    page.get_by_text("Notes").first.click()
-    page.get_by_text(SPITEFUL).first.wait_for(state="attached")
+def test_names_from_files_stay_text(session, page):
+    session.open_trial("measured only")
+    page.keyboard.press("9")  # by a reviewer of a spiteful name
+    session.open_trial("measured only")
+    for tab in ("Fit", "Queue", "Solve", "View", "Review"):
+        page.get_by_role("tab", name=tab, exact=True).click()
+        time.sleep(0.3)
+        if tab == "Fit":
+            page.get_by_text(SPITEFUL).first.wait_for(state="attached")
     time.sleep(1.0)
     assert page.evaluate("window.hacked") is None
-    page.get_by_text("Notes").first.click()
 
 
-def test_a_trial_that_cannot_be_read_says_so_and_the_present_one_stays(app, page, close_notices):
+def test_a_trial_that_cannot_be_read_says_so_and_the_present_one_stays(session, page, close_notices):
     choose(page, "torn")
     page.get_by_text("markers.trc: line 7 is cut off").wait_for()
-    assert app.shown == "walk"
-    assert app.controls.trial.value == "walk"
+    assert session.shown == "walk"
+    assert session.controls.trial.value == "walk"
     close_notices(page)
 
 
-def test_following_keeps_the_person_in_the_middle_and_stops_without_a_jump(app, page, until):
-    app.playback.seek(150)
-    until(lambda: abs(app.scene.lab.position[0] + 1.5) < 1e-6)
+def test_following_keeps_the_person_in_the_middle_and_stops_without_a_jump(session, page, until):
+    page.get_by_role("tab", name="View", exact=True).click()
+    session.playback.seek(150)
+    until(lambda: abs(session.scene.lab.position[0] + 1.5) < 1e-6)
     page.get_by_text("Follow", exact=True).click()
-    until(lambda: not app.scene.options.follow)
-    app.playback.seek(50)
-    until(lambda: app.scene.bodies.handles[0].position[0] == pytest.approx(0.5))
-    assert app.scene.lab.position[0] == pytest.approx(-1.5)
+    until(lambda: not session.scene.options.follow)
+    session.playback.seek(50)
+    until(lambda: session.scene.bodies.handles[0].position[0] == pytest.approx(0.5))
+    assert session.scene.lab.position[0] == pytest.approx(-1.5)
     page.get_by_text("Follow", exact=True).click()
-    until(lambda: app.scene.options.follow)
-    assert app.scene.lab.position[0] == pytest.approx(-1.5)
-    app.scene.anchor[:] = 0.0
-    app.playback.redraw()
+    until(lambda: session.scene.options.follow)
+    assert session.scene.lab.position[0] == pytest.approx(-1.5)
+    session.scene.anchor[:] = 0.0
+    session.playback.redraw()
 
 
 def test_another_web_page_cannot_connect(app, browser, tmp_path):
@@ -225,3 +238,21 @@ def frame_box(page):
 def choose(page, trial):
     page.get_by_text("Trial", exact=True).first.click()
     page.get_by_role("option", name=trial).click(timeout=10_000)
+
+
+def test_with_a_token_the_page_opens_and_without_it_nothing_does(
+    browser, tmp_path, make_replay, make_library, until
+):
+    door = Door("127.0.0.1", "right-token")
+    guarded = ReviewApp(
+        open_server(port=0, door=door), House.of(make_library(tmp_path, [make_replay()])), door=door
+    )
+    page = browser.new_page()
+    try:
+        assert page.goto(f"http://127.0.0.1:{guarded.server.get_port()}").status == 403
+        assert page.goto(address(guarded.server, door)).status == 200
+        until(lambda: guarded.sessions, "the session")
+        assert "token" not in page.url
+    finally:
+        page.close()
+        guarded.close()

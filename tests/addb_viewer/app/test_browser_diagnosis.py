@@ -7,9 +7,7 @@ import time
 import numpy as np
 import pytest
 
-from addb_viewer.app import diagnosis_desk
-from addb_viewer.app.app import ReviewApp
-from addb_viewer.app.server import open_server
+from addb_viewer.app import room
 from solver.dynamics.extension import Cause, Extension
 from solver.results import extension_log
 
@@ -32,7 +30,7 @@ WORKER = """
 
 
 @pytest.fixture(scope="module")
-def app(tmp_path_factory, make_replay, make_library, effect, figures):
+def app(tmp_path_factory, make_replay, make_app, effect, figures):
     folder = tmp_path_factory.mktemp("subject")
     told = figures(
         effect("clock_offset", "all", offset_s=0.0123),
@@ -53,12 +51,16 @@ def app(tmp_path_factory, make_replay, make_library, effect, figures):
     )
     (folder / "tested_worker.py").write_text(textwrap.dedent(WORKER))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(diagnosis_desk, "WORKER", "tested_worker")
+        patch.setattr(room, "DIAGNOSE_WORKER", "tested_worker")
         patch.chdir(folder)  # `python -m` looks there first
-        app = ReviewApp(open_server(port=0), make_library(folder, [make_replay()]))
-        app.open_trial("walk")
+        app = make_app(folder, [make_replay()], login="Zoë")
         yield app
         app.close()
+
+
+@pytest.fixture(scope="module")
+def folder(app):
+    return app.house.rooms[0].subject.folder
 
 
 @pytest.fixture(scope="module")
@@ -71,49 +73,49 @@ def page(open_page, app):
 
 
 @pytest.fixture(autouse=True)
-def nothing_at_work(app, page, close_notices, until):
+def nothing_at_work(page, folder, close_notices, until):
     for name in ("slow", "broken"):
-        (app.library.subject.folder / name).unlink(missing_ok=True)
+        (folder / name).unlink(missing_ok=True)
     close_notices(page)
     yield
-    app.desk.work.cancel()
-    until(lambda: not app.desk.work.running)
+    page.session.room.bench.cancel()
+    until(lambda: not page.session.room.bench.work.running)
     assert page.errors == []
 
 
 @pytest.fixture
-def diagnosed(app, page, until):
+def diagnosed(page, until):
     """With the diagnosis on the screen."""
-    if app.desk.state.figures is None:
+    if page.session.diagnosis.state.figures is None:
         page.get_by_role("button", name="Diagnose", exact=True).click()
-    until(lambda: app.desk.state.figures is not None)
+    until(lambda: page.session.diagnosis.state.figures is not None)
     page.get_by_text("1 · forces shifted in time against the markers").wait_for()
 
 
-def test_diagnosing_shows_progress_and_cancel_ends_it(app, page, until):
-    slow = app.library.subject.folder / "slow"
+def test_diagnosing_shows_progress_and_cancel_ends_it(page, folder, until):
+    slow = folder / "slow"
     slow.touch()
     page.get_by_text("Nobody has asked yet").wait_for()
     page.keyboard.press("x")
     page.get_by_text("screening").wait_for()
     page.get_by_text("so far").wait_for()
     page.keyboard.press(".")  # the page stays alive
-    until(lambda: app.playback.position.frame == 1)
+    until(lambda: page.session.playback.position.frame == 1)
     page.get_by_role("button", name="Cancel").click()
     page.get_by_text("Diagnosing was cancelled; nothing was written.").wait_for()
-    assert not (app.library.results / "diagnosis.json").exists()
+    assert not (page.session.room.results / "diagnosis.json").exists()
     page.get_by_role("button", name="Diagnose", exact=True).wait_for()
 
 
-def test_a_failure_is_a_notification_with_its_cause(app, page, close_notices):
-    (app.library.subject.folder / "broken").touch()
+def test_a_failure_is_a_notification_with_its_cause(page, folder, close_notices):
+    (folder / "broken").touch()
     page.get_by_role("button", name="Diagnose", exact=True).click()
     page.get_by_text("Diagnosing failed", exact=True).wait_for()
     assert page.get_by_text("walk.mot: line 7 is cut off").count() >= 1
     close_notices(page)
 
 
-def test_the_answer_is_on_the_page_and_in_the_scene(app, page, diagnosed, until):
+def test_the_answer_is_on_the_page_and_in_the_scene(page, folder, diagnosed, until):
     for text in (
         "Explained",
         "12 ± 2 ms too late",
@@ -123,46 +125,47 @@ def test_the_answer_is_on_the_page_and_in_the_scene(app, page, diagnosed, until)
         "Nobody has decided yet.",
     ):
         assert page.get_by_text(text).count() >= 1, text
-    until(lambda: len(app.scene.causes.one_by_one) == 3)
-    assert app.server.scene.get_handle_by_name("/lab/trial/causes/1/force") is not None
+    until(lambda: len(page.session.scene.causes.one_by_one) == 3)
+    assert page.session.client.scene.get_handle_by_name("/lab/trial/causes/1/force") is not None
 
 
-def test_a_click_on_frames_goes_there(app, page, diagnosed, until):
+def test_a_click_on_frames_goes_there(page, folder, diagnosed, until):
     page.get_by_role("button", name="170–179").click()
-    until(lambda: app.playback.position.frame == 170)
-    until(lambda: app.scene.causes.one_by_one[1].arrow.visible)
-    app.playback.seek(150)
-    until(lambda: not app.scene.causes.one_by_one[1].arrow.visible)
+    until(lambda: page.session.playback.position.frame == 170)
+    until(lambda: page.session.scene.causes.one_by_one[1].arrow.visible)
+    page.session.playback.seek(150)
+    until(lambda: not page.session.scene.causes.one_by_one[1].arrow.visible)
 
 
-def test_the_residual_over_time_leads_to_its_worst_half_second(app, page, diagnosed, until):
+def test_the_residual_over_time_leads_to_its_worst_half_second(page, folder, diagnosed, until):
     page.get_by_text("Residual over time: walk").wait_for()
-    app.playback.seek(0)
+    page.session.playback.seek(0)
     page.get_by_role("button", name="Worst half second").click()
-    until(lambda: app.playback.position.frame == 120)
+    until(lambda: page.session.playback.position.frame == 120)
 
 
-def test_named_causes_can_be_hidden(app, page, diagnosed, until):
+def test_named_causes_can_be_hidden(page, folder, diagnosed, until):
+    page.get_by_role("tab", name="View", exact=True).click()
     page.get_by_text("Named causes", exact=True).click()
-    until(lambda: not app.scene.options.causes)
-    until(lambda: not app.scene.causes.one_by_one[0].label.visible)
+    until(lambda: not page.session.scene.options.causes)
+    until(lambda: not page.session.scene.causes.one_by_one[0].label.visible)
     page.get_by_text("Named causes", exact=True).click()
-    until(lambda: app.scene.causes.one_by_one[0].label.visible)
+    until(lambda: page.session.scene.causes.one_by_one[0].label.visible)
 
 
-def test_a_refused_decision_says_why(app, page, diagnosed, close_notices):
+def test_a_refused_decision_says_why(page, folder, diagnosed, close_notices):
     """The real `accept`, on a folder without recordings."""
-    page.get_by_role("button", name="Accept").click()
+    page.get_by_role("button", name="Accept").last.click()  # the first is the proposals'
     page.get_by_text("Accepting failed", exact=True).wait_for()
-    assert app.library.subject.folder.name in page.locator(".mantine-Notification-root").first.inner_text()
+    assert folder.name in page.locator(".mantine-Notification-root").first.inner_text()
     close_notices(page)
 
 
-def test_a_decision_is_echoed_with_its_author(app, page, diagnosed):
+def test_a_decision_is_echoed_with_its_author(page, folder, diagnosed):
     late = Cause("clock_offset", "all", {"offset_s": (0.012, 0.001)})
     accepted = Extension((late,), np.ones(1), np.zeros(1))
-    extension_log.accept(app.library.results, accepted, by="Zoë", made_of={})
-    app.desk.show()
+    extension_log.accept(page.session.room.results, accepted, by="Zoë", made_of={})
+    page.session.diagnosis.show()
     page.get_by_text("Accepted by Zoë on").wait_for()
     time.sleep(0.5)
     assert page.get_by_text("The next fit uses it.").count() == 1

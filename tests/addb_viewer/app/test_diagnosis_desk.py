@@ -1,17 +1,13 @@
 """The desk without a browser: what is kept is shown, and decisions need a name."""
 
 import json
-import time
 
 import numpy as np
 import pytest
 
 from addb_viewer.accepted_extension import keep_gain
-from addb_viewer.app import diagnosis_desk
-from addb_viewer.app.app import ReviewApp
-from addb_viewer.app.server import open_server
+from addb_viewer.app import room
 from solver.dynamics.extension import Cause, Extension
-from solver.errors import SolverError
 from solver.results import extension_log
 from tests.addb_viewer.commands.test_accept import GAIN
 
@@ -31,79 +27,77 @@ def accepted():
 
 
 @pytest.fixture
-def app(tmp_path, make_replay, make_library, effect, figures):
+def app(tmp_path, make_replay, make_app, effect, figures):
     (tmp_path / "results").mkdir()
     kept = figures(effect("clock_offset", "all", offset_s=0.0123))
     made_of = {"provenance": {}, "settings": {}}
     (tmp_path / "results" / "diagnosis.json").write_text(json.dumps({**kept, "made_of": made_of}))
-    app = ReviewApp(open_server(port=0), make_library(tmp_path, [make_replay()]))
-    app.open_trial("walk")
+    app = make_app(tmp_path, [make_replay(), make_replay("run")], login="Zoë")
     yield app
     app.close()
 
 
-def test_a_kept_diagnosis_is_there_when_the_app_opens(app):
-    panel = app.desk.panel
-    assert "Explained" in panel.verdict.content
+@pytest.fixture
+def browser(app, enter):
+    return enter(app)
+
+
+def test_a_kept_diagnosis_is_there_when_the_app_opens(browser):
+    panel = browser.session.diagnosis.panel
+    assert "Explained" in browser.html()
     assert panel.diagnose.label == "Diagnose again"
     assert not panel.accept.disabled
-    assert len(app.scene.causes.one_by_one) == 1
-    assert "named cause" in app.controls.legend.content
+    assert len(browser.session.scene.causes.one_by_one) == 1
+    assert "named cause" in browser.html()
 
 
-def test_the_residual_over_time_is_that_of_the_trial_on_the_screen(app, make_replay):
-    panel = app.desk.panel
+def test_the_residual_over_time_is_that_of_the_trial_on_the_screen(browser):
+    panel = browser.session.diagnosis.panel
     assert panel.over_time.visible
-    assert len(panel.charts.plots) == 2
-    app.library.replays["run"] = make_replay("run")
-    app.open_trial("run")
-    assert not panel.over_time.visible
-    assert panel.charts.plots == []
-    app.open_trial("walk")
-    assert panel.over_time.visible
+    browser.until(lambda: "with causes" in browser.html())
+    browser.put("Trial", "run")
+    browser.until(lambda: not panel.over_time.visible)
+    browser.put("Trial", "walk")
+    browser.until(lambda: panel.over_time.visible)
 
 
-def test_the_cursor_of_the_residual_follows(app, until):
-    app.playback.seek(100)
-    until(lambda: abs(app.desk.panel.charts.time - 3.0) < 1e-9)
+def test_what_accepting_gained_is_shown_with_the_decision(browser, accepted):
+    desk = browser.session.diagnosis
+    assert not desk.panel.gain.visible
+    accepted(browser.session.room.results)
+    desk.show()
+    assert desk.panel.gain.visible
+    browser.until(lambda: "hip_flexion_r by 12.3" in browser.html())
 
 
-def test_what_accepting_gained_is_shown_with_the_decision(app, accepted):
-    assert not app.desk.panel.gain.visible
-    accepted(app.library.results)
-    app.desk.show()
-    assert app.desk.panel.gain.visible
-    assert "hip_flexion_r by 12.3" in app.desk.panel.gain.content
+def test_a_torn_diagnosis_is_told_and_the_app_goes_on(browser):
+    (browser.session.room.results / "diagnosis.json").write_text("{")
+    browser.session.diagnosis.show()
+    browser.session.explain()
+    browser.until(lambda: browser.told("Reading the diagnosis failed"))
+    assert browser.told("diagnosis.json")
+    assert browser.session.diagnosis.panel.accept.disabled
+    assert browser.session.scene.causes.one_by_one == []
 
 
-def test_a_torn_diagnosis_is_told_and_the_app_goes_on(app):
-    (app.library.results / "diagnosis.json").write_text("{")
-    app.desk.show()
-    ((title, body),) = app.notices.waiting
-    assert title == "Reading the diagnosis failed"
-    assert "diagnosis.json" in body
-    assert app.desk.panel.accept.disabled
-    assert app.scene.causes.one_by_one == []
+def test_nobody_decides_without_a_name(browser):
+    browser.put("Your name", " ")
+    browser.press("Accept the named causes")
+    browser.until(lambda: browser.told("Your name"))
+    assert not browser.session.room.bench.work.running
 
 
-def test_nobody_decides_without_a_name(app):
-    app.desk.panel.author.value = " "
-    with pytest.raises(SolverError, match="Decided by"):
-        app.desk.accept()
-    assert not app.desk.work.running
-
-
-def test_one_thing_at_a_time(app, monkeypatch):
-    (app.library.subject.folder / "sleeper.py").write_text("import time; time.sleep(60)")
-    monkeypatch.chdir(app.library.subject.folder)
-    monkeypatch.setattr(diagnosis_desk, "WORKER", "sleeper")
-    app.desk.diagnose()
-    assert app.desk.panel.cancel.visible
-    with pytest.raises(SolverError, match="Diagnosing is at work"):
-        app.desk.fit()
-    app.desk.work.cancel()
-    end = time.monotonic() + 10
-    while app.desk.panel.cancel.visible and time.monotonic() < end:
-        time.sleep(0.02)
-    assert not app.desk.panel.cancel.visible
-    assert "nothing was written" in app.desk.panel.status.content
+def test_one_thing_at_a_time_and_everybody_sees_it(app, browser, enter, monkeypatch):
+    folder = browser.session.room.subject.folder
+    (folder / "sleeper.py").write_text("import time; time.sleep(60)")
+    monkeypatch.chdir(folder)
+    monkeypatch.setattr(room, "DIAGNOSE_WORKER", "sleeper")
+    other = enter(app)
+    browser.press("Diagnose")
+    other.until(lambda: "s so far" in other.html())
+    assert "for Zoë" in other.html()
+    other.press("Solve again")
+    other.until(lambda: other.told("Diagnosing is at work"))
+    other.press("Cancel what is at work")
+    browser.until(lambda: "nothing was written" in browser.html())
+    browser.until(lambda: not browser.session.diagnosis.panel.cancel.visible)

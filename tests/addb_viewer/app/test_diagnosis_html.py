@@ -2,7 +2,9 @@
 
 import pytest
 
-from addb_viewer.app.diagnosis_html import gain_html, progress_html, section_html, verdict_html
+from addb_viewer.app.diagnosis_html import gain_html, section_html, verdict_html
+from addb_viewer.app.progress_html import progress_html
+from addb_viewer.app.workbench import Progress, Task
 from addb_viewer.diagnosis_words import cause, what_it_gains
 from addb_viewer.sections import NO_BREAK, Section
 
@@ -53,7 +55,7 @@ def test_names_from_files_stay_text(effect, figures):
         section_html(cause(named, 0)),
         section_html(Section("Notes", (SPITEFUL,), ((SPITEFUL, SPITEFUL),))),
         gain_html(Section("", (SPITEFUL,), ((SPITEFUL, SPITEFUL),))),
-        progress_html(SPITEFUL, 0.5, 10.0),
+        progress_html(Progress(Task("", "", "", (), SPITEFUL), SPITEFUL, 0.5, 10.0)),
     )
     for text in shown:
         assert "<img" not in text
@@ -61,5 +63,6 @@ def test_names_from_files_stay_text(effect, figures):
 
 
 def test_progress_tells_how_long_it_may_still_take():
-    assert "about 30 s left" in progress_html("markers", 0.25, 10.0)
-    assert "left" not in progress_html("markers", None, 10.0)
+    task = Task("Diagnosing", "", "", ())
+    assert "about 30 s left" in progress_html(Progress(task, "markers", 0.25, 10.0))
+    assert "left" not in progress_html(Progress(task, "markers", None, 10.0))

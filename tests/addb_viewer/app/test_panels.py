@@ -1,13 +1,9 @@
-import numpy as np
-import pytest
-
 from addb_viewer.app.camera import VIEWS
-from addb_viewer.app.charts import Points, charts_of
+from addb_viewer.app.controls import SPEED_NAMES, speed_name
 from addb_viewer.app.keys import COMMANDS, help_html
 from addb_viewer.app.library import Library
-from addb_viewer.app.panels import SPEED_NAMES, legend_html, notes_html, speed_name, summary_html
+from addb_viewer.app.panels import legend_html, notes_html, summary_html
 from addb_viewer.app.playback import SPEEDS
-from addb_viewer.app.plots import heading_html, value_range
 
 SPITEFUL = "<script>alert(1)</script>"
 
@@ -43,8 +39,6 @@ def test_texts_from_files_are_escaped(make_replay):
     replay = make_replay()
     object.__setattr__(replay, "feet", (SPITEFUL,))
     assert "<script>" not in legend_html(replay)
-    object.__setattr__(replay.plates[0], "name", SPITEFUL)
-    assert not any("<script>" in heading_html(chart) for chart in charts_of(replay))
 
 
 def test_the_legend_names_what_is_there(make_replay):
@@ -61,17 +55,17 @@ def test_every_key_is_in_the_help_and_none_is_the_cameras():
         assert command.key is None or f"<b>{command.shown}</b>" in help_html()
 
 
+def test_the_keys_are_those_of_the_design():
+    """In the order of its table."""
+    keys = [c.shown for c in COMMANDS if c.key]
+    moves = ["Space", ",", ".", "Shift Page up", "Shift Page down", "Page up", "Page down", "Home", "End"]
+    deciding = ["F", "N", "P", "Enter", "Backspace", "U", "R", "G", "X", "M", "T"]
+    assert keys == [*moves, "J", "K", "L", "I", "O", *"1234567890", *deciding]
+
+
 def test_every_view_has_a_command():
     assert {f"view_{name.lower()}" for name in VIEWS} <= {command.action for command in COMMANDS}
 
 
 def test_speeds_have_names():
     assert [SPEED_NAMES[speed_name(speed)] for speed in SPEEDS] == list(SPEEDS)
-
-
-@pytest.mark.parametrize(
-    ("values", "lowest", "highest"), [([0, 10], 0.0, 10.6), ([-10, 10], -11.2, 11.2), ([0, 0], 0.0, 1.0)]
-)
-def test_axes_hold_all_values_and_zero(values, lowest, highest):
-    points = Points(np.arange(2.0), (np.array(values, float),), np.zeros(2))
-    assert value_range(points) == pytest.approx((lowest, highest))

@@ -8,7 +8,8 @@ import trimesh
 
 from addb_viewer.app.camera import DISTANCE, VIEWS, eye
 from addb_viewer.app.force_nodes import ForceSizes, name_places
-from addb_viewer.app.marker_nodes import TRAIL_SEGMENTS, held, trail_rows
+from addb_viewer.app.marker_nodes import TRAIL_SEGMENTS, trail_rows
+from addb_viewer.app.marker_tracks import held
 from addb_viewer.app.palette import GREEN, PURPLE, UNASSIGNED, UNSEEN, error_colors, foot_color
 from addb_viewer.app.scene import Scene, followed_path, heading
 from addb_viewer.app.server import open_server

@@ -6,9 +6,9 @@ import socket
 
 import pytest
 import viser
-from websockets.datastructures import Headers
 
-from addb_viewer.app.server import AddressError, address, open_server, refusal
+from addb_viewer.app.door import Door
+from addb_viewer.app.server import AddressError, address, open_server
 
 
 @pytest.fixture(scope="module")
@@ -18,9 +18,9 @@ def server():
     server.stop()
 
 
-def ask(port, headers, *, websocket):
+def ask(port, headers, *, websocket, path="/"):
     """Status of a request with these headers."""
-    lines = ["GET / HTTP/1.1", *(f"{k}: {v}" for k, v in headers.items())]
+    lines = [f"GET {path} HTTP/1.1", *(f"{k}: {v}" for k, v in headers.items())]
     if websocket:
         key = base64.b64encode(os.urandom(16)).decode()
         lines += ["Upgrade: websocket", "Connection: Upgrade", f"Sec-WebSocket-Key: {key}"]
@@ -56,14 +56,6 @@ def test_a_program_without_a_browser_comes_in(server):
     assert ask(port, {"Host": f"127.0.0.1:{port}"}, websocket=True) == 101
 
 
-def test_open_to_the_network_it_answers_to_addresses_but_not_to_strange_names():
-    same = {"Host": "192.168.1.5:8080", "Origin": "http://192.168.1.5:8080"}
-    assert refusal(Headers(same), "0.0.0.0", websocket=True) is None
-    strange = {"Host": "evil.example:8080", "Origin": "http://evil.example:8080"}
-    assert refusal(Headers(strange), "0.0.0.0", websocket=True) is not None
-    assert refusal(Headers(same), "127.0.0.1", websocket=True) is not None
-
-
 def test_only_this_machine_is_listened_to(server):
     assert server.get_host() == "127.0.0.1"
 
@@ -77,7 +69,7 @@ def test_a_taken_port_moves_on_and_the_address_says_so(server):
     second = open_server(port=server.get_port())
     try:
         assert second.get_port() != server.get_port()
-        assert address(second, "127.0.0.1").endswith(f":{second.get_port()}")
+        assert address(second, Door("127.0.0.1")).endswith(f":{second.get_port()}")
     finally:
         second.stop()
 
@@ -90,5 +82,44 @@ def test_an_impossible_address_is_one_clear_error(host, port):
 
 def test_addresses_as_people_type_them(server):
     port = server.get_port()
-    assert address(server, "0.0.0.0") == f"http://127.0.0.1:{port}"
-    assert address(server, "::1") == f"http://[::1]:{port}"
+    assert address(server, Door("127.0.0.1")) == f"http://127.0.0.1:{port}"
+    assert address(server, Door("::1")) == f"http://[::1]:{port}"
+    assert address(server, Door("192.168.1.5", "abc")) == f"http://192.168.1.5:{port}/?token=abc"
+    assert address(server, Door("0.0.0.0", "abc")) == f"http://{socket.gethostname()}:{port}/?token=abc"
+
+
+@pytest.fixture(scope="module")
+def guarded():
+    """A server that asks for a token, as on any other host than the loopback."""
+    server = open_server(port=0, door=Door("127.0.0.1", "right"))
+    yield server
+    server.stop()
+
+
+def test_with_a_token_nobody_comes_in_without_it(guarded):
+    port = guarded.get_port()
+    own = {"Host": f"127.0.0.1:{port}"}
+    for path in ("/", "/?token=wrong", "/?token=", "/index.html?tok=right"):
+        assert ask(port, own, websocket=False, path=path) == 403
+    assert ask(port, own, websocket=True) == 403
+    assert ask(port, own | {"Cookie": f"addb_viewer_{port}=wrong"}, websocket=True) == 403
+    assert ask(port, own | {"Cookie": "addb_viewer_1=right"}, websocket=True) == 403
+
+
+def test_the_token_is_exchanged_for_a_cookie_that_opens_page_and_connection(guarded):
+    port = guarded.get_port()
+    own = {"Host": f"127.0.0.1:{port}"}
+    assert ask(port, own, websocket=False, path="/?token=right") == 303
+    with_cookie = own | {"Cookie": f"other=1; addb_viewer_{port}=right"}
+    assert ask(port, with_cookie, websocket=False) == 200
+    assert ask(port, with_cookie | {"Origin": f"http://127.0.0.1:{port}"}, websocket=True) == 101
+    assert ask(port, with_cookie | {"Origin": "http://evil.example"}, websocket=True) == 403
+
+
+def test_other_hosts_than_the_loopback_get_a_token_by_themselves():
+    assert Door.of("127.0.0.1").token is None
+    assert Door.of("::1").token is None
+    assert Door.of("localhost").token is None
+    tokens = {Door.of(host).token for host in ("0.0.0.0", "::", "192.168.1.5", "", "lab.example")}
+    assert len(tokens) == 5
+    assert all(token and len(token) >= 43 for token in tokens)  # 32 bytes

@@ -1,0 +1,28 @@
+"""How feet are called on the screen."""
+
+from collections.abc import Sequence
+
+
+def foot_letter(foot: str) -> str:
+    """R or L where the body's name says so, else the name."""
+    side = _side(foot)
+    return {"right": "R", "left": "L"}.get(side, foot)
+
+
+def foot_words(foot: str | None) -> str:
+    """Right, left, the body's name, or both."""
+    return "both" if foot is None else (_side(foot) or foot)
+
+
+def next_foot(foot: str | None, feet: Sequence[str]) -> str | None:
+    """Through right, left, and both (None), in this order."""
+    order: list[str | None] = [*sorted(feet, key=lambda name: _side(name) != "right"), None]
+    return order[(order.index(foot) + 1) % len(order)] if foot in order else None
+
+
+def _side(foot: str) -> str:
+    name = foot.lower()
+    for letter, word in (("r", "right"), ("l", "left")):
+        if name.endswith((f"_{letter}", word)) or name.startswith((f"{letter}_", word)):
+            return word
+    return ""

@@ -1,0 +1,105 @@
+"""All subjects of the opened root: those that somebody looks at, or just did, are in memory."""
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+from addb_viewer.app.library import Library, library_of
+from addb_viewer.app.queue_rows import Row, order, subject_rows
+from addb_viewer.app.room import SubjectRoom
+from addb_viewer.app.root_folder import RootFolder
+from solver.capture.capture import Subject
+
+EMPTY_ROOMS = 1  # subjects kept in memory that nobody looks at: a page that is reloaded comes back at once
+
+
+class House:
+    """Opens rooms when they are entered and closes those that stand empty."""
+
+    def __init__(self, root: RootFolder, results: Path | None = None) -> None:
+        self.root, self._results = root, results
+        self._subject: Callable[[str], Subject] = root.subject
+        self._lock = threading.RLock()
+        self._rooms: dict[str, SubjectRoom] = {}  # in the order in which they were last entered
+        self._rows: list[Row] = []
+        self._seen: dict[str, int] = {}  # by subject, the revision of its review that the rows know
+
+    @classmethod
+    def of(cls, library: Library) -> "House":
+        """A house of one room, already furnished."""
+        folder = library.subject.folder
+        house = cls(RootFolder(folder.resolve(), (".",)), library.results_folder)
+        house._subject = lambda name: library.subject
+        house._rooms["."] = SubjectRoom(".", library)
+        return house
+
+    @property
+    def several(self) -> bool:
+        """Whether there are several subjects."""
+        return len(self.root.names) > 1
+
+    @property
+    def rooms(self) -> tuple[SubjectRoom, ...]:
+        """Those in memory."""
+        with self._lock:
+            return tuple(self._rooms.values())
+
+    def room(self, name: str) -> SubjectRoom:
+        """A subject, loaded when it is entered first.
+
+        Raises:
+            CaptureError, ResultsError: it, or its fit, cannot be read.
+        """
+        with self._lock:
+            room = self._rooms.pop(name, None)
+            if room is None:
+                room = SubjectRoom(name, library_of(self._subject(name), self._results))
+            self._rooms[name] = room
+        return room
+
+    def tidy(self) -> None:
+        """Close the rooms that nobody has been in for longest, but for the last."""
+        with self._lock:
+            empty = [
+                name for name, room in self._rooms.items() if not room.visited and not room.bench.progress
+            ]
+            gone = [self._rooms.pop(name) for name in empty[: max(0, len(empty) - EMPTY_ROOMS)]]
+        for room in gone:
+            room.close()
+
+    def rows(self, *, anew: bool = False) -> list[Row]:
+        """The queue; read from the disk once, and again when asked for."""
+        with self._lock:
+            if anew or not self._rows:
+                rows = [row for name in self.root.names for row in self._rows_of(name)]
+                self._rows = sorted(rows, key=order)
+            return list(self._rows)
+
+    def refresh(self, subject: str, revision: int | None = None) -> list[Row]:
+        """The queue with the rows of one subject read anew.
+
+        Args:
+            subject: which.
+            revision: of its review; nothing is read where that has been done for it. None: whatever it is.
+        """
+        with self._lock:
+            if revision is not None and revision <= self._seen.get(subject, -1):
+                return self.rows()
+            if revision is not None:
+                self._seen[subject] = revision
+            others = [row for row in self.rows() if row.subject != subject]
+            self._rows = sorted([*others, *self._rows_of(subject)], key=order)
+            return list(self._rows)
+
+    def _rows_of(self, name: str) -> list[Row]:
+        try:
+            return subject_rows(name, self._subject(name), self._results)
+        except Exception as error:  # one broken subject is a row that says so, and hides no other
+            return [Row(name, "", error=str(error) or type(error).__name__)]
+
+    def close(self) -> None:
+        """Close all rooms."""
+        with self._lock:
+            rooms, self._rooms = list(self._rooms.values()), {}
+        for room in rooms:
+            room.close()

@@ -1,0 +1,156 @@
+"""The lanes of the timeline: who stands where, which forces do not count, what is proposed and decided."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from addb_viewer.app.effect_pictures import Figures
+from addb_viewer.app.feet import foot_letter
+from addb_viewer.app.palette import BLUE, CAUSE, GREEN, GREY, ORANGE, REASONS, Rgb, foot_color
+from addb_viewer.app.proposals import Pending, State
+from addb_viewer.app.replay import Replay
+from addb_viewer.diagnosis_vocabulary import ranges_of, title
+from annotations.reasons import REASON_KEYS
+from annotations.trial_review import TrialReview
+
+MEASURED = 0.5  # share of a contact's frames that plates must carry for it to count as measured
+KEY_OF = {key.reason: key for key in REASON_KEYS}
+
+
+@dataclass(frozen=True)
+class Block:
+    """Frames start to end − 1 of a lane."""
+
+    start: int
+    end: int
+    text: str  # on it, where there is room
+    told: str  # when pointed at
+    color: Rgb
+    hatched: bool = False  # not measured, or not decided by a person
+    height: float = 1.0  # share of the lane's
+    outlined: bool = False  # the one that keys act on
+
+
+@dataclass(frozen=True)
+class Lane:
+    """One row."""
+
+    label: str
+    blocks: tuple[Block, ...]
+
+
+def lanes_of(
+    replay: Replay,
+    review: TrialReview,
+    *,
+    reviewed: Sequence[tuple[int, int]],
+    proposals: Sequence[Pending],
+    current: Pending | None,
+    figures: Figures | None,
+) -> tuple[Lane, ...]:
+    """All lanes of a trial.
+
+    Args:
+        replay: the trial.
+        review: what people decided.
+        reviewed: ranges that somebody has looked at.
+        proposals: what detection thinks, and what became of it.
+        current: the proposal that keys act on.
+        figures: of a diagnosis in the shape of `diagnose --json`; None where nobody asked.
+    """
+    feet = review.feet
+    lanes = [Lane(f"contact {foot_letter(foot)}", _contacts(replay, i)) for i, foot in enumerate(feet)]
+    lanes += [Lane(f"missing {foot_letter(foot)}", _missing(replay, review, foot)) for foot in feet]
+    lanes.append(Lane("proposed", tuple(_proposal(p, p is current) for p in proposals)))
+    activities = tuple(
+        Block(
+            a.start,
+            a.end,
+            a.subclass or a.activity,
+            f"{a.activity}{f', {a.subclass}' if a.subclass else ''} ({a.author})",
+            BLUE,
+        )
+        for a in review.activities
+    )
+    lanes.append(Lane("activity", activities))
+    lanes.append(Lane("reviewed", tuple(Block(a, b, "", "looked at", GREEN) for a, b in reviewed)))
+    lanes.append(Lane("causes", () if figures is None else _causes(figures, replay.name)))
+    return tuple(lanes)
+
+
+def reason_words(reason: str) -> str:
+    """What people call it."""
+    return KEY_OF[reason].words if reason in KEY_OF else reason
+
+
+def reason_color(reason: str) -> Rgb:
+    """In lanes and lists."""
+    return REASONS.get(_key(reason), GREY)
+
+
+def _contacts(replay: Replay, foot: int) -> tuple[Block, ...]:
+    color = foot_color(replay.feet[foot], foot) if foot < len(replay.feet) else GREY
+    return tuple(
+        Block(
+            phase.start,
+            phase.end,
+            "" if phase.loaded >= MEASURED else "?",
+            f"on the ground; a plate carries {100 * phase.loaded:.0f} % of it",
+            color,
+            hatched=phase.loaded < MEASURED,
+        )
+        for phase in replay.forces.contacts
+        if phase.foot == foot
+    )
+
+
+def _missing(replay: Replay, review: TrialReview, foot: str) -> tuple[Block, ...]:
+    """What people decided; where nobody did, what the last solve left out by itself."""
+    if review.decided:
+        return tuple(
+            Block(
+                flag.start,
+                flag.end,
+                _key(flag.reason),
+                ": ".join(filter(None, (reason_words(flag.reason), flag.author, flag.source, flag.note))),
+                reason_color(flag.reason),
+                hatched=flag.source == "imported",
+            )
+            for flag in review.flags
+            if flag.foot in (None, foot)
+        )
+    by = f"left out of the fit by {replay.forces.source}, decided by nobody yet"
+    return tuple(
+        Block(start, end, _key(reason), f"{reason_words(reason)}: {by}", reason_color(reason), hatched=True)
+        for start, end, of_foot, reason in replay.forces.missing
+        if of_foot in (None, foot)
+    )
+
+
+def _proposal(pending: Pending, current: bool) -> Block:
+    p = pending.proposal
+    signs = {State.OPEN: "?", State.ACCEPTED: "✓", State.REJECTED: "✗"}
+    foot = "all feet" if p.foot is None else foot_letter(p.foot)
+    return Block(
+        p.start,
+        p.end,
+        f"{signs[pending.state]}{_key(p.reason)}",
+        f"{reason_words(p.reason)}, {foot}, {100 * p.confidence:.0f} % sure; {pending.state}",
+        ORANGE if pending.state is State.OPEN else GREY,
+        hatched=pending.state is State.REJECTED,
+        height=0.35 + 0.65 * p.confidence,
+        outlined=current,
+    )
+
+
+def _causes(figures: Mapping[str, Any], trial: str) -> tuple[Block, ...]:
+    return tuple(
+        Block(start, end, title(effect), title(effect), CAUSE, height=0.8)
+        for effect in figures["effects"]
+        for name, start, end in ranges_of(figures, effect)
+        if name == trial
+    )
+
+
+def _key(reason: str) -> str:
+    return KEY_OF[reason].key if reason in KEY_OF else ""

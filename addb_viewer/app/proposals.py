@@ -1,0 +1,60 @@
+"""What detection proposes for a trial, and what people made of it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+from addb_viewer.review_store import as_proposal
+from annotations.events import Proposal
+from annotations.open_proposals import open_proposals
+from annotations.trial_review import TrialReview
+from solver.contact.proposals import Proposal as Detected
+
+
+class State(StrEnum):
+    """What became of a proposal."""
+
+    OPEN = "open"
+    ACCEPTED = "accepted"
+    REJECTED = "rejected"
+
+
+@dataclass(frozen=True)
+class Pending:
+    """A proposal and its state."""
+
+    proposal: Proposal
+    state: State
+
+
+def pending(
+    detected: Sequence[Detected], review: TrialReview, provenance: Mapping[str, str]
+) -> tuple[Pending, ...]:
+    """The proposals of a trial in order of time.
+
+    One is open while a frame of it is undecided; else it is accepted where most of it does not count.
+
+    Args:
+        detected: by the solver.
+        review: what people decided.
+        provenance: of the fit that detection looked at.
+    """
+    ours = [d for d in detected if d.foot is None or d.foot in review.feet]
+    known = [as_proposal(found, provenance) for found in ours]
+    known.sort(key=lambda p: (p.start, p.end, p.foot or ""))
+    waiting = {id(p) for p in open_proposals(known, review)}
+    return tuple(Pending(p, State.OPEN if id(p) in waiting else _decided(p, review)) for p in known)
+
+
+def still_open(proposals: Sequence[Pending], least: float = 0.0) -> int:
+    """How many of at least that confidence nobody has decided."""
+    return sum(p.state is State.OPEN and p.proposal.confidence >= least for p in proposals)
+
+
+def _decided(proposal: Proposal, review: TrialReview) -> State:
+    covered = sum(
+        max(0, min(flag.end, proposal.end) - max(flag.start, proposal.start))
+        for flag in review.flags
+        if None in (flag.foot, proposal.foot) or flag.foot == proposal.foot
+    )
+    return State.ACCEPTED if 2 * covered >= proposal.end - proposal.start else State.REJECTED

@@ -1,0 +1,122 @@
+"""The Queue panel of one browser: all trials of the root, worst first; a click opens one."""
+
+import html
+from collections.abc import Sequence
+
+import viser
+
+from addb_viewer.app.house import House
+from addb_viewer.app.notices import Notices
+from addb_viewer.app.page import boxed
+from addb_viewer.app.place import Place
+from addb_viewer.app.queue_rows import Filter, Row, next_to_review, shown
+from annotations.events import Status
+from solver.errors import SolverError
+
+MOST = 200  # rows on the page; the filter finds the others
+SIGNS = {Status.UNSEEN: "○", Status.IN_WORK: "◐", Status.FINISHED: "●", Status.SECOND_LOOK: "!"}
+
+
+class QueueDesk:
+    """Which trial is next."""
+
+    def __init__(
+        self, gui: viser.GuiApi, tab: viser.GuiTabHandle, house: House, place: Place, notices: Notices
+    ) -> None:
+        self.house, self.place, self.notices = house, place, notices
+        self._rows: list[Row] = []
+        with tab:
+            self.count = gui.add_html("")
+            self.which = gui.add_dropdown("Show", tuple(Filter), initial_value=Filter.ALL)
+            self.words = gui.add_text("Filter", "", hint="Part of a subject's or a trial's name")
+            self.table = gui.add_html("")
+            self.again = gui.add_button(
+                "Read anew", color="gray", hint="New subjects, fits of other programs"
+            )
+        for handle in (self.which, self.words):
+            handle.on_update(notices.in_order("Filtering", self.draw))
+        self.again.on_click(notices.in_order("Reading the queue", lambda: self.show(anew=True)))
+
+    def show(self, *, anew: bool = False) -> None:
+        """Read the queue, from memory unless it is to be read anew, and draw it."""
+        self.house.rows(anew=anew)
+        self.draw()
+
+    def draw(self) -> None:
+        """Put what the filter lets through on the screen."""
+        rows = self.house.rows()
+        trials = [row for row in rows if not row.error]
+        done = sum(row.finished for row in trials)
+        self._rows = shown(rows, Filter(self.which.value), self.words.value)[:MOST]
+        count = boxed(f"<b>Reviewed {done} of {len(trials)}</b>, worst first")
+        replay = self.place.replay
+        here = (self.place.room.name, replay.name if replay else "")
+        notes = (*self.house.root.notes,)
+        table = rows_html(self._rows, here, several=self.house.several, notes=notes)
+        if self.count.content != count:
+            self.count.content = count
+        if self.table.content != table:
+            self.table.content = table
+
+    def open_row(self, index: int) -> None:
+        """Open a row that was clicked.
+
+        Raises:
+            SolverError: there is no such row, or its subject cannot be read.
+        """
+        if index >= len(self._rows):
+            raise SolverError("the queue has changed; choose again")
+        row = self._rows[index]
+        if row.error:
+            raise SolverError(row.error)
+        self.place.open(row.subject, row.trial)
+
+    def next(self) -> Row | None:
+        """The trial to go on with; None: all are finished."""
+        replay = self.place.replay
+        return next_to_review(self.house.rows(), self.place.room.name, replay.name if replay else "")
+
+
+def rows_html(rows: Sequence[Row], here: tuple[str, str], *, several: bool, notes: Sequence[str] = ()) -> str:
+    """The queue as a table.
+
+    Args:
+        rows: in order.
+        here: subject and trial on the screen.
+        several: whether the root has several subjects.
+        notes: on what was left out.
+    """
+    body = "".join(_row_html(i, row, here, several) for i, row in enumerate(rows))
+    head = "<tr style='opacity:.75'><td></td><td>trial</td>"
+    head += "<td style='text-align:right'>residual<br>of bound</td>"
+    head += "<td style='text-align:right'>left<br>out</td></tr>"
+    told = "".join(f"<div>⚠ {html.escape(note)}</div>" for note in notes)
+    return boxed(
+        f"<table style='width:100%;border-collapse:collapse'>{head}{body}</table>"
+        "<div style='opacity:.75;margin-top:.3em'>○ unseen ◐ in work ● finished ! second look · "
+        "* chosen by detection, not by a person</div>"
+        f"{told}"
+    )
+
+
+def _row_html(index: int, row: Row, here: tuple[str, str], several: bool) -> str:
+    marked = "background:rgba(128,128,128,.25);" if (row.subject, row.trial) == here else ""
+    name = f"<b>{html.escape(row.trial)}</b>" if row.trial else ""
+    if several:
+        name += f"<div style='opacity:.75'>{html.escape(row.subject)}</div>"
+    if row.error:
+        return (
+            f"<tr data-addb-wish='#{index}' style='cursor:pointer'><td>⚠</td><td colspan='3'>"
+            f"{html.escape(row.subject)}: {html.escape(row.error)}</td></tr>"
+        )
+    by = f" title='{html.escape(row.by)}'" if row.by else ""
+    residual = "no fit" if row.figures is None else "–" if row.residual is None else f"{row.residual:.2f}"
+    bad = "font-weight:700;" if row.residual is not None and row.residual > 1 else ""
+    left_out = "" if row.left_out is None else f"{100 * row.left_out:.0f} %{'*' if row.undecided else ''}"
+    return (
+        f"<tr data-addb-wish='#{index}' style='cursor:pointer;{marked}"
+        "border-top:1px solid rgba(128,128,128,.3)'>"
+        f"<td{by} style='padding-right:.4em'>{SIGNS[row.status]}</td>"
+        f"<td style='overflow-wrap:anywhere'>{name}</td>"
+        f"<td style='text-align:right;{bad}'>{residual}</td><td style='text-align:right'>{left_out}</td></tr>"
+    )

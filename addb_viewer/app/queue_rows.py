@@ -1,0 +1,150 @@
+"""The queue: every trial of the root with how bad it is and how far its review, worst first."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from addb_viewer.review_store import has_log, open_log
+from annotations.events import IMPORTED, Status
+from solver.capture.capture import Subject
+from solver.dynamics.thresholds import Thresholds
+from solver.errors import SolverError
+from solver.results.store import default_folder
+
+
+@dataclass(frozen=True)
+class Row:
+    """One trial."""
+
+    subject: str
+    trial: str
+    status: Status = Status.UNSEEN
+    by: str | None = None  # who set it
+    figures: Mapping[str, Any] | None = None  # in the shape of `fit --json`, of the trial; None: no fit
+    error: str = ""  # why nothing is known
+
+    @property
+    def finished(self) -> bool:
+        """Whether the review is done."""
+        return self.status is Status.FINISHED
+
+    @property
+    def residual(self) -> float | None:
+        """The larger of force and moment in units of its bound; None where no forces were used."""
+        if self.figures is None:
+            return None
+        limits = Thresholds()
+        linear, angular = self.figures.get("linear_residual"), self.figures.get("angular_residual")
+        if not linear or not angular:
+            return None
+        return float(max(linear["rms_BW"] / limits.linear_BW, angular["rms_BWh"] / limits.angular_BWh))
+
+    @property
+    def left_out(self) -> float | None:
+        """Share of the frames whose forces the fit did not use; None without a fit."""
+        if self.figures is None or not self.figures.get("frames"):
+            return None
+        return 1.0 - float(self.figures["frames_with_force_used"]) / float(self.figures["frames"])
+
+    @property
+    def undecided(self) -> bool:
+        """Whether a machine, and no person, said which forces count."""
+        return self.figures is not None and self.figures.get("mask_source") in ("proposals", "none")
+
+    @property
+    def badness(self) -> float:
+        """How much the trial needs a person; larger first.
+
+        Residual in units of its bound, plus the share of frames left out; a trial without a fit comes before
+        all fitted ones, one that nobody has decided about before one that somebody has.
+        """
+        if self.figures is None:
+            return 100.0
+        residual = 2.0 if self.residual is None else min(self.residual, 50.0)
+        return residual + (self.left_out or 0.0) + (1.0 if self.undecided else 0.0)
+
+
+class Filter(StrEnum):
+    """Which trials the queue shows."""
+
+    ALL = "all"
+    TO_DO = "to review"
+    SECOND_LOOK = "second look"
+    FINISHED = "finished"
+
+
+def order(row: Row) -> tuple[bool, float, str]:
+    """Where a row stands; equally bad trials of a subject stay in the subject's own order."""
+    return row.finished, -row.badness, row.subject
+
+
+def shown(rows: Sequence[Row], which: Filter, words: str = "") -> list[Row]:
+    """The rows that a filter lets through.
+
+    Args:
+        rows: in order.
+        which: by status.
+        words: all of which must be in the subject's or the trial's name.
+    """
+    wanted = {
+        Filter.ALL: lambda row: True,
+        Filter.TO_DO: lambda row: not row.finished,
+        Filter.SECOND_LOOK: lambda row: row.status is Status.SECOND_LOOK,
+        Filter.FINISHED: lambda row: row.finished,
+    }[which]
+    sought = words.lower().split()
+    return [
+        row for row in rows if wanted(row) and all(w in f"{row.subject} {row.trial}".lower() for w in sought)
+    ]
+
+
+def next_to_review(rows: Sequence[Row], subject: str, trial: str) -> Row | None:
+    """The next trial that is not finished, from the top again at the end; None: all are done."""
+    places = [i for i, row in enumerate(rows) if (row.subject, row.trial) == (subject, trial)]
+    after = places[0] + 1 if places else 0
+    for row in (*rows[after:], *rows[:after]):
+        if not row.finished and not row.error and (row.subject, row.trial) != (subject, trial):
+            return row
+    return None
+
+
+def subject_rows(name: str, subject: Subject, results: Path | None = None) -> list[Row]:
+    """The trials of one subject, in its own order.
+
+    Args:
+        name: in the root.
+        subject: opened.
+        results: where its fit lies; inside the subject's folder by default.
+
+    Raises:
+        ReviewError: its review log cannot be read.
+        SolverError: its figures cannot.
+    """
+    figures = _figures((results or default_folder(subject.folder)) / "fit.json")
+    statuses: dict[str, tuple[Status, str | None]] = {}
+    if has_log(subject.folder):
+        with open_log(subject.folder) as log:
+            for trial in log.trials():
+                review = log.review(trial, subject.foot_bodies)
+                statuses[trial] = (review.status, review.status_author)
+    rows = []
+    for files in subject.trials:
+        imported = bool(files.reviews) and all((r.parent / "REVIEWED").exists() for r in files.reviews)
+        untouched = (Status.FINISHED, IMPORTED) if imported else (Status.UNSEEN, None)
+        status, by = statuses.get(files.name, untouched)
+        rows.append(Row(name, files.name, status, by, figures.get(files.name)))
+    return rows
+
+
+def _figures(path: Path) -> dict[str, Mapping[str, Any]]:
+    """The figures of each trial in a fit; none where there is no fit."""
+    try:
+        trials = json.loads(path.read_text(encoding="utf-8"))["trials"]
+        return {trial["name"]: trial for trial in trials}
+    except FileNotFoundError:
+        return {}
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise SolverError(f"{path}: cannot be read ({error}); fit the subject again") from error

@@ -1,0 +1,148 @@
+"""A subject's review as all its browsers see it: edits go to the store first, and everybody's are noticed."""
+
+import threading
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+
+from addb_viewer.review_store import has_log, open_log, record
+from annotations.events import IMPORTED, Edit, Event, ImportLabels
+from annotations.folding import folded
+from annotations.live_review import LiveReview
+from annotations.review_json import FINISHED
+from annotations.trial_review import TrialReview
+from solver.capture.capture import Capture, Subject, TrialFiles
+from solver.runs import runs
+
+LOOK_EVERY = 0.4  # [s] between two looks at what other programs recorded
+
+
+class ReviewBook:
+    """All edits of one subject. Its file is made with the first edit: looking writes nothing."""
+
+    def __init__(
+        self,
+        subject: Subject,
+        capture: Callable[[str], Capture],
+        heard: Callable[[Sequence[Edit]], None],
+        failed: Callable[[Exception], None],
+    ) -> None:
+        """Begin to look for edits.
+
+        Args:
+            subject: whose.
+            capture: a trial as read from its files.
+            heard: told of new edits, by whomever, once each and in order.
+            failed: told when the log cannot be read.
+        """
+        self.subject, self._capture, self._heard, self._failed = subject, capture, heard, failed
+        self._lock = threading.RLock()
+        self._live: LiveReview | None = None
+        self._told = 0
+        self._stop = threading.Event()
+        self._open_if_there()
+        self._told = 0 if self._live is None else self._live.revision
+        self._thread = threading.Thread(target=self._look, name=f"review of {subject.name}", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop looking, and let go of the database."""
+        self._stop.set()
+        if self._thread is not threading.current_thread():
+            self._thread.join(timeout=5.0)
+        with self._lock:
+            if self._live is not None:
+                self._live.log.close()
+                self._live = None
+
+    def review(self, trial: str) -> TrialReview:
+        """The present state of a trial's review; before the first edit, that of its review.json."""
+        with self._lock:
+            if self._live is not None and self._live.history(trial):
+                return self._live.review(trial)
+        return folded(trial, self._imported(trial), self.subject.foot_bodies)
+
+    def history(self, trial: str) -> tuple[Edit, ...]:
+        """The trial's edits in order."""
+        with self._lock:
+            return () if self._live is None else self._live.history(trial)
+
+    def record(self, trial: str, event: Event, author: str) -> Edit:
+        """Record an edit; it is on the disk, and everybody has heard of it, when this returns.
+
+        Raises:
+            ReviewError: it cannot be recorded.
+            CaptureError: the trial's files cannot be read.
+        """
+        files, capture = self._files(trial), self._capture(trial)
+        with self._lock:
+            live = self._opened()
+            number = record(live.log, files, capture, event, author)
+        self._tell()
+        return next(edit for edit in live.history(trial) if edit.number == number)
+
+    def undo(self, trial: str, author: str) -> Edit:
+        """Take back the author's last edit of the trial; returns that edit.
+
+        Raises:
+            ReviewError: there is none.
+        """
+        undone = self._opened().log.undo(trial, author)
+        self._tell()
+        return undone
+
+    def redo(self, trial: str, author: str) -> Edit:
+        """Let the edit that the author undid last count again; returns that edit.
+
+        Raises:
+            ReviewError: there is none.
+        """
+        redone = self._opened().log.redo(trial, author)
+        self._tell()
+        return redone
+
+    def _opened(self) -> LiveReview:
+        with self._lock:
+            if self._live is None:
+                self._live = LiveReview(open_log(self.subject.folder), self.subject.foot_bodies)
+            return self._live
+
+    def _open_if_there(self) -> None:
+        if self._live is None and has_log(self.subject.folder):
+            self._opened()
+
+    def _look(self) -> None:
+        failing = False
+        while not self._stop.wait(LOOK_EVERY):
+            try:
+                self._open_if_there()
+                self._tell()
+                failing = False
+            except Exception as error:  # told once, and tried again: a share may come back
+                if not failing and not self._stop.is_set():
+                    self._failed(error)
+                failing = True
+
+    def _tell(self) -> None:
+        with self._lock:
+            if self._live is None:
+                return
+            self._live.refresh()
+            new = self._live.since(self._told)
+            self._told = self._live.revision
+        if new:
+            self._heard(new)
+
+    def _files(self, trial: str) -> TrialFiles:
+        return next(files for files in self.subject.trials if files.name == trial)
+
+    def _imported(self, trial: str) -> tuple[Edit, ...]:
+        files = next((files for files in self.subject.trials if files.name == trial), None)
+        if files is None or not files.reviews:
+            return ()
+        missing = self._capture(trial).imported_missing_force
+        if missing is None:
+            return ()
+        finished = all((review.parent / FINISHED).exists() for review in files.reviews)
+        ranges = tuple((int(start), int(end)) for start, end in runs(missing))
+        labels = ImportLabels(ranges, len(missing), finished)
+        return (Edit(0, trial, IMPORTED, datetime.now(UTC), labels),)

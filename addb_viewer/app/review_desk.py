@@ -1,0 +1,367 @@
+"""Reviewing in one browser: what keys and buttons mean for the range, the proposal and the trial at hand."""
+
+from collections.abc import Sequence
+
+from addb_viewer.app.feet import foot_words, next_foot
+from addb_viewer.app.flipping import flipped
+from addb_viewer.app.handles import put
+from addb_viewer.app.notices import Notices
+from addb_viewer.app.place import Place
+from addb_viewer.app.proposals import Pending, State, pending, still_open
+from addb_viewer.app.review_html import (
+    history_html,
+    proposals_html,
+    ranges_html,
+    selection_html,
+    status_html,
+    what_if_html,
+)
+from addb_viewer.app.review_panel import ReviewPanel, activity_named, feet_words
+from addb_viewer.app.selection import Selection
+from annotations.errors import ReviewError
+from annotations.events import (
+    AcceptProposal,
+    ClearRange,
+    Edit,
+    Event,
+    FlagRange,
+    RejectProposal,
+    SetActivity,
+    SetStatus,
+    Status,
+)
+from annotations.reasons import FORCE_COUNTS, reason_named
+from annotations.trial_review import TrialReview
+from annotations.wording import said_by
+from solver.contact.wrenches import MissingRange
+
+Stop = tuple[int, int, str | None]  # start, end, foot: a proposal or a flagged range that N and P go to
+
+
+class ReviewDesk:
+    """One reviewer's review of the trial on the screen."""
+
+    def __init__(self, place: Place, panel: ReviewPanel, notices: Notices) -> None:
+        self.place, self.panel, self.notices = place, panel, notices
+        self.foot: str | None = None
+        self.selection = Selection()
+        self.proposals: tuple[Pending, ...] = ()
+        self._stop: Stop | None = None  # the proposal or range that N and P have led to
+
+    @property
+    def review(self) -> TrialReview:
+        """The present state of the trial's review."""
+        return self.place.room.book.review(self._trial())
+
+    @property
+    def about(self) -> str | None:
+        """The foot that the next key is about: that of the proposal or flag at hand, else the chosen one."""
+        if self._stop is not None and (self.selection.start, self.selection.end) == self._stop[:2]:
+            return self._stop[2]
+        return self.foot
+
+    @property
+    def current(self) -> Pending | None:
+        """The proposal that Enter and Backspace are about."""
+        if self._stop is not None:
+            for p in self.proposals:
+                if _place(p) == self._stop and p.state is State.OPEN:
+                    return p
+        frame = self.place.frame
+        covering = (p for p in self.proposals if p.proposal.start <= frame < p.proposal.end)
+        return next((p for p in covering if p.state is State.OPEN), None)
+
+    @property
+    def chosen(self) -> tuple[int, int] | None:
+        """The selected range."""
+        replay = self.place.replay
+        if replay is None:
+            return None
+        return self.selection.seen_from(self.place.frame).frames(self.place.frame, replay.frames)
+
+    def open(self, feet: tuple[str, ...]) -> None:
+        """Another trial is on the screen."""
+        self.selection, self._stop = Selection(), None
+        if self.panel.foot.options != feet_words(feet):
+            self.panel.foot.options = feet_words(feet)
+            self.foot = None
+        put(self.panel.foot, foot_words(self.foot))
+        self.panel.answer.content = ""
+        self.show()
+
+    def show(self) -> None:
+        """Put everything that the store says on the screen."""
+        replay = self.place.replay
+        if replay is None:
+            return
+        review, history = self.review, self.place.room.book.history(replay.name)
+        fit = self.place.room.library.fit
+        self.proposals = pending(replay.forces.proposals, review, fit.provenance if fit else {})
+        self.panel.status.content = status_html(review, still_open(self.proposals), self._stale(review))
+        self.panel.ranges.content = ranges_html(review)
+        self.panel.history.content = history_html(history)
+        self.show_selection()
+        self.place.draw_lanes()
+
+    def show_selection(self) -> None:
+        """Put what keys are about on the screen."""
+        replay = self.place.replay
+        if replay is not None:
+            self.panel.selection.content = selection_html(
+                self.chosen, self.about, replay.rate, self._contact_words()
+            )
+            put(self.panel.foot, foot_words(self.about))
+            self.panel.proposals.content = proposals_html(self.proposals, self.current)
+
+    def moved(self) -> None:
+        """The cursor has moved: a range that was painted is let go."""
+        left = self.selection.seen_from(self.place.frame)
+        if left != self.selection:
+            self.selection = left
+
+    def range_start(self) -> None:
+        """I."""
+        self._select(self.selection.with_start(self.place.frame))
+
+    def range_end(self) -> None:
+        """O."""
+        self._select(self.selection.with_end(self.place.frame))
+
+    def select(self, start: int, end: int) -> None:
+        """A range that was dragged, clicked or typed; the cursor goes to its first frame."""
+        replay = self.place.replay
+        if replay is None:
+            return
+        start, end = max(start, 0), min(end, replay.frames)
+        if start >= end:
+            raise ReviewError(f"no frames in {start}:{end}; the trial has {replay.frames}")
+        self._stop = next(
+            (_place(p) for p in self.proposals if (p.proposal.start, p.proposal.end) == (start, end)), None
+        )
+        self.place.seek(start)
+        self._select(Selection(start, end))
+
+    def set_foot(self, foot: str | None) -> None:
+        """Flags are about this foot; None: both."""
+        self.foot = foot
+        if self._stop is not None:
+            self._stop = (*self._stop[:2], foot)
+        put(self.panel.foot, foot_words(foot))
+        self.show_selection()
+
+    def next_foot(self) -> None:
+        """F."""
+        self.set_foot(next_foot(self.about, self.review.feet))
+
+    def paint(self, key: str) -> None:
+        """1 to 9 flag the range, or the contact under the cursor; 0 says that its force counts."""
+        self.flag(FORCE_COUNTS if key == "0" else reason_named(key))
+
+    def flag(self, reason: str) -> None:
+        """Flag the range, or the contact under the cursor; `FORCE_COUNTS` clears it."""
+        chosen = self.chosen
+        places = [(*chosen, self.about)] if chosen is not None else self._contacts()
+        if not places:
+            whose = f" of the {foot_words(self.foot)} foot" if self.foot else ""
+            raise ReviewError(
+                f"no contact{whose} at frame {self.place.frame}; select a range with I and O, or by dragging "
+                "over the timeline"
+            )
+        note = self._note()
+        for start, end, foot in places:
+            if reason == FORCE_COUNTS:
+                self._record(ClearRange(start, end, foot, note))
+            else:
+                self._record(FlagRange(start, end, reason, foot, note))
+        if chosen is not None:
+            self.selection = Selection(*chosen).spent(self.place.frame)
+            self.show_selection()
+
+    def label(self) -> None:
+        """Say what the person does in the range, or in the whole trial."""
+        replay = self.place.replay
+        assert replay is not None
+        start, end = self.chosen or (0, replay.frames)
+        activity, subclass = activity_named(self.panel.activity.value)
+        self._record(SetActivity(start, end, activity, subclass, self._note()))
+
+    def step(self, direction: int) -> None:
+        """N and P: the next or previous open proposal or flagged range."""
+        stops = self._stops()
+        here = self._stop if self._stop in stops else (self.place.frame, -1, None)
+        ahead = [s for s in stops if _order(s) > _order(here)] if direction > 0 else None
+        behind = [s for s in stops if _order(s) < _order(here)][-1:] if direction < 0 else None
+        found = (ahead or behind or [])[:1]
+        if not found:
+            where = "after" if direction > 0 else "before"
+            self.notices.tell("That was all", f"No open proposal and no flagged range {where} this frame.")
+            return
+        self._go(found[0])
+
+    def accept(self) -> None:
+        """Enter."""
+        self._decide(AcceptProposal, 0.0)
+
+    def reject(self) -> None:
+        """Backspace."""
+        self._decide(RejectProposal, 0.0)
+
+    def undo(self) -> None:
+        """U: the last own edit of the trial."""
+        undone = self.place.room.book.undo(self._trial(), self.place.author())
+        self.notices.tell("Undone", said_by(undone.event))
+
+    def redo(self) -> None:
+        """R."""
+        redone = self.place.room.book.redo(self._trial(), self.place.author())
+        self.notices.tell("Counts again", said_by(redone.event))
+
+    def set_status(self, status: Status) -> None:
+        """Say how far the review is."""
+        self._record(SetStatus(status, self._note()))
+
+    def warm_up(self) -> None:
+        """Make the first answer to "what if" come soon."""
+        if self.place.room.library.fit is not None:
+            self.place.room.what_if.warm()
+
+    def what_if(self) -> None:
+        """The residual if the selected frames counted, or no longer did."""
+        replay, chosen = self.place.replay, self.chosen
+        if replay is None or replay.residual is None:
+            raise ReviewError("there is no fit with forces to ask; G solves")
+        if chosen is None:
+            raise ReviewError("select the range first: I and O, N, or drag over the timeline")
+        present = self._present(self.review)
+        instead, words = flipped(present, chosen, self.about, self.review.feet)
+        self.notices.tell("Asking the solver", words)
+        told = self.place.room.what_if.ask(replay.name, present, instead)
+        self.panel.answer.content = what_if_html(told, words)
+
+    def heard(self, edits: Sequence[Edit]) -> None:
+        """Somebody recorded edits; those of others that touch this reviewer's frames are told."""
+        trial = self._trial()
+        mine = self._author_or_none()
+        review = self.review
+        for edit in edits:
+            if edit.trial != trial or edit.author == mine:
+                continue
+            clashes = [
+                c for c in review.conflicts_of(edit.number) if mine in (c.earlier.author, c.later.author)
+            ]
+            if clashes:
+                self.notices.tell("You disagree", str(clashes[0]), "yellow")
+            elif self._touches(edit.event, mine):
+                self.notices.tell(f"{edit.author}, in the same place", said_by(edit.event), "yellow")
+        self.show()
+
+    def _decide(self, event: type[AcceptProposal] | type[RejectProposal], least: float) -> None:
+        found = self.current
+        if found is None:
+            raise ReviewError("no open proposal here; N goes to the next")
+        self._record(event(found.proposal))
+        after = [p for p in self.proposals if p.state is State.OPEN and p.proposal.confidence >= least]
+        onward = [p for p in after if _order(_place(p)) > _order(_place(found))] or after
+        if onward:
+            self._go(_place(onward[0]))
+            return
+        self._stop = None
+        self._select(Selection())
+        self.notices.tell("All proposals are decided", "T finishes the trial and goes to the next.")
+
+    def _go(self, stop: Stop) -> None:
+        self._stop = stop
+        self.place.seek(stop[0])
+        self._select(Selection(stop[0], stop[1]))
+        self.warm_up()
+
+    def _stops(self) -> list[Stop]:
+        stops = {_place(p) for p in self.proposals if p.state is State.OPEN}
+        stops |= {(flag.start, flag.end, flag.foot) for flag in self.review.flags}
+        return sorted(stops, key=_order)
+
+    def _select(self, selection: Selection) -> None:
+        self.selection = selection
+        self.show_selection()
+        self.place.draw_lanes()
+
+    def _record(self, event: Event) -> None:
+        self.place.room.book.record(self._trial(), event, self.place.author())
+
+    def _note(self) -> str:
+        """The note for the next edit, taken out of its box: what is typed next goes with the one after.
+
+        Raises:
+            SolverError: nobody has said who decides; the note stays.
+        """
+        self.place.author()
+        note = self.panel.note.value.strip()
+        put(self.panel.note, "")
+        return note
+
+    def _trial(self) -> str:
+        if self.place.replay is None:
+            raise ReviewError("no trial is open")
+        return self.place.replay.name
+
+    def _contacts(self) -> list[Stop]:
+        """The contacts under the cursor, of the foot that flags are about."""
+        replay, frame = self.place.replay, self.place.frame
+        if replay is None:
+            return []
+        return [
+            (phase.start, phase.end, replay.feet[phase.foot])
+            for phase in replay.forces.contacts
+            if phase.start <= frame < phase.end and self.foot in (None, replay.feet[phase.foot])
+        ]
+
+    def _contact_words(self) -> str:
+        contacts = self._contacts()
+        if not contacts:
+            return "the contact under the cursor (none here)"
+        return " and ".join(f"{foot_words(foot)} {start}–{end - 1}" for start, end, foot in contacts)
+
+    def _present(self, review: TrialReview) -> tuple[MissingRange, ...]:
+        """Which forces the next solve leaves out, as far as people and detection say."""
+        replay = self.place.replay
+        if review.decided or replay is None:
+            return review.missing_ranges
+        return tuple(m for m in replay.forces.missing if m[2] is None or m[2] in review.feet)
+
+    def _stale(self, review: TrialReview) -> bool:
+        """Whether the fit on the screen was made with other flags."""
+        replay = self.place.replay
+        if replay is None or replay.residual is None or not review.decided:
+            return False
+        used = {(a, b, foot) for a, b, foot, _ in replay.forces.missing}
+        wanted = {(a, b, foot) for a, b, foot, _ in review.missing_ranges}
+        return replay.forces.source != "review" or not wanted <= used
+
+    def _touches(self, event: Event, mine: str | None) -> bool:
+        """Whether an edit of somebody else's is about frames that this reviewer has selected or labelled."""
+        start, end = _frames_of(event)
+        chosen = [self.chosen] if self.chosen is not None else []
+        own = [(f.start, f.end) for f in self.review.flags if f.author == mine]
+        own += [(c.start, c.end) for c in self.review.cleared if c.author == mine]
+        return any(a < end and start < b for a, b in (*chosen, *own))
+
+    def _author_or_none(self) -> str | None:
+        return self.panel.author.value.strip() or None
+
+
+def _frames_of(event: Event) -> tuple[int, int]:
+    match event:
+        case FlagRange(start, end) | ClearRange(start, end) | SetActivity(start, end):
+            return start, end
+        case AcceptProposal(proposal) | RejectProposal(proposal):
+            return proposal.start, proposal.end
+        case _:
+            return 0, 0
+
+
+def _place(pending: Pending) -> Stop:
+    return pending.proposal.start, pending.proposal.end, pending.proposal.foot
+
+
+def _order(stop: Stop) -> tuple[int, int, str]:
+    return stop[0], stop[1], stop[2] or ""

@@ -1,0 +1,168 @@
+"""The Review panel's pieces of the page; whatever comes from a file or a person is shown as text."""
+
+import html
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from addb_viewer.app.feet import foot_words
+from addb_viewer.app.lanes import KEY_OF, reason_color, reason_words
+from addb_viewer.app.page import boxed, clickable, swatch
+from addb_viewer.app.palette import Rgb
+from addb_viewer.app.proposals import Pending, State
+from annotations.events import Edit
+from annotations.reasons import REASON_KEYS
+from annotations.trial_review import TrialReview
+from annotations.wording import said_by
+
+LAST = 8  # edits in the history
+LEAST = 1e-3  # of newtons, metres, shares and log odds
+_SIGNS = {State.OPEN: "?", State.ACCEPTED: "✓", State.REJECTED: "✗"}
+EVIDENCE = {"_N": " N", "_m_s": " m/s", "_Nm": " N·m", "_m": " m", "_s": " s"}  # ending of a name: unit
+
+
+def selection_html(chosen: tuple[int, int] | None, foot: str | None, rate: float, contact: str) -> str:
+    """What the next key is about.
+
+    Args:
+        chosen: the selected range.
+        foot: that flags are about; None for both.
+        rate: of the trial [Hz].
+        contact: in words, the contact that keys act on where nothing is selected.
+    """
+    if chosen is None:
+        return boxed(f"<b>Nothing selected.</b> Keys 1–9 and 0 act on {html.escape(contact)}.")
+    start, end = chosen
+    count = end - start
+    return boxed(
+        f"<b>Frames {start} to {end - 1}</b> · {count} frame{'s' * (count > 1)}, {count / rate:.2f} s · "
+        f"{html.escape(foot_words(foot))}"
+    )
+
+
+def reasons_html() -> str:
+    """Which key means what."""
+    return boxed(
+        "<div style='display:grid;grid-template-columns:1fr 1fr;gap:0 .6em'>"
+        + "".join(
+            f"<div>{swatch(reason_color(key.reason), key.key)} {html.escape(key.words)}</div>"
+            for key in REASON_KEYS
+        )
+        + f"<div>{swatch(Rgb(255, 255, 255), '0')} the force counts</div></div>"
+    )
+
+
+def status_html(review: TrialReview, still_open: int, stale: bool) -> str:
+    """How far the review of the trial is."""
+    by = f" · {html.escape(review.status_author)}" if review.status_author else ""
+    note = f"<br>{html.escape(review.status_note)}" if review.status_note else ""
+    waiting = f"{still_open} proposal{'' if still_open == 1 else 's'} to decide" if still_open else ""
+    changed = "<br><b>The flags are others than those of the solve on the screen: G solves again.</b>"
+    return boxed(
+        f"<b>{html.escape(str(review.status)).capitalize()}</b>{by}"
+        f"{f' · {waiting}' if waiting else ''}{note}{changed if stale else ''}"
+    )
+
+
+def proposals_html(proposals: Sequence[Pending], current: Pending | None) -> str:
+    """What detection proposes; a click goes there."""
+    if not proposals:
+        return boxed("Detection proposes nothing in this trial.")
+    rows = []
+    for pending in proposals:
+        p = pending.proposal
+        marked = "background:rgba(128,128,128,.25);" if pending is current else ""
+        weight = "" if pending.state is State.OPEN else "opacity:.6;"
+        details = f"{html.escape(reason_words(p.reason))}. {evidence(p.evidence)}"
+        rows.append(
+            clickable(
+                f"{p.start}:{p.end}",
+                f"<div style='{marked}{weight}padding:.1em .3em'>{_SIGNS[pending.state]} "
+                f"<b>{p.start}–{p.end - 1}</b> {html.escape(foot_words(p.foot))} · "
+                f"{swatch(reason_color(p.reason), _key(p.reason))} · {100 * p.confidence:.0f} %"
+                + (f"<div style='opacity:.8'>{details}</div>" if pending is current else "")
+                + "</div>",
+            )
+        )
+    return boxed("".join(rows))
+
+
+def evidence(numbers: Mapping[str, float]) -> str:
+    """The numbers that a proposal rests on, with their units."""
+    told = []
+    for name, value in numbers.items():
+        ending = next((e for e in EVIDENCE if name.endswith(e)), "")
+        words = name.removesuffix(ending).replace("_", " ")
+        shown = value if abs(value) >= LEAST else 0.0
+        told.append(f"{html.escape(words)} {shown:.3g}{EVIDENCE.get(ending, '')}")
+    return ", ".join(told)
+
+
+def ranges_html(review: TrialReview) -> str:
+    """What does not count, by whom; and where reviewers disagree."""
+    rows = [
+        clickable(
+            f"{flag.start}:{flag.end}",
+            f"<div style='padding:.1em .3em'>{swatch(reason_color(flag.reason), _key(flag.reason))} "
+            f"<b>{flag.start}–{flag.end - 1}</b> {html.escape(foot_words(flag.foot))} · "
+            f"{html.escape(reason_words(flag.reason))} · {html.escape(flag.author)}"
+            f"{f' ({html.escape(str(flag.source))})' if str(flag.source) != 'person' else ''}"
+            f"{f'<br><i>{html.escape(flag.note)}</i>' if flag.note else ''}</div>",
+        )
+        for flag in review.flags
+    ]
+    rows += [
+        clickable(
+            f"{a.start}:{a.end}",
+            f"<div style='padding:.1em .3em'><b>{a.start}–{a.end - 1}</b> {html.escape(a.label)} · "
+            f"{html.escape(a.author)}</div>",
+        )
+        for a in review.activities
+    ]
+    if not review.decided and not rows:
+        rows.append("Nobody has decided anything yet; what the last solve left out by itself is hatched.")
+    conflicts = "".join(
+        f"<div style='margin-top:.3em'>⚠ {html.escape(str(conflict))}</div>" for conflict in review.conflicts
+    )
+    return boxed("".join(rows) + conflicts) if rows or conflicts else boxed("Every force counts.")
+
+
+def history_html(edits: Sequence[Edit]) -> str:
+    """The last edits, newest first."""
+    rows = "".join(
+        f"<div style='margin:.15em 0'>{edit.made_at.astimezone():%H:%M:%S} "
+        f"<b>{html.escape(edit.author)}</b>: {html.escape(said_by(edit.event))}</div>"
+        for edit in list(reversed(edits))[:LAST]
+    )
+    return boxed(rows or "No edits yet.")
+
+
+def what_if_html(told: Mapping[str, Any], words: str) -> str:
+    """Both sides of a question to the solver.
+
+    Args:
+        told: `present` and `instead` in figures, and `seconds`.
+        words: what was asked.
+    """
+    rows = "".join(
+        f"<tr><td style='padding-right:.8em;opacity:.75'>{label}</td>"
+        f"<td>{_figure(told['present'][name], factor, digits)} → "
+        f"<b>{_figure(told['instead'][name], factor, digits)}</b> {unit}</td></tr>"
+        for label, name, factor, digits, unit in (
+            ("residual force", "force_N", 1.0, 1, "N"),
+            ("residual moment", "moment_Nm", 1.0, 1, "N·m"),
+            ("marker error", "marker_rms_m", 100.0, 2, "cm"),
+            ("frames counted", "frames", 1.0, 0, ""),
+        )
+    )
+    return boxed(
+        f"<b>{html.escape(words)}</b><table>{rows}</table>"
+        f"<span style='opacity:.75'>This trial alone, {told['seconds']:.1f} s; G solves all.</span>"
+    )
+
+
+def _figure(value: float | None, factor: float, digits: int) -> str:
+    return "–" if value is None else f"{factor * value:.{digits}f}"
+
+
+def _key(reason: str) -> str:
+    return KEY_OF[reason].key if reason in KEY_OF else "·"

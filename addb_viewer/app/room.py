@@ -1,0 +1,200 @@
+"""A subject as all browsers share it: its fits and replays, its review, and what is at work for it."""
+
+import threading
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Protocol
+
+from addb_viewer.app.library import Library, library_of
+from addb_viewer.app.review_book import ReviewBook
+from addb_viewer.app.solves import NEW, Solve, discard, keep, solves
+from addb_viewer.app.what_if import WhatIf
+from addb_viewer.app.work import Outcome
+from addb_viewer.app.workbench import PROGRAM, Progress, Task, Workbench
+from annotations.events import Edit
+from solver.capture.capture import Capture
+from solver.errors import SolverError
+
+DIAGNOSING, SOLVING = "Diagnosing", "Solving"
+DIAGNOSE_WORKER, SOLVE_WORKER = "addb_viewer.app.diagnose_worker", "addb_viewer.app.solve_worker"
+
+
+class Visitor(Protocol):
+    """A browser's session, told what happens to the subject that it shows. Must return soon."""
+
+    def edited(self, edits: Sequence[Edit]) -> None:
+        """Somebody recorded edits."""
+
+    def fit_changed(self) -> None:
+        """Another fit is on the screen, or is compared with."""
+
+    def progressed(self, progress: Progress) -> None:
+        """Something is at work."""
+
+    def ended(self, task: Task, outcome: Outcome) -> None:
+        """It is not any more."""
+
+    def failed(self, doing: str, error: Exception) -> None:
+        """Something that all depend on failed."""
+
+
+class SubjectRoom:
+    """One subject of the root."""
+
+    def __init__(self, name: str, library: Library) -> None:
+        """Begin to look after a subject.
+
+        Args:
+            name: in the root.
+            library: its kept fit.
+        """
+        self.name, self.subject = name, library.subject
+        self.library = library  # on the screen
+        self.other: Library | None = None  # that is compared with
+        self.new: Solve | None = None  # on the screen, waiting to be kept or discarded
+        self._visitors: list[Visitor] = []
+        self._lock = threading.RLock()
+        self.book = ReviewBook(
+            self.subject,
+            self._capture,
+            lambda edits: self._tell(lambda visitor: visitor.edited(edits)),
+            lambda error: self._tell(lambda visitor: visitor.failed("Reading the review", error)),
+        )
+        self.bench = Workbench(
+            lambda progress: self._tell(lambda visitor: visitor.progressed(progress)), self._ended
+        )
+        self.what_if = WhatIf(self.subject.folder, library.results)
+        self._show_waiting()
+
+    @property
+    def results(self) -> Path:
+        """Where fit, diagnosis and decisions lie."""
+        return self.library.results
+
+    @property
+    def visited(self) -> bool:
+        """Whether anybody looks."""
+        return bool(self._visitors)
+
+    def enter(self, visitor: Visitor) -> None:
+        """Tell somebody from now on."""
+        with self._lock:
+            self._visitors = [*self._visitors, visitor]
+
+    def leave(self, visitor: Visitor) -> None:
+        """Tell somebody no more."""
+        with self._lock:
+            self._visitors = [other for other in self._visitors if other is not visitor]
+
+    def close(self) -> None:
+        """End what is at work, and forget the subject."""
+        self.bench.cancel()
+        self.what_if.close()
+        self.book.close()
+
+    def solve(self, author: str) -> None:
+        """Solve again with the present flags and decisions; the kept fit stays until the new one is kept.
+
+        Raises:
+            BusyError: something is at work.
+        """
+        arguments = (*self._places(), author)
+        self.bench.start(Task(SOLVING, "starting", SOLVE_WORKER, arguments, author))
+
+    def diagnose(self, author: str) -> None:
+        """Look at all trials together.
+
+        Raises:
+            BusyError: something is at work.
+        """
+        self.bench.start(Task(DIAGNOSING, "starting", DIAGNOSE_WORKER, self._places(), author))
+
+    def decide(self, doing: str, command: str, stage: str, author: str) -> None:
+        """Accept or reject the causes that the diagnosis named.
+
+        Raises:
+            BusyError: something is at work.
+        """
+        folder, results = self._places()
+        arguments = (command, folder, "--out", results, "--author", author)
+        self.bench.start(Task(doing, stage, PROGRAM, arguments, author))
+
+    def keep(self) -> None:
+        """Make the new solve the subject's fit.
+
+        Raises:
+            SolverError: none waits.
+        """
+        with self._lock:
+            keep(self._waiting(), self.results, self.subject.folder)
+            self.new = None
+        self._fit_replaced()
+
+    def discard(self) -> None:
+        """Go back to the kept fit.
+
+        Raises:
+            SolverError: none waits.
+        """
+        with self._lock:
+            discard(self._waiting())
+            self.new = None
+            self.library, self.other = library_of(self.subject, self.library.results_folder), None
+        self._fit_replaced()
+
+    def compare_with(self, solve: Solve | None) -> None:
+        """Put another solve beside the one on the screen; None: the kept fit, beside a new one.
+
+        Raises:
+            ResultsError: it cannot be read.
+        """
+        folder = None if solve is None else solve.folder
+        other = library_of(self.subject, self.library.results_folder, folder)
+        with self._lock:
+            self.other = other if other.fit is not None else None
+        self._tell(lambda visitor: visitor.fit_changed())
+
+    def _capture(self, trial: str) -> Capture:
+        return self.library.capture(trial)
+
+    def _waiting(self) -> Solve:
+        if self.new is None:
+            raise SolverError("no new solve waits to be kept or discarded; G solves again")
+        return self.new
+
+    def _places(self) -> tuple[str, str]:
+        return str(Path(self.subject.folder).absolute()), str(self.results.absolute())
+
+    def _show_waiting(self) -> None:
+        """A solve that nobody decided about before the app ended is shown again."""
+        made = solves(self.results)
+        if made and made[-1].state == NEW:
+            self._show_new(made[-1])
+
+    def _show_new(self, solve: Solve) -> None:
+        library = library_of(self.subject, self.library.results_folder, solve.folder)
+        with self._lock:
+            kept = self.library if self.new is None else self.other
+            self.other = kept if kept is not None and kept.fit is not None else None
+            if self.new is not None:
+                discard(self.new)
+            self.library, self.new = library, solve
+
+    def _fit_replaced(self) -> None:
+        self.what_if.close()
+        self._tell(lambda visitor: visitor.fit_changed())
+
+    def _ended(self, task: Task, outcome: Outcome) -> None:
+        if outcome.succeeded and task.doing == SOLVING:
+            try:
+                number = outcome.said.split()[-1]
+                self._show_new(next(s for s in solves(self.results) if s.folder.name == number))
+            except Exception as error:  # the answer cannot be read: told like any failure of the solve
+                outcome = Outcome(False, False, outcome.said, str(error) or "the solve cannot be found")
+            else:
+                self._fit_replaced()
+        self._tell(lambda visitor: visitor.ended(task, outcome))
+
+    def _tell(self, what: Callable[[Visitor], None]) -> None:
+        for visitor in self._visitors:
+            what(visitor)

@@ -1,0 +1,340 @@
+"""One reviewer at one browser: a trial, a cursor, a camera, and the desks that work on them."""
+
+import threading
+import time
+from collections.abc import Sequence
+from functools import partial
+
+import viser
+
+from addb_viewer.app import keys
+from addb_viewer.app.camera import VIEWS, look
+from addb_viewer.app.controls import build_controls, speed_name
+from addb_viewer.app.diagnosis_desk import DiagnosisDesk
+from addb_viewer.app.handles import put
+from addb_viewer.app.house import House
+from addb_viewer.app.layout import Layout, fitted
+from addb_viewer.app.memory import Remembered
+from addb_viewer.app.notices import Notices
+from addb_viewer.app.page_script import send_scripts
+from addb_viewer.app.panels import legend_html, notes_html, summary_html
+from addb_viewer.app.playback import Pace, Playback, Position
+from addb_viewer.app.queue_desk import QueueDesk
+from addb_viewer.app.replay import Replay
+from addb_viewer.app.review_desk import ReviewDesk
+from addb_viewer.app.review_panel import build_review
+from addb_viewer.app.room import SubjectRoom
+from addb_viewer.app.scene import Scene, heading
+from addb_viewer.app.session_actions import actions_of, bind
+from addb_viewer.app.solve_desk import SolveDesk
+from addb_viewer.app.solve_panel import build_solve
+from addb_viewer.app.timeline_desk import TimelineDesk
+from addb_viewer.app.work import Outcome
+from addb_viewer.app.workbench import Progress, Task
+from annotations.events import Edit, Status
+from solver.errors import SolverError
+
+READOUT_EVERY = 0.1  # [s] while playing: slider and time
+SCRUBBING = 0.3  # [s] for so long the slider under a person's hand is not moved from here
+
+
+class Session:
+    """What one browser shows. Everything that a person asks is done by one hand, in order."""
+
+    def __init__(
+        self, client: viser.ClientHandle, house: House, room: SubjectRoom, pace: Pace, memory: Remembered
+    ) -> None:
+        """Lay out the page.
+
+        Args:
+            client: the browser.
+            house: all subjects.
+            room: the one to begin with.
+            pace: of all browsers together.
+            memory: what the browser remembers.
+        """
+        self.client, self.house, self._room = client, house, room
+        self.notices = Notices(client)
+        self.memory = memory
+        self._drawing = threading.RLock()  # the scene belongs to one thread at a time
+        self._hearing = threading.Lock()
+        self._unheard: list[Edit] = []
+        self._replay: Replay | None = None
+        self._looked = self._closed = False
+        self._read_at = self.scrubbed_at = 0.0
+        client.gui.configure_theme(show_logo=False, show_share_button=False, dark_mode=self.memory.dark)
+        send_scripts(client)
+        self.scene = Scene(client)
+        self.layout: Layout = fitted(client)
+        self.playback = Playback(self.notices.guard("Drawing", self._draw), pace=pace)
+        gui = client.gui
+        self.controls = build_controls(gui, tuple(VIEWS), dark=self.memory.dark)
+        gui.main_panel.dock_left()
+        gui.main_panel.set_width(self.layout.controls_width)
+        panel = gui.add_panel()
+        self.timeline = TimelineDesk(gui, panel.add_tab("Timeline", viser.Icon.CHART_LINE), self, self.layout)
+        self.diagnosis = DiagnosisDesk(
+            gui, panel.add_tab("Diagnosis", viser.Icon.STETHOSCOPE), self, self.notices
+        )
+        with panel.add_tab("Keys", viser.Icon.KEYBOARD):
+            gui.add_html(keys.page_html())
+        panel.dock_right()
+        panel.set_width(self.layout.timeline_width)
+        tabs, feet = self.controls.tabs, room.subject.foot_bodies
+        self.review = ReviewDesk(self, build_review(gui, tabs.review, feet, self.memory.author), self.notices)
+        self.queue = QueueDesk(gui, tabs.queue, house, self, self.notices)
+        self.solving = SolveDesk(self, build_solve(gui, tabs.solve), self.notices)
+        bind(self)
+        keys.register(gui, actions_of(self), self.notices)
+        self.playback.start()
+
+    @property
+    def room(self) -> SubjectRoom:
+        """The subject on the screen."""
+        return self._room
+
+    @property
+    def replay(self) -> Replay | None:
+        """The trial on the screen; None before the first one opened."""
+        return self._replay
+
+    @property
+    def frame(self) -> int:
+        """The cursor."""
+        return self.playback.position.frame
+
+    @property
+    def shown(self) -> str | None:
+        """The name of the trial on the screen."""
+        return None if self._replay is None else self._replay.name
+
+    def author(self) -> str:
+        """Who decides here.
+
+        Raises:
+            SolverError: nobody has said.
+        """
+        name = str(self.review.panel.author.value).strip()
+        if not name:
+            raise SolverError("say who you are, in 'Your name' under Review")
+        self.memory.author = name
+        return name
+
+    def trials(self) -> Sequence[str]:
+        """Names of the subject's trials."""
+        return self._room.library.trials
+
+    def enter(self, trial: str | None = None) -> None:
+        """Be told what happens to the subject, and show this trial, else the first that can be read."""
+        self._room.enter(self)
+        self.client.gui.set_panel_label(self._room.subject.name)
+        self.controls.trial.options = tuple(self.trials())
+        wanted = [name for name in self.trials() if name == trial]
+        for name in dict.fromkeys([*wanted, *self.trials()]):
+            try:
+                self.open_trial(name)
+                break
+            except Exception as error:  # another trial may be whole
+                self.notices.error(f"Opening {name}", error)
+        self.diagnosis.show()
+        self.explain()
+        self.queue.show()
+
+    def open(self, subject: str, trial: str | None) -> None:
+        """Show a trial of any subject; None: its first one.
+
+        Raises:
+            CaptureError, ResultsError: the subject cannot be read; the present one stays.
+        """
+        if subject != self._room.name:
+            room = self.house.room(subject)
+            self._room.leave(self)
+            self._room = room
+            self._replay, self.solving.comparing = None, False
+            self.enter(trial)
+            self.house.tidy()
+        elif trial is not None and trial != self.shown:
+            self.open_trial(trial)
+
+    def open_trial(self, name: str, frame: int = 0) -> None:
+        """Show a trial of the present subject.
+
+        Raises:
+            CaptureError: its files cannot be read; the present trial stays.
+        """
+        library = self._room.library
+        try:
+            replay = library.replay(name)
+        except Exception:
+            if self.shown is not None:
+                put(self.controls.trial, self.shown)
+            raise
+        with self._drawing:
+            self._replay = replay
+            self.playback.open(replay.frames, replay.rate, frame)
+            self.scene.show(replay, library.meshes)
+            self._fill_panel(replay)
+            self.solving.show()
+            self._compare()
+            self.timeline.show()
+            self.review.open(self._room.subject.foot_bodies)
+            self.diagnosis.show_trial(replay)
+            self.queue.draw()
+            self.memory.place = (self._room.name, name)
+            if not self._looked:  # later trials are seen from where the reviewer went
+                self.view("Reset")
+
+    def go_to(self, trial: str, frame: int) -> None:
+        """Show a frame of a trial of this subject."""
+        if trial != self.shown:
+            self.open_trial(trial)
+        self.playback.seek(frame)
+
+    def seek(self, frame: int) -> None:
+        """Move the cursor."""
+        self.playback.seek(frame)
+
+    def view(self, name: str) -> None:
+        """Look from one of the named sides."""
+        if self._replay is not None:
+            self._looked = True
+            look(self.client, name, heading(self._replay), self.scene.center(self.frame))
+
+    def explain(self) -> None:
+        """Draw the causes of the diagnosis that is kept."""
+        self.scene.explain(self.diagnosis.state.figures)
+        if self._replay is not None:
+            diagnosed = self.scene.figures is not None
+            self.controls.show.legend.content = legend_html(self._replay, diagnosed=diagnosed)
+        self.draw_lanes()
+        self.playback.redraw()
+
+    def draw_lanes(self) -> None:
+        """Show what has changed in the lanes."""
+        self.timeline.draw_lanes()
+
+    def finish(self) -> None:
+        """T: the trial is finished; on to the next."""
+        self.review.set_status(Status.FINISHED)
+        self.house.refresh(self._room.name)
+        row = self.queue.next()
+        if row is None:
+            self.queue.draw()
+            self.notices.tell("All finished", "Every trial of the queue has been reviewed.")
+            return
+        self.notices.tell("Finished", f"Next: {row.subject if self.house.several else ''} {row.trial}")
+        self.open(row.subject, row.trial)
+
+    def set_dark(self, dark: bool) -> None:
+        """Turn the theme."""
+        self.memory.dark = dark
+        put(self.controls.show.dark, dark)
+        self.client.gui.configure_theme(show_logo=False, show_share_button=False, dark_mode=dark)
+
+    def compare_changed(self) -> None:
+        """The comparison was switched on or off, or is with another solve."""
+        self.solving.show()
+        self._compare()
+        self.timeline.show()
+
+    def edited(self, edits: Sequence[Edit]) -> None:
+        """Somebody recorded edits."""
+        with self._hearing:
+            waits = bool(self._unheard)
+            self._unheard += edits
+        if not waits:  # else whoever shows those that wait shows these as well
+            self.notices.do_now_or_next("Showing the review", self._show_edits)
+
+    def fit_changed(self) -> None:
+        """Another fit is on the screen, or is compared with."""
+        self.notices.do("Showing the fit", self._show_fit)
+
+    def progressed(self, progress: Progress) -> None:
+        """Something is at work."""
+        self.solving.progressed(progress)
+        self.diagnosis.progressed(progress)
+
+    def ended(self, task: Task, outcome: Outcome) -> None:
+        """Nothing is at work any more."""
+
+        def conclude() -> None:
+            self.solving.ended(task, outcome)
+            self.diagnosis.ended(task, outcome)
+            self.explain()
+            self.compare_changed()
+
+        self.notices.do("Showing what came of it", conclude)
+
+    def failed(self, doing: str, error: Exception) -> None:
+        """Something that all depend on failed."""
+        self.notices.error(doing, error)
+
+    def close(self) -> None:
+        """The browser has gone: end its threads and forget it."""
+        if self._closed:
+            return
+        self._closed = True
+        self._room.leave(self)
+        self.notices.close()
+        self.playback.stop()
+        self.house.tidy()
+
+    def _show_edits(self) -> None:
+        with self._hearing:
+            edits, self._unheard = self._unheard, []
+        if self._replay is not None and any(edit.trial == self._replay.name for edit in edits):
+            self.review.heard(edits)
+        self.notices.do("Showing the queue", partial(self._requeue, max(edit.number for edit in edits)))
+
+    def _requeue(self, revision: int | None = None) -> None:
+        self.house.refresh(self._room.name, revision)
+        self.queue.draw()
+
+    def _show_fit(self) -> None:
+        """The trial again, at the present frame, as the fit that is now on the screen has it."""
+        if self.shown is not None:
+            self.open_trial(self.shown, self.frame)
+        self.diagnosis.show()
+        self.explain()
+        self._requeue()
+
+    def _compare(self) -> None:
+        other, library = self.solving.other, self._room.other
+        self.scene.compare(other.bodies if other else None, library.meshes if library else {})
+        self.playback.redraw()
+
+    def _fill_panel(self, replay: Replay) -> None:
+        c, library, subject = self.controls, self._room.library, self._room.subject
+        c.frame.max = max(replay.frames - 1, 1)
+        put(c.trial, replay.name)
+        fit = library.fit
+        mass, height = (fit.mass_kg, fit.height_m) if fit else (subject.mass_kg, subject.height_m)
+        person = {k: v for k, v in (("mass_kg", mass), ("height_m", height)) if v is not None}
+        c.summary.content = summary_html(library.figures(replay.name), person, replay)
+        c.notes.content = notes_html((*library.notes, *replay.notes))
+        c.show.legend.content = legend_html(replay, diagnosed=self.scene.figures is not None)
+
+    def _draw(self, position: Position) -> None:
+        replay = self._replay
+        if replay is None or self._closed:
+            return
+        frame = min(position.frame, replay.frames - 1)
+        with self._drawing, self.client.atomic():
+            self.scene.draw(frame)
+            self.timeline.cursor(frame)
+            self._show_position(position, frame, replay)
+
+    def _show_position(self, position: Position, frame: int, replay: Replay) -> None:
+        c, now = self.controls, time.perf_counter()
+        c.play.label = "Pause" if position.playing else "Play"
+        put(c.speed, speed_name(position.speed))
+        if position.playing and now - self._read_at < READOUT_EVERY:
+            return
+        self._read_at = now
+        if now - self.scrubbed_at > SCRUBBING or not 0 <= c.frame.value < replay.frames:
+            put(c.frame, frame)
+        self.diagnosis.cursor(frame)
+        if not position.playing:
+            self.review.moved()
+            self.review.show_selection()
+            self.timeline.select(self.review.chosen)

@@ -1,0 +1,136 @@
+"""The solves of a subject that the app has made: each in a folder of its own until somebody keeps one.
+
+    results/solves/3/fit.json, solve-1/   as `solver.results.store` writes a fit
+    results/solves/3/made.json            who asked for it, when, what became of it; written last
+
+A solve without made.json was never finished: it is not shown. Keeping one puts a copy of it in the place of
+the subject's fit, in one step, and the fit that was there among the solves.
+"""
+
+import json
+import os
+import shutil
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from solver.errors import ResultsError
+from solver.results.store import has_fit, load_fit, save_fit, write_json
+
+FOLDER, MADE = "solves", "made.json"
+MOST = 8  # solves on the disk; the oldest go first
+NEW, KEPT, DISCARDED, REPLACED = "new", "kept", "discarded", "replaced"
+
+
+@dataclass(frozen=True)
+class Solve:
+    """One solve on the disk."""
+
+    number: int
+    folder: Path
+    by: str
+    when: datetime  # UTC
+    seconds: float | None  # that it took; None where the app did not make it
+    state: str  # NEW, KEPT, DISCARDED or REPLACED
+    figures: Mapping[str, Any]  # in the shape of `fit --json`
+
+
+def solves(results: Path) -> tuple[Solve, ...]:
+    """The finished ones, oldest first; what cannot be read is left out."""
+    found = []
+    for number in _numbers(results):
+        folder = results / FOLDER / str(number)
+        try:
+            made = json.loads((folder / MADE).read_text(encoding="utf-8"))
+            figures = json.loads((folder / "fit.json").read_text(encoding="utf-8"))
+            when = datetime.fromisoformat(made["when"])
+            solve = Solve(number, folder, made["by"], when, made["seconds"], made["state"], figures)
+        except (OSError, ValueError, KeyError, TypeError):
+            continue
+        found.append(solve)
+    return tuple(found)
+
+
+def new_folder(results: Path) -> Path:
+    """An empty folder for the next solve."""
+    place = results / FOLDER
+    place.mkdir(parents=True, exist_ok=True)
+    number = max(_numbers(results), default=0) + 1
+    while True:  # another program may take the number
+        try:
+            (place / str(number)).mkdir()
+        except FileExistsError:
+            number += 1
+        else:
+            return place / str(number)
+
+
+def finish(folder: Path, *, by: str, seconds: float | None, state: str = NEW) -> None:
+    """Say that the fit in a solve's folder is whole."""
+    told = {"by": by, "when": datetime.now(UTC).isoformat(), "seconds": seconds, "state": state}
+    write_json(folder / MADE, told)
+
+
+def keep(solve: Solve, results: Path, subject_folder: Path) -> Solve:
+    """Make a solve the subject's fit; the one before is put among the solves.
+
+    Raises:
+        ResultsError: the solve cannot be read, or the results folder cannot be written to.
+    """
+    fit = load_fit(solve.folder, subject_folder)
+    _put_aside(results)
+    save_fit(fit, results)
+    _forget_old(results, solve.number)
+    return _marked(solve, KEPT)
+
+
+def discard(solve: Solve) -> Solve:
+    """Leave the subject's fit as it is; the solve stays in the history."""
+    return _marked(solve, DISCARDED)
+
+
+def current(results: Path) -> Solve | None:
+    """The solve that is the subject's fit; None where the app has not made it."""
+    return next((solve for solve in reversed(solves(results)) if solve.state == KEPT), None)
+
+
+def _marked(solve: Solve, state: str) -> Solve:
+    told = {"by": solve.by, "when": solve.when.isoformat(), "seconds": solve.seconds, "state": state}
+    write_json(solve.folder / MADE, told)
+    return replace(solve, state=state)
+
+
+def _put_aside(results: Path) -> None:
+    """The fit that is about to be replaced; one that lies among the solves already only changes its state."""
+    was = current(results)
+    if was is not None:
+        _marked(was, REPLACED)
+        return
+    if not has_fit(results):
+        return
+    head = json.loads((results / "fit.json").read_text(encoding="utf-8"))
+    when = datetime.fromtimestamp((results / "fit.json").stat().st_mtime, UTC)
+    folder = new_folder(results)
+    try:
+        shutil.copytree(results / str(head["solve"]), folder / str(head["solve"]))
+        shutil.copy2(results / "fit.json", folder / "fit.json")
+    except OSError as error:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise ResultsError(f"{results}: the present fit cannot be put aside ({error}).") from error
+    told = {"by": "before this app", "when": when.isoformat(), "seconds": None, "state": REPLACED}
+    write_json(folder / MADE, told)
+
+
+def _forget_old(results: Path, but: int) -> None:
+    numbers = [number for number in _numbers(results) if number != but]
+    for number in numbers[: max(0, len(numbers) - (MOST - 1))]:
+        shutil.rmtree(results / FOLDER / str(number), ignore_errors=True)
+
+
+def _numbers(results: Path) -> list[int]:
+    place = results / FOLDER
+    if not place.is_dir():
+        return []
+    return sorted(int(name) for name in os.listdir(place) if name.isdecimal())

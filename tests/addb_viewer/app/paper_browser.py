@@ -1,0 +1,116 @@
+"""A browser without a picture: speaks the page's language, so that whole sessions are tested quickly."""
+
+import threading
+import time
+
+import msgspec
+import viser
+import zstandard
+from websockets.sync.client import connect
+
+PATIENCE = 30.0  # [s]
+
+
+class PaperBrowser:
+    """One connection to the app. What the server sent is in `commands`, `gui` and `notices`."""
+
+    def __init__(self, port, headers=None):
+        self.storage = {}
+        self.commands, self.gui, self.notices = {}, {}, []
+        self.messages = 0
+        self._heard = threading.Condition()
+        self._socket = connect(
+            f"ws://127.0.0.1:{port}",
+            subprotocols=[f"viser-v{viser.__version__}"],
+            max_size=None,
+            compression=None,
+            additional_headers=headers,
+        )
+        self._thread = threading.Thread(target=self._listen, daemon=True)
+        self._thread.start()
+        self._say(
+            "ViewerCameraMessage",
+            wxyz=(1.0, 0.0, 0.0, 0.0),
+            position=(0.0, 1.0, 3.0),
+            fov=0.7,
+            near=0.01,
+            far=1000.0,
+            image_height=800,
+            image_width=1280,
+            look_at=(0.0, 1.0, 0.0),
+            up_direction=(0.0, 1.0, 0.0),
+        )
+
+    def press(self, label):
+        """As the command's key does."""
+        self._say("CommandTriggerMessage", uuid=self.until(lambda: self.commands.get(label), label))
+
+    def put(self, label, value):
+        """Write into a field, choose from a list, tick a box."""
+        uuid = self.until(lambda: self._field(label), label)
+        self._say("GuiUpdateMessage", uuid=uuid, updates={"value": value})
+
+    def html(self):
+        """All texts on the page."""
+        with self._heard:
+            return " ".join(p["content"] for p in self.gui.values() if isinstance(p.get("content"), str))
+
+    def told(self, words):
+        """Whether a notification says this."""
+        with self._heard:
+            return any(words in f"{title} {body}" for title, body in self.notices)
+
+    def until(self, condition, what="the app"):
+        end = time.monotonic() + PATIENCE
+        while not (value := condition()):
+            assert time.monotonic() < end, f"waited in vain for {what}; notices: {self.notices}"
+            with self._heard:
+                self._heard.wait(0.02)
+        return value
+
+    def close(self):
+        self._socket.close()
+        self._thread.join(5.0)
+
+    def _field(self, label):
+        with self._heard:
+            return next((uuid for uuid, props in self.gui.items() if props.get("label") == label), None)
+
+    def _say(self, kind, **content):
+        self._socket.send(msgspec.msgpack.encode({"type": kind, **content}))
+
+    def _listen(self):
+        try:
+            for raw in self._socket:
+                size = int.from_bytes(raw[8:16], "little")
+                content = zstandard.ZstdDecompressor().decompress(
+                    raw[16 : 16 + size], max_output_size=int.from_bytes(raw[:8], "little")
+                )
+                with self._heard:
+                    for message in msgspec.msgpack.decode(content)["messages"]:
+                        self._hear(message)
+                    self._heard.notify_all()
+        except Exception:  # the connection ended
+            return
+
+    def _hear(self, message):
+        kind = message["type"]
+        self.messages += 1
+        if kind == "RegisterCommandMessage":
+            self.commands[message["props"]["label"]] = message["uuid"]
+        elif kind == "LocalStorageGetItemRequestMessage":
+            value = self.storage.get(message["key"])
+            self._say(
+                "LocalStorageGetItemResponseMessage",
+                value=value,
+                error=None,
+                request_uuid=message["request_uuid"],
+            )
+        elif kind == "LocalStorageSetItemMessage":
+            self.storage[message["key"]] = message["value"]
+        elif kind == "NotificationShowMessage":
+            self.notices.append((message["props"]["title"], message["props"]["body"]))
+        elif kind == "GuiUpdateMessage":
+            self.gui.get(message["uuid"], {}).update(message["updates"])
+        elif kind.startswith("Gui") and "props" in message:
+            self.gui[message["uuid"]] = dict(message["props"])

@@ -1,0 +1,69 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from addb_viewer.app.comparison import around, changed_frames, compared
+from addb_viewer.app.solve_html import comparison_html
+
+FIGURES = {
+    "frames_with_force_used": 180,
+    "marker_rms_m": 0.0075,
+    "linear_residual": {"rms_N": 12.34},
+    "heldout": {"linear_residual": {"rms_N": 33.0}},
+}
+
+
+@pytest.fixture
+def pair(make_replay):
+    """Two solves: later, frames 100 to 109 right are left out, and the knee gets 5 N·m more there."""
+    before = make_replay()
+    missing = (*before.forces.missing, (100, 110, "calcn_r", "manualReview"))
+    torque = before.joints.torque.copy()
+    torque[95:115, 1] += 5.0
+    torque[5, 1] += 500.0  # far from the edit
+    now = replace(
+        before, forces=replace(before.forces, missing=missing), joints=replace(before.joints, torque=torque)
+    )
+    return before, now
+
+
+def test_the_edit_is_where_forces_count_differently(pair):
+    assert changed_frames(*pair).nonzero()[0].tolist() == list(range(100, 110))
+    assert not changed_frames(pair[0], pair[0]).any()
+
+
+def test_both_feet_flagged_one_by_one_is_the_same_as_together(pair):
+    before, _ = pair
+    together = replace(before, forces=replace(before.forces, missing=((5, 9, None, "a"),)))
+    apart = replace(
+        before, forces=replace(before.forces, missing=((5, 9, "calcn_r", "b"), (5, 9, "calcn_l", "c")))
+    )
+    assert not changed_frames(together, apart).any()
+
+
+def test_torques_are_compared_near_the_edit(pair):
+    found = compared(*pair, FIGURES, FIGURES)
+    assert found.edited == ((100, 110),)
+    knee = found.torques[0]
+    assert (knee.name, knee.unit) == ("knee_r", "N·m")
+    assert knee.largest == pytest.approx(5.0)
+    near = 20 / 40  # frames with the change over those within 0.15 s
+    assert knee.rms == pytest.approx(5.0 * np.sqrt(near), rel=1e-9)
+
+
+def test_figures_stand_side_by_side_with_units(pair):
+    found = compared(*pair, FIGURES, FIGURES | {"linear_residual": {"rms_N": 9.0}})
+    assert ("Residual force", "12.3 N", "9.0 N") in found.rows
+    assert ("Marker error", "0.75 cm", "0.75 cm") in found.rows
+    assert ("Withheld force", "33.0 N", "33.0 N") in found.rows
+    assert not any(label == "Residual moment" for label, _, _ in found.rows)
+    text = comparison_html(found, "before")
+    assert "100–109" in text
+    assert "knee_r" in text
+
+
+def test_reaching_around_frames():
+    frames = np.zeros(10, dtype=bool)
+    frames[[0, 6]] = True
+    assert around(frames, 2).nonzero()[0].tolist() == [0, 1, 2, 4, 5, 6, 7, 8]

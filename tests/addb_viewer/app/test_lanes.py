@@ -1,0 +1,97 @@
+from dataclasses import replace
+from datetime import UTC, datetime
+
+import pytest
+
+from addb_viewer.app.lanes import lanes_of
+from addb_viewer.app.lanes_html import lanes_html, timeline_html
+from addb_viewer.app.proposals import pending
+from addb_viewer.app.review_html import history_html, proposals_html, ranges_html, selection_html, status_html
+from addb_viewer.app.span import Span
+from annotations.events import AcceptProposal, Edit, FlagRange, Proposal, SetActivity
+from annotations.folding import folded
+
+FEET = ("calcn_r", "calcn_l")
+SPITEFUL = "<img src=x onerror='window.hacked=1'>"
+
+
+def edits(*events, author="Zoë"):
+    return [Edit(i + 1, "walk", author, datetime.now(UTC), event) for i, event in enumerate(events)]
+
+
+@pytest.fixture
+def lanes(make_replay):
+    def made(*events, author="Zoë", figures=None):
+        replay, review = make_replay(), folded("walk", edits(*events, author=author), FEET)
+        proposals = pending(replay.forces.proposals, review, {})
+        found = lanes_of(
+            replay, review, reviewed=((60, 80),), proposals=proposals, current=proposals[0], figures=figures
+        )
+        return {lane.label: lane.blocks for lane in found}
+
+    return made
+
+
+def test_contacts_stand_in_their_foots_lane_and_unmeasured_ones_are_hatched(lanes):
+    found = lanes()
+    (right,), (left,) = found["contact R"], found["contact L"]
+    assert (right.start, right.end, right.hatched) == (0, 60, False)
+    assert (left.start, left.end, left.hatched, left.text) == (60, 120, True, "?")
+
+
+def test_what_the_fit_left_out_by_itself_is_hatched_until_somebody_decides(lanes):
+    (alone,) = lanes()["missing R"]
+    assert alone.hatched
+    assert "decided by nobody" in alone.told
+    decided = lanes(FlagRange(30, 50, "forceDiscrepancy", "calcn_l", "odd"))
+    assert decided["missing R"] == ()
+    (flag,) = decided["missing L"]
+    assert (flag.start, flag.end, flag.text, flag.hatched) == (30, 50, "5", False)
+    assert "Zoë" in flag.told
+
+
+def test_a_flag_of_both_feet_stands_in_both_lanes(lanes):
+    found = lanes(FlagRange(30, 50, "manualReview"))
+    assert [b.start for b in found["missing R"]] == [b.start for b in found["missing L"]] == [30]
+
+
+def test_proposals_are_as_high_as_they_are_sure_and_the_one_at_hand_is_outlined(lanes):
+    blocks = lanes()["proposed"]
+    assert [b.start for b in blocks] == [20, 60, 100]
+    assert blocks[0].outlined
+    assert blocks[1].height > blocks[2].height > blocks[0].height
+    accepted = AcceptProposal(Proposal(60, 80, "footContactDetectedButNoForce", "calcn_l"))
+    assert [b.text[0] for b in lanes(accepted)["proposed"]] == ["?", "✓", "?"]
+
+
+def test_causes_and_activities_have_their_lanes(lanes, effect, figures):
+    named = figures(effect("external_contact", "pelvis", ((120, 140),), force_y_N=60.0))
+    found = lanes(SetActivity(0, 200, "walk", "treadmill"), figures=named)
+    assert [(b.start, b.end) for b in found["causes"]] == [(120, 140)]
+    assert found["activity"][0].text == "treadmill"
+
+
+def test_whatever_people_and_files_say_stays_text(make_replay):
+    replay = make_replay()
+    forces = replay.forces
+    object.__setattr__(replay, "forces", replace(forces, missing=((5, 9, None, SPITEFUL),), source=SPITEFUL))
+    made = edits(FlagRange(0, 9, "manualReview", None, SPITEFUL), SetActivity(0, 9, "walk"), author=SPITEFUL)
+    for history in ([], made):
+        review = folded("walk", history, FEET)
+        proposals = pending(forces.proposals, review, {})
+        lanes = lanes_of(replay, review, reviewed=(), proposals=proposals, current=None, figures=None)
+        page = [
+            timeline_html(lanes_html(lanes, Span(0, 199)), Span(0, 199)),
+            ranges_html(review),
+            status_html(review, 1, True),
+            history_html(history),
+            proposals_html(proposals, proposals[0]),
+            selection_html(None, SPITEFUL, 100.0, SPITEFUL),
+        ]
+        assert "<img" not in " ".join(page)
+
+
+def test_evidence_has_its_units(make_replay):
+    proposals = pending(make_replay().forces.proposals, folded("walk", [], FEET), {})
+    assert "missing 512 N" in proposals_html(proposals, proposals[1])
+    assert "slip 0.02 m/s" in proposals_html(proposals, proposals[2])

@@ -1,0 +1,77 @@
+import json
+
+from addb_viewer.app.queue_desk import rows_html
+from addb_viewer.app.queue_rows import Filter, Row, next_to_review, order, shown, subject_rows
+from addb_viewer.review_store import open_log
+from annotations.events import IMPORTED, SetStatus, Status
+from solver.capture.capture import Subject, TrialFiles
+
+SPITEFUL = "<script>alert(1)</script>"
+
+
+def row(trial, *, force_BW=0.01, moment_BWh=0.001, used=100, source="review", status=Status.UNSEEN, **more):
+    figures = {
+        "frames": 100,
+        "frames_with_force_used": used,
+        "mask_source": source,
+        "linear_residual": {"rms_BW": force_BW},
+        "angular_residual": {"rms_BWh": moment_BWh},
+    }
+    return Row("S1", trial, status, None, figures, **more)
+
+
+def test_the_residual_is_told_in_units_of_the_worse_bound():
+    assert row("a", force_BW=0.05).residual == 1.0
+    assert row("a", moment_BWh=0.02).residual == 2.0
+    assert Row("S1", "a").residual is None
+
+
+def test_worst_first_and_finished_last():
+    rows = [
+        row("good"),
+        row("done", force_BW=0.5, status=Status.FINISHED),
+        row("bad", force_BW=0.2),
+        Row("S1", "never fitted"),
+        row("half left out", used=40),
+        row("nobody decided", source="proposals"),
+    ]
+    names = [r.trial for r in sorted(rows, key=order)]
+    assert names == ["never fitted", "bad", "nobody decided", "half left out", "good", "done"]
+
+
+def test_the_next_one_comes_after_this_one_and_then_from_the_top():
+    rows = [row("a"), row("b", status=Status.FINISHED), row("c"), Row("S2", "", error="broken")]
+    assert next_to_review(rows, "S1", "a").trial == "c"
+    assert next_to_review(rows, "S1", "c").trial == "a"
+    assert next_to_review(rows[1:2], "S1", "b") is None
+
+
+def test_filters_let_through_what_they_say():
+    rows = [row("walk 1"), row("walk 2", status=Status.FINISHED), row("run", status=Status.SECOND_LOOK)]
+    assert [r.trial for r in shown(rows, Filter.TO_DO)] == ["walk 1", "run"]
+    assert [r.trial for r in shown(rows, Filter.FINISHED)] == ["walk 2"]
+    assert [r.trial for r in shown(rows, Filter.SECOND_LOOK)] == ["run"]
+    assert [r.trial for r in shown(rows, Filter.ALL, "WALK 2")] == ["walk 2"]
+
+
+def test_status_and_figures_are_read_from_the_subjects_folder(tmp_path):
+    (tmp_path / "seg").mkdir()
+    (tmp_path / "seg" / "REVIEWED").touch()
+    trials = (
+        TrialFiles("a", tmp_path / "a.trc"),
+        TrialFiles("b", tmp_path / "b.trc", reviews=(tmp_path / "seg" / "review.json",)),
+        TrialFiles("c", tmp_path / "c.trc"),
+    )
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results" / "fit.json").write_text(json.dumps({"trials": [{"name": "a", "frames": 5}]}))
+    with open_log(tmp_path) as log:
+        log.append("a", SetStatus(Status.SECOND_LOOK), "Zoë")
+    a, b, c = subject_rows("S1", Subject(tmp_path, trials))
+    assert (a.status, a.by, a.figures["frames"]) == (Status.SECOND_LOOK, "Zoë", 5)
+    assert (b.status, b.by) == (Status.FINISHED, IMPORTED)
+    assert (c.status, c.figures) == (Status.UNSEEN, None)
+
+
+def test_names_from_files_stay_text():
+    rows = [row(SPITEFUL), Row(SPITEFUL, "", error=SPITEFUL), Row(SPITEFUL, "x", by=SPITEFUL)]
+    assert "<script>" not in rows_html(rows, ("", ""), several=True, notes=(SPITEFUL,))

@@ -1,0 +1,240 @@
+"""Sessions of several browsers on one app, spoken to as a page would, without a picture."""
+
+import gc
+import threading
+import time
+import weakref
+
+import pytest
+
+from addb_viewer.review_store import open_log
+from annotations.events import FlagRange, SetStatus, Status
+
+FEET = ("calcn_r", "calcn_l")
+
+
+@pytest.fixture
+def app(tmp_path, make_replay, make_app):
+    app = make_app(tmp_path, [make_replay(), make_replay("run", 180)], login="Zoë")
+    yield app
+    app.close()
+
+
+@pytest.fixture
+def stored(tmp_path):
+    """The review of the walk as the store has it."""
+
+    def read(trial="walk"):
+        with open_log(tmp_path) as log:
+            return log.review(trial, FEET)
+
+    return read
+
+
+def flags(review):
+    return [(f.start, f.end, f.foot, f.reason, f.author) for f in review.flags]
+
+
+def test_every_browser_has_its_own_trial_cursor_and_camera(app, enter):
+    one, other = enter(app), enter(app)
+    one.press("1 s on")
+    one.until(lambda: one.session.frame == 100)
+    other.put("Trial", "run")
+    other.until(lambda: other.session.shown == "run")
+    assert one.session.shown == "walk"
+    assert other.session.frame == 0
+    other.press("Play or pause")
+    other.until(lambda: other.session.frame > 5)
+    assert one.session.frame == 100
+
+
+def test_a_browser_that_leaves_leaves_nothing_behind(app, enter):
+    before = threading.active_count()
+    browser = enter(app)
+    session = weakref.ref(browser.session)
+    browser.press("Play or pause")
+    browser.session = None
+    browser.close()
+    browser.until(lambda: not app.sessions)
+    browser.until(lambda: threading.active_count() <= before + 2, "the threads")  # viser keeps its workers
+    browser.until(lambda: gc.collect() is not None and session() is None, "the session's memory")
+    assert not app.house.rooms[0].visited
+
+
+def test_keys_paint_undo_and_redo_and_each_is_in_the_store(app, enter, stored):
+    browser = enter(app)
+    for key in ("1 s on", "Start of a range", "1 s back", "0.1 s on"):
+        browser.press(key)
+    browser.press("Foot: right, left, both")
+    browser.until(lambda: browser.session.review.foot == "calcn_r")
+    browser.put("Go to", "120:140")
+    browser.until(lambda: browser.session.review.chosen == (120, 140))
+    assert browser.session.frame == 120
+    browser.press("Flag: not over a plate")
+    expected = [(120, 140, "calcn_r", "notOverForcePlate", "Zoë")]
+    browser.until(lambda: flags(stored()) == expected)
+    browser.press("Undo")
+    browser.until(lambda: flags(stored()) == [])
+    browser.press("Redo")
+    browser.until(lambda: flags(stored()) == expected)
+    browser.until(lambda: "120–139" in browser.html())
+
+
+def test_i_and_o_select_and_a_digit_without_them_takes_the_contact(app, enter, stored):
+    browser = enter(app)
+    browser.press("Flag: force wrong")
+    browser.until(lambda: flags(stored()) == [(0, 60, "calcn_r", "forceDiscrepancy", "Zoë")])
+    browser.press("1 s on")
+    browser.press("Start of a range")
+    browser.press("0.1 s on")
+    browser.press("End of a range")
+    browser.press("Flag: other")
+    browser.until(lambda: (100, 111, None, "manualReview", "Zoë") in flags(stored()))
+    browser.press("Flag: markers bad")  # painted again at the same place
+    browser.until(lambda: (100, 111, None, "tooHighMarkerRMS", "Zoë") in flags(stored()))
+    browser.press("Last frame")
+    browser.press("Clear: the force counts")
+    browser.until(lambda: browser.told("no contact at frame 199"))
+    assert len(flags(stored())) == 2
+
+
+def test_n_and_p_begin_where_the_cursor_is(app, enter):
+    browser = enter(app)
+    browser.put("Go to", "60")
+    browser.until(lambda: browser.session.frame == 60)
+    browser.press("Next proposal or flagged range")
+    browser.until(lambda: browser.session.review.chosen == (60, 80))
+    browser.press("Previous proposal or flagged range")
+    browser.until(lambda: browser.session.review.chosen == (20, 30))
+    browser.press("Previous proposal or flagged range")
+    browser.until(lambda: browser.told("No open proposal and no flagged range before"))
+
+
+def test_proposals_are_gone_through_with_two_keys(app, enter, stored):
+    browser = enter(app)
+    browser.press("Next proposal or flagged range")
+    browser.until(lambda: browser.session.frame == 20)
+    assert browser.session.review.current.proposal.reason == "hasInputOutliers"
+    browser.press("Reject the proposal")
+    browser.until(lambda: browser.session.frame == 60)
+    browser.press("Accept the proposal")
+    browser.until(lambda: browser.session.frame == 100)
+    browser.press("Accept the proposal")
+    browser.until(lambda: browser.told("All proposals are decided"))
+    review = stored()
+    assert [(f.start, f.end, f.foot) for f in review.flags] == [(60, 80, "calcn_l"), (100, 110, "calcn_r")]
+    assert [(c.start, c.end) for c in review.cleared] == [(20, 30)]
+    browser.press("Accept the proposal")
+    browser.until(lambda: browser.told("no open proposal here"))
+
+
+def test_finishing_goes_on_to_the_next_trial_and_says_when_all_is_done(app, enter, stored):
+    browser = enter(app)
+    browser.press("Finish the trial, go to the next")
+    browser.until(lambda: browser.session.shown == "run")
+    assert stored().status is Status.FINISHED
+    assert stored().status_author == "Zoë"
+    browser.press("Finish the trial, go to the next")
+    browser.until(lambda: browser.told("Every trial of the queue has been reviewed"))
+    browser.until(lambda: "Reviewed 2 of 2" in browser.html())
+
+
+def test_edits_of_others_show_within_a_second_with_a_note_where_both_worked(app, enter, stored):
+    browser = enter(app)
+    browser.put("Go to", "120:140")
+    browser.press("Flag: not over a plate")
+    browser.until(lambda: flags(stored()))
+    began = time.monotonic()
+    with open_log(app.house.rooms[0].subject.folder) as log:  # as the command line does
+        log.append("walk", FlagRange(130, 150, "forceDiscrepancy", None), "Bo")
+    browser.until(lambda: browser.told("Bo says 'forceDiscrepancy'"))
+    browser.until(lambda: "130–149" in browser.html())
+    assert time.monotonic() - began < 1.5
+
+
+def test_two_browsers_see_each_other_at_once(app, enter, stored):
+    one, other = enter(app), enter(app)
+    other.put("Your name", "Bo")
+    one.put("Go to", "30:50")
+    one.press("Flag: moment wrong")
+    other.until(lambda: "30–49" in other.html())
+    other.put("Go to", "40:60")
+    other.press("Flag: force wrong")
+    one.until(lambda: one.told("You disagree"))
+    assert {f[-1] for f in flags(stored())} == {"Zoë", "Bo"}
+
+
+def test_nobody_decides_without_a_name_and_a_name_is_remembered(app, enter):
+    browser = enter(app)
+    browser.put("Your name", " ")
+    browser.press("Flag: force wrong")
+    browser.until(lambda: browser.told("say who you are"))
+    browser.put("Your name", "Ada")
+    browser.press("Flag: force wrong")
+    browser.until(lambda: "Ada" in browser.storage.get("addb-viewer", ""))
+
+
+def test_everything_is_there_again_after_a_restart(app, enter, stored, make_replay, make_app):
+    folder = app.house.rooms[0].subject.folder
+    browser = enter(app)
+    browser.put("Go to", "120:140")
+    browser.press("Flag: not over a plate")
+    browser.until(lambda: flags(stored()))
+    browser.close()
+    app.close()
+    again = make_app(folder, [make_replay()], login="Zoë")
+    try:
+        browser = enter(again)
+        browser.until(lambda: "120–139" in browser.html())
+        browser.press("Undo")
+        browser.until(lambda: flags(stored()) == [])
+    finally:
+        again.close()
+
+
+def test_a_second_look_and_a_label_are_recorded_with_their_note(app, enter, stored):
+    browser = enter(app)
+    browser.put("Note", "stumbles")
+    browser.put("Activity", "walk, treadmill")
+    browser.until(lambda: browser.session.review.panel.activity.value == "walk, treadmill")
+    browser.session.notices.do("Labelling", browser.session.review.label)
+    browser.until(lambda: [(a.start, a.end, a.label, a.note) for a in stored().activities])
+    (activity,) = stored().activities
+    assert (activity.start, activity.end, activity.label, activity.note) == (
+        0,
+        200,
+        "walk treadmill",
+        "stumbles",
+    )
+    browser.press("Needs a second look")
+    browser.until(lambda: stored().status is Status.SECOND_LOOK)
+
+
+def test_an_edit_by_the_store_alone_updates_the_queue(app, enter):
+    browser = enter(app)
+    with open_log(app.house.rooms[0].subject.folder) as log:
+        log.append("run", SetStatus(Status.FINISHED), "Bo")
+    browser.until(lambda: "Reviewed 1 of 2" in browser.html())
+
+
+def test_what_cannot_be_drawn_is_told_and_the_next_frame_is(app, enter, monkeypatch):
+    browser = enter(app)
+    monkeypatch.setattr(browser.session.scene, "draw", lambda frame: 1 / 0)
+    browser.press("One frame on")
+    browser.until(lambda: browser.told("Drawing failed division by zero"))
+    monkeypatch.undo()
+    browser.press("One frame on")
+    browser.until(lambda: browser.session.controls.frame.value == 2)
+
+
+def test_a_box_takes_frames_and_ranges_and_ignores_what_is_not_whole(app, enter):
+    browser = enter(app)
+    for text in ("", "7:", "abc", "57"):
+        browser.put("Go to", text)
+    browser.until(lambda: browser.session.frame == 57)
+    browser.put("Go to", "500:900")
+    browser.until(lambda: browser.told("no frames in 500:200") or browser.told("no frames in"))
+    browser.put("Go to", "#0")
+    browser.until(lambda: browser.session.frame == 57)
+    browser.put("Go to", "#99")
+    browser.until(lambda: browser.told("the queue has changed"))

@@ -1,0 +1,99 @@
+"""Solves on the disk: only whole ones are shown, and keeping one loses none."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from addb_viewer.app.solves import (
+    DISCARDED,
+    KEPT,
+    MADE,
+    MOST,
+    NEW,
+    REPLACED,
+    discard,
+    finish,
+    keep,
+    new_folder,
+    solves,
+)
+from solver.errors import ResultsError
+from solver.results.store import load_fit, save_fit
+
+
+@pytest.fixture
+def results(small_fit):
+    folder = small_fit.subject.folder / "results"
+    save_fit(small_fit, folder)
+    return folder
+
+
+@pytest.fixture
+def solved(small_fit, results):
+    def made(mass_kg):
+        folder = new_folder(results)
+        save_fit(replace(small_fit, mass_kg=mass_kg), folder)
+        finish(folder, by="Zoë", seconds=3.5)
+        return solves(results)[-1]
+
+    return made
+
+
+def mass(results):
+    return json.loads((results / "fit.json").read_text())["subject"]["mass_kg"]
+
+
+def test_a_new_solve_leaves_the_kept_fit_alone(results, solved):
+    new = solved(90.0)
+    assert (new.by, new.state, new.seconds) == ("Zoë", NEW, 3.5)
+    assert mass(results) == 100.0
+    assert new.figures["subject"]["mass_kg"] == 90.0
+
+
+def test_half_a_solve_is_not_shown(results, small_fit):
+    save_fit(small_fit, new_folder(results))  # killed before it was finished
+    (new_folder(results) / MADE).write_text('{"by": "Zoë", "when": "2026-')
+    new_folder(results)
+    assert solves(results) == ()
+    assert new_folder(results).name == "4"
+
+
+def test_keeping_replaces_the_fit_and_puts_the_one_before_aside(results, solved, small_fit):
+    keep(solved(90.0), results, small_fit.subject.folder)
+    assert mass(results) == 90.0
+    assert [(s.state, s.figures["subject"]["mass_kg"]) for s in solves(results)] == [
+        (KEPT, 90.0),
+        (REPLACED, 100.0),
+    ]
+    keep(solved(80.0), results, small_fit.subject.folder)
+    assert [(s.state, s.figures["subject"]["mass_kg"]) for s in solves(results)] == [
+        (REPLACED, 90.0),
+        (REPLACED, 100.0),
+        (KEPT, 80.0),
+    ]
+    assert load_fit(results, small_fit.subject.folder).mass_kg == 80.0
+    assert load_fit(solves(results)[0].folder, small_fit.subject.folder).mass_kg == 90.0
+
+
+def test_discarding_keeps_the_fit_and_the_history(results, solved):
+    discard(solved(90.0))
+    assert mass(results) == 100.0
+    assert [s.state for s in solves(results)] == [DISCARDED]
+
+
+def test_the_oldest_are_forgotten_but_never_the_kept_one(results, solved, small_fit):
+    for k in range(MOST + 3):
+        discard(solved(50.0 + k))
+    kept = keep(solved(90.0), results, small_fit.subject.folder)
+    left = solves(results)
+    assert len(left) <= MOST + 1  # the fit that was put aside comes on top
+    assert kept.number in [s.number for s in left]
+
+
+def test_a_torn_solve_is_refused_and_the_fit_stays(results, solved, small_fit):
+    new = solved(90.0)
+    next(new.folder.glob("solve-*/skeleton.json")).write_text("{")
+    with pytest.raises(ResultsError):
+        keep(new, results, small_fit.subject.folder)
+    assert mass(results) == 100.0
