@@ -2,7 +2,6 @@
 
 import os
 import re
-import signal
 import subprocess
 import sys
 import tempfile
@@ -92,5 +91,5 @@ def app_start_seconds(subject: Path) -> float:
                 return time.perf_counter() - start
         raise RuntimeError("the app ended without printing its address")
     finally:
-        process.send_signal(signal.SIGINT)
+        process.terminate()
         process.wait(timeout=20)
