@@ -118,9 +118,7 @@ class TrialReview:
     def missing_ranges(self) -> tuple[MissingRange, ...]:
         """Where forces must not be used: what is flagged, and whole stretches that are erroneous."""
         flagged = [(flag.start, flag.end, flag.foot, flag.reason) for flag in self.flags]
-        erroneous = [
-            (a.start, a.end, None, ERRONEOUS) for a in self.activities if a.activity == ERRONEOUS
-        ]
+        erroneous = [(a.start, a.end, None, ERRONEOUS) for a in self.activities if a.activity == ERRONEOUS]
         return tuple(sorted([*flagged, *erroneous], key=lambda missing: missing[:2]))
 
     def missing(self, frames: int) -> Bool[np.ndarray, "frames feet"]:

@@ -14,7 +14,8 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
+from scipy.linalg import cho_solve, cholesky, solve_triangular
+from scipy.linalg.lapack import dpotri
 
 from solver.diagnosis.rows import TrialRows
 from solver.diagnosis.settings import DiagnosisSettings
@@ -39,7 +40,8 @@ class Rung:
     @cached_property
     def precision(self) -> Float[np.ndarray, "rows rows"]:
         """K⁻¹."""
-        return cho_solve((self.factor, True), np.eye(len(self.y)), check_finite=False)
+        lower, _ = dpotri(self.factor, lower=1)
+        return np.asarray(np.tril(lower) + np.tril(lower, -1).T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +72,7 @@ class Term:
     prior_std: Float[np.ndarray, " parameters"]
     tangent_mean: Eta = ()
     seen: dict[int, tuple[np.ndarray | None, np.ndarray]] = field(default_factory=dict)
+    met: dict[tuple[int, int], tuple["Term", np.ndarray]] = field(default_factory=dict)
 
     def whitened(self, rung: Rung) -> tuple[np.ndarray | None, np.ndarray]:
         """Fixed part and columns, at one rung; kept."""
@@ -78,6 +81,13 @@ class Term:
             columns = rung.whitened(self.columns) if self.columns.shape[1] else self.columns
             self.seen[id(rung)] = fixed, columns
         return self.seen[id(rung)]
+
+    def product(self, earlier: "Term", rung: Rung) -> Float[np.ndarray, "parameters others"]:
+        """Columnsᵀ K⁻¹ columns of a term that stands before it, or of itself; kept."""
+        key = id(rung), id(earlier)
+        if key not in self.met:
+            self.met[key] = earlier, self.whitened(rung)[1].T @ earlier.whitened(rung)[1]
+        return self.met[key][1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,8 +98,16 @@ class Solved:
     rung: Rung
     log_evidence: float
     x: Float[np.ndarray, " parameters"]
-    covariance: Float[np.ndarray, "parameters parameters"]
+    std: Float[np.ndarray, " parameters"]  # of x before the data
+    root: Float[np.ndarray, "parameters parameters"]  # lower; root rootᵀ is the precision of x / std
     left: Float[np.ndarray, " rows"]  # whitened rest
+
+    @cached_property
+    def covariance(self) -> Float[np.ndarray, "parameters parameters"]:
+        """Of x."""
+        inverse = solve_triangular(self.root, np.eye(len(self.root)), lower=True, check_finite=False)
+        inverse *= self.std
+        return inverse.T @ inverse
 
     def estimates(self, k: int, scenes: Sequence[Scene]) -> dict[str, Estimate]:
         """The catalogue's parameters of the k-th term."""
@@ -197,24 +215,31 @@ class Balance:
     def solve_at(self, terms: Sequence[Term], rung: Rung) -> Solved:
         """Terms fitted together at one scale."""
         y = rung.y
-        whitened = [t.whitened(rung) for t in terms]
-        for fixed, _ in whitened:
+        for term in terms:
+            fixed, _ = term.whitened(rung)
             if fixed is not None:
                 y = y - fixed
-        A = np.concatenate([c for _, c in whitened], axis=1) if whitened else np.zeros((len(y), 0))
-        if not A.shape[1]:
+        std = np.concatenate([t.prior_std for t in terms]) if terms else np.zeros(0)
+        if not len(std):
             log = rung.constant - 0.5 * float(y @ y)
-            return Solved(tuple(terms), rung, log, np.zeros(0), np.zeros((0, 0)), y)
-        std = np.concatenate([t.prior_std for t in terms])
-        B = A * std  # unit prior
-        M = B.T @ B
+            return Solved(tuple(terms), rung, log, std, std, np.zeros((0, 0)), y)
+        M = np.zeros((len(std), len(std)))
+        ends = np.cumsum([len(t.prior_std) for t in terms])
+        owns = [slice(end - len(t.prior_std), end) for t, end in zip(terms, ends, strict=True)]
+        for k, term in enumerate(terms):
+            for i in range(k + 1):
+                M[owns[k], owns[i]] = term.product(terms[i], rung)
+        M *= np.outer(std, std)  # unit prior; the lower triangle is enough
         M[np.arange(len(M)), np.arange(len(M))] += 1.0
-        b = B.T @ y
-        factor = cho_factor(M, lower=True, check_finite=False)
-        u = cho_solve(factor, b, check_finite=False)
-        log = rung.constant - 0.5 * float(y @ y - b @ u) - float(np.log(np.diag(factor[0])).sum())
-        covariance = cho_solve(factor, np.eye(len(M)), check_finite=False) * np.outer(std, std)
-        return Solved(tuple(terms), rung, log, u * std, covariance, y - B @ u)
+        b = std * np.concatenate([t.whitened(rung)[1].T @ y for t in terms])
+        L = cholesky(M, lower=True, overwrite_a=True, check_finite=False)
+        u = cho_solve((L, True), b, check_finite=False)
+        log = rung.constant - 0.5 * float(y @ y - b @ u) - float(np.log(np.diag(L)).sum())
+        x = u * std
+        left = y.copy()
+        for term, own in zip(terms, owns, strict=True):
+            left -= term.whitened(rung)[1] @ x[own]
+        return Solved(tuple(terms), rung, log, x, std, L, left)
 
     def solve(self, terms: Sequence[Term], near: Rung | None = None) -> Solved:
         """Terms fitted together at the scale that suits them best.

@@ -1,11 +1,14 @@
 """The best η of a candidate, searched with everything else fitted anew at every step."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float
 from scipy.optimize import minimize
 
-from solver.diagnosis.balance import Balance, Rung, Solved, Term
+from solver.diagnosis.balance import Balance, CandidateRows, Rung, Term
+from solver.diagnosis.screening import Beside, products_of
 from solver.effects.effect import Candidate, Eta
 
 SMALL_STEP = 0.1  # of the first step, for derivatives by η
@@ -18,27 +21,31 @@ def refined(balance: Balance, term: Term, others: Sequence[Term], rung: Rung) ->
     if not len(steps):
         return term
     prior = np.array(candidate.prior(balance.scenes))
-    tried: dict[Eta, tuple[Term, Solved] | None] = {}
+    beside = Beside(others, rung)
+    tried: dict[Eta, _Tried | None] = {}
 
-    def at(eta: Eta) -> tuple[Term, Solved] | None:
+    def at(eta: Eta) -> _Tried | None:
         if eta not in tried:
-            made = balance.term(candidate, eta) if candidate.admissible(eta) else None
-            tried[eta] = None if made is None else (made, balance.solve_at([*others, made], rung))
+            rows = balance.rows_of(candidate, eta) if candidate.admissible(eta) else None
+            tried[eta] = None if rows is None else _Tried(rows, *beside.gain(rows, products_of(rows, rung)))
         return tried[eta]
 
-    def possible(solved: Solved) -> bool:
-        return candidate.is_possible(solved.estimates(len(others), balance.scenes))
+    def possible(one: _Tried) -> bool:
+        nothing = tuple(0.0 for _ in one.rows.eta)
+        return candidate.is_possible(
+            candidate.estimates(balance.scenes, one.rows.eta, nothing, one.x, one.covariance)
+        )
 
     def cost(z: np.ndarray) -> float:
         eta = np.array(start) + steps * z
         found = at(tuple(eta.tolist()))
-        if found is None or (start_possible and not possible(found[1])):
+        if found is None or (start_possible and not possible(found)):
             return np.inf
-        return 0.5 * float((((eta - prior[:, 0]) / prior[:, 1]) ** 2).sum()) - found[1].log_evidence
+        return 0.5 * float((((eta - prior[:, 0]) / prior[:, 1]) ** 2).sum()) - found.gain
 
     start = term.eta
     first = at(start)
-    start_possible = first is not None and possible(first[1])
+    start_possible = first is not None and possible(first)
     simplex = np.concatenate([np.zeros((1, len(steps))), np.eye(len(steps))])
     found = minimize(
         cost,
@@ -48,13 +55,24 @@ def refined(balance: Balance, term: Term, others: Sequence[Term], rung: Rung) ->
     )
     eta = tuple((np.array(start) + steps * found.x).tolist())
     best = at(eta)
-    return term if best is None else _with_tangents(balance, *best, steps=steps)
+    return term if best is None else _with_tangents(balance, balance.spread(best.rows), best.x, steps)
 
 
-def _with_tangents(balance: Balance, term: Term, solved: Solved, *, steps: np.ndarray) -> Term:
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """A candidate at one η beside the others."""
+
+    rows: CandidateRows
+    gain: float
+    x: Float[np.ndarray, " parameters"]
+    covariance: Float[np.ndarray, "parameters parameters"]
+
+
+def _with_tangents(
+    balance: Balance, term: Term, x: Float[np.ndarray, " parameters"], steps: Float[np.ndarray, " etas"]
+) -> Term:
     """Linearized about its η: fixed + columns x + T (η − mean), η's prior that of the candidate."""
     candidate = term.candidate
-    x = solved.of(len(solved.terms) - 1)[0]
     tangents = []
     for i, step in enumerate(SMALL_STEP * steps):
         ahead, behind = (_shifted(candidate, term.eta, i, sign * step) for sign in (1, -1))

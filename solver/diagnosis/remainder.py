@@ -51,8 +51,8 @@ class UnknownForce(Candidate):
         """Force splines at the point; without one, moments as far as `REACH` allows as well."""
         if scene.name != self.trial:
             return None
-        courses = _courses(scene, self.knot_s)
-        point, reach_m = self._place(scene), self._reach_m(scene)
+        courses = courses_of(scene, self.knot_s)
+        point, reach_m = self.place_ground(scene), self.reach_m(scene)
         columns = [
             force_at(axis, point)[:, :, None] * courses[:, None, :]
             for axis, size in zip(np.eye(3), self.directions, strict=True)
@@ -94,7 +94,7 @@ class UnknownForce(Candidate):
         self, scene: Scene, x: Float[np.ndarray, " parameters"]
     ) -> Float[np.ndarray, "frames 3"]:
         """Its course [N]."""
-        courses = _courses(scene, self.knot_s)
+        courses = courses_of(scene, self.knot_s)
         force = np.zeros((scene.frames, 3))
         along = np.flatnonzero(self.directions)
         force[:, along] = courses @ x[: len(along) * courses.shape[1]].reshape(len(along), -1).T
@@ -114,9 +114,9 @@ class UnknownForce(Candidate):
 
     def at_its_point(self, scene: Scene, x: Float[np.ndarray, " parameters"]) -> "UnknownForce":
         """Along its own directions, at the point that its moments speak for (least squares)."""
-        courses = _courses(scene, self.knot_s)
+        courses = courses_of(scene, self.knot_s)
         width = 3 * courses.shape[1]
-        force, reach_m = self.force_ground(scene, x), self._reach_m(scene)
+        force, reach_m = self.force_ground(scene, x), self.reach_m(scene)
         moment = reach_m * (courses @ x[width : 2 * width].reshape(3, -1).T)
         body = scene.skeleton.body_index(self.target)
         R = scene.R_ground_body[:, body]
@@ -136,13 +136,13 @@ class UnknownForce(Candidate):
         scene = self.scene(scenes)
         centre = scene.skeleton.bodies[scene.skeleton.body_index(self.target)].com_body
         away_m = np.linalg.norm(np.array(self.point_body) - centre)
-        return 0.5 * float(away_m / self._reach_m(scene)) ** 2
+        return 0.5 * float(away_m / self.reach_m(scene)) ** 2
 
     def nearest_body(self, scene: Scene) -> str:
         """The body that the point lies in: least distance from its centre of mass, in radii of gyration."""
         if self.point_body is None:
             return self.target
-        place = self._place(scene)
+        place = self.place_ground(scene)
         distances = {}
         for b, body in enumerate(scene.skeleton.bodies):
             if body.mass < LEAST_KG:
@@ -151,11 +151,13 @@ class UnknownForce(Candidate):
             distances[body.name] = away / (LEAST_RADIUS_M + _radius_of_gyration_m(body))
         return min(distances, key=lambda name: distances[name] - (OWN_BONUS if name == self.target else 0.0))
 
-    def _reach_m(self, scene: Scene) -> float:
+    def reach_m(self, scene: Scene) -> float:
+        """How far from the body's centre of mass it may act."""
         body = scene.skeleton.bodies[scene.skeleton.body_index(self.target)]
         return REACH * (LEAST_RADIUS_M + _radius_of_gyration_m(body))
 
-    def _place(self, scene: Scene) -> Float[np.ndarray, "frames 3"]:
+    def place_ground(self, scene: Scene) -> Float[np.ndarray, "frames 3"]:
+        """Its point, the body's centre of mass where none is known [m]."""
         body = scene.skeleton.body_index(self.target)
         point = self.point_body if self.point_body is not None else scene.skeleton.bodies[body].com_body
         return scene.point_ground(body, np.asarray(point))
@@ -184,7 +186,7 @@ class UnknownMoment(Candidate):
         """Moment splines."""
         if scene.name != self.trial:
             return None
-        courses = _courses(scene, self.knot_s)
+        courses = courses_of(scene, self.knot_s)
         columns = np.zeros((scene.frames, 6, 3, courses.shape[1]))
         for axis in range(3):
             columns[:, 3 + axis, axis] = courses
@@ -200,7 +202,7 @@ class UnknownMoment(Candidate):
         covariance: Float[np.ndarray, "parameters parameters"],
     ) -> dict[str, Estimate]:
         """RMS of the moment."""
-        moment = _courses(scene_named(scenes, self.trial), self.knot_s) @ x.reshape(3, -1).T
+        moment = courses_of(scene_named(scenes, self.trial), self.knot_s) @ x.reshape(3, -1).T
         std = float(np.sqrt(np.trace(covariance) / len(x)))
         return {"rms_moment_Nm": Estimate(float(np.sqrt((moment**2).sum(axis=1).mean())), std)}
 
@@ -213,9 +215,12 @@ class UnknownMoment(Candidate):
         return True
 
 
-def unknown_forces(scenes: Sequence[Scene]) -> list[Candidate]:
+Unknown = UnknownForce | UnknownMoment
+
+
+def unknown_forces(scenes: Sequence[Scene]) -> list[Unknown]:
     """In each trial a force on each body that is heavy enough to be told apart, and a moment."""
-    found: list[Candidate] = []
+    found: list[Unknown] = []
     for scene in scenes:
         heavy = [b.name for b in scene.skeleton.bodies if b.mass >= LEAST_KG]
         for knot_s in KNOTS_S:
@@ -229,7 +234,7 @@ def scene_named(scenes: Sequence[Scene], trial: str) -> Scene:
     return next(scene for scene in scenes if scene.name == trial)
 
 
-def _courses(scene: Scene, knot_s: float) -> Float[np.ndarray, "frames courses"]:
+def courses_of(scene: Scene, knot_s: float) -> Float[np.ndarray, "frames courses"]:
     """A constant, and cubic B-splines through the trial."""
     time_s = scene.times
     pieces = int(np.clip(round(time_s[-1] / knot_s), 4, MOST_KNOTS))

@@ -1,9 +1,10 @@
 """The whole catalogue against the balance: each candidate at the best of its starts beside accepted causes.
 
-A candidate's rows don't depend on what else is accepted: they are made once. Beside accepted causes, all of
-them integrated out, the residual has the precision P; a candidate with columns B (unit prior) on the rows of
-its trials adds ½ (bᵀ S⁻¹ b − log det S) to the log evidence, with S = I + Bᵀ P B and b = Bᵀ P r. Only those
-rows of P are touched.
+A candidate's rows don't depend on what else is accepted: they are made once, and so is their product with
+the precision P = K⁻¹ of each rung. Accepted causes, all of them integrated out, take W Wᵀ off that precision,
+with as many columns as they have parameters (Woodbury). A candidate with columns B (unit prior) on the rows
+of its trials adds ½ (bᵀ S⁻¹ b − log det S) to the log evidence, with S = I + Bᵀ (P − W Wᵀ) B and
+b = Bᵀ (P − W Wᵀ) r. Only the rows of its trials are touched.
 """
 
 from collections.abc import Sequence
@@ -11,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from solver.diagnosis.balance import Balance, CandidateRows, Rung, Term
 from solver.effects.effect import Candidate
@@ -28,12 +29,78 @@ class Screened:
     x: Float[np.ndarray, " parameters"]
 
 
+@dataclass(frozen=True, eq=False)
+class Products:
+    """Of a candidate's columns C and fixed part f with the precision of a rung, nothing accepted."""
+
+    CPC: Float[np.ndarray, "parameters parameters"]
+    CPf: Float[np.ndarray, " parameters"]
+    fPf: float
+
+
+def products_of(rows: CandidateRows, rung: Rung) -> Products:
+    """Only rows of the trials that the candidate touches are read."""
+    C, P = rows.columns, rung.precision[rows.span, rows.span]
+    CPC = C.T @ (P @ C)
+    if rows.fixed is None:
+        return Products(CPC, np.zeros(len(CPC)), 0.0)
+    Pf = P @ rows.fixed
+    return Products(CPC, C.T @ Pf, float(rows.fixed @ Pf))
+
+
+class Beside:
+    """The residual's precision with accepted causes integrated out, at one rung: P − W Wᵀ."""
+
+    def __init__(self, accepted: Sequence[Term], rung: Rung) -> None:
+        P, r = rung.precision, rung.residual
+        for term in accepted:
+            if term.fixed is not None:
+                r = r - term.fixed
+        self.rung = rung
+        self.W: Float[np.ndarray, "rows accepted"] = np.zeros((len(r), 0))
+        self.Pr: Float[np.ndarray, " rows"] = P @ r  # what accepted causes leave of the residual, weighted
+        parts = [t.columns * t.prior_std for t in accepted if t.columns.shape[1]]
+        if parts:
+            B = np.concatenate(parts, axis=1)
+            PB = P @ B
+            M = B.T @ PB
+            M[np.arange(len(M)), np.arange(len(M))] += 1.0
+            factor = cho_factor(M, lower=True, check_finite=False)[0]
+            self.W = solve_triangular(factor, PB.T, lower=True, check_finite=False).T
+            self.Pr = self.Pr - self.W @ (self.W.T @ r)
+
+    def gain(
+        self, rows: CandidateRows, products: Products
+    ) -> tuple[float, Float[np.ndarray, " parameters"], Float[np.ndarray, "parameters parameters"]]:
+        """Log evidence that a candidate adds, its parameters and their covariance.
+
+        Args:
+            rows: of a candidate that is not among the accepted ones.
+            products: of these rows at this rung.
+        """
+        C, W, Pr = rows.columns, self.W[rows.span], self.Pr[rows.span]
+        CW, CPr, gain = C.T @ W, C.T @ Pr, 0.0
+        if rows.fixed is not None:
+            fW = rows.fixed @ W
+            gain = float(rows.fixed @ Pr - 0.5 * (products.fPf - fW @ fW))
+            CPr = CPr - (products.CPf - CW @ fW)
+        S = (products.CPC - CW @ CW.T) * np.outer(rows.prior_std, rows.prior_std)
+        S[np.arange(len(S)), np.arange(len(S))] += 1.0
+        factor = cho_factor(S, lower=True, check_finite=False)
+        b = CPr * rows.prior_std
+        u = cho_solve(factor, b, check_finite=False)
+        gain += 0.5 * float(b @ u) - float(np.log(np.diag(factor[0])).sum())
+        inverse = cho_solve(factor, np.eye(len(S)), check_finite=False)
+        return gain, u * rows.prior_std, inverse * np.outer(rows.prior_std, rows.prior_std)
+
+
 class Screen:
     """Rows of every candidate at every start."""
 
     def __init__(self, balance: Balance, candidates: Sequence[Candidate]) -> None:
         self._balance = balance
         self._starts = [starts for c in candidates if (starts := _rows_of_starts(balance, c))]
+        self._products: dict[tuple[int, int], Products] = {}
 
     def at(self, rung: Rung, accepted: Sequence[Term] = ()) -> list[Screened]:
         """Every candidate that touches a trial, beside accepted causes, greatest gain first.
@@ -51,62 +118,18 @@ class Screen:
                 found.append(max(tried, key=lambda s: (s.notable, s.possible, s.gain)))
         return sorted(found, key=lambda s: -s.gain)
 
-    def _tried(self, beside: "Beside", rows: CandidateRows) -> Screened:
-        gain, x, covariance = beside.gain(rows)
+    def _tried(self, beside: Beside, rows: CandidateRows) -> Screened:
+        gain, x, covariance = beside.gain(rows, self._products_at(beside.rung, rows))
         nothing = tuple(0.0 for _ in rows.eta)
         estimates = rows.candidate.estimates(self._balance.scenes, rows.eta, nothing, x, covariance)
         candidate = rows.candidate
         return Screened(rows, candidate.is_notable(estimates), candidate.is_possible(estimates), gain, x)
 
-
-class Beside:
-    """Precision of the residual with accepted causes integrated out, at one rung."""
-
-    def __init__(self, accepted: Sequence[Term], rung: Rung) -> None:
-        P, r = rung.precision, rung.residual
-        for term in accepted:
-            if term.fixed is not None:
-                r = r - term.fixed
-        parts = [t.columns * t.prior_std for t in accepted if t.columns.shape[1]]
-        if parts:
-            B = np.concatenate(parts, axis=1)
-            PB = P @ B
-            M = B.T @ PB
-            M[np.arange(len(M)), np.arange(len(M))] += 1.0
-            P = P - PB @ cho_solve(cho_factor(M, lower=True, check_finite=False), PB.T, check_finite=False)
-        self._P, self._Pr = P, P @ r
-        self._last: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
-
-    def gain(self, rows: CandidateRows) -> tuple[float, np.ndarray, np.ndarray]:
-        """Log evidence that a candidate adds, its parameters and their covariance.
-
-        Args:
-            rows: of a candidate that is not among the accepted ones.
-        """
-        own = rows.span
-        BPB, BPr = self._products(rows)
-        gain = 0.0
-        if rows.fixed is not None:
-            Pf = self._P[own, own] @ rows.fixed
-            gain = float(rows.fixed @ self._Pr[own] - 0.5 * rows.fixed @ Pf)
-            BPr = BPr - rows.columns.T @ Pf
-        S = BPB * np.outer(rows.prior_std, rows.prior_std)
-        S[np.arange(len(S)), np.arange(len(S))] += 1.0
-        factor = cho_factor(S, lower=True, check_finite=False)
-        b = BPr * rows.prior_std
-        u = cho_solve(factor, b, check_finite=False)
-        gain += 0.5 * float(b @ u) - float(np.log(np.diag(factor[0])).sum())
-        inverse = cho_solve(factor, np.eye(len(S)), check_finite=False)
-        return gain, u * rows.prior_std, inverse * np.outer(rows.prior_std, rows.prior_std)
-
-    def _products(
-        self, rows: CandidateRows
-    ) -> tuple[Float[np.ndarray, "parameters parameters"], Float[np.ndarray, " parameters"]]:
-        """Columnsᵀ P columns and columnsᵀ P r; starts that share their columns come one after another."""
-        if self._last is None or self._last[0] is not rows.columns:
-            C = rows.columns
-            self._last = C, C.T @ (self._P[rows.span, rows.span] @ C), C.T @ self._Pr[rows.span]
-        return self._last[1], self._last[2]
+    def _products_at(self, rung: Rung, rows: CandidateRows) -> "Products":
+        key = id(rung), id(rows.columns if rows.fixed is None else rows)
+        if key not in self._products:
+            self._products[key] = products_of(rows, rung)
+        return self._products[key]
 
 
 def _rows_of_starts(balance: Balance, candidate: Candidate) -> list[CandidateRows]:

@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass
 
-from solver.diagnosis.balance import Balance, CandidateRows, Rung, Solved, Term
-from solver.diagnosis.remainder import UnknownForce, UnknownMoment, unknown_forces
-from solver.diagnosis.screening import Screen, Screened
+from solver.diagnosis.balance import Balance, Rung, Solved, Term
+from solver.diagnosis.remainder import Unknown, UnknownForce, unknown_forces
+from solver.diagnosis.screening import Beside
 from solver.diagnosis.selection import Contender, Found, Selection, handicap
-from solver.effects.effect import Candidate
+from solver.diagnosis.unknown_screen import Tried, UnknownScreen
+from solver.effects.effect import Eta
 
 MOMENT_LEVER_M = 0.1  # by which a moment counts as a force
 PLACED = 17  # bodies at which the point of an unknown force is sought
@@ -31,7 +32,7 @@ def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
     """
     settings = balance.settings
     solved, found = selection.solved, selection.found
-    unknown = Screen(balance, unknown_forces(balance.scenes))
+    unknown = UnknownScreen(balance)
     left = _left(balance, unknown, solved)
     if not found:
         return Kept(solved, found, left)
@@ -47,7 +48,7 @@ def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
     return Kept(solved, found, None)
 
 
-def _without_needless(balance: Balance, unknown: Screen, kept: Kept, margin: float) -> Kept:
+def _without_needless(balance: Balance, unknown: UnknownScreen, kept: Kept, margin: float) -> Kept:
     """Causes dropped, one after another, in whose place a force of unknown course does better.
 
     Better than with them and nothing unknown; and they hardly pay beside it.
@@ -86,39 +87,40 @@ def _notable(balance: Balance, solved: Solved, one: Found) -> bool:
     return one.contender.term.candidate.is_notable(estimates)
 
 
-def _left(balance: Balance, unknown: Screen, solved: Solved) -> Contender | None:
+def _left(balance: Balance, unknown: UnknownScreen, solved: Solved) -> Contender | None:
     """The force of unknown course, or the moment, that would explain most; None where none pays."""
     scenes = balance.scenes
-    placed: list[Candidate] = []
-    tried: list[tuple[float, CandidateRows, Rung]] = []
+    free = unknown_forces(scenes)
+    placed: list[Unknown] = []
+    tried: list[tuple[float, Tried, Rung]] = []
     rungs = list({id(r): r for r in (solved.rung, balance.rungs[0])}.values())
     bases = [balance.solve_at(solved.terms, r).log_evidence for r in rungs]
-
-    def score(gain: float, candidate: Candidate) -> float:
-        assert isinstance(candidate, UnknownForce | UnknownMoment)
-        return gain - candidate.reach_cost(scenes)
-
-    for rung, base in zip(rungs, bases, strict=True):
-        nearly: dict[tuple[str, str], Screened] = {}
-        for one in unknown.at(rung, solved.terms):  # the best course of each body and trial comes first
-            candidate = one.rows.candidate
-            assert isinstance(candidate, UnknownForce | UnknownMoment)
-            nearly.setdefault((candidate.target, candidate.trial), one)
+    besides = [Beside(solved.terms, r) for r in rungs]
+    for beside, base in zip(besides, bases, strict=True):
+        nearly: dict[tuple[str, str], Tried] = {}
+        for one in unknown.at(free, beside):  # the best course of each body and trial comes first
+            nearly.setdefault((one.candidate.target, one.candidate.trial), one)
         for one in list(nearly.values())[:PLACED]:
-            tried.append((base + one.gain, one.rows, rung))
-            if isinstance(candidate := one.rows.candidate, UnknownForce):
+            tried.append((base + one.gain, one, beside.rung))
+            if isinstance(candidate := one.candidate, UnknownForce):
                 scene = candidate.scene(scenes)
                 at = candidate.at_its_point(scene, one.x)
                 placed += [at, *at.along_an_axis(scene), *candidate.along_an_axis(scene)]
-    closer = Screen(balance, placed)
-    for rung, base in zip(rungs, bases, strict=True):
+    for beside, base in zip(besides, bases, strict=True):
         tried += [
-            (base + score(one.gain, one.rows.candidate), one.rows, rung)
-            for one in closer.at(rung, solved.terms)
+            (base + one.gain - one.candidate.reach_cost(scenes), one, beside.rung)
+            for one in unknown.at(placed, beside)
         ]
     tried.sort(key=lambda t: -t[0])
-    climbed = [_beside(balance, solved, balance.spread(rows), rung) for _, rows, rung in tried[:CLIMBED]]
-    best = max(climbed, key=lambda c: score(c.gain, c.term.candidate))
+    terms: dict[tuple[Unknown, Eta], Term] = {}  # one may be tried from several rungs
+    climbed = []
+    for _, one, rung in tried[:CLIMBED]:
+        term = terms.get((one.candidate, one.eta)) or balance.term(one.candidate, one.eta)
+        assert term is not None
+        terms[one.candidate, one.eta] = term
+        both = _beside(balance, solved, term, rung)
+        climbed.append((both.gain - one.candidate.reach_cost(scenes), both))
+    best = max(climbed, key=lambda c: c[0])[1]
     least_N = balance.settings.least_unknown_share * scenes[0].weight_N
     pays = best.gain > balance.settings.least_unknown_gain and size_N(balance, best) > least_N
     return best if pays else None

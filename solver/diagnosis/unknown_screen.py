@@ -1,0 +1,160 @@
+"""Every force of unknown course against the balance, at all its sizes, beside any accepted causes.
+
+A force's columns are splines times levers, each of which lasts for a few windows: rows are sparse. Their
+product with the precision of a rung is made once for each point of a body and serves every direction, every
+size, and whatever is accepted, which only takes a matrix of low rank off it (see `screening`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.linalg import cholesky, solve_triangular
+from scipy.sparse import csr_array
+
+from solver.diagnosis.balance import Balance, Rung
+from solver.diagnosis.remainder import Unknown, UnknownForce, UnknownMoment, courses_of
+from solver.diagnosis.rows import TrialRows
+from solver.diagnosis.screening import Beside
+from solver.effects.effect import Eta
+
+Key = tuple[str, str, int, bytes]  # trial, body, courses, point
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """An unknown force or moment at its best size."""
+
+    candidate: Unknown
+    eta: Eta
+    gain: float  # log evidence beyond the accepted causes, at the same rung
+    x: Float[np.ndarray, " parameters"]
+
+
+@dataclass(frozen=True, eq=False)
+class Local:
+    """Splines along the axes of force, then of moment, on the rows of one trial; a constant is their sum."""
+
+    key: Key
+    span: slice
+    splines: int
+    columns: csr_array  # transposed: [axis, spline] by row
+
+    def with_constants(self, values: Float[np.ndarray, "columns *rest"]) -> Float[np.ndarray, "more *rest"]:
+        """Something linear in columns, before each axis' splines that of their sum."""
+        by_axis = values.reshape(len(values) // self.splines, self.splines, *values.shape[1:])
+        whole = np.concatenate([by_axis.sum(axis=1, keepdims=True), by_axis], axis=1)
+        return whole.reshape(whole.shape[0] * whole.shape[1], *values.shape[1:])
+
+
+class UnknownScreen:
+    """Unknown forces of all trials, each against the balance."""
+
+    def __init__(self, balance: Balance) -> None:
+        self._balance = balance
+        self._trials = {t.scene.name: k for k, t in enumerate(balance.trials)}
+        self._local: dict[Key, Local] = {}
+        self._products: dict[tuple[int, Key], np.ndarray] = {}
+
+    def at(self, candidates: Sequence[Unknown], beside: Beside) -> list[Tried]:
+        """Each candidate at its best size, greatest gain first.
+
+        Args:
+            candidates: of any trials.
+            beside: accepted causes at one scale of the model error.
+        """
+        tried = {c: self._tried(c, beside) for c in dict.fromkeys(candidates)}
+        return sorted((tried[c] for c in candidates), key=lambda t: -t.gain)
+
+    def _tried(self, candidate: Unknown, beside: Beside) -> Tried:
+        local = self._local_of(candidate)
+        axes, sizes = _axes(candidate)
+        own = (axes[:, None] * (1 + local.splines) + np.arange(1 + local.splines)).ravel()
+        scale = np.repeat(sizes, 1 + local.splines) * self._trial(candidate).scene.weight_N
+        W = local.with_constants(local.columns @ beside.W[local.span])[own]
+        b = scale * local.with_constants(local.columns @ beside.Pr[local.span])[own]
+        information = self._product(beside.rung, local)[np.ix_(own, own)] - W @ W.T
+        information *= np.outer(scale, scale)
+        best = Tried(candidate, (), -np.inf, b)
+        for eta in candidate.starts(self._balance.scenes):
+            S = eta[0] ** 2 * information
+            S[np.arange(len(S)), np.arange(len(S))] += 1.0
+            L = cholesky(S, lower=True, overwrite_a=True, check_finite=False)
+            u = solve_triangular(L, eta[0] * b, lower=True, check_finite=False)
+            gain = 0.5 * float(u @ u) - float(np.log(np.diag(L)).sum())
+            if gain > best.gain:
+                x = solve_triangular(L, u, lower=True, trans="T", check_finite=False)
+                best = Tried(candidate, eta, gain, eta[0] * scale * x)
+        return best
+
+    def _product(self, rung: Rung, local: Local) -> Float[np.ndarray, "columns columns"]:
+        """Columnsᵀ P columns with constants, nothing accepted."""
+        key = id(rung), local.key
+        if key not in self._products:
+            half = local.columns @ np.ascontiguousarray(rung.precision[local.span, local.span])
+            whole = local.with_constants(local.columns @ half.T)
+            self._products[key] = local.with_constants(np.ascontiguousarray(whole.T))
+        return self._products[key]
+
+    def _trial(self, candidate: Unknown) -> TrialRows:
+        return self._balance.trials[self._trials[candidate.trial]]
+
+    def _local_of(self, candidate: Unknown) -> Local:
+        trial, start = self._trial(candidate), self._balance.start
+        scene = trial.scene
+        splines = courses_of(scene, candidate.knot_s)[:, 1:]
+        centre = point = np.zeros(3)
+        if isinstance(candidate, UnknownForce):
+            centre = scene.skeleton.bodies[scene.skeleton.body_index(candidate.target)].com_body
+            point = centre if candidate.point_body is None else np.array(candidate.point_body)
+        key = candidate.trial, candidate.target, splines.shape[1], point.tobytes()
+        if key not in self._local:
+            k = self._trials[candidate.trial]
+            span = slice(int(start[k]), int(start[k + 1]))
+            moments = _moments(trial, splines)
+            if isinstance(candidate, UnknownMoment):
+                columns = moments
+            else:
+                columns = _forces(trial, splines, candidate.place_ground(scene) - scene.com_ground)
+                if np.array_equal(point, centre):
+                    columns = np.concatenate([columns, candidate.reach_m(scene) * moments], axis=2)
+            rows = columns.reshape(-1, columns.shape[2] * columns.shape[3])
+            self._local[key] = Local(key, span, splines.shape[1], csr_array(rows.T))
+        return self._local[key]
+
+
+def _axes(candidate: Unknown) -> tuple[Int[np.ndarray, " axes"], Float[np.ndarray, " axes"]]:
+    """Which of a point's axes a candidate has, and their relative sizes."""
+    if isinstance(candidate, UnknownMoment):
+        return np.arange(3), np.ones(3)
+    if candidate.point_body is None:
+        return np.arange(6), np.ones(6)
+    sizes = np.array(candidate.directions)
+    return np.flatnonzero(sizes), sizes[sizes != 0]
+
+
+def _forces(
+    trial: TrialRows, splines: Float[np.ndarray, "frames splines"], arm_ground: Float[np.ndarray, "frames 3"]
+) -> Float[np.ndarray, "windows 6 3 splines"]:
+    """Forces along the ground's axes, this far from the centre of mass [m], and their moments about it."""
+    force = trial.windows.means(splines)
+    x, y, z = (trial.windows.means(arm_ground[:, i : i + 1] * splines) for i in range(3))
+    rows = np.zeros((len(force), 6, 3, force.shape[1]))
+    for axis in range(3):
+        rows[:, axis, axis] = force
+    rows[:, 4, 0], rows[:, 5, 0] = z, -y
+    rows[:, 3, 1], rows[:, 5, 1] = -z, x
+    rows[:, 3, 2], rows[:, 4, 2] = y, -x
+    return rows
+
+
+def _moments(
+    trial: TrialRows, splines: Float[np.ndarray, "frames splines"]
+) -> Float[np.ndarray, "windows 6 3 splines"]:
+    """Moments about the ground's axes."""
+    means = trial.windows.means(splines)
+    rows = np.zeros((len(means), 6, 3, means.shape[1]))
+    for axis in range(3):
+        rows[:, 3 + axis, axis] = means
+    return rows

@@ -1,0 +1,160 @@
+"""Slips and exchanges are repaired in the recording and the markers fitted anew, until nothing is found."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from solver.capture.capture import Capture, Markers, Subject
+from solver.diagnosis import marker_causes
+from solver.diagnosis.marker_causes import ROUNDS, with_markers_repaired
+from solver.diagnosis.scenes import observed_markers
+from solver.diagnosis.settings import DIAGNOSIS
+from solver.effects.scene import MarkerScene, Scene
+from solver.fit import Fit, TrialFit
+from solver.kinematics.inverse_kinematics import inverse_kinematics
+from solver.kinematics.marker_errors import MarkerErrors
+from solver.kinematics.motion import Motion
+from solver.settings import Settings
+from solver.simulate.demo import MARKERS
+from solver.simulate.laboratory import MeasurementSettings, recorded_markers
+from solver.simulate.person import Person, body_of
+from solver.simulate.trial import Scenario, simulate_trial
+from solver.skeleton.forward import ForwardKinematics
+
+RATE = 100.0
+SLIPPED, SLIP_M, SLIP_FRAME = "LTB1", np.array([0.0, -0.02, 0.006]), 110
+SWAPPED, SWAP = ("LASI", "RASI"), slice(150, 251)
+LOOSE = "WAND"  # recorded, and no marker of the model
+
+
+class Laboratory:
+    """Fits recordings by inverse kinematics, and shows them without a posterior: no force is looked at."""
+
+    def __init__(self, base: Scene, observed: Mapping[str, np.ndarray], obeys: bool = True) -> None:
+        self.base, self.skeleton, self.obeys = base, base.skeleton, obeys
+        self.asked: list[dict[str, Capture]] = []
+        self.scenes = {}
+        self.captures = {name: Capture(name, self._markers(o)) for name, o in observed.items()}
+
+    def _markers(self, observed: np.ndarray) -> Markers:
+        names = (LOOSE, *self.skeleton.marker_names)
+        loose = np.full((len(observed), 1, 3), 0.7)
+        return Markers(names, np.concatenate([loose, observed], axis=1), RATE)
+
+    def fitted(self, repaired: Mapping[str, Capture]) -> Fit:
+        """As `solve` does with `captures`; a fit that doesn't obey reads the files again."""
+        self.asked.append(dict(repaired))
+        used = repaired if self.obeys else {}
+        trials = tuple(self._trial(used.get(name, c)) for name, c in self.captures.items())
+        return Fit(Subject(Path("someone"), ()), self.skeleton, trials, 75.0, 1.80)
+
+    def _trial(self, capture: Capture) -> TrialFit:
+        known = capture.name in self.scenes and self.scenes[capture.name][0] is capture
+        if not known:
+            scene = tracked(self.base, capture.markers.positions_ground[:, 1:])
+            self.scenes[capture.name] = capture, scene
+        scene = self.scenes[capture.name][1]
+        distance = np.linalg.norm(scene.markers.observed_ground - scene.markers.model_ground, axis=2)
+        errors = MarkerErrors(self.skeleton.marker_names, distance)
+        return TrialFit(capture, scene.motion, errors, scene.markers.model_ground)
+
+    def repaired(self, monkeypatch):
+        """What the diagnosis does first."""
+
+        def scenes_of(fit, *_):
+            names = [trial.capture.name for trial in fit.trials]
+            return [(replace(self.scenes[name][1], name=name), None) for name in names]
+
+        monkeypatch.setattr(marker_causes, "scenes_of", scenes_of)
+        return with_markers_repaired(self.fitted, Settings(), DIAGNOSIS, {})
+
+
+def tracked(base: Scene, observed_ground: np.ndarray) -> Scene:
+    """These markers with the motion that inverse kinematics finds for them."""
+    skeleton = base.skeleton
+    q = inverse_kinematics(skeleton, observed_ground, RATE, Settings().kinematics)
+    kinematics = ForwardKinematics(skeleton)
+    poses = kinematics.poses(q)
+    return replace(
+        base,
+        motion=Motion(skeleton.dofs, q, RATE),
+        R_ground_body=poses.R_ground_body,
+        p_ground_body=poses.p_ground_body,
+        markers=MarkerScene(
+            skeleton.marker_names, kinematics.marker_bodies, observed_ground, kinematics.markers(poses)
+        ),
+    )
+
+
+@pytest.fixture(scope="module")
+def walk(short_scene) -> np.ndarray:
+    """The short walk's markers with noise, gaps and skin, in two and a half seconds."""
+    body_rng, motion_rng, noise_rng = np.random.default_rng(4).spawn(3)
+    body = body_of(Person(68.0, 1.72), body_rng)  # that of the short walk
+    trial = simulate_trial(Scenario("walk", "walk", duration=2.5, heading_deg=20.0), body, motion_rng)
+    seen = recorded_markers(trial, MARKERS, MeasurementSettings(), noise_rng)
+    observed = np.full((seen.frames, len(body.skeleton.markers), 3), np.nan)
+    for m, name in enumerate(seen.names):
+        observed[:, short_scene.skeleton.marker_names.index(name)] = seen.positions_ground[:, m]
+    return observed
+
+
+@pytest.fixture(scope="module")
+def spoilt(walk, short_scene) -> np.ndarray:
+    """A marker that slips, and a pair that is exchanged later on, to the end."""
+    skeleton = short_scene.skeleton
+    observed = walk.copy()
+    m = skeleton.marker_names.index(SLIPPED)
+    R = tracked(short_scene, walk).R_ground_body[SLIP_FRAME:, skeleton.markers[m].body]
+    observed[SLIP_FRAME:, m] += R @ SLIP_M
+    pair = [skeleton.marker_names.index(name) for name in SWAPPED]
+    observed[SWAP, pair] = walk[SWAP, pair[::-1]]
+    return observed
+
+
+def test_sound_markers_are_fitted_once_and_left_alone(walk, short_scene, monkeypatch):
+    laboratory = Laboratory(short_scene, {"walk": walk})
+    fit, seen, causes = laboratory.repaired(monkeypatch)
+    assert laboratory.asked == [{}]
+    assert fit.trials[0].capture is laboratory.captures["walk"]
+    assert [f for f in causes.findings if f.id in ("marker_slip", "marker_swap")] == []
+    assert causes.marker_rms_before_m == causes.marker_rms_after_m > 0
+    assert [scene.name for scene, _ in seen] == ["walk"]
+
+
+def test_what_one_repair_uncovers_is_repaired_next(walk, spoilt, short_scene, monkeypatch):
+    """The exchanged pair first, then the slip; the sound trial keeps its recording."""
+    skeleton = short_scene.skeleton
+    laboratory = Laboratory(short_scene, {"sound": walk, "spoilt": spoilt})
+    fit, _, causes = laboratory.repaired(monkeypatch)
+    assert [sorted(asked) for asked in laboratory.asked] == [[], ["spoilt"], ["spoilt"]]
+    first, second = [f for f in causes.findings if f.id.startswith("marker")]
+    assert (first.id, set(first.target.split("+"))) == ("marker_swap", set(SWAPPED))
+    assert (second.id, second.target) == ("marker_slip", SLIPPED)
+    assert {first.frames.trial, second.frames.trial} == {"spoilt"}
+    assert causes.marker_rms_after_m < causes.marker_rms_before_m
+    sound, mended = fit.trials
+    assert sound.capture is laboratory.captures["sound"]
+    names = skeleton.marker_names
+    touched = [names.index(name) for name in (SLIPPED, *SWAPPED)]
+    error = observed_markers(mended, skeleton) - walk
+    np.testing.assert_array_equal(np.nan_to_num(np.delete(error, touched, axis=1)), 0.0)
+    assert np.nanmax(np.linalg.norm(error[SLIP_FRAME + 12 :, touched[0]], axis=1)) < 0.006
+    assert np.nanmedian(np.linalg.norm(error[:, touched[1:]], axis=2)) == 0.0
+
+
+def test_a_marker_that_the_model_lacks_stays_as_recorded(spoilt, short_scene, monkeypatch):
+    laboratory = Laboratory(short_scene, {"spoilt": spoilt})
+    fit, _, _ = laboratory.repaired(monkeypatch)
+    recorded, mended = laboratory.captures["spoilt"].markers, fit.trials[0].capture.markers
+    assert mended.names == recorded.names
+    np.testing.assert_array_equal(mended.positions_ground[:, 0], recorded.positions_ground[:, 0])
+
+
+def test_it_ends_where_repairs_do_not_help(spoilt, short_scene, monkeypatch):
+    laboratory = Laboratory(short_scene, {"spoilt": spoilt}, obeys=False)
+    laboratory.repaired(monkeypatch)
+    assert len(laboratory.asked) == 1 + ROUNDS

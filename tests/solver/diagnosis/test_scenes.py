@@ -1,0 +1,140 @@
+"""What the diagnosis sees of a fit: motion by the markers alone, beside plates, masked by people only."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from solver.capture.capture import Subject
+from solver.contact.wrenches import FrameMask
+from solver.diagnosis.scenes import flagged_by_people, observed_markers, scene_of, scenes_of
+from solver.diagnosis.settings import DIAGNOSIS
+from solver.effects.scene import Scene
+from solver.fit import Fit, KinematicsOnly, TrialFit
+from solver.kinematics.marker_errors import MarkerErrors
+from solver.settings import Settings
+from solver.simulate.demo import MARKERS
+from solver.simulate.laboratory import measure, plates_under
+from tests.solver.effects.conftest import NOISELESS
+
+SETTINGS = Settings()
+REVIEWED = (60, 70, None, "manualReview")
+BLIND = slice(20, 25)
+
+
+@pytest.fixture(scope="module")
+def trial(short_walk, short_scene) -> TrialFit:
+    """The short walk as a fit that took the truth's motion from the markers; detection masked all of it."""
+    plates = plates_under(short_walk.contacts, (0.0, short_walk.scenario.duration))
+    capture = measure(short_walk, plates, MARKERS, NOISELESS, np.random.default_rng(0))
+    names = capture.markers.names
+    count = short_scene.frames
+    model = np.stack([short_scene.markers.model_ground[:, short_scene.markers.names.index(n)] for n in names])
+    return TrialFit(
+        capture=capture,
+        motion=short_scene.motion,
+        marker_errors=MarkerErrors(names, np.zeros((count, len(names)))),
+        model_markers_ground=model.transpose(1, 0, 2),
+        contacts=short_scene.contacts,
+        mask=FrameMask(np.zeros((count, 2), dtype=bool), source="proposals"),
+    )
+
+
+@pytest.fixture(scope="module")
+def seen(trial, short_scene) -> Scene:
+    """The scene of it, as one of two trials of which the first has no forces; people flagged some frames."""
+    fit = Fit(
+        Subject(Path("someone"), ()), short_scene.skeleton, (replace(trial, contacts=None), trial), 68.0, 1.72
+    )
+    ((scene, _),) = scenes_of(fit, SETTINGS, DIAGNOSIS, {trial.capture.name: [REVIEWED]})
+    return scene
+
+
+@pytest.fixture(scope="module")
+def altered(trial, short_scene) -> Scene:
+    """The same markers; plates read half, one has no corners; the motion bent to forces; frames blind."""
+    plates = [
+        replace(p, force_ground=0.5 * p.force_ground, moment_ground=0.5 * p.moment_ground)
+        for p in trial.capture.plates
+    ]
+    plates[0] = replace(plates[0], corners_ground=None)
+    distance = trial.marker_errors.distance.copy()
+    distance[BLIND] = np.nan
+    other = replace(
+        trial,
+        capture=replace(trial.capture, plates=tuple(plates)),
+        marker_errors=replace(trial.marker_errors, distance=distance),
+        motion=replace(trial.motion, q=trial.motion.q + 0.3),
+        kinematics_only=KinematicsOnly(trial.motion, trial.marker_errors),
+    )
+    return scene_of(other, short_scene.skeleton, SETTINGS, DIAGNOSIS)[0]
+
+
+def test_the_demand_is_that_of_the_true_motion(seen, demands, short_scene):
+    """Against Pinocchio's algorithms on the motion that made the markers, whose bandwidth is wider."""
+    inside = slice(10, -10)
+    true = demands(short_scene.skeleton)[inside]
+    error = seen.demanded_ground[inside] - true
+    changing = true - true.mean(axis=0)
+    assert (error**2).mean(axis=0)[:3].sum() < 0.05 * (changing**2).mean(axis=0)[:3].sum()
+    assert seen.demanded_ground[inside, 1].mean() == pytest.approx(true[:, 1].mean(), rel=0.005)
+
+
+def test_motion_and_demand_do_not_come_from_the_forces(altered, seen):
+    """Neither from the plates nor from a motion that was bent to them."""
+    np.testing.assert_allclose(altered.motion.q, seen.motion.q, atol=1e-9)
+    np.testing.assert_allclose(altered.demanded_ground, seen.demanded_ground, atol=1e-6)
+    ratio = np.abs(altered.measured_ground).sum() / np.abs(seen.measured_ground).sum()
+    assert ratio == pytest.approx(0.5, abs=0.01)
+
+
+def test_plates_are_named_in_order_and_keep_their_wrench(seen, trial, short_scene):
+    assert [p.target for p in seen.plates] == [f"plate_{k + 1}" for k in range(len(seen.plates))]
+    for plate, same, recorded in zip(seen.plates, short_scene.plates, trial.capture.plates, strict=True):
+        np.testing.assert_allclose(plate.wrench_ground, same.wrench_ground, atol=1e-9)
+        np.testing.assert_allclose(plate.centre_ground, recorded.corners_ground.mean(axis=0))
+        loaded = plate.wrench_ground[:, 1] >= SETTINGS.conditioning.threshold_N
+        np.testing.assert_array_equal(plate.loaded, loaded)
+
+
+def test_without_corners_the_centre_is_the_middle_of_where_it_was_pressed(altered, trial):
+    first = trial.capture.plates[0]
+    pressed = first.cop_ground[first.force_ground[:, 1] > 50.0]  # [N]
+    middle = (np.nanmin(pressed, axis=0) + np.nanmax(pressed, axis=0)) / 2
+    np.testing.assert_allclose(altered.plates[0].centre_ground, middle, atol=0.02)
+
+
+def test_only_people_and_missing_markers_take_frames_out(altered, seen, trial):
+    """The mask made of proposals, which took all frames out, does not."""
+    start, end, *_ = REVIEWED
+    by_people, blind = trial.contacts.observed.copy(), trial.contacts.observed.copy()
+    by_people[start:end] = False
+    blind[BLIND] = False
+    np.testing.assert_array_equal(seen.counts, by_people)
+    np.testing.assert_array_equal(altered.counts, blind)
+
+
+def test_observed_markers_are_those_that_were_fitted(trial, short_scene):
+    left_out = trial.marker_errors.names[0]
+    errors = MarkerErrors(trial.marker_errors.names[1:], trial.marker_errors.distance[:, 1:])
+    observed = observed_markers(replace(trial, marker_errors=errors), short_scene.skeleton)
+    names = short_scene.skeleton.marker_names
+    assert np.isnan(observed[:, names.index(left_out)]).all()
+    recorded = trial.capture.markers
+    for name in errors.names:
+        np.testing.assert_array_equal(
+            observed[:, names.index(name)], recorded.positions_ground[:, recorded.names.index(name)]
+        )
+
+
+def test_flags_in_the_store_come_before_those_in_a_file(trial):
+    imported = np.zeros(trial.motion.frames, dtype=bool)
+    imported[3:9] = True
+    reviewed = replace(trial, capture=replace(trial.capture, imported_missing_force=imported))
+    assert flagged_by_people(trial, {}) == ()
+    assert [(start, end) for start, end, *_ in flagged_by_people(reviewed, {})] == [(3, 9)]
+    name = trial.capture.name
+    assert flagged_by_people(reviewed, {name: [REVIEWED]}) == [REVIEWED]
+    assert flagged_by_people(reviewed, {name: []}) == []  # somebody looked and took all flags back
+    assert len(flagged_by_people(reviewed, {"another": [REVIEWED]})) == 1
