@@ -136,7 +136,7 @@ class Scene:
     ) -> Float[np.ndarray, "frames 6"]:
         """Wrench of all plates read at other times than the frames' [N], [N·m].
 
-        What was recorded at no such time is what the motion demands: there the balance says nothing.
+        What was recorded at no such time stays as it is: a shift explains nothing by leaving the recording.
 
         Args:
             read_at: from the frames' times to those at which to read [s].
@@ -145,7 +145,7 @@ class Scene:
         for plate in self.plates:
             total += plate.at_times(plate.loads.wrench_ground, read_at(plate.times))
         unheard = ~np.isfinite(total).all(axis=1)
-        total[unheard] = self.demanded_ground[unheard]
+        total[unheard] = self.measured_ground[unheard]
         return total
 
     @property
