@@ -44,11 +44,10 @@ def browser(app, enter):
 
 def test_a_kept_diagnosis_is_there_when_the_app_opens(browser):
     panel = browser.session.diagnosis.panel
-    assert "Explained" in browser.html()
+    browser.until(lambda: "Explained" in browser.html() and "named cause" in browser.html())
     assert panel.diagnose.label == "Diagnose again"
     assert not panel.accept.disabled
     assert len(browser.session.scene.causes.one_by_one) == 1
-    assert "named cause" in browser.html()
 
 
 def test_the_residual_over_time_is_that_of_the_trial_on_the_screen(browser):
