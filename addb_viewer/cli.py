@@ -20,6 +20,8 @@ from addb_viewer.commands.flags import flags
 from addb_viewer.commands.label import label
 from addb_viewer.commands.mark import mark
 from addb_viewer.commands.open import open_subject
+from addb_viewer.commands.record import record
+from addb_viewer.commands.recover import recover, restore
 from addb_viewer.commands.settings import settings
 from addb_viewer.commands.share import share
 from addb_viewer.commands.undo import redo, undo
@@ -41,6 +43,9 @@ app.command(name="diagnose")(diagnose)
 app.command(name="accept")(accept)
 app.command(name="reject")(reject)
 app.command(name="export")(export)
+app.command(name="record")(record)
+app.command(name="recover")(recover)
+app.command(name="restore")(restore)
 app.command(name="flag")(flag)
 app.command(name="flags")(flags)
 app.command(name="undo")(undo)

@@ -1,0 +1,98 @@
+"""`addb-viewer record`: a fit as timelines for rerun and Foxglove, without the app."""
+
+import tempfile
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from addb_viewer.commands.errors import errors_as_lines
+from addb_viewer.commands.options import Debug, IgnoreReview, Out, SettingsFile, SubjectFolder
+from addb_viewer.commands.solving import Job, check_trials, current_fit, job_for
+from addb_viewer.kept_diagnosis import kept
+from addb_viewer.recordings.recording import Recording, recording_of
+from addb_viewer.review_store import has_log, open_log
+from annotations.events import Edit
+from solver.fit import Fit
+
+Rrd = Annotated[
+    Path | None,
+    typer.Option("--rrd", metavar="FILE", help="Write a recording for rerun's viewer.", dir_okay=False),
+]
+Mcap = Annotated[
+    Path | None,
+    typer.Option(
+        "--mcap", metavar="FILE", help="Write an MCAP file, for Foxglove among others.", dir_okay=False
+    ),
+]
+TrialNames = Annotated[
+    list[str] | None,
+    typer.Option("--trial", metavar="NAME", help="Record this trial only; may be given several times."),
+]
+Serve = Annotated[
+    bool,
+    typer.Option("--serve", help="Show it in rerun's viewer, for this machine only; Ctrl-C ends it."),
+]
+Port = Annotated[
+    int,
+    typer.Option("--port", help="Port of --serve; 0 lets the system choose.", min=0, max=65535),
+]
+
+
+def record(
+    subject: SubjectFolder,
+    rrd: Rrd = None,
+    mcap: Mcap = None,
+    trial: TrialNames = None,
+    serve: Serve = False,
+    port: Port = 0,
+    out: Out = None,
+    settings: SettingsFile = None,
+    ignore_review: IgnoreReview = False,
+    debug: Debug = False,
+) -> None:
+    """Record the fit for rerun or Foxglove; solve first where there is no current fit."""
+    if rrd is None and mcap is None and not serve:
+        raise typer.BadParameter("say where to: --rrd FILE, --mcap FILE, or --serve", param_hint="--rrd")
+    with errors_as_lines(debug), ExitStack() as stack:
+        job = job_for(subject, out=out, settings_file=settings, ignore_review=ignore_review)
+        check_trials(job.subject, trial or ())
+        recording = _recording(current_fit(job), job, trial)
+        if mcap is not None:
+            from addb_viewer.recordings.mcap_recording import write_mcap  # noqa: PLC0415 (slow to load)
+
+            typer.echo(write_mcap(recording, mcap))
+        if rrd is None and serve:
+            rrd = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "recording.rrd"
+        if rrd is not None:
+            from addb_viewer.recordings.rrd_recording import write_rrd  # noqa: PLC0415 (slow to load)
+
+            typer.echo(write_rrd(recording, rrd))
+            if serve:
+                _serve(rrd, port)
+
+
+def _recording(fit: Fit, job: Job, trials: list[str] | None) -> Recording:
+    diagnosis = kept(job.results)
+    return recording_of(
+        fit, trials=trials, diagnosis=diagnosis[0] if diagnosis else None, edits=_edits(job.subject.folder)
+    )
+
+
+def _edits(folder: Path) -> tuple[Edit, ...]:
+    if not has_log(folder):
+        return ()
+    with open_log(folder) as log:
+        return log.history()
+
+
+def _serve(file: Path, port: int) -> None:
+    from addb_viewer.recordings.rrd_server import RrdServer, viewer_files  # noqa: PLC0415 (slow to load)
+
+    server = RrdServer(file, viewer_files(), port)
+    typer.echo(f"{server.url}\nCtrl-C ends it")
+    try:
+        server.serve()
+    except KeyboardInterrupt:
+        typer.echo("ended")

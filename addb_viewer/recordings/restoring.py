@@ -1,0 +1,90 @@
+"""The review log that an MCAP file holds, put back into a subject's store."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
+from pathlib import Path
+
+from addb_viewer.recordings.mcap_recording import EDITS_TOPIC
+from addb_viewer.recordings.mcap_recovery import Found, readable
+from annotations.errors import ReviewError
+from annotations.event_codec import decoded, encoded
+from annotations.events import Edit, Event, Redo, Undo
+from annotations.log import ReviewLog
+from solver.errors import ResultsError
+
+
+@dataclass(frozen=True)
+class Restored:
+    """What became of a file's edits."""
+
+    added: int
+    there: int  # the store has them already
+    with_dates: bool  # False: edits were added to others, under the date of now
+
+
+def edits_in(file: Path) -> tuple[Edit, ...]:
+    """The review log in an MCAP file, cut or not, by number; each edit once.
+
+    Raises:
+        ResultsError: no MCAP file, or an edit in it is none.
+        ReviewError: an edit of a newer version.
+    """
+    edits: dict[int, Edit] = {}
+    for part in readable(file, Found()):
+        if part.message is None or part.channel is None or part.channel.topic != EDITS_TOPIC:
+            continue
+        try:
+            told = json.loads(part.message.data)
+            when = datetime.fromisoformat(told["made_at"])
+            event = decoded(told["kind"], told["content"])
+            edits[told["number"]] = Edit(told["number"], told["trial"], told["author"], when, event)
+        except (ValueError, KeyError, TypeError) as error:
+            raise ResultsError(f"{file}: {EDITS_TOPIC}: not an edit of a review ({error})") from error
+    return tuple(edits[number] for number in sorted(edits))
+
+
+def restore(edits: Sequence[Edit], log: ReviewLog) -> Restored:
+    """Put edits into a log, those that it lacks; a second time changes nothing.
+
+    An empty log gets them with authors and dates. One with edits of its own gets the missing ones behind
+    these, with their authors; an edit that it has once is held for the one that the file has once.
+
+    Args:
+        edits: in the order in which they were made.
+        log: the subject's.
+
+    Raises:
+        ReviewError: an edit cannot be recorded; the ones before it stay.
+    """
+    own = log.history()
+    if not own:
+        return Restored(log.take_over(edits), 0, with_dates=True)
+    unmatched: dict[str, list[int]] = {}
+    for edit in own:
+        unmatched.setdefault(_key(edit.trial, edit.author, edit.event), []).append(edit.number)
+    number: dict[int, int] = {}
+    added = 0
+    for edit in edits:
+        event = _renumbered(edit.event, number)
+        same = unmatched.get(_key(edit.trial, edit.author, event))
+        if same:
+            number[edit.number] = same.pop(0)
+            continue
+        number[edit.number] = log.append(edit.trial, event, edit.author)
+        added += 1
+    return Restored(added, len(edits) - added, with_dates=False)
+
+
+def _renumbered(event: Event, number: dict[int, int]) -> Event:
+    """An undo or redo speaks of the edit by its number in the other log."""
+    if not isinstance(event, Undo | Redo):
+        return event
+    if event.edit not in number:
+        raise ReviewError(f"the file undoes edit {event.edit}, which it does not hold; nothing more is taken")
+    return replace(event, edit=number[event.edit])
+
+
+def _key(trial: str, author: str, event: Event) -> str:
+    return json.dumps([trial, author, *encoded(event)], sort_keys=True, default=str)

@@ -1,0 +1,89 @@
+"""Curves over a trial in a rerun recording: residuals and marker errors with their thresholds, plate forces.
+
+series/residual_force/after, before, threshold     [N]
+series/residual_moment/…                           [N·m] about the root joint's centre
+series/marker_error/…                              [cm] RMS and largest of each frame
+series/vertical_force/NAME                         [N] of each plate
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import rerun as rr
+from jaxtyping import Float
+
+from addb_viewer.app.palette import BLUE, GREY, OTHER_SOLVE, PLATES, RESIDUAL, Rgb
+from addb_viewer.app.replay import ResidualReplay
+from addb_viewer.recordings.drawing import marker_errors_of, used_norm
+from addb_viewer.recordings.recording import TrialRecord
+from addb_viewer.recordings.rrd_scene import AFTER, BEFORE
+from addb_viewer.recordings.rrd_stream import RrdStream
+from solver.dynamics.thresholds import Thresholds
+
+SERIES = "series"
+FORCE, MOMENT, MARKERS, VERTICAL = "residual_force", "residual_moment", "marker_error", "vertical_force"
+THRESHOLD = "threshold"
+CENTIMETRES = 100.0  # in a metre
+
+
+def write_series(stream: RrdStream, record: TrialRecord) -> None:
+    """Write a trial's curves; on frames whose forces do not count, residuals have a gap.
+
+    Args:
+        stream: of the trial.
+        record: the trial.
+    """
+    replay, before = record.replay, record.before
+    solves = [(AFTER, "fit", replay, 2.0)]
+    if before is not None:
+        solves.append((BEFORE, record.before_name, before, 1.0))
+    for which, label, shown, width in solves:
+        tint = RESIDUAL if which == AFTER else OTHER_SOLVE
+        if shown.residual is not None:
+            _residual(stream, which, shown.residual, _Pen(label, tint, width))
+        rms, largest = marker_errors_of(shown.markers)
+        tint = BLUE if which == AFTER else OTHER_SOLVE
+        _curve(stream, (SERIES, MARKERS, which), CENTIMETRES * rms, _Pen(f"{label}, RMS", tint, width))
+        if which == AFTER:
+            pen = _Pen(f"{label}, largest", GREY, 1.0)
+            _curve(stream, (SERIES, MARKERS, "largest"), CENTIMETRES * largest, pen)
+    if replay.residual is not None:
+        _threshold(stream, FORCE, replay.residual.force_limit)
+        _threshold(stream, MOMENT, replay.residual.moment_limit)
+    if replay.bodies is not None:
+        _threshold(stream, MARKERS, CENTIMETRES * Thresholds().marker_rms_m)
+    for i, plate in enumerate(replay.plates):
+        pen = _Pen(plate.name, PLATES[i % len(PLATES)], 1.5)
+        _curve(stream, (SERIES, VERTICAL, plate.name), plate.force[:, 1], pen)
+
+
+class _Pen:
+    """How a curve looks."""
+
+    def __init__(self, name: str, color: Rgb, width: float) -> None:
+        self.line = rr.SeriesLines(names=[name], colors=[list(color)], widths=[width])
+
+
+def _residual(stream: RrdStream, which: str, residual: ResidualReplay, pen: _Pen) -> None:
+    _curve(stream, (SERIES, FORCE, which), used_norm(residual.force, residual), pen)
+    _curve(stream, (SERIES, MOMENT, which), used_norm(residual.moment, residual), pen)
+
+
+def _curve(stream: RrdStream, parts: Sequence[str], values: Float[np.ndarray, " frames"], pen: _Pen) -> None:
+    """NaN is a gap: a row without a value ends the line."""
+    known = np.isfinite(values)
+    if not known.any():
+        return
+    stream.static(parts, pen.line)
+    rows = np.flatnonzero(known | np.r_[False, known[:-1]])  # and the first one of each gap
+    columns = rr.Scalars.columns(scalars=values[rows][known[rows]])
+    stream.columns(parts, columns, frames=rows, lengths=known[rows].astype(int))
+
+
+def _threshold(stream: RrdStream, panel: str, limit: float) -> None:
+    if not np.isfinite(limit):
+        return
+    parts = (SERIES, panel, THRESHOLD)
+    stream.static(parts, _Pen("bound", GREY, 1.0).line)
+    ends = np.array([0, stream.frames - 1])
+    stream.columns(parts, rr.Scalars.columns(scalars=[limit, limit]), frames=ends)
