@@ -19,6 +19,7 @@ from addb_viewer.commands.flag import flag
 from addb_viewer.commands.flags import flags
 from addb_viewer.commands.label import label
 from addb_viewer.commands.mark import mark
+from addb_viewer.commands.markers import markers
 from addb_viewer.commands.open import open_subject
 from addb_viewer.commands.record import record
 from addb_viewer.commands.recover import recover, restore
@@ -38,6 +39,7 @@ app = typer.Typer(
 app.command(name="demo")(demo)
 app.command(name="open")(open_subject)
 app.command(name="fit")(fit)
+app.command(name="markers")(markers)
 app.command(name="detect")(detect)
 app.command(name="diagnose")(diagnose)
 app.command(name="accept")(accept)

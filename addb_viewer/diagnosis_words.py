@@ -3,7 +3,7 @@
 Takes the plain values of `diagnose --json`, so that a kept diagnosis reads like a new one.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from addb_viewer.diagnosis_vocabulary import (
@@ -92,8 +92,22 @@ def _only_a_lead(figures: Figures) -> str:
     return taken
 
 
-def cause(figures: Figures, k: int) -> Section:
-    """The k-th cause: meaning, size, time, certainty, remedy, and what looks alike."""
+ToFlag = Callable[[str, int, int, str], str]  # trial, first frame, end, foot → how to flag them
+
+
+def by_command(trial: str, start: int, end: int, foot: str) -> str:
+    """How to flag frames in a terminal."""
+    return f"addb-viewer flag SUBJECT {trial} {start}:{end} --foot {foot} --reason notOverForcePlate"
+
+
+def cause(figures: Figures, k: int, to_flag: ToFlag = by_command) -> Section:
+    """The k-th cause: meaning, size, time, certainty, remedy, and what looks alike.
+
+    Args:
+        figures: in the shape of `diagnose --json`.
+        k: from 0.
+        to_flag: how frames are flagged where this is read.
+    """
     effect = figures["effects"][k]
     rivals = rivals_of(figures, effect)
     rows = [
@@ -101,7 +115,7 @@ def cause(figures: Figures, k: int) -> Section:
         ("how large", "; ".join(amounts(effect))),
         ("when", when(figures, effect)),
         ("how sure", certainty(effect["confidence"], len(rivals))),
-        ("what to do", " ".join([effect.get("remedy", ""), *_flag_hint(figures, effect)]).strip()),
+        ("what to do", " ".join([effect.get("remedy", ""), *_flag_hint(figures, effect, to_flag)]).strip()),
     ]
     if rivals:
         rows.append(("could also be", "; ".join(title(r) for r in rivals)))
@@ -210,11 +224,11 @@ def _worth(figures: Figures) -> str:
     return " ".join(said)
 
 
-def _flag_hint(figures: Figures, effect: Figures) -> list[str]:
+def _flag_hint(figures: Figures, effect: Figures, to_flag: ToFlag) -> list[str]:
     if effect["id"] != "off_plate_step":
         return []
     foot = "both" if effect["target"].startswith("plate_") else effect["target"]
     return [
-        f"To flag: addb-viewer flag SUBJECT {trial} {start}:{end} --foot {foot} --reason notOverForcePlate."
+        f"To flag: {to_flag(trial, start, end, foot)}."
         for trial, start, end in sorted(ranges_of(figures, effect))
     ]

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from benchmarks import dynamics, kinematics, speed
 from benchmarks.annotations_speed import annotations_speed_table
+from benchmarks.app_latency import app_latency_section
 from benchmarks.dynamics_speed import dynamics_speed_section
 from benchmarks.recordings import subjects
 from solver.errors import SolverError
@@ -68,6 +69,14 @@ Medians of wall and CPU time. A trial of 10000 frames and two feet with 500 edit
 frames, so that they differ nearly everywhere. Appending and undoing end when the edit is on the disk.
 
 {annotations_speed}
+
+## Latency of the app
+
+Server side: from a key that is sent to the echo that has arrived, on a trial of 10000 frames and 60 markers.
+A step of one frame, a frame typed into a box, forty frames flagged on top of all that were flagged before.
+*Ten play*: ten more browsers replay ten such trials while a solve is at work, all on this machine.
+
+{app_latency}
 """
 
 
@@ -93,31 +102,33 @@ def main() -> None:
         residual_rows += dynamics.residual_rows(name, fit, settings)
         if name in SPEED_TRIALS:
             fits[name] = (fit, SPEED_TRIALS[name])
+    speeds, app_latency = _speed(fits)
     text = PAGE.format(
         date=f"{date.today():%Y-%m-%d}",
         python=platform.python_version(),
         markers=kinematics.marker_table(marker_rows),
         refused="\n".join(refused) or "none",
         residuals=dynamics.residual_table(residual_rows),
-        speed=_speed(fits),
+        speed=speeds,
         dynamics_speed=dynamics_speed_section(),
         annotations_speed=annotations_speed_table(),
+        app_latency=app_latency,
     )
     RESULTS.write_text(text, encoding="utf-8")
     print(text)
 
 
-def _speed(fits: dict[str, tuple[Fit, str]]) -> str:
+def _speed(fits: dict[str, tuple[Fit, str]]) -> tuple[str, str]:
+    """Of inverse kinematics and the app's start; and of the app's keys."""
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / "demo"
         demo = speed.demo_fit(folder)
         fits = fits | {"synthetic, default body": (demo, demo.trials[0].capture.name)}
         save_fit(demo, folder / "results")
         seconds = [speed.app_start_seconds(folder) for _ in range(3)]
-    return (
-        speed.speed_table(fits)
-        + f"\n\nStart of the app to the first frame after a finished fit: {min(seconds):.1f} s of wall time."
-    )
+        latency = app_latency_section(folder)
+    start = f"Start of the app to the first frame after a finished fit: {min(seconds):.1f} s of wall time."
+    return f"{speed.speed_table(fits)}\n\n{start}", latency
 
 
 def _without_paths(message: str) -> str:

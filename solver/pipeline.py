@@ -18,8 +18,9 @@ from solver.fit import Fit, Groundwork, TrialFit
 from solver.kinematics.calibration import calibrate, choose_frames
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.marker_errors import marker_errors
-from solver.kinematics.marker_matching import match_markers
+from solver.kinematics.marker_naming import name_markers
 from solver.kinematics.motion import Motion
+from solver.markers.mapping_file import chosen_for
 from solver.progress import Progress, part, silent
 from solver.provenance import provenance_of, without_reviews
 from solver.review_stage import obeying_reviews, predicting_withheld
@@ -64,7 +65,13 @@ def solve(
         instead = captures or {}
         recorded = [instead.get(files.name) or _read(files, settings, progress) for files in chosen]
         static = read_static(subject.static, settings.reading) if subject.static else None
-    match = match_markers(generic, [c.markers for c in ([*recorded, static] if static else recorded)])
+    named = name_markers(
+        generic,
+        [c.markers for c in ([*recorded, static] if static else recorded)],
+        default_body=subject.model is None,
+        chosen=chosen_for(subject),
+    )
+    match = named.match
     with clock("scaling"):
         frames = choose_frames(
             [match.observed(c.markers) for c in recorded],
@@ -72,7 +79,7 @@ def solve(
             settings.kinematics,
         )
         calibration = calibrate(
-            match.skeleton(generic),
+            match.skeleton(named.skeleton),
             frames,
             settings.kinematics,
             height_m=subject.height_m,

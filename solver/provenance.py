@@ -74,7 +74,7 @@ def without_reviews(provenance: Mapping[str, str]) -> dict[str, str]:
 
 
 def _inputs(subject: Subject, trials: Sequence[TrialFiles]) -> Iterable[Path]:
-    shared = (subject.model, subject.static)
+    shared = (subject.model, subject.static, subject.marker_map)
     of_trials = (path for trial in trials for path in (trial.markers, trial.forces, *trial.reviews))
     return dict.fromkeys(path for path in (*shared, *of_trials) if path is not None)
 

@@ -47,6 +47,15 @@ def test_the_keys_of_the_app_are_those_on_its_page():
     assert told == [(command.shown, command.label) for command in COMMANDS]
 
 
+def test_the_keys_in_the_readme_do_what_it_says():
+    rows = [
+        line.strip("|").split("|") for line in section("README.md", "Reviewing").splitlines() if "|" in line
+    ]
+    told = [tuple(cell.strip() for cell in row) for row in rows[2:]]
+    assert len(told) >= 10
+    assert set(told) <= {(command.shown, command.label) for command in COMMANDS}
+
+
 @pytest.mark.parametrize("stage", STAGES)
 def test_every_table_of_settings_is_named_on_a_page(stage):
     assert any(f"`[{stage}]`" in text_of(name) for name in PAGES)

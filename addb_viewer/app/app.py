@@ -22,6 +22,8 @@ from addb_viewer.app.server import address, open_server
 from addb_viewer.app.session import Session
 from solver.errors import SolverError
 
+SWITCH_S = 0.001  # after which a busy thread lets another one in: so long a key waits for a picture
+
 
 class ReviewApp:
     """One root on one server."""
@@ -44,6 +46,7 @@ class ReviewApp:
             login: who decides, unless they say otherwise; None: whoever is logged in here.
             door: that the server asks.
         """
+        sys.setswitchinterval(SWITCH_S)
         self.server, self.house, self.door = server, house, door or Door.of("127.0.0.1")
         self.pace = Pace()
         self.sessions: dict[int, Session] = {}

@@ -7,6 +7,7 @@ import trimesh
 import viser
 
 from addb_viewer.app.palette import BONE, CAUSE_SURFACE, Rgb
+from addb_viewer.app.poses import move
 from addb_viewer.app.replay import BodyReplay
 
 SEE_THROUGH = 0.35  # opacity at which markers inside bones show
@@ -33,8 +34,8 @@ class BodyNodes:
             for index, name in enumerate(replay.names)
             if name in meshes
         }  # fmt: skip
-
         self.marked: Set[int] = frozenset()
+        self.see_through = False
 
     def draw(self, frame: int, *, visible: bool, see_through: bool, marked: Set[int] = frozenset()) -> None:
         """Show one frame; marked bodies in the colour of named causes."""
@@ -42,11 +43,14 @@ class BodyNodes:
             if index in self.handles:
                 self.handles[index].color = CAUSE_SURFACE if index in marked else self.color
         self.marked = marked
+        if see_through != self.see_through:
+            self.see_through = see_through
+            for handle in self.handles.values():
+                handle.opacity = SEE_THROUGH if see_through else None
+        position, wxyz = self.replay.position[frame].tolist(), self.replay.wxyz[frame].tolist()
+        known = self.known[frame].tolist()
         for index, handle in self.handles.items():
-            shown = visible and bool(self.known[frame, index])
+            shown = visible and known[index]
             handle.visible = shown
-            if not shown:
-                continue
-            handle.opacity = SEE_THROUGH if see_through else None
-            handle.position = self.replay.position[frame, index]
-            handle.wxyz = self.replay.wxyz[frame, index]
+            if shown:
+                move(handle, position[index], wxyz[index])

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -32,6 +33,12 @@ class Chart:
     unit: str
     lines: tuple[Line, ...]
     shaded: Bool[np.ndarray, " frames"] | None = None  # frames that the figures do not count
+
+    @cached_property
+    def largest(self) -> float:
+        """The largest size of a value on any curve that is no bound."""
+        curves = (line.values for line in self.lines if not line.dashed)
+        return max((float(np.nanmax(np.abs(values), initial=0.0)) for values in curves), default=0.0)
 
     @property
     def heading(self) -> str:

@@ -23,6 +23,7 @@ class Show:
     forces: viser.GuiCheckboxHandle
     demanded: viser.GuiCheckboxHandle
     residual: viser.GuiCheckboxHandle
+    total: viser.GuiCheckboxHandle
     causes: viser.GuiCheckboxHandle
     trails: viser.GuiSliderHandle[float]
     legend: viser.GuiHtmlHandle
@@ -40,6 +41,7 @@ class Show:
             self.forces,
             self.demanded,
             self.residual,
+            self.total,
             self.causes,
             self.trails,
         )
@@ -115,13 +117,16 @@ def _show(gui: viser.GuiApi, views: tuple[str, ...], dark: bool) -> Show:
         "Missing forces", True, hint="What the motion demands of a foot whose force is missing, hollow"
     )
     residual = gui.add_checkbox("Residual", True, hint="Force that F = ma still lacks, at the centre of mass")
+    total = gui.add_checkbox(
+        "Total force", True, hint="At the centre of mass: measured, and hollow, demanded by the motion"
+    )
     causes = gui.add_checkbox("Named causes", True, hint="What the diagnosis names, where it acts")
     trails = gui.add_slider("Trails [s]", 0.0, TRAIL_LONGEST, 0.1, 0.0)
     dark_theme = gui.add_checkbox("Dark", dark, hint="Dark theme")
     legend = gui.add_html("")
     return Show(
-        bones, see_through, model_markers, forces, demanded, residual, causes, trails, legend, follow, view,
-        dark_theme,
+        bones, see_through, model_markers, forces, demanded, residual, total, causes, trails, legend, follow,
+        view, dark_theme,
     )  # fmt: skip
 
 

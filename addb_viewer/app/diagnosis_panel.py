@@ -15,6 +15,7 @@ from addb_viewer.app.diagnosis_html import (
 )
 from addb_viewer.app.diagnosis_state import DiagnosisState, decision_in_words
 from addb_viewer.app.effect_pictures import Figures
+from addb_viewer.app.feet import foot_words
 from addb_viewer.app.notices import Notices
 from addb_viewer.app.replay import Replay
 from addb_viewer.app.residual_charts import residual_charts, worst_frame
@@ -26,6 +27,7 @@ from addb_viewer.diagnosis_words import AT_CERTAIN_FRAMES, cause, what_it_gains,
 from addb_viewer.extension_words import what_accepting_changes
 from addb_viewer.remainder_words import what_next
 from addb_viewer.sections import Section
+from annotations.reasons import REASON_KEYS
 
 CHART_HEIGHT = 100  # [pixel]
 JUMPS_A_ROW = 3
@@ -152,7 +154,7 @@ class DiagnosisPanel:
 
     def _add_causes(self, figures: Figures, trials: Sequence[str]) -> None:
         for k, effect in enumerate(figures["effects"]):
-            section = cause(figures, k)
+            section = cause(figures, k, by_key)
             self.parts.append(folder := self.gui.add_folder(_heading(k + 1, effect)))
             with folder:
                 self.gui.add_html(section_html(section, spread=bool(effect["parameters"])))
@@ -187,6 +189,12 @@ class DiagnosisPanel:
                 self.actions.go_to(*named[event.target.value])
 
             group.on_click(self.notices.guard("Going there", jump))
+
+
+def by_key(trial: str, start: int, end: int, foot: str) -> str:
+    """How to flag frames in the app."""
+    key = next(key.key for key in REASON_KEYS if key.reason == "notOverForcePlate")
+    return f"in {trial} select {start}:{end} (Go to), choose the foot {foot_words(foot)} (F), press {key}"
 
 
 def _heading(number: int, effect: Figures) -> str:

@@ -1,4 +1,4 @@
-"""Force plates and forces in the scene."""
+"""Forces in the scene."""
 
 from dataclasses import dataclass
 
@@ -6,8 +6,8 @@ import numpy as np
 import viser
 from jaxtyping import Float
 
-from addb_viewer.app.palette import GREY, RESIDUAL, UNASSIGNED, Rgb, foot_color
-from addb_viewer.app.replay import PlateReplay, Replay
+from addb_viewer.app.palette import RESIDUAL, TOTAL, UNASSIGNED, Rgb, foot_color
+from addb_viewer.app.replay import Replay, ResidualReplay
 
 
 @dataclass(frozen=True)
@@ -19,37 +19,8 @@ class ForceSizes:
     shaft_radius: float = 0.010  # [m]
     head_radius: float = 0.026  # [m]
     head_length: float = 0.07  # [m]
-    outline: float = 0.006  # [m]
+    total: float = 0.004  # [m] lines of the hollow arrow of the total
     hollow: float = 0.006  # [m] lines of an arrow that nobody measured
-    between_names: float = 0.35  # [m] two names nearer than this overlap on the screen
-
-
-class PlateNodes:
-    """Outlines and names of the plates; a plate without known corners is named where its force acts."""
-
-    def __init__(self, scene: viser.SceneApi, parent: str, plates: tuple[PlateReplay, ...]) -> None:
-        for i, plate in enumerate(plates):
-            edges = _edges(plate)
-            if edges is not None:
-                scene.add_line_segments(f"{parent}/{i}/outline", edges, GREY, thickness=ForceSizes().outline)
-        for i, place in name_places(plates).items():
-            scene.add_label(
-                f"{parent}/{i}/name", plates[i].name, position=place, font_size_mode="scene",
-                font_scene_height=0.04, anchor="top-center",
-            )  # fmt: skip
-
-
-def name_places(plates: tuple[PlateReplay, ...]) -> dict[int, Float[np.ndarray, "3"]]:
-    """Where each plate's name stands [m], none over another; a plate that is nowhere has none."""
-    places: dict[int, Float[np.ndarray, "3"]] = {}
-    for i, plate in enumerate(plates):
-        place = _name_place(plate)
-        if place is None:
-            continue
-        while any(np.linalg.norm(place - other) < ForceSizes().between_names for other in places.values()):
-            place = place + np.array([ForceSizes().between_names, 0.0, 0.0])
-        places[i] = place
-    return places
 
 
 class ForceNodes:
@@ -60,6 +31,7 @@ class ForceNodes:
         self.colors = [foot_color(foot, i) for i, foot in enumerate(replay.feet)]
         self.arrows = [_arrow(scene, f"{parent}/{i}", UNASSIGNED) for i in range(len(replay.plates))]
         self.residual = _arrow(scene, f"{parent}/residual", RESIDUAL) if replay.residual else None
+        self.total = TotalNodes(scene, parent, replay.residual) if replay.residual else None
         self.demanded = [
             scene.add_line_segments(
                 f"{parent}/demanded{i}",
@@ -71,7 +43,9 @@ class ForceNodes:
             for i, d in enumerate(replay.demanded)
         ]
 
-    def draw(self, frame: int, *, forces: bool, residual: bool, demanded: bool = True) -> None:
+    def draw(
+        self, frame: int, *, forces: bool, residual: bool, demanded: bool = True, total: bool = True
+    ) -> None:
         """Show one frame."""
         for force, lines in zip(self.replay.demanded, self.demanded, strict=True):
             start, along = force.point[frame], ForceSizes().metres_per_newton * force.force[frame]
@@ -80,15 +54,42 @@ class ForceNodes:
             if lines.visible:
                 lines.points = hollow_arrow(start, start + along).astype(np.float32)
         for plate, arrow in zip(self.replay.plates, self.arrows, strict=True):
-            color = self._color(int(plate.foot[frame]))
             _point(arrow, plate.cop[frame], plate.force[frame], forces)
-            arrow.colors = np.array(color.linear, dtype=np.uint8)
+            if arrow.visible:
+                arrow.colors = np.array(self._color(int(plate.foot[frame])).linear, dtype=np.uint8)
         if self.residual is not None and self.replay.residual is not None:
             r = self.replay.residual
             _point(self.residual, r.com[frame], r.force[frame], residual)
+        if self.total is not None:
+            self.total.draw(frame, visible=total)
 
     def _color(self, foot: int) -> Rgb:
         return self.colors[foot] if 0 <= foot < len(self.colors) else UNASSIGNED
+
+
+class TotalNodes:
+    """At the centre of mass: all measured forces that count, and hollow, what the motion demands."""
+
+    def __init__(self, scene: viser.SceneApi, parent: str, residual: ResidualReplay) -> None:
+        self.residual, self.demands = residual, residual.demanded
+        sizes = ForceSizes()
+        self.measured = _arrow(scene, f"{parent}/total", TOTAL)
+        self.measured.shaft_radius, self.measured.head_radius = sizes.hollow, 2 * sizes.hollow
+        self.demanded = scene.add_line_segments(
+            f"{parent}/total_demanded", _NONE, TOTAL, thickness=sizes.total, visible=False
+        )
+
+    def draw(self, frame: int, *, visible: bool) -> None:
+        """Show one frame."""
+        r, sizes = self.residual, ForceSizes()
+        if r.counted is None or self.demands is None:
+            return
+        _point(self.measured, r.com[frame], r.counted[frame], visible)
+        size = float(np.linalg.norm(self.demands[frame]))  # NaN outside the fit
+        self.demanded.visible = visible and size >= sizes.smallest and bool(np.isfinite(r.com[frame]).all())
+        if self.demanded.visible:
+            tip = r.com[frame] + sizes.metres_per_newton * self.demands[frame]
+            self.demanded.points = hollow_arrow(r.com[frame], tip).astype(np.float32)
 
 
 _NONE = np.array([[[0.0, 0.0, 0.0], [0.0, 0.1, 0.0]]], dtype=np.float32)
@@ -141,22 +142,3 @@ def _point(
     arrow.visible = shown
     if shown:
         arrow.points = np.stack([start, start + sizes.metres_per_newton * force])[None].astype(np.float32)
-
-
-def _edges(plate: PlateReplay) -> Float[np.ndarray, "4 2 3"] | None:
-    """Ends of the four sides; None where the file does not say where the plate is."""
-    if plate.corners is None or not np.isfinite(plate.corners).all():
-        return None
-    return np.stack([plate.corners, np.roll(plate.corners, -1, axis=0)], axis=1)
-
-
-def _name_place(plate: PlateReplay) -> Float[np.ndarray, "3"] | None:
-    """On the edge farthest to the side, where feet and forces do not hide it."""
-    edges = _edges(plate)
-    if edges is not None:
-        middles = edges.mean(axis=1)
-        return middles[middles[:, 2].argmax()]
-    loaded = np.isfinite(plate.cop).all(axis=1) & (
-        np.linalg.norm(plate.force, axis=1) >= ForceSizes().smallest
-    )
-    return np.median(plate.cop[loaded], axis=0) if loaded.any() else None

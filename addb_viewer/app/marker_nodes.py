@@ -47,10 +47,9 @@ class MarkerNodes:
         self.model_points.visible = self.lines.visible = with_model
         if with_model:
             shown = np.isfinite(t.model[frame]).all(axis=1)
-            self.model_points.points = t.model[frame, shown].astype(np.float32)
+            self.model_points.points = t.model[frame, shown]
             both = shown & t.seen[frame]
-            ends = np.stack([t.measured[frame, both], t.model[frame, both]], axis=1)
-            self.lines.points = ends.astype(np.float32)
+            self.lines.points = np.stack([t.held[frame, both], t.model[frame, both]], axis=1)
         self.trails.visible = trail_seconds > 0
         if trail_seconds > 0:
             self.trails.points = self._trail(frame, trail_seconds)

@@ -10,9 +10,8 @@ from addb_viewer.app.palette import UNSEEN, error_colors
 
 @dataclass(frozen=True)
 class MarkerTracks:
-    """Markers that are seen on some frame; the others are nowhere."""
+    """Markers that are seen on some frame, in single precision, as the page takes them."""
 
-    measured: Float[np.ndarray, "frames markers 3"]  # [m] NaN where unseen
     model: Float[np.ndarray, "frames markers 3"]  # [m] NaN where the model has no such marker
     seen: Bool[np.ndarray, "frames markers"]
     held: Float[np.ndarray, "frames markers 3"]  # [m] lost markers stay where they were
@@ -36,7 +35,7 @@ def marker_tracks(
     seen = np.isfinite(shown).all(axis=2)
     colors = error_colors(errors[:, ever])
     colors[~seen] = UNSEEN
-    return MarkerTracks(shown, model[:, ever], seen, held(shown, seen), colors)
+    return MarkerTracks(model[:, ever].astype(np.float32), seen, held(shown, seen), colors)
 
 
 def held(

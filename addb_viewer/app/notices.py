@@ -5,6 +5,7 @@ import logging
 import threading
 from collections.abc import Callable, Coroutine
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 import viser
@@ -19,8 +20,16 @@ ASIDE_S, IMPORTANT_S = 4.0, 12.0  # how long a word stays; failures stay until t
 class Notices:
     """Notifications of one browser, and the one hand that does what is asked there, in order."""
 
-    def __init__(self, client: viser.ClientHandle) -> None:
-        self.client = client
+    def __init__(
+        self, client: viser.ClientHandle, first: Callable[[], AbstractContextManager[None]] = nullcontext
+    ) -> None:
+        """Tell nothing yet.
+
+        Args:
+            client: the browser.
+            first: entered while the hand does what the person asked for.
+        """
+        self.client, self._first = client, first
         self._name = f"browser {client.client_id}_"
         self._hand = ThreadPoolExecutor(max_workers=1, thread_name_prefix=self._name)
         self._closed = False
@@ -71,18 +80,20 @@ class Notices:
         What the app itself sets is no event of a person's: it is not acted on.
         """
 
+        def asked() -> None:
+            with self._first():
+                action()
+
         async def handle(event: Any) -> None:
             if getattr(event, "client", self.client) is not None:
-                self.do(doing, action)
+                self.do(doing, asked)
 
         return handle
 
-    def do_now_or_next(self, doing: str, action: Callable[[], None]) -> None:
-        """As `do`, but at once where the hand itself asks: its echo must not wait."""
-        if threading.current_thread().name.startswith(self._name):
-            self.guard(doing, action)()
-        else:
-            self.do(doing, action)
+    @property
+    def at_hand(self) -> bool:
+        """Whether it is the hand itself that asks: what it then does is an echo that must not wait."""
+        return threading.current_thread().name.startswith(self._name)
 
     def do(self, doing: str, action: Callable[[], None]) -> None:
         """Do something after all that was asked before; returns at once."""

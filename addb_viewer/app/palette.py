@@ -61,6 +61,7 @@ CAUSE_SURFACE = Rgb(240, 228, 66)  # likewise: bones, balls
 OTHER_SOLVE = SKY  # the skeleton and the curves of the solve that is compared with
 UNASSIGNED = ORANGE  # a force that goes to no foot
 RESIDUAL = VERMILION
+TOTAL = BLUE  # of all forces, at the centre of mass
 UNSEEN = PALE  # a marker while it's lost
 NO_MODEL = GREY  # a marker that nothing was fitted to
 PLATES = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, GREY)  # in the plots, in the file's order

@@ -14,6 +14,7 @@ from addb_viewer.app.palette import (
     ERROR_FULL_SCALE,
     NO_MODEL,
     RESIDUAL,
+    TOTAL,
     UNASSIGNED,
     UNSEEN,
     Rgb,
@@ -64,7 +65,7 @@ def legend_html(replay: Replay, *, diagnosed: bool = False) -> str:
             parts.append("<div>hollow arrow: demanded of a foot whose force is missing</div>")
         parts.append(f"<div>1 m of arrow is {1 / ForceSizes().metres_per_newton:.0f} N</div>")
     if replay.residual is not None:
-        parts.append(_swatches((("residual force", RESIDUAL),)))
+        parts.append(_swatches((("residual force", RESIDUAL), ("total force at the centre of mass", TOTAL))))
     if diagnosed:
         parts.append(_swatches((("named cause", CAUSE), ("its segment, marker or load", CAUSE_SURFACE))))
         small, large = 1 / CAUSE_METRES_PER_NEWTON, 1 / LARGE_METRES_PER_NEWTON

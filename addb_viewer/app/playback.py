@@ -2,12 +2,14 @@
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 SPEEDS = (-2.0, -1.0, -0.5, -0.25, 0.25, 0.5, 1.0, 2.0)  # J and L walk through them
 PICTURES_PER_SECOND = 30.0  # what a software-rendered browser and a slow line can still take
-PICTURES_OF_ALL = 100.0  # a second, of all browsers together: about half of one core
+PICTURES_OF_ALL = 300.0  # a second, of all browsers together: about half of one core
+LONGEST_WAIT_S = 0.05  # of a picture for a key: what a key asks for may take seconds
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,29 @@ class Pace:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._playing: set[int] = set()
+        self._turn = threading.Lock()
+        self._free = threading.Condition()
+        self._pressed = 0  # keys that are being obeyed
+
+    @contextmanager
+    def turn(self) -> Iterator[None]:
+        """Work that can wait: one browser after the other, and not while a key is being obeyed."""
+        with self._turn:
+            with self._free:
+                self._free.wait_for(lambda: self._pressed == 0, LONGEST_WAIT_S)
+            yield
+
+    @contextmanager
+    def first(self) -> Iterator[None]:
+        """Work that somebody has just asked for by a key: it goes ahead of all that waits."""
+        with self._free:
+            self._pressed += 1
+        try:
+            yield
+        finally:
+            with self._free:
+                self._pressed -= 1
+                self._free.notify_all()
 
     def report(self, who: int, playing: bool) -> None:
         """Say whether a playback plays."""
@@ -186,7 +211,8 @@ class Playback:
             began = self._clock()
             self._pace.report(id(self), position.playing)
             if forced or position != shown:
-                self._draw(position)
+                with self._pace.first() if forced else self._pace.turn():
+                    self._draw(position)
                 shown = position
             with self._wake:
                 pause = self._pace.interval - (self._clock() - began)

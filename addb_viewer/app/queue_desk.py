@@ -14,6 +14,8 @@ from annotations.events import Status
 from solver.errors import SolverError
 
 MOST = 200  # rows on the page; the filter finds the others
+FIGURE = "text-align:right;white-space:nowrap;padding-left:.5em;"  # style of a column of figures
+HEADINGS = ("of<br>bound", "left<br>out", "to<br>decide")  # residual, frames, proposals
 SIGNS = {Status.UNSEEN: "○", Status.IN_WORK: "◐", Status.FINISHED: "●", Status.SECOND_LOOK: "!"}
 
 
@@ -88,13 +90,12 @@ def rows_html(rows: Sequence[Row], here: tuple[str, str], *, several: bool, note
     """
     body = "".join(_row_html(i, row, here, several) for i, row in enumerate(rows))
     head = "<tr style='opacity:.75'><td></td><td>trial</td>"
-    head += "<td style='text-align:right'>residual<br>of bound</td>"
-    head += "<td style='text-align:right'>left<br>out</td></tr>"
+    head += "".join(f"<td style='{FIGURE}'>{words}</td>" for words in HEADINGS) + "</tr>"
     told = "".join(f"<div>⚠ {html.escape(note)}</div>" for note in notes)
     return boxed(
         f"<table style='width:100%;border-collapse:collapse'>{head}{body}</table>"
-        "<div style='opacity:.75;margin-top:.3em'>○ unseen ◐ in work ● finished ! second look · "
-        "* chosen by detection, not by a person</div>"
+        "<div style='opacity:.75;margin-top:.3em'>residual in units of its bound · "
+        "○ unseen ◐ in work ● finished ! second look · * chosen by detection, not by a person</div>"
         f"{told}"
     )
 
@@ -106,7 +107,7 @@ def _row_html(index: int, row: Row, here: tuple[str, str], several: bool) -> str
         name += f"<div style='opacity:.75'>{html.escape(row.subject)}</div>"
     if row.error:
         return (
-            f"<tr data-addb-wish='#{index}' style='cursor:pointer'><td>⚠</td><td colspan='3'>"
+            f"<tr data-addb-wish='#{index}' style='cursor:pointer'><td>⚠</td><td colspan='4'>"
             f"{html.escape(row.subject)}: {html.escape(row.error)}</td></tr>"
         )
     by = f" title='{html.escape(row.by)}'" if row.by else ""
@@ -118,5 +119,6 @@ def _row_html(index: int, row: Row, here: tuple[str, str], several: bool) -> str
         "border-top:1px solid rgba(128,128,128,.3)'>"
         f"<td{by} style='padding-right:.4em'>{SIGNS[row.status]}</td>"
         f"<td style='overflow-wrap:anywhere'>{name}</td>"
-        f"<td style='text-align:right;{bad}'>{residual}</td><td style='text-align:right'>{left_out}</td></tr>"
+        f"<td style='{FIGURE}{bad}'>{residual}</td><td style='{FIGURE}'>{left_out}</td>"
+        f"<td style='{FIGURE}'>{row.proposed or ''}</td></tr>"
     )

@@ -2,16 +2,21 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from addb_viewer.app.proposals import Pending, State, pending
 from addb_viewer.review_store import has_log, open_log
 from annotations.events import IMPORTED, Status
+from annotations.folding import folded
+from annotations.trial_review import TrialReview
 from solver.capture.capture import Subject
+from solver.contact.proposals import Proposal as Detected
 from solver.dynamics.thresholds import Thresholds
-from solver.errors import SolverError
+from solver.errors import ResultsError, SolverError
+from solver.results.kept_proposals import kept_proposals
 from solver.results.store import default_folder
 
 
@@ -24,6 +29,8 @@ class Row:
     status: Status = Status.UNSEEN
     by: str | None = None  # who set it
     figures: Mapping[str, Any] | None = None  # in the shape of `fit --json`, of the trial; None: no fit
+    proposed: int = 0  # proposals of the detection that nobody has decided
+    doubtful: float = 0.0  # share of the frames that they cover, each weighted by how sure it is
     error: str = ""  # why nothing is known
 
     @property
@@ -58,13 +65,14 @@ class Row:
     def badness(self) -> float:
         """How much the trial needs a person; larger first.
 
-        Residual in units of its bound, plus the share of frames left out; a trial without a fit comes before
-        all fitted ones, one that nobody has decided about before one that somebody has.
+        Residual in units of its bound, plus the share of frames left out, plus that under open proposals; a
+        trial without a fit comes before all fitted ones, one that nobody has decided about before one that
+        somebody has.
         """
         if self.figures is None:
             return 100.0
         residual = 2.0 if self.residual is None else min(self.residual, 50.0)
-        return residual + (self.left_out or 0.0) + (1.0 if self.undecided else 0.0)
+        return residual + (self.left_out or 0.0) + self.doubtful + (1.0 if self.undecided else 0.0)
 
 
 class Filter(StrEnum):
@@ -123,20 +131,40 @@ def subject_rows(name: str, subject: Subject, results: Path | None = None) -> li
         ReviewError: its review log cannot be read.
         SolverError: its figures cannot.
     """
-    figures = _figures((results or default_folder(subject.folder)) / "fit.json")
-    statuses: dict[str, tuple[Status, str | None]] = {}
+    folder = results or default_folder(subject.folder)
+    figures, proposals = _figures(folder / "fit.json"), _proposals(folder)
+    reviews: dict[str, TrialReview] = {}
     if has_log(subject.folder):
         with open_log(subject.folder) as log:
-            for trial in log.trials():
-                review = log.review(trial, subject.foot_bodies)
-                statuses[trial] = (review.status, review.status_author)
+            reviews = {trial: log.review(trial, subject.foot_bodies) for trial in log.trials()}
     rows = []
     for files in subject.trials:
         imported = bool(files.reviews) and all((r.parent / "REVIEWED").exists() for r in files.reviews)
-        untouched = (Status.FINISHED, IMPORTED) if imported else (Status.UNSEEN, None)
-        status, by = statuses.get(files.name, untouched)
-        rows.append(Row(name, files.name, status, by, figures.get(files.name)))
+        status, by = (Status.FINISHED, IMPORTED) if imported else (Status.UNSEEN, None)
+        review = reviews.get(files.name)
+        if review is not None:
+            status, by = review.status, review.status_author
+        found = () if files.reviews and review is None else proposals.get(files.name, ())
+        seen = review or folded(files.name, (), subject.foot_bodies)
+        waiting = [p for p in pending(found, seen, {}) if p.state is State.OPEN]
+        row = Row(name, files.name, status, by, figures.get(files.name), len(waiting))
+        rows.append(replace(row, doubtful=_doubtful(waiting, row)))
     return rows
+
+
+def _doubtful(waiting: Sequence[Pending], row: Row) -> float:
+    if row.figures is None or not row.figures.get("frames"):
+        return 0.0
+    frames = sum((p.proposal.end - p.proposal.start) * p.proposal.confidence for p in waiting)
+    return min(frames / float(row.figures["frames"]), 1.0)
+
+
+def _proposals(folder: Path) -> Mapping[str, Sequence[Detected]]:
+    """What detection proposed; nothing where the fit is not whole, which opening a trial of it tells."""
+    try:
+        return kept_proposals(folder)
+    except ResultsError:
+        return {}
 
 
 def _figures(path: Path) -> dict[str, Mapping[str, Any]]:

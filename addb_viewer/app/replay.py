@@ -17,6 +17,7 @@ from solver.contact.contact_phases import ContactPhase, contact_phases
 from solver.contact.proposals import Proposal
 from solver.contact.settings import ContactSettings
 from solver.contact.wrenches import MissingRange
+from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.fit import TrialFit
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
@@ -86,6 +87,12 @@ class ResidualReplay:
     used: Bool[np.ndarray, " frames"]  # frames that the figures count
     force_limit: float  # [N] of Hicks et al. 2015
     moment_limit: float  # [N·m] likewise
+    counted: Float[np.ndarray, "frames 3"] | None = None  # [N] sum of the measured forces that count
+
+    @property
+    def demanded(self) -> Float[np.ndarray, "frames 3"] | None:
+        """What the motion demands from outside in all [N]."""
+        return None if self.counted is None else self.counted + self.force
 
 
 @dataclass(frozen=True)
@@ -235,6 +242,10 @@ def _residual(trial: TrialFit, person: Person, on_fit: _Clock) -> ResidualReplay
         return None
     weight, limits = person.mass_kg * STANDARD_GRAVITY, Thresholds()
     residual = on_fit.floats(trial.dynamics.residual_root)
+    counted = None
+    if trial.contacts is not None and trial.mask is not None:
+        wrenches = counted_wrenches(trial.contacts.wrench_ground, trial.mask)
+        counted = on_fit.floats(wrenches[:, :, :3].sum(axis=1))
     return ResidualReplay(
         force=residual[:, :3],
         moment=residual[:, 3:],
@@ -242,6 +253,7 @@ def _residual(trial: TrialFit, person: Person, on_fit: _Clock) -> ResidualReplay
         used=on_fit.integers(trial.dynamics.used.astype(int)) == 1,
         force_limit=limits.linear_BW * weight,
         moment_limit=limits.angular_BWh * weight * person.height_m,
+        counted=counted,
     )
 
 

@@ -4,7 +4,9 @@ from collections.abc import Sequence
 
 from addb_viewer.app.feet import foot_words, next_foot
 from addb_viewer.app.flipping import flipped
+from addb_viewer.app.forces_in_use import contact_words, contacts_at, left_out, stale
 from addb_viewer.app.handles import put
+from addb_viewer.app.neighbours import news
 from addb_viewer.app.notices import Notices
 from addb_viewer.app.place import Place
 from addb_viewer.app.proposals import Pending, State, pending, still_open
@@ -18,6 +20,7 @@ from addb_viewer.app.review_html import (
 )
 from addb_viewer.app.review_panel import ReviewPanel, activity_named, feet_words
 from addb_viewer.app.selection import Selection
+from addb_viewer.app.stops import Stop, next_stop, place_of, stops_of
 from annotations.errors import ReviewError
 from annotations.events import (
     AcceptProposal,
@@ -33,9 +36,6 @@ from annotations.events import (
 from annotations.reasons import FORCE_COUNTS, reason_named
 from annotations.trial_review import TrialReview
 from annotations.wording import said_by
-from solver.contact.wrenches import MissingRange
-
-Stop = tuple[int, int, str | None]  # start, end, foot: a proposal or a flagged range that N and P go to
 
 
 class ReviewDesk:
@@ -65,7 +65,7 @@ class ReviewDesk:
         """The proposal that Enter and Backspace are about."""
         if self._stop is not None:
             for p in self.proposals:
-                if _place(p) == self._stop and p.state is State.OPEN:
+                if place_of(p) == self._stop and p.state is State.OPEN:
                     return p
         frame = self.place.frame
         covering = (p for p in self.proposals if p.proposal.start <= frame < p.proposal.end)
@@ -97,7 +97,7 @@ class ReviewDesk:
         review, history = self.review, self.place.room.book.history(replay.name)
         fit = self.place.room.library.fit
         self.proposals = pending(replay.forces.proposals, review, fit.provenance if fit else {})
-        self.panel.status.content = status_html(review, still_open(self.proposals), self._stale(review))
+        self.panel.status.content = status_html(review, still_open(self.proposals), stale(replay, review))
         self.panel.ranges.content = ranges_html(review)
         self.panel.history.content = history_html(history)
         self.show_selection()
@@ -108,7 +108,7 @@ class ReviewDesk:
         replay = self.place.replay
         if replay is not None:
             self.panel.selection.content = selection_html(
-                self.chosen, self.about, replay.rate, self._contact_words()
+                self.chosen, self.about, replay.rate, contact_words(self._contacts())
             )
             put(self.panel.foot, foot_words(self.about))
             self.panel.proposals.content = proposals_html(self.proposals, self.current)
@@ -136,7 +136,7 @@ class ReviewDesk:
         if start >= end:
             raise ReviewError(f"no frames in {start}:{end}; the trial has {replay.frames}")
         self._stop = next(
-            (_place(p) for p in self.proposals if (p.proposal.start, p.proposal.end) == (start, end)), None
+            (place_of(p) for p in self.proposals if (p.proposal.start, p.proposal.end) == (start, end)), None
         )
         self.place.seek(start)
         self._select(Selection(start, end))
@@ -187,24 +187,22 @@ class ReviewDesk:
 
     def step(self, direction: int) -> None:
         """N and P: the next or previous open proposal or flagged range."""
-        stops = self._stops()
+        stops = stops_of(self.proposals, self.review)
         here = self._stop if self._stop in stops else (self.place.frame, -1, None)
-        ahead = [s for s in stops if _order(s) > _order(here)] if direction > 0 else None
-        behind = [s for s in stops if _order(s) < _order(here)][-1:] if direction < 0 else None
-        found = (ahead or behind or [])[:1]
-        if not found:
+        found = next_stop(stops, here, direction)
+        if found is None:
             where = "after" if direction > 0 else "before"
             self.notices.tell("That was all", f"No open proposal and no flagged range {where} this frame.")
             return
-        self._go(found[0])
+        self._go(found)
 
     def accept(self) -> None:
         """Enter."""
-        self._decide(AcceptProposal, 0.0)
+        self._decide(AcceptProposal)
 
     def reject(self) -> None:
         """Backspace."""
-        self._decide(RejectProposal, 0.0)
+        self._decide(RejectProposal)
 
     def undo(self) -> None:
         """U: the last own edit of the trial."""
@@ -232,7 +230,7 @@ class ReviewDesk:
             raise ReviewError("there is no fit with forces to ask; G solves")
         if chosen is None:
             raise ReviewError("select the range first: I and O, N, or drag over the timeline")
-        present = self._present(self.review)
+        present = left_out(replay, self.review)
         instead, words = flipped(present, chosen, self.about, self.review.feet)
         self.notices.tell("Asking the solver", words)
         told = self.place.room.what_if.ask(replay.name, present, instead)
@@ -240,30 +238,21 @@ class ReviewDesk:
 
     def heard(self, edits: Sequence[Edit]) -> None:
         """Somebody recorded edits; those of others that touch this reviewer's frames are told."""
-        trial = self._trial()
-        mine = self._author_or_none()
-        review = self.review
-        for edit in edits:
-            if edit.trial != trial or edit.author == mine:
-                continue
-            clashes = [
-                c for c in review.conflicts_of(edit.number) if mine in (c.earlier.author, c.later.author)
-            ]
-            if clashes:
-                self.notices.tell("You disagree", str(clashes[0]), "yellow")
-            elif self._touches(edit.event, mine):
-                self.notices.tell(f"{edit.author}, in the same place", said_by(edit.event), "yellow")
+        here = [edit for edit in edits if edit.trial == self._trial()]
+        mine = self.panel.author.value.strip() or None
+        for title, body in news(here, self.review, mine, self.chosen):
+            self.notices.tell(title, body, "yellow")
         self.show()
 
-    def _decide(self, event: type[AcceptProposal] | type[RejectProposal], least: float) -> None:
+    def _decide(self, event: type[AcceptProposal] | type[RejectProposal]) -> None:
         found = self.current
         if found is None:
             raise ReviewError("no open proposal here; N goes to the next")
         self._record(event(found.proposal))
-        after = [p for p in self.proposals if p.state is State.OPEN and p.proposal.confidence >= least]
-        onward = [p for p in after if _order(_place(p)) > _order(_place(found))] or after
-        if onward:
-            self._go(_place(onward[0]))
+        after = [place_of(p) for p in self.proposals if p.state is State.OPEN]
+        onward = next_stop(after, place_of(found), 1)
+        if after:
+            self._go(onward or after[0])
             return
         self._stop = None
         self._select(Selection())
@@ -274,11 +263,6 @@ class ReviewDesk:
         self.place.seek(stop[0])
         self._select(Selection(stop[0], stop[1]))
         self.warm_up()
-
-    def _stops(self) -> list[Stop]:
-        stops = {_place(p) for p in self.proposals if p.state is State.OPEN}
-        stops |= {(flag.start, flag.end, flag.foot) for flag in self.review.flags}
-        return sorted(stops, key=_order)
 
     def _select(self, selection: Selection) -> None:
         self.selection = selection
@@ -306,62 +290,5 @@ class ReviewDesk:
 
     def _contacts(self) -> list[Stop]:
         """The contacts under the cursor, of the foot that flags are about."""
-        replay, frame = self.place.replay, self.place.frame
-        if replay is None:
-            return []
-        return [
-            (phase.start, phase.end, replay.feet[phase.foot])
-            for phase in replay.forces.contacts
-            if phase.start <= frame < phase.end and self.foot in (None, replay.feet[phase.foot])
-        ]
-
-    def _contact_words(self) -> str:
-        contacts = self._contacts()
-        if not contacts:
-            return "the contact under the cursor (none here)"
-        return " and ".join(f"{foot_words(foot)} {start}–{end - 1}" for start, end, foot in contacts)
-
-    def _present(self, review: TrialReview) -> tuple[MissingRange, ...]:
-        """Which forces the next solve leaves out, as far as people and detection say."""
         replay = self.place.replay
-        if review.decided or replay is None:
-            return review.missing_ranges
-        return tuple(m for m in replay.forces.missing if m[2] is None or m[2] in review.feet)
-
-    def _stale(self, review: TrialReview) -> bool:
-        """Whether the fit on the screen was made with other flags."""
-        replay = self.place.replay
-        if replay is None or replay.residual is None or not review.decided:
-            return False
-        used = {(a, b, foot) for a, b, foot, _ in replay.forces.missing}
-        wanted = {(a, b, foot) for a, b, foot, _ in review.missing_ranges}
-        return replay.forces.source != "review" or not wanted <= used
-
-    def _touches(self, event: Event, mine: str | None) -> bool:
-        """Whether an edit of somebody else's is about frames that this reviewer has selected or labelled."""
-        start, end = _frames_of(event)
-        chosen = [self.chosen] if self.chosen is not None else []
-        own = [(f.start, f.end) for f in self.review.flags if f.author == mine]
-        own += [(c.start, c.end) for c in self.review.cleared if c.author == mine]
-        return any(a < end and start < b for a, b in (*chosen, *own))
-
-    def _author_or_none(self) -> str | None:
-        return self.panel.author.value.strip() or None
-
-
-def _frames_of(event: Event) -> tuple[int, int]:
-    match event:
-        case FlagRange(start, end) | ClearRange(start, end) | SetActivity(start, end):
-            return start, end
-        case AcceptProposal(proposal) | RejectProposal(proposal):
-            return proposal.start, proposal.end
-        case _:
-            return 0, 0
-
-
-def _place(pending: Pending) -> Stop:
-    return pending.proposal.start, pending.proposal.end, pending.proposal.foot
-
-
-def _order(stop: Stop) -> tuple[int, int, str]:
-    return stop[0], stop[1], stop[2] or ""
+        return [] if replay is None else contacts_at(replay, self.place.frame, self.foot)

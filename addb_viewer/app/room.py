@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Protocol
 
+from addb_viewer.app.fit_watch import FitWatch
 from addb_viewer.app.library import Library, library_of
 from addb_viewer.app.review_book import ReviewBook
 from addb_viewer.app.solves import NEW, Solve, discard, keep, solves
@@ -37,6 +38,9 @@ class Visitor(Protocol):
     def failed(self, doing: str, error: Exception) -> None:
         """Something that all depend on failed."""
 
+    def told(self, title: str, body: str) -> None:
+        """Something happened that all should know."""
+
 
 class SubjectRoom:
     """One subject of the root."""
@@ -65,6 +69,7 @@ class SubjectRoom:
         )
         self.what_if = WhatIf(self.subject.folder, library.results)
         self._show_waiting()
+        self._watch = FitWatch(self.results, self._fit_came)
 
     @property
     def results(self) -> Path:
@@ -88,6 +93,7 @@ class SubjectRoom:
 
     def close(self) -> None:
         """End what is at work, and forget the subject."""
+        self._watch.close()
         self.bench.cancel()
         self.what_if.close()
         self.book.close()
@@ -128,6 +134,7 @@ class SubjectRoom:
         with self._lock:
             keep(self._waiting(), self.results, self.subject.folder)
             self.new = None
+            self._watch.seen()
         self._fit_replaced()
 
     def discard(self) -> None:
@@ -179,6 +186,25 @@ class SubjectRoom:
             if self.new is not None:
                 discard(self.new)
             self.library, self.new = library, solve
+
+    def _fit_came(self) -> None:
+        """Another program has fitted the subject: shown at once, unless a new solve waits on the screen."""
+        with self._lock:
+            waits = self.new is not None
+            try:
+                if not waits:
+                    self.library = library_of(self.subject, self.library.results_folder)
+                    self.other = None
+            except SolverError as error:
+                failure = error
+                self._tell(lambda visitor: visitor.failed("Reading a new fit", failure))
+                return
+        if waits:
+            said = "Discard the solve on the screen to see it; keeping that one replaces it."
+        else:
+            self._fit_replaced()
+            said = "It is on the screen now."
+        self._tell(lambda visitor: visitor.told("Another program has fitted this subject", said))
 
     def _fit_replaced(self) -> None:
         self.what_if.close()

@@ -10,9 +10,10 @@ from jaxtyping import Float
 from addb_viewer.app.body_nodes import BodyNodes
 from addb_viewer.app.effect_nodes import EffectNodes
 from addb_viewer.app.effect_pictures import Figures, pictures
-from addb_viewer.app.force_nodes import ForceNodes, PlateNodes
+from addb_viewer.app.force_nodes import ForceNodes
 from addb_viewer.app.marker_nodes import MarkerNodes
 from addb_viewer.app.palette import OTHER_SOLVE
+from addb_viewer.app.plate_nodes import PlateNodes
 from addb_viewer.app.replay import BodyReplay, Replay
 
 LAB, TRIAL = "/lab", "/lab/trial"
@@ -30,6 +31,7 @@ class SceneOptions:
     forces: bool = True
     demanded: bool = True
     residual: bool = True
+    total: bool = True
     causes: bool = True
     other: bool = True  # the skeleton of the solve that this one is compared with
     follow: bool = True
@@ -117,7 +119,7 @@ class Scene:
                 self.bodies.draw(frame, visible=o.bones, see_through=o.see_through, marked=marked)
             if self.other is not None:
                 self.other.draw(frame, visible=o.other, see_through=True)
-            self.forces.draw(frame, forces=o.forces, residual=o.residual, demanded=o.demanded)
+            self.forces.draw(frame, forces=o.forces, residual=o.residual, demanded=o.demanded, total=o.total)
             self.causes.draw(frame, visible=o.causes)
             if o.follow:
                 self.lab.position = self.anchor - self.path[frame]

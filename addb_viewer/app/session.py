@@ -3,7 +3,6 @@
 import threading
 import time
 from collections.abc import Sequence
-from functools import partial
 
 import viser
 
@@ -12,6 +11,7 @@ from addb_viewer.app.camera import VIEWS, look
 from addb_viewer.app.controls import build_controls, speed_name
 from addb_viewer.app.diagnosis_desk import DiagnosisDesk
 from addb_viewer.app.handles import put
+from addb_viewer.app.hearing import Hearing
 from addb_viewer.app.house import House
 from addb_viewer.app.layout import Layout, fitted
 from addb_viewer.app.memory import Remembered
@@ -29,9 +29,7 @@ from addb_viewer.app.session_actions import actions_of, bind
 from addb_viewer.app.solve_desk import SolveDesk
 from addb_viewer.app.solve_panel import build_solve
 from addb_viewer.app.timeline_desk import TimelineDesk
-from addb_viewer.app.work import Outcome
-from addb_viewer.app.workbench import Progress, Task
-from annotations.events import Edit, Status
+from annotations.events import Status
 from solver.errors import SolverError
 
 READOUT_EVERY = 0.1  # [s] while playing: slider and time
@@ -54,11 +52,10 @@ class Session:
             memory: what the browser remembers.
         """
         self.client, self.house, self._room = client, house, room
-        self.notices = Notices(client)
+        self.notices = Notices(client, pace.first)
         self.memory = memory
         self._drawing = threading.RLock()  # the scene belongs to one thread at a time
-        self._hearing = threading.Lock()
-        self._unheard: list[Edit] = []
+        self.hearing = Hearing(self, pace)
         self._replay: Replay | None = None
         self._looked = self._closed = False
         self._read_at = self.scrubbed_at = 0.0
@@ -126,7 +123,7 @@ class Session:
 
     def enter(self, trial: str | None = None) -> None:
         """Be told what happens to the subject, and show this trial, else the first that can be read."""
-        self._room.enter(self)
+        self._room.enter(self.hearing)
         self.client.gui.set_panel_label(self._room.subject.name)
         self.controls.trial.options = tuple(self.trials())
         wanted = [name for name in self.trials() if name == trial]
@@ -148,7 +145,7 @@ class Session:
         """
         if subject != self._room.name:
             room = self.house.room(subject)
-            self._room.leave(self)
+            self._room.leave(self.hearing)
             self._room = room
             self._replay, self.solving.comparing = None, False
             self.enter(trial)
@@ -237,66 +234,28 @@ class Session:
         self._compare()
         self.timeline.show()
 
-    def edited(self, edits: Sequence[Edit]) -> None:
-        """Somebody recorded edits."""
-        with self._hearing:
-            waits = bool(self._unheard)
-            self._unheard += edits
-        if not waits:  # else whoever shows those that wait shows these as well
-            self.notices.do_now_or_next("Showing the review", self._show_edits)
-
-    def fit_changed(self) -> None:
-        """Another fit is on the screen, or is compared with."""
-        self.notices.do("Showing the fit", self._show_fit)
-
-    def progressed(self, progress: Progress) -> None:
-        """Something is at work."""
-        self.solving.progressed(progress)
-        self.diagnosis.progressed(progress)
-
-    def ended(self, task: Task, outcome: Outcome) -> None:
-        """Nothing is at work any more."""
-
-        def conclude() -> None:
-            self.solving.ended(task, outcome)
-            self.diagnosis.ended(task, outcome)
-            self.explain()
-            self.compare_changed()
-
-        self.notices.do("Showing what came of it", conclude)
-
-    def failed(self, doing: str, error: Exception) -> None:
-        """Something that all depend on failed."""
-        self.notices.error(doing, error)
-
     def close(self) -> None:
         """The browser has gone: end its threads and forget it."""
         if self._closed:
             return
         self._closed = True
-        self._room.leave(self)
+        self._room.leave(self.hearing)
         self.notices.close()
         self.playback.stop()
         self.house.tidy()
 
-    def _show_edits(self) -> None:
-        with self._hearing:
-            edits, self._unheard = self._unheard, []
-        if self._replay is not None and any(edit.trial == self._replay.name for edit in edits):
-            self.review.heard(edits)
-        self.notices.do("Showing the queue", partial(self._requeue, max(edit.number for edit in edits)))
-
-    def _requeue(self, revision: int | None = None) -> None:
+    def requeue(self, revision: int | None = None) -> None:
+        """Show the queue with the rows of this subject read anew; arguments as for `House.refresh`."""
         self.house.refresh(self._room.name, revision)
         self.queue.draw()
 
-    def _show_fit(self) -> None:
-        """The trial again, at the present frame, as the fit that is now on the screen has it."""
+    def show_fit(self) -> None:
+        """Show the trial again, at the present frame, as the fit that is now on the screen has it."""
         if self.shown is not None:
             self.open_trial(self.shown, self.frame)
         self.diagnosis.show()
         self.explain()
-        self._requeue()
+        self.requeue()
 
     def _compare(self) -> None:
         other, library = self.solving.other, self._room.other

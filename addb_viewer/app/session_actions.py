@@ -166,6 +166,7 @@ def _show_options(s: "Session") -> None:
         show.model_markers.value,
     )
     o.forces, o.demanded, o.residual = show.forces.value, show.demanded.value, show.residual.value
+    o.total = show.total.value
     o.causes, o.trail_seconds = show.causes.value, float(show.trails.value)
     s.playback.redraw()
 

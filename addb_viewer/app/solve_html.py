@@ -8,6 +8,7 @@ from addb_viewer.app.comparison import Comparison
 from addb_viewer.app.page import boxed, clickable, table
 from addb_viewer.app.solves import DISCARDED, KEPT, NEW, REPLACED, Solve
 
+TEN = 10.0  # from which on a number has its two digits before the point
 _STATES = {
     NEW: "new: keep it or discard it",
     KEPT: "the subject's fit",
@@ -32,8 +33,8 @@ def comparison_html(found: Comparison, before: str) -> str:
         clickable(
             str(change.frame),
             f"<div style='padding:.05em .3em'>{html.escape(change.name)}: "
-            f"<b>{change.rms:.2g} {change.unit}</b> RMS, "
-            f"at most {change.largest:+.2g} at frame {change.frame}</div>",
+            f"<b>{_two_digits(change.rms)} {change.unit}</b> RMS, "
+            f"at most {_two_digits(change.largest, '+')} at frame {change.frame}</div>",
         )
         for change in found.torques
     )
@@ -86,6 +87,11 @@ def settings_html(settings: Mapping[str, Any], standard: Mapping[str, Any]) -> s
 def unbroken(text: str) -> str:
     """A number and its unit stay together."""
     return text.replace(" ", "\u00a0")
+
+
+def _two_digits(value: float, sign: str = "") -> str:
+    """All digits of large numbers, two of small ones."""
+    return f"{value:{sign}.0f}" if abs(value) >= TEN else f"{value:{sign}.2g}"
 
 
 def _shown(value: float | None) -> str:

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from solver.errors import ResultsError
+from solver.fit import Fit
 from solver.results.store import has_fit, load_fit, save_fit, write_json
 
 FOLDER, MADE = "solves", "made.json"
@@ -51,6 +52,28 @@ def solves(results: Path) -> tuple[Solve, ...]:
             continue
         found.append(solve)
     return tuple(found)
+
+
+def add(fit: Fit, results: Path, *, by: str, seconds: float) -> int:
+    """Put a new fit among the solves, whole or not at all; the subject's fit stays as it is.
+
+    Args:
+        fit: solved.
+        results: folder of the subject's fit.
+        by: who asked for it.
+        seconds: that it took.
+
+    Returns:
+        Its number.
+    """
+    folder = new_folder(results)
+    try:
+        save_fit(fit, folder)
+        finish(folder, by=by, seconds=seconds)
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    return int(folder.name)
 
 
 def new_folder(results: Path) -> Path:

@@ -1,6 +1,7 @@
 """The timeline: lanes and charts on one time axis, and over both a cursor that costs little to move."""
 
 import html
+import math
 
 import numpy as np
 import viser
@@ -165,12 +166,11 @@ def telling(chart: Chart, frame: int) -> list[Line]:
     lines = [
         line
         for line in chart.lines
-        if not line.dashed and frame < len(line.values) and np.isfinite(line.values[frame])
+        if not line.dashed and frame < len(line.values) and math.isfinite(line.values[frame])
     ]
     if len(lines) <= FEW:
         return lines
-    largest = max((float(np.nanmax(np.abs(line.values), initial=0.0)) for line in lines), default=0.0)
-    return [line for line in lines if abs(line.values[frame]) > ABOUT_ZERO * largest]
+    return [line for line in lines if abs(line.values[frame]) > ABOUT_ZERO * chart.largest]
 
 
 def _shown(value: float) -> str:

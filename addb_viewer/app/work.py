@@ -1,6 +1,8 @@
 """A command of ours in a process of its own, so that the page stays alive: progress, outcome, cancel."""
 
+import contextlib
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -9,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import IO
 
+NICE = 10  # of 19: the less, the sooner it gets the processor; the app itself has 0
 PATIENCE_S = 5.0  # for a process that was told to end
 
 
@@ -59,6 +62,7 @@ class Work:
                 errors="replace",
             )
             process = self._process
+            _give_way(process.pid)
         threading.Thread(target=self._follow, args=(process, errors), name="work", daemon=True).start()
         return True
 
@@ -89,6 +93,13 @@ class Work:
         with self._lock:
             self._process, cancelled = None, self._cancelled
         self._ended(Outcome(status == 0, cancelled, "".join(said), last.removeprefix("addb-viewer: ")))
+
+
+def _give_way(process: int) -> None:
+    """Let the page have the processor first, where the system knows of such things."""
+    if hasattr(os, "setpriority"):
+        with contextlib.suppress(OSError):  # it has ended already
+            os.setpriority(os.PRIO_PROCESS, process, NICE)
 
 
 def _told(line: str) -> tuple[str, float] | None:

@@ -8,6 +8,7 @@ from addb_viewer.commands.options import (
     Force,
     IgnoreReview,
     JsonFile,
+    MapFile,
     Out,
     SettingsFile,
     SubjectFolder,
@@ -25,6 +26,7 @@ def fit(
     out: Out = None,
     trial: Trials = None,
     settings: SettingsFile = None,
+    map_: MapFile = None,
     ignore_review: IgnoreReview = False,
     without_extension: WithoutExtension = False,
     force: Force = False,
@@ -43,6 +45,7 @@ def fit(
             out=out,
             trials=trial,
             settings_file=settings,
+            map_file=map_,
             ignore_review=ignore_review,
             without_extension=without_extension,
         )

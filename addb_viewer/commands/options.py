@@ -30,6 +30,15 @@ JsonFile = Annotated[
     Path | None,
     typer.Option("--json", metavar="FILE", help="Write the figures to this file as JSON.", dir_okay=False),
 ]
+MapFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--map",
+        metavar="FILE",
+        help="What the labels mean, instead of SUBJECT/markers.toml; see `addb-viewer markers`.",
+        dir_okay=False,
+    ),
+]
 IgnoreReview = Annotated[
     bool,
     typer.Option("--ignore-review", help="Leave out what people flagged, here or in a review.json."),

@@ -15,8 +15,9 @@ from solver.contact.wrenches import MissingRange
 from solver.dynamics.extension import Extension
 from solver.errors import CaptureError, ResultsError
 from solver.fit import Fit
+from solver.markers.mapping_file import chosen_for
 from solver.pipeline import can_resolve, resolve, solve
-from solver.progress import part
+from solver.progress import Progress, part
 from solver.provenance import provenance_of
 from solver.results.store import check_place, default_folder, files_of_fit, has_fit, load_fit, save_fit
 from solver.review_stage import predicting_withheld
@@ -43,6 +44,7 @@ def job_for(
     out: Path | None = None,
     trials: Sequence[str] | None = None,
     settings_file: Path | None = None,
+    map_file: Path | None = None,
     ignore_review: bool = False,
     without_extension: bool = False,
 ) -> Job:
@@ -52,13 +54,16 @@ def job_for(
     Likewise with the causes that somebody accepted as part of the model.
 
     Raises:
-        CaptureError: no such folder, nothing in it to fit, or no trial of that name.
+        CaptureError: no such folder, nothing in it to fit, no trial of that name, or a broken marker map.
         SettingsError: a settings file with an unknown name or a value of the wrong kind.
         ReviewError: the review log cannot be read.
         ResultsError: what somebody accepted cannot be read.
     """
     check_folder(folder)
     subject = open_subject(folder)
+    if map_file is not None:
+        subject = replace(subject, marker_map=map_file)
+    chosen_for(subject)
     check_trials(subject, trials or ())
     reviews, notes = ({}, ()) if ignore_review else reviews_for_solve(subject, _wanted(subject, trials))
     if ignore_review:
@@ -112,40 +117,43 @@ def solved(job: Job, *, force: bool = False) -> Solved:
         force: solve from the beginning whatever is kept.
     """
     check_place(job.results)
-    kept = None if force else _last_fit(job)
+    kept = None if force else last_fit(job)
     if kept is not None and _is_current(kept, job):
         files = files_of_fit(job.results)
         when = datetime.fromtimestamp(files[0].stat().st_mtime).astimezone()
         said = f"unchanged: kept fit of {when:%Y-%m-%d %H:%M} in {files[0]}; --force solves it again"
         return Solved(kept, files, False, said)
     with terminal_progress() as progress:
-        if kept is not None and can_resolve(
-            kept,
-            job.subject,
-            _wanted(job.subject, job.trials),
-            job.settings,
-            extension=job.extension,
-        ):
-            previous = replace(kept, subject=job.subject)
-            fit = resolve(
-                previous,
-                job.reviews,
-                job.settings,
-                part(progress, 0.0, RESOLVED),
-                extension=job.extension,
-            )
-            fit = predicting_withheld(fit, job.settings, part(progress, RESOLVED, 1.0), job.extension)
-            said = "only flags changed: scaling and marker fit are those of the kept fit"
-            return Solved(fit, save_fit(fit, job.results), True, said)
-        fit = solve(
-            job.subject,
-            job.settings,
-            trials=job.trials,
-            reviews=job.reviews,
-            extension=job.extension,
-            progress=progress,
-        )
-    return Solved(fit, save_fit(fit, job.results), True, "")
+        fit, said = computed(job, kept, progress)
+    return Solved(fit, save_fit(fit, job.results), True, said)
+
+
+def computed(job: Job, kept: Fit | None, progress: Progress) -> tuple[Fit, str]:
+    """Solve, beginning where the last fit ended if only flags or accepted causes have changed since.
+
+    Args:
+        job: what is wanted; nothing is written.
+        kept: the last fit; None: from the beginning.
+        progress: told how far it is.
+
+    Returns:
+        The fit, and what was not computed again; empty after a whole solve.
+    """
+    wanted = _wanted(job.subject, job.trials)
+    if kept is not None and can_resolve(kept, job.subject, wanted, job.settings, extension=job.extension):
+        previous, first = replace(kept, subject=job.subject), part(progress, 0.0, RESOLVED)
+        fit = resolve(previous, job.reviews, job.settings, first, extension=job.extension)
+        fit = predicting_withheld(fit, job.settings, part(progress, RESOLVED, 1.0), job.extension)
+        return fit, "only flags changed: scaling and marker fit are those of the kept fit"
+    fit = solve(
+        job.subject,
+        job.settings,
+        trials=job.trials,
+        reviews=job.reviews,
+        extension=job.extension,
+        progress=progress,
+    )
+    return fit, ""
 
 
 def current_fit(job: Job) -> Fit:
@@ -158,7 +166,7 @@ def judged(job: Job) -> Fit:
 
     The latter takes seconds; it isn't kept, because it doesn't obey the forces.
     """
-    kept = _last_fit(job)
+    kept = last_fit(job)
     if kept is not None and _is_current(kept, job):
         return kept
     alone = replace(job.settings, trajectory=replace(job.settings.trajectory, enabled=False))
@@ -166,7 +174,7 @@ def judged(job: Job) -> Fit:
         return solve(job.subject, alone, trials=job.trials, reviews=job.reviews, progress=progress)
 
 
-def _last_fit(job: Job) -> Fit | None:
+def last_fit(job: Job) -> Fit | None:
     """The fit that is kept, whatever it was made of."""
     if not has_fit(job.results):
         return None

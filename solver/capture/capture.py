@@ -98,6 +98,7 @@ class Subject:
     age_years: float | None = None
     model: Path | None = None  # None: the default full body
     static: Path | None = None
+    marker_map: Path | None = None  # what labels mean, as a person corrected it
     foot_bodies: tuple[str, ...] = ("calcn_r", "calcn_l")
     tags: tuple[str, ...] = ()
     notes: tuple[str, ...] = field(default=())

@@ -10,6 +10,8 @@ from solver.capture.subject_toml import read_subject_toml
 from solver.capture.trial_ranges import with_ranges
 from solver.errors import CaptureError
 
+MARKER_MAP = "markers.toml"  # in the subject's folder: what its labels mean
+
 
 def open_subject(folder: Path) -> Subject:
     """Find out who was recorded, with which model, in which trials. Recordings are not read yet.
@@ -52,6 +54,7 @@ def open_subject(folder: Path) -> Subject:
         age_years=described.age_years,
         model=model,
         static=described.static,
+        marker_map=folder / MARKER_MAP if (folder / MARKER_MAP).is_file() else None,
         foot_bodies=described.foot_bodies or Subject.foot_bodies,
         tags=described.tags or (),
         notes=notes,

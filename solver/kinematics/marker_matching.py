@@ -1,7 +1,7 @@
 """Which measured markers the model knows, by name."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
@@ -13,6 +13,7 @@ from solver.errors import FitError
 from solver.skeleton.skeleton import Skeleton
 
 FEWEST_SHARED = 6  # below it a pose is not determined in any useful sense
+LEFT_OUT = ""  # in place of a marker's name: the label is not to be used
 
 
 @dataclass(frozen=True)
@@ -57,18 +58,27 @@ class MarkerMatch:
         )
 
 
-def match_markers(skeleton: Skeleton, recordings: Sequence[Markers]) -> MarkerMatch:
+def match_markers(
+    skeleton: Skeleton,
+    recordings: Sequence[Markers],
+    *,
+    named: Mapping[str, str] | None = None,
+    notes: Sequence[str] = (),
+) -> MarkerMatch:
     """Markers that the model and at least one of the recordings share; each recording by its own names.
 
-    Names match exactly, else but for case, punctuation ("R.ASIS" is "R_Asis") and the subject's name before a
-    colon; the nearest way of writing wins, and where two markers remain for one name none is guessed.
+    Args:
+        skeleton: with the model's markers.
+        recordings: of one subject.
+        named: by label, the marker that it is known to be, or `LEFT_OUT`; names decide the rest.
+        notes: how that is known.
 
     Raises:
         FitError: too few are shared; the message names them and the nearest names of the model.
     """
     spellings: dict[str, list[str]] = {}
     for markers in recordings:
-        for model, measured in _paired(skeleton.marker_names, markers.names).items():
+        for model, measured in _pairs(skeleton.marker_names, markers.names, named or {}).items():
             if measured not in spellings.setdefault(model, []):
                 spellings[model].append(measured)
     for model, names in spellings.items():
@@ -77,14 +87,12 @@ def match_markers(skeleton: Skeleton, recordings: Sequence[Markers]) -> MarkerMa
     unknown = [name for name in dict.fromkeys(n for m in recordings for n in m.names) if name not in used]
     order = [name for name in skeleton.marker_names if name in spellings]
     renamed = [f"{name} = {model}" for model in order for name in spellings[model] if name != model]
-    notes = []
+    said = list(notes)
     if renamed:
-        notes.append(f"markers matched by similar names: {', '.join(renamed)}")
+        said.append(f"markers matched by similar names: {', '.join(renamed)}")
     if unknown:
-        notes.append(
-            f"markers that the model '{skeleton.name}' does not know, left out: {', '.join(unknown)}"
-        )
-    match = MarkerMatch(tuple(order), tuple(tuple(spellings[name]) for name in order), tuple(notes))
+        said.append(f"markers that the model '{skeleton.name}' does not know, left out: {', '.join(unknown)}")
+    match = MarkerMatch(tuple(order), tuple(tuple(spellings[name]) for name in order), tuple(said))
     match = match.seen_in(recordings)
     _require_enough(skeleton, match, unknown)
     return replace(match, notes=(*match.notes, *_bare_body_notes(skeleton, match)))
@@ -100,8 +108,23 @@ def _bare_body_notes(skeleton: Skeleton, match: MarkerMatch) -> tuple[str, ...]:
     return (f"no marker of the recordings is on {listed}: how they move is a guess",)
 
 
-def _paired(model_names: Sequence[str], measured_names: Sequence[str]) -> dict[str, str]:
-    """Model name to measured name, looser from round to round, and only where neither has a rival."""
+def _pairs(
+    model_names: Sequence[str], measured_names: Sequence[str], named: Mapping[str, str]
+) -> dict[str, str]:
+    """Model name to measured name: first what is known, then by similar names."""
+    known = {named[name]: name for name in measured_names if named.get(name, LEFT_OUT) != LEFT_OUT}
+    rest = similar_names(
+        [name for name in model_names if name not in known], [n for n in measured_names if n not in named]
+    )
+    return known | rest
+
+
+def similar_names(model_names: Sequence[str], measured_names: Sequence[str]) -> dict[str, str]:
+    """Model name to measured name, looser from round to round, and only where neither has a rival.
+
+    Names match exactly, else but for case, punctuation ("R.ASIS" is "R_Asis") and the subject's name before a
+    colon; the nearest way of writing wins, and where two markers remain for one name none is guessed.
+    """
     pairs: dict[str, str] = {}
     for key in (str, str.casefold, _one_separator, _plain):
         free_model = _by_key([name for name in model_names if name not in pairs], key)

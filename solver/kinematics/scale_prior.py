@@ -75,12 +75,15 @@ def log_scale_precision(
 def offset_std(markers: tuple[Marker, ...], settings: KinematicsSettings) -> Float[np.ndarray, " markers"]:
     """How far each marker may lie from the model's place for it [m].
 
-    The model's `fixed` flag marks bony landmarks where the file uses it at all; names tell clusters.
+    Where the marker itself does not say: the model's `fixed` flag marks bony landmarks where the file uses it
+    at all; names tell clusters.
     """
     flags_used = any(m.fixed for m in markers)
     stds = []
     for marker in markers:
-        if flags_used and marker.fixed:
+        if marker.spread_m is not None:
+            stds.append(marker.spread_m)
+        elif flags_used and marker.fixed:
             stds.append(settings.bony_offset_std_m)
         elif _CLUSTER.search(marker.name):
             stds.append(settings.cluster_offset_std_m)

@@ -90,6 +90,7 @@ class Marker:
     body: int
     position_body: Float[np.ndarray, "3"]  # [m]
     fixed: bool = False
+    spread_m: float | None = None  # how far a person's may lie from there; None: by flag and name
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 import pytest
 
 from addb_viewer.app.diagnosis_html import gain_html, section_html, verdict_html
+from addb_viewer.app.diagnosis_panel import by_key
 from addb_viewer.app.progress_html import progress_html
 from addb_viewer.app.workbench import Progress, Task
 from addb_viewer.diagnosis_words import cause, what_it_gains
@@ -66,3 +67,11 @@ def test_progress_tells_how_long_it_may_still_take():
     task = Task("Diagnosing", "", "", ())
     assert "about 30 s left" in progress_html(Progress(task, "markers", 0.25, 10.0))
     assert "left" not in progress_html(Progress(task, "markers", None, 10.0))
+
+
+def test_a_step_beside_the_plates_is_flagged_by_key_here(effect, figures):
+    found = figures(effect("off_plate_step", "calcn_r", frames=((120, 170),)))
+    here, elsewhere = (section_html(cause(found, 0, *how)) for how in ((by_key,), ()))
+    assert "select 120:170 (Go to), choose the foot right (F), press 1." in here
+    assert "addb-viewer" not in here
+    assert "addb-viewer flag SUBJECT walk 120:170 --foot calcn_r" in elsewhere

@@ -3,7 +3,7 @@ import time
 
 import pytest
 
-from addb_viewer.app.playback import PICTURES_PER_SECOND, Playback
+from addb_viewer.app.playback import LONGEST_WAIT_S, PICTURES_PER_SECOND, Pace, Playback
 
 
 class Clock:
@@ -138,3 +138,40 @@ def test_many_wishes_end_at_the_last():
         playback.seek(frame)
     assert seen.wait(2.0)
     playback.stop()
+
+
+def test_a_picture_waits_for_a_key_but_not_for_ever():
+    pace, drawn = Pace(), threading.Event()
+
+    def draw():
+        with pace.turn():
+            drawn.set()
+
+    with pace.first():
+        thread = threading.Thread(target=draw)
+        thread.start()
+        assert not drawn.wait(0.3 * LONGEST_WAIT_S)
+        assert drawn.wait(5.0)
+    thread.join()
+
+
+def test_what_waits_is_done_one_after_the_other_and_keys_go_ahead():
+    pace, inside, most = Pace(), [], []
+
+    def work():
+        with pace.turn():
+            inside.append(1)
+            most.append(len(inside))
+            time.sleep(0.01)
+            inside.pop()
+
+    threads = [threading.Thread(target=work) for _ in range(6)]
+    for thread in threads:
+        thread.start()
+    began = time.perf_counter()
+    with pace.first():
+        waited = time.perf_counter() - began
+    for thread in threads:
+        thread.join()
+    assert most == [1] * 6
+    assert waited < 0.01

@@ -1,10 +1,15 @@
 import json
+from dataclasses import replace
+
+import pytest
 
 from addb_viewer.app.queue_desk import rows_html
 from addb_viewer.app.queue_rows import Filter, Row, next_to_review, order, shown, subject_rows
-from addb_viewer.review_store import open_log
-from annotations.events import IMPORTED, SetStatus, Status
+from addb_viewer.review_store import as_proposal, open_log
+from annotations.events import IMPORTED, RejectProposal, SetStatus, Status
 from solver.capture.capture import Subject, TrialFiles
+from solver.contact.proposals import Proposal
+from solver.results.store import save_fit
 
 SPITEFUL = "<script>alert(1)</script>"
 
@@ -75,3 +80,19 @@ def test_status_and_figures_are_read_from_the_subjects_folder(tmp_path):
 def test_names_from_files_stay_text():
     rows = [row(SPITEFUL), Row(SPITEFUL, "", error=SPITEFUL), Row(SPITEFUL, "x", by=SPITEFUL)]
     assert "<script>" not in rows_html(rows, ("", ""), several=True, notes=(SPITEFUL,))
+
+
+def test_open_proposals_put_a_trial_higher_until_they_are_decided(small_fit):
+    found = Proposal((0, 2), "thigh", "notOverForcePlate", 0.5, {})
+    first, second = small_fit.trials
+    subject = replace(small_fit.subject, foot_bodies=("thigh",))
+    save_fit(
+        replace(small_fit, trials=(replace(first, proposals=(found,)), second)), subject.folder / "results"
+    )
+    before = subject_rows("S1", subject)[0]
+    assert (before.proposed, before.doubtful) == (1, 0.5 * 2 / 4)
+    assert before.badness == pytest.approx(replace(before, doubtful=0.0).badness + 0.25)
+    assert ">1</td>" in rows_html([before], ("", ""), several=False)
+    with open_log(subject.folder) as log:
+        log.append("walk", RejectProposal(as_proposal(found, {})), "Zoë")
+    assert (subject_rows("S1", subject)[0].proposed, subject_rows("S1", subject)[0].doubtful) == (0, 0.0)

@@ -7,10 +7,10 @@ import pytest
 import trimesh
 
 from addb_viewer.app.camera import DISTANCE, VIEWS, eye
-from addb_viewer.app.force_nodes import ForceSizes, name_places
 from addb_viewer.app.marker_nodes import TRAIL_SEGMENTS, trail_rows
 from addb_viewer.app.marker_tracks import held
 from addb_viewer.app.palette import GREEN, PURPLE, UNASSIGNED, UNSEEN, error_colors, foot_color
+from addb_viewer.app.plate_nodes import BETWEEN_NAMES, name_places
 from addb_viewer.app.scene import Scene, followed_path, heading
 from addb_viewer.app.server import open_server
 
@@ -182,9 +182,39 @@ def test_names_of_plates_never_lie_over_one_another(make_replay):
     places = name_places((plate, plate, without_corners, without_corners))
     assert len(places) == 4
     distances = [np.linalg.norm(places[i] - places[j]) for i in places for j in places if i < j]
-    assert min(distances) >= ForceSizes().between_names - 1e-9
+    assert min(distances) >= BETWEEN_NAMES - 1e-9
 
 
 def test_an_unloaded_plate_without_corners_is_nowhere(make_replay):
     plate = make_replay().plates[0]
     assert name_places((replace(plate, corners=None, force=np.zeros_like(plate.force)),)) == {}
+
+
+def test_measured_and_demanded_total_stand_at_the_centre_of_mass_and_differ_by_the_residual(
+    server, make_replay
+):
+    replay = make_replay()
+    counted = np.tile([0.0, 700.0, 0.0], (replay.frames, 1))
+    replay = replace(replay, residual=replace(replay.residual, counted=counted))
+    scene = Scene(server)
+    scene.show(replay, MESHES)
+    scene.draw(199)
+    (start, tip), com = scene.forces.total.measured.points[0], replay.residual.com[199]
+    np.testing.assert_allclose(start, com, atol=1e-6)
+    np.testing.assert_allclose(tip - start, [0.0, 0.7, 0.0], atol=1e-6)
+    apex = scene.forces.total.demanded.points[-1, 1]
+    np.testing.assert_allclose(apex - tip, 1e-3 * replay.residual.force[199], atol=1e-6)
+    scene.options.total = False
+    scene.draw(199)
+    assert not scene.forces.total.measured.visible
+    assert not scene.forces.total.demanded.visible
+
+
+def test_bones_stand_where_the_fit_has_them_and_nowhere_else(scene, make_replay):
+    scene.draw(30)
+    (bone,) = scene.bodies.handles.values()
+    np.testing.assert_allclose(bone.position, scene.replay.bodies.position[30, 0])
+    np.testing.assert_allclose(bone.wxyz, scene.replay.bodies.wxyz[30, 0])
+    scene.bodies.known[31] = False
+    scene.draw(31)
+    assert not bone.visible

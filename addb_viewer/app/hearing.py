@@ -1,0 +1,83 @@
+"""What one browser's session does when something happens to the subject that it shows."""
+
+import threading
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from addb_viewer.app.playback import Pace
+from addb_viewer.app.work import Outcome
+from addb_viewer.app.workbench import Progress, Task
+from annotations.events import Edit
+
+if TYPE_CHECKING:
+    from addb_viewer.app.session import Session
+
+
+class Hearing:
+    """A visitor of the room: what others did waits its turn, what was done here is shown at once."""
+
+    def __init__(self, session: "Session", pace: Pace) -> None:
+        """Nothing is heard before the room is entered.
+
+        Args:
+            session: of the browser.
+            pace: of all browsers together.
+        """
+        self.session, self.pace = session, pace
+        self._lock = threading.Lock()
+        self._unheard: list[Edit] = []
+
+    def edited(self, edits: Sequence[Edit]) -> None:
+        """Somebody recorded edits."""
+        with self._lock:
+            waits = bool(self._unheard)
+            self._unheard += edits
+        notices = self.session.notices
+        if notices.at_hand:
+            notices.guard("Showing the review", self._show_edits)()
+        elif not waits:  # else whoever shows those that wait shows these as well
+            notices.do("Showing the review", self._show_in_turn)
+
+    def fit_changed(self) -> None:
+        """Another fit is on the screen, or is compared with."""
+        self.session.notices.do("Showing the fit", self.session.show_fit)
+
+    def progressed(self, progress: Progress) -> None:
+        """Something is at work."""
+        self.session.solving.progressed(progress)
+        self.session.diagnosis.progressed(progress)
+
+    def ended(self, task: Task, outcome: Outcome) -> None:
+        """Nothing is at work any more."""
+        session = self.session
+
+        def conclude() -> None:
+            session.solving.ended(task, outcome)
+            session.diagnosis.ended(task, outcome)
+            session.explain()
+            session.compare_changed()
+
+        session.notices.do("Showing what came of it", conclude)
+
+    def failed(self, doing: str, error: Exception) -> None:
+        """Something that all depend on failed."""
+        self.session.notices.error(doing, error)
+
+    def told(self, title: str, body: str) -> None:
+        """Something happened that all should know."""
+        self.session.notices.tell(title, body, "yellow")
+
+    def _show_in_turn(self) -> None:
+        with self.pace.turn():
+            self._show_edits()
+
+    def _show_edits(self) -> None:
+        session = self.session
+        with self._lock:
+            edits, self._unheard = self._unheard, []
+        if not edits:  # shown with earlier ones
+            return
+        if any(edit.trial == session.shown for edit in edits):
+            session.review.heard(edits)
+        revision = max(edit.number for edit in edits)
+        session.notices.do("Showing the queue", lambda: session.requeue(revision))

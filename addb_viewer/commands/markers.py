@@ -1,0 +1,127 @@
+"""`addb-viewer markers`: how each label of a subject's recordings is understood, and a file to correct it."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from addb_viewer.commands.errors import errors_as_lines
+from addb_viewer.commands.options import Debug, JsonFile, MapFile, SettingsFile
+from addb_viewer.commands.solving import check_folder
+from solver.capture.capture import Markers, Subject
+from solver.capture.subject import MARKER_MAP, open_subject
+from solver.capture.trial import read_static, read_trial
+from solver.markers.atlas import atlas
+from solver.markers.mapping_file import read_map, remark, write_map
+from solver.markers.understanding import Understanding, understand
+from solver.results.store import write_json
+from solver.settings import Settings, settings_for
+
+WIDTH_OF_A_PIPE = 250  # [characters] where no terminal says how wide it is
+
+OptionalSubject = Annotated[
+    Path | None, typer.Argument(metavar="SUBJECT", help="Folder of the recordings.", show_default=False)
+]
+DryRun = Annotated[bool, typer.Option("--no-write", help="Print only; leave the map as it is.")]
+Landmarks = Annotated[
+    bool,
+    typer.Option("--landmarks", help="List the landmarks that a map may name, and stop.", is_eager=True),
+]
+
+
+def markers(
+    subject: OptionalSubject = None,
+    map_: MapFile = None,
+    no_write: DryRun = False,
+    landmarks: Landmarks = False,
+    settings: SettingsFile = None,
+    json: JsonFile = None,
+    debug: Debug = False,
+) -> None:
+    """Print how each label is understood, how sure that is, and write a map that you can correct.
+
+    What you wrote into the map stays, whatever the labels look like.
+    """
+    if landmarks:
+        _print_landmarks()
+        return
+    if subject is None:
+        raise typer.BadParameter("give the folder of the recordings", param_hint="SUBJECT")
+    if json is not None and not json.absolute().parent.is_dir():
+        raise typer.BadParameter(f"no folder {json.parent} to write into", param_hint="--json")
+    with errors_as_lines(debug):
+        check_folder(subject)
+        who = open_subject(subject)
+        recordings = _recordings(who, settings_for(subject, settings))
+        understood = understand([name for m in recordings for name in m.names], recordings)
+        file = map_ or subject / MARKER_MAP
+        kept = _corrected(read_map(file), understood) if file.is_file() else {}
+        if json is not None:
+            write_json(json, _figures(understood, kept))
+        _print(understood, kept)
+        if not no_write:
+            write_map(file, understood, kept)
+            typer.echo(f"{file}: correct it, then fit again")
+
+
+def _recordings(subject: Subject, settings: Settings) -> list[Markers]:
+    found = [read_trial(files, settings.reading).markers for files in subject.trials]
+    return [*found, read_static(subject.static, settings.reading).markers] if subject.static else found
+
+
+def _corrected(written: dict[str, str], understood: Understanding) -> dict[str, str]:
+    """Lines of an existing map that say something else than the labels do by themselves."""
+    rows = understood.by_label()
+    return {
+        label: target
+        for label, target in written.items()
+        if label not in rows or target != (rows[label].landmark if rows[label].used else "")
+    }
+
+
+def _figures(understood: Understanding, kept: dict[str, str]) -> dict[str, object]:
+    """In the shape of `markers --json`."""
+    return {
+        "family": understood.family,
+        "families": dict(understood.families),
+        "labels": [
+            {
+                "label": row.label,
+                "landmark": row.landmark,
+                "body": row.body,
+                "confidence": round(row.confidence, 4),
+                "used": row.used,
+                "family": row.family,
+                "why": row.why,
+                "alternatives": dict(row.alternatives),
+                "corrected_to": kept.get(row.label),
+            }
+            for row in understood.labels
+        ],
+    }
+
+
+def _print(understood: Understanding, kept: dict[str, str]) -> None:
+    used = sum(row.used for row in understood.labels)
+    said = f", most of them {understood.family}" if understood.family else ""
+    typer.echo(f"{used} of {len(understood.labels)} labels understood{said}")
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for head in ("label", "landmark", "body", "sure", "because"):
+        table.add_column(head, no_wrap=True)
+    for row in understood.labels:
+        if row.label in kept:
+            table.add_row(row.label, kept[row.label] or "left out", "", "", "the map says so")
+            continue
+        landmark = row.landmark if row.used else f"({row.landmark or 'unknown'})"
+        because = row.why if row.used else f"{row.why}; {remark(row)}"
+        table.add_row(row.label, landmark, row.body or "", f"{row.confidence:.2f}", because)
+    Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH_OF_A_PIPE).print(table)
+
+
+def _print_landmarks() -> None:
+    for landmark in atlas().values():
+        typer.echo(f"{landmark.name:24s} {landmark.body:10s} {landmark.kind:8s} {landmark.says}")

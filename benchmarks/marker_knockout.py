@@ -1,0 +1,261 @@
+"""How well recordings are fitted by their labels alone: the model is hidden, and its fit is the yardstick.
+
+`python -m benchmarks.marker_knockout` prints, for recordings with a model, how far joint angles and joint
+centres of the fit on the default body lie from those of the model's fit, and how well the confidence of a
+label separates labels on their own trajectory from labels that were shuffled.
+`--without-model` prints the table of recordings that have no model.
+"""
+
+import argparse
+import sys
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from benchmarks.recordings import data_folder
+from solver.capture.capture import Markers, Subject
+from solver.capture.subject import open_subject
+from solver.capture.trial import read_static, read_trial
+from solver.errors import SolverError
+from solver.fit import Fit
+from solver.markers.atlas import atlas
+from solver.markers.understanding import understand
+from solver.pipeline import solve
+from solver.settings import Settings
+from solver.skeleton.forward import body_poses
+
+RECORDINGS = (
+    ("walk_rajagopal2015", "walk"),
+    ("opencap_subject4", "walking1"),
+    ("opencap_subject4", "squats1"),
+    ("run_treadmill_hamner2013_subject04", "run400"),
+    ("walk_treadmill_stepwidth", "example1"),
+    ("sprint_overground_dorn2012_JA1_9ms", "run0900cms"),
+)
+HELD_OUT = (  # no limit of solver.markers was chosen on these
+    "overground_camargo2021_AB06",
+    "exo_apo_gordon",
+    "walk_gait2354_subject01",
+    "opencap_subject6",
+    "synthetic_arnold2013_subject01",
+)
+HELD_OUT_SEED = 100  # the first of draws that no limit was chosen on
+ANGLES = ("hip_flexion", "knee_angle", "ankle_angle")
+JOINTS = {"hip": "femur", "knee": "tibia", "ankle": "talus"}
+WRONG_SHARE = 0.2  # of the labels, in each draw
+DRAWS = 10
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """The fit by labels against the fit with the model; left and right together."""
+
+    angle_rms_deg: dict[str, float]
+    angle_rms_without_offset_deg: dict[str, float]  # each side's mean difference taken off
+    centre_rms_m: dict[str, float]
+    markers_used: int
+    marker_rms_m: float
+
+
+def markers_alone() -> Settings:
+    """The settings of a fit that looks at no force."""
+    settings = Settings()
+    return replace(settings, trajectory=replace(settings.trajectory, enabled=False))
+
+
+def without_model(subject: Subject) -> Subject:
+    """The same recordings, as if nobody had made a model for them."""
+    return replace(subject, model=None)
+
+
+def agreement(subject: Subject, trial: str) -> Agreement:
+    """Fit twice, with the model and without it, and compare."""
+    settings = markers_alone()
+    with_model = solve(subject, settings, trials=[trial])
+    alone = solve(without_model(subject), settings, trials=[trial])
+    angles, offset_free = {}, {}
+    for name in ANGLES:
+        difference = [
+            np.degrees(_angle(alone, f"{name}_{s}") - _angle(with_model, f"{name}_{s}")) for s in "rl"
+        ]
+        angles[name] = _rms(np.concatenate(difference))
+        offset_free[name] = _rms(np.concatenate([d - d.mean() for d in difference]))
+    centres = {}
+    for joint, body in JOINTS.items():
+        apart = [_origin(alone, f"{body}_{s}") - _origin(with_model, f"{body}_{s}") for s in "rl"]
+        centres[joint] = _rms(np.linalg.norm(np.concatenate(apart), axis=1))
+    return Agreement(angles, offset_free, centres, *_marker_figures(alone))
+
+
+def _marker_figures(fit: Fit) -> tuple[int, float]:
+    errors = _marker_errors(fit)
+    return int(np.isfinite(errors).any(axis=0).sum()), float(np.sqrt(np.nanmean(errors**2)))
+
+
+def _marker_errors(fit: Fit) -> Float[np.ndarray, "frames markers"]:
+    assert fit.groundwork is not None
+    trial, match = fit.trials[0], fit.groundwork.match
+    apart = trial.model_markers_ground - match.observed(trial.capture.markers)
+    return np.linalg.norm(apart, axis=2)
+
+
+def _angle(fit: Fit, dof: str) -> Float[np.ndarray, " frames"]:
+    """A joint angle [rad], knees positive in flexion whatever the model's sign."""
+    motion = fit.trials[0].motion
+    low, high = next(c.range for c in fit.skeleton.coordinates if c.name == dof)
+    sign = -1.0 if dof.startswith("knee") and abs(low) > abs(high) else 1.0
+    return sign * motion.q[:, motion.dofs.index(dof)]
+
+
+def _origin(fit: Fit, body: str) -> Float[np.ndarray, "frames 3"]:
+    _, p = body_poses(fit.skeleton, fit.trials[0].motion.q)
+    return p[:, fit.skeleton.body_index(body)]
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def recordings_of(subject: Subject, trial: str) -> list[Markers]:
+    """Markers of a trial and of the static one."""
+    reading = Settings().reading
+    files = next(t for t in subject.trials if t.name == trial)
+    found = [read_trial(files, reading).markers]
+    return [*found, read_static(subject.static, reading).markers] if subject.static else found
+
+
+def judged_labels(markers: Markers, wrong_share: float, seed: int) -> list[tuple[float, bool]]:
+    """Confidence of each label, and whether it stands on its own trajectory, after some were exchanged."""
+    rng = np.random.default_rng(seed)
+    labels = list(markers.names)
+    moved = rng.permutation(len(labels))[: max(2, round(wrong_share * len(labels)))]
+    names = list(labels)
+    for here, there in zip(moved, np.roll(moved, 1), strict=True):
+        names[here] = labels[there]
+    shuffled = replace(markers, names=tuple(names))
+    truth = understand(labels, [markers]).by_label()
+    rows = understand(names, [shuffled]).by_label()
+    judged = []
+    for i, label in enumerate(names):
+        row = rows[label]
+        if row.landmark is None or not np.isfinite(markers.positions_ground[:, i]).any():
+            continue
+        # tracking markers are right on any trajectory of their segment: their confidence claims no more
+        same_body = truth[labels[i]].used and truth[labels[i]].body == row.body
+        at_home = labels[i] == label or (same_body and atlas()[row.landmark].tracks_only)
+        judged.append((row.confidence, at_home))
+    return judged
+
+
+def roc_area(judged: Sequence[tuple[float, bool]]) -> float:
+    """Share of pairs of a right and a wrong label in which the right one has the higher confidence."""
+    right = np.array([c for c, good in judged if good])
+    wrong = np.array([c for c, good in judged if not good])
+    higher = (right[:, None] > wrong[None, :]).mean() + 0.5 * (right[:, None] == wrong[None, :]).mean()
+    return float(higher)
+
+
+def _print_knockout() -> None:
+    print(
+        "recording                       markers   RMS cm  "
+        "hip° knee° ankle° (offset off)        hip knee ankle cm   ROC"
+    )
+    everything: list[tuple[float, bool]] = []
+    for folder, trial in RECORDINGS:
+        subject = open_subject(data_folder() / folder)
+        found = agreement(subject, trial)
+        markers = recordings_of(subject, trial)[0]
+        judged = [row for seed in range(DRAWS) for row in judged_labels(markers, WRONG_SHARE, seed)]
+        everything += judged
+        angles = " ".join(f"{found.angle_rms_deg[a]:5.1f}" for a in ANGLES)
+        free = " ".join(f"{found.angle_rms_without_offset_deg[a]:4.1f}" for a in ANGLES)
+        centres = " ".join(f"{100 * found.centre_rms_m[j]:4.1f}" for j in JOINTS)
+        print(
+            f"{folder[:22] + '/' + trial:34s} {found.markers_used:3d}   {100 * found.marker_rms_m:5.2f}  "
+            f"{angles}  ({free})   {centres}   {roc_area(judged):.3f}",
+            flush=True,
+        )
+    wrong = sum(not good for _, good in everything)
+    print(f"ROC area over all: {roc_area(everything):.3f} ({wrong} wrong labels)")
+
+
+def _print_held_out() -> None:
+    everything: list[tuple[float, bool]] = []
+    for folder in HELD_OUT:
+        subject = open_subject(data_folder() / folder)
+        markers = recordings_of(subject, subject.trials[0].name)[0]
+        seeds = range(HELD_OUT_SEED, HELD_OUT_SEED + DRAWS)
+        judged = [row for seed in seeds for row in judged_labels(markers, WRONG_SHARE, seed)]
+        everything += judged
+        print(f"{folder:34s} {roc_area(judged):.3f}", flush=True)
+    wrong = sum(not good for _, good in everything)
+    print(f"ROC area over all: {roc_area(everything):.3f} ({wrong} wrong labels)")
+
+
+def _folders_without_model() -> list[Path]:
+    root = data_folder()
+    described = sorted(p.parent for p in root.rglob("subject.toml"))
+    return [
+        *described,
+        *sorted(p for p in (root / "c3d_conformance").iterdir() if p.is_dir()),
+        root / "format_trc_mot",
+    ]
+
+
+def _print_without_model() -> None:
+    for folder in _folders_without_model():
+        try:
+            subject = open_subject(folder)
+        except SolverError as error:
+            print(f"{folder.name}: {error}")
+            continue
+        if subject.model is not None:
+            continue
+        for files in subject.trials:
+            print(_row(subject, files.name), flush=True)
+
+
+def _row(subject: Subject, trial: str) -> str:
+    name = f"{subject.folder.name}/{trial}"
+    try:
+        recordings = recordings_of(subject, trial)
+    except SolverError as error:
+        return f"| {name} | | | | | cannot be read: {str(error).split(': ', 1)[-1][:60]} |"
+    seen = recordings[0]
+    family = understand([n for m in recordings for n in m.names], recordings).family or "none"
+    try:
+        fit = solve(subject, markers_alone(), trials=[trial])
+    except SolverError as error:
+        return f"| {name} | {family} | 0 of {len(seen.names)} | | | {str(error)[:60]} |"
+    errors = _marker_errors(fit)
+    used = int(np.isfinite(errors).any(axis=0).sum())
+    return (
+        f"| {name} | {family} | {used} of {len(seen.names)} | {100 * np.sqrt(np.nanmean(errors**2)):.2f} | "
+        f"{100 * np.nanmax(errors):.1f} | |"
+    )
+
+
+def main() -> None:
+    """Print one of the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--without-model", action="store_true", help="recordings that have no model")
+    parser.add_argument(
+        "--held-out", action="store_true", help="confidence on recordings nothing was chosen on"
+    )
+    given = parser.parse_args(sys.argv[1:])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        if given.without_model:
+            _print_without_model()
+        elif given.held_out:
+            _print_held_out()
+        else:
+            _print_knockout()
+
+
+if __name__ == "__main__":
+    main()

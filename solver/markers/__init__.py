@@ -1,0 +1,1 @@
+"""What laboratories call their markers, and where on the body such a marker sits."""

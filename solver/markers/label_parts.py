@@ -1,0 +1,85 @@
+"""A label taken apart: its words and digits, and the ways in which it may name a side."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+RIGHT = frozenset(("r", "right", "rt", "rx", "rgt", "dx"))
+LEFT = frozenset(("l", "left", "lt", "lx", "lft", "sx"))
+
+_PIECES = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
+_TWIN = re.compile(r"#\d+$")  # the reader's mark of a name that occurs twice
+SURE, INSIDE, GLUED_BEHIND, TWIN, NO_TWIN = 1.0, 0.9, 0.6, 0.3, 0.8
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One way to read a label: which side it names, what is left of it, and how usual that way is."""
+
+    side: str | None  # "r", "l" or None
+    words: tuple[str, ...]  # lower case, digits apart
+    ease: float  # 1: as everybody writes it
+
+    @property
+    def key(self) -> str:
+        """The words run together, as families' tables write them."""
+        return "".join(self.words)
+
+
+def readings(label: str) -> list[Reading]:
+    """Every way to read a label, the whole of it without a side included.
+
+    Args:
+        label: as recorded; what stands before a colon is the subject's name.
+    """
+    text = label.rpartition(":")[2].strip()
+    bare = _TWIN.sub("", text)
+    ease = TWIN if bare != text else SURE
+    words = tuple(piece.lower() for piece in _PIECES.findall(bare))
+    if not words:
+        return []
+    found = {Reading(None, words, ease)} | {Reading(r.side, r.words, r.ease * ease) for r in _sided(words)}
+    best: dict[tuple[str | None, str], Reading] = {}
+    for reading in found:
+        known = best.get((reading.side, reading.key))
+        if known is None or known.ease < reading.ease:
+            best[reading.side, reading.key] = reading
+    return sorted(best.values(), key=lambda r: (-r.ease, r.side or "", r.key))
+
+
+def _sided(words: tuple[str, ...]) -> Iterator[Reading]:
+    last = len(words) - 1
+    for i, word in enumerate(words):
+        side = "r" if word in RIGHT else "l" if word in LEFT else None
+        if side and last:
+            yield Reading(side, words[:i] + words[i + 1 :], SURE if i in (0, last) else INSIDE)
+    first = words[0]
+    for full, side in (("right", "r"), ("left", "l"), ("r", "r"), ("l", "l")):
+        if first.startswith(full) and len(first) > len(full):
+            yield Reading(side, (first[len(full) :], *words[1:]), SURE)
+    end = max((i for i, word in enumerate(words) if word.isalpha()), default=0)
+    for full, side in (("right", "r"), ("left", "l"), ("r", "r"), ("l", "l")):
+        if words[end].endswith(full) and len(words[end]) > len(full) + 1:
+            yield Reading(side, (*words[:end], words[end][: -len(full)], *words[end + 1 :]), GLUED_BEHIND)
+
+
+def without_common_start(labels: tuple[str, ...]) -> dict[str, str]:
+    """Each label without a beginning that all of them share ("Sub01_RASI"), up to a separator.
+
+    Args:
+        labels: of one or more recordings; those with a colon lose what stands before it.
+    """
+    short = {label: label.rpartition(":")[2] for label in labels}
+    if len(short) < 3:
+        return short
+    texts = sorted(short.values())
+    shared = 0
+    while shared < min(len(texts[0]), len(texts[-1])) and texts[0][shared] == texts[-1][shared]:
+        shared += 1
+    cut = max((texts[0].rfind(sign, 0, shared) for sign in "_-. |/"), default=-1) + 1
+    return {label: text[cut:] for label, text in short.items()}
+
+
+def spelling(label: str) -> frozenset[tuple[str | None, str]]:
+    """All sides and keys that a label may be read as: two spellings of one name share one."""
+    return frozenset((r.side, r.key) for r in readings(label) if r.ease >= INSIDE)

@@ -1,0 +1,44 @@
+"""What detection proposed for the trials of a kept fit, without reading the fit's arrays."""
+
+import json
+import zipfile
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from solver.contact.proposals import Proposal
+from solver.errors import ResultsError
+from solver.results.codec import Decoder
+from solver.results.store import files_of_fit, has_fit
+
+_REMEMBERED = 1024  # trials
+
+
+def kept_proposals(folder: Path) -> Mapping[str, tuple[Proposal, ...]]:
+    """The proposals of each trial, by its name; none where there is no fit.
+
+    Args:
+        folder: the results folder.
+
+    Raises:
+        ResultsError: there is only half a fit, or one of another version.
+    """
+    if not has_fit(folder):
+        return {}
+    try:
+        trials = [path for path in files_of_fit(folder) if path.suffix == ".npz"]
+        return dict(_read(path, path.stat().st_mtime_ns) for path in trials)
+    except (OSError, ValueError, KeyError, EOFError, TypeError, zipfile.BadZipFile) as error:
+        raise ResultsError(
+            f"{folder}: cannot be read ({error}). Fit the subject again: addb-viewer fit"
+        ) from error
+
+
+@lru_cache(_REMEMBERED)
+def _read(path: Path, written_at: int) -> tuple[str, tuple[Proposal, ...]]:
+    """Name and proposals of one trial; read again when the file was written again."""
+    with np.load(path, allow_pickle=False) as stored:
+        fields = json.loads(str(stored["tree"]))["fields"]
+    return fields["capture"]["fields"]["name"], Decoder(path.parent).decode(fields["proposals"])

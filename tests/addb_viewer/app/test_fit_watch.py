@@ -1,0 +1,101 @@
+"""A fit made in a terminal while the app is open is noticed, shown and told."""
+
+import threading
+from dataclasses import replace
+from functools import partial
+
+import pytest
+
+from addb_viewer.app import room as room_module
+from addb_viewer.app.fit_watch import FitWatch
+from addb_viewer.app.library import library_of
+from addb_viewer.app.room import SubjectRoom
+from addb_viewer.app.solves import add
+from solver.results.store import save_fit
+
+SOON = 0.02  # [s]
+
+
+class Told:
+    """A visitor that remembers."""
+
+    def __init__(self):
+        self.said, self.heard = [], threading.Event()
+
+    def edited(self, edits): ...
+    def progressed(self, progress): ...
+    def ended(self, task, outcome): ...
+
+    def fit_changed(self):
+        self.said.append("another fit")
+
+    def failed(self, doing, error):
+        self.told(doing, str(error))
+
+    def told(self, title, body):
+        self.said.append(f"{title}: {body}")
+        self.heard.set()
+
+
+@pytest.fixture
+def room(small_fit, monkeypatch):
+    monkeypatch.setattr(room_module, "FitWatch", partial(FitWatch, every=SOON))
+    folder = small_fit.subject.folder
+    save_fit(small_fit, folder / "results")
+    rooms = []
+
+    def opened():
+        rooms.append(SubjectRoom(".", library_of(small_fit.subject)))
+        rooms[-1].enter(visitor := Told())
+        return rooms[-1], visitor
+
+    yield opened
+    for room in rooms:
+        room.close()
+
+
+def test_another_programs_fit_is_put_on_the_screen(room, small_fit):
+    opened, visitor = room()
+    save_fit(replace(small_fit, mass_kg=77.0), opened.results)
+    assert visitor.heard.wait(5.0)
+    assert opened.library.fit.mass_kg == 77.0
+    assert visitor.said == ["another fit", visitor.said[1]]
+    assert "Another program has fitted this subject" in visitor.said[1]
+
+
+def test_a_new_solve_that_waits_stays_on_the_screen(room, small_fit):
+    add(replace(small_fit, mass_kg=90.0), small_fit.subject.folder / "results", by="Zoë", seconds=1.0)
+    opened, visitor = room()
+    save_fit(replace(small_fit, mass_kg=77.0), opened.results)
+    assert visitor.heard.wait(5.0)
+    assert opened.library.fit.mass_kg == 90.0
+    assert "Discard" in visitor.said[-1]
+    opened.discard()
+    assert opened.library.fit.mass_kg == 77.0
+
+
+def test_half_a_fit_is_told_and_the_present_one_stays(room, small_fit):
+    opened, visitor = room()
+    (opened.results / "fit.json").write_text('{"format": 1, "solve": "solve-9"}')
+    assert visitor.heard.wait(5.0)
+    assert "format 1" in visitor.said[-1]
+    assert opened.library.fit.mass_kg == 100.0
+
+
+def test_keeping_a_solve_is_no_news(room, small_fit):
+    add(replace(small_fit, mass_kg=90.0), small_fit.subject.folder / "results", by="Zoë", seconds=1.0)
+    opened, visitor = room()
+    opened.keep()
+    assert not visitor.heard.wait(10 * SOON)
+
+
+def test_what_does_not_change_or_goes_away_is_no_news(tmp_path):
+    (tmp_path / "fit.json").write_text("{}")
+    changed = threading.Event()
+    watch = FitWatch(tmp_path, changed.set, SOON)
+    assert not changed.wait(5 * SOON)
+    (tmp_path / "fit.json").unlink()
+    assert not changed.wait(5 * SOON)
+    (tmp_path / "fit.json").write_text("{}")
+    assert changed.wait(5.0)
+    watch.close()

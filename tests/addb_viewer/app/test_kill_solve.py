@@ -1,0 +1,120 @@
+"""Killed while a solve runs or is written: what is shown is whole, and the present fit stays."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from addb_viewer.app.library import library_of
+from addb_viewer.app.room import SubjectRoom
+from addb_viewer.app.solves import KEPT, NEW, solves
+from addb_viewer.commands.solving import job_for, solved
+from solver.capture.subject import open_subject
+from solver.results.store import load_fit, save_fit
+from solver.simulate.demo import write_demo_subject
+from tests.addb_viewer.app.paper_browser import PaperBrowser
+
+ROUNDS, LONGEST_S = 6, 0.4
+RUNNING = (0.1, 3.5)  # [s] after G; the solve takes about three
+
+WRITER = """
+import sys
+from dataclasses import replace
+from pathlib import Path
+from addb_viewer.app.solves import add, keep, solves
+from solver.results.store import load_fit
+
+folder, results, keeping = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3] == "keep"
+fit = load_fit(results, folder)
+while True:
+    number = add(replace(fit, mass_kg=fit.mass_kg + 1), results, by="Zoë", seconds=1.0)
+    if keeping:
+        keep(next(s for s in solves(results) if s.number == number), results, folder)
+    print(number, flush=True)
+"""
+
+
+def killed(writer, rng):
+    """Ended at a random moment after its first solve; returns the last number that it said."""
+    try:
+        first = writer.stdout.readline()
+        time.sleep(rng.uniform(0.0, LONGEST_S))
+    finally:
+        writer.send_signal(signal.SIGKILL)
+        said = [first, *writer.communicate()[0].splitlines()]
+    return int(said[-1])
+
+
+@pytest.mark.parametrize("doing", ["add", "keep"])
+def test_what_is_shown_is_whole_and_the_fit_stays(small_fit, doing):
+    folder, rng = small_fit.subject.folder, np.random.default_rng(0)
+    results = folder / "results"
+    save_fit(small_fit, results)
+    before = (results / "fit.json").read_bytes()
+    for _ in range(ROUNDS):
+        command = [sys.executable, "-c", WRITER, str(folder), str(results), doing]
+        last = killed(subprocess.Popen(command, stdout=subprocess.PIPE, text=True), rng)
+        made = solves(results)
+        assert last in [solve.number for solve in made]
+        assert sum(solve.state == KEPT for solve in made) <= 1
+        for solve in made:
+            fit = load_fit(solve.folder, folder)
+            assert solve.figures["subject"]["mass_kg"] == fit.mass_kg
+        kept = load_fit(results, folder)
+        if doing == "add":
+            assert (results / "fit.json").read_bytes() == before
+        else:  # the solve that was being kept, or the one before
+            assert kept.mass_kg in [load_fit(s.folder, folder).mass_kg for s in made[-2:]]
+
+
+@pytest.fixture(scope="module")
+def subject(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("lab") / "S1"
+    write_demo_subject(folder, np.random.default_rng(1), trials=("static", "squat"))
+    solved(job_for(folder))
+    return folder
+
+
+def serving(folder):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "addb_viewer", "open", str(folder), "--port", "0"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        env={name: value for name, value in os.environ.items() if name != "DISPLAY"},
+        start_new_session=True,
+    )
+    return process, int(re.search(r":(\d+) ", process.stdout.readline())[1])
+
+
+def test_a_solve_killed_with_its_app_leaves_the_fit_and_a_sound_history(subject):
+    rng, results = np.random.default_rng(0), subject / "results"
+    before = (results / "fit.json").read_bytes()
+    for _ in range(3):
+        process, port = serving(subject)
+        browser = PaperBrowser(port)
+        try:
+            browser.until(lambda browser=browser: "worst first" in browser.html(), "the page")
+            browser.put("Your name", "Zoë")
+            browser.press("Solve again")
+            browser.until(lambda browser=browser: "s so far" in browser.html(), "the solve")
+            time.sleep(rng.uniform(*RUNNING))
+        finally:
+            os.killpg(process.pid, signal.SIGKILL)  # the app and its worker, as the power going off
+            process.communicate()
+            browser.close()
+        assert (results / "fit.json").read_bytes() == before
+        for solve in solves(results):
+            assert load_fit(solve.folder, subject).trials[0].motion.frames > 0
+        shown = SubjectRoom(".", library_of(open_subject(subject)))
+        try:
+            waiting = [s.number for s in solves(results) if s.state == NEW]
+            assert (shown.new.number if shown.new else None) == (waiting[-1] if waiting else None)
+            assert shown.library.replay("squat").bodies is not None
+        finally:
+            shown.close()

@@ -1,0 +1,48 @@
+"""The model hidden, on two short recordings; the whole table: `python -m benchmarks.marker_knockout`."""
+
+import numpy as np
+import pytest
+
+from benchmarks.marker_knockout import ANGLES, JOINTS, agreement, judged_labels, recordings_of, roc_area
+from solver.capture.subject import open_subject
+
+UNSEEN = ("walk_gait2354_subject01", "exo_apo_gordon")  # no limit of solver.markers was chosen on these
+
+
+@pytest.mark.real
+def test_angles_and_joint_centres_without_the_model(real_data):
+    """Definitions of the ankle's and the pelvis' zero differ from model to model, and count in full here."""
+    found = agreement(open_subject(real_data / "opencap_subject4"), "walking1")
+    assert max(found.angle_rms_deg[a] for a in ANGLES) < 5
+    assert max(found.centre_rms_m[j] for j in JOINTS) < 0.025
+
+
+@pytest.mark.real
+def test_confidence_tells_labels_on_the_wrong_trajectory(real_data):
+    judged = []
+    for folder in UNSEEN:
+        subject = open_subject(real_data / folder)
+        markers = recordings_of(subject, subject.trials[0].name)[0]
+        judged += [row for seed in range(5) for row in judged_labels(markers, 0.2, seed)]
+    assert roc_area(judged) >= 0.95
+
+
+@pytest.mark.real
+@pytest.mark.parametrize(
+    ("folder", "trial", "fewest"),
+    [("anomalies/tiziana2019_lencioni", "trial", 29), ("overground_falisse_AdDB", "Gait_7", 61)],
+)
+def test_recordings_without_a_model_are_fitted(real_data, folder, trial, fewest):
+    from benchmarks.marker_knockout import markers_alone
+    from solver.pipeline import solve
+
+    fit = solve(open_subject(real_data / folder), markers_alone(), trials=[trial])
+    match, first = fit.groundwork.match, fit.trials[0]
+    errors = np.linalg.norm(first.model_markers_ground - match.observed(first.capture.markers), axis=2)
+    assert len(match.model) >= fewest
+    assert np.sqrt(np.nanmean(errors**2)) < 0.02  # Hicks et al. 2015
+
+
+def test_area_of_sure_and_unsure():
+    assert roc_area([(0.9, True), (0.8, True), (0.1, False)]) == 1.0
+    assert roc_area([(0.5, True), (0.5, False)]) == 0.5

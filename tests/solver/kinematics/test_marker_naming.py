@@ -1,0 +1,135 @@
+import numpy as np
+import pytest
+
+from solver.capture.capture import Markers
+from solver.errors import FitError
+from solver.kinematics.marker_matching import match_markers
+from solver.kinematics.marker_naming import name_markers
+from solver.markers.atlas import atlas, landmark_marker
+from solver.skeleton.default_body import default_skeleton
+from solver.skeleton.forward import marker_positions
+from solver.skeleton.skeleton import Marker
+
+BONY = {
+    "asis": "IAS", "knee_lateral": "FLE", "knee_medial": "FME", "ankle_lateral": "FAL", "ankle_medial": "TAM",
+    "heel": "FCC", "mt5_head": "FM5", "fibula_head": "FAX", "acromion": "AC", "trochanter": "FTC",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def body():
+    return default_skeleton()
+
+
+def recording(body, marks):
+    """Markers at landmarks, by label, in quiet stance."""
+    skeleton = body.with_markers([landmark_marker(atlas()[n], label, body) for label, n in marks.items()])
+    x = marker_positions(skeleton, np.repeat(body.default_q[None], 10, axis=0))
+    return Markers(tuple(marks), x, 100.0)
+
+
+def both_sides(spelled):
+    return {spelled(side, code): f"{name}_{side.lower()}" for name, code in BONY.items() for side in "RL"}
+
+
+def places(skeleton, match):
+    return {m.name: (skeleton.bodies[m.body].name, m.position_body) for m in match.skeleton(skeleton).markers}
+
+
+def test_labels_that_the_default_body_does_not_know_get_a_marker_at_their_landmark(body):
+    markers = recording(body, both_sides("{0}{1}".format))
+    named = name_markers(body, [markers], default_body=True)
+    assert set(markers.names) == {name for names in named.match.measured for name in names}
+    at = places(named.skeleton, named.match)
+    assert at["RFAX"][0] == "tibia_r"
+    np.testing.assert_allclose(at["RFAX"][1] * (1, 1, -1), at["LFAX"][1])
+    assert any("RFAX = fibula_head_r" in note for note in named.match.notes)
+
+
+def test_the_default_bodys_own_names_keep_their_markers(body):
+    names = [
+        m.name
+        for m in body.markers
+        if m.name[1:] in {"ASI", "PSI", "KNE", "ANK", "HEE", "TOE", "THI", "TIB", "SHO"}
+    ]
+    x = marker_positions(body, np.repeat(body.default_q[None], 10, axis=0))
+    columns = [body.marker_names.index(n) for n in names]
+    markers = Markers(tuple(names), x[:, columns], 100.0)
+    before, after = match_markers(body, [markers]), name_markers(body, [markers], default_body=True)
+    assert after.match.model == before.model
+    for old, new in zip(
+        before.skeleton(body).markers, after.match.skeleton(after.skeleton).markers, strict=True
+    ):
+        assert old is new
+
+
+def test_other_spellings_in_another_recording_are_the_same_marker(body):
+    walk = recording(body, both_sides("{0}{1}".format))
+    static = recording(body, both_sides("{1}_{0}".format))
+    named = name_markers(body, [walk, static], default_body=True)
+    assert len(named.match.model) == len(walk.names)
+    assert np.isfinite(named.match.observed(static)).all()
+
+
+def test_a_persons_word_comes_first(body):
+    marks = both_sides("{0}{1}".format) | {"M1": "c7", "M2": "t10"}
+    markers = recording(body, marks)
+    named = name_markers(body, [markers], default_body=True, chosen={"M1": "c7", "RFAX": "", "M2": "T10"})
+    at = places(named.skeleton, named.match)
+    assert at["M1"][0] == "torso"
+    assert "T10" in named.match.model
+    assert not any("RFAX" in names for names in named.match.measured)
+
+
+def test_a_word_that_means_nothing_is_refused_with_the_nearest(body):
+    markers = recording(body, both_sides("{0}{1}".format))
+    with pytest.raises(FitError, match="asis_r"):
+        name_markers(body, [markers], default_body=True, chosen={"RIAS": "asis_right"})
+
+
+def own_model(body, spelled):
+    marks = both_sides(spelled)
+    return body.with_markers([landmark_marker(atlas()[n], label, body) for label, n in marks.items()])
+
+
+def test_a_model_of_ones_own_with_the_side_spelled_otherwise(body):
+    model = own_model(body, lambda side, code: f"{code.lower()}_{side.lower()}")
+    markers = recording(body, both_sides(lambda side, code: f"{ {'R': 'right', 'L': 'left'}[side] }.{code}"))
+    named = name_markers(model, [markers], default_body=False)
+    assert named.skeleton is model
+    measured = dict(zip(named.match.model, named.match.measured, strict=True))
+    assert measured["fle_r"] == ("right.FLE",)
+    assert len(measured) == len(markers.names)
+
+
+def test_a_model_of_ones_own_with_other_names_for_the_same_bony_landmarks(body):
+    model = own_model(body, "{0}{1}".format)
+    names = {
+        "asis": "ASI",
+        "knee_lateral": "KNE",
+        "ankle_lateral": "ANK",
+        "heel": "HEE",
+        "acromion": "SHO",
+        "mt5_head": "MT5",
+    }
+    markers = recording(body, {s + code: f"{n}_{s.lower()}" for n, code in names.items() for s in "RL"})
+    named = name_markers(model, [markers], default_body=False)
+    measured = dict(zip(named.match.model, named.match.measured, strict=True))
+    assert measured["LFAL"] == ("LANK",)
+    assert any("LANK = LFAL" in note for note in named.match.notes)
+
+
+def test_tracking_markers_of_ones_own_model_are_never_guessed(body):
+    model = own_model(body, "{0}{1}".format)
+    thigh = body.body_index("femur_r")
+    model = model.with_markers([*model.markers, Marker("RCLUSTER", thigh, np.array([0.05, -0.2, 0.0]))])
+    markers = recording(body, both_sides("{0}{1}".format) | {"RTHI": "thigh_wand_r"})
+    named = name_markers(model, [markers], default_body=False)
+    assert "RCLUSTER" not in named.match.model
+
+
+def test_two_labels_for_one_marker_of_ones_own_model_are_refused(body):
+    model = own_model(body, "{0}{1}".format)
+    markers = recording(body, both_sides("{0}{1}".format) | {"X1": "c7", "X2": "t10"})
+    with pytest.raises(FitError, match="both X1 and X2"):
+        name_markers(model, [markers], default_body=False, chosen={"X1": "RFLE", "X2": "RFLE"})

@@ -1,0 +1,48 @@
+import pytest
+
+from solver.markers.label_parts import readings, spelling, without_common_start
+
+
+@pytest.mark.parametrize(
+    "label",
+    [
+        "RASIS",
+        "R.ASIS",
+        "r_asis",
+        "ASIS_r",
+        "asis.R",
+        "right_asis",
+        "RightASIS",
+        "RxAsis",
+        "Subject01:RASIS",
+        "ASIS right",
+    ],
+)
+def test_the_usual_ways_to_name_a_side(label):
+    assert ("r", "asis") in {(r.side, r.key) for r in readings(label) if r.ease >= 0.9}
+
+
+def test_a_side_in_the_middle_and_digits_at_the_end():
+    assert ("l", "waistfront") in {(r.side, r.key) for r in readings("WaistLFront")}
+    assert ("l", "thi2") in {(r.side, r.key) for r in readings("LTHI2")}
+
+
+def test_a_label_is_also_read_whole():
+    assert (None, "lmal") in {(r.side, r.key) for r in readings("LMAL")}
+    assert ("l", "mal") in {(r.side, r.key) for r in readings("LMAL")}
+
+
+def test_a_repeated_name_is_read_with_doubt():
+    assert max(r.ease for r in readings("RASI#2")) < 0.5
+
+
+def test_a_common_start_is_taken_off_up_to_a_separator():
+    assert without_common_start(("S1_RASI", "S1_RKNE", "S1_C7")) == {
+        "S1_RASI": "RASI", "S1_RKNE": "RKNE", "S1_C7": "C7",
+    }  # fmt: skip
+    assert without_common_start(("RASI", "RKNE", "RANK"))["RASI"] == "RASI"
+
+
+def test_two_spellings_of_a_name_share_one():
+    assert spelling("L_thigh1") & spelling("thigh1.l")
+    assert not spelling("L_thigh1") & spelling("R_thigh1")

@@ -1,0 +1,206 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.capture.capture import Markers
+from solver.markers.atlas import atlas, landmark_marker
+from solver.markers.understanding import understand
+from solver.skeleton.default_body import default_skeleton
+from solver.skeleton.forward import marker_positions
+
+
+def labels(text):
+    """Names that stand in one text, between commas or else spaces."""
+    return text.split("," if "," in text else None)
+
+
+PLUG_IN_GAIT = labels(
+    "LFHD RFHD LBHD RBHD C7 T10 CLAV STRN RBAK LSHO LUPA LELB LFRM LWRA LWRB LFIN RSHO "
+    "RUPA RELB RFRM RWRA RWRB RFIN LASI RASI LPSI RPSI LTHI LKNE LTIB LANK LHEE LTOE RTHI "
+    "RKNE RTIB RANK RHEE RTOE"
+)
+BY_FAMILY = {
+    "Plug-in Gait": (
+        labels(
+            "LFHD,RFHD,LBHD,RBHD,C7,T10,CLAV,STRN,RBAK,LSHO,LUPA,LELB,LFRM,LWRA,LWRB,LFIN,RSHO,"
+            "RUPA,RELB,RFRM,RWRA,RWRB,RFIN,LASI,RASI,LPSI,RPSI,LTHI,LKNE,LTIB,LANK,LHEE,LTOE,RTHI,"
+            "RKNE,RTIB,RANK,RHEE,RTOE"
+        ),
+        {
+            "LTIB": "shank_wand_l",
+            "LASI": "asis_l",
+            "RBAK": "back_offset",
+            "RTOE": "mt2_head_r",
+        },
+    ),
+    "Cleveland Clinic": (
+        labels(
+            "R.ASIS,L.ASIS,V.Sacral,R.Thigh.Upper,R.Thigh.Front,R.Thigh.Rear,L.Thigh.Upper,"
+            "L.Thigh.Front,L.Thigh.Rear,R.Knee.Lat,L.Knee.Lat,R.Shank.Upper,L.Shank.Upper,R.Heel,"
+            "L.Heel,R.Toe.Lat,L.Toe.Lat,R.Acromium,L.Acromium"
+        ),
+        {
+            "V.Sacral": "sacrum",
+            "R.Thigh.Rear": "thigh_rear_r",
+            "L.Toe.Lat": "mt5_head_l",
+        },
+    ),
+    "CAST / IOR (Rizzoli)": (
+        labels(
+            "LIAS,RIAS,LIPS,RIPS,LFLE,RFLE,LFME,RFME,LFAL,RFAL,LTAM,RTAM,LFCC,RFCC,LFM5,RFM5,LFM2,"
+            "RFM2,LTT,RTT,SJN,SXS,CV7,LAC,RAC"
+        ),
+        {
+            "LFAL": "ankle_lateral_l",
+            "RFCC": "heel_r",
+            "SXS": "xiphoid",
+            "RTT": "tibial_tuberosity_r",
+        },
+    ),
+    "CMU": (
+        labels(
+            "RFHD,LFHD,C7,T10,CLAV,STRN,RBAC,LSHO,RSHO,LELB,RELB,LFWT,RFWT,LBWT,RBWT,LTHI,RTHI,"
+            "LKNE,RKNE,LSHN,RSHN,LANK,RANK,LHEE,RHEE,LTOE,RTOE,LMT5,RMT5"
+        ),
+        {
+            "LFWT": "asis_l",
+            "RBWT": "psis_r",
+            "LSHN": "shank_wand_l",
+            "RBAC": "back_offset",
+        },
+    ),
+    "OpenCap / Stanford": (
+        labels(
+            "C7,r.ASIS,L.ASIS,r.PSIS,L.PSIS,r_knee,L_knee,r_mknee,L_mknee,r_ankle,L_ankle,r_calc,"
+            "L_calc,r_toe,L_toe,r_5meta,L_5meta,r_thigh1,L_thigh1,r_sh2,L_sh2,R_elbow_lat,"
+            "L_elbow_lat"
+        ),
+        {
+            "r_calc": "heel_r",
+            "L_mknee": "knee_medial_l",
+            "r_5meta": "mt5_head_r",
+            "L_sh2": "shank_cluster_l",
+        },
+    ),
+    "Davis, as BTS and SIAMOC name it": (
+        labels(
+            "c7,sacrum,r should,l should,r asis,l asis,r thigh,l thigh,r bar 1,l bar 1,r knee 1,"
+            "l knee 1,r knee 2,l knee 2,r bar 2,l bar 2,r mall,l mall,r met,l met,r heel,l heel"
+        ),
+        {
+            "r knee 2": "fibula_head_r",
+            "l bar 1": "thigh_wand_l",
+            "r thigh": "trochanter_r",
+            "l mall": "ankle_lateral_l",
+        },
+    ),
+}
+
+
+@pytest.mark.parametrize("family", BY_FAMILY)
+def test_families_are_told_apart_by_all_labels_together(family):
+    recorded, expected = BY_FAMILY[family]
+    found = understand(recorded)
+    assert found.family == family
+    rows = found.by_label()
+    assert {label: rows[label].landmark for label in expected} == expected
+    assert all(rows[label].confidence > 0.5 for label in expected)
+
+
+def test_the_same_label_means_what_its_family_means():
+    sprint = labels(
+        "RSH LSH RTHAP LTHAP RTHLD LTHLD RLEPI LLEPI RTIAP LTIAP RLMAL LLMAL RMFS LMFS RP5MT LP5MT RTOE LTOE"
+    )
+    assert understand(sprint).by_label()["RTOE"].landmark == "hallux_r"
+    assert understand(PLUG_IN_GAIT).by_label()["RTOE"].landmark == "mt2_head_r"
+
+
+def test_every_name_of_the_default_bodys_markers_is_understood_there_or_as_tracking_on_its_body():
+    body = default_skeleton()
+    rows = understand(PLUG_IN_GAIT).by_label()
+    at = {m.name: m for m in body.markers}
+    for label, row in rows.items():
+        place = landmark_marker(atlas()[row.landmark], label, body)
+        assert place.body == at[label].body
+        np.testing.assert_array_equal(place.position_body, at[label].position_body)
+
+
+def test_meaningless_labels_are_unknown():
+    rows = understand(["M001", "M002", "M003", "M004", "M005"]).labels
+    assert not any(row.used for row in rows)
+    unnamed = Markers(("*1", "M001"), np.zeros((3, 2, 3)), 100.0)
+    assert not any(row.used for row in understand(unnamed.names, [unnamed]).labels)
+
+
+def test_words_in_any_order():
+    rows = understand(["KneeLateral_R", "lateral_knee_L", "Right Anterior Superior Iliac Spine"]).by_label()
+    assert rows["KneeLateral_R"].landmark == "knee_lateral_r"
+    assert rows["lateral_knee_L"].landmark == "knee_lateral_l"
+    assert rows["Right Anterior Superior Iliac Spine"].landmark == "asis_r"
+
+
+def moving(names, landmarks, height=1.72, frames=80, seed=0):
+    """A recording of a person of other proportions whose markers sit off their places."""
+    rng = np.random.default_rng(seed)
+    body = default_skeleton(height_m=height)
+    marks = [landmark_marker(atlas()[n], label, body) for label, n in zip(names, landmarks, strict=True)]
+    off = [replace(m, position_body=m.position_body + rng.normal(0, m.spread_m / 1.7, 3)) for m in marks]
+    time = np.linspace(0, 2 * np.pi, frames)[:, None]
+    phase = rng.uniform(0, 2 * np.pi, len(body.dofs))
+    size = np.array([0.0 if d.startswith("pelvis") else 0.3 for d in body.dofs])
+    q = body.default_q + size * (1 + np.sin(time + phase)) * np.sign(
+        np.array([c.range[0] + c.range[1] for c in body.free_coordinates])
+    )
+    x = marker_positions(body.with_markers(off), q)
+    return Markers(tuple(names), x + rng.normal(0, 0.002, x.shape), 100.0)
+
+
+@pytest.fixture(scope="module")
+def walk():
+    rows = understand(PLUG_IN_GAIT).by_label()
+    return moving(PLUG_IN_GAIT, [rows[label].landmark for label in PLUG_IN_GAIT], height=1.60)
+
+
+def test_right_labels_stay_sure_when_the_trajectories_are_seen(walk):
+    rows = understand(PLUG_IN_GAIT, [walk]).labels
+    assert min(row.confidence for row in rows) > 0.5
+
+
+@pytest.mark.parametrize(
+    ("one", "other"), [("LKNE", "RKNE"), ("RTHI", "RTIB"), ("LASI", "RKNE"), ("LELB", "RHEE")]
+)
+def test_exchanged_labels_lose_their_confidence(walk, one, other):
+    names = [{one: other, other: one}.get(n, n) for n in PLUG_IN_GAIT]
+    rows = understand(names, [replace(walk, names=tuple(names))]).by_label()
+    assert rows[one].confidence < 0.5
+    assert rows[other].confidence < 0.5
+    assert np.mean([r.confidence > 0.5 for r in rows.values()]) > 0.85
+
+
+def test_an_exchange_on_one_side_of_the_pelvis_does_not_pass_unnoticed(walk):
+    """Which of the four markers is to blame cannot be told: RPSI contradicts both of the exchanged ones."""
+    names = [{"LASI": "LPSI", "LPSI": "LASI"}.get(n, n) for n in PLUG_IN_GAIT]
+    rows = understand(names, [replace(walk, names=tuple(names))]).by_label()
+    assert min(rows[n].confidence for n in ("LASI", "LPSI", "RASI", "RPSI")) < 0.1
+
+
+def test_distances_decide_where_a_label_has_two_meanings():
+    places = {
+        "ASIS": "asis", "Hip": "{0}", "Knee": "knee_lateral", "Ankle": "ankle_lateral", "Heel": "heel",
+        "Shoulder": "acromion",
+    }  # fmt: skip
+    marks = {f"{s}.{k}": f"{v}_{s.lower()}" for k, v in places.items() for s in "RL"} | {"V.Sacral": "sacrum"}
+    for meaning in ("trochanter", "hip_centre"):
+        recording = moving(list(marks), [name.format(meaning) for name in marks.values()], seed=3)
+        rows = understand(list(marks), [recording]).by_label()
+        assert rows["R.Hip"].landmark == f"{meaning}_r"
+        assert rows["L.Hip"].landmark == f"{meaning}_l"
+
+
+def test_of_two_labels_for_one_bony_place_the_surer_is_used(walk):
+    names = (*walk.names, "RASI#2")
+    x = np.concatenate([walk.positions_ground, walk.positions_ground[:, [walk.names.index("RASI")]]], axis=1)
+    rows = understand(names, [replace(walk, names=names, positions_ground=x)]).by_label()
+    assert rows["RASI"].used
+    assert not rows["RASI#2"].used
