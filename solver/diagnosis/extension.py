@@ -22,7 +22,6 @@ from solver.effects.effect import Candidate, Eta, Signature
 from solver.effects.scene import Scene
 
 SMALL_STEP = 0.1  # of the search's first step, for derivatives by η
-NOTHING_LEFT_N = 1e-6  # [N, N·m] a balance that an effect has closed says that it knows nothing there
 SAME_SHARE = 1e-6  # of its size, to which plates one by one must add up to the whole
 
 Placed = dict[str | None, tuple[np.ndarray, np.ndarray]]  # by segment: fixed, columns
@@ -132,7 +131,7 @@ def _placed(
     if whole is None:
         return None
     fixed, columns = _parts_of(scene, whole)
-    told = ~_closed(scene, fixed)
+    told = ~candidate.unheard(scene, eta)
     placed: Placed = {None: (fixed * told[:, None], columns)}
     if candidate.target in scene.skeleton.body_names:
         placed = {candidate.target: placed[None]}
@@ -143,12 +142,6 @@ def _placed(
         ):
             placed = _on_feet(scene, [(f * told[:, None], c) for f, c in by_plate])
     return placed, told
-
-
-def _closed(scene: Scene, fixed: Float[np.ndarray, "frames 6"]) -> Bool[np.ndarray, " frames"]:
-    """Frames whose balance a fixed part closes: that is how an effect says that it knows nothing there."""
-    left = scene.demanded_ground - scene.measured_ground - fixed
-    return (np.abs(left) < NOTHING_LEFT_N).all(axis=1) & fixed.any(axis=1)
 
 
 def _parts_of(scene: Scene, signature: Signature) -> tuple[np.ndarray, np.ndarray]:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.scene import Scene
@@ -42,6 +42,10 @@ class ClockOffset(Candidate):
         """Shifted less unshifted recording; a spline through the samples is not smoothed by being shifted."""
         shifted = scene.retimed(lambda times: times + eta[0])
         return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), shifted - scene.measured_ground)
+
+    def unheard(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
+        """Those that the right clock puts outside the recording."""
+        return scene.unheard(lambda times: times + eta[0])
 
     def estimates(
         self,

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from solver.effects.scene import Scene
 
@@ -98,6 +98,10 @@ class Candidate(ABC):
     @abstractmethod
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """In one trial; None where the cause does not touch it."""
+
+    def unheard(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
+        """Frames of which nothing is known once the recording is put right; none unless it says otherwise."""
+        return np.zeros(scene.frames, dtype=bool)
 
     @abstractmethod
     def estimates(

@@ -116,6 +116,10 @@ class Beyond(Candidate):
         """What the cause changes in the recording put right."""
         return self.cause.signature(_righted(self.gross, scene), eta)
 
+    def unheard(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
+        """The cause's."""
+        return self.cause.unheard(_righted(self.gross, scene), eta)
+
     def estimates(
         self,
         scenes: Sequence[Scene],

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.scene import Scene
@@ -58,6 +58,10 @@ class SampleRate(Candidate):
             return None
         stretched = scene.retimed(lambda times: times[0] + (1 + eta[0]) * (times - times[0]))
         return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), stretched - scene.measured_ground)
+
+    def unheard(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
+        """Those that the right clock puts outside the recording."""
+        return scene.unheard(lambda times: times[0] + (1 + eta[0]) * (times - times[0]))
 
     def estimates(
         self,

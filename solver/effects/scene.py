@@ -53,13 +53,18 @@ class PlateScene:
 
         A spline through filtered samples is not smoothed by being read between them.
         """
+        within = self.covers(times)
         cutoff = shared_cutoff(rate_of(self.times), self.conditioning)
         smooth = low_pass(samples_ground, self.plate.rate, cutoff, self.conditioning.order)
         at = (times - self.plate.start_time) * self.plate.rate
-        within = (at > -0.5) & (at < len(samples_ground) - 0.5)
         values = CubicSpline(np.arange(len(smooth)), smooth)(np.clip(at, 0, len(smooth) - 1))
         values[~within] = np.nan
         return values
+
+    def covers(self, times: Float[np.ndarray, " frames"]) -> Bool[np.ndarray, " frames"]:
+        """Whether something was recorded at these times [s] on the markers' clock."""
+        at = (times - self.plate.start_time) * self.plate.rate
+        return np.asarray((at > -0.5) & (at < self.plate.samples - 0.5))
 
     @property
     def sample_times(self) -> Float[np.ndarray, " samples"]:
@@ -144,9 +149,18 @@ class Scene:
         total = np.zeros((self.frames, 6))
         for plate in self.plates:
             total += plate.at_times(plate.loads.wrench_ground, read_at(plate.times))
-        unheard = ~np.isfinite(total).all(axis=1)
+        unheard = self.unheard(read_at)
         total[unheard] = self.measured_ground[unheard]
         return total
+
+    def unheard(
+        self, read_at: Callable[[Float[np.ndarray, " frames"]], Float[np.ndarray, " frames"]]
+    ) -> Bool[np.ndarray, " frames"]:
+        """Frames of which some plate recorded nothing at the times at which they are to be read."""
+        heard = np.ones(self.frames, dtype=bool)
+        for plate in self.plates:
+            heard &= plate.covers(read_at(plate.times))
+        return ~heard
 
     @property
     def weight_N(self) -> float:
