@@ -52,6 +52,18 @@ REASON_KEYS = (
     ReasonKey("9", "other", MANUAL_REVIEW),
 )
 
+_KEY_OF = {key.reason: key for key in REASON_KEYS}
+
+
+def key_of(reason: str) -> str:
+    """The key that gives a range this reason; empty where none does."""
+    return _KEY_OF[reason].key if reason in _KEY_OF else ""
+
+
+def reason_words(reason: str) -> str:
+    """What people call a reason: the key's words, else the reason itself."""
+    return _KEY_OF[reason].words if reason in _KEY_OF else reason
+
 
 def reason_named(text: str) -> str:
     """The reason that a person means by its name, a key's number or a key's words; case does not matter.

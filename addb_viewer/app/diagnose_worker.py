@@ -5,7 +5,7 @@ from pathlib import Path
 
 import typer
 
-from addb_viewer.app.work import progress_line
+from addb_viewer.app.work import print_progress
 from addb_viewer.commands.diagnose import diagnosed
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.solving import job_for
@@ -16,14 +16,10 @@ def main() -> int:
     folder, results = map(Path, sys.argv[1:])
     try:
         with errors_as_lines(debug=False):
-            diagnosed(job_for(folder, out=results), _print_progress)
+            diagnosed(job_for(folder, out=results), print_progress)
     except typer.Exit as ending:
         return ending.exit_code
     return 0
-
-
-def _print_progress(stage: str, fraction: float) -> None:
-    print(progress_line(stage, fraction), flush=True)
 
 
 if __name__ == "__main__":

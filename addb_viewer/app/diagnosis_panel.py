@@ -27,7 +27,7 @@ from addb_viewer.diagnosis_words import AT_CERTAIN_FRAMES, cause, what_it_gains,
 from addb_viewer.extension_words import what_accepting_changes
 from addb_viewer.remainder_words import what_next
 from addb_viewer.sections import Section
-from annotations.reasons import REASON_KEYS
+from annotations.reasons import key_of
 
 CHART_HEIGHT = 100  # [pixel]
 JUMPS_A_ROW = 3
@@ -193,7 +193,7 @@ class DiagnosisPanel:
 
 def by_key(trial: str, start: int, end: int, foot: str) -> str:
     """How to flag frames in the app."""
-    key = next(key.key for key in REASON_KEYS if key.reason == "notOverForcePlate")
+    key = key_of("notOverForcePlate")
     return f"in {trial} select {start}:{end} (Go to), choose the foot {foot_words(foot)} (F), press {key}"
 
 

@@ -6,15 +6,12 @@ from typing import Any
 
 from addb_viewer.app.effect_pictures import Figures
 from addb_viewer.app.feet import foot_letter
-from addb_viewer.app.palette import BLUE, CAUSE, GREEN, GREY, ORANGE, REASONS, Rgb, foot_color
+from addb_viewer.app.palette import BLUE, CAUSE, GREEN, GREY, ORANGE, Rgb, foot_color, reason_color
 from addb_viewer.app.proposals import Pending, State
 from addb_viewer.app.replay import Replay
 from addb_viewer.diagnosis_vocabulary import ranges_of, title
-from annotations.reasons import REASON_KEYS
+from annotations.reasons import key_of, reason_words
 from annotations.trial_review import TrialReview
-
-MEASURED = 0.5  # share of a contact's frames that plates must carry for it to count as measured
-KEY_OF = {key.reason: key for key in REASON_KEYS}
 
 
 @dataclass(frozen=True)
@@ -78,26 +75,16 @@ def lanes_of(
     return tuple(lanes)
 
 
-def reason_words(reason: str) -> str:
-    """What people call it."""
-    return KEY_OF[reason].words if reason in KEY_OF else reason
-
-
-def reason_color(reason: str) -> Rgb:
-    """In lanes and lists."""
-    return REASONS.get(_key(reason), GREY)
-
-
 def _contacts(replay: Replay, foot: int) -> tuple[Block, ...]:
     color = foot_color(replay.feet[foot], foot) if foot < len(replay.feet) else GREY
     return tuple(
         Block(
             phase.start,
             phase.end,
-            "" if phase.loaded >= MEASURED else "?",
+            "" if phase.is_measured else "?",
             f"on the ground; a plate carries {100 * phase.loaded:.0f} % of it",
             color,
-            hatched=phase.loaded < MEASURED,
+            hatched=not phase.is_measured,
         )
         for phase in replay.forces.contacts
         if phase.foot == foot
@@ -111,7 +98,7 @@ def _missing(replay: Replay, review: TrialReview, foot: str) -> tuple[Block, ...
             Block(
                 flag.start,
                 flag.end,
-                _key(flag.reason),
+                key_of(flag.reason),
                 ": ".join(filter(None, (reason_words(flag.reason), flag.author, flag.source, flag.note))),
                 reason_color(flag.reason),
                 hatched=flag.source == "imported",
@@ -121,7 +108,7 @@ def _missing(replay: Replay, review: TrialReview, foot: str) -> tuple[Block, ...
         )
     by = f"left out of the fit by {replay.forces.source}, decided by nobody yet"
     return tuple(
-        Block(start, end, _key(reason), f"{reason_words(reason)}: {by}", reason_color(reason), hatched=True)
+        Block(start, end, key_of(reason), f"{reason_words(reason)}: {by}", reason_color(reason), hatched=True)
         for start, end, of_foot, reason in replay.forces.missing
         if of_foot in (None, foot)
     )
@@ -134,7 +121,7 @@ def _proposal(pending: Pending, current: bool) -> Block:
     return Block(
         p.start,
         p.end,
-        f"{signs[pending.state]}{_key(p.reason)}",
+        f"{signs[pending.state]}{key_of(p.reason)}",
         f"{reason_words(p.reason)}, {foot}, {100 * p.confidence:.0f} % sure; {pending.state}",
         ORANGE if pending.state is State.OPEN else GREY,
         hatched=pending.state is State.REJECTED,
@@ -150,7 +137,3 @@ def _causes(figures: Mapping[str, Any], trial: str) -> tuple[Block, ...]:
         for name, start, end in ranges_of(figures, effect)
         if name == trial
     )
-
-
-def _key(reason: str) -> str:
-    return KEY_OF[reason].key if reason in KEY_OF else ""

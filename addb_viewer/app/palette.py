@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from annotations.reasons import key_of
+
 READABLE, PALER = 125.0, 0.4  # brightness that a dark page needs; share of white that is added below it
 
 
@@ -91,6 +93,11 @@ def foot_color(foot: str, index: int) -> Rgb:
     if name.endswith(("_l", "left")) or name.startswith(("l_", "left")):
         return PURPLE
     return (SKY, BLUE)[index % 2]
+
+
+def reason_color(reason: str) -> Rgb:
+    """In lanes and lists."""
+    return REASONS.get(key_of(reason), GREY)
 
 
 def error_colors(errors: Float[np.ndarray, "*markers"]) -> UInt8[np.ndarray, "*markers 3"]:

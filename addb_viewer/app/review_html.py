@@ -5,12 +5,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from addb_viewer.app.feet import foot_words
-from addb_viewer.app.lanes import KEY_OF, reason_color, reason_words
 from addb_viewer.app.page import boxed, clickable, swatch
-from addb_viewer.app.palette import Rgb
+from addb_viewer.app.palette import Rgb, reason_color
 from addb_viewer.app.proposals import Pending, State
 from annotations.events import Edit
-from annotations.reasons import REASON_KEYS
+from annotations.reasons import REASON_KEYS, key_of, reason_words
 from annotations.trial_review import TrialReview
 from annotations.wording import said_by
 
@@ -165,4 +164,4 @@ def _figure(value: float | None, factor: float, digits: int) -> str:
 
 
 def _key(reason: str) -> str:
-    return KEY_OF[reason].key if reason in KEY_OF else "·"
+    return key_of(reason) or "·"

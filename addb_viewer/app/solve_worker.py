@@ -11,7 +11,7 @@ from pathlib import Path
 import typer
 
 from addb_viewer.app.solves import add
-from addb_viewer.app.work import progress_line
+from addb_viewer.app.work import print_progress
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.solving import computed, job_for, last_fit
 from solver.results.store import check_place
@@ -25,15 +25,11 @@ def main() -> int:
             began = time.monotonic()
             job = job_for(folder, out=results)
             check_place(results)
-            fit, _ = computed(job, last_fit(job), _print_progress)
+            fit, _ = computed(job, last_fit(job), print_progress)
             print(add(fit, results, by=author, seconds=time.monotonic() - began))
     except typer.Exit as ending:
         return ending.exit_code
     return 0
-
-
-def _print_progress(stage: str, fraction: float) -> None:
-    print(progress_line(stage, fraction), flush=True)
 
 
 if __name__ == "__main__":

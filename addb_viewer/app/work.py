@@ -30,6 +30,11 @@ def progress_line(stage: str, fraction: float) -> str:
     return json.dumps({"stage": stage, "fraction": fraction})
 
 
+def print_progress(stage: str, fraction: float) -> None:
+    """What a process of ours gives to a solve or a diagnosis."""
+    print(progress_line(stage, fraction), flush=True)
+
+
 class Work:
     """At most one command at a time. Both callbacks come from a thread of its own."""
 

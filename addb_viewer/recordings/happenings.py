@@ -8,16 +8,13 @@ import numpy as np
 from jaxtyping import Bool
 
 from addb_viewer.app.feet import foot_words
-from addb_viewer.app.palette import CAUSE, GREEN, GREY, ORANGE, REASONS, Rgb, foot_color
+from addb_viewer.app.palette import CAUSE, GREEN, GREY, ORANGE, Rgb, foot_color, reason_color
 from addb_viewer.diagnosis_vocabulary import amounts, ranges_of, sentence, title
 from addb_viewer.recordings.recording import Recording, TrialRecord
 from annotations.events import Edit, FrameRange
-from annotations.reasons import REASON_KEYS
+from annotations.reasons import reason_words
 from annotations.wording import said
 from solver.runs import runs
-
-MEASURED = 0.5  # share of a contact's frames that plates must carry for it to count as measured
-_KEYS = {key.reason: key for key in REASON_KEYS}
 
 
 @dataclass(frozen=True)
@@ -61,14 +58,14 @@ def lanes_of(record: TrialRecord, diagnosis: Mapping[str, Any] | None) -> tuple[
         phases = [phase for phase in forces.contacts if phase.foot == i]
         contacts = tuple(
             Stretch(p.start, p.end, "on a plate", foot_color(foot, i))
-            if p.loaded >= MEASURED
+            if p.is_measured
             else Stretch(p.start, p.end, "no plate carries it", GREY)
             for p in phases
         )
         lanes.append(Lane(f"contact {foot_words(foot)}", contacts))
     for foot in replay.feet:
         missing = tuple(
-            Stretch(start, end, reason_words(reason), _reason_color(reason))
+            Stretch(start, end, reason_words(reason), reason_color(reason))
             for start, end, of_foot, reason in forces.missing
             if of_foot in (None, foot)
         )
@@ -126,15 +123,6 @@ def states_of(lane: Lane, frames: int) -> list[tuple[int, str]]:
         shown[stretch.start : stretch.end] = texts.index(stretch.state)
     changes = np.flatnonzero(np.diff(shown, prepend=0))
     return [(int(frame), texts[shown[frame]]) for frame in changes]
-
-
-def reason_words(reason: str) -> str:
-    """What people call it."""
-    return _KEYS[reason].words if reason in _KEYS else reason
-
-
-def _reason_color(reason: str) -> Rgb:
-    return REASONS.get(_KEYS[reason].key, GREY) if reason in _KEYS else GREY
 
 
 def _stretches(frames: Bool[np.ndarray, " frames"], state: str, color: Rgb) -> tuple[Stretch, ...]:

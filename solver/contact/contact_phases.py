@@ -12,6 +12,8 @@ from solver.contact.wrenches import ContactWrenches
 from solver.runs import runs
 from solver.skeleton.skeleton import Skeleton
 
+MEASURED = 0.5  # share of a contact's frames that plates must carry for it to count as measured
+
 
 @dataclass(frozen=True)
 class ContactPhase:
@@ -21,6 +23,11 @@ class ContactPhase:
     start: int
     end: int
     loaded: float  # share of its frames on which a plate carries the foot; 0: nothing was measured
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether plates carry the foot on half of its frames or more."""
+        return self.loaded >= MEASURED
 
 
 def contact_phases(

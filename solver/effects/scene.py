@@ -53,18 +53,20 @@ class PlateScene:
 
         A spline through filtered samples is not smoothed by being read between them.
         """
-        within = self.covers(times)
         cutoff = shared_cutoff(rate_of(self.times), self.conditioning)
         smooth = low_pass(samples_ground, self.plate.rate, cutoff, self.conditioning.order)
-        at = (times - self.plate.start_time) * self.plate.rate
+        at = self._samples_at(times)
         values = CubicSpline(np.arange(len(smooth)), smooth)(np.clip(at, 0, len(smooth) - 1))
-        values[~within] = np.nan
+        values[~self.covers(times)] = np.nan
         return values
 
     def covers(self, times: Float[np.ndarray, " frames"]) -> Bool[np.ndarray, " frames"]:
         """Whether something was recorded at these times [s] on the markers' clock."""
-        at = (times - self.plate.start_time) * self.plate.rate
+        at = self._samples_at(times)
         return np.asarray((at > -0.5) & (at < self.plate.samples - 0.5))
+
+    def _samples_at(self, times: Float[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
+        return (times - self.plate.start_time) * self.plate.rate
 
     @property
     def sample_times(self) -> Float[np.ndarray, " samples"]:
