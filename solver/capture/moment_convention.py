@@ -298,7 +298,8 @@ def _usable_points(plate: _Columns, settings: ForceTableSettings) -> Float[np.nd
 
     Where no load stands beside any (the force columns of two plates may be exchanged), the middle of all.
 
-    A few newtons at a centre of pressure a hundred metres away would else make hundreds of N·m.
+    A few newtons at a centre of pressure a hundred metres away would else make hundreds of N·m. Where a
+    centre of pressure of 0 0 stands beside a moment that is not vertical, the moment is about that point.
     """
     assert plate.point is not None
     loaded = plate.point[plate.loaded if plate.loaded.any() else _written(plate.point)]
@@ -306,4 +307,6 @@ def _usable_points(plate: _Columns, settings: ForceTableSettings) -> Float[np.nd
         return np.zeros_like(plate.point)
     low, high = loaded.min(axis=0) - settings.usable_centre_m, loaded.max(axis=0) + settings.usable_centre_m
     near = _written(plate.point) & ((plate.point >= low) & (plate.point <= high)).all(axis=1)
-    return np.where((near | plate.loaded)[:, None], plate.point, np.median(loaded, axis=0))
+    nowhere = np.isfinite(plate.point).all(axis=1) & ~_written(plate.point)
+    about_origin = nowhere & plate.moment[:, [0, 2]].any(axis=1)
+    return np.where((near | about_origin | plate.loaded)[:, None], plate.point, np.median(loaded, axis=0))

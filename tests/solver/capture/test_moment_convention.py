@@ -232,6 +232,17 @@ def test_unloaded_centres_of_pressure_make_no_moment(walk, far):
     )
 
 
+def test_an_unloaded_moment_beside_a_centre_of_pressure_of_zero_is_about_the_origin(walk):
+    """A constant force at the plate's centre, written as a force and a moment where nobody stands."""
+    storage = storage_of(walk, "free")
+    values = storage.values.copy()
+    unloaded = walk[0][0][:, 1] == 0
+    bias, about_origin = [-13.0, -8.0, -34.0], [5.0, 17.0, -6.0]
+    values[unloaded, 0:3], values[unloaded, 3:6], values[unloaded, 6:9] = bias, 0.0, about_origin
+    plates, _ = plates_from_storage(replace(storage, values=values))
+    np.testing.assert_allclose(plates[0].moment_ground[unloaded], [about_origin] * unloaded.sum())
+
+
 def test_missing_rows_are_unknown_not_bridged(walk):
     storage = storage_of(walk, "free")
     keep = np.r_[0:200, 230:SAMPLES]
