@@ -17,6 +17,7 @@ from jaxtyping import Float, Int
 from scipy.linalg import cho_solve, cholesky, solve_triangular
 from scipy.linalg.lapack import dpotri
 
+from solver.diagnosis.laboratory import laboratory_errors, usual_std
 from solver.diagnosis.rows import TrialRows
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects.effect import Candidate, Estimate, Eta
@@ -54,6 +55,7 @@ class CandidateRows:
     fixed: Float[np.ndarray, " own"] | None
     columns: Float[np.ndarray, "own parameters"]
     prior_std: Float[np.ndarray, " parameters"]
+    usual_std: float = 0.0  # what of x every laboratory has, within the balance's covariance
 
 
 @dataclass(eq=False)
@@ -71,6 +73,7 @@ class Term:
     columns: Float[np.ndarray, "rows parameters"]
     prior_std: Float[np.ndarray, " parameters"]
     tangent_mean: Eta = ()
+    usual_std: float = 0.0
     seen: dict[int, tuple[np.ndarray | None, np.ndarray]] = field(default_factory=dict)
     met: dict[tuple[int, int], tuple["Term", np.ndarray]] = field(default_factory=dict)
 
@@ -110,12 +113,15 @@ class Solved:
         return inverse.T @ inverse
 
     def estimates(self, k: int, scenes: Sequence[Scene]) -> dict[str, Estimate]:
-        """The catalogue's parameters of the k-th term."""
+        """The catalogue's parameters of the k-th term, with what every laboratory has of them."""
         term = self.terms[k]
         x, covariance = self.of(k)
         eta, eta_std = self.eta(k)
         linear = len(x) - len(term.tangent_mean)
-        return term.candidate.estimates(scenes, eta, eta_std, x[:linear], covariance[:linear, :linear])
+        x, covariance = with_the_usual(
+            x[:linear], covariance[:linear, :linear], term.prior_std[:linear], term.usual_std
+        )
+        return term.candidate.estimates(scenes, eta, eta_std, x, covariance)
 
     def eta(self, k: int) -> tuple[Eta, Eta]:
         """Value and standard deviation of each η of the k-th term."""
@@ -150,7 +156,8 @@ class Balance:
         )
         self.residual = np.concatenate([t.residual for t in trials])
         self.mass = np.concatenate([t.mass for t in trials])
-        H = np.concatenate([t.nuisance for t in trials])
+        shared = np.concatenate([t.nuisance for t in trials])
+        H = np.concatenate([shared, laboratory_errors(trials, settings)], axis=1)
         base, model = H @ H.T, np.zeros((len(self.residual), len(self.residual)))
         for t, low, high in zip(trials, self.start, self.start[1:], strict=False):
             base[low:high, low:high] += t.covariance
@@ -188,7 +195,8 @@ class Balance:
                 columns[own] = t.reduced(part.columns)
             if fixed is not None and part.fixed is not None:
                 fixed[own] = t.reduced(part.fixed)
-        return CandidateRows(candidate, eta, span, fixed, columns, prior)
+        usual = usual_std(candidate, self.settings)
+        return CandidateRows(candidate, eta, span, fixed, columns, prior, usual)
 
     def term(self, candidate: Candidate, eta: Eta) -> Term | None:
         """A candidate's rows at η among those of all trials; None where it touches no trial."""
@@ -203,7 +211,7 @@ class Balance:
         if rows.fixed is not None:
             fixed = np.zeros(len(self.residual))
             fixed[rows.span] = rows.fixed
-        return Term(rows.candidate, rows.eta, fixed, columns, rows.prior_std)
+        return Term(rows.candidate, rows.eta, fixed, columns, rows.prior_std, usual_std=rows.usual_std)
 
     def mass_strain(self, solved: Solved) -> float:
         """How far a hypothesis needs the body's mass from the entered one, in prior standard deviations.
@@ -260,3 +268,20 @@ class Balance:
                     break
                 best, at = tried, at + step
         return best
+
+
+def with_the_usual(
+    x: Float[np.ndarray, " own"],
+    covariance: Float[np.ndarray, "own own"],
+    prior_std: Float[np.ndarray, " own"],
+    usual_std: float,
+) -> tuple[Float[np.ndarray, " own"], Float[np.ndarray, "own own"]]:
+    """Mean and covariance of x + z: what every laboratory has, z, acts through the same columns as x.
+
+    With x ~ N(0, p²) and z ~ N(0, u²), x given their sum s is s p² / (p² + u²) with variance
+    p² u² / (p² + u²); solved for s.
+    """
+    p2, u2 = prior_std**2, usual_std**2
+    share = p2 / (p2 + u2)
+    within = covariance - np.diag(p2 * u2 / (p2 + u2))
+    return x / share, within / np.outer(share, share)

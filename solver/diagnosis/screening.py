@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
-from solver.diagnosis.balance import Balance, CandidateRows, Rung, Term
+from solver.diagnosis.balance import Balance, CandidateRows, Rung, Term, with_the_usual
 from solver.effects.effect import Candidate
 
 
@@ -121,7 +121,8 @@ class Screen:
     def _tried(self, beside: Beside, rows: CandidateRows) -> Screened:
         gain, x, covariance = beside.gain(rows, self._products_at(beside.rung, rows))
         nothing = tuple(0.0 for _ in rows.eta)
-        estimates = rows.candidate.estimates(self._balance.scenes, rows.eta, nothing, x, covariance)
+        whole = with_the_usual(x, covariance, rows.prior_std, rows.usual_std)
+        estimates = rows.candidate.estimates(self._balance.scenes, rows.eta, nothing, *whole)
         candidate = rows.candidate
         return Screened(rows, candidate.is_notable(estimates), candidate.is_possible(estimates), gain, x)
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
+from jaxtyping import Float
 
 from solver.diagnosis.balance import Balance, Rung, Solved, Term
 from solver.diagnosis.heldout import block_scores, blocks
@@ -110,19 +111,22 @@ class _Search:
         """The best next cause, or the best two together."""
         contenders = self._contenders(self.terms, self.solved)
         least = self.settings.least_further_gain if self.found else self.settings.least_gain
+        tenable = [c for c in contenders if self._tenable(c.solved, self.solved)]
         inadmissible: set[int] = set()
         for contender in contenders:
             if contender.odds_gain(self.settings) < least:
                 break
             heldout = self._heldout_gain(contender.solved)
             beyond = heldout + contender.term.candidate.seen_elsewhere
-            if beyond <= self.settings.least_heldout_gain or not self._admissible(
-                contender.solved, self.solved
+            if (
+                beyond <= self.settings.least_heldout_gain
+                or not self._admissible(contender.solved, self.solved)
+                or self._undoes_the_others(contender.solved)
             ):
                 inadmissible.add(id(contender))
                 continue
             rivals = tuple(c for c in contenders if c is not contender and id(c) not in inadmissible)
-            if _ambiguous(contender, [c for c in contenders if c is not contender], self.settings):
+            if _ambiguous(contender, [c for c in tenable if c is not contender], self.settings):
                 break
             self.found.append(Found(contender, heldout, rivals))
             self.solved = contender.solved
@@ -163,7 +167,7 @@ class _Search:
 
     def _take_back(self) -> None:
         """Causes that are too small or no longer pay once later ones are there."""
-        while len(self.found) > 1:
+        while self.found:
             terms = self.terms
             without = [
                 self.balance.solve(terms[:k] + terms[k + 1 :], near=self.solved.rung)
@@ -176,7 +180,7 @@ class _Search:
             weak = [
                 k
                 for k, loss in enumerate(losses)
-                if loss < self.settings.least_gain or not self._notable(self.solved, k)
+                if (loss < self.settings.least_gain and len(terms) > 1) or not self._notable(self.solved, k)
             ]
             if not weak:
                 break
@@ -209,7 +213,8 @@ class _Search:
             if c is own or c.odds_gain(self.settings) < least:
                 break
             beyond = self._heldout_gain(c.solved, without) + c.term.candidate.seen_elsewhere
-            if self._admissible(c.solved, without) and beyond > 0:
+            admissible = self._admissible(c.solved, without) and not self._undoes_the_others(c.solved)
+            if admissible and beyond > 0:
                 chosen = c
                 break
             inadmissible.add(id(c))
@@ -227,9 +232,8 @@ class _Search:
         rungs = {id(r): r for r in (_nearest(balance.rungs, s) for s in scales)}.values()
         chosen: dict[tuple[str, str], Term] = {}
         for rung in rungs:
-            screened = sorted(
-                self.screen.at(rung, accepted), key=lambda s: handicap(s.rows.candidate, settings) - s.gain
-            )
+            screened = [s for s in self.screen.at(rung, accepted) if s.possible or s.rows.candidate.steps()]
+            screened.sort(key=lambda s: handicap(s.rows.candidate, settings) - s.gain)
             for one in screened[: settings.refitted]:
                 chosen.setdefault(one.rows.candidate.key, balance.spread(one.rows))
         contenders = []
@@ -250,7 +254,22 @@ class _Search:
         return float((new - old).sum())
 
     def _admissible(self, after: Solved, before: Solved) -> bool:
-        """Whether the last cause is notable and does not lean on a body of another mass.
+        """Whether the last cause is notable and does not lean on a body of another mass."""
+        return self._notable(after) and not self._leans_on_the_mass(after, before)
+
+    def _undoes_the_others(self, after: Solved) -> bool:
+        """Whether the last cause mostly takes back what the others explain: only their difference is seen."""
+        *others, last = (after.explained(k, after.rung) for k in range(len(after.terms)))
+        return bool(others) and -_cosine(last, np.sum(others, axis=0)) > self.settings.undone
+
+    def _tenable(self, after: Solved, before: Solved) -> bool:
+        """Whether the last cause, large or small, may be what is wrong."""
+        last = after.terms[-1].candidate
+        possible = last.is_possible(after.estimates(len(after.terms) - 1, self.balance.scenes))
+        return possible and not self._leans_on_the_mass(after, before)
+
+    def _leans_on_the_mass(self, after: Solved, before: Solved) -> bool:
+        """Whether the last cause needs a body of another mass than the entered one.
 
         Without it, the mass is judged at the same scale: a cause that sharpens the balance shows what was
         wrong with the mass already.
@@ -258,7 +277,7 @@ class _Search:
         strain = abs(self.balance.mass_strain(after))
         same_scale = self.balance.solve_at(before.terms, after.rung)
         already = abs(self.balance.mass_strain(same_scale)) + MORE_STRAIN
-        return self._notable(after) and strain <= max(self.settings.most_mass_strain, already)
+        return strain > max(self.settings.most_mass_strain, already)
 
     def _notable(self, solved: Solved, k: int = -1) -> bool:
         """Whether the k-th term's size is one that anybody would act on."""
@@ -332,8 +351,12 @@ def _ambiguous(one: Contender, rivals: Sequence[Contender], settings: DiagnosisS
 def _overlap(one: Contender, other: Contender) -> float:
     """Absolute cosine between what two causes explain, whitened where the first fits best."""
     own, others = (c.solved.explained(len(c.solved.terms) - 1, one.solved.rung) for c in (one, other))
-    lengths = np.linalg.norm(own) * np.linalg.norm(others)
-    return float(abs(own @ others) / max(lengths, np.finfo(float).tiny))
+    return abs(_cosine(own, others))
+
+
+def _cosine(one: Float[np.ndarray, " rows"], other: Float[np.ndarray, " rows"]) -> float:
+    lengths = np.linalg.norm(one) * np.linalg.norm(other)
+    return float(one @ other / max(lengths, np.finfo(float).tiny))
 
 
 def _nearest(rungs: Sequence[Rung], scale: float) -> Rung:

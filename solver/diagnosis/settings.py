@@ -37,6 +37,15 @@ class DiagnosisSettings:
     tissue_std_m_per_rad: float = setting(
         0.008, unit="m/rad", why="how far a segment's markers slide together as the joints beside it turn"
     )
+    laboratory: tuple[tuple[str, float], ...] = setting(
+        (
+            ("plate_bias", 2.0),
+            ("plate_position", 0.0025),
+        ),
+        unit="N, m",
+        why="what tared and calibrated plates are off by all the same; half of what anybody acts on. Not "
+        "gains: with them free, however little, the entered mass holds nothing",
+    )
     tissue_least_share: float = setting(0.02, unit="", why="of body mass; lighter segments hardly matter")
     model_force_share: float = setting(
         0.008, unit="BW", why="what the model gets wrong for a tenth of a second at a time"
@@ -134,6 +143,12 @@ class DiagnosisSettings:
     )
     other_trace: float = setting(
         0.15, unit="", why="likewise, up to which two causes explain different things and are no rivals"
+    )
+    undone: float = setting(
+        0.7,
+        unit="",
+        why="cosine, turned round, of what a cause explains and what the others do: beyond it two large "
+        "causes that are hardly there explain a small one that is not known",
     )
     least_unknown_share: float = setting(0.012, unit="BW", why="a force below it nobody would look for")
     tolerated_share: float = setting(

@@ -43,6 +43,10 @@ class BodyWeightSupport(InTrials):
         """force_N, on the person."""
         return {"force_N": Estimate(float(x[0]), float(np.sqrt(covariance[0, 0])))}
 
+    def is_possible(self, estimates: dict[str, Estimate]) -> bool:
+        """A harness never pushes down."""
+        return estimates["force_N"].value > 0
+
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """More than a slack harness, and upward."""
         return estimates["force_N"].value > LEAST_N

@@ -15,7 +15,7 @@ PRIOR_KG = 4.0  # a rucksack, a measuring unit, ankle weights
 REACH_M = 0.12  # from the segment's centre of mass to the load's
 SPREAD_M = 0.12  # of the load itself, and of its place, as radius of gyration
 LEAST_KG = 0.5  # shoes and clothes
-LEAST_STDS = 2.0  # else only the moments are seen, which a wrong centre of mass has as well
+LEAST_STDS = 3.0  # else only the moments are seen, which a wrong centre of mass has as well
 FARTHEST_M = 0.8  # from the segment's origin: whatever is carried, lies on the body
 MOMENTS = ((0, 3), (1, 3), (2, 3), (0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # entries of J
 
@@ -64,11 +64,15 @@ class CarriedMass(InTrials):
             found[name] = Estimate(float(com[i]) + away, float(np.sqrt(gradient @ both @ gradient)))
         return found
 
-    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
-        """Heavier than shoes, a weight and not just a moment, and on the body; a load is never negative."""
-        mass = estimates["mass_kg"]
+    def is_possible(self, estimates: dict[str, Estimate]) -> bool:
+        """A load is never negative, and on the body."""
         away = float(np.hypot.reduce([estimates[f"offset_{axis}_m"].value for axis in "xyz"]))
-        return mass.value > max(LEAST_KG, LEAST_STDS * mass.std) and away < FARTHEST_M
+        return estimates["mass_kg"].value > 0 and away < FARTHEST_M
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """Heavier than shoes, and a weight, not just a moment."""
+        mass = estimates["mass_kg"]
+        return self.is_possible(estimates) and mass.value > max(LEAST_KG, LEAST_STDS * mass.std)
 
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:

@@ -7,6 +7,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from solver.diagnosis.balance import Balance, Term
+from solver.diagnosis.laboratory import laboratory_errors
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.plate_bias import candidates as biases
@@ -35,9 +36,10 @@ def terms(balance) -> list[Term]:
 
 
 def dense(balance: Balance, scale: float) -> np.ndarray:
-    """K = markers and plates + inertias + s² model errors."""
+    """K = markers and plates + inertias + what every laboratory is off by + s² model errors."""
     (rows,) = balance.trials
-    return rows.covariance + rows.nuisance @ rows.nuisance.T + scale**2 * rows.model_error
+    H = np.concatenate([rows.nuisance, laboratory_errors([rows], SETTINGS)], axis=1)
+    return rows.covariance + H @ H.T + scale**2 * rows.model_error
 
 
 def log_density(balance: Balance, scale: float, terms) -> float:
@@ -132,13 +134,15 @@ def test_the_scale_of_errors_is_found(drawn, balance_of_scenes, scale):
 
 
 def test_trials_share_inertias_but_no_noise(drawn, rows_of):
-    """Two trials of one person: only what the body is couples their rows."""
+    """Two trials of one person in one laboratory: only what body and plates are couples their rows."""
     one, two = rows_of(drawn(1)), rows_of(drawn(2))
     both = Balance([one, two], SETTINGS)
     rung = both.rungs[5]
     K = rung.factor @ rung.factor.T
     n = len(one.residual)
-    np.testing.assert_allclose(K[:n, n:], one.nuisance @ two.nuisance.T, atol=1e-6)
+    plates = [laboratory_errors([rows], SETTINGS) for rows in (one, two)]
+    shared = one.nuisance @ two.nuisance.T + plates[0] @ plates[1].T
+    np.testing.assert_allclose(K[:n, n:], shared, atol=1e-6)
     np.testing.assert_allclose(K[:n, :n], dense(Balance([one], SETTINGS), rung.scale), atol=1e-6)
     assert both.start.tolist() == [0, n, n + len(two.residual)]
 

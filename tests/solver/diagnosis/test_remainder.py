@@ -48,7 +48,8 @@ def test_a_force_in_the_second_trial_of_another_length_is_found(
     first = slice(0, 120)
     other = drawn(3, pulled("torso", [40.0, 0.0, 10.0]), scale=0.5)
     plates = tuple(
-        replace(p, wrench_ground=p.wrench_ground[first], loaded=p.loaded[first]) for p in other.plates
+        replace(p, times=p.times[first], wrench_ground=p.wrench_ground[first], loaded=p.loaded[first])
+        for p in other.plates
     )
     other = replace(
         other,

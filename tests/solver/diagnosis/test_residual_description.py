@@ -7,6 +7,7 @@ import pytest
 
 from solver.contact.wrenches import TWO_FEET
 from solver.diagnosis.balance import Balance
+from solver.diagnosis.laboratory import laboratory_errors
 from solver.diagnosis.residual_description import WORST_S, described
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects.plate_gain import PlateGain
@@ -47,7 +48,9 @@ def test_sizes_are_root_mean_squares_of_window_means_about_the_centre_of_mass(dr
 
 def test_the_noise_floor_is_that_of_the_typical_model_error(short_scene):
     rows = trial_rows_of(short_scene)
-    K = rows.nuisance @ rows.nuisance.T + rows.covariance + rows.model_error
+    plates = laboratory_errors([rows], DiagnosisSettings())
+    shared = np.concatenate([rows.nuisance, plates], axis=1)
+    K = shared @ shared.T + rows.covariance + rows.model_error
     variance = np.diag(K).reshape(-1, 6)
     whole = description(short_scene).whole
     assert whole.force_floor_N == pytest.approx(np.sqrt(variance[:, :3].sum(axis=1).mean()))

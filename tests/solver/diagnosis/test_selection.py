@@ -231,3 +231,18 @@ def test_a_handicap_asks_for_more(short_scene, drawn, rows_of):
     (found,) = plain.found
     dear = replace(SETTINGS, handicaps=(("plate_gain", found.contender.gain),))
     assert select(Balance([rows], dear), [PlateGain("plate_1")]).found == ()
+
+
+def test_a_cause_that_mostly_undoes_another_is_not_added(short_scene, drawn):
+    """Beside a large one, of which only the difference from it would be seen."""
+    known = 0.3 * short_scene.plates[0].wrench_ground
+    apart = np.zeros_like(known)
+    apart[:, :3] = [14.0, 0.0, 0.0]
+    apart[:, 3:] = np.cross(short_scene.com_ground, apart[:, :3])
+    first, undoing, plain = Course("first", known), Course("undoing", apart - known), Course("plain", apart)
+    balance = Balance([trial_rows_of(drawn(4, 2 * known + apart, scale=0.3))], SETTINGS)
+    alone = balance.solve([balance.term(first, ())])
+    both = balance.solve([balance.term(first, ()), balance.term(undoing, ())])
+    assert both.log_evidence > alone.log_evidence + SETTINGS.least_further_gain
+    assert named(select(balance, [first, undoing])) == [first.key]
+    assert set(named(select(balance, [first, plain]))) == {first.key, plain.key}

@@ -1,0 +1,46 @@
+"""What every laboratory is off by: plates tared and placed as well as it is done with care.
+
+A newton of shear that stays all through a quiet squat would else be evidence as strong as a fault's, and
+stand in the way of what is really wrong. The columns are those of the causes themselves, one for each plate,
+shared by all trials; how far they go is in the settings (`laboratory`), well below what anybody would act on.
+"""
+
+from collections.abc import Callable, Sequence
+from types import ModuleType
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.diagnosis.rows import TrialRows
+from solver.diagnosis.settings import DiagnosisSettings
+from solver.effects import plate_bias, plate_position
+from solver.effects.effect import Candidate, Corrected
+
+MODULES: dict[str, ModuleType] = {"plate_bias": plate_bias, "plate_position": plate_position}
+
+
+def usual_std(candidate: Candidate, settings: DiagnosisSettings) -> float:
+    """Size of a cause's parameters that is there in every laboratory; zero for causes that need not be."""
+    return dict(settings.laboratory).get(candidate.id, 0.0)
+
+
+def laboratory_errors(
+    trials: Sequence[TrialRows], settings: DiagnosisSettings
+) -> Float[np.ndarray, "rows columns"]:
+    """Columns of all trials together, each at one standard deviation."""
+    scenes = [t.scene for t in trials]
+    rows = sum(len(t.residual) for t in trials)
+    found = [np.zeros((rows, 0))]
+    for name, std in settings.laboratory:
+        make: Callable[..., list[Candidate]] = MODULES[name].candidates
+        for candidate in make(scenes):
+            if isinstance(candidate, Corrected):
+                continue
+            signatures = [candidate.signature(scene, ()) for scene in scenes]
+            width = next(s.columns.shape[2] for s in signatures if s is not None)
+            parts = [
+                np.zeros((len(t.residual), width)) if s is None else t.reduced(s.columns)
+                for t, s in zip(trials, signatures, strict=True)
+            ]
+            found.append(std * np.concatenate(parts))
+    return np.concatenate(found, axis=1)
