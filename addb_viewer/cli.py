@@ -23,6 +23,7 @@ from addb_viewer.commands.markers import markers
 from addb_viewer.commands.open import open_subject
 from addb_viewer.commands.record import record
 from addb_viewer.commands.recover import recover, restore
+from addb_viewer.commands.report import report
 from addb_viewer.commands.settings import settings
 from addb_viewer.commands.share import share
 from addb_viewer.commands.undo import redo, undo
@@ -46,6 +47,7 @@ app.command(name="accept")(accept)
 app.command(name="reject")(reject)
 app.command(name="export")(export)
 app.command(name="record")(record)
+app.command(name="report")(report)
 app.command(name="recover")(recover)
 app.command(name="restore")(restore)
 app.command(name="flag")(flag)

@@ -227,7 +227,8 @@ def _worth(figures: Figures) -> str:
 def _flag_hint(figures: Figures, effect: Figures, to_flag: ToFlag) -> list[str]:
     if effect["id"] != "off_plate_step":
         return []
-    foot = "both" if effect["target"].startswith("plate_") else effect["target"]
+    several = effect["target"].startswith("plate_") or "+" in effect["target"]
+    foot = "both" if several else effect["target"]
     return [
         f"To flag: {to_flag(trial, start, end, foot)}."
         for trial, start, end in sorted(ranges_of(figures, effect))

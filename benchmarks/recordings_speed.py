@@ -1,4 +1,4 @@
-"""What recordings cost: CPU time and size of each kind, and what live logging adds to a solve."""
+"""What recordings and reports cost: CPU time and size of each, and what live logging adds to a solve."""
 
 import argparse
 import tempfile
@@ -13,6 +13,8 @@ from addb_viewer.recordings.mcap_recording import write_mcap
 from addb_viewer.recordings.recording import Recording, recording_of
 from addb_viewer.recordings.rrd_recording import write_rrd
 from addb_viewer.recordings.session_log import SessionLog
+from addb_viewer.report.content import SubjectReport
+from addb_viewer.report.subject_page import write_report
 from solver.capture.capture import Capture, ForcePlate, Markers, Subject, TrialFiles
 from solver.capture.subject import open_subject
 from solver.contact.wrenches import ContactWrenches, FrameMask
@@ -30,7 +32,7 @@ from solver.skeleton.skeleton import Skeleton
 
 FRAMES, MARKERS, RATE = 2000, 60, 100.0
 REPEATS = 5
-BUDGET = "1 s of CPU, 8 MB"
+BUDGET, REPORT_BUDGET = "1 s of CPU, 8 MB", "5 MB"
 
 
 def recordings_speed_table() -> str:
@@ -44,6 +46,7 @@ def recordings_speed_table() -> str:
             ("collecting what is to be written", _cpu(lambda: recording_of(fit)), None),
             _row(".rrd", recording, folder / "trial.rrd", write_rrd),
             _row(".mcap", recording, folder / "trial.mcap", write_mcap),
+            _report(recording, folder / "report.html"),
             ("session log: a fit, beside the trial as measured", *live),
         ]
         solved, reports, written = live_share(folder / "demo")
@@ -154,6 +157,11 @@ def _row(
     what: str, recording: Recording, file: Path, write: Callable[[Recording, Path], Path]
 ) -> tuple[str, float, int]:
     return f"`{what}` ({BUDGET} aimed at)", _cpu(lambda: write(recording, file)), file.stat().st_size
+
+
+def _report(recording: Recording, file: Path) -> tuple[str, float, int]:
+    seconds = _cpu(lambda: write_report(SubjectReport(recording), file), 3)
+    return f"report ({REPORT_BUDGET} aimed at)", seconds, file.stat().st_size
 
 
 def _live(fit: Fit, folder: Path) -> tuple[float, int]:

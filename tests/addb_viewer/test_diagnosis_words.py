@@ -203,6 +203,11 @@ def test_all_the_time_is_said_for_what_lasts_and_frames_for_what_does_not():
     assert "flag SUBJECT walk1 126:190 --foot calcn_r --reason notOverForcePlate" in text
 
 
+def test_a_step_of_both_feet_is_flagged_as_both():
+    text = said(figures(effects=[STEP | {"target": "calcn_r+calcn_l"}]))
+    assert "flag SUBJECT walk1 126:190 --foot both --reason notOverForcePlate" in text
+
+
 def test_frames_of_several_trials():
     both = STEP | {"frames": [["walk1", 126, 190], ["walk2", 3, 80]], "trial": None}
     text = said(figures(effects=[both], trials=["walk1", "walk2"]))

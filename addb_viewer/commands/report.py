@@ -1,0 +1,122 @@
+"""`addb-viewer report`: a fit as one page to hand over; of many subjects, a page each and an overview."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from addb_viewer.app.root_folder import RootFolder, open_root
+from addb_viewer.commands.diagnose import diagnosed
+from addb_viewer.commands.errors import FAILED, errors_as_lines
+from addb_viewer.commands.options import Debug, IgnoreReview, SettingsFile
+from addb_viewer.commands.progress import terminal_progress
+from addb_viewer.commands.solving import check_folder, check_trials, current_fit, job_for
+from addb_viewer.recordings.recording import recording_of
+from addb_viewer.report.content import SubjectReport
+from addb_viewer.report.diagnosis_shown import diagnosis_shown
+from addb_viewer.report.overview import Entry, write_overview
+from addb_viewer.report.subject_page import write_report
+from annotations.errors import ReviewError
+from solver.errors import Cancelled, SolverError
+from solver.results.store import default_folder
+
+PAGE = "report.html"
+
+Root = Annotated[
+    Path, typer.Argument(metavar="SUBJECT", help="A subject's folder, or one that holds several subjects.")
+]
+OutPlace = Annotated[
+    Path | None,
+    typer.Option(
+        "--out",
+        metavar="PLACE",
+        help="File to write, SUBJECT/results/report.html by default; of several subjects, a folder.",
+    ),
+]
+TrialNames = Annotated[
+    list[str] | None,
+    typer.Option("--trial", metavar="NAME", help="Report this trial only; may be given several times."),
+]
+Diagnose = Annotated[
+    bool, typer.Option("--diagnose", help="Diagnose first where no diagnosis of this fit is kept.")
+]
+
+
+@dataclass(frozen=True)
+class _Wishes:
+    """What is wanted of every subject."""
+
+    trials: tuple[str, ...]
+    diagnose: bool
+    settings: Path | None
+    ignore_review: bool
+
+
+def report(
+    subject: Root,
+    out: OutPlace = None,
+    trial: TrialNames = None,
+    diagnose: Diagnose = False,
+    settings: SettingsFile = None,
+    ignore_review: IgnoreReview = False,
+    debug: Debug = False,
+) -> None:
+    """Write a page that says how good a fit is, on which frames, and why not on others.
+
+    Solves first where there is no current fit. The page opens without a network, plays and prints.
+    """
+    with errors_as_lines(debug):
+        check_folder(subject)
+        root = open_root(subject)
+        wishes = _Wishes(tuple(trial or ()), diagnose, settings, ignore_review)
+        if root.names == (".",):
+            typer.echo(_one(subject, out, wishes)[0])
+        else:
+            _several(root, out, wishes)
+
+
+def _one(folder: Path, file: Path | None, wishes: _Wishes) -> tuple[Path, SubjectReport]:
+    """Solve a subject where that is due, and write its page."""
+    job = job_for(folder, settings_file=wishes.settings, ignore_review=wishes.ignore_review)
+    check_trials(job.subject, wishes.trials)
+    fit = current_fit(job)
+    shown = diagnosis_shown(fit, job.results)
+    if wishes.diagnose and shown.figures is None:
+        as_recorded = job_for(
+            folder,
+            settings_file=wishes.settings,
+            ignore_review=wishes.ignore_review,
+            without_extension=True,
+        )
+        with terminal_progress() as progress:
+            diagnosed(as_recorded, progress)
+        shown = diagnosis_shown(fit, job.results)
+    made = SubjectReport(recording_of(fit, trials=wishes.trials, diagnosis=shown.figures), shown)
+    return write_report(made, file or job.results / PAGE), made
+
+
+def _several(root: RootFolder, out: Path | None, wishes: _Wishes) -> None:
+    """A page for each subject, and one that leads to them; what fails stands there with its reason."""
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+    entries = []
+    for name in root.names:
+        file = out / f"{name}.html" if out else default_folder(root.path / name) / PAGE
+        try:
+            _, made = _one(root.path / name, file, wishes)
+        except Cancelled:
+            raise
+        except (SolverError, ReviewError) as error:
+            typer.echo(f"addb-viewer: {name}: {' '.join(str(error).split())}", err=True)
+            entries.append(Entry(name, None, None, str(error).replace(f"{root.path}/", "")))
+        else:
+            typer.echo(file)
+            entries.append(Entry(name, file, made, ""))
+    overview = (out or root.path) / ("index.html" if out else PAGE)
+    notes = [note.replace(f"{root.path}/", "") for note in root.notes]
+    typer.echo(write_overview(root.path.name, entries, notes, overview))
+    failed = sum(entry.report is None for entry in entries)
+    if failed:
+        typer.echo(f"addb-viewer: no report of {failed} of {len(entries)} subjects, see above", err=True)
+        raise typer.Exit(FAILED)

@@ -1,0 +1,1 @@
+"""A fit as one page to hand over: opens offline, plays, prints."""

@@ -1,0 +1,34 @@
+"""What a report of one subject is made of."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from functools import cached_property
+from typing import Any
+
+from addb_viewer.recordings.recording import Recording
+from addb_viewer.report.frames_kept import Kept, kept_frames
+
+
+@dataclass(frozen=True)
+class DiagnosisShown:
+    """A diagnosis that belongs to the fit, or why none is shown."""
+
+    figures: Mapping[str, Any] | None = None  # in the shape of `diagnose --json`
+    absent: str = "Nobody has asked for a diagnosis: `addb-viewer report SUBJECT --diagnose` makes one."
+    decision: str = ""  # who accepted or rejected it
+    gain: Mapping[str, Any] | None = None  # of an accepted one, in the shape of `accept --json`
+
+
+@dataclass(frozen=True)
+class SubjectReport:
+    """A subject's fit and what is told beside it."""
+
+    recording: Recording
+    diagnosis: DiagnosisShown = field(default_factory=DiagnosisShown)
+    made: datetime = field(default_factory=lambda: datetime.now().astimezone())
+
+    @cached_property
+    def kept(self) -> tuple[Kept, ...]:
+        """The frames of each trial."""
+        return tuple(kept_frames(record.replay) for record in self.recording.trials)

@@ -1,0 +1,183 @@
+"""What a reader must know before anything else: how much is usable, how good it is, what is wrong."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from addb_viewer.diagnosis_vocabulary import listed
+from addb_viewer.diagnosis_words import verdict
+from addb_viewer.recordings.recording import TrialRecord
+from addb_viewer.report.content import SubjectReport
+from addb_viewer.report.frames_kept import DECIDED_BY, Kept, frames_words, in_all, seconds_words
+from addb_viewer.report.markup import Safe, element, joined
+from addb_viewer.report.quality import LARGEST_MARKER, SOURCE, judged_figures
+
+FEW = 0.5  # share of frames below which figures say little about the whole trial
+MOST_REASONS, MOST_RANGES, MOST_STRIPS = 3, 4, 6
+GOOD, DOUBT, BAD, PLAIN = ("good", "✓"), ("doubt", "!"), ("bad", "✗"), ("plain", "i")
+
+
+def in_short(report: SubjectReport) -> Safe:
+    """Three answers at the top of the page."""
+    return element(
+        "section",
+        _frames(report),
+        _bounds(report),
+        _diagnosis(report),
+        id="in-short",
+        aria_label="In short",
+    )
+
+
+def frames_sentence(kept: tuple[Kept, ...]) -> str:
+    """How many frames count."""
+    count, frames = in_all(kept)
+    return f"{count} of {frames} frames are usable ({100 * count / max(frames, 1):.0f} %)"
+
+
+def reasons(kept: tuple[Kept, ...]) -> list[str]:
+    """Why the others are not, the most frequent reason first."""
+    taken: dict[tuple[str, str], int] = {}
+    for trial in kept:
+        for cause in trial.causes:
+            key = (cause.foot_words, cause.meaning or cause.words)
+            taken[key] = taken.get(key, 0) + cause.frames
+    ordered = sorted(taken.items(), key=lambda item: -item[1])
+    said = [f"{frames} frames, {feet}: {_within(why)}" for (feet, why), frames in ordered[:MOST_REASONS]]
+    if len(ordered) > MOST_REASONS:
+        rest = len(ordered) - MOST_REASONS
+        said.append(f"{rest} more reason{'s' if rest > 1 else ''}, below")
+    return said
+
+
+def _within(sentence: str) -> str:
+    """A sentence as the end of another one."""
+    return sentence[:1].lower() + sentence[1:].rstrip(".")
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """How many of the bounds are met, over all trials, and what is beyond or was not computed."""
+
+    met: int
+    judged: int
+    beyond: tuple[str, ...]
+    unknown: tuple[str, ...]
+
+    @property
+    def words(self) -> str:
+        """In one clause."""
+        if not self.judged:
+            return "No bound could be checked"
+        of = f"{self.judged} bounds are met"
+        return f"All {of}" if self.met == self.judged else f"{self.met} of {of}"
+
+
+def bounds_of(report: SubjectReport) -> Bounds:
+    """The four figures of every trial against their bounds."""
+    beyond: dict[str, list[str]] = {}
+    unknown: dict[str, list[str]] = {}
+    met = 0
+    several = len(report.recording.trials) > 1
+    for record in report.recording.trials:
+        trial = record.replay.name if several else ""
+        for judged in judged_figures(record.figures):
+            if judged.within is None:
+                unknown.setdefault(judged.label, []).append(trial)
+            elif judged.within:
+                met += 1
+            else:
+                at = _worst(record) if judged.label == LARGEST_MARKER else ""
+                told = f"{trial} {judged.value}{at}".strip()
+                beyond.setdefault(f"{judged.label}, bound {judged.bound}", []).append(told)
+    return Bounds(
+        met,
+        met + sum(map(len, beyond.values())),
+        tuple(f"{label}: {'; '.join(values)}" for label, values in beyond.items()),
+        tuple(f"{label}{of}" for label, trials in unknown.items() for of in [_of(trials)]),
+    )
+
+
+def _of(trials: list[str]) -> str:
+    named = ", ".join(filter(None, trials))
+    return f" of {named}" if named else ""
+
+
+def _worst(record: TrialRecord) -> str:
+    """Which marker, and when."""
+    errors = record.replay.markers.errors
+    frame, marker = np.unravel_index(np.nanargmax(errors), errors.shape)
+    return f" ({record.replay.markers.names[marker]}, frame {frame})"
+
+
+def _frames(report: SubjectReport) -> Safe:
+    kept = report.kept
+    count, frames = in_all(kept)
+    lines: list[str] = []
+    if len(kept) == 1 and 0 < len(kept[0].ranges) <= MOST_RANGES:
+        times = report.recording.trials[0].replay.times
+        places = [f"{frames_words(*r)} ({seconds_words(*r, times)})" for r in kept[0].ranges]
+        lines.append(f"Usable: frames {listed(places)}.")
+    names = [record.replay.name if len(kept) > 1 else "" for record in report.recording.trials]
+    strips = [_strip(name, of) for name, of in zip(names, kept, strict=True)]
+    lines += strips[:MOST_STRIPS]
+    if said := reasons(kept):
+        lines.append("Left out:")
+        lines.append(element("ul", *(element("li", reason) for reason in said)))
+    if any(len(trial.causes) > 1 for trial in kept):
+        lines.append("A frame is usable when the forces of both feet are; so reasons overlap.")
+    sources = dict.fromkeys(str(record.figures["mask_source"]) for record in report.recording.trials)
+    who = listed([DECIDED_BY.get(source, source) for source in sources])
+    lines.append(f"Who decided: {who}.")
+    kind = BAD if not count else DOUBT if count < FEW * frames or "proposals" in sources else GOOD
+    return _card(kind, frames_sentence(kept), lines)
+
+
+def _strip(trial: str, kept: Kept) -> Safe:
+    """The trial from left to right, with its usable stretches; named where there are several."""
+    percent = 100 / kept.frames
+    blocks = "".join(
+        f'<i style="left:{percent * start:.2f}%;width:{percent * (end - start):.2f}%"></i>'
+        for start, end in kept.ranges
+    )
+    drawn = element("div", Safe(blocks), class_="strip", title="usable stretches, from start to end")
+    if not trial:
+        return drawn
+    told = element("span", f"{trial}: {kept.count} of {kept.frames}")
+    return element("div", told, drawn, class_="of-trial")
+
+
+def _bounds(report: SubjectReport) -> Safe:
+    bounds = bounds_of(report)
+    count, frames = in_all(report.kept)
+    lines: list[str] = []
+    for words, entries in (("Beyond:", bounds.beyond), ("Not computed:", bounds.unknown)):
+        if entries:
+            lines += [words, element("ul", *(element("li", entry) for entry in entries))]
+    lines.append(f"Bounds of {SOURCE} for residual force and moment and for marker errors.")
+    if 0 < count < FEW * frames:
+        lines.append(f"Residuals are about the {count} usable frames alone and say nothing about the others.")
+    kind = PLAIN if not bounds.judged else GOOD if not bounds.beyond else BAD
+    return _card(kind, bounds.words, lines)
+
+
+def _diagnosis(report: SubjectReport) -> Safe:
+    figures = report.diagnosis.figures
+    if figures is None:
+        return _card(PLAIN, "No diagnosis", [report.diagnosis.absent])
+    kind = {"clean": GOOD, "explained": DOUBT}.get(figures["verdict"], BAD)
+    head = {
+        "clean": "No fault found in the recordings",
+        "explained": "A fault in the recordings, with a named cause",
+    }.get(figures["verdict"], "A fault in the recordings that is not explained")
+    return _card(kind, head, list(verdict(figures).lines))
+
+
+def _card(kind: tuple[str, str], head: str, lines: list[str]) -> Safe:
+    name, sign = kind
+    return element(
+        "div",
+        element("p", element("span", sign, class_="sign", aria_hidden="true"), element("b", head)),
+        joined(line if isinstance(line, Safe) else element("p", line) for line in lines),
+        class_=f"card {name}",
+    )

@@ -1,0 +1,104 @@
+"""Which three frames of a trial are shown as still pictures, and what each of them tells."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from addb_viewer.app.effect_pictures import pictures
+from addb_viewer.app.replay import Replay
+from addb_viewer.diagnosis_vocabulary import newtons
+from addb_viewer.report.frames_kept import Kept
+from addb_viewer.residual_words import moment_Nm
+
+MOST = 3
+TELLING = 0.6  # share of the greatest unmeasured force from which on a frame shows it
+GREATEST = 95  # percentile that counts as the greatest: single frames run away
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A frame worth a picture."""
+
+    frame: int
+    heading: str
+    why: str
+
+
+def moments_of(replay: Replay, kept: Kept, diagnosis: Mapping[str, Any] | None) -> tuple[Moment, ...]:
+    """At most three: what was left out, the largest residual, a named force; else ordinary frames.
+
+    Args:
+        replay: the trial.
+        kept: its frames.
+        diagnosis: in the shape of `diagnose --json`; None where nobody asked.
+    """
+    found = [
+        _left_out(replay, kept),
+        _largest_residual(replay),
+        _cause(replay, diagnosis),
+        _usable(kept),
+        _worst_marker(replay),
+    ]
+    return tuple([moment for moment in found if moment is not None][:MOST])
+
+
+def _left_out(replay: Replay, kept: Kept) -> Moment | None:
+    """Near the middle of the longest such stretch, where the motion demands a force that nobody measured."""
+    ranges = [(end - start, start, end, cause) for cause in kept.causes for start, end in cause.ranges]
+    if not ranges or not kept.count:
+        return None
+    _, start, end, cause = max(ranges, key=lambda r: r[0])
+    up = np.zeros(replay.frames)
+    for demanded in replay.demanded:
+        if cause.foot in (None, demanded.foot):
+            up = np.fmax(up, demanded.force[:, 1])
+    inside = up[start:end]
+    telling = np.flatnonzero(inside >= TELLING * np.percentile(inside, GREATEST)) + start
+    frame = int(telling[np.abs(telling - (start + end - 1) / 2).argmin()])
+    why = f"{cause.foot_words}: {cause.words}."
+    if up[frame] > 0:
+        why += f" Dashed: the {newtons(float(up[frame]))} upwards that the motion demands there."
+    return Moment(frame, "Left out", why)
+
+
+def _largest_residual(replay: Replay) -> Moment | None:
+    residual = replay.residual
+    if residual is None or not residual.used.any():
+        return None
+    force, moment = np.linalg.norm(residual.force, axis=1), np.linalg.norm(residual.moment, axis=1)
+    worst = np.fmax(force / residual.force_limit, moment / residual.moment_limit)
+    frame = int(np.where(residual.used, worst, -1.0).argmax())
+    why = (
+        f"{newtons(float(force[frame]))} and {moment_Nm(float(moment[frame]))} are missing for F = ma: "
+        f"{worst[frame]:.1f} times the bound."
+    )
+    return Moment(frame, "Largest residual", why)
+
+
+def _cause(replay: Replay, diagnosis: Mapping[str, Any] | None) -> Moment | None:
+    for picture in pictures(diagnosis, replay) if diagnosis else ():
+        if picture.force is not None and picture.place is not None:
+            size = np.linalg.norm(picture.force, axis=1)
+            size = np.where(picture.acts & np.isfinite(size), size, -1.0)
+            if size.max() > 0:
+                frame = int(size.argmax())
+                return Moment(frame, "The named cause", f"{picture.label}: {newtons(float(size[frame]))}.")
+    return None
+
+
+def _usable(kept: Kept) -> Moment | None:
+    if not kept.count:
+        return None
+    start, end = max(kept.ranges, key=lambda r: r[1] - r[0])
+    return Moment((start + end - 1) // 2, "Usable", "Middle of the longest usable stretch.")
+
+
+def _worst_marker(replay: Replay) -> Moment | None:
+    errors = replay.markers.errors
+    if not np.isfinite(errors).any():
+        return None
+    frame, marker = np.unravel_index(np.nanargmax(errors), errors.shape)
+    why = f"{replay.markers.names[marker]} is {100 * errors[frame, marker]:.1f} cm from its place."
+    return Moment(int(frame), "Largest marker error", why)

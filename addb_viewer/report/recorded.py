@@ -1,0 +1,54 @@
+"""What was recorded: the person, the trials, the plates."""
+
+import numpy as np
+
+from addb_viewer.recordings.drawing import SMALLEST_N
+from addb_viewer.recordings.recording import Recording, TrialRecord
+from addb_viewer.report.markup import Safe, joined, pairs, table
+from solver.capture.capture import Subject
+
+
+def recorded(recording: Recording) -> Safe:
+    """The person, the model and a row for each trial."""
+    fit = recording.fit
+    entered = fit.subject.mass_kg
+    mass = f"{fit.mass_kg:.1f} kg fitted" + ("" if entered is None else f" ({entered:.1f} kg entered)")
+    height = f"{fit.height_m:.2f} m" + ("" if fit.subject.height_m is not None else " (not entered)")
+    model = fit.subject.model.name if fit.subject.model else "the program's default full body"
+    person = [
+        ("Mass", mass),
+        ("Height", height),
+        *_told(fit.subject),
+        ("Model", f"{model}: {len(fit.skeleton.bodies)} bodies, {len(fit.skeleton.dofs)} degrees of freedom"),
+    ]
+    head = ("Trial", "Length", "Markers", "Seen", "Force plates, how long loaded", "Files")
+    return joined((pairs(person), table(head, [_row(record, fit.subject) for record in recording.trials])))
+
+
+def _told(subject: Subject) -> list[tuple[str, str]]:
+    rows = [
+        ("Sex", subject.sex),
+        ("Age", None if subject.age_years is None else f"{subject.age_years:g} years"),
+    ]
+    return [(label, value) for label, value in rows if value]
+
+
+def _row(record: TrialRecord, subject: Subject) -> list[str]:
+    replay = record.replay
+    seen = np.isfinite(replay.markers.measured).all(axis=2).mean() if replay.markers.names else 0.0
+    plates = ", ".join(f"{plate.name} {_loaded_s(plate.force, replay.rate):.1f} s" for plate in replay.plates)
+    files = next(trial for trial in subject.trials if trial.name == replay.name)
+    names = [files.markers.name, *([files.forces.name] if files.forces else [])]
+    return [
+        replay.name,
+        f"{replay.frames} frames, {replay.frames / replay.rate:.2f} s at {replay.rate:g} Hz",
+        str(len(replay.markers.names)),
+        f"{100 * seen:.1f} %",
+        plates or "none",
+        ", ".join(names),
+    ]
+
+
+def _loaded_s(force: np.ndarray, rate: float) -> float:
+    with np.errstate(invalid="ignore"):
+        return float((np.linalg.norm(force, axis=1) >= SMALLEST_N).sum() / rate)

@@ -1,0 +1,151 @@
+"""What the player (player.js) shows, as plain values: bodies and their motion, markers, forces, flags.
+
+Positions in steps of half a millimetre, forces of half a newton: finer than a screen shows.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import trimesh
+from jaxtyping import Float
+
+from addb_viewer.app.palette import BONE, Rgb, reason_color
+from addb_viewer.app.replay import BodyReplay, Replay
+from addb_viewer.recordings.recording import Recording, TrialRecord
+from addb_viewer.report.arrows import Arrow, arrows_of
+from addb_viewer.report.floor import plates_of, walked_floor
+from addb_viewer.report.frames_kept import Kept, frames_words
+from addb_viewer.report.series_code import packed
+from solver.skeleton.skeleton import Skeleton
+
+POSITION_STEP_M, FORCE_STEP_N, QUATERNION_STEP = 5e-4, 0.5, 1 / 32000
+MESH_STEP_M = 2e-4
+MOST_FACES = 16000  # of all bones together: plays on machines without a graphics card
+FEWEST_FACES = 60  # of one bone
+MOST_FRAMES = 8000  # of all trials together; beyond, every second or n-th frame is played
+PLACE_DIGITS = 3  # [m] of what stands still
+
+
+def scene_of(recording: Recording, kept: Sequence[Kept]) -> dict[str, object]:
+    """The scenes of all trials of a recording.
+
+    Args:
+        recording: with its meshes.
+        kept: the frames of each trial.
+    """
+    total = sum(record.replay.frames for record in recording.trials)
+    every = -(-total // MOST_FRAMES)
+    names = recording.fit.skeleton.body_names
+    return {
+        "bone": list(BONE),
+        "meshes": _meshes(recording.meshes, names),
+        "trials": [
+            _trial(record, recording, its_frames, every)
+            for record, its_frames in zip(recording.trials, kept, strict=True)
+        ],
+    }
+
+
+def _meshes(meshes: Mapping[str, trimesh.Trimesh], names: Sequence[str]) -> list[dict[str, object] | None]:
+    drawn = {name: meshes[name] for name in names if name in meshes}
+    share = min(1.0, MOST_FACES / max(sum(len(mesh.faces) for mesh in drawn.values()), 1))
+    return [_mesh(drawn[name], share) if name in drawn else None for name in names]
+
+
+def _mesh(mesh: trimesh.Trimesh, share: float) -> dict[str, object]:
+    fewer = max(int(share * len(mesh.faces)), FEWEST_FACES)
+    if fewer < len(mesh.faces):
+        mesh = mesh.simplify_quadric_decimation(face_count=fewer)
+    return {
+        "vertices": packed(np.asarray(mesh.vertices), MESH_STEP_M).as_json(),
+        "count": len(mesh.vertices),
+        "faces": packed(np.asarray(mesh.faces, dtype=float), 1.0).as_json(),
+        "faceCount": len(mesh.faces),
+    }
+
+
+def _trial(record: TrialRecord, recording: Recording, kept: Kept, every: int) -> dict[str, object]:
+    replay = record.replay
+    played = slice(None, None, every)
+    arrows = arrows_of(replay, recording.diagnosis)
+    return {
+        "name": replay.name,
+        "frames": len(replay.times[played]),
+        "every": every,
+        "last": replay.frames - 1,
+        "rate": replay.rate / every,
+        "start": float(replay.times[0]),
+        "markers": packed(replay.markers.measured[played], POSITION_STEP_M).as_json(),
+        "modelMarkers": _model_markers(replay, recording.fit.skeleton),
+        **_bodies(replay.bodies, played),
+        "arrows": [_arrow(arrow, played) for arrow in arrows],
+        "floor": _places(walked_floor(replay)),
+        "plates": [
+            {"name": p.name, "outline": _places(p.outline), "trace": _places(p.trace)}
+            for p in plates_of(replay)
+        ],
+        "kept": [list(run) for run in kept.ranges],
+        "flags": [
+            {
+                "start": start,
+                "end": end,
+                "words": f"{cause.foot_words}: {cause.words}, frames {frames_words(start, end)}",
+                "color": _hex(reason_color(cause.reason)),
+                "foot": _index_of(cause.foot, recording.fit.skeleton),
+            }
+            for cause in kept.causes
+            for start, end in cause.ranges
+        ],
+    }
+
+
+def _bodies(bodies: BodyReplay | None, played: slice) -> dict[str, object]:
+    if bodies is None:
+        return {"positions": None, "quaternions": None, "root": 0}
+    return {
+        "positions": packed(bodies.position[played], POSITION_STEP_M).as_json(),
+        "quaternions": packed(_unbroken(bodies.wxyz)[played], QUATERNION_STEP).as_json(),
+        "root": bodies.root,
+    }
+
+
+def _unbroken(wxyz: Float[np.ndarray, "frames bodies 4"]) -> Float[np.ndarray, "frames bodies 4"]:
+    """The same turns with signs that do not jump, so that differences along time are small."""
+    flips = np.einsum("tbk,tbk->tb", wxyz[1:], wxyz[:-1]) < 0
+    signs = np.cumprod(np.where(np.concatenate([np.zeros_like(flips[:1]), flips]), -1.0, 1.0), axis=0)
+    return wxyz * signs[:, :, None]
+
+
+def _model_markers(replay: Replay, skeleton: Skeleton) -> list[dict[str, object]]:
+    """Those that were measured too, each fixed on its body."""
+    compared = np.isfinite(replay.markers.model).all(axis=2).any(axis=0)
+    column = {name: i for i, name in enumerate(replay.markers.names) if compared[i]}
+    return [
+        {"marker": column[m.name], "body": m.body, "at": m.position_body.round(4).tolist()}
+        for m in skeleton.markers
+        if m.name in column
+    ]
+
+
+def _arrow(arrow: Arrow, played: slice) -> dict[str, object]:
+    return {
+        "label": arrow.label,
+        "start": packed(arrow.start[played], POSITION_STEP_M).as_json(),
+        "force": packed(arrow.force[played], FORCE_STEP_N).as_json(),
+        "color": _hex(arrow.color),
+        "demanded": arrow.is_demanded,
+        "scale": arrow.metres_per_newton,
+    }
+
+
+def _places(points: Float[np.ndarray, "*points 3"]) -> Any:
+    return np.asarray(points).round(PLACE_DIGITS).tolist()
+
+
+def _index_of(foot: str | None, skeleton: Skeleton) -> int | None:
+    return None if foot is None else skeleton.body_index(foot)
+
+
+def _hex(color: Rgb) -> str:
+    return f"#{color.r:02x}{color.g:02x}{color.b:02x}"

@@ -1,0 +1,193 @@
+"""The report of one subject: one file that opens offline, plays and prints."""
+
+from pathlib import Path
+
+from addb_viewer.app.palette import BLUE, GREEN, INK, ORANGE, PURPLE, RESIDUAL
+from addb_viewer.recordings.recording import TrialRecord
+from addb_viewer.report.arrows import arrows_of
+from addb_viewer.report.content import SubjectReport
+from addb_viewer.report.diagnosis_part import diagnosis_part
+from addb_viewer.report.floor import plates_of
+from addb_viewer.report.frames_table import frames_part
+from addb_viewer.report.in_short import in_short
+from addb_viewer.report.markup import Safe, data_script, element, joined, part, swatch
+from addb_viewer.report.moments import moments_of
+from addb_viewer.report.page import page_html
+from addb_viewer.report.player_html import player_html
+from addb_viewer.report.quality import SOURCE, bounds_of, quality_table, withheld_table
+from addb_viewer.report.recorded import recorded
+from addb_viewer.report.repeat import repeat_part
+from addb_viewer.report.scene_data import scene_of
+from addb_viewer.report.still_picture import still_picture
+from addb_viewer.report.timeline import timeline
+from addb_viewer.report.worst_markers import seek_link, worst_markers
+from solver.capture.atomic import write_whole
+
+PARTS = (
+    ("recorded", "What was recorded"),
+    ("quality", "Quality"),
+    ("frames", "Usable frames"),
+    ("scene", "Scene"),
+    ("markers", "Worst markers"),
+    ("diagnosis", "Diagnosis"),
+    ("notes", "Notes"),
+    ("repeat", "To repeat this"),
+)
+
+OVER_TIME = (
+    "Residuals where they count, marker errors and plate forces over time, and below them which frames are "
+    "usable. Grey: left out."
+)
+ON_CLICK = element("span", " A click leads the player there.", class_="only-screen")
+
+
+def write_report(report: SubjectReport, file: Path) -> Path:
+    """Write the report in place of the file that was there; all of it or nothing.
+
+    Args:
+        report: of one trial or more.
+        file: its folder must exist.
+
+    Returns:
+        The file.
+
+    Raises:
+        CaptureError: the folder cannot be written to.
+    """
+    write_whole(file, subject_page(report))
+    return file
+
+
+def subject_page(report: SubjectReport) -> str:
+    """The page's HTML."""
+    recording = report.recording
+    contents = {
+        "recorded": recorded(recording),
+        "quality": _quality(report),
+        "frames": _frames(report),
+        "scene": _scene(report),
+        "markers": _markers(report),
+        "diagnosis": diagnosis_part(report),
+        "notes": _notes(report),
+        "repeat": repeat_part(recording),
+    }
+    version = recording.fit.provenance.get("addb-viewer", "")
+    head = element(
+        "header",
+        element("h1", recording.subject),
+        element("p", f"Report of {report.made:%Y-%m-%d %H:%M}, addb-viewer {version}", class_="made"),
+        element("nav", *(element("a", words, href=f"#{name}") for name, words in PARTS), aria_label="Parts"),
+    )
+    parts = [part(name, words, contents[name]) for name, words in PARTS]
+    data = data_script("scene-data", scene_of(recording, report.kept))
+    body = joined((head, element("main", in_short(report), *parts), data))
+    return page_html(f"{recording.subject} — addb-viewer report", body, ("player.js",))
+
+
+def _quality(report: SubjectReport) -> Safe:
+    figures = [record.figures for record in report.recording.trials]
+    pieces = [
+        quality_table(figures),
+        element(
+            "p",
+            f"Bounds of {SOURCE}. Residual: the wrench that is missing for F = ma, RMS over the frames that "
+            "count; the moment about the root joint's centre, in the ground frame. 1 BW: the fitted mass "
+            "× 9.80665 m/s²; h: the height. Marker errors: over all frames, unfiltered.",
+            class_="fine",
+        ),
+    ]
+    withheld = withheld_table(figures)
+    force_N, moment_Nm = bounds_of(report.recording.fit.mass_kg, report.recording.fit.height_m)
+    if withheld is not None:
+        pieces += [
+            element("h3", "Forces that the fit was not shown"),
+            element(
+                "p",
+                "A low residual alone proves nothing: it can be bought by bending the motion. So the fit is "
+                "done again without the forces of every third block, and has to foretell them. To compare: "
+                f"the bounds above are {force_N:.0f} N and {moment_Nm:.1f} N·m of this person.",
+            ),
+            withheld,
+        ]
+    return joined(pieces)
+
+
+def _frames(report: SubjectReport) -> Safe:
+    pieces = []
+    for index, (record, kept) in enumerate(zip(report.recording.trials, report.kept, strict=True)):
+        pieces += [
+            element("h3", record.replay.name),
+            frames_part(record, kept, index),
+            element(
+                "figure",
+                element("figcaption", f"{OVER_TIME}{_compared(record)}", ON_CLICK),
+                timeline(record, index, report.recording.diagnosis),
+            ),
+        ]
+    return joined(pieces)
+
+
+def _compared(record: TrialRecord) -> str:
+    return f" Dotted: {record.before_name}." if record.before is not None else ""
+
+
+def _scene(report: SubjectReport) -> Safe:
+    recording, kept = report.recording, report.kept
+    pieces, first = [], 0
+    for index, (record, its_frames) in enumerate(zip(recording.trials, kept, strict=True)):
+        replay = record.replay
+        arrows, plates = arrows_of(replay, recording.diagnosis), plates_of(replay)
+        stills = []
+        moments = moments_of(replay, its_frames, recording.diagnosis)
+        for moment in moments:
+            caption = joined(
+                (
+                    element("b", moment.heading),
+                    Safe(" "),
+                    seek_link(
+                        index, moment.frame, f"frame {moment.frame}, {replay.times[moment.frame]:.2f} s"
+                    ),
+                    element("small", moment.why),
+                )
+            )
+            drawn = still_picture(replay, moment.frame, recording.meshes, arrows, plates)
+            stills.append(element("figure", drawn, element("figcaption", caption)))
+        if index == 0 and moments:
+            first = moments[-1].frame
+        heading = [element("h3", replay.name)] if len(recording.trials) > 1 else []
+        pieces += [*heading, element("div", *stills, class_="stills")]
+    names = [record.replay.name for record in recording.trials]
+    told = element("p", "The scene plays where this file is opened in a browser.", class_="only-print")
+    return joined((player_html(names, first), told, _legend(), *pieces))
+
+
+def _legend() -> Safe:
+    keys = (
+        (GREEN, "force on the right foot"),
+        (PURPLE, "on the left foot"),
+        (ORANGE, "of no foot"),
+        (INK, "dashed: demanded by the motion, not measured"),
+        (RESIDUAL, "residual, at the centre of mass"),
+        (BLUE, "markers: blue fits, vermilion is 4 cm off"),
+    )
+    items = [element("span", swatch(color), Safe(" "), words) for color, words in keys]
+    return element("p", *items, Safe("Forces: 1 m for 1000 N."), class_="legend")
+
+
+def _markers(report: SubjectReport) -> Safe:
+    pieces: list[Safe] = []
+    several = len(report.recording.trials) > 1
+    for index, record in enumerate(report.recording.trials):
+        if several:
+            pieces.append(element("h3", record.replay.name))
+        pieces.append(worst_markers(record.replay, index))
+    return joined(pieces)
+
+
+def _notes(report: SubjectReport) -> Safe:
+    diagnosis = report.recording.diagnosis or {}
+    notes = dict.fromkeys((*report.recording.notes, *diagnosis.get("notes", ())))
+    if not notes:
+        return element("p", "Nothing was assumed or ignored.")
+    lead = element("p", "What was assumed, converted or ignored on the way from the files to these figures:")
+    return joined((lead, element("ul", *(element("li", note) for note in notes))))

@@ -1,0 +1,137 @@
+"""Residuals, marker errors and forces of a trial over time, above the lanes that say which frames count."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from addb_viewer.app.chart_html import axis_html, chart_html
+from addb_viewer.app.charts import BEFORE, Chart, Line, charts_of
+from addb_viewer.app.lanes import Block, Lane
+from addb_viewer.app.lanes_html import lanes_html
+from addb_viewer.app.residual_charts import residual_charts
+from addb_viewer.app.span import Span
+from addb_viewer.recordings.happenings import Lane as Happenings
+from addb_viewer.recordings.happenings import Stretch, lanes_of
+from addb_viewer.recordings.recording import TrialRecord
+from addb_viewer.report.frames_kept import frames_words
+from addb_viewer.report.markup import Safe, element, joined
+from solver.dynamics.thresholds import Thresholds
+
+HEIGHT = 96  # [pixel] of a chart
+ORDER = ("Residual force", "Residual moment", "Marker error", "Vertical force")
+SHORT = (  # words of lanes, so that they fit beside them
+    ("force missing", "missing"),
+    ("forces used", "usable"),
+    ("proposed by detection", "proposed"),
+    ("no plate carries it", "no plate"),
+    (" right", " R"),
+    (" left", " L"),
+)
+LETTERS = 105  # that fit on a lane
+THIS_FIT, MARKER_ERROR = "this fit", "Marker error"
+MOST_BOUNDS = 3.0  # times the greatest bound that a chart reaches, and farther only for this fit
+AIR = 1.1
+ON_UNUSED = ("Residual force", "Residual moment")  # where no bound applies
+
+
+def timeline(record: TrialRecord, index: int, diagnosis: Mapping[str, Any] | None) -> Safe:
+    """Charts and lanes of a trial on one time axis; a click leads the player there.
+
+    Args:
+        record: the trial.
+        index: of it in the report.
+        diagnosis: in the shape of `diagnose --json`; None where nobody asked.
+    """
+    found = {chart.title: chart for chart in charts_of(record.replay, record.before)}
+    charts = [_told(found[title], record) for title in ORDER if title in found]
+    lanes = [_short(lane, _span(record)) for lane in lanes_of(record, diagnosis)]
+    return _area(record, index, charts, lanes)
+
+
+def diagnosed_timeline(record: TrialRecord, index: int, diagnosis: Mapping[str, Any]) -> Safe | None:
+    """The residual without and with the named causes; None where the trial was not diagnosed."""
+    charts = residual_charts(diagnosis, record.replay)
+    return _area(record, index, charts, ()) if charts else None
+
+
+def _area(record: TrialRecord, index: int, charts: Sequence[Chart], lanes: Sequence[Lane]) -> Safe:
+    replay = record.replay
+    span = _span(record)
+    drawn = "".join(chart_html(chart, span, HEIGHT) for chart in charts)
+    content = Safe(drawn + lanes_html(tuple(lanes), span) + axis_html(span, replay.times))
+    over = Safe('<div class="area"></div><div class="cursor" hidden></div>')
+    label = f"{replay.name}: {', '.join(chart.title.lower() for chart in charts)} over time"
+    return element(
+        "div", joined((content, over)), class_="timeline", data_trial=str(index), role="img", aria_label=label
+    )
+
+
+def _span(record: TrialRecord) -> Span:
+    return Span(0, max(record.replay.frames - 1, 1))
+
+
+def _told(chart: Chart, record: TrialRecord) -> Chart:
+    """With words for readers who see two fits for the first time, and residuals only where they count.
+
+    Elsewhere a residual is the missing force itself, and would dwarf all else.
+    """
+    words = {BEFORE: record.before_name, "size": THIS_FIT}
+    lines = [
+        replace(line, label=f"bound {line.label}" if line.dashed else words.get(line.label, line.label))
+        for line in chart.lines
+    ]
+    residual = record.replay.residual
+    if chart.title in ON_UNUSED and residual is not None:
+        lines = [
+            line if line.dashed else replace(line, values=np.where(residual.used, line.values, np.nan))
+            for line in lines
+        ]
+    if chart.title == MARKER_ERROR:
+        bound = 100 * Thresholds().marker_max_m
+        lines.append(
+            replace(lines[-1], label=f"{bound:g} cm for the largest", values=lines[-1].values * 0 + bound)
+        )
+    return replace(chart, lines=tuple(_cut_off(lines)))
+
+
+def _cut_off(lines: Sequence[Line]) -> list[Line]:
+    """Without the tips of curves that would press bounds and this fit to the floor; their labels say so."""
+    bounds = [float(line.values.max()) for line in lines if line.dashed]
+    own = [float(np.nanmax(line.values, initial=0.0)) for line in lines if line.label in (THIS_FIT, "RMS")]
+    if not bounds:
+        return list(lines)
+    top = max(MOST_BOUNDS * max(bounds), AIR * max(own, default=0.0))
+    return [
+        replace(line, label=f"{line.label} (cut off)", values=np.fmin(line.values, top + 0 * line.values))
+        if np.nanmax(line.values, initial=0.0) > top
+        else line
+        for line in lines
+    ]
+
+
+def _short(lane: Happenings, span: Span) -> Lane:
+    blocks = tuple(
+        Block(
+            s.start,
+            s.end,
+            _fitting(_shortened(s.state), s, span),
+            f"{s.state}, frames {frames_words(s.start, s.end)}",
+            s.color,
+        )
+        for s in lane.stretches
+    )
+    return Lane(_shortened(lane.name), blocks)
+
+
+def _fitting(words: str, stretch: Stretch, span: Span) -> str:
+    """Words that have room on their stretch; else none, and pointing at it says them."""
+    place = span.block(stretch.start, stretch.end)
+    return words if place is not None and len(words) < LETTERS * place[1] else ""
+
+
+def _shortened(words: str) -> str:
+    for long, short in SHORT:
+        words = words.replace(long, short)
+    return words

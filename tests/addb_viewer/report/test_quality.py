@@ -1,0 +1,46 @@
+"""Figures against their bounds."""
+
+import pytest
+
+from addb_viewer.report.quality import bounds_of, judged_figures, quality_table, withheld_table
+from solver.summary import summary
+
+
+@pytest.fixture
+def figures(small_fit):
+    return summary(small_fit)["trials"]
+
+
+def test_figures_of_a_trial_as_the_summary_has_them(figures):
+    force, moment, rms, largest = judged_figures(figures[0])
+    assert (force.value, force.scaled, force.bound, force.within) == ("7.5 N", "0.0077 BW", "0.05 BW", True)
+    assert force.share == pytest.approx(figures[0]["linear_residual"]["rms_BW"] / 0.05)
+    assert moment.share == pytest.approx(figures[0]["angular_residual"]["rms_BWh"] / 0.01)
+    assert (rms.value, rms.share) == ("1.50 cm", pytest.approx(0.75))
+    assert (largest.value, largest.bound, largest.within) == ("2.10 cm", "4 cm", True)
+
+
+def test_a_figure_beyond_its_bound_says_so_in_words(figures):
+    bad = figures[0] | {"marker_max_m": 0.2131, "hicks": figures[0]["hicks"] | {"marker_max": False}}
+    page = quality_table([bad])
+    assert page.count("✗ beyond") == 1
+    assert page.count("✓ within") == 3
+    assert "533\u00a0% of the bound" in page
+
+
+def test_what_was_not_computed_is_not_judged(figures):
+    force, *_ = judged_figures(figures[1])
+    assert (force.within, force.share, force.value) == (None, None, "")
+    assert quality_table([figures[1]]).count("not computed") == 2
+
+
+def test_withheld_forces_beside_those_of_the_markers_alone(figures):
+    assert withheld_table(figures) is None
+    of = {"linear_residual": {"rms_N": 24.4}, "angular_residual": {"rms_Nm": 11.4}}
+    alone = {f"kinematics_only_{name}": {k: 3 * v for k, v in value.items()} for name, value in of.items()}
+    page = withheld_table([figures[0] | {"heldout": {"frames": 22, **of, **alone}}])
+    assert all(said in page for said in ("24.4\u00a0N", "73.2\u00a0N", "11.4\u00a0N·m", "34.2\u00a0N·m"))
+
+
+def test_bounds_of_a_person():
+    assert bounds_of(100.0, 2.0) == pytest.approx((49.03325, 19.6133))

@@ -1,0 +1,24 @@
+"""What was recorded."""
+
+from addb_viewer.report.recorded import recorded
+
+
+def test_person_and_trials(recording):
+    page = recorded(recording)
+    assert "40.0\u00a0kg fitted (40.0\u00a0kg entered)" in page
+    assert "1.60\u00a0m (not entered)" in page
+    assert "2 bodies, 7 degrees of freedom" in page
+    assert "40 frames, 0.80\u00a0s at 50\u00a0Hz" in page
+    assert "0.trc" in page
+
+
+def test_how_much_was_seen_and_loaded(recording):
+    page = recorded(recording)
+    assert "97.5\u00a0%" in page  # 6 of 240 marker-frames are lost
+    assert "plate 1 0.4\u00a0s, plate 2 0.3\u00a0s" in page  # its own clock: before 0.4 s, and after 0.5 s
+
+
+def test_a_trial_without_plates(small_fit):
+    from addb_viewer.recordings.recording import recording_of
+
+    assert "<td>none</td>" in recorded(recording_of(small_fit))

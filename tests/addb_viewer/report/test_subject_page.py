@@ -1,0 +1,92 @@
+"""The whole page of one subject."""
+
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import pytest
+
+from addb_viewer.recordings.recording import recording_of
+from addb_viewer.report.content import SubjectReport
+from addb_viewer.report.subject_page import PARTS, subject_page, write_report
+
+VOID = {"meta", "input", "br"}
+HOSTILE = "</script><img src=x onerror=alert(1)>"
+
+
+class Balanced(HTMLParser):
+    """Refuses a page whose elements do not close in order; gathers names and links."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.names, self.ids, self.links = [], set(), set(), []
+
+    def handle_starttag(self, tag, attributes):
+        self.names.add(tag)
+        found = dict(attributes)
+        self.ids.add(found.get("id"))
+        self.links += [found[name] for name in ("href", "src") if name in found]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attributes):
+        self.names.add(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+def read(page):
+    parser = Balanced()
+    parser.feed(page)
+    assert parser.open == []
+    return parser
+
+
+def test_every_part_is_there_once_and_every_link_stays_in_the_page(report):
+    page = subject_page(report)
+    found = read(page)
+    for name, words in PARTS:
+        assert page.count(f'id="{name}"') == 1
+        assert f"<h2>{words}</h2>" in page
+    assert {link[1:] for link in found.links if link.startswith("#")} <= found.ids
+    assert all(link.startswith(("#", "data:image/webp;base64,")) for link in found.links)
+    assert page.count('class="still"') == 3
+
+
+def test_names_from_files_are_text(make_fit, diagnosis):
+    fit = make_fit("walk")
+    trial = fit.trials[0]
+    names = (HOSTILE, *trial.capture.markers.names[1:])
+    capture = replace(
+        trial.capture,
+        markers=replace(trial.capture.markers, names=names),
+        plates=tuple(replace(plate, name=HOSTILE) for plate in trial.capture.plates),
+        notes=(HOSTILE,),
+    )
+    fit = replace(fit, trials=(replace(trial, capture=capture),), notes=(HOSTILE,))
+    page = subject_page(SubjectReport(recording_of(fit, diagnosis=diagnosis)))
+    assert "<img" not in page
+    assert "img" not in read(page).names
+    assert "\\u003cimg" in page
+
+
+def test_subjects_without_forces_or_with_several_trials(small_fit):
+    page = subject_page(SubjectReport(recording_of(small_fit)))
+    read(page)
+    assert "no/forces" in page
+    assert "3 of 8 frames are usable" in page
+
+
+def test_it_is_written_whole_or_not_at_all(report, tmp_path):
+    file = write_report(report, tmp_path / "report.html")
+    assert file.read_text(encoding="utf-8").endswith("</html>\n")
+    with pytest.raises(Exception, match=re.escape(str(tmp_path / "no" / "report.html"))):
+        write_report(report, tmp_path / "no" / "report.html")
+
+
+def test_a_long_recording_stays_small():
+    from benchmarks.recordings_speed import synthetic_fit
+
+    page = subject_page(SubjectReport(recording_of(synthetic_fit())))
+    assert len(page.encode()) < 5e6
