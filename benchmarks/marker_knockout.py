@@ -3,11 +3,13 @@
 `python -m benchmarks.marker_knockout` prints, for recordings with a model, how far joint angles and joint
 centres of the fit on the default body lie from those of the model's fit, and how well the confidence of a
 label separates labels on their own trajectory from labels that were shuffled.
-`--without-model` prints the table of recordings that have no model.
+`--nonsense` gives every marker a label that means nothing, in any order, and compares the same, with the
+bodies that the markers were attached to. `--without-model` prints the table of recordings without a model.
 """
 
 import argparse
 import sys
+import time
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -22,10 +24,12 @@ from solver.capture.subject import open_subject
 from solver.capture.trial import read_static, read_trial
 from solver.errors import SolverError
 from solver.fit import Fit
+from solver.kinematics.label_reading import read_labels
 from solver.markers.atlas import atlas
 from solver.markers.understanding import understand
 from solver.pipeline import solve
 from solver.settings import Settings
+from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import body_poses
 
 RECORDINGS = (
@@ -76,7 +80,11 @@ def agreement(subject: Subject, trial: str) -> Agreement:
     """Fit twice, with the model and without it, and compare."""
     settings = markers_alone()
     with_model = solve(subject, settings, trials=[trial])
-    alone = solve(without_model(subject), settings, trials=[trial])
+    return compared(solve(without_model(subject), settings, trials=[trial]), with_model)
+
+
+def compared(alone: Fit, with_model: Fit) -> Agreement:
+    """How far a fit on the default body is from the model's."""
     angles, offset_free = {}, {}
     for name in ANGLES:
         difference = [
@@ -89,6 +97,52 @@ def agreement(subject: Subject, trial: str) -> Agreement:
         apart = [_origin(alone, f"{body}_{s}") - _origin(with_model, f"{body}_{s}") for s in "rl"]
         centres[joint] = _rms(np.linalg.norm(np.concatenate(apart), axis=1))
     return Agreement(angles, offset_free, centres, *_marker_figures(alone))
+
+
+@dataclass(frozen=True)
+class Nonsense:
+    """A fit of markers whose labels mean nothing, against the fit with the model and all names."""
+
+    agreement: Agreement
+    judged: tuple[tuple[float, bool], ...]  # confidence, and whether the body is the model's, of each marker
+    used_right: int  # of the markers that the fit uses and the model has
+    used: int
+    seconds: float  # of CPU, for reading the labels
+
+
+def nonsense(subject: Subject, trial: str, seed: int) -> Nonsense:
+    """Fit a trial whose labels were replaced by numbers in random order; its static trial is left away."""
+    settings = markers_alone()
+    with_model = solve(subject, settings, trials=[trial])
+    capture = with_model.trials[0].capture
+    order = np.random.default_rng(seed).permutation(len(capture.markers.names))
+    positions = capture.markers.positions_ground[:, order]
+    labels = tuple(f"M{i + 1:03d}" for i in range(len(order)))
+    hidden = replace(capture, markers=replace(capture.markers, names=labels, positions_ground=positions))
+    bare = replace(without_model(subject), static=None, marker_map=None)
+    alone = solve(bare, settings, trials=[trial], captures={trial: hidden})
+    start = time.process_time()
+    rows = read_labels(default_skeleton(), [hidden.markers]).understanding.labels
+    seconds = time.process_time() - start
+    bodies = _bodies_of_labels(with_model)
+    truth = {labels[i]: bodies.get(capture.markers.names[k]) for i, k in enumerate(order)}
+    rows_of_model = [row for row in rows if truth[row.label] is not None]
+    judged = tuple((row.confidence, row.body == truth[row.label]) for row in rows_of_model)
+    used = [row for row in rows_of_model if row.used]
+    right = sum(row.body == truth[row.label] for row in used)
+    return Nonsense(compared(alone, with_model), judged, right, len(used), seconds)
+
+
+def _bodies_of_labels(fit: Fit) -> dict[str, str]:
+    """The body of the fit's model that each of its labels is on."""
+    assert fit.groundwork is not None
+    skeleton, match = fit.groundwork.skeleton, fit.groundwork.match
+    body = {marker.name: skeleton.bodies[marker.body].name for marker in skeleton.markers}
+    return {
+        label: body[name]
+        for name, labels in zip(match.model, match.measured, strict=True)
+        for label in labels
+    }
 
 
 def _marker_figures(fit: Fit) -> tuple[int, float]:
@@ -196,6 +250,30 @@ def _print_held_out() -> None:
     print(f"ROC area over all: {roc_area(everything):.3f} ({wrong} wrong labels)")
 
 
+def _print_nonsense() -> None:
+    print(
+        "recording                           right of used of all   hip° knee° ankle° (offset off)    "
+        "hip knee ankle cm   reading s"
+    )
+    everything: list[tuple[float, bool]] = []
+    for folder in sorted(p.parent.name for p in data_folder().glob("*/subject.toml")):
+        subject = open_subject(data_folder() / folder)
+        for files in subject.trials if subject.model is not None else ():
+            found = nonsense(subject, files.name, seed=0)
+            everything += found.judged
+            near = found.agreement
+            angles = " ".join(f"{near.angle_rms_deg[a]:5.1f}" for a in ANGLES)
+            free = " ".join(f"{near.angle_rms_without_offset_deg[a]:4.1f}" for a in ANGLES)
+            centres = " ".join(f"{100 * near.centre_rms_m[j]:4.1f}" for j in JOINTS)
+            print(
+                f"{folder[:22] + '/' + files.name[:14]:38s} {found.used_right:3d} {found.used:3d} "
+                f"{len(found.judged):3d}   {angles}  ({free})   {centres}   {found.seconds:.1f}",
+                flush=True,
+            )
+    wrong = sum(not good for _, good in everything)
+    print(f"ROC area over all: {roc_area(everything):.3f} ({wrong} of {len(everything)} on another body)")
+
+
 def _folders_without_model() -> list[Path]:
     root = data_folder()
     described = sorted(p.parent for p in root.rglob("subject.toml"))
@@ -242,6 +320,7 @@ def _row(subject: Subject, trial: str) -> str:
 def main() -> None:
     """Print one of the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--nonsense", action="store_true", help="labels that mean nothing, in any order")
     parser.add_argument("--without-model", action="store_true", help="recordings that have no model")
     parser.add_argument(
         "--held-out", action="store_true", help="confidence on recordings nothing was chosen on"
@@ -249,7 +328,9 @@ def main() -> None:
     given = parser.parse_args(sys.argv[1:])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        if given.without_model:
+        if given.nonsense:
+            _print_nonsense()
+        elif given.without_model:
             _print_without_model()
         elif given.held_out:
             _print_held_out()

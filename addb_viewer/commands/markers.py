@@ -1,6 +1,7 @@
 """`addb-viewer markers`: how each label of a subject's recordings is understood, and a file to correct it."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -15,11 +16,13 @@ from addb_viewer.commands.solving import check_folder
 from solver.capture.capture import Markers, Subject
 from solver.capture.subject import MARKER_MAP, open_subject
 from solver.capture.trial import read_static, read_trial
+from solver.kinematics.label_reading import read_labels
 from solver.markers.atlas import atlas
 from solver.markers.mapping_file import read_map, remark, write_map
 from solver.markers.understanding import Understanding, understand
 from solver.results.store import write_json
 from solver.settings import Settings, settings_for
+from solver.skeleton.default_body import default_skeleton
 
 WIDTH_OF_A_PIPE = 250  # [characters] where no terminal says how wide it is
 
@@ -57,7 +60,7 @@ def markers(
         check_folder(subject)
         who = open_subject(subject)
         recordings = _recordings(who, settings_for(subject, settings))
-        understood = understand([name for m in recordings for name in m.names], recordings)
+        understood = _understood(who, recordings)
         file = map_ or subject / MARKER_MAP
         kept = _corrected(read_map(file), understood) if file.is_file() else {}
         if json is not None:
@@ -66,6 +69,13 @@ def markers(
         if not no_write:
             write_map(file, understood, kept)
             typer.echo(f"{file}: correct it, then fit again")
+
+
+def _understood(subject: Subject, recordings: Sequence[Markers]) -> Understanding:
+    """By name; without a model of the subject's own, also by the motion where names say nothing."""
+    if subject.model is None:
+        return read_labels(default_skeleton(), recordings).understanding
+    return understand([name for m in recordings for name in m.names], recordings)
 
 
 def _recordings(subject: Subject, settings: Settings) -> list[Markers]:

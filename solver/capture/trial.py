@@ -21,6 +21,7 @@ from solver.capture.moment_convention import plates_from_storage
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.review import imported_review
 from solver.capture.storage import Storage, read_storage
+from solver.capture.trajectory_joining import join_trajectories
 from solver.capture.trc import read_trc
 from solver.capture.trial_ranges import outside_ranges
 from solver.errors import CaptureError
@@ -138,7 +139,8 @@ def _cleaned(markers: Markers, path: Path, settings: ReadingSettings) -> tuple[M
     cleaned, notes = clean_markers(markers, settings.cleaning)
     if not cleaned.names:
         raise CaptureError(f"{path}: no marker was ever seen. Export the trial with its trajectories.")
-    return cleaned, tuple(f"{path.name}: {note}" for note in notes)
+    joined, joining_notes = join_trajectories(cleaned)
+    return joined, tuple(f"{path.name}: {note}" for note in (*notes, *joining_notes))
 
 
 def _with_table(

@@ -45,7 +45,7 @@ def initial_poses(
     weights = [np.ones(len(near_root))]
     if near_root.sum() >= 3:
         weights.append(np.where(near_root, 1.0, 0.02))
-    starts = [_aligned(problem, root, posture, frames, weight) for posture in postures for weight in weights]
+    starts = [aligned(problem, root, posture, frames, weight) for posture in postures for weight in weights]
     which = np.tile(frames, len(starts))
     rough, cost = solve_frames(problem, np.concatenate(starts), which, robust=False, max_iterations=8)
     order = cost.reshape(len(starts), -1).argsort(axis=0)[:KEPT]
@@ -56,7 +56,7 @@ def initial_poses(
     return q[index], cost[index]
 
 
-def _aligned(
+def aligned(
     problem: PoseProblem,
     root: RootJoint,
     posture: Float[np.ndarray, " dofs"],

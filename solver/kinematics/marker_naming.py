@@ -8,6 +8,7 @@ import numpy as np
 
 from solver.capture.capture import Markers
 from solver.errors import FitError
+from solver.kinematics.label_reading import read_labels
 from solver.kinematics.marker_matching import LEFT_OUT, MarkerMatch, match_markers, similar_names
 from solver.markers.atlas import atlas, landmark_marker
 from solver.markers.label_parts import spelling
@@ -53,9 +54,12 @@ def name_markers(
 def _on_default_body(
     generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str]
 ) -> tuple[Skeleton, dict[str, str], tuple[str, ...]]:
-    rows = understand(_labels(recordings), recordings).labels
-    by_itself = {r.label: r.landmark if r.used else LEFT_OUT for r in rows}
+    read = read_labels(generic, recordings)
+    by_itself = {r.label: r.landmark if r.used else LEFT_OUT for r in read.understanding.labels}
     word = {label: target for label, target in word.items() if target != by_itself.get(label)}
+    if word and read.found:
+        read = read_labels(generic, recordings, word)
+    rows = read.understanding.labels
     known = {
         m: model for r in recordings for model, m in similar_names(generic.marker_names, r.names).items()
     }
@@ -64,6 +68,11 @@ def _on_default_body(
     named: dict[str, str] = {}
     for row in sorted(rows, key=lambda r: (r.same_as is not None, -r.confidence)):
         target = word.get(row.label)
+        if target is None and row.label in read.found:
+            named[row.label] = row.label if row.used else LEFT_OUT
+            if row.used:
+                new[row.label] = read.found[row.label]
+            continue
         if target is None and row.landmark is None:
             continue  # nothing but the body's own names can know it
         if target is None and row.same_as is not None and not _together(row.label, row.same_as, recordings):
@@ -97,7 +106,14 @@ def _on_default_body(
             new[row.label] = place
         named[row.label] = twin or row.label
     kept = [marker for marker in generic.markers if marker.name not in new]
-    return generic.with_markers([*kept, *new.values()]), named, _notes(rows, named, word, set(new))
+    return (
+        generic.with_markers([*kept, *new.values()]),
+        named,
+        (
+            *read.notes,
+            *_notes([r for r in rows if r.label not in read.found], named, word, set(new)),
+        ),
+    )
 
 
 def _in_own_model(

@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from benchmarks.marker_knockout import ANGLES, JOINTS, agreement, judged_labels, recordings_of, roc_area
+from benchmarks.marker_knockout import (
+    ANGLES,
+    JOINTS,
+    agreement,
+    judged_labels,
+    nonsense,
+    recordings_of,
+    roc_area,
+)
 from solver.capture.subject import open_subject
 
 UNSEEN = ("walk_gait2354_subject01", "exo_apo_gordon")  # no limit of solver.markers was chosen on these
@@ -41,6 +49,14 @@ def test_recordings_without_a_model_are_fitted(real_data, folder, trial, fewest)
     errors = np.linalg.norm(first.model_markers_ground - match.observed(first.capture.markers), axis=2)
     assert len(match.model) >= fewest
     assert np.sqrt(np.nanmean(errors**2)) < 0.02  # Hicks et al. 2015
+
+
+@pytest.mark.real
+def test_labels_that_mean_nothing(real_data):
+    found = nonsense(open_subject(real_data / "opencap_subject4"), "walking1", seed=0)
+    assert max(found.agreement.angle_rms_deg[a] for a in ANGLES) < 8
+    assert max(found.agreement.centre_rms_m[j] for j in JOINTS) < 0.04
+    assert sum(right for _, right in found.judged) >= 0.9 * len(found.judged)
 
 
 def test_area_of_sure_and_unsure():

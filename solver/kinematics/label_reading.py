@@ -1,0 +1,180 @@
+"""What labels mean on the default body: by their names, and where these say nothing, by the motion."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solver.capture.capture import Markers
+from solver.errors import FitError
+from solver.kinematics.marker_matching import FEWEST_SHARED, LEFT_OUT, similar_names
+from solver.kinematics.scale_prior import stature
+from solver.kinematics.unnamed.landmark_mixture import landmark_mixture
+from solver.kinematics.unnamed.recognition import FoundMarker, recognise
+from solver.kinematics.unnamed.same_labels import disagreeing
+from solver.markers.atlas import atlas, place_on
+from solver.markers.understanding import SURE_ENOUGH, Understanding, UnderstoodLabel, understand
+from solver.skeleton.skeleton import Marker, Skeleton
+
+HOLDS = 0.5  # of the labels that some table has; if fewer keep their distances, the names are wrong
+FEW = 0.25  # labels without a name, of those with one: then the named ones tell the pose of every limb
+_REGION = {  # the landmark that stands for "somewhere on this segment"
+    "pelvis": "pelvis_cluster",
+    "femur": "thigh_cluster",
+    "tibia": "shank_cluster",
+    "patella": "patella",
+    "talus": "ankle_centre",
+    "calcn": "foot_cluster",
+    "toes": "hallux",
+    "torso": "trunk_cluster",
+    "humerus": "upper_arm",
+    "ulna": "forearm",
+    "radius": "wrist_middle",
+    "hand": "hand_cluster",
+}
+
+
+@dataclass(frozen=True)
+class ReadLabels:
+    """Every label's row, and the places of those that were found by the motion."""
+
+    understanding: Understanding
+    found: dict[str, Marker]  # on the default body
+    notes: tuple[str, ...] = ()
+
+
+def read_labels(
+    body: Skeleton, recordings: Sequence[Markers], known: Mapping[str, str] | None = None
+) -> ReadLabels:
+    """Read all labels of a subject's recordings.
+
+    Where most names hold, only labels that no table has are looked for on the body. Where they don't, because
+    they mean nothing or stand on the wrong trajectories, all markers are.
+
+    Args:
+        body: the default body, unscaled, with its own markers.
+        recordings: of one subject.
+        known: a person's word: label to landmark or marker of the body, "" to leave it out.
+
+    Raises:
+        FitError: the labels mean nothing, and not the same in all recordings.
+    """
+    labels = list(dict.fromkeys(name for markers in recordings for name in markers.names))
+    understood = understand(labels, recordings)
+    of_word = {label: _landmark_of(target, body) for label, target in (known or {}).items()}
+    own = {
+        label: _landmark_of(name, body)
+        for markers in recordings
+        for name, label in similar_names(body.marker_names, markers.names).items()
+    }
+    meant = [row for row in understood.labels if row.landmark is not None]
+    used = {row.label: row.landmark for row in meant if row.used and row.landmark is not None}
+    pinned = {
+        label: name
+        for label, name in (own | used).items()
+        if label not in {r.label for r in meant if not r.used}
+    }
+    holds = len(pinned) >= FEWEST_SHARED and len(used) >= HOLDS * len(meant)
+    unknown = {row.label for row in understood.labels} - set(pinned) - {r.label for r in meant}
+    if holds and not unknown:
+        return ReadLabels(understood, {})
+    pinned = {**(pinned if holds else {}), **{label: name for label, name in of_word.items() if name}}
+    wanted = [label for label in labels if of_word.get(label) != LEFT_OUT]
+    looked_at = _only(recordings, wanted)
+    if not holds:
+        unlike = disagreeing(looked_at)
+        if unlike is not None:
+            raise FitError(
+                f"The labels mean nothing, and not the same markers in all recordings: {unlike}. "
+                "Fit the trials one at a time, without a static trial, or name the labels in a marker map."
+            )
+    recognition = recognise(looked_at, pinned, search=not holds or len(unknown) > FEW * len(pinned))
+    if recognition is None or not (holds or recognition.person):
+        return ReadLabels(understood, {})
+    sought = unknown if holds else set(wanted)
+    found = {f.label: f for f in recognition.markers if f.label in sought and f.label not in of_word}
+    if holds:  # what nobody asked for need not be listed as ambiguous: a label of no marker, mostly
+        found = {label: f for label, f in found.items() if f.confidence >= SURE_ENOUGH}
+    rows = tuple(_row(found[row.label]) if row.label in found else row for row in understood.labels)
+    return ReadLabels(
+        Understanding(rows, understood.families if holds else ()),
+        {label: _marker(f, body) for label, f in found.items()},
+        _notes(found, rows, contradicted=not holds and bool(meant)),
+    )
+
+
+def _landmark_of(target: str, body: Skeleton) -> str:
+    """The landmark that a name of the atlas or of the body's own markers stands for."""
+    if target == LEFT_OUT or target in atlas():
+        return target
+    marker = body.markers[body.marker_names.index(target)]
+    near = [mark for mark in atlas().values() if body.body_index(mark.body) == marker.body]
+    return min(near, key=lambda mark: float(np.linalg.norm(place_on(mark, body) - marker.position_body))).name
+
+
+def _only(recordings: Sequence[Markers], wanted: Sequence[str]) -> list[Markers]:
+    """The recordings without the other labels."""
+    kept = []
+    for markers in recordings:
+        columns = [i for i, name in enumerate(markers.names) if name in wanted]
+        kept.append(
+            replace(
+                markers,
+                names=tuple(markers.names[i] for i in columns),
+                positions_ground=markers.positions_ground[:, columns],
+            )
+        )
+    return kept
+
+
+def _marker(found: FoundMarker, body: Skeleton) -> Marker:
+    """On a default body of any stature."""
+    ratio = (stature(body) or 1.0) / (stature(landmark_mixture().skeleton) or 1.0)
+    place = found.place_body * ratio if found.landmark is None else place_on(found.landmark, body)
+    bony = found.landmark is not None and found.landmark.kind == "bony"
+    return Marker(found.label, body.body_index(found.body), place, fixed=bony, spread_m=found.spread_m)
+
+
+def _row(found: FoundMarker) -> UnderstoodLabel:
+    landmark = found.landmark.name if found.landmark else _region(found.body)
+    at = found.landmark.says if found.landmark else "no landmark"
+    return UnderstoodLabel(
+        found.label,
+        landmark,
+        found.body,
+        found.confidence,
+        None,
+        f"by the motion: moves with {found.body}; {at}",
+        tuple((_region(name), p) for name, p in found.alternatives),
+    )
+
+
+def _region(body: str) -> str:
+    stem, _, side = body.partition("_")
+    return f"{_REGION[stem]}_{side}" if side else _REGION[stem]
+
+
+def _notes(
+    found: Mapping[str, FoundMarker], rows: Sequence[UnderstoodLabel], contradicted: bool
+) -> tuple[str, ...]:
+    notes = []
+    if contradicted:
+        notes.append("the names of most labels contradict the distances between the markers: not used")
+    by_body: dict[str, list[str]] = {}
+    for f in found.values():
+        if f.confidence >= SURE_ENOUGH:
+            at = f" at {f.landmark.name}" if f.landmark else ""
+            by_body.setdefault(f.body, []).append(f"{f.label}{at}")
+    if by_body:
+        listed = "; ".join(f"{body}: {', '.join(labels)}" for body, labels in by_body.items())
+        notes.append(f"labels without a meaning, attached to the bodies that they move with: {listed}")
+    doubtful = [
+        f"{f.label} ({' or '.join(f'{b} {p:.2f}' for b, p in ((f.body, f.confidence), *f.alternatives))})"
+        for f in found.values()
+        if f.confidence < SURE_ENOUGH
+    ]
+    if doubtful:
+        notes.append(
+            f"labels without a meaning, on several bodies or on none, left out: {', '.join(doubtful)}"
+        )
+    return tuple(notes)

@@ -1,0 +1,135 @@
+"""The default body laid over the markers of one frame: soft assignment and pose in turn, ever sharper.
+
+The markers are drawn from a mixture of Gaussians about the landmarks (Myronenko & Song 2010,
+10.1109/TPAMI.2010.46), which move with the pose of the body. Many guesses are followed at once.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from solver.kinematics.unnamed.landmark_mixture import LandmarkMixture
+from solver.kinematics.unnamed.start_postures import Guesses, first_guesses
+
+DENSITY_WIDTH_M = 0.05  # densities are in units of a Gaussian's of this width
+SHRINKING = (
+    1.0  # of three dimensions: errors of proportion are shared, so markers are no independent witnesses
+)
+LEAST_WEIGHT = 1e-9  # below it a landmark pulls nothing
+
+
+@dataclass(frozen=True)
+class LaidOver:
+    """Guesses after alignment, the best first."""
+
+    guesses: Guesses
+    log_likelihood: Float[np.ndarray, " guesses"]  # of the markers, with the posture's cost
+    share: Float[np.ndarray, "guesses markers landmarks"]  # probability of each landmark; the rest is "none"
+
+
+def lay_over(
+    points_ground: Float[np.ndarray, "markers 3"],
+    allowed: Bool[np.ndarray, "markers landmarks"],
+    mixture: LandmarkMixture,
+    size_prior: tuple[float, float],
+) -> LaidOver:
+    """Align the body to one frame.
+
+    Args:
+        points_ground: of the frame's seen markers, y up [m].
+        allowed: which landmarks each may be.
+        mixture: of the default body.
+        size_prior: mean and standard deviation of the logarithm of the person's size.
+    """
+    settings = mixture.settings
+    guesses = first_guesses(points_ground, mixture)
+    start = guesses.q
+    coarse = settings.widths_m[: settings.coarse_widths]
+    rough = _sharpened(guesses, start, (points_ground, allowed), mixture, coarse)
+    likely = rough.log_likelihood + of_size(guesses.size, len(points_ground), size_prior)
+    kept = np.argsort(-likely)[: settings.followed]
+    fine = settings.widths_m[settings.coarse_widths :]
+    found = _sharpened(rough.guesses.some(kept), start[kept], (points_ground, allowed), mixture, fine)
+    likely = found.log_likelihood + of_size(found.guesses.size, len(points_ground), size_prior)
+    order = np.argsort(-likely)
+    return LaidOver(found.guesses.some(order), likely[order], found.share[order])
+
+
+def of_size(
+    size: Float[np.ndarray, " guesses"], markers: int, prior: tuple[float, float]
+) -> Float[np.ndarray, " guesses"]:
+    """What a size adds to the log likelihood: its prior, and that densities of a shrunk cloud are higher."""
+    mean, std = prior
+    return -0.5 * ((np.log(size) - mean) / std) ** 2 - SHRINKING * markers * np.log(size)
+
+
+def _sharpened(
+    guesses: Guesses,
+    start: Float[np.ndarray, "guesses dofs"],
+    frame: tuple[Float[np.ndarray, "markers 3"], Bool[np.ndarray, "markers landmarks"]],
+    mixture: LandmarkMixture,
+    widths_m: Sequence[float],
+) -> LaidOver:
+    points_ground, allowed = frame
+    points = points_ground[None] / guesses.size[:, None, None]
+    weights = np.where(guesses.arms[:, None], mixture.log_weight(arms=True), mixture.log_weight(arms=False))[
+        :, None
+    ] + np.where(allowed, 0.0, -np.inf)
+    q, context = guesses.q, np.zeros(1)
+    for width in widths_m:
+        poses = mixture.kinematics.poses(q)
+        places = mixture.kinematics.markers(poses)
+        share, log_density = _shares(points, places, weights + context, mixture, width)
+        context = mixture.context(share)
+        pull = share / (width**2 + mixture.variance)
+        weight = pull.sum(axis=1)
+        target = (pull.transpose(0, 2, 1) @ points) / np.maximum(weight, LEAST_WEIGHT)[:, :, None]
+        error = np.where(weight[:, :, None] > LEAST_WEIGHT, places - target, 0.0)
+        H, g = mixture.terms.normal_equations(poses, places, error, weight)
+        cost, gradient, diagonal = _posture_cost(q, start, mixture)
+        dofs = np.arange(q.shape[1])
+        H[:, dofs, dofs] += diagonal
+        step = -np.linalg.solve(H, (g + gradient)[:, :, None])[:, :, 0]
+        turned = np.delete(step, mixture.root.translation_dofs, axis=1)
+        largest = np.abs(turned).max(axis=1, keepdims=True)
+        q = q + step * np.minimum(1.0, mixture.settings.most_turn_rad / np.maximum(largest, 1e-9))
+    return LaidOver(Guesses(q, guesses.size, guesses.arms), log_density.sum(axis=1) - 0.5 * cost, share)
+
+
+def _shares(
+    points: Float[np.ndarray, "guesses markers 3"],
+    places: Float[np.ndarray, "guesses landmarks 3"],
+    log_weight: Float[np.ndarray, "guesses markers landmarks"],
+    mixture: LandmarkMixture,
+    width_m: float,
+) -> tuple[Float[np.ndarray, "guesses markers landmarks"], Float[np.ndarray, "guesses markers"]]:
+    """Probability of each landmark for each marker, and the log density of the marker."""
+    squares = (
+        (points**2).sum(axis=2)[:, :, None]
+        + (places**2).sum(axis=2)[:, None, :]
+        - 2 * points @ places.transpose(0, 2, 1)
+    )
+    variance = width_m**2 + mixture.variance
+    score = log_weight - 0.5 * squares / variance - 1.5 * np.log(variance / DENSITY_WIDTH_M**2)
+    none = np.log(mixture.settings.elsewhere) - 3.0 * np.log(width_m / DENSITY_WIDTH_M)
+    highest = np.maximum(score.max(axis=2), none)
+    density = np.exp(score - highest[:, :, None])
+    total = density.sum(axis=2) + np.exp(none - highest)
+    return density / total[:, :, None], highest + np.log(total)
+
+
+def _posture_cost(
+    q: Float[np.ndarray, "guesses dofs"], start: Float[np.ndarray, "guesses dofs"], mixture: LandmarkMixture
+) -> tuple[
+    Float[np.ndarray, " guesses"], Float[np.ndarray, "guesses dofs"], Float[np.ndarray, "guesses dofs"]
+]:
+    """Cost, gradient and diagonal of the joints' limits and of the pull to the start posture."""
+    settings = mixture.settings
+    precision = np.full(q.shape[1], settings.posture_std_rad**-2)
+    precision[mixture.root.dofs] = 0.0
+    stiffness = settings.limit_std_rad**-2
+    away, beyond = q - start, q - np.clip(q, *mixture.limits)
+    cost = (precision * away**2).sum(axis=1) + stiffness * (beyond**2).sum(axis=1)
+    return cost, precision * away + stiffness * beyond, precision + stiffness * (beyond != 0) + 1e-6

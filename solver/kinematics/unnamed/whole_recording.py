@@ -1,0 +1,220 @@
+"""A guess from one frame followed over the recording: poses and attachments in turn, then segment lengths."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from solver.kinematics.calibration import CalibrationFrames, calibrate
+from solver.kinematics.frame_solver import PoseProblem, solve_frames
+from solver.kinematics.initial_pose import aligned, start_postures
+from solver.kinematics.settings import KinematicsSettings
+from solver.kinematics.unnamed.attachment import Attachment, Seen, Tolerance, attach
+from solver.kinematics.unnamed.landmark_mixture import LandmarkMixture
+from solver.kinematics.unnamed.single_frame import of_size
+from solver.skeleton.scaling import scaled
+from solver.skeleton.skeleton import Marker, Skeleton
+
+START_STEPS, FIRST_STEPS, STEPS = 6, 10, 8  # of the poses: rough ones from every start, then of each round
+HANDS_FROM = 0.5  # of the rounds: first the forearm is placed
+OTHERS_WEIGHT = 0.02  # against the root's markers, in one of the alignments
+
+
+@dataclass(frozen=True)
+class Followed:
+    """One understanding of the whole recording."""
+
+    q: Float[np.ndarray, "frames dofs"]  # of the mixture's skeleton, in the cloud divided by `size`
+    size: float
+    arms: bool
+    attachment: Attachment
+    log_likelihood: float
+    factors: Float[np.ndarray, "bodies 3"] | None = None  # of segments, once these were scaled
+
+
+def follow(
+    seen: Seen,
+    start_q: Float[np.ndarray, "starts dofs"],
+    first: tuple[Float[np.ndarray, "markers landmarks"], Float[np.ndarray, "markers 3"]],
+    mixture: LandmarkMixture,
+    *,
+    size: float,
+    arms: bool,
+    size_prior: tuple[float, float],
+) -> Followed:
+    """Poses of all frames and the bodies of all markers.
+
+    Args:
+        seen: frames of the recording [m].
+        start_q: postures to start from, besides the usual ones; their root does not matter.
+        first: shares of the markers' landmarks, and places on their bodies where known (else NaN) [m].
+        mixture: of the default body.
+        size: of the person against the default body.
+        arms: whether arms carry markers.
+        size_prior: mean and standard deviation of its logarithm.
+    """
+    settings = mixture.settings
+    shrunk = replace(seen, points=seen.points / size)
+    share, place = first
+    body = (share @ mixture.of_body).argmax(axis=1)
+    every = np.arange(len(seen.points))
+    known = np.isfinite(place).all(axis=1)
+    hidden = replace(shrunk, points=np.where(known[None, :, None], shrunk.points, np.nan))
+    problem = _problem(hidden, body, np.where(known[:, None], place, 0.0), mixture)
+    q = _started(problem, start_q, mixture)
+    for round_ in range(settings.rounds):
+        late = round_ / max(1, settings.rounds - 1)
+        loose = settings.loose_m + late * (settings.rigid_m - settings.loose_m)
+        tolerance = Tolerance(loose, settings.proportions_m)
+        attachment = attach(
+            shrunk, q, share, mixture, tolerance=tolerance, arms=arms, hands=late >= HANDS_FROM
+        )
+        share = attachment.share
+        body, expected, variance = attachment.expected(mixture)
+        ratio = _size_change(shrunk, q, (body, expected, variance), mixture)
+        size *= ratio
+        shrunk = replace(seen, points=seen.points / size)
+        q = q.copy()
+        q[:, mixture.root.translation_dofs] /= ratio
+        measured = attachment.place_body[np.arange(len(body)), body]
+        by_landmark = settings.rigid_m**2 / (settings.rigid_m**2 + variance)
+        place = measured + by_landmark[:, None] * (expected - measured)
+        q, _ = solve_frames(_problem(shrunk, body, place, mixture), q, every, max_iterations=STEPS)
+    tolerance = Tolerance(settings.rigid_m, settings.proportions_m)
+    attachment = attach(shrunk, q, share, mixture, tolerance=tolerance, arms=arms)
+    likely = _log_likelihood(attachment, q, mixture) + float(
+        of_size(np.array([size]), len(body), size_prior)[0]
+    )
+    return Followed(q, size, arms, attachment, likely)
+
+
+def with_segments_scaled(
+    seen: Seen, followed: Followed, mixture: LandmarkMixture, size_prior: tuple[float, float]
+) -> Followed:
+    """The same with the segments' own lengths, by the ordinary scaling; the mixture's places follow them."""
+    settings = mixture.settings
+    shrunk = replace(seen, points=seen.points / followed.size)
+    body, expected, variance = followed.attachment.expected(mixture)
+    spread = np.sqrt(variance + settings.proportions_m**2)
+    marked = _marked(mixture.skeleton, body, expected, spread)
+    weight = np.full(len(seen.points), KinematicsSettings().effective_frames / len(seen.points))
+    calibration = calibrate(marked, CalibrationFrames(shrunk.points, weight), KinematicsSettings())
+    own = LandmarkMixture(scaled(mixture.skeleton, calibration.factors), settings)
+    problem = PoseProblem(calibration.skeleton, shrunk.points, _loose_poses(mixture), settings.robust_m)
+    q, _ = solve_frames(problem, followed.q, np.arange(len(followed.q)))
+    tolerance = Tolerance(settings.rigid_m, settings.scaled_proportions_m)
+    attachment = attach(shrunk, q, followed.attachment.share, own, tolerance=tolerance, arms=followed.arms)
+    return replace(
+        followed,
+        q=q,
+        attachment=attachment,
+        log_likelihood=_log_likelihood(attachment, q, own)
+        + float(of_size(np.array([followed.size]), len(body), size_prior)[0]),
+        factors=calibration.factors,
+    )
+
+
+def forwards(followed: Followed, recording: Int[np.ndarray, " frames"], mixture: LandmarkMixture) -> float:
+    """Log odds for the person's front, by the direction of travel: people mostly walk forwards.
+
+    Args:
+        followed: the understanding.
+        recording: which recording each frame is of; frames in order.
+        mixture: of the default body.
+    """
+    poses = mixture.kinematics.poses(followed.q)
+    pelvis = poses.p_ground_body[:, mixture.root.body] * followed.size
+    ahead = poses.R_ground_body[:, mixture.root.body, :, 0]
+    same = np.diff(recording) == 0
+    step = np.diff(pelvis, axis=0)[same][:, [0, 2]]
+    along = (step * ahead[:-1][same][:, [0, 2]]).sum()
+    settings = mixture.settings
+    travelled = np.linalg.norm(step, axis=1).sum()
+    return settings.forwards_log_odds * along / travelled if travelled > settings.walks_m else 0.0
+
+
+def _started(
+    problem: PoseProblem, start_q: Float[np.ndarray, "starts dofs"], mixture: LandmarkMixture
+) -> Float[np.ndarray, "frames dofs"]:
+    every = np.arange(len(problem.observed))
+    near_root = problem.kinematics.marker_bodies == mixture.root.body
+    weights = [np.ones(len(near_root))]
+    if (near_root & problem.seen.any(axis=0)).sum() >= 3:
+        weights.append(np.where(near_root, 1.0, OTHERS_WEIGHT))
+    starts = [
+        aligned(problem, mixture.root, posture, every, weight)
+        for posture in (*start_q, *start_postures(problem.kinematics.skeleton))
+        for weight in weights
+    ]
+    which = np.tile(every, len(starts))
+    q, cost = solve_frames(problem, np.concatenate(starts), which, robust=False, max_iterations=START_STEPS)
+    best = cost.reshape(len(starts), -1).argmin(axis=0)
+    q, _ = solve_frames(
+        problem, q.reshape(len(starts), len(every), -1)[best, every], every, max_iterations=FIRST_STEPS
+    )
+    return q
+
+
+def _problem(
+    seen: Seen,
+    body: Int[np.ndarray, " markers"],
+    place_body: Float[np.ndarray, "markers 3"],
+    mixture: LandmarkMixture,
+) -> PoseProblem:
+    marked = _marked(mixture.skeleton, body, place_body)
+    return PoseProblem(marked, seen.points, _loose_poses(mixture), mixture.settings.robust_m)
+
+
+def _loose_poses(mixture: LandmarkMixture) -> KinematicsSettings:
+    return replace(KinematicsSettings(), pose_std_rad=mixture.settings.pull_std_rad)
+
+
+def _marked(
+    skeleton: Skeleton,
+    body: Int[np.ndarray, " markers"],
+    place_body: Float[np.ndarray, "markers 3"],
+    spread_m: Sequence[float] | Float[np.ndarray, " markers"] | None = None,
+) -> Skeleton:
+    """The skeleton with the recording's markers, named by their column."""
+    spreads = [None] * len(body) if spread_m is None else [float(s) for s in spread_m]
+    return skeleton.with_markers(
+        [
+            Marker(str(i), int(b), p, spread_m=s)
+            for i, (b, p, s) in enumerate(zip(body, place_body, spreads, strict=True))
+        ]
+    )
+
+
+def _size_change(
+    seen: Seen,
+    q: Float[np.ndarray, "frames dofs"],
+    expected: tuple[
+        Int[np.ndarray, " markers"], Float[np.ndarray, "markers 3"], Float[np.ndarray, " markers"]
+    ],
+    mixture: LandmarkMixture,
+) -> float:
+    """Factor that brings the cloud to the body's size (Procrustes over all frames)."""
+    body, place_body, variance = expected
+    poses = mixture.kinematics.poses(q)
+    R, p = poses.R_ground_body[:, body], poses.p_ground_body[:, body]
+    model = (R @ place_body[None, :, :, None])[..., 0] + p
+    weight = np.isfinite(seen.points).all(axis=2) / (variance + mixture.settings.rigid_m**2)
+    total = np.maximum(weight.sum(axis=1), 1e-12)[:, None]
+    points = np.where(weight[:, :, None] > 0, seen.points, 0.0)
+    points = points - ((weight[:, :, None] * points).sum(axis=1) / total)[:, None]
+    model = model - ((weight[:, :, None] * model).sum(axis=1) / total)[:, None]
+    ratio = (weight * (points * model).sum(axis=2)).sum() / (weight * (model**2).sum(axis=2)).sum()
+    return float(np.clip(ratio, 0.9, 1.1))
+
+
+def _log_likelihood(
+    attachment: Attachment, q: Float[np.ndarray, "frames dofs"], mixture: LandmarkMixture
+) -> float:
+    """Of the markers, less the posture's cost in as many frames as are independent."""
+    settings = mixture.settings
+    pull = q - mixture.skeleton.default_q
+    pull[:, mixture.root.dofs] = 0.0
+    beyond = (q - np.clip(q, *mixture.limits)) / settings.limit_std_rad
+    posture = ((pull / settings.pull_std_rad) ** 2 + beyond**2).sum(axis=1).mean()
+    return float(attachment.log_density.sum() - 0.5 * settings.independent_frames * posture)

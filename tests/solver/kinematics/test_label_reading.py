@@ -1,0 +1,62 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.errors import FitError
+from solver.kinematics.label_reading import read_labels
+from solver.kinematics.marker_naming import name_markers
+from solver.skeleton.default_body import default_skeleton
+
+
+@pytest.fixture(scope="module")
+def body():
+    return default_skeleton()
+
+
+def test_labels_that_mean_nothing_are_attached_and_named_in_the_notes(walker, body):
+    markers, places = walker
+    named = name_markers(body, [markers], default_body=True)
+    at = {m.name: named.skeleton.bodies[m.body].name for m in named.match.skeleton(named.skeleton).markers}
+    assert len(at) >= 0.9 * len(places)
+    assert np.mean([at[label] == places[label].body for label in at]) >= 0.9
+    assert any("attached to the bodies that they move with" in note for note in named.match.notes)
+
+
+def test_names_on_the_wrong_trajectories_are_not_believed(walker, body):
+    markers, places = walker
+    wrong = np.random.default_rng(2).permutation(list(places.values()))
+    names = tuple(mark.name for mark in wrong)
+    read = read_labels(body, [replace(markers, names=names)])
+    rows = read.understanding.by_label()
+    truth = {name: places[label].body for name, label in zip(names, markers.names, strict=True)}
+    assert any("contradict" in note for note in read.notes)
+    assert np.mean([rows[name].body == truth[name] for name in names]) >= 0.9
+
+
+def test_a_marker_without_a_name_among_named_ones_is_attached(walker, body):
+    markers, places = walker
+    unnamed = [label for label, mark in places.items() if mark.name in ("thigh_front_r", "shank_front_l")]
+    names = tuple(label if label in unnamed else places[label].name for label in markers.names)
+    read = read_labels(body, [replace(markers, names=names)])
+    assert {label: read.understanding.by_label()[label].body for label in unnamed} == {
+        label: places[label].body for label in unnamed
+    }
+    assert set(read.found) == set(unnamed)
+
+
+def test_a_person_may_say_what_a_label_is(walker, body):
+    markers, places = walker
+    c7 = next(label for label, mark in places.items() if mark.name == "c7")
+    named = name_markers(body, [markers], default_body=True, chosen={c7: "t4"})
+    at = {m.name: m for m in named.skeleton.markers}
+    assert named.skeleton.bodies[at[c7].body].name == "torso"
+    assert any("marker map" in note and c7 in note for note in named.match.notes)
+
+
+def test_labels_given_anew_in_another_recording_are_refused(walker, body):
+    markers, _ = walker
+    shuffled = np.random.default_rng(1).permutation(len(markers.names))
+    other = replace(markers, positions_ground=markers.positions_ground[:, shuffled])
+    with pytest.raises(FitError, match="one at a time"):
+        read_labels(body, [markers, other])
