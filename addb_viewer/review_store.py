@@ -7,7 +7,7 @@ from pathlib import Path
 
 from annotations.database import Database, is_url
 from annotations.errors import ReviewError
-from annotations.events import IMPORTED, Event, ImportTable, Proposal
+from annotations.events import IMPORTED, Edit, Event, ImportTable, Proposal
 from annotations.log import ReviewLog
 from annotations.review_json import FINISHED, import_labels
 from solver.capture.capture import Capture, Subject, TrialFiles
@@ -50,6 +50,18 @@ def open_log(subject_folder: Path) -> ReviewLog:
     if url is None:
         return ReviewLog.open(subject_folder / FILE)
     return ReviewLog(_shared(url, os.getpid()), subject_key(subject_folder))
+
+
+def all_edits(subject_folder: Path) -> tuple[Edit, ...]:
+    """Everything that people decided about a subject, in order; nothing is made where there is no log.
+
+    Raises:
+        ReviewError: it cannot be read.
+    """
+    if not has_log(subject_folder):
+        return ()
+    with open_log(subject_folder) as log:
+        return log.history()
 
 
 def subject_key(subject_folder: Path) -> str:

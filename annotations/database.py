@@ -1,6 +1,8 @@
 """The database behind a review log: SQLite that a crash does not hurt, or PostgreSQL that a lab shares."""
 
 import os
+import sqlite3
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,6 +15,7 @@ from annotations.errors import ReviewError
 from annotations.schema import NewerSchemaError, is_current, migrate
 
 PATIENCE_S = 30.0  # [s] how long to wait while another program writes
+AGAIN_S = 0.01  # [s] between two tries where SQLite itself does not wait
 CONNECT_S = 10  # [s] how long to wait for a server to answer
 WRITERS = 0x61646462  # PostgreSQL's number for the lock that writers hold, one at a time
 
@@ -115,7 +118,7 @@ def _engine(url: URL, patience_s: float) -> Engine:
     match url.get_backend_name():
         case "sqlite":
             engine = create_engine(url, connect_args={"timeout": patience_s})
-            _make_sqlite_crash_safe(engine)
+            _make_sqlite_crash_safe(engine, patience_s)
         case "postgresql":
             engine = create_engine(url, connect_args={"connect_timeout": CONNECT_S}, pool_pre_ping=True)
             _make_postgresql_crash_safe(engine, patience_s)
@@ -148,18 +151,32 @@ def _cannot_change(path: Path) -> bool:
     return not os.access(path.parent, os.W_OK) and not path.with_name(f"{path.name}-wal").exists()
 
 
-def _make_sqlite_crash_safe(engine: Engine) -> None:
+def _make_sqlite_crash_safe(engine: Engine, patience_s: float) -> None:
     """Transactions are begun by us, because the driver begins none before reads and schema changes."""
 
     @event.listens_for(engine, "connect")
     def prepare(connection, _record) -> None:  # type: ignore[no-untyped-def]
         connection.isolation_level = None
-        connection.execute("PRAGMA journal_mode = WAL")
+        _write_ahead(connection, patience_s)
         connection.execute("PRAGMA synchronous = FULL")
 
     @event.listens_for(engine, "begin")
     def begin(connection: Connection) -> None:
         connection.exec_driver_sql("BEGIN IMMEDIATE" if _writes(connection) else "BEGIN")
+
+
+def _write_ahead(connection: sqlite3.Connection, patience_s: float) -> None:
+    """Switch to the write-ahead log; where another one does so just now, SQLite refuses and does not wait."""
+    end = time.monotonic() + patience_s
+    while True:
+        try:
+            connection.execute("PRAGMA journal_mode = WAL")
+        except sqlite3.OperationalError as error:
+            if not any(words in str(error) for words in _BUSY) or time.monotonic() > end:
+                raise
+            time.sleep(AGAIN_S)
+        else:
+            return
 
 
 def _make_postgresql_crash_safe(engine: Engine, patience_s: float) -> None:

@@ -52,6 +52,18 @@ REASON_KEYS = (
     ReasonKey("9", "other", MANUAL_REVIEW),
 )
 
+OTHER_WORDS = {
+    "measuredGrfZeroWhenAccelerationNonZero": "no force despite acceleration",
+    "missingImpact": "impact missing",
+    "missingBlip": "short gap in the force",
+    "shiftGRF": "force shifted in time",
+    "hasInputOutliers": "outliers in the input",
+    "hasNoForcePlateData": "no force plate data",
+    "velocitiesStillTooHighAfterFiltering": "too fast even when filtered",
+    "zeroForceFrame": "force is zero",
+    "extendedToNearestPeakForce": "up to the nearest peak",
+}  # of the reasons that no key stands for
+
 _KEY_OF = {key.reason: key for key in REASON_KEYS}
 
 
@@ -61,18 +73,18 @@ def key_of(reason: str) -> str:
 
 
 def reason_words(reason: str) -> str:
-    """What people call a reason: the key's words, else the reason itself."""
-    return _KEY_OF[reason].words if reason in _KEY_OF else reason
+    """What people call a reason; a name that is none stays as it is."""
+    return _KEY_OF[reason].words if reason in _KEY_OF else OTHER_WORDS.get(reason, reason)
 
 
 def reason_named(text: str) -> str:
-    """The reason that a person means by its name, a key's number or a key's words; case does not matter.
+    """The reason that a person means by its name, its words or a key's number; case does not matter.
 
     Raises:
         ReviewError: no reason of that name; the nearest are listed.
     """
     spoken = {reason.lower(): reason for reason in REASONS}
-    spoken |= {key.words: key.reason for key in REASON_KEYS}
+    spoken |= {reason_words(reason).lower(): reason for reason in REASONS[1:]}
     wanted = " ".join(text.lower().split())
     by_key = {key.key: key.reason for key in REASON_KEYS}
     found = spoken.get(wanted) or by_key.get(wanted)

@@ -12,12 +12,14 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from queue import Empty, Queue
 
 import numpy as np
 from jaxtyping import Float
@@ -34,6 +36,7 @@ from tests.addb_viewer.app.paper_browser import PaperBrowser
 FRAMES, MARKERS, TRIALS = 10_000, 60, 10
 TIMES = 40  # of each act
 PAUSE_S = 0.05  # between two acts
+READY_S = 300.0  # for a process, on a busy machine
 SETTLE_S = 2.0  # until all play
 LENGTH = 40  # frames that are painted at once
 MORE_WALKS = 4  # in the subject that is solved meanwhile
@@ -47,9 +50,11 @@ def app_latency_section(demo: Path) -> str:
         demo: folder of the demo subject with a kept fit; what is recorded goes into a folder beside it.
     """
     with _running("serve", str(demo)) as (server, said):
-        port = int(said)
+        port, began = int(said), time.perf_counter()
         browser = PaperBrowser(port)
         try:
+            _wait(browser, "frame 0 ·")
+            opened = time.perf_counter() - began
             alone = _times(browser, 30)
             one = _megabytes(server.pid)
             with _running("play", str(port)):
@@ -65,6 +70,7 @@ def app_latency_section(demo: Path) -> str:
     return (
         "| median (95th percentile) [ms] | alone | ten play, one solve runs |\n|---|---|---|\n"
         f"{rows}\n\n"
+        f"The first picture of a trial is on its way {opened:.1f} s after a browser connects.\n"
         f"Each of the ten gets {rate:.0f} pictures a second. Memory of the server: {one:.0f} MB with one\n"
         f"trial open, {ten:.0f} MB with {TRIALS} trials of {FRAMES} frames and {MARKERS} markers open in\n"
         "eleven browsers."
@@ -151,15 +157,32 @@ def _running(*arguments: str):  # type: ignore[no-untyped-def]
         [sys.executable, "-m", "benchmarks.app_latency", *arguments], stdout=subprocess.PIPE, text=True
     )
     try:
-        assert process.stdout is not None
-        yield process, process.stdout.readline()
+        yield process, _first_line(process, " ".join(arguments))
     finally:
-        process.send_signal(signal.SIGINT)
+        process.terminate()  # not SIGINT, which whatever runs in a shell's background ignores
         try:
             process.communicate(timeout=30)
         except subprocess.TimeoutExpired:
             process.kill()
             process.communicate()
+
+
+def _first_line(process: "subprocess.Popen[str]", what: str) -> str:
+    """What a process says once it is ready.
+
+    Raises:
+        RuntimeError: it ended, or says nothing in time.
+    """
+    assert process.stdout is not None
+    lines, read = Queue[str](), process.stdout.readline
+    threading.Thread(target=lambda: lines.put(read()), daemon=True).start()
+    try:
+        line = lines.get(timeout=READY_S)
+    except Empty as error:
+        raise RuntimeError(f"{what}: not ready after {READY_S:g} s") from error
+    if not line:
+        raise RuntimeError(f"{what}: ended before it was ready; its last words stand above")
+    return line
 
 
 class LongLibrary(Library):
@@ -273,10 +296,8 @@ def _play(port: int) -> None:
 
 
 def _until_told_to_end() -> None:
-    try:
+    with suppress(KeyboardInterrupt):
         signal.pause()
-    except KeyboardInterrupt:
-        return
 
 
 def main() -> None:
@@ -287,6 +308,7 @@ def main() -> None:
     )
     parser.add_argument("argument", nargs="?")
     arguments = parser.parse_args()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     if arguments.what == "serve":
         _serve(Path(arguments.argument))
     elif arguments.what == "play":

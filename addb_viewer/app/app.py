@@ -3,6 +3,7 @@
 import contextlib
 import getpass
 import os
+import signal
 import sys
 import threading
 import webbrowser
@@ -101,7 +102,13 @@ class ReviewApp:
             session.close()
 
 
-def start(folder: Path, host: str = "127.0.0.1", port: int = 8080, results: Path | None = None) -> ReviewApp:
+def start(
+    folder: Path,
+    host: str = "127.0.0.1",
+    port: int = 8080,
+    results: Path | None = None,
+    log: Path | None = None,
+) -> ReviewApp:
     """Open a subject, or a folder of several, in the app and return at once.
 
     Args:
@@ -109,12 +116,14 @@ def start(folder: Path, host: str = "127.0.0.1", port: int = 8080, results: Path
         host: address to listen on; others than the loopback ask browsers for a token.
         port: wished for; the next free one is taken when it's not.
         results: folder of the fit; inside the subject's folder by default.
+        log: file that the session is written down in.
 
     Raises:
-        CaptureError, ResultsError: the folder, or the fit of the first subject, cannot be read.
+        CaptureError, ResultsError: the folder, or the fit of the first subject, cannot be read; or the log
+            cannot be made.
         AddressError: the host is no address of this machine.
     """
-    house = House(open_root(folder), results)
+    house = House(open_root(folder), results, log)
     first = _first_of(house)
     door = Door.of(host)
     server = open_server(host, port, door)
@@ -137,12 +146,22 @@ def _first_of(house: House) -> str:
     return house.root.names[0]
 
 
-def serve(folder: Path, host: str = "127.0.0.1", port: int = 8080, results: Path | None = None) -> None:
+def serve(
+    folder: Path,
+    host: str = "127.0.0.1",
+    port: int = 8080,
+    results: Path | None = None,
+    log: Path | None = None,
+) -> None:
     """Show subjects in the browser until Ctrl+C; prints the address. Arguments as for `start`."""
-    app = start(folder, host, port, results)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ended kindly, as by Ctrl+C: all is closed
+    app = start(folder, host, port, results, log)
     where = address(app.server, app.door)
     taken = f"Port {port} is taken. " if port and app.server.get_port() != port else ""
     print(f"{taken}The app is at {where} (Ctrl+C ends it).", flush=True)
+    for room in app.house.rooms:
+        if room.log is not None:
+            print(f"The session is logged in {room.log.file}.", flush=True)
     if _has_display():
         webbrowser.open(where)
     try:

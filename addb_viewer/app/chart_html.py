@@ -13,6 +13,7 @@ from solver.runs import runs
 
 GUTTER, MARGIN = 66, 10  # [pixel] left and right of everything with a time axis
 HEADING = 17  # [pixel]
+SAMPLE = 18  # [pixel] of a curve in its legend
 AXIS = 32  # [pixel] of the time axis below all charts
 MANY = 3  # names whose common beginning is left out
 MOST_POINTS = 900  # of a curve: more than pixels
@@ -124,10 +125,13 @@ def _envelope(
 
 
 def _curve(line: Line, rows: slice, low: float, high: float) -> str:
+    return _stroke(line, curve_path(line.values[rows], low, high))
+
+
+def _stroke(line: Line, path: str) -> str:
     width = 1.0 if line.dashed else 1.6
     dashes = "5 4" if line.dashed else "2 2" if line.dotted else "none"
     dash = f" stroke-dasharray='{dashes}' stroke-width='{width}'"
-    path = curve_path(line.values[rows], low, high)
     return (
         f"<path d='{path}' style='stroke:{line.color.on_any_page}'{dash} vector-effect='non-scaling-stroke'/>"
     )
@@ -147,8 +151,8 @@ def _shading(shaded: Bool[np.ndarray, " frames"] | None, span: Span) -> str:
 
 def _legend(chart: Chart) -> str:
     keys = "".join(
-        f"<span style='margin-left:.7em'><span style='color:{line.color.on_any_page};font-weight:bold'>"
-        f"{'┅' if line.dashed else '┉' if line.dotted else '━'}</span> {html.escape(label)}</span>"
+        f"<span style='margin-left:.7em'><svg width='{SAMPLE}' height='8' fill='none'>"
+        f"{_stroke(line, f'M0 5H{SAMPLE}')}</svg> {html.escape(label)}</span>"
         for line, label in zip(chart.lines, short_labels([line.label for line in chart.lines]), strict=True)
         if label
     )

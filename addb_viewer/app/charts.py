@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float
 
-from addb_viewer.app.palette import BLUE, GREY, OTHER_SOLVE, PLATES, RESIDUAL, Rgb
+from addb_viewer.app.palette import BLUE, GREY, OTHER_CURVE, PLATES, RESIDUAL, Rgb
 from addb_viewer.app.replay import JointReplay, Replay
 from solver.summary import Thresholds
 
@@ -161,7 +161,7 @@ def _of_joint(joints: JointReplay, what: str, index: int) -> Float[np.ndarray, "
 
 
 def _before(values: Float[np.ndarray, " frames"]) -> Line:
-    return Line(BEFORE, values, OTHER_SOLVE, dotted=True)
+    return Line(BEFORE, values, OTHER_CURVE, dotted=True)
 
 
 def _limit(label: str, value: float, frames: int) -> Line:

@@ -9,12 +9,13 @@ from addb_viewer.app.diagnosis_state import DiagnosisState, decision_in_words, r
 from addb_viewer.app.notices import Notices
 from addb_viewer.app.place import Place
 from addb_viewer.app.replay import Replay
-from addb_viewer.app.room import DIAGNOSING, SOLVING
+from addb_viewer.app.room import DIAGNOSING, RECORDING, SOLVING
 from addb_viewer.app.work import Outcome
 from addb_viewer.app.workbench import Progress, Task
 from addb_viewer.diagnosis_words import verdict
 from solver.errors import SolverError
 
+OTHERS = (SOLVING, RECORDING)  # told by other desks
 ACCEPTING = "finding the causes once more, then fitting without and with them"
 
 
@@ -77,9 +78,10 @@ class DiagnosisDesk:
         """Nothing is any more."""
         with self.drawing:
             self.panel.working(None)
-            if task.doing != SOLVING:
-                self.panel.said(_ending(task, outcome))
-        if task.doing == SOLVING or outcome.cancelled:
+            if task.doing in OTHERS:
+                return
+            self.panel.said(_ending(task, outcome))
+        if outcome.cancelled:
             return
         if not outcome.succeeded:
             self.notices.failed(task.doing, outcome.error or "it ended without a word")

@@ -46,6 +46,7 @@ class Hearing:
         """Something is at work."""
         self.session.solving.progressed(progress)
         self.session.diagnosis.progressed(progress)
+        self.session.recording.progressed(progress)
 
     def ended(self, task: Task, outcome: Outcome) -> None:
         """Nothing is at work any more."""
@@ -54,6 +55,7 @@ class Hearing:
         def conclude() -> None:
             session.solving.ended(task, outcome)
             session.diagnosis.ended(task, outcome)
+            session.recording.ended(task, outcome)
             session.explain()
             session.compare_changed()
 
@@ -66,6 +68,10 @@ class Hearing:
     def told(self, title: str, body: str) -> None:
         """Something happened that all should know."""
         self.session.notices.tell(title, body, "yellow")
+
+    def log_changed(self) -> None:
+        """The session's log began or ended."""
+        self.session.notices.do("Showing the log", self.session.recording.show)
 
     def _show_in_turn(self) -> None:
         with self.pace.turn():

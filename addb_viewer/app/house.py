@@ -1,5 +1,6 @@
 """All subjects of the opened root: those that somebody looks at, or just did, are in memory."""
 
+import itertools
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -8,7 +9,9 @@ from addb_viewer.app.library import Library, library_of
 from addb_viewer.app.queue_rows import Row, order, subject_rows
 from addb_viewer.app.room import SubjectRoom
 from addb_viewer.app.root_folder import RootFolder
+from addb_viewer.recordings.recording import file_of
 from solver.capture.capture import Subject
+from solver.errors import ResultsError
 
 EMPTY_ROOMS = 1  # subjects kept in memory that nobody looks at: a page that is reloaded comes back at once
 
@@ -16,8 +19,21 @@ EMPTY_ROOMS = 1  # subjects kept in memory that nobody looks at: a page that is 
 class House:
     """Opens rooms when they are entered and closes those that stand empty."""
 
-    def __init__(self, root: RootFolder, results: Path | None = None) -> None:
-        self.root, self._results = root, results
+    def __init__(self, root: RootFolder, results: Path | None = None, log: Path | None = None) -> None:
+        """Open nothing yet.
+
+        Args:
+            root: the subjects.
+            results: folder of the fit; inside the subject's folder by default.
+            log: file that the session is written down in, one a subject where there are several; None: only
+                where somebody asks for it on the page.
+
+        Raises:
+            ResultsError: the log's folder is not there.
+        """
+        if log is not None and not log.absolute().parent.is_dir():
+            raise ResultsError(f"{log}: no such folder; name the log in one that is there")
+        self.root, self._results, self._log = root, results, log
         self._subject: Callable[[str], Subject] = root.subject
         self._lock = threading.RLock()
         self._rooms: dict[str, SubjectRoom] = {}  # in the order in which they were last entered
@@ -54,6 +70,8 @@ class House:
             room = self._rooms.pop(name, None)
             if room is None:
                 room = SubjectRoom(name, library_of(self._subject(name), self._results))
+                if self._log is not None:
+                    room.begin_log(self._log_file(name, self._log))
             self._rooms[name] = room
         return room
 
@@ -90,6 +108,13 @@ class House:
             others = [row for row in self.rows() if row.subject != subject]
             self._rows = sorted([*others, *self._rows_of(subject)], key=order)
             return list(self._rows)
+
+    def _log_file(self, name: str, wished: Path) -> Path:
+        """A file that is not there yet: what was logged before is never written over."""
+        stem = f"{wished.stem} {file_of(name)}" if self.several else wished.stem
+        names = (stem if k == 1 else f"{stem} {k}" for k in itertools.count(1))
+        files = (wished.with_name(each + (wished.suffix or ".mcap")) for each in names)
+        return next(file for file in files if not file.exists())
 
     def _rows_of(self, name: str) -> list[Row]:
         try:

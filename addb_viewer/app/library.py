@@ -31,6 +31,8 @@ class Library:
     kept: OrderedDict[str, Replay] = field(default_factory=OrderedDict)
     captures: dict[str, Capture] = field(default_factory=dict)  # of trials without a fit
     results_folder: Path | None = None  # None: the default
+    fit_folder: Path | None = None  # where the fit was read; None without one
+    fit_time_ns: int = 0  # when it was written there: with the folder, which fit it is
     lock: threading.RLock = field(default_factory=threading.RLock)  # several browsers share one library
 
     @property
@@ -103,10 +105,18 @@ def library_of(subject: Subject, results: Path | None = None, solve: Path | None
     if not has_fit(folder):
         notes = (*subject.notes, "Not fitted yet: markers and forces as measured.")
         return Library(subject, notes=notes, results_folder=results)
-    fit = load_fit(folder, subject.folder)
+    fit, written_ns = load_fit(folder, subject.folder), (folder / "fit.json").stat().st_mtime_ns
     bones = body_meshes(fit.skeleton, subject.folder / "Geometry")
     notes = (*subject.notes, *fit.skeleton.notes, *fit.notes, *bones.notes)
-    return Library(subject, fit, bones.meshes, notes, results_folder=results)
+    return Library(
+        subject,
+        fit,
+        bones.meshes,
+        notes,
+        results_folder=results,
+        fit_folder=folder,
+        fit_time_ns=written_ns,
+    )
 
 
 def open_library(subject_folder: Path, results: Path | None = None) -> Library:

@@ -15,7 +15,7 @@ def boxed(content: str) -> str:
     Args:
         content: safe HTML.
     """
-    return f"<div style='font-size:.8rem;line-height:1.4;padding:.15em .6em'>{content}</div>"
+    return f"<div style='font-size:.8rem;line-height:1.4;padding:.15em .9em .15em .6em'>{content}</div>"
 
 
 def clickable(wish: str, content: str) -> str:

@@ -27,7 +27,9 @@ class Rgb(NamedTuple):
 
     @property
     def on_any_page(self) -> str:
-        """As a style sheet writes it, paler on a dark page where it would be hard to see there."""
+        """As a style sheet writes it, paler on a dark page where it would be lost; black is white there."""
+        if self == INK:
+            return "light-dark(#000, #fff)"
         if 0.299 * self.r + 0.587 * self.g + 0.114 * self.b > READABLE:
             return self.css
         paler = Rgb(*(round(c + PALER * (255 - c)) for c in self))
@@ -56,11 +58,13 @@ PURPLE = Rgb(204, 121, 167)
 SKY = Rgb(86, 180, 233)
 GREY = Rgb(128, 128, 128)
 PALE = Rgb(190, 190, 190)
+INK = Rgb(0, 0, 0)
 BONE = Rgb(222, 211, 190)
 
 CAUSE = Rgb(123, 63, 242)  # what a diagnosis names: arrows, lines; their black is lost on a dark page
 CAUSE_SURFACE = Rgb(240, 228, 66)  # likewise: bones, balls
-OTHER_SOLVE = SKY  # the skeleton and the curves of the solve that is compared with
+OTHER_SOLVE = SKY  # the skeleton of the solve that is compared with
+OTHER_CURVE = INK  # its curves: no chart has any other in this colour
 UNASSIGNED = ORANGE  # a force that goes to no foot
 RESIDUAL = VERMILION
 TOTAL = BLUE  # of all forces, at the centre of mass

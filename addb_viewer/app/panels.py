@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from addb_viewer.app.effect_pictures import CAUSE_METRES_PER_NEWTON, LARGE_METRES_PER_NEWTON, LARGE_N
+from addb_viewer.app.feet import foot_words
 from addb_viewer.app.force_nodes import ForceSizes
 from addb_viewer.app.page import boxed, table
 from addb_viewer.app.palette import (
@@ -59,7 +60,7 @@ def legend_html(replay: Replay, *, diagnosed: bool = False) -> str:
         )
         parts.append(_swatches((("no model marker", NO_MODEL), ("lost marker", UNSEEN))))
     if replay.plates:
-        feet = tuple((foot, foot_color(foot, i)) for i, foot in enumerate(replay.feet))
+        feet = tuple((_foot(foot), foot_color(foot, i)) for i, foot in enumerate(replay.feet))
         parts.append(_swatches((*feet, ("no foot assigned", UNASSIGNED))))
         if replay.demanded:
             parts.append("<div>hollow arrow: demanded of a foot whose force is missing</div>")
@@ -72,6 +73,11 @@ def legend_html(replay: Replay, *, diagnosed: bool = False) -> str:
         of_large = f"of a step's, and above {LARGE_N:.0f} N, {large:.0f} N"
         parts.append(f"<div>1 m of its arrow is {small:.0f} N; {of_large}</div>")
     return boxed("".join(parts))
+
+
+def _foot(body: str) -> str:
+    words = foot_words(body)
+    return body if words == body else f"{words} foot"
 
 
 def _figure_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:

@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 
 from addb_viewer.app.feet import foot_words, next_foot
-from addb_viewer.app.flipping import flipped
-from addb_viewer.app.forces_in_use import contact_words, contacts_at, left_out, stale
+from addb_viewer.app.forces_in_use import contact_words, contacts_at, stale
 from addb_viewer.app.handles import put
 from addb_viewer.app.neighbours import news
 from addb_viewer.app.notices import Notices
@@ -16,11 +15,11 @@ from addb_viewer.app.review_html import (
     ranges_html,
     selection_html,
     status_html,
-    what_if_html,
 )
 from addb_viewer.app.review_panel import ReviewPanel, activity_named, feet_words
 from addb_viewer.app.selection import Selection
 from addb_viewer.app.stops import Stop, next_stop, place_of, stops_of
+from addb_viewer.app.what_if_desk import WhatIfDesk
 from annotations.errors import ReviewError
 from annotations.events import (
     AcceptProposal,
@@ -43,6 +42,7 @@ class ReviewDesk:
 
     def __init__(self, place: Place, panel: ReviewPanel, notices: Notices) -> None:
         self.place, self.panel, self.notices = place, panel, notices
+        self.asking = WhatIfDesk(place, panel.answer, notices)
         self.foot: str | None = None
         self.selection = Selection()
         self.proposals: tuple[Pending, ...] = ()
@@ -86,7 +86,7 @@ class ReviewDesk:
             self.panel.foot.options = feet_words(feet)
             self.foot = None
         put(self.panel.foot, foot_words(self.foot))
-        self.panel.answer.content = ""
+        self.asking.forget()
         self.show()
 
     def show(self) -> None:
@@ -220,21 +220,11 @@ class ReviewDesk:
 
     def warm_up(self) -> None:
         """Make the first answer to "what if" come soon."""
-        if self.place.room.library.fit is not None:
-            self.place.room.what_if.warm()
+        self.asking.warm_up(self.review)
 
     def what_if(self) -> None:
         """The residual if the selected frames counted, or no longer did."""
-        replay, chosen = self.place.replay, self.chosen
-        if replay is None or replay.residual is None:
-            raise ReviewError("there is no fit with forces to ask; G solves")
-        if chosen is None:
-            raise ReviewError("select the range first: I and O, N, or drag over the timeline")
-        present = left_out(replay, self.review)
-        instead, words = flipped(present, chosen, self.about, self.review.feet)
-        self.notices.tell("Asking the solver", words)
-        told = self.place.room.what_if.ask(replay.name, present, instead)
-        self.panel.answer.content = what_if_html(told, words)
+        self.asking.ask(self.review, self.chosen, self.about)
 
     def heard(self, edits: Sequence[Edit]) -> None:
         """Somebody recorded edits; those of others that touch this reviewer's frames are told."""

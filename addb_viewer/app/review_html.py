@@ -159,6 +159,14 @@ def what_if_html(told: Mapping[str, Any], words: str) -> str:
     )
 
 
+def what_if_words(told: Mapping[str, Any]) -> str:
+    """The same in a line."""
+    return "residual " + ", ".join(
+        f"{_figure(told['present'][name], 1.0, 1)} → {_figure(told['instead'][name], 1.0, 1)} {unit}"
+        for name, unit in (("force_N", "N"), ("moment_Nm", "N·m"))
+    )
+
+
 def _figure(value: float | None, factor: float, digits: int) -> str:
     return "–" if value is None else f"{factor * value:.{digits}f}"
 

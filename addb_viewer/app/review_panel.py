@@ -8,7 +8,7 @@ from addb_viewer.app.feet import foot_words
 from addb_viewer.app.page import boxed
 from addb_viewer.app.review_html import reasons_html
 from annotations.activities import ACTIVITIES
-from annotations.reasons import REASON_KEYS, REASONS
+from annotations.reasons import OTHER_WORDS
 
 FOOT, DECIDE, FINISH = "Foot", ("Accept", "Reject", "Next"), ("Finish", "Second look")
 EDITS = ("Undo", "Redo")
@@ -92,9 +92,8 @@ def feet_words(feet: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def other_reasons() -> tuple[str, ...]:
-    """The B3D format's reasons that no key stands for."""
-    by_key = {key.reason for key in REASON_KEYS}
-    return tuple(reason for reason in REASONS[1:] if reason not in by_key)
+    """The B3D format's reasons that no key stands for, in words."""
+    return tuple(OTHER_WORDS.values())
 
 
 def activity_names() -> tuple[str, ...]:

@@ -7,8 +7,9 @@ from typing import Protocol
 
 from addb_viewer.app.fit_watch import FitWatch
 from addb_viewer.app.library import Library, library_of
+from addb_viewer.app.live_log import LiveLog
 from addb_viewer.app.review_book import ReviewBook
-from addb_viewer.app.solves import NEW, Solve, discard, keep, solves
+from addb_viewer.app.solves import NEW, Solve, discard, keep, prune, solves
 from addb_viewer.app.what_if import WhatIf
 from addb_viewer.app.work import Outcome
 from addb_viewer.app.workbench import PROGRAM, Progress, Task, Workbench
@@ -16,8 +17,9 @@ from annotations.events import Edit
 from solver.capture.capture import Capture
 from solver.errors import SolverError
 
-DIAGNOSING, SOLVING = "Diagnosing", "Solving"
+DIAGNOSING, SOLVING, RECORDING = "Diagnosing", "Solving", "Recording"
 DIAGNOSE_WORKER, SOLVE_WORKER = "addb_viewer.app.diagnose_worker", "addb_viewer.app.solve_worker"
+RECORD_WORKER = "addb_viewer.app.record_worker"
 
 
 class Visitor(Protocol):
@@ -41,6 +43,9 @@ class Visitor(Protocol):
     def told(self, title: str, body: str) -> None:
         """Something happened that all should know."""
 
+    def log_changed(self) -> None:
+        """The session's log began or ended."""
+
 
 class SubjectRoom:
     """One subject of the root."""
@@ -57,18 +62,19 @@ class SubjectRoom:
         self.other: Library | None = None  # that is compared with
         self.new: Solve | None = None  # on the screen, waiting to be kept or discarded
         self._visitors: list[Visitor] = []
+        self._opened: set[str] = set()  # trials that somebody has looked at
+        self._log: LiveLog | None = None
         self._lock = threading.RLock()
         self.book = ReviewBook(
             self.subject,
             self._capture,
-            lambda edits: self._tell(lambda visitor: visitor.edited(edits)),
+            self._edited,
             lambda error: self._tell(lambda visitor: visitor.failed("Reading the review", error)),
         )
-        self.bench = Workbench(
-            lambda progress: self._tell(lambda visitor: visitor.progressed(progress)), self._ended
-        )
-        self.what_if = WhatIf(self.subject.folder, library.results)
+        self.bench = Workbench(self._progressed, self._ended)
+        prune(self.results)
         self._show_waiting()
+        self.what_if = self._asking()
         self._watch = FitWatch(self.results, self._fit_came)
 
     @property
@@ -96,6 +102,7 @@ class SubjectRoom:
         self._watch.close()
         self.bench.cancel()
         self.what_if.close()
+        self.end_log()
         self.book.close()
 
     def solve(self, author: str) -> None:
@@ -125,6 +132,69 @@ class SubjectRoom:
         arguments = (command, folder, "--out", results, "--author", author)
         self.bench.start(Task(doing, stage, PROGRAM, arguments, author))
 
+    def record(self, files: Sequence[Path], trial: str | None, author: str) -> None:
+        """Write the fit on the screen, and the one that it is compared with, as recordings.
+
+        Args:
+            files: `.rrd` or `.mcap`, in a folder that exists.
+            trial: this one only; None: all.
+            author: who asked.
+
+        Raises:
+            BusyError: something is at work.
+            SolverError: nothing has been fitted yet.
+        """
+        if self.library.fit_folder is None:
+            raise SolverError("there is no fit to record yet; G solves")
+        folder, results = self._places()
+        arguments = [folder, results, str(self.library.fit_folder), *map(str, files)]
+        if self.other is not None and self.other.fit_folder is not None:
+            arguments += ["--previous", str(self.other.fit_folder)]
+        if trial is not None:
+            arguments += ["--trial", trial]
+        self.bench.start(Task(RECORDING, "starting", RECORD_WORKER, tuple(arguments), author))
+
+    @property
+    def log(self) -> LiveLog | None:
+        """The log of the session, while one is written."""
+        return self._log
+
+    def begin_log(self, file: Path | None = None) -> None:
+        """Write down from now on what happens; nothing changes where that is done already.
+
+        Args:
+            file: new; None: one below the results folder, named after the time.
+
+        Raises:
+            ResultsError: the file cannot be made.
+        """
+        from addb_viewer.recordings.session_log import SessionLog  # noqa: PLC0415 (slow to load)
+
+        with self._lock:
+            if self._log is not None:
+                return
+            name = self.subject.name
+            log = SessionLog(file, name) if file is not None else SessionLog.begin(self.results, name)
+            self._log = LiveLog(log, self.book.since, self._log_failed)
+            for trial in sorted(self._opened):
+                self._log.opened(trial, self.library, self.other)
+        self._tell(lambda visitor: visitor.log_changed())
+
+    def end_log(self) -> None:
+        """Close the log, if one is written."""
+        with self._lock:
+            log, self._log = self._log, None
+        if log is not None:
+            log.close()
+            self._tell(lambda visitor: visitor.log_changed())
+
+    def opened(self, trial: str) -> None:
+        """Somebody looks at a trial."""
+        with self._lock:
+            self._opened.add(trial)
+            if self._log is not None:
+                self._log.opened(trial, self.library, self.other)
+
     def keep(self) -> None:
         """Make the new solve the subject's fit.
 
@@ -135,6 +205,7 @@ class SubjectRoom:
             keep(self._waiting(), self.results, self.subject.folder)
             self.new = None
             self._watch.seen()
+        self._note("the new solve is kept")
         self._fit_replaced()
 
     def discard(self) -> None:
@@ -147,6 +218,7 @@ class SubjectRoom:
             discard(self._waiting())
             self.new = None
             self.library, self.other = library_of(self.subject, self.library.results_folder), None
+        self._note("the new solve is discarded")
         self._fit_replaced()
 
     def compare_with(self, solve: Solve | None) -> None:
@@ -206,9 +278,34 @@ class SubjectRoom:
             said = "It is on the screen now."
         self._tell(lambda visitor: visitor.told("Another program has fitted this subject", said))
 
+    def _asking(self) -> WhatIf:
+        return WhatIf(self.subject.folder, self.library.results, self.library.fit_folder)
+
     def _fit_replaced(self) -> None:
-        self.what_if.close()
+        before, self.what_if = self.what_if, self._asking()
+        before.close()
+        with self._lock:
+            if self._log is not None:
+                for trial in sorted(self._opened):
+                    self._log.opened(trial, self.library, self.other)
         self._tell(lambda visitor: visitor.fit_changed())
+
+    def _edited(self, edits: Sequence[Edit]) -> None:
+        self._tell(lambda visitor: visitor.edited(edits))
+        if self._log is not None:
+            self._log.edited()
+
+    def _progressed(self, progress: Progress) -> None:
+        if self._log is not None:
+            self._log.progressed(progress)
+        self._tell(lambda visitor: visitor.progressed(progress))
+
+    def _note(self, text: str) -> None:
+        if self._log is not None:
+            self._log.note(text)
+
+    def _log_failed(self, error: Exception) -> None:
+        self._tell(lambda visitor: visitor.failed("Writing the log of the session", error))
 
     def _ended(self, task: Task, outcome: Outcome) -> None:
         if outcome.succeeded and task.doing == SOLVING:
@@ -219,6 +316,10 @@ class SubjectRoom:
                 outcome = Outcome(False, False, outcome.said, str(error) or "the solve cannot be found")
             else:
                 self._fit_replaced()
+        if self._log is not None:
+            self._log.ended(task, outcome)
+            if outcome.succeeded and task.doing == DIAGNOSING:
+                self._log.diagnosed(self.results)
         self._tell(lambda visitor: visitor.ended(task, outcome))
 
     def _tell(self, what: Callable[[Visitor], None]) -> None:

@@ -20,6 +20,7 @@ from addb_viewer.app.page_script import send_scripts
 from addb_viewer.app.panels import legend_html, notes_html, summary_html
 from addb_viewer.app.playback import Pace, Playback, Position
 from addb_viewer.app.queue_desk import QueueDesk
+from addb_viewer.app.record_desk import RecordDesk
 from addb_viewer.app.replay import Replay
 from addb_viewer.app.review_desk import ReviewDesk
 from addb_viewer.app.review_panel import build_review
@@ -72,6 +73,9 @@ class Session:
         self.timeline = TimelineDesk(gui, panel.add_tab("Timeline", viser.Icon.CHART_LINE), self, self.layout)
         self.diagnosis = DiagnosisDesk(
             gui, panel.add_tab("Diagnosis", viser.Icon.STETHOSCOPE), self, self.notices
+        )
+        self.recording = RecordDesk(
+            gui, panel.add_tab("Record", viser.Icon.DEVICE_FLOPPY), self, self.notices
         )
         with panel.add_tab("Keys", viser.Icon.KEYBOARD):
             gui.add_html(keys.page_html())
@@ -134,6 +138,7 @@ class Session:
             except Exception as error:  # another trial may be whole
                 self.notices.error(f"Opening {name}", error)
         self.diagnosis.show()
+        self.recording.show()
         self.explain()
         self.queue.show()
 
@@ -178,6 +183,8 @@ class Session:
             self.diagnosis.show_trial(replay)
             self.queue.draw()
             self.memory.place = (self._room.name, name)
+            self._room.opened(name)
+            self.review.warm_up()
             if not self._looked:  # later trials are seen from where the reviewer went
                 self.view("Reset")
 

@@ -13,7 +13,7 @@ from addb_viewer.app.keys import Action
 from addb_viewer.app.review_panel import DECIDE, EDITS, FINISH
 from addb_viewer.app.wishes import GoTo, OpenRow, Select, wish
 from annotations.events import Status
-from annotations.reasons import REASON_KEYS
+from annotations.reasons import REASON_KEYS, reason_named
 
 if TYPE_CHECKING:
     from addb_viewer.app.session import Session
@@ -42,6 +42,9 @@ def actions_of(session: "Session") -> Mapping[str, Action]:
         "discard": solving.discard,
         "cancel": solving.cancel,
         "finish": s.finish,
+        "record_rrd": partial(s.recording.write, ".rrd"),
+        "record_mcap": partial(s.recording.write, ".mcap"),
+        "log": s.recording.toggle_log,
         "diagnose": s.diagnosis.diagnose,
         "accept": s.diagnosis.accept,
         "reject": s.diagnosis.reject,
@@ -112,7 +115,7 @@ def _bind_review(s: "Session") -> None:
     _bind_group(s, p.edits, "Undoing", dict(zip(EDITS, (review.undo, review.redo), strict=True)))
     second_look = partial(review.set_status, Status.SECOND_LOOK)
     _bind_group(s, p.finish, "Finishing", dict(zip(FINISH, (s.finish, second_look), strict=True)))
-    p.paint.on_click(in_order("Flagging", lambda: review.flag(str(p.reason.value))))
+    p.paint.on_click(in_order("Flagging", lambda: review.flag(reason_named(str(p.reason.value)))))
     p.label.on_click(in_order("Labelling", review.label))
     p.what_if.on_click(in_order("Asking what if", review.what_if))
 

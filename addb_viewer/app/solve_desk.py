@@ -98,8 +98,8 @@ class SolveDesk:
         panel.keep.visible = panel.discard.visible = panel.verdict.visible = waiting
         if room.new is not None:
             panel.verdict.content = boxed(
-                "<b>A new solve is on the screen.</b> Keep it, or discard it and go back. "
-                "M puts the fit before beside it."
+                "<b>A new solve is on the screen.</b> Keep it or discard it; "
+                "M compares it with the one before."
             )
         self._progress(room.bench.progress)
         put(panel.compare, self.comparing)

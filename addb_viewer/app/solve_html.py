@@ -34,7 +34,7 @@ def comparison_html(found: Comparison, before: str) -> str:
             str(change.frame),
             f"<div style='padding:.05em .3em'>{html.escape(change.name)}: "
             f"<b>{_two_digits(change.rms)} {change.unit}</b> RMS, "
-            f"at most {_two_digits(change.largest, '+')} at frame {change.frame}</div>",
+            f"at most {_two_digits(change.largest, '+')} {change.unit} at frame {change.frame}</div>",
         )
         for change in found.torques
     )
@@ -91,7 +91,8 @@ def unbroken(text: str) -> str:
 
 def _two_digits(value: float, sign: str = "") -> str:
     """All digits of large numbers, two of small ones."""
-    return f"{value:{sign}.0f}" if abs(value) >= TEN else f"{value:{sign}.2g}"
+    text = f"{value:{sign}.0f}" if abs(value) >= TEN else f"{value:{sign}.2g}"
+    return text.replace("-", "−")
 
 
 def _shown(value: float | None) -> str:

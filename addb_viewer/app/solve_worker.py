@@ -11,7 +11,7 @@ from pathlib import Path
 import typer
 
 from addb_viewer.app.solves import add
-from addb_viewer.app.work import print_progress
+from addb_viewer.app.work import end_in_order, print_progress
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.solving import computed, job_for, last_fit
 from solver.results.store import check_place
@@ -19,6 +19,7 @@ from solver.results.store import check_place
 
 def main() -> int:
     """Run on `sys.argv`; errors become one line on stderr."""
+    end_in_order()
     folder, results, author = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3]
     try:
         with errors_as_lines(debug=False):

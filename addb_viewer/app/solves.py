@@ -7,9 +7,11 @@ A solve without made.json was never finished: it is not shown. Keeping one puts 
 the subject's fit, in one step, and the fit that was there among the solves.
 """
 
+import contextlib
 import json
 import os
 import shutil
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -21,6 +23,7 @@ from solver.fit import Fit
 from solver.results.store import has_fit, load_fit, save_fit, write_json
 
 FOLDER, MADE = "solves", "made.json"
+ABANDONED_S = 600.0  # unfinished for so long: writing one takes seconds, on a slow share perhaps a minute
 MOST = 8  # solves on the disk; the oldest go first
 NEW, KEPT, DISCARDED, REPLACED = "new", "kept", "discarded", "replaced"
 
@@ -117,6 +120,16 @@ def discard(solve: Solve) -> Solve:
 def current(results: Path) -> Solve | None:
     """The solve that is the subject's fit; None where the app has not made it."""
     return next((solve for solve in reversed(solves(results)) if solve.state == KEPT), None)
+
+
+def prune(results: Path) -> None:
+    """Remove what killed programs have left half written; what cannot be removed stays, unseen."""
+    for number in _numbers(results):
+        folder = results / FOLDER / str(number)
+        with contextlib.suppress(OSError):  # somebody else removes it just now
+            age_s = time.time() - max(path.stat().st_mtime for path in (folder, *folder.rglob("*")))
+            if not (folder / MADE).exists() and age_s > ABANDONED_S:
+                shutil.rmtree(folder, ignore_errors=True)
 
 
 def _marked(solve: Solve, state: str) -> Solve:

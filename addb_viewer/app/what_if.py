@@ -1,5 +1,6 @@
 """Asks the warm worker what the residual would be with other flags."""
 
+import contextlib
 import json
 import subprocess
 import sys
@@ -8,26 +9,49 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from addb_viewer.app.work import PATIENCE_S
+from addb_viewer.app.work import PATIENCE_S, give_way
 from solver.contact.wrenches import MissingRange
 from solver.errors import SolverError
 
+NICE = 3  # a person waits for the answer: after the page, before a solve
 WORKER = "addb_viewer.app.what_if_worker"
 
 
 class WhatIf:
-    """One worker a subject, started with the first wish; it keeps the fit in memory until `close`."""
+    """One worker a subject; it keeps the fit, and what it has answered, in memory until `close`."""
 
-    def __init__(self, subject_folder: Path, results: Path) -> None:
-        self._arguments = (str(Path(subject_folder).absolute()), str(Path(results).absolute()))
+    def __init__(self, subject_folder: Path, results: Path, fit_folder: Path | None = None) -> None:
+        """Start nothing yet.
+
+        Args:
+            subject_folder: of the recordings.
+            results: with what people accepted.
+            fit_folder: of the fit that the search begins at; None: the results folder.
+        """
+        places = (subject_folder, results, fit_folder or results)
+        self._arguments = tuple(str(Path(place).absolute()) for place in places)
         self._lock = threading.Lock()
         self._process: subprocess.Popen[str] | None = None
+        self._prepared, self._closed = "", False
 
-    def warm(self) -> None:
-        """Start the worker, so that the first answer comes soon; returns at once."""
-        with self._lock:
-            if self._process is None or self._process.poll() is not None:
-                self._process = self._started()
+    def warm(self, trial: str | None = None, present: Sequence[MissingRange] = ()) -> None:
+        """Start the worker, so that the first answer comes soon; never waits.
+
+        Args:
+            trial: that will be asked about; its present side is computed already. None: nobody knows yet.
+            present: its flags.
+        """
+        if not self._lock.acquire(blocking=False):
+            return  # it is at work already
+        try:
+            process = self._alive()
+            question = json.dumps({"prepare": trial, "present": list(present)})
+            if trial is not None and question != self._prepared:
+                self._prepared = question
+                with contextlib.suppress(OSError, ValueError):  # it ended; whoever asks is told why
+                    _say(process, question)
+        finally:
+            self._lock.release()
 
     def ask(
         self, trial: str, present: Sequence[MissingRange], instead: Sequence[MissingRange]
@@ -37,17 +61,13 @@ class WhatIf:
         Raises:
             SolverError: it cannot be computed; why.
         """
-        self.warm()
         question = json.dumps({"trial": trial, "present": list(present), "instead": list(instead)})
         with self._lock:
-            process = self._process
-            if process is None:
-                raise SolverError("the fit has just been replaced; ask again")
-            return _asked(process, question)
+            return _asked(self._alive(), question)
 
     def close(self) -> None:
         """End the worker: what it knows is of no use any more."""
-        process, self._process = self._process, None
+        process, self._process, self._closed = self._process, None, True
         if process is None:
             return
         process.terminate()
@@ -60,6 +80,14 @@ class WhatIf:
             if pipe is not None:
                 pipe.close()
 
+    def _alive(self) -> "subprocess.Popen[str]":
+        if self._closed:
+            raise SolverError("the fit has just been replaced; ask again")
+        if self._process is None or self._process.poll() is not None:
+            self._process, self._prepared = self._started(), ""
+            give_way(self._process.pid, NICE)
+        return self._process
+
     def _started(self) -> "subprocess.Popen[str]":
         return subprocess.Popen(
             [sys.executable, "-m", WORKER, *self._arguments],
@@ -71,12 +99,16 @@ class WhatIf:
         )
 
 
-def _asked(process: "subprocess.Popen[str]", question: str) -> dict[str, Any]:
+def _say(process: "subprocess.Popen[str]", question: str) -> None:
     assert process.stdin is not None
+    process.stdin.write(question + "\n")
+    process.stdin.flush()
+
+
+def _asked(process: "subprocess.Popen[str]", question: str) -> dict[str, Any]:
     assert process.stdout is not None
     try:
-        process.stdin.write(question + "\n")
-        process.stdin.flush()
+        _say(process, question)
         told = json.loads(process.stdout.readline())
         if "ready" in told:
             told = json.loads(process.stdout.readline())

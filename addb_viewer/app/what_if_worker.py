@@ -1,9 +1,11 @@
 """What the residual would be with other flags: keeps a subject's fit in memory and answers lines of JSON.
 
-`python -m` this module with SUBJECT and RESULTS. Asked {"trial": …, "present": [[a, b, foot, reason], …],
-"instead": […]} it answers {"present": {…}, "instead": {…}, "seconds": …} or {"error": …}.
+`python -m` this module with SUBJECT, RESULTS and the folder of the fit. Asked {"trial": …, "present":
+[[a, b, foot, reason], …], "instead": […]} it answers {"present": {…}, "instead": {…}, "seconds": …} or
+{"error": …}. Told {"prepare": trial, "present": […]} it computes that side and answers nothing.
 """
 
+import contextlib
 import json
 import sys
 import time
@@ -39,6 +41,11 @@ class Asked:
         sides = {side: self._figures(trial, question[side]) for side in ("present", "instead")}
         return {**sides, "seconds": time.monotonic() - began}
 
+    def prepare(self, question: dict[str, Any]) -> None:
+        """Compute the present side of a question that will come; it fails when that comes, not now."""
+        with contextlib.suppress(SolverError):
+            self._figures(question["prepare"], question["present"])
+
     def _figures(self, trial: str, ranges: list[list[Any]]) -> Figures:
         key = json.dumps([trial, ranges])
         if key not in self.known:
@@ -69,18 +76,22 @@ def _rms(values: np.ndarray) -> float | None:
 
 def main() -> int:
     """Answer until the input ends."""
-    folder, results = Path(sys.argv[1]), Path(sys.argv[2])
+    folder, results, fit_folder = (Path(place) for place in sys.argv[1:4])
     try:
         job: Job = job_for(folder, out=results)
-        fit = load_fit(results, folder)
+        fit = load_fit(fit_folder, folder)
         asked = Asked(replace(fit, subject=job.subject), job.settings, job.extension)
     except SolverError as error:
         print(json.dumps({"error": str(error)}), flush=True)
         return 1
     print(json.dumps({"ready": True}), flush=True)
     for line in sys.stdin:
+        question = json.loads(line)
+        if "prepare" in question:
+            asked.prepare(question)
+            continue
         try:
-            told = asked.answer(json.loads(line))
+            told = asked.answer(question)
         except SolverError as error:
             told = {"error": str(error)}
         print(json.dumps(told), flush=True)

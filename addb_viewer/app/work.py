@@ -3,6 +3,7 @@
 import contextlib
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 from typing import IO
 
 NICE = 10  # of 19: the less, the sooner it gets the processor; the app itself has 0
+CANCELLED = 143  # exit status, as shells count it
 PATIENCE_S = 5.0  # for a process that was told to end
 
 
@@ -33,6 +35,11 @@ def progress_line(stage: str, fraction: float) -> str:
 def print_progress(stage: str, fraction: float) -> None:
     """What a process of ours gives to a solve or a diagnosis."""
     print(progress_line(stage, fraction), flush=True)
+
+
+def end_in_order() -> None:
+    """In a process of ours: let SIGTERM, as `Work.cancel` sends it, clear away what is half written."""
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(CANCELLED))
 
 
 class Work:
@@ -67,7 +74,7 @@ class Work:
                 errors="replace",
             )
             process = self._process
-            _give_way(process.pid)
+            give_way(process.pid)
         threading.Thread(target=self._follow, args=(process, errors), name="work", daemon=True).start()
         return True
 
@@ -100,11 +107,11 @@ class Work:
         self._ended(Outcome(status == 0, cancelled, "".join(said), last.removeprefix("addb-viewer: ")))
 
 
-def _give_way(process: int) -> None:
+def give_way(process: int, nice: int = NICE) -> None:
     """Let the page have the processor first, where the system knows of such things."""
     if hasattr(os, "setpriority"):
         with contextlib.suppress(OSError):  # it has ended already
-            os.setpriority(os.PRIO_PROCESS, process, NICE)
+            os.setpriority(os.PRIO_PROCESS, process, nice)
 
 
 def _told(line: str) -> tuple[str, float] | None:

@@ -87,7 +87,10 @@ class Workbench:
             time.sleep(CLOCK_EVERY)
 
     def _heard(self, stage: str, fraction: float) -> None:
-        self._said = (stage, fraction)
+        is_new, self._said = stage != self._said[0], (stage, fraction)
+        progress = self.progress if is_new else None
+        if progress is not None:
+            self._progressed(progress)
 
     def _ended(self, outcome: Outcome) -> None:
         if self.task is not None:

@@ -12,8 +12,7 @@ from addb_viewer.commands.options import Debug, IgnoreReview, Out, SettingsFile,
 from addb_viewer.commands.solving import Job, check_trials, current_fit, job_for
 from addb_viewer.kept_diagnosis import kept
 from addb_viewer.recordings.recording import Recording, recording_of
-from addb_viewer.review_store import has_log, open_log
-from annotations.events import Edit
+from addb_viewer.review_store import all_edits
 from solver.fit import Fit
 
 Rrd = Annotated[
@@ -76,15 +75,8 @@ def record(
 def _recording(fit: Fit, job: Job, trials: list[str] | None) -> Recording:
     diagnosis = kept(job.results)
     return recording_of(
-        fit, trials=trials, diagnosis=diagnosis[0] if diagnosis else None, edits=_edits(job.subject.folder)
+        fit, trials=trials, diagnosis=diagnosis[0] if diagnosis else None, edits=all_edits(job.subject.folder)
     )
-
-
-def _edits(folder: Path) -> tuple[Edit, ...]:
-    if not has_log(folder):
-        return ()
-    with open_log(folder) as log:
-        return log.history()
 
 
 def _serve(file: Path, port: int) -> None:

@@ -121,7 +121,8 @@ class SessionLog:
         trials: Sequence[str] | None = None,
         previous: Fit | None = None,
         meshes: Mapping[str, trimesh.Trimesh] | None = None,
-    ) -> None:
+        number: int | None = None,
+    ) -> int:
         """A fit was opened or made: below `/TRIAL/fit-1`, the next one below `/TRIAL/fit-2`.
 
         Args:
@@ -129,19 +130,30 @@ class SessionLog:
             trials: those to write; None for all.
             previous: what it is compared with; None: with what the markers alone said.
             meshes: of its bodies, where they are loaded already.
+            number: of a fit some of whose trials are in the log already; None: it is another one.
+
+        Returns:
+            The fit's number in this session.
         """
         recording = recording_of(fit, trials=trials, previous=previous, meshes=meshes)
+        with self._lock:
+            is_new = number is None
+            if number is None:
+                self._fits += 1
+                number = self._fits
+        below = f"fit-{number}"
 
         def written(mcap: McapFile) -> None:
-            self._fits += 1
             for record in recording.trials:
                 opened = self._opened(mcap, record.replay)
-                topics = TrialTopics(mcap, record.replay, opened.origin_ns, f"fit-{self._fits}")
+                topics = TrialTopics(mcap, record.replay, opened.origin_ns, below)
                 write_fit(topics, record, recording.meshes, lines_of(record, recording))
                 attach_review(mcap, record, time.time_ns())
-            attach_fit(mcap, fit, time.time_ns())
+            if is_new:
+                attach_fit(mcap, fit, time.time_ns())
 
         self._write(written)
+        return number
 
     def diagnosis(self, figures: Mapping[str, Any]) -> None:
         """A diagnosis was made; its causes are told in the trials that were opened.
@@ -169,18 +181,26 @@ class SessionLog:
         said = Log(timestamp=stamp(now), level=level, message=text, name="addb-viewer")
         self._write(lambda mcap: mcap.message(SESSION_TOPIC, now, said))
 
-    def progress(self, stage: str, fraction: float, values: Mapping[str, float] | None = None) -> None:
+    def progress(
+        self,
+        stage: str,
+        fraction: float,
+        values: Mapping[str, float] | None = None,
+        *,
+        seconds: float | None = None,
+    ) -> None:
         """The solver reports.
 
         Args:
             stage: its name.
             fraction: of the whole work, 0 to 1.
             values: figures of the step, their units in their names.
+            seconds: since the work began; None: since its first report.
         """
         now = time.monotonic()
         with self._lock:
-            if self._solve_began is None:
-                self._solve_began = now  # seconds of a solve count from its first report
+            if self._solve_began is None or seconds is not None:
+                self._solve_began = now - (seconds or 0.0)
             step = SolverStep(stage, fraction, now - self._solve_began, values or {})
             if fraction >= 1.0:
                 self._solve_began = None

@@ -6,7 +6,7 @@ from pathlib import Path
 from annotations.activities import ACTIVITIES
 from annotations.event_codec import KINDS
 from annotations.events import Status
-from annotations.reasons import REASON_KEYS, REASONS
+from annotations.reasons import REASONS, key_of, reason_words
 
 PAGE = (Path(__file__).parents[2] / "docs" / "annotations.md").read_text(encoding="utf-8")
 
@@ -19,8 +19,7 @@ def rows(heading):
 
 
 def test_reasons_with_numbers_and_keys():
-    by_reason = {key.reason: [key.key, key.words] for key in REASON_KEYS}
-    expected = [[str(k), f"`{name}`", *by_reason.get(name, ["", ""])] for k, name in enumerate(REASONS)]
+    expected = [[str(k), f"`{name}`", key_of(name), reason_words(name)] for k, name in enumerate(REASONS)]
     expected[0][2:] = ["0", "clears: the force counts"]
     assert rows("Reasons") == expected
 

@@ -1,7 +1,7 @@
 import pytest
 
 from annotations.errors import ReviewError
-from annotations.reasons import REASON_KEYS, REASONS, checked_reason, reason_named
+from annotations.reasons import REASON_KEYS, REASONS, checked_reason, reason_named, reason_words
 
 NUMBERS = {
     0: "notMissingGRF",
@@ -49,6 +49,14 @@ def test_keys_one_to_nine_stand_for_reasons_of_the_list():
 )
 def test_a_reason_by_its_name_its_key_or_the_keys_words(text):
     assert reason_named(text) == "notOverForcePlate"
+
+
+def test_every_reason_has_words_of_its_own_that_name_it():
+    words = [reason_words(reason) for reason in REASONS[1:]]
+    assert len(set(words)) == len(words)
+    assert not set(words) & set(REASONS)
+    assert [reason_named(said) for said in words] == list(REASONS[1:])
+    assert reason_words("some detector's own") == "some detector's own"
 
 
 @pytest.mark.parametrize(

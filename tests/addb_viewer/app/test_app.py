@@ -58,8 +58,8 @@ def test_a_broken_trial_is_told_and_the_next_one_opens(subject, opened, enter):
     (subject / "trials" / "first" / "markers.trc").write_text("PathFileType\t4\n")
     browser = enter(opened(subject))
     assert browser.session.shown == "second"
-    assert browser.told("Opening first failed")
-    assert browser.told("markers.trc")
+    browser.until(lambda: browser.told("Opening first failed"))
+    browser.until(lambda: browser.told("markers.trc"))
 
 
 def test_half_a_fit_is_one_clear_error(subject):

@@ -124,7 +124,7 @@ def test_the_answer_is_on_the_page_and_in_the_scene(page, folder, diagnosed, unt
         "towards +y",
         "Nobody has decided yet.",
     ):
-        assert page.get_by_text(text).count() >= 1, text
+        page.get_by_text(text).first.wait_for(state="attached")
     until(lambda: len(page.session.scene.causes.one_by_one) == 3)
     assert page.session.client.scene.get_handle_by_name("/lab/trial/causes/1/force") is not None
 

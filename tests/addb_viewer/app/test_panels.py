@@ -42,7 +42,7 @@ def test_texts_from_files_are_escaped(make_replay):
 
 
 def test_the_legend_names_what_is_there(make_replay):
-    assert "calcn_r" in legend_html(make_replay())
+    assert "right foot" in legend_html(make_replay())
     assert "marker error" not in legend_html(make_replay(fitted=False))
     assert "foot" not in legend_html(make_replay(plates=0))
 

@@ -1,11 +1,14 @@
 """Solves on the disk: only whole ones are shown, and keeping one loses none."""
 
 import json
+import os
+import time
 from dataclasses import replace
 
 import pytest
 
 from addb_viewer.app.solves import (
+    ABANDONED_S,
     DISCARDED,
     KEPT,
     MADE,
@@ -16,6 +19,7 @@ from addb_viewer.app.solves import (
     finish,
     keep,
     new_folder,
+    prune,
     solves,
 )
 from solver.errors import ResultsError
@@ -57,6 +61,20 @@ def test_half_a_solve_is_not_shown(results, small_fit):
     new_folder(results)
     assert solves(results) == ()
     assert new_folder(results).name == "4"
+
+
+def test_what_killed_programs_left_goes_but_neither_whole_solves_nor_one_being_written(
+    results, solved, small_fit
+):
+    whole, half, new = solved(90.0).folder, new_folder(results), new_folder(results)
+    save_fit(small_fit, half)
+    save_fit(small_fit, new)
+    long_ago = time.time() - 2 * ABANDONED_S
+    for folder in (whole, half):
+        for path in (folder, *folder.rglob("*")):
+            os.utime(path, (long_ago, long_ago))
+    prune(results)
+    assert [whole.exists(), half.exists(), new.exists()] == [True, False, True]
 
 
 def test_keeping_replaces_the_fit_and_puts_the_one_before_aside(results, solved, small_fit):

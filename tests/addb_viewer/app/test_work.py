@@ -20,8 +20,16 @@ TALKER = """
         print("addb-viewer: no trial has forces", file=sys.stderr)
         sys.exit(1)
     else:
-        print(progress_line("sleeping", 0.5), flush=True)
-        time.sleep(60)
+        from addb_viewer.app.work import end_in_order
+        from pathlib import Path
+        end_in_order()
+        draft = Path("draft")
+        draft.touch()
+        try:
+            print(progress_line("sleeping", 0.5), flush=True)
+            time.sleep(60)
+        finally:
+            draft.unlink()
 """
 
 
@@ -67,13 +75,15 @@ def test_a_failure_brings_its_last_line(listener):
     assert outcome.error == "no trial has forces"
 
 
-def test_one_at_a_time_and_cancel_ends_it_soon(listener):
+def test_one_at_a_time_and_cancel_ends_it_soon_with_nothing_left_behind(listener, tmp_path):
     listener.work.start("talker", ["sleep"])
     assert listener.told.wait(30)
     assert listener.work.running
     assert not listener.work.start("talker", ["talk"])
+    assert (tmp_path / "draft").exists()
     listener.work.cancel()
     assert listener.ended.wait(10)
+    assert not (tmp_path / "draft").exists()
     (outcome,) = listener.outcomes
     assert outcome.cancelled
     assert not outcome.succeeded

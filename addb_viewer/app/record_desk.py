@@ -1,0 +1,125 @@
+"""Recordings from one browser: files of the fit on the screen, and the log of the session."""
+
+from functools import partial
+from pathlib import Path
+
+import viser
+
+from addb_viewer.app.handles import put
+from addb_viewer.app.notices import Notices
+from addb_viewer.app.place import Place
+from addb_viewer.app.record_html import log_html, written_html
+from addb_viewer.app.record_panel import SHOWN, build_record
+from addb_viewer.app.room import RECORDING
+from addb_viewer.app.solve_desk import show_progress
+from addb_viewer.app.work import Outcome
+from addb_viewer.app.workbench import Progress, Task
+from addb_viewer.recordings.recording import file_of
+from solver.errors import SolverError
+
+FOLDER, SESSIONS = "recordings", "sessions"  # in the results folder
+KINDS = (".rrd", ".mcap")
+
+
+class RecordDesk:
+    """What one reviewer sees of the subject's recordings."""
+
+    def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle, place: Place, notices: Notices) -> None:
+        self.place, self.notices = place, notices
+        self.panel = build_record(gui, tab)
+        self._listed: dict[str, Path] = {}
+        for button, kind in ((self.panel.rrd, ".rrd"), (self.panel.mcap, ".mcap")):
+            button.on_click(notices.in_order("Recording", partial(self.write, kind)))
+        self.panel.cancel.on_click(notices.in_order("Cancelling", self._cancel))
+        self.panel.download.on_click(notices.in_order("Downloading", self.download))
+        self.panel.log.on_update(notices.in_order("Logging", lambda: self.log(self.panel.log.value)))
+
+    def write(self, kind: str) -> None:
+        """Write the fit on the screen into a file, in place of the one before.
+
+        Args:
+            kind: how the file's name ends, of `KINDS`.
+        """
+        replay = self.place.replay
+        trial = replay.name if replay is not None and self.panel.trials.value == SHOWN else None
+        self.place.room.record([self._file(kind, trial)], trial, self.place.author())
+
+    def download(self) -> None:
+        """Send the chosen file to the browser."""
+        file = self._listed.get(str(self.panel.which.value))
+        if file is None or not file.is_file():
+            self.show()
+            raise SolverError("the file is not there any more")
+        self.notices.client.send_file_download(file.name, file.read_bytes())
+
+    def log(self, on: bool) -> None:
+        """Begin or end the log of the session, for everybody who looks at this subject."""
+        try:
+            if on:
+                self.place.room.begin_log()
+            else:
+                self.place.room.end_log()
+        finally:
+            self.show()
+
+    def toggle_log(self) -> None:
+        """Begin the log, or end it."""
+        self.log(self.place.room.log is None)
+
+    def show(self) -> None:
+        """Put what lies on the disk, and what is being written, on the screen."""
+        panel, room = self.panel, self.place.room
+        found = _newest_first(room.results / FOLDER)
+        self._listed = {file.name: file for file in found}
+        panel.written.content = written_html(found)
+        panel.which.visible = panel.download.visible = bool(found)
+        names = tuple(self._listed) or ("–",)
+        if panel.which.options != names:
+            panel.which.options = names
+            put(panel.which, names[0])
+        put(panel.log, room.log is not None)
+        ended = next(iter(_newest_first(room.results / SESSIONS)), None)
+        panel.log_status.content = log_html(None if room.log is None else room.log.file, ended)
+        self._progress(room.bench.progress)
+
+    def progressed(self, progress: Progress) -> None:
+        """Something is at work."""
+        self._progress(progress)
+
+    def ended(self, task: Task, outcome: Outcome) -> None:
+        """Nothing is any more."""
+        self.show()
+        if task.doing != RECORDING:
+            return
+        if outcome.cancelled:
+            self.notices.tell("Cancelled", "Nothing was written.", "gray")
+        elif not outcome.succeeded:
+            self.notices.failed("Recording", outcome.error or "it ended without a word")
+        else:
+            self.notices.tell("Recorded", outcome.said.strip())
+
+    def _cancel(self) -> None:
+        self.place.room.bench.cancel()
+
+    def _file(self, kind: str, trial: str | None) -> Path:
+        room = self.place.room
+        parts = [room.subject.name]
+        if trial is not None:
+            parts.append(trial)
+        if room.new is not None:
+            parts.append(f"solve {room.new.number}")
+        return room.results / FOLDER / (file_of(" ".join(parts)) + kind)
+
+    def _progress(self, progress: Progress | None) -> None:
+        panel, busy = self.panel, progress is not None
+        panel.bar.visible = panel.status.visible = panel.cancel.visible = busy
+        panel.rrd.visible = panel.mcap.visible = not busy
+        if progress is not None:
+            show_progress(panel.bar, panel.status, progress)
+
+
+def _newest_first(folder: Path) -> list[Path]:
+    if not folder.is_dir():
+        return []
+    files = [file for file in folder.iterdir() if file.suffix in KINDS and not file.name.startswith(".")]
+    return sorted(files, key=lambda file: file.stat().st_mtime, reverse=True)
