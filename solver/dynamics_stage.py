@@ -93,6 +93,7 @@ def obeying_forces(
             model_markers_ground=model_markers,
             kinematics_only=KinematicsOnly(fits[i].motion, fits[i].marker_errors),
             spline=spline,
+            costs=result.costs,
             notes=notes,
             seconds=fits[i].seconds | {"dynamics": clock.seconds["dynamics"] / len(fitted)},
         )

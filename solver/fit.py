@@ -39,6 +39,7 @@ class TrialFit:
     kinematics_only: KinematicsOnly | None = None  # None: the motion is that of the markers alone
     heldout: Heldout | None = None
     spline: Float[np.ndarray, "coefficients dofs"] | None = None  # of a motion that was fitted to forces
+    costs: tuple[float, ...] = ()  # of the trajectory fit of all trials: at first, after each iteration
     seconds: dict[str, float] = field(default_factory=dict)  # CPU seconds: load, kinematics, dynamics
     notes: tuple[str, ...] = ()
 

@@ -54,7 +54,8 @@ def write_mcap(recording: Recording, file: Path) -> Path:
                 write_causes(topics, record.replay.name, recording.diagnosis)
         for edit in recording.edits:
             write_edit(mcap, edit, origin_ns)
-        for step in recording.steps or stages_of(recording.trials[0].figures):
+        first_trial = recording.trials[0]
+        for step in recording.steps or stages_of(first_trial.figures, first_trial.costs):
             write_step(mcap, step, origin_ns + int(step.seconds * 1e9))
         attach_fit(mcap, recording.fit, origin_ns)
         for record in recording.trials:

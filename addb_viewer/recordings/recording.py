@@ -34,6 +34,7 @@ class TrialRecord:
     before_name: str  # MARKERS_ALONE or PREVIOUS_FIT
     figures: Mapping[str, Any]  # the trial's part of `fit --json`
     missing: tuple[bool, ...]  # by frame, as `review.json` has it: a foot's force does not count
+    costs: tuple[float, ...] = ()  # of the trajectory fit: where it began, and after each iteration
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ def recording_of(
         if previous is None:
             before, name = _of_markers_alone(trial, fit), MARKERS_ALONE
         replay = fitted_replay(trial, fit.skeleton, _person(fit))
-        records.append(TrialRecord(replay, before, name, its_figures, _missing(trial)))
+        records.append(TrialRecord(replay, before, name, its_figures, _missing(trial), trial.costs))
     return Recording(
         fit=fit,
         trials=tuple(records),

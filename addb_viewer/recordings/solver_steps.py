@@ -1,7 +1,7 @@
 """What a solver tells while it works, kept for a recording."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -36,16 +36,23 @@ class StepLog:
         return tuple(self._steps)
 
 
-def stages_of(figures: Mapping[str, Any]) -> tuple[SolverStep, ...]:
-    """What a kept fit still knows of its solve: the CPU seconds of each stage, and marker errors on the way.
+def stages_of(figures: Mapping[str, Any], costs: Sequence[float] = ()) -> tuple[SolverStep, ...]:
+    """What a kept fit still knows of its solve: seconds of each stage, cost of each iteration, marker errors.
+
+    Seconds are of CPU; an iteration's time is its even share of the stage's.
 
     Args:
         figures: a trial's part of `fit --json`.
+        costs: of the trajectory fit: where it began, and after each iteration.
     """
     steps, seconds = [], 0.0
     total = sum(figures["seconds"].values()) or 1.0
     errors = {"kinematics": figures["kinematics_only"] or figures, "dynamics": figures}
     for stage, spent in figures["seconds"].items():
+        for k, cost in enumerate(costs if stage == "dynamics" else ()):
+            at = seconds + spent * k / len(costs)
+            said = f"dynamics, iteration {k}" if k else "dynamics, where the search begins"
+            steps.append(SolverStep(said, at / total, at, {"cost": cost}))
         seconds += spent
         rms = errors.get(stage, {}).get("marker_rms_m")
         values = {} if rms is None else {"marker_rms_cm": 100 * rms}

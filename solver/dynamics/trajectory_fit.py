@@ -77,6 +77,7 @@ class TrajectoryFit:
     iterations: int
     converged: bool
     notes: tuple[str, ...]
+    costs: tuple[float, ...]  # where the search began, and after each iteration
     extra: Float[np.ndarray, " extra"] = field(default_factory=lambda: np.zeros(0))  # x
     # Of x, with trajectories and inertias free: from the border after all trials' bands are eliminated. The
     # weights take frames as independent, so it is rather too small.
@@ -161,6 +162,7 @@ class _Solver:
             self.extra.start,
         )
         damping, converged, iteration = FIRST_DAMPING, False, 0
+        costs: list[float] = []
         while iteration < self.settings.iterations and not converged and damping < MOST_DAMPING:
             progress("dynamics", iteration / self.settings.iterations)
             iteration += 1
@@ -178,6 +180,7 @@ class _Solver:
                 del system, factor  # before the next ones are built
             if damping >= MOST_DAMPING:
                 break
+            costs += [tried_cost] if costs else [cost, tried_cost]
             gained, least = cost - tried_cost, self.settings.tolerance * cost
             undamped = damping <= FIRST_DAMPING
             small = undamped and gained < SMALL_STEP * least
@@ -198,6 +201,7 @@ class _Solver:
             iterations=iteration,
             converged=converged,
             notes=() if converged else (f"the trajectory fit did not settle in {iteration} iterations",),
+            costs=tuple(float(c) for c in costs),
             extra=state.x,
             extra_covariance=self._extra_covariance(state),
         )

@@ -1,4 +1,5 @@
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -155,6 +156,12 @@ def test_what_repeats_teaches_inertias_no_more_than_once(light_capped, trial):
 def test_same_input_same_output(light_capped, trial):
     first, second = (fit_trajectories(light_capped, [trial], SETTINGS) for _ in range(2))
     np.testing.assert_array_equal(first.motions[0].q, second.motions[0].q)
+
+
+def test_the_cost_falls_from_iteration_to_iteration(light_capped, trial):
+    fit = fit_trajectories(light_capped, [trial], SETTINGS)
+    assert len(fit.costs) == fit.iterations + 1
+    assert all(later < earlier for earlier, later in pairwise(fit.costs))
 
 
 def test_a_search_that_begins_where_one_ended_ends_with_its_first_step(light_capped, trial):
