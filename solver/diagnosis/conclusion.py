@@ -72,6 +72,7 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
         trials=tuple(s.name for s in balance.scenes),
         residual=described(balance, solved, selection.uncorrected),
         rates_Hz={s.name: s.rate for s in balance.scenes},
+        starts_s={s.name: s.motion.start_time for s in balance.scenes},
     )
 
 

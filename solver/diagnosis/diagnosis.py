@@ -77,4 +77,5 @@ class Diagnosis:
     trials: tuple[str, ...]
     residual: ResidualDescription | None = None  # without any cause
     rates_Hz: Mapping[str, float] = field(default_factory=dict)  # of the markers' frames, by trial
+    starts_s: Mapping[str, float] = field(default_factory=dict)  # of frame 0 on the recording's clock
     notes: tuple[str, ...] = field(default=())

@@ -46,6 +46,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, object]:
         },
         "trials": list(diagnosis.trials),
         "rates_Hz": dict(diagnosis.rates_Hz),
+        "starts_s": dict(diagnosis.starts_s),
         "notes": list(diagnosis.notes),
         "residual": None if diagnosis.residual is None else _residual(diagnosis.residual),
     }

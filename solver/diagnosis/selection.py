@@ -110,7 +110,7 @@ class _Search:
     def _add(self) -> bool:
         """The best next cause, or the best two together."""
         contenders = self._contenders(self.terms, self.solved)
-        least = self.settings.least_further_gain if self.found else self.settings.least_gain
+        least = self._least_further_gain() if self.found else self.settings.least_gain
         tenable = [c for c in contenders if self._tenable(c.solved, self.solved)]
         inadmissible: set[int] = set()
         for contender in contenders:
@@ -133,6 +133,9 @@ class _Search:
             return True
         return self._add_two(contenders)
 
+    def _least_further_gain(self) -> float:
+        return self.settings.least_further_gain + loose_ends(self.found, self.settings)
+
     def _add_two(self, contenders: Sequence[Contender]) -> bool:
         """Two causes of which neither stands out alone, but both together."""
         settings = self.settings
@@ -154,7 +157,7 @@ class _Search:
         heldout = self._heldout_gain(both)
         runner_up = tried[1][0] if len(tried) > 1 else -np.inf
         if (
-            odds - alone < settings.least_further_gain
+            odds - alone < self._least_further_gain()
             or odds - runner_up < settings.rival_margin
             or heldout <= settings.least_heldout_gain
         ):
@@ -320,6 +323,12 @@ def _corrected(
             named.append(Contender(without, solved, gain))
             terms.append(with_it)
     return tuple(named), tuple(terms)
+
+
+def loose_ends(found: Sequence[Found], settings: DiagnosisSettings) -> float:
+    """Gain left to whatever comes beside causes of any course, which are never described whole [nats]."""
+    loose = [f.contender.gain for f in found if f.contender.term.candidate.of_any_course]
+    return settings.rival_share * sum(max(0.0, gain) for gain in loose)
 
 
 def handicap(candidate: Candidate, settings: DiagnosisSettings) -> float:

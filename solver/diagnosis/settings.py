@@ -99,7 +99,7 @@ class DiagnosisSettings:
             ("plate_yaw", 2.0),
             ("external_contact", 4.0),
             ("body_weight_support", 3.0),
-            ("elastic_tether", 3.0),
+            ("elastic_tether", 10.0),
             ("drag", 3.0),
             ("belt_acceleration", 3.0),
             ("carried_mass", 5.0),

@@ -1,11 +1,12 @@
 """What no cause of the catalogue explains: sought beside the named causes, and they beside it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from solver.diagnosis.balance import Balance, Rung, Solved, Term
 from solver.diagnosis.remainder import Unknown, UnknownForce, unknown_forces
 from solver.diagnosis.screening import Beside
-from solver.diagnosis.selection import Contender, Found, Selection, handicap
+from solver.diagnosis.selection import Contender, Found, Selection, handicap, loose_ends
 from solver.diagnosis.unknown_screen import Tried, UnknownScreen
 from solver.effects.effect import Eta
 
@@ -33,7 +34,7 @@ def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
     settings = balance.settings
     solved, found = selection.solved, selection.found
     unknown = UnknownScreen(balance)
-    left = _left(balance, unknown, solved)
+    left = _left(balance, unknown, solved, found)
     if not found:
         return Kept(solved, found, left)
     explained = max(0.0, solved.log_evidence - selection.null.log_evidence)
@@ -42,7 +43,7 @@ def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
         return _without_needless(balance, unknown, Kept(solved, found, left), margin)
     if any(f.contender.term.candidate.has_a_witness for f in found):
         return Kept(solved, found, None)
-    alone = _left(balance, unknown, selection.null)
+    alone = _left(balance, unknown, selection.null, ())
     if alone is not None and alone.solved.log_evidence > solved.log_evidence + margin:
         return Kept(selection.null, (), alone)
     return Kept(solved, found, None)
@@ -63,7 +64,7 @@ def _without_needless(balance: Balance, unknown: UnknownScreen, kept: Kept, marg
                 continue
             rest = [t for t in solved.terms if t is not one.contender.term]
             without = balance.solve(rest, near=solved.rung)
-            other = _left(balance, unknown, without)
+            other = _left(balance, unknown, without, found[:k] + found[k + 1 :])
             if other is not None:
                 loss = left.solved.log_evidence - other.solved.log_evidence
                 loss -= handicap(one.contender.term.candidate, settings)
@@ -87,7 +88,9 @@ def _notable(balance: Balance, solved: Solved, one: Found) -> bool:
     return one.contender.term.candidate.is_notable(estimates)
 
 
-def _left(balance: Balance, unknown: UnknownScreen, solved: Solved) -> Contender | None:
+def _left(
+    balance: Balance, unknown: UnknownScreen, solved: Solved, found: Sequence[Found]
+) -> Contender | None:
     """The force of unknown course, or the moment, that would explain most; None where none pays."""
     scenes = balance.scenes
     free = unknown_forces(scenes)
@@ -122,7 +125,8 @@ def _left(balance: Balance, unknown: UnknownScreen, solved: Solved) -> Contender
         climbed.append((both.gain - one.candidate.reach_cost(scenes), both))
     best = max(climbed, key=lambda c: c[0])[1]
     least_N = balance.settings.least_unknown_share * scenes[0].weight_N
-    pays = best.gain > balance.settings.least_unknown_gain and size_N(balance, best) > least_N
+    least_gain = balance.settings.least_unknown_gain + loose_ends(found, balance.settings)
+    pays = best.gain > least_gain and size_N(balance, best) > least_N
     return best if pays else None
 
 

@@ -34,6 +34,7 @@ class BeltAcceleration(Candidate):
         "Record the belt's speed, or use a stiffer drive; subtract the belt's acceleration. On solid ground "
         "it cannot be this: something else is wrong with the horizontal forces."
     )
+    of_any_course = True
     rivals_told_apart_by = "a marker on the belt or on the platform"
 
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:

@@ -12,6 +12,7 @@ from solver.effects.scene import Scene
 
 PRIOR_STD_N = 120.0  # supports carry a tenth to a half of the weight
 LEAST_N = 20.0  # a slack harness, and 3 % of body weight
+MOST_SHARE = 0.8  # of body weight; with more, nobody stands
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,8 @@ class BodyWeightSupport(InTrials):
     sentence = "A harness or a hand carries {target} with a constant force."
     remedy = "Record the support's load cell, or enter its setting."
     rivals_told_apart_by = "a second without contact with the plates, or the support's own load cell"
+
+    weight_N: float = np.inf  # of the person
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """A newton upward."""
@@ -44,15 +47,15 @@ class BodyWeightSupport(InTrials):
         return {"force_N": Estimate(float(x[0]), float(np.sqrt(covariance[0, 0])))}
 
     def is_possible(self, estimates: dict[str, Estimate]) -> bool:
-        """A harness never pushes down."""
-        return estimates["force_N"].value > 0
+        """A harness never pushes down, nor lifts the person off the ground."""
+        return 0 < estimates["force_N"].value < MOST_SHARE * self.weight_N
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
-        """More than a slack harness, and upward."""
-        return estimates["force_N"].value > LEAST_N
+        """More than a slack harness."""
+        return self.is_possible(estimates) and estimates["force_N"].value > LEAST_N
 
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     """At the pelvis and at the trunk, in all trials and in each alone."""
     bodies = trunk_bodies(scenes[0].skeleton) if scenes else ()
-    return [BodyWeightSupport(name, t) for t in all_and_each(scenes) for name in bodies]
+    return [BodyWeightSupport(name, t, scenes[0].weight_N) for t in all_and_each(scenes) for name in bodies]

@@ -62,6 +62,7 @@ class Candidate(ABC):
     sentence = ""  # what it means, for people; {target} is filled in
     remedy = ""  # what to do about it in the laboratory
     rivals_told_apart_by = ""  # what to record so that it can be told from what looks alike
+    of_any_course = False  # it may change in any way over time: never described to the last newton
     has_a_witness = False  # the motion shows it as well: no force of unknown course takes its place
 
     @property

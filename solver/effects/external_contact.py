@@ -44,6 +44,7 @@ class ExternalContact(Candidate):
     id = "external_contact"
     sentence = "Something that no plate measures pushes or pulls at {target}: a seat, a rail, a hand."
     remedy = "Look at the video for what touches the person there, keep it away, or put a sensor on it."
+    of_any_course = True
     rivals_told_apart_by = "the same movement without anything within reach"
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:

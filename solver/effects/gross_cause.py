@@ -83,6 +83,11 @@ class Beyond(Candidate):
         return self.cause.rivals_told_apart_by
 
     @property
+    def of_any_course(self) -> bool:  # type: ignore[override]
+        """The cause's."""
+        return self.cause.of_any_course
+
+    @property
     def has_a_witness(self) -> bool:  # type: ignore[override]
         """The cause's."""
         return self.cause.has_a_witness

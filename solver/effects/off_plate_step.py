@@ -40,8 +40,9 @@ class OffPlateStep(Candidate):
 
     id = "off_plate_step"
     has_a_witness = True  # a foot stands there
-    sentence = "{target} stands where no plate measures it: beside a plate, or on one that says nothing."
+    sentence = "No plate measures the force under {target}: beside a plate, or on one that says nothing."
     remedy = "Flag these frames, or repeat the trial with every step on a plate."
+    of_any_course = True
     rivals_told_apart_by = "a trial with every step on a plate"
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:

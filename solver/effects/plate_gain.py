@@ -10,7 +10,7 @@ from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.scene import Scene
 
 PRIOR_STD = 0.05  # plates are off by 1 to 5 %
-MOST = 0.5  # a plate further off is broken, or its steps are missing
+MOST = 0.2  # a plate that is off by more has the wrong units, or another fault
 LEAST = 0.015  # within what plates of one laboratory scatter
 
 

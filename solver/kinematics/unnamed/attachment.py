@@ -24,6 +24,7 @@ class Attachment:
     share: Float[np.ndarray, "markers landmarks"]  # probability of each landmark; the rest is "none"
     log_density: Float[np.ndarray, " markers"]
     place_body: Float[np.ndarray, "markers bodies 3"]  # mean over frames [m]
+    moved_m2: Float[np.ndarray, "markers bodies"]  # variance of the place over frames
 
     def on_body(self, mixture: LandmarkMixture) -> Float[np.ndarray, "markers bodies"]:
         """Probability that each marker is on each body."""
@@ -34,9 +35,23 @@ class Attachment:
     ) -> tuple[Int[np.ndarray, " markers"], Float[np.ndarray, "markers 3"], Float[np.ndarray, " markers"]]:
         """Each marker's likeliest body, and mean place there [m] and variance [m²] by the landmarks alone."""
         body = self.on_body(mixture).argmax(axis=1)
+        return body, *self._by_landmarks(mixture, body)
+
+    def blended_place(
+        self, mixture: LandmarkMixture, body: Int[np.ndarray, " markers"]
+    ) -> Float[np.ndarray, "markers 3"]:
+        """Each marker's place on the given body [m]: as measured, drawn to its landmarks there."""
+        expected, variance = self._by_landmarks(mixture, body)
+        measured = self.place_body[np.arange(len(body)), body]
+        by_landmark = mixture.settings.rigid_m**2 / (mixture.settings.rigid_m**2 + variance)
+        return measured + by_landmark[:, None] * (expected - measured)
+
+    def _by_landmarks(
+        self, mixture: LandmarkMixture, body: Int[np.ndarray, " markers"]
+    ) -> tuple[Float[np.ndarray, "markers 3"], Float[np.ndarray, " markers"]]:
         own = self.share * (mixture.body[None] == body[:, None])
         own = own / np.maximum(own.sum(axis=1, keepdims=True), 1e-12)
-        return body, own @ mixture.place_body, own @ mixture.variance
+        return own @ mixture.place_body, own @ mixture.variance
 
 
 @dataclass(frozen=True)
@@ -93,4 +108,4 @@ def attach(
     highest = np.maximum(score.max(axis=1), none)
     density = np.exp(score - highest[:, None])
     total = density.sum(axis=1) + np.exp(none - highest)
-    return Attachment(density / total[:, None], highest + np.log(total), mean)
+    return Attachment(density / total[:, None], highest + np.log(total), mean, moved)

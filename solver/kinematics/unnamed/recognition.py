@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 from solver.capture.capture import Markers
 from solver.kinematics.unnamed.attachment import Seen
 from solver.kinematics.unnamed.landmark_mixture import LandmarkMixture, landmark_mixture
+from solver.kinematics.unnamed.neighbours import weighed_against_neighbours
 from solver.kinematics.unnamed.single_frame import lay_over
 from solver.kinematics.unnamed.whole_recording import Followed, follow, forwards, with_segments_scaled
 from solver.markers.atlas import Landmark
@@ -86,7 +87,7 @@ def recognise(
             return None
         scaled = [with_segments_scaled(seen, f, mixture, prior) for f in followed[: settings.rivals]]
         score = np.array([f.log_likelihood + forwards(f, cloud.recording[frames], mixture) for f in scaled])
-        return _judged(cloud.labels, scaled, score, mixture)
+        return _judged(cloud.labels, scaled, score, seen, mixture)
 
 
 @dataclass(frozen=True)
@@ -229,13 +230,21 @@ def _judged(
     labels: Sequence[str],
     followed: Sequence[Followed],
     score: Float[np.ndarray, " rivals"],
+    seen: Seen,
     mixture: LandmarkMixture,
 ) -> Recognition:
     """The understandings weighed against each other: where the likely ones differ, nobody is sure."""
     settings = mixture.settings
     weight = np.exp((score - score.max()) / settings.temper)
     weight /= weight.sum()
-    on_body = np.stack([f.attachment.on_body(mixture) for f in followed])
+    on_body = np.stack(
+        [
+            weighed_against_neighbours(seen, f, mixture)
+            if w >= settings.believed
+            else f.attachment.on_body(mixture)
+            for f, w in zip(followed, weight, strict=True)
+        ]
+    )
     belief = np.einsum("h,hmb->mb", weight, on_body)
     body = belief.argmax(axis=1)
     best = int(score.argmax())

@@ -51,6 +51,13 @@ class UnnamedSettings:
 
     rivals: int = 3  # guesses that are scaled and compared at the end
     temper: float = 5.0  # of the comparison: markers of one body are no independent witnesses
+    # a marker on the next body, the poses fitted with it there: temper of that comparison, the odds at most
+    # (what was found first is likelier), how far off a landmark of it may be, and markers on no body at all
+    neighbour_temper: float = 2.0
+    neighbour_most: float = 0.8
+    neighbour_reach_m: float = 0.08
+    least_weighed: float = 0.05
+    believed: float = 0.25  # understandings less likely than this are not looked at so closely
     sure_landmark: float = 0.6  # of the marker's share on its body: then it is called by the landmark
     place_std_m: float = 0.03  # of a place that was measured, not read from the atlas
     fewest_markers: int = 16  # without any name; fewer were fitted to a stranger shape with confidence

@@ -32,6 +32,11 @@ class Followed:
     log_likelihood: float
     factors: Float[np.ndarray, "bodies 3"] | None = None  # of segments, once these were scaled
 
+    def own(self, mixture: LandmarkMixture) -> LandmarkMixture:
+        """The landmarks on the body whose segments were scaled."""
+        assert self.factors is not None
+        return LandmarkMixture(scaled(mixture.skeleton, self.factors), mixture.settings)
+
 
 def follow(
     seen: Seen,
@@ -61,7 +66,7 @@ def follow(
     every = np.arange(len(seen.points))
     known = np.isfinite(place).all(axis=1)
     hidden = replace(shrunk, points=np.where(known[None, :, None], shrunk.points, np.nan))
-    problem = _problem(hidden, body, np.where(known[:, None], place, 0.0), mixture)
+    problem = pose_problem(hidden, body, np.where(known[:, None], place, 0.0), mixture)
     q = _started(problem, start_q, mixture)
     for round_ in range(settings.rounds):
         late = round_ / max(1, settings.rounds - 1)
@@ -77,13 +82,11 @@ def follow(
         shrunk = replace(seen, points=seen.points / size)
         q = q.copy()
         q[:, mixture.root.translation_dofs] /= ratio
-        measured = attachment.place_body[np.arange(len(body)), body]
-        by_landmark = settings.rigid_m**2 / (settings.rigid_m**2 + variance)
-        place = measured + by_landmark[:, None] * (expected - measured)
-        q, _ = solve_frames(_problem(shrunk, body, place, mixture), q, every, max_iterations=STEPS)
+        place = attachment.blended_place(mixture, body)
+        q, _ = solve_frames(pose_problem(shrunk, body, place, mixture), q, every, max_iterations=STEPS)
     tolerance = Tolerance(settings.rigid_m, settings.proportions_m)
     attachment = attach(shrunk, q, share, mixture, tolerance=tolerance, arms=arms)
-    likely = _log_likelihood(attachment, q, mixture) + float(
+    likely = log_likelihood(attachment, q, mixture) + float(
         of_size(np.array([size]), len(body), size_prior)[0]
     )
     return Followed(q, size, arms, attachment, likely)
@@ -109,7 +112,7 @@ def with_segments_scaled(
         followed,
         q=q,
         attachment=attachment,
-        log_likelihood=_log_likelihood(attachment, q, own)
+        log_likelihood=log_likelihood(attachment, q, own)
         + float(of_size(np.array([followed.size]), len(body), size_prior)[0]),
         factors=calibration.factors,
     )
@@ -156,12 +159,13 @@ def _started(
     return q
 
 
-def _problem(
+def pose_problem(
     seen: Seen,
     body: Int[np.ndarray, " markers"],
     place_body: Float[np.ndarray, "markers 3"],
     mixture: LandmarkMixture,
 ) -> PoseProblem:
+    """Poses of the recording's markers on these bodies, at these places [m]."""
     marked = _marked(mixture.skeleton, body, place_body)
     return PoseProblem(marked, seen.points, _loose_poses(mixture), mixture.settings.robust_m)
 
@@ -208,10 +212,16 @@ def _size_change(
     return float(np.clip(ratio, 0.9, 1.1))
 
 
-def _log_likelihood(
+def log_likelihood(
     attachment: Attachment, q: Float[np.ndarray, "frames dofs"], mixture: LandmarkMixture
 ) -> float:
-    """Of the markers, less the posture's cost in as many frames as are independent."""
+    """Of the markers, less the posture's cost in as many frames as are independent.
+
+    Args:
+        attachment: of the markers to the bodies in these poses.
+        q: the poses [rad or m].
+        mixture: at the person's size.
+    """
     settings = mixture.settings
     pull = q - mixture.skeleton.default_q
     pull[:, mixture.root.dofs] = 0.0

@@ -123,8 +123,8 @@ def test_what_is_wrong_is_told_over_time_in_phases_and_along_axes(diagnosis):
         axes=(AlongAxis("x", "forward", -3.0, size), AlongAxis("z", None, 1.0, size)),
         trials=(InTrial("walk1", size, Range("walk1", 40, 90), size, course),),
     )
-    told = plain(replace(diagnosis, residual=residual, rates_Hz={"walk1": 100.0}))
-    assert told["rates_Hz"] == {"walk1": 100.0}
+    told = plain(replace(diagnosis, residual=residual, rates_Hz={"walk1": 100.0}, starts_s={"walk1": 0.5}))
+    assert (told["rates_Hz"], told["starts_s"]) == ({"walk1": 100.0}, {"walk1": 0.5})
     said = told["residual"]
     figures = {
         "seconds": 3.0, "force_N": 41.0, "force_floor_N": 10.0, "moment_Nm": 19.0, "moment_floor_Nm": 6.0,

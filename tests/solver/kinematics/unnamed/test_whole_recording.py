@@ -15,7 +15,7 @@ def ahead():
     q = np.tile(mixture.skeleton.default_q, (10, 1))
     q[:, mixture.skeleton.dofs.index("pelvis_tx")] = np.linspace(0, 1, 10)
     nothing = np.zeros((0, len(mixture.landmarks)))
-    empty = Attachment(nothing, np.zeros(0), np.zeros((0, len(mixture.skeleton.bodies), 3)))
+    empty = Attachment(nothing, np.zeros(0), np.zeros((0, len(mixture.skeleton.bodies), 3)), np.zeros((0, 1)))
     return Followed(q, 1.0, True, empty, 0.0), mixture
 
 
