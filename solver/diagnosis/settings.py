@@ -40,11 +40,11 @@ class DiagnosisSettings:
     laboratory: tuple[tuple[str, float], ...] = setting(
         (
             ("plate_bias", 2.0),
-            ("plate_position", 0.0025),
+            ("plate_position", 0.0015),
         ),
         unit="N, m",
-        why="what tared and calibrated plates are off by all the same; half of what anybody acts on. Not "
-        "gains: with them free, however little, the entered mass holds nothing",
+        why="what tared and calibrated plates are off by all the same, less than half of what anybody acts "
+        "on. Not gains: with them free, however little, the entered mass holds nothing",
     )
     tissue_least_share: float = setting(0.02, unit="", why="of body mass; lighter segments hardly matter")
     model_force_share: float = setting(
