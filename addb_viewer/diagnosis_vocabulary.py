@@ -78,6 +78,15 @@ def ranges_of(figures: Mapping[str, Any], effect: Mapping[str, Any]) -> list[tup
     return [tuple(r) if len(r) == 3 else (alone, r[0], r[1]) for r in effect["frames"]]
 
 
+def seconds_of(figures: Mapping[str, Any], trial: str, start: int, end: int) -> str:
+    """A stretch on the recording's clock, both ends included; empty where nobody knows its rate."""
+    rate = figures.get("rates_Hz", {}).get(trial)
+    if not rate:
+        return ""
+    begin = figures.get("starts_s", {}).get(trial, 0.0)
+    return f"{begin + start / rate:.2f} to {begin + (end - 1) / rate:.2f} s"
+
+
 def title(effect: Mapping[str, Any]) -> str:
     """A cause in a few words, with its target; a cause that has no words yet by its id.
 

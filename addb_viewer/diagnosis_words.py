@@ -11,6 +11,7 @@ from addb_viewer.diagnosis_vocabulary import (
     certainty,
     listed,
     ranges_of,
+    seconds_of,
     sentence,
     title,
 )
@@ -139,9 +140,8 @@ def when(figures: Figures, effect: Figures) -> str:
         return f"all the time, in {listed(trials)}" if trials else ""
     said = []
     for trial, start, end in ranges:
-        rate = figures.get("rates_Hz", {}).get(trial)
-        seconds = f" ({start / rate:.2f} to {(end - 1) / rate:.2f} s)" if rate else ""
-        said.append(f"{trial}, frames {start} to {end - 1}{seconds}")
+        seconds = seconds_of(figures, trial, start, end)
+        said.append(f"{trial}, frames {start} to {end - 1}{f' ({seconds})' if seconds else ''}")
     return "; ".join(said)
 
 
@@ -212,9 +212,10 @@ def _worth(figures: Figures) -> str:
     gain = figures["gain"]
     if in_markers(figures):
         return "The causes lie in the markers, which are mended before: what counts is the markers' error."
-    told = changes_in_words(gain)
+    told, each = changes_in_words(gain), changes(gain)
     said = [f"{told[:1].upper()}{told[1:]}."]
-    if not changes(gain)[0].surely_falls and unforeseeable(figures):
+    holds = each[0].surely_falls and not any(change.rises for change in each)
+    if not holds and unforeseeable(figures):
         said.append(unforeseeable(figures))
     if is_lead(figures):
         one = len(figures["effects"]) == 1

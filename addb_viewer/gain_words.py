@@ -66,8 +66,8 @@ def unforeseeable(figures: Figures) -> str:
     if now_and_then(figures):
         return (
             "A step or a contact has its own force each time: when its frames are hidden, nothing can "
-            "foretell it, so that these figures stay high there. What speaks for it is the force's place, "
-            "time and sign."
+            "foretell it, so that these figures stay high there, or rise. What speaks for it is the force's "
+            "place, time and sign."
         )
     if any(effect["id"] == "belt_acceleration" for effect in figures["effects"]):
         return (
@@ -85,7 +85,7 @@ def _change(what: str, gain: Figures, unit: str, digits: int) -> Change:
     if surely_falls:
         words = f"{what} falls by {100 * (1 - after / before):.0f} %, and not by chance ({both})"
     elif rises:
-        words = f"{what} does not improve ({both})"
+        words = f"{what} rises ({both})"
     elif after >= (1 - AS_BEFORE) * before:
         words = f"{what} stays as it is ({both})"
     else:

@@ -6,7 +6,7 @@ Takes the plain values of `diagnose --json`.
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from addb_viewer.diagnosis_vocabulary import TITLES, listed, newtons, part_in_words, upward
+from addb_viewer.diagnosis_vocabulary import TITLES, listed, newtons, part_in_words, seconds_of, upward
 from addb_viewer.sections import Section
 
 WITHIN = 1.5  # times the noise floor: what is still ordinary
@@ -86,7 +86,7 @@ def _over_time(figures: Figures, trials: Sequence[Figures]) -> tuple[str, str]:
     ordered = sorted(trials, key=lambda t: -max(_ratios(t["worst"])))
     said = []
     for trial in ordered[:MOST_TRIALS]:
-        worst, rate = trial["worst"], figures["rates_Hz"][trial["trial"]]
+        worst = trial["worst"]
         if max(_ratios(worst)) <= WORST_WITHIN:
             said.append(f"{trial['trial']}: ordinary all the time")
             continue
@@ -94,9 +94,8 @@ def _over_time(figures: Figures, trials: Sequence[Figures]) -> tuple[str, str]:
             said.append(f"{trial['trial']}: much the same all the time")
             continue
         start, end = worst["frames"]
-        said.append(
-            f"{trial['trial']}, {start / rate:.2f} to {(end - 1) / rate:.2f} s: {_both(worst, WORST_WITHIN)}"
-        )
+        seconds = seconds_of(figures, trial["trial"], start, end)
+        said.append(f"{trial['trial']}, {seconds}: {_both(worst, WORST_WITHIN)}")
     if len(ordered) > MOST_TRIALS:
         said.append(f"less in {len(ordered) - MOST_TRIALS} more")
     label = "where it is worst" if any(map(_stands_out, trials)) else "over time"

@@ -7,6 +7,7 @@ from itertools import takewhile
 import numpy as np
 from jaxtyping import Bool, Float
 
+from addb_viewer.app.chart_range import Peak, peaks_beyond, value_range
 from addb_viewer.app.charts import Chart, Line
 from addb_viewer.app.span import Span
 from solver.runs import runs
@@ -19,6 +20,9 @@ MANY = 3  # names whose common beginning is left out
 MOST_POINTS = 900  # of a curve: more than pixels
 WIDTH, HEIGHT = 1000.0, 100.0  # of the drawing's own coordinates
 FAINT, SMALL = 0.13, ".68rem"
+BEYOND = "▲"  # where a curve runs off the axis
+PAPER = "var(--mantine-color-body, var(--paper))"  # of the app's page, of a report
+EDGE = 0.06  # share of the axis in which signs lean inwards
 
 
 def chart_html(chart: Chart, span: Span, height: int) -> str:
@@ -51,7 +55,8 @@ def chart_html(chart: Chart, span: Span, height: int) -> str:
         "inset:0;width:100%;height:100%;border-left:1px solid;border-bottom:1px solid;border-color:inherit'>"
         f"<g style='stroke:none'>{_shading(chart.shaded, span)}</g>"
         f"<g fill='none' style='stroke:currentColor;stroke-opacity:{FAINT}'>{grid}</g>"
-        f"<g fill='none' vector-effect='non-scaling-stroke'>{curves}</g></svg>{labels}</div>"
+        f"<g fill='none' vector-effect='non-scaling-stroke'>{curves}</g></svg>"
+        f"{_marks(chart, rows, high)}{labels}</div>"
     )
 
 
@@ -67,15 +72,6 @@ def axis_html(span: Span, times: Float[np.ndarray, " frames"]) -> str:
         f"<div style='position:relative;height:{AXIS}px;margin:0 {MARGIN}px 0 {GUTTER}px;opacity:.8'>{ticks}"
         "<div style='position:absolute;top:0;right:calc(100% + 12px);white-space:nowrap'>time [s]</div></div>"
     )
-
-
-def value_range(chart: Chart, rows: slice) -> tuple[float, float]:
-    """Axis limits around all curves and zero, with a little air."""
-    known = [line.values[rows][np.isfinite(line.values[rows])] for line in chart.lines]
-    values = np.concatenate([np.zeros(1), *known])
-    lowest, highest = float(values.min()), float(values.max())
-    air = 0.06 * (highest - lowest) or 1.0
-    return (lowest - air if lowest < 0 else 0.0, highest + air)
 
 
 def nice_ticks(low: float, high: float, about: int) -> list[float]:
@@ -134,6 +130,22 @@ def _stroke(line: Line, path: str) -> str:
     dash = f" stroke-dasharray='{dashes}' stroke-width='{width}'"
     return (
         f"<path d='{path}' style='stroke:{line.color.on_any_page}'{dash} vector-effect='non-scaling-stroke'/>"
+    )
+
+
+def _marks(chart: Chart, rows: slice, high: float) -> str:
+    """Wherever curves run off the axis, a sign at the top, and how far they go."""
+    last = max(len(chart.lines[0].values[rows]) - 1, 1)
+    return "".join(_mark(peak, peak.frame / last) for peak in peaks_beyond(chart, rows, high))
+
+
+def _mark(peak: Peak, share: float) -> str:
+    shift = 0 if share < EDGE else -100 if share > 1 - EDGE else -50
+    return (
+        f"<div style='position:absolute;left:{100 * share:.2f}%;top:1px;transform:translateX({shift}%);"
+        f"font-size:.6rem;line-height:1;white-space:nowrap;padding:0 2px;background:{PAPER};"
+        f"color:{peak.line.color.on_any_page}'>"
+        f"{BEYOND} {number(peak.value, peak.value)}</div>"
     )
 
 

@@ -24,6 +24,11 @@ class Line:
     dashed: bool = False  # a bound
     dotted: bool = False  # of the solve that is compared with
 
+    @property
+    def is_own(self) -> bool:
+        """Of the fit that is shown."""
+        return not (self.dashed or self.dotted)
+
 
 @dataclass(frozen=True)
 class Chart:
@@ -33,6 +38,7 @@ class Chart:
     unit: str
     lines: tuple[Line, ...]
     shaded: Bool[np.ndarray, " frames"] | None = None  # frames that the figures do not count
+    runs_off: bool = False  # sizes: the axis holds what counts, and what is larger may leave it
 
     @cached_property
     def largest(self) -> float:
@@ -100,6 +106,7 @@ def _marker_chart(replay: Replay, other: Replay | None) -> Iterator[Chart]:
             _limit(f"{100 * limits.marker_rms_m:g} cm", 100 * limits.marker_rms_m, replay.frames),
         ),
         shaded=np.asarray(~known.any(axis=1)),
+        runs_off=True,
     )
 
 
@@ -137,7 +144,7 @@ def _residual_charts(replay: Replay, other: Replay | None) -> Iterator[Chart]:
     ):
         before = () if then is None else (_before(np.linalg.norm(then, axis=1)),)
         size = Line("size", np.linalg.norm(now, axis=1), RESIDUAL)
-        yield Chart(title, unit, (*before, size, bound), shaded=~residual.used)
+        yield Chart(title, unit, (*before, size, bound), shaded=~residual.used, runs_off=True)
 
 
 def _joint_chart(name: str, replay: Replay, other: Replay | None, what: str, index: int) -> Chart:

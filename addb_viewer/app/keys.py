@@ -75,6 +75,7 @@ COMMANDS = (
     Command("Needs a second look", "second_look"),
     Command("Accept the named causes", "accept"),
     Command("Reject the named causes", "reject"),
+    Command("Write a report of the fit", "report"),
     Command("Record the fit for rerun", "record_rrd"),
     Command("Record the fit as MCAP", "record_mcap"),
     Command("Log the session, or no longer", "log"),

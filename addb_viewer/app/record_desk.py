@@ -18,7 +18,7 @@ from addb_viewer.recordings.recording import file_of
 from solver.errors import SolverError
 
 FOLDER, SESSIONS = "recordings", "sessions"  # in the results folder
-KINDS = (".rrd", ".mcap")
+KINDS = (".html", ".rrd", ".mcap")
 
 
 class RecordDesk:
@@ -28,7 +28,7 @@ class RecordDesk:
         self.place, self.notices = place, notices
         self.panel = build_record(gui, tab)
         self._listed: dict[str, Path] = {}
-        for button, kind in ((self.panel.rrd, ".rrd"), (self.panel.mcap, ".mcap")):
+        for button, kind in zip(self.panel.writing, KINDS, strict=True):
             button.on_click(notices.in_order("Recording", partial(self.write, kind)))
         self.panel.cancel.on_click(notices.in_order("Cancelling", self._cancel))
         self.panel.download.on_click(notices.in_order("Downloading", self.download))
@@ -50,7 +50,7 @@ class RecordDesk:
         if file is None or not file.is_file():
             self.show()
             raise SolverError("the file is not there any more")
-        self.notices.client.send_file_download(file.name, file.read_bytes())
+        self.notices.client.send_file_download(file.name, file.read_bytes(), save_immediately=True)
 
     def log(self, on: bool) -> None:
         """Begin or end the log of the session, for everybody who looks at this subject."""
@@ -96,7 +96,8 @@ class RecordDesk:
         elif not outcome.succeeded:
             self.notices.failed("Recording", outcome.error or "it ended without a word")
         else:
-            self.notices.tell("Recorded", outcome.said.strip())
+            name = Path(outcome.said.strip().splitlines()[-1]).name
+            self.notices.tell("Written", f"{name}: listed in Record, with its folder and a download.")
 
     def _cancel(self) -> None:
         self.place.room.bench.cancel()
@@ -113,7 +114,8 @@ class RecordDesk:
     def _progress(self, progress: Progress | None) -> None:
         panel, busy = self.panel, progress is not None
         panel.bar.visible = panel.status.visible = panel.cancel.visible = busy
-        panel.rrd.visible = panel.mcap.visible = not busy
+        for button in panel.writing:
+            button.visible = not busy
         if progress is not None:
             show_progress(panel.bar, panel.status, progress)
 

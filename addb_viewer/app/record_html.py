@@ -7,15 +7,19 @@ from pathlib import Path
 
 from addb_viewer.app.page import boxed
 
-OPENED_WITH = {".rrd": "rerun {}", ".mcap": "Foxglove, or any reader of MCAP"}
+OPENED_WITH = {
+    ".html": "any browser, also without a network",
+    ".rrd": "rerun {}",
+    ".mcap": "Foxglove, or any reader of MCAP",
+}
 MEGABYTE = 1e6
 BREAKS = "overflow-wrap:anywhere"
 
 
 def written_html(files: Sequence[Path]) -> str:
-    """The recordings on the disk, newest first: where, when, how large, and what opens them."""
+    """The files on the disk, newest first: where, when, how large, and what opens them."""
     if not files:
-        return boxed("No recordings yet.")
+        return boxed("No files yet.")
     rows = []
     for file in files:
         about = file.stat()

@@ -1,4 +1,4 @@
-"""The Record panel: the fit on the screen as a file for other viewers, and the log of the session."""
+"""The Record panel: the fit on the screen as a report or for other viewers, and the log of the session."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,6 +13,7 @@ class RecordPanel:
     """Handles of the panel."""
 
     trials: viser.GuiDropdownHandle[str]
+    report: viser.GuiButtonHandle
     rrd: viser.GuiButtonHandle
     mcap: viser.GuiButtonHandle
     cancel: viser.GuiButtonHandle
@@ -24,12 +25,22 @@ class RecordPanel:
     log: viser.GuiCheckboxHandle
     log_status: viser.GuiHtmlHandle
 
+    @property
+    def writing(self) -> tuple[viser.GuiButtonHandle, ...]:
+        """The buttons that write a file."""
+        return self.report, self.rrd, self.mcap
+
 
 def build_record(gui: viser.GuiApi, tab: viser.GuiTabHandle) -> RecordPanel:
     """Lay out the panel; nothing is bound to anything yet."""
     with tab:
         with gui.add_folder("The fit on the screen as a file"):
             trials = gui.add_dropdown("Trials", (ALL, SHOWN))
+            report = gui.add_button(
+                "Write a report (.html)",
+                icon=viser.Icon.REPORT,
+                hint="One page to hand over: usable frames, bounds, diagnosis, and the motion to play",
+            )
             rrd = gui.add_button(
                 "Write for rerun (.rrd)",
                 icon=viser.Icon.TIMELINE,
@@ -55,4 +66,6 @@ def build_record(gui: viser.GuiApi, tab: viser.GuiTabHandle) -> RecordPanel:
         with gui.add_folder("Log of the session"):
             log = gui.add_checkbox("Write it", False, hint="For all who look at this subject")
             log_status = gui.add_html("")
-    return RecordPanel(trials, rrd, mcap, cancel, bar, status, written, which, download, log, log_status)
+    return RecordPanel(
+        trials, report, rrd, mcap, cancel, bar, status, written, which, download, log, log_status
+    )

@@ -1,4 +1,4 @@
-"""Recordings for the app: `python -m` this module; progress as lines, then the files that were written.
+"""Recordings and reports for the app: `python -m` this module; progress as lines, then the files written.
 
 It writes fits as they lie on the disk, a solve that nobody has kept yet among them, and solves nothing.
 """
@@ -14,10 +14,14 @@ from addb_viewer.app.work import end_in_order, print_progress
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.kept_diagnosis import kept
 from addb_viewer.recordings.recording import Recording, recording_of
+from addb_viewer.report.content import SubjectReport
+from addb_viewer.report.diagnosis_shown import diagnosis_shown
+from addb_viewer.report.subject_page import write_report
 from addb_viewer.review_store import all_edits
+from solver.fit import Fit
 from solver.results.store import load_fit
 
-COLLECTED = 0.4  # share of the work before the first file is written
+FIT_READ = 0.2  # share of the work before the first file is begun
 
 
 def main() -> int:
@@ -26,12 +30,13 @@ def main() -> int:
     asked = _arguments(sys.argv[1:])
     try:
         with errors_as_lines(debug=False):
-            recording = _collected(asked)
-            share = (1.0 - COLLECTED) / len(asked.files)
+            print_progress("reading the fit", 0.0)
+            fit = load_fit(asked.fit, asked.subject)
+            share = (1.0 - FIT_READ) / len(asked.files)
             for i, file in enumerate(asked.files):
-                print_progress(f"writing {file.name}", COLLECTED + i * share)
+                print_progress(f"writing {file.name}", FIT_READ + i * share)
                 file.parent.mkdir(parents=True, exist_ok=True)
-                print(_write(recording, file))
+                print(_write(fit, asked, file))
             print_progress("written", 1.0)
     except typer.Exit as ending:
         return ending.exit_code
@@ -43,35 +48,45 @@ def _arguments(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("subject", type=Path)
     parser.add_argument("results", type=Path, help="where the diagnosis lies")
     parser.add_argument("fit", type=Path, help="folder of the fit")
-    parser.add_argument("files", type=Path, nargs="+", help=".rrd or .mcap")
+    parser.add_argument("files", type=Path, nargs="+", help=".html, .rrd or .mcap")
     parser.add_argument("--previous", type=Path, help="folder of the fit that it is compared with")
     parser.add_argument("--trial", help="this one only")
     return parser.parse_args(arguments)
 
 
-def _collected(asked: argparse.Namespace) -> Recording:
-    print_progress("reading the fit", 0.0)
-    fit = load_fit(asked.fit, asked.subject)
+def _write(fit: Fit, asked: argparse.Namespace, file: Path) -> Path:
+    if file.suffix == ".html":
+        return _write_report(fit, asked, file)
+    if file.suffix == ".mcap":
+        from addb_viewer.recordings.mcap_recording import write_mcap  # noqa: PLC0415 (slow to load)
+
+        return write_mcap(_recording(fit, asked), file)
+    from addb_viewer.recordings.rrd_recording import write_rrd  # noqa: PLC0415 (slow to load)
+
+    return write_rrd(_recording(fit, asked), file)
+
+
+def _write_report(fit: Fit, asked: argparse.Namespace, file: Path) -> Path:
+    """The page that `addb-viewer report` writes: about this fit alone."""
+    shown = diagnosis_shown(fit, asked.results)
+    recording = recording_of(fit, trials=_trials(asked), diagnosis=shown.figures)
+    return write_report(SubjectReport(recording, shown), file)
+
+
+def _recording(fit: Fit, asked: argparse.Namespace) -> Recording:
     previous = None if asked.previous is None else load_fit(asked.previous, asked.subject)
-    print_progress("collecting", COLLECTED / 2)
     diagnosis = kept(asked.results)
     return recording_of(
         fit,
-        trials=None if asked.trial is None else [asked.trial],
+        trials=_trials(asked),
         previous=previous,
         diagnosis=diagnosis[0] if diagnosis else None,
         edits=all_edits(asked.subject),
     )
 
 
-def _write(recording: Recording, file: Path) -> Path:
-    if file.suffix == ".mcap":
-        from addb_viewer.recordings.mcap_recording import write_mcap  # noqa: PLC0415 (slow to load)
-
-        return write_mcap(recording, file)
-    from addb_viewer.recordings.rrd_recording import write_rrd  # noqa: PLC0415 (slow to load)
-
-    return write_rrd(recording, file)
+def _trials(asked: argparse.Namespace) -> list[str] | None:
+    return None if asked.trial is None else [asked.trial]
 
 
 if __name__ == "__main__":

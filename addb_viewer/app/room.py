@@ -133,10 +133,10 @@ class SubjectRoom:
         self.bench.start(Task(doing, stage, PROGRAM, arguments, author))
 
     def record(self, files: Sequence[Path], trial: str | None, author: str) -> None:
-        """Write the fit on the screen, and the one that it is compared with, as recordings.
+        """Write the fit on the screen as a report, or with the one that it is compared with as recordings.
 
         Args:
-            files: `.rrd` or `.mcap`, in a folder that exists.
+            files: `.html`, `.rrd` or `.mcap`; their folder is made where it's missing.
             trial: this one only; None: all.
             author: who asked.
 
@@ -145,7 +145,7 @@ class SubjectRoom:
             SolverError: nothing has been fitted yet.
         """
         if self.library.fit_folder is None:
-            raise SolverError("there is no fit to record yet; G solves")
+            raise SolverError("nothing has been fitted yet; G solves")
         folder, results = self._places()
         arguments = [folder, results, str(self.library.fit_folder), *map(str, files)]
         if self.other is not None and self.other.fit_folder is not None:

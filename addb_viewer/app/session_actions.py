@@ -42,6 +42,7 @@ def actions_of(session: "Session") -> Mapping[str, Action]:
         "discard": solving.discard,
         "cancel": solving.cancel,
         "finish": s.finish,
+        "report": partial(s.recording.write, ".html"),
         "record_rrd": partial(s.recording.write, ".rrd"),
         "record_mcap": partial(s.recording.write, ".mcap"),
         "log": s.recording.toggle_log,

@@ -102,6 +102,7 @@ class SolveDesk:
                 "M compares it with the one before."
             )
         self._progress(room.bench.progress)
+        self.comparing = self.comparing and room.other is not None
         put(panel.compare, self.comparing)
         panel.history.content = history_html(made, replay.name if replay else "")
         if room.library.fit is not None:

@@ -15,7 +15,7 @@ Out = Annotated[
 ]
 Trials = Annotated[
     list[str] | None,
-    typer.Option("--trial", metavar="NAME", help="Fit this trial only; may be given several times."),
+    typer.Option("--trial", metavar="NAME", help="This trial only; may be given several times."),
 ]
 SettingsFile = Annotated[
     Path | None,

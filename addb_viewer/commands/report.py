@@ -9,17 +9,18 @@ import typer
 from addb_viewer.app.root_folder import RootFolder, open_root
 from addb_viewer.commands.diagnose import diagnosed
 from addb_viewer.commands.errors import FAILED, errors_as_lines
-from addb_viewer.commands.options import Debug, IgnoreReview, SettingsFile
+from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, SettingsFile
 from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.commands.solving import check_folder, check_trials, current_fit, job_for
 from addb_viewer.recordings.recording import recording_of
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.diagnosis_shown import diagnosis_shown
+from addb_viewer.report.figures import pages_written
 from addb_viewer.report.overview import Entry, write_overview
 from addb_viewer.report.subject_page import write_report
 from annotations.errors import ReviewError
 from solver.errors import Cancelled, SolverError
-from solver.results.store import default_folder
+from solver.results.store import default_folder, write_json
 
 PAGE = "report.html"
 
@@ -60,20 +61,32 @@ def report(
     diagnose: Diagnose = False,
     settings: SettingsFile = None,
     ignore_review: IgnoreReview = False,
+    json: JsonFile = None,
     debug: Debug = False,
 ) -> None:
     """Write a page that says how good a fit is, on which frames, and why not on others.
 
     Solves first where there is no current fit. The page opens without a network, plays and prints.
     """
+    if json is not None and not json.absolute().parent.is_dir():
+        raise typer.BadParameter(f"no folder {json.parent} to write into", param_hint="--json")
     with errors_as_lines(debug):
         check_folder(subject)
         root = open_root(subject)
         wishes = _Wishes(tuple(trial or ()), diagnose, settings, ignore_review)
         if root.names == (".",):
-            typer.echo(_one(subject, out, wishes)[0])
+            file, made = _one(subject, out, wishes)
+            typer.echo(file)
+            entries, overview = [Entry(made.recording.subject, file, made, "")], None
         else:
-            _several(root, out, wishes)
+            entries = _each(root, out, wishes)
+            overview = _overview(root, out, entries)
+        if json is not None:
+            write_json(json, pages_written(entries, overview))
+        failed = sum(entry.report is None for entry in entries)
+        if failed:
+            typer.echo(f"addb-viewer: no report of {failed} of {len(entries)} subjects, see above", err=True)
+            raise typer.Exit(FAILED)
 
 
 def _one(folder: Path, file: Path | None, wishes: _Wishes) -> tuple[Path, SubjectReport]:
@@ -96,8 +109,8 @@ def _one(folder: Path, file: Path | None, wishes: _Wishes) -> tuple[Path, Subjec
     return write_report(made, file or job.results / PAGE), made
 
 
-def _several(root: RootFolder, out: Path | None, wishes: _Wishes) -> None:
-    """A page for each subject, and one that leads to them; what fails stands there with its reason."""
+def _each(root: RootFolder, out: Path | None, wishes: _Wishes) -> list[Entry]:
+    """A page for each subject; what fails is told, with its reason."""
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
     entries = []
@@ -113,10 +126,12 @@ def _several(root: RootFolder, out: Path | None, wishes: _Wishes) -> None:
         else:
             typer.echo(file)
             entries.append(Entry(name, file, made, ""))
-    overview = (out or root.path) / ("index.html" if out else PAGE)
+    return entries
+
+
+def _overview(root: RootFolder, out: Path | None, entries: list[Entry]) -> Path:
+    """The page that leads to them."""
+    file = (out or root.path) / ("index.html" if out else PAGE)
     notes = [note.replace(f"{root.path}/", "") for note in root.notes]
-    typer.echo(write_overview(root.path.name, entries, notes, overview))
-    failed = sum(entry.report is None for entry in entries)
-    if failed:
-        typer.echo(f"addb-viewer: no report of {failed} of {len(entries)} subjects, see above", err=True)
-        raise typer.Exit(FAILED)
+    typer.echo(write_overview(root.path.name, entries, notes, file))
+    return file

@@ -36,7 +36,7 @@ PARTS = (
 
 OVER_TIME = (
     "Residuals where they count, marker errors and plate forces over time, and below them which frames are "
-    "usable. Grey: left out."
+    "usable. Grey: left out. ▲: how far a curve goes beyond its axis."
 )
 ON_CLICK = element("span", " A click leads the player there.", class_="only-screen")
 
@@ -171,7 +171,12 @@ def _legend() -> Safe:
         (BLUE, "markers: blue fits, vermilion is 4 cm off"),
     )
     items = [element("span", swatch(color), Safe(" "), words) for color, words in keys]
-    return element("p", *items, Safe("Forces: 1 m for 1000 N."), class_="legend")
+    return element(
+        "p",
+        *items,
+        Safe("Forces: 1 m for 1000 N. On the floor: plates, dotted where their force acted."),
+        class_="legend",
+    )
 
 
 def _markers(report: SubjectReport) -> Safe:

@@ -30,9 +30,7 @@ SHORT = (  # words of lanes, so that they fit beside them
     (" left", " L"),
 )
 LETTERS = 105  # that fit on a lane
-THIS_FIT, MARKER_ERROR = "this fit", "Marker error"
-MOST_BOUNDS = 3.0  # times the greatest bound that a chart reaches, and farther only for this fit
-AIR = 1.1
+MARKER_ERROR = "Marker error"
 ON_UNUSED = ("Residual force", "Residual moment")  # where no bound applies
 
 
@@ -77,9 +75,9 @@ def _told(chart: Chart, record: TrialRecord) -> Chart:
 
     Elsewhere a residual is the missing force itself, and would dwarf all else.
     """
-    words = {BEFORE: record.before_name, "size": THIS_FIT}
+    words = {BEFORE: record.before_name, "size": "this fit"}
     lines = [
-        replace(line, label=f"bound {line.label}" if line.dashed else words.get(line.label, line.label))
+        replace(line, label=_bound(chart, line) if line.dashed else words.get(line.label, line.label))
         for line in chart.lines
     ]
     residual = record.replay.residual
@@ -93,22 +91,14 @@ def _told(chart: Chart, record: TrialRecord) -> Chart:
         lines.append(
             replace(lines[-1], label=f"{bound:g} cm for the largest", values=lines[-1].values * 0 + bound)
         )
-    return replace(chart, lines=tuple(_cut_off(lines)))
+    return replace(chart, lines=tuple(lines))
 
 
-def _cut_off(lines: Sequence[Line]) -> list[Line]:
-    """Without the tips of curves that would press bounds and this fit to the floor; their labels say so."""
-    bounds = [float(line.values.max()) for line in lines if line.dashed]
-    own = [float(np.nanmax(line.values, initial=0.0)) for line in lines if line.label in (THIS_FIT, "RMS")]
-    if not bounds:
-        return list(lines)
-    top = max(MOST_BOUNDS * max(bounds), AIR * max(own, default=0.0))
-    return [
-        replace(line, label=f"{line.label} (cut off)", values=np.fmin(line.values, top + 0 * line.values))
-        if np.nanmax(line.values, initial=0.0) > top
-        else line
-        for line in lines
-    ]
+def _bound(chart: Chart, line: Line) -> str:
+    """A bound as the report's tables name it."""
+    limits = Thresholds()
+    named = dict(zip(ON_UNUSED, (f"{limits.linear_BW:g} BW", f"{limits.angular_BWh:g} BW·h"), strict=True))
+    return f"bound {named.get(chart.title, line.label)}"
 
 
 def _short(lane: Happenings, span: Span) -> Lane:

@@ -215,6 +215,25 @@ def test_frames_of_several_trials():
     assert "these recordings (walk1 and walk2)" in text
 
 
+def test_seconds_are_those_of_the_recordings_clock():
+    both = STEP | {"frames": [["walk1", 126, 190], ["walk2", 3, 80]], "trial": None}
+    told = figures(effects=[both], trials=["walk1", "walk2"], starts_s={"walk1": 4.01, "walk2": 0.0})
+    text = said(told)
+    assert "walk1, frames 126 to 189 (5.27 to 5.90 s); walk2, frames 3 to 79 (0.06 to 1.58 s)" in text
+
+
+def test_a_step_whose_moment_rises_on_hidden_stretches_says_why():
+    gain = {
+        "heldout_linear_residual_N": {"before": 388.0, "after": 149.0, "interval": [97.0, 203.0]},
+        "heldout_angular_residual_Nm": {"before": 16.4, "after": 55.9, "interval": [39.2, 69.6]},
+    }
+    text = said(figures(effects=[STEP], gain=gain))
+    assert "moment rises (16.4 → 55.9 N·m)" in text
+    assert "nothing can foretell it" in text
+    falls = gain | {"heldout_angular_residual_Nm": {"before": 16.4, "after": 9.0, "interval": [8.0, 10.0]}}
+    assert "nothing can foretell it" not in said(figures(effects=[STEP], gain=falls))
+
+
 def test_rivals_are_in_the_verdict_and_with_what_tells_them_apart():
     heavy = rival("subject_mass", "clock_offset all", "the person on a scale")
     text = said(figures(effects=[LATE, STEP], alternatives=[heavy]))
@@ -250,7 +269,7 @@ def test_force_that_gets_worse_is_no_gain_and_neither_summary_praises_it():
     }
     left = {"linear_residual_N": 20.0, "noise_floor_N": 12.0, "location": None}
     text = said(figures(effects=[LATE], gain=gain, remaining=left))
-    worse = "orce does not improve (18 → 20 N); moment falls by 29 %, and not by chance (4.2 → 3.0 N·m)"
+    worse = "orce rises (18 → 20 N); moment falls by 29 %, and not by chance (4.2 → 3.0 N·m)"
     assert text.count(worse) == 2
     assert "Nothing else stands out" not in text
     remains = text.split("WHAT REMAINS")[1]

@@ -1,6 +1,5 @@
-"""Replays and diagnoses made by hand, without any solver; and a real browser."""
+"""Replays and diagnoses made by hand, without any solver; and the app in a browser."""
 
-import shutil
 import time
 
 import numpy as np
@@ -26,14 +25,6 @@ from solver.contact.proposals import Proposal
 from tests.addb_viewer.app.paper_browser import PaperBrowser
 from tests.addb_viewer.made_up_residual import residual, size, trial
 
-FLAGS = [
-    "--no-sandbox",
-    "--disable-dev-shm-usage",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--disable-background-networking",
-]
 PATIENCE = 60.0  # [s] software rendering on a busy machine
 
 
@@ -138,19 +129,6 @@ class HandMadeLibrary(Library):
 @pytest.fixture(scope="session")
 def make_library():
     return HandMadeLibrary
-
-
-@pytest.fixture(scope="session")
-def browser():
-    """Debian's Chromium, headless, software rendering."""
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-    if chromium is None:
-        pytest.skip("no Chromium on PATH (Debian: apt install chromium)")
-    with playwright.sync_playwright() as p:
-        browser = p.chromium.launch(executable_path=chromium, headless=True, args=FLAGS)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="session")

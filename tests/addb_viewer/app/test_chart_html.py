@@ -1,4 +1,5 @@
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,6 @@ from addb_viewer.app.chart_html import (
     curve_path,
     nice_ticks,
     short_labels,
-    value_range,
 )
 from addb_viewer.app.charts import Chart, Line
 from addb_viewer.app.palette import BLUE
@@ -27,13 +27,6 @@ def chart(values, shaded=None, label="left"):
 def points(path):
     numbers = [float(n) for n in re.findall(r"-?[0-9.]+", path.replace("h0.5", ""))]
     return np.array(numbers).reshape(-1, 2)
-
-
-@pytest.mark.parametrize(
-    ("values", "lowest", "highest"), [([0, 10], 0.0, 10.6), ([-10, 10], -11.2, 11.2), ([0, 0], 0.0, 1.0)]
-)
-def test_axes_hold_all_values_and_zero(values, lowest, highest):
-    assert value_range(chart(values), slice(None)) == pytest.approx((lowest, highest))
 
 
 def test_thinning_keeps_every_peak():
@@ -57,9 +50,15 @@ def test_gaps_stay_gaps_and_nothing_unknown_is_sent():
     assert "nan" not in chart_html(chart(np.full(5, np.nan)), Span(0, 4), 80)
 
 
-def test_a_part_of_the_trial_is_scaled_to_itself():
-    values = np.where(np.arange(100) < 50, 1000.0, 1.0)
-    assert value_range(chart(values), slice(50, 100))[1] == pytest.approx(1.06)
+def test_a_curve_that_runs_off_is_marked_at_its_peak_and_says_how_far_it_goes():
+    values = np.where(np.arange(101) == 50, 812.0, 1.0)
+    tame = chart_html(chart(values), Span(0, 100), 80)
+    assert "▲" not in tame
+    page = chart_html(replace(chart(values), runs_off=True), Span(0, 100), 80)
+    assert page.count("▲ 812") == page.count("▲") == 1
+    assert "left:50.00%;top:1px;transform:translateX(-50%)" in page
+    part = chart_html(replace(chart(values), runs_off=True), Span(50, 100), 80)
+    assert "left:0.00%;top:1px;transform:translateX(0%)" in part
 
 
 @given(st.floats(-1e4, 1e4), st.floats(1e-3, 1e4), st.integers(2, 8))

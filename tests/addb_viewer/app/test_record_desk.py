@@ -51,15 +51,22 @@ def topics(file):
     return {channel.topic: counts[number] for number, channel in summary.channels.items()}
 
 
-def test_the_fit_is_written_for_both_viewers_and_its_path_is_shown(app, enter, folder):
+def test_the_fit_is_written_as_a_report_and_for_both_viewers_and_their_folder_is_shown(app, enter, folder):
     browser = enter(app)
     recordings = folder / "results" / "recordings"
-    for label, kind in (("Record the fit for rerun", ".rrd"), ("Record the fit as MCAP", ".mcap")):
+    for label, kind in (
+        ("Write a report of the fit", ".html"),
+        ("Record the fit for rerun", ".rrd"),
+        ("Record the fit as MCAP", ".mcap"),
+    ):
         browser.press(label)
         file = recordings / f"demo{kind}"
-        browser.until(lambda file=file: browser.told(str(file)), file.name)
+        browser.until(lambda file=file: browser.told(f"{file.name}: listed"), file.name)
         assert file.stat().st_size > 100_000
         browser.until(lambda file=file: file.name in browser.html(), "the list")
+    page = (recordings / "demo.html").read_text(encoding="utf-8")
+    assert "frames are usable" in page
+    assert 'id="scene-data"' in page
     assert "/squat/transforms" in topics(recordings / "demo.mcap")
     assert str(recordings) in browser.html()
 
@@ -69,7 +76,7 @@ def test_nothing_to_record_is_told(tmp_path, make_app, make_replay, enter):
     try:
         browser = enter(app)
         browser.press("Record the fit for rerun")
-        browser.until(lambda: browser.told("there is no fit to record yet"))
+        browser.until(lambda: browser.told("nothing has been fitted yet"))
     finally:
         app.close()
 

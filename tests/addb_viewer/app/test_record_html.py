@@ -14,7 +14,7 @@ def test_recordings_say_where_they_are_how_large_and_what_opens_them(tmp_path):
     assert "2.3 MB" in page
     assert "rerun &quot;b.rrd&quot;" in page
     assert page.index("b.rrd") < page.index("a.mcap")
-    assert "No recordings yet" in written_html([])
+    assert "No files yet" in written_html([])
 
 
 def test_names_are_shown_as_text(tmp_path):

@@ -62,6 +62,18 @@ def test_one_trial_beside_another_fit(small_fit, results, tmp_path):
     assert any(value is not None for value in before)
 
 
+def test_a_report_says_what_the_command_line_s_says_of_the_fit_that_is_shown(small_fit, results, tmp_path):
+    other = tmp_path / "solve 2"
+    save_fit(replace(small_fit, mass_kg=90.0), other)
+    file = tmp_path / "new" / "walk.html"
+    done = run(small_fit.subject.folder, results, other, file, "--previous", results, "--trial", "walk")
+    assert done.returncode == 0, done.stderr
+    page = file.read_text(encoding="utf-8").replace("\N{NO-BREAK SPACE}", " ")
+    assert "90.0 kg fitted" in page
+    assert "3 of 4 frames are usable" in page
+    assert "Nobody has asked for a diagnosis" in page
+
+
 def test_without_a_fit_it_says_so_and_writes_nothing(small_fit, tmp_path):
     file = tmp_path / "walk.mcap"
     done = run(small_fit.subject.folder, tmp_path / "results", tmp_path / "results", file)

@@ -1,5 +1,6 @@
 """`report` on the command line."""
 
+import json
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -47,6 +48,17 @@ def test_one_trial_of_a_current_fit_into_a_file_without_a_solve(opening, tmp_pat
     assert done.exit_code == 0, done.output
     assert len(opening.solves) == 1
     assert "3 of 4 frames are usable" in (tmp_path / "walk.html").read_text(encoding="utf-8")
+
+
+def test_what_was_written_as_json(opening, tmp_path):
+    folder, file = opening.subject.folder, tmp_path / "pages.json"
+    assert opening("report", folder, "--json", file).exit_code == 0
+    told = json.loads(file.read_text(encoding="utf-8"))
+    (page,) = told["pages"]
+    assert (page["subject"], page["file"]) == (folder.name, str(folder / "results" / "report.html"))
+    assert sum(trial["usable_frames"] for trial in page["trials"]) == 3
+    assert told["overview"] is None
+    assert opening("report", folder, "--json", tmp_path / "missing" / "pages.json").exit_code == 2
 
 
 def test_a_diagnosis_is_made_where_it_is_asked_for_and_none_is_kept(opening, monkeypatch):
@@ -97,8 +109,11 @@ def test_a_subject_that_fails_is_told_and_the_others_have_their_page(opening, tm
     root = tmp_path / "lab"
     (root / f"{opening.subject.folder.name} 1").mkdir(parents=True)
     opening.failure = CaptureError(f"{root}/walk.trc: cut off")
-    done = opening("report", root)
+    done = opening("report", root, "--json", tmp_path / "pages.json")
     assert done.exit_code == 1
+    told = json.loads((tmp_path / "pages.json").read_text(encoding="utf-8"))
+    assert (told["pages"][0]["file"], told["overview"]) == (None, str(root / "report.html"))
+    assert "walk.trc: cut off" in told["pages"][0]["error"]
     assert "no report of 1 of 1 subjects" in done.stderr
     assert "no report: walk.trc: cut off" in (root / "report.html").read_text(encoding="utf-8")
 

@@ -1,14 +1,13 @@
-"""Reports of the small fit that the recordings' tests know; and a real browser."""
+"""Reports of the small fit that the recordings' tests know."""
 
 import pytest
 
 from addb_viewer.report.content import DiagnosisShown, SubjectReport
-from tests.addb_viewer.app.conftest import browser
 from tests.addb_viewer.made_up_residual import residual, trial
 from tests.addb_viewer.recordings.conftest import diagnosis as one_cause
 from tests.addb_viewer.recordings.conftest import edits, make_fit, q, recording, skeleton
 
-__all__ = ["browser", "edits", "make_fit", "one_cause", "q", "recording", "skeleton"]
+__all__ = ["edits", "make_fit", "one_cause", "q", "recording", "skeleton"]
 
 
 @pytest.fixture

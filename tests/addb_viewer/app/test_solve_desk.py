@@ -1,0 +1,35 @@
+"""The Solve panel says what is compared, also when another browser or a discarded solve changes that."""
+
+from dataclasses import replace
+
+import pytest
+
+from addb_viewer.app.app import ReviewApp
+from addb_viewer.app.house import House
+from addb_viewer.app.library import library_of
+from addb_viewer.app.server import open_server
+from addb_viewer.app.solves import add
+from solver.results.store import save_fit
+
+
+@pytest.fixture
+def app(small_fit):
+    """A fit, and a new solve that waits to be kept or discarded."""
+    results = small_fit.subject.folder / "results"
+    save_fit(small_fit, results)
+    add(replace(small_fit, mass_kg=90.0), results, by="Zoë", seconds=1.0)
+    app = ReviewApp(open_server(port=0), House.of(library_of(small_fit.subject)), login="Zoë")
+    yield app
+    app.close()
+
+
+def test_nothing_is_ticked_as_compared_once_the_new_solve_is_discarded(app, enter):
+    one, other = enter(app), enter(app)
+    for browser in (one, other):
+        browser.press("Compare with the previous solve")
+        browser.until(lambda browser=browser: browser.session.solving.panel.compare.value, "the comparison")
+    one.press("Discard the new solve")
+    for browser in (one, other):
+        browser.until(lambda browser=browser: "Nothing is compared" in browser.html(), "the fit before")
+        assert not browser.session.solving.panel.compare.value
+        assert not browser.session.solving.comparing
