@@ -12,14 +12,13 @@ from solver.contact.mask import ERRONEOUS, frame_mask
 from solver.contact.proposals import Proposal, within
 from solver.contact.wrenches import MissingRange
 from solver.dynamics.com_data import com_data
-from solver.dynamics.com_mass import disagreement
 from solver.dynamics.extension import Extension
 from solver.dynamics.mass import mass_from_forces
+from solver.dynamics.person_estimates import person_height, person_mass, person_sex
 from solver.dynamics_stage import obeying_forces, with_dynamics, with_heldout
 from solver.errors import FitError
 from solver.fit import Fit, Groundwork, TrialFit
 from solver.kinematics.marker_matching import MarkerMatch
-from solver.kinematics.scale_prior import stature
 from solver.kinematics.unseen_bodies import unseen_body_notes
 from solver.progress import Progress
 from solver.provenance import provenance_of
@@ -79,7 +78,7 @@ def obeying_reviews(
         )
         for fit in obeying.fits
     )
-    height_m, height_notes = _height(subject, obeying.skeleton)
+    height_m, height_notes = person_height(subject, obeying.skeleton)
     names = {fit.capture.name for fit in fits}
     return Fit(
         subject=subject,
@@ -94,6 +93,7 @@ def obeying_reviews(
             *mass_notes,
             *obeying.notes,
             *height_notes,
+            *person_sex(subject, height_m),
             *_extension_notes(extension, names),
         ),
         groundwork=replace(groundwork, mass_kg=mass_kg, phi=obeying.phi),
@@ -200,25 +200,9 @@ def _noted(fit: TrialFit, match: MarkerMatch, skeleton: Skeleton, settings: Sett
 def _mass(
     subject: Subject, skeleton: Skeleton, fits: Sequence[TrialFit], settings: Settings
 ) -> tuple[float, tuple[str, ...]]:
-    """The entered mass, else what the forces tell; with a warning where the two disagree."""
+    """The entered mass, else what the forces or tables tell."""
     estimate = mass_from_forces(
         [com_data(skeleton, f.motion, f.contacts, f.mask) for f in fits if f.contacts and f.mask],
         settings.com,
     )
-    if subject.mass_kg is not None:
-        warning = estimate and disagreement(estimate, subject.mass_kg, settings.com)
-        return subject.mass_kg, (warning,) if warning else ()
-    if estimate is None:
-        note = f"mass not given and no forces to tell it; the model's own {skeleton.mass:.1f} kg is used"
-        return skeleton.mass, (note,)
-    note = f"mass not given; {estimate.mass_kg:.1f} ± {estimate.std_kg:.1f} kg estimated from the forces"
-    return estimate.mass_kg, (note,)
-
-
-def _height(subject: Subject, skeleton: Skeleton) -> tuple[float, tuple[str, ...]]:
-    if subject.height_m is not None:
-        return subject.height_m, ()
-    height = stature(skeleton)
-    if height is None:
-        return float("nan"), ("height not given, and the model has no leg that would tell it",)
-    return height, (f"height not given; {height:.2f} m from the scaled model's legs",)
+    return person_mass(subject, skeleton, estimate, settings.com)

@@ -17,12 +17,14 @@ from solver.capture.capture import Markers, Subject
 from solver.capture.subject import MARKER_MAP, open_subject
 from solver.capture.trial import read_static, read_trial
 from solver.kinematics.label_reading import read_labels
+from solver.kinematics.marker_naming import own_names
 from solver.markers.atlas import atlas
 from solver.markers.mapping_file import read_map, remark, write_map
 from solver.markers.understanding import Understanding, understand
 from solver.results.store import write_json
 from solver.settings import Settings, settings_for
 from solver.skeleton.default_body import default_skeleton
+from solver.skeleton.osim import load_skeleton
 
 WIDTH_OF_A_PIPE = 250  # [characters] where no terminal says how wide it is
 
@@ -62,12 +64,13 @@ def markers(
         recordings = _recordings(who, settings_for(subject, settings))
         understood = _understood(who, recordings)
         file = map_ or subject / MARKER_MAP
-        kept = _corrected(read_map(file), understood) if file.is_file() else {}
+        on_model = _on_model(who, recordings)
+        kept = _corrected(read_map(file), understood, on_model) if file.is_file() else {}
         if json is not None:
             write_json(json, _figures(understood, kept))
         _print(understood, kept)
         if not no_write:
-            write_map(file, understood, kept)
+            write_map(file, understood, kept, on_model)
             typer.echo(f"{file}: correct it, then fit again")
 
 
@@ -83,8 +86,19 @@ def _recordings(subject: Subject, settings: Settings) -> list[Markers]:
     return [*found, read_static(subject.static, settings.reading).markers] if subject.static else found
 
 
-def _corrected(written: dict[str, str], understood: Understanding) -> dict[str, str]:
+def _on_model(subject: Subject, recordings: Sequence[Markers]) -> dict[str, str] | None:
+    """The marker of the subject's own model for each label that it knows by name; None without a model."""
+    if subject.model is None:
+        return None
+    return own_names(load_skeleton(subject.model), recordings)
+
+
+def _corrected(
+    written: dict[str, str], understood: Understanding, on_model: dict[str, str] | None
+) -> dict[str, str]:
     """Lines of an existing map that say something else than the labels do by themselves."""
+    if on_model is not None:
+        return {label: target for label, target in written.items() if target != on_model.get(label)}
     rows = understood.by_label()
     return {
         label: target

@@ -9,10 +9,18 @@ import numpy as np
 from solver.capture.capture import Markers
 from solver.errors import FitError
 from solver.kinematics.label_reading import read_labels
-from solver.kinematics.marker_matching import LEFT_OUT, MarkerMatch, match_markers, similar_names
+from solver.kinematics.marker_matching import (
+    FEWEST_SHARED,
+    LEFT_OUT,
+    MarkerMatch,
+    match_markers,
+    similar_names,
+)
+from solver.kinematics.nonsense_on_own_model import carried_over
 from solver.markers.atlas import atlas, landmark_marker
 from solver.markers.label_parts import spelling
 from solver.markers.understanding import UnderstoodLabel, understand
+from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.skeleton import Marker, Skeleton
 
 
@@ -45,10 +53,21 @@ def name_markers(
     """
     word = _checked(chosen or {}, generic, default_body)
     if not default_body:
-        named, notes = _in_own_model(generic, recordings, word)
+        generic, named, notes = _in_own_model(generic, recordings, word)
         return NamedMarkers(generic, match_markers(generic, recordings, named=named, notes=notes))
     skeleton, named, notes = _on_default_body(generic, recordings, word)
     return NamedMarkers(skeleton, match_markers(skeleton, recordings, named=named, notes=notes))
+
+
+def own_names(model: Skeleton, recordings: Sequence[Markers]) -> dict[str, str]:
+    """The marker of a subject's own model for each label that it knows by name, in whatever spelling.
+
+    Args:
+        model: the subject's own.
+        recordings: of one subject.
+    """
+    known = {m: name for r in recordings for name, m in similar_names(model.marker_names, r.names).items()}
+    return known | _other_names(model, recordings, {})
 
 
 def _on_default_body(
@@ -118,12 +137,25 @@ def _on_default_body(
 
 def _in_own_model(
     generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str]
-) -> tuple[dict[str, str], tuple[str, ...]]:
-    """Labels that the model knows in other spellings, or under another name of the same landmark."""
+) -> tuple[Skeleton, dict[str, str], tuple[str, ...]]:
+    """Labels that the model knows by name; where these are too few, by the motion."""
+    _require_distinct(word, recordings)
+    known = {m for r in recordings for m in similar_names(generic.marker_names, r.names).values()}
+    named = _other_names(generic, recordings, word)
+    found = {label: name for label, name in named.items() if label not in word}
+    notes = (f"markers that the model has under other names: {_listed(found)}",) if found else ()
+    if len(known) + sum(name != LEFT_OUT for name in named.values()) < FEWEST_SHARED:
+        by_motion = _by_the_motion(generic, recordings, word)
+        if by_motion is not None:
+            return by_motion
+    return generic, named, notes
+
+
+def _other_names(generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str]) -> dict[str, str]:
+    """Besides a person's word, labels that the model has in another spelling, or as the same landmark."""
     labels = _labels(recordings)
     known = {m for r in recordings for m in similar_names(generic.marker_names, r.names).values()}
     taken = {model for r in recordings for model in similar_names(generic.marker_names, r.names)}
-    _require_distinct(word, recordings)
     named = dict(word)
     free = [label for label in labels if label not in known and label not in named]
     markers = [name for name in generic.marker_names if name not in taken and name not in word.values()]
@@ -142,9 +174,44 @@ def _in_own_model(
             lambda name: _landmark(of_marker[name]),
         ):
             named[label] = name
-    found = [f"{label} = {name}" for label, name in named.items() if label in free and name]
-    notes = (f"markers that the model has under other names: {', '.join(found)}",) if found else ()
-    return named, notes
+    return named
+
+
+def _by_the_motion(
+    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str]
+) -> tuple[Skeleton, dict[str, str], tuple[str, ...]] | None:
+    """Labels that mean nothing: found on the default body, and paired with the model's markers by landmark.
+
+    The model's bodies get markers for others that move with them, where they are like the default body's.
+    None where too few are found.
+    """
+    default = default_skeleton()
+    read = read_labels(default, recordings)
+    places = {
+        row.label: _landmark(row)
+        for row in read.understanding.labels
+        if row.label in read.found and row.label not in word
+    }
+    of_marker = understand(generic.marker_names).by_label()
+    markers = {n: _landmark(of_marker[n]) for n in generic.marker_names if n not in word.values()}
+    pairs = dict(_only_pairs(list(places), list(markers), places.__getitem__, markers.__getitem__))
+    if len(pairs) < FEWEST_SHARED:
+        return None
+    new = carried_over(read, [label for label in places if label not in pairs], default, generic)
+    lost = [label for label in places if label not in pairs and label not in new]
+    notes = [f"labels without a meaning, found by the motion: {_listed(pairs)}"]
+    if new:
+        on = {label: generic.bodies[marker.body].name for label, marker in new.items()}
+        notes.append(f"labels without a meaning, attached to the bodies that they move with: {_listed(on)}")
+    if lost:
+        notes.append(f"labels without a meaning, of no marker of the model, left out: {', '.join(lost)}")
+    kept = [marker for marker in generic.markers if marker.name not in new]
+    named = {**dict.fromkeys(lost, LEFT_OUT), **pairs, **{label: label for label in new}, **word}
+    return generic.with_markers([*kept, *new.values()]), named, tuple(notes)
+
+
+def _listed(pairs: Mapping[str, str]) -> str:
+    return ", ".join(f"{label} = {name}" for label, name in pairs.items())
 
 
 def _require_distinct(word: Mapping[str, str], recordings: Sequence[Markers]) -> None:

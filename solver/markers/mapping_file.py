@@ -50,15 +50,22 @@ def chosen_for(subject: Subject) -> dict[str, str]:
     return read_map(subject.marker_map) if subject.marker_map is not None else {}
 
 
-def map_text(understanding: Understanding, kept: Mapping[str, str]) -> str:
+def map_text(
+    understanding: Understanding, kept: Mapping[str, str], on_model: Mapping[str, str] | None = None
+) -> str:
     """The file's content.
 
     Args:
         understanding: of all labels.
         kept: what a person said before; it stays, by label.
+        on_model: with a model of the subject's own, its marker for each label that it knows; lines of other
+            labels are comments, because landmarks mean nothing to it.
     """
     family = f"# Most labels are those of: {understanding.family}.\n" if understanding.family else ""
-    rows = [_line(row, kept) for row in understanding.labels]
+    rows = [
+        _line(row, kept) if on_model is None else _line_on_model(row, kept, on_model)
+        for row in understanding.labels
+    ]
     gone = [
         f"{json.dumps(label)} = {json.dumps(t)}"
         for label, t in kept.items()
@@ -67,9 +74,14 @@ def map_text(understanding: Understanding, kept: Mapping[str, str]) -> str:
     return "\n".join([f"{_HEAD}{family}\n[{TABLE}]", *rows, *gone, ""])
 
 
-def write_map(path: Path, understanding: Understanding, kept: Mapping[str, str]) -> None:
+def write_map(
+    path: Path,
+    understanding: Understanding,
+    kept: Mapping[str, str],
+    on_model: Mapping[str, str] | None = None,
+) -> None:
     """Write the file whole or not at all."""
-    write_whole(path, map_text(understanding, kept))
+    write_whole(path, map_text(understanding, kept, on_model))
 
 
 def _line(row: UnderstoodLabel, kept: Mapping[str, str]) -> str:
@@ -78,6 +90,14 @@ def _line(row: UnderstoodLabel, kept: Mapping[str, str]) -> str:
         return f"{label} = {json.dumps(kept[row.label], ensure_ascii=False)}  # as you wrote"
     target = row.landmark if row.used else ""
     return f"{label} = {json.dumps(target)}  # {remark(row)}"
+
+
+def _line_on_model(row: UnderstoodLabel, kept: Mapping[str, str], on_model: Mapping[str, str]) -> str:
+    if row.label in kept or row.label not in on_model:
+        line = _line(row, kept)
+        return line if row.label in kept else f"# {line}; by its name none of the model's markers"
+    label = json.dumps(row.label, ensure_ascii=False)
+    return f"{label} = {json.dumps(on_model[row.label], ensure_ascii=False)}  # the model's marker"
 
 
 def remark(row: UnderstoodLabel) -> str:

@@ -4,7 +4,7 @@ import pytest
 from solver.capture.capture import Markers
 from solver.errors import FitError
 from solver.kinematics.marker_matching import match_markers
-from solver.kinematics.marker_naming import name_markers
+from solver.kinematics.marker_naming import name_markers, own_names
 from solver.markers.atlas import atlas, landmark_marker
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import marker_positions
@@ -133,3 +133,43 @@ def test_two_labels_for_one_marker_of_ones_own_model_are_refused(body):
     markers = recording(body, both_sides("{0}{1}".format) | {"X1": "c7", "X2": "t10"})
     with pytest.raises(FitError, match="both X1 and X2"):
         name_markers(model, [markers], default_body=False, chosen={"X1": "RFLE", "X2": "RFLE"})
+
+
+def test_labels_that_mean_nothing_are_found_for_a_model_of_ones_own(walker):
+    markers, truth = walker
+    generic = default_skeleton()
+    model = generic.with_markers(
+        [landmark_marker(mark, f"my {mark.name}", generic) for mark in truth.values() if mark.kind == "bony"]
+    )
+    named = name_markers(model, [markers], default_body=False)
+    body = {m.name: named.skeleton.bodies[m.body].name for m in named.skeleton.markers}
+    measured = dict(zip(named.match.model, (labels[0] for labels in named.match.measured), strict=True))
+    paired = {name: label for name, label in measured.items() if name.startswith("my ")}
+    assert len(paired) >= 0.6 * len(model.markers)
+    assert np.mean([f"my {truth[label].name}" == name for name, label in paired.items()]) >= 0.9
+    carried = measured.keys() - paired.keys()  # the thighs' and shanks' wands, which the model does not have
+    assert len(carried) >= 4
+    assert np.mean([truth[label].body == body[label] for label in carried]) >= 0.9
+    assert any("found by the motion" in note for note in named.match.notes)
+
+
+def test_a_model_of_ones_own_without_telling_names_refuses_labels_that_mean_nothing(walker):
+    markers, truth = walker
+    generic = default_skeleton()
+    model = generic.with_markers(
+        [landmark_marker(mark, f"Q{i:02d}X", generic) for i, mark in enumerate(truth.values())]
+    )
+    with pytest.raises(FitError, match="knows only 0"):
+        name_markers(model, [markers], default_body=False)
+
+
+def test_what_is_said_of_a_model_of_ones_own_changes_nothing_when_said_to_it(body):
+    model = own_model(body, lambda side, code: f"{code.lower()}_{side.lower()}")
+    marks = both_sides(lambda side, code: f"{ {'R': 'right', 'L': 'left'}[side] }.{code}")
+    markers = recording(body, marks | {"VERTEX": "head_top"})
+    by_itself = name_markers(model, [markers], default_body=False)
+    word = own_names(model, [markers])
+    assert word["right.FLE"] == "fle_r"
+    assert "VERTEX" not in word
+    said = name_markers(model, [markers], default_body=False, chosen=word)
+    assert sorted(said.match.model) == sorted(by_itself.match.model)

@@ -39,3 +39,10 @@ def test_broken_files_are_named(tmp_path, text):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(CaptureError, match=r"nowhere\.toml"):
         read_map(tmp_path / "nowhere.toml")
+
+
+def test_with_a_model_of_ones_own_lines_name_its_markers_and_the_others_are_comments(tmp_path):
+    file = tmp_path / "markers.toml"
+    write_map(file, understand(LABELS), {"M1": "PELVIS3"}, {"LASI": "L.ASIS"})
+    assert read_map(file) == {"LASI": "L.ASIS", "M1": "PELVIS3"}
+    assert "RKNE" in file.read_text()

@@ -1,0 +1,109 @@
+"""Mass, height and sex where nobody entered them: from the forces, the scaled body, and tables."""
+
+import math
+
+from solver.capture.capture import Subject
+from solver.dynamics.com_mass import MassEstimate, disagreement
+from solver.dynamics.com_settings import ComSettings
+from solver.kinematics.scale_prior import stature
+from solver.skeleton.skeleton import Skeleton
+
+# Mean and standard deviation of stature [m], and mean mass [kg]: Gordon et al., 1988 Anthropometric Survey of
+# US Army Personnel (Natick/TR-89/044).
+_STATURE = {"male": (1.756, 0.067), "female": (1.629, 0.064)}
+_MASS = {"male": 78.5, "female": 62.0}
+# Body-mass index [kg/m²] of children of 4 to 9 years, and up to which stature [m]: medians of the CDC growth
+# charts (Kuczmarski et al. 2002) rise from there to those of grown-ups.
+_CHILDRENS_INDEX, _CHILDRENS_STATURE, _GROWN_UP_STATURE = 16.0, 1.30, 1.65
+_INDEX_SPREAD = 0.15  # of grown-ups; soldiers vary by 0.12
+_BETWEEN_SPREAD = 0.20  # where a stature may be a child's or a grown-up's
+STATURE_STD_M = (
+    0.05  # of a stature from the legs: 3 cm between people (Trotter & Gleser 1958), and the scaling
+)
+_LIKELY = 0.9  # a sex less probable than this is not called likely
+
+
+def person_mass(
+    subject: Subject, skeleton: Skeleton, estimate: MassEstimate | None, settings: ComSettings
+) -> tuple[float, tuple[str, ...]]:
+    """The entered mass, else what the forces tell, else what people of this height weigh [kg]; and a note.
+
+    Args:
+        subject: what was entered.
+        skeleton: scaled; of a model that the subject brought, its own mass stands where there are no forces.
+        estimate: of the forces.
+        settings: how far the entered mass and the forces may differ.
+    """
+    if subject.mass_kg is not None:
+        warning = estimate and disagreement(estimate, subject.mass_kg, settings)
+        return subject.mass_kg, (warning,) if warning else ()
+    if estimate is not None:
+        told = f"{estimate.mass_kg:.1f} ± {estimate.std_kg:.1f} kg estimated from the forces"
+        return estimate.mass_kg, (f"mass not given; {told}",)
+    height = subject.height_m or stature(skeleton)
+    if subject.model is not None or height is None:
+        told = f"the model's own {skeleton.mass:.1f} kg is used"
+        return skeleton.mass, (f"mass not given and no forces to tell it; {told}",)
+    mass, std = mass_of_height(height, subject.sex)
+    if subject.height_m is None:
+        std = math.hypot(std, 2 * mass * STATURE_STD_M / height)
+    told = f"{mass:.0f} ± {std:.0f} kg is what people of {height:.2f} m weigh; torques are as uncertain"
+    return mass, (f"mass not given and no forces to tell it; {told}",)
+
+
+def person_height(subject: Subject, skeleton: Skeleton) -> tuple[float, tuple[str, ...]]:
+    """The entered height, else the scaled body's [m], NaN where it has no legs; and what to say."""
+    if subject.height_m is not None:
+        return subject.height_m, ()
+    height = stature(skeleton)
+    if height is None:
+        return math.nan, ("height not given, and the model has no leg that would tell it",)
+    return height, (f"height not given; {height:.2f} ± {STATURE_STD_M:.2f} m from the scaled model's legs",)
+
+
+def person_sex(subject: Subject, height_m: float) -> tuple[str, ...]:
+    """What to say of a sex that nobody entered, where the body was made from tables that have one.
+
+    Args:
+        subject: what was entered.
+        height_m: entered or estimated; NaN where unknown.
+    """
+    if subject.sex is not None or subject.model is not None or not math.isfinite(height_m):
+        return ()
+    used = "masses of the segments are the mean of both sexes' tables"
+    if height_m < _CHILDRENS_STATURE or (height_m < _GROWN_UP_STATURE and _is_child(subject)):
+        return (f"sex not given, and a child's height does not tell it; {used}",)
+    male = probability_male(height_m, 0.0 if subject.height_m is not None else STATURE_STD_M)
+    likely, p = ("male", male) if male > 0.5 else ("female", 1 - male)
+    if p < _LIKELY:
+        return (f"sex not given, and the height does not tell it ({likely} with {p:.2f}); {used}",)
+    return (f"sex not given; {likely} with a probability of {p:.2f}, by the height; {used}",)
+
+
+def mass_of_height(height_m: float, sex: str | None) -> tuple[float, float]:
+    """Mean mass of people of this height and its standard deviation [kg]."""
+    sexes = ("male", "female") if sex is None else (sex,)
+    grown_up = sum(_MASS[s] / _STATURE[s][0] ** 2 for s in sexes) / len(sexes)
+    grown = (height_m - _CHILDRENS_STATURE) / (_GROWN_UP_STATURE - _CHILDRENS_STATURE)
+    grown = min(1.0, max(0.0, grown))
+    mass = (_CHILDRENS_INDEX + grown * (grown_up - _CHILDRENS_INDEX)) * height_m**2
+    return mass, mass * (_BETWEEN_SPREAD if 0 < grown < 1 else _INDEX_SPREAD)
+
+
+def probability_male(height_m: float, height_std_m: float) -> float:
+    """Of a grown-up, as many men as women being recorded.
+
+    Args:
+        height_m: the person's.
+        height_std_m: how uncertain that is.
+    """
+    log = {
+        sex: -0.5 * ((height_m - mean) / math.hypot(std, height_std_m)) ** 2
+        - math.log(math.hypot(std, height_std_m))
+        for sex, (mean, std) in _STATURE.items()
+    }
+    return 1 / (1 + math.exp(log["female"] - log["male"]))
+
+
+def _is_child(subject: Subject) -> bool:
+    return subject.age_years is not None and subject.age_years < 16
