@@ -1,7 +1,8 @@
 """Notices when another program, as `addb-viewer fit` in a terminal, replaces the fit."""
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 LOOK_EVERY = 2.0  # [s]
@@ -25,10 +26,14 @@ class FitWatch:
         self._thread = threading.Thread(target=self._look, name="watch of the fit", daemon=True)
         self._thread.start()
 
-    def seen(self) -> None:
-        """The fit that is there now is known: it was put there by the app itself."""
+    @contextmanager
+    def own_fit(self) -> Iterator[None]:
+        """What is written within is known: the app itself puts a fit there."""
         with self._lock:
-            self._known = self._written()
+            try:
+                yield
+            finally:
+                self._known = self._written()
 
     def close(self) -> None:
         """Look no more."""

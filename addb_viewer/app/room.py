@@ -202,9 +202,9 @@ class SubjectRoom:
             SolverError: none waits.
         """
         with self._lock:
-            keep(self._waiting(), self.results, self.subject.folder)
+            with self._watch.own_fit():
+                keep(self._waiting(), self.results, self.subject.folder)
             self.new = None
-            self._watch.seen()
         self._note("the new solve is kept")
         self._fit_replaced()
 

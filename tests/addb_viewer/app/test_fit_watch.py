@@ -89,6 +89,17 @@ def test_keeping_a_solve_is_no_news(room, small_fit):
     assert not visitor.heard.wait(10 * SOON)
 
 
+def test_what_the_app_writes_slowly_is_no_news(tmp_path):
+    """Looked at in the middle of it, too."""
+    changed = threading.Event()
+    watch = FitWatch(tmp_path, changed.set, SOON)
+    with watch.own_fit():
+        (tmp_path / "fit.json").write_text("{}")
+        assert not changed.wait(5 * SOON)
+    assert not changed.wait(5 * SOON)
+    watch.close()
+
+
 def test_what_does_not_change_or_goes_away_is_no_news(tmp_path):
     (tmp_path / "fit.json").write_text("{}")
     changed = threading.Event()
