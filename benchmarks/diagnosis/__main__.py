@@ -8,6 +8,7 @@ from pathlib import Path
 from benchmarks.diagnosis.information import FINDABLE_NATS, LARGEST, write_findable
 from benchmarks.diagnosis.run import CPU_LIMIT_S, run_all
 from benchmarks.diagnosis.score import load, report
+from benchmarks.diagnosis.twins import estimate_twins
 from benchmarks.recordings import data_folder
 from tests.hidden_effects.hider.cases import IDS, SIZES, Mix, plan_cases, summary, write_case
 from tests.hidden_effects.hider.real import plan_real
@@ -20,9 +21,12 @@ seen, or with none: half of them clean, the rest of them one effect of the catal
 reference sizes, two, or one that the catalogue lacks; handed out with the true scaled model, with masses
 and centres of mass perturbed, or with the generic one. Rates come with their 95 % interval (Wilson).
 *Right* is the same id on the same target and nothing else. Real recordings are short, most of them below two
-seconds: an effect put into one has the drawn size, or the larger one at which it changes the recording's
-wrench balance by {nats:g} nats (½ Δrᵀ K⁻¹ Δr, model errors in K; `information.py`). Where that takes more
-than {largest:g} reference sizes, this recording cannot tell this effect and the case is left out.
+seconds: an effect put into one has the drawn size, or the larger one at which the recording's wrench balance
+loses {nats:g} nats of log evidence under "nothing is wrong" (`information.py`). Where that takes more than
+{largest:g} reference sizes, this recording cannot tell this effect and the case is left out; so is one
+plate's gain where nobody weighed the person. The injected difference is counted from what the finder
+estimates in the untouched recording, named there or not (`twins.py`); parts of a vector are held to its
+length.
 
 {tables}
 """
@@ -62,6 +66,7 @@ def main() -> None:
             only=given.only,
             workers=given.workers,
         )
+        estimate_twins(given.out.resolve())
     else:
         cases = load(given.out)
         text = report(cases)

@@ -109,14 +109,14 @@ def parameter_scores(hidden: dict[str, Any], found: dict[str, Any]) -> list[Para
         value, std = float(stated["value"]), stated.get("std")
         std = float(std) if std else None
         error = abs(value - true)
-        near = error <= NEAR * _scale(name, hidden["parameters"])
+        near = error <= NEAR * scale_of(name, hidden["parameters"])
         near = near or (std is not None and error <= DEVIATIONS * std)
         scores.append(ParameterScore(name, true, value, std, near))
     return scores
 
 
-def _scale(name: str, parameters: dict[str, float]) -> float:
-    """What ten percent are of: the value, its distance from one, or the length of its vector."""
+def scale_of(name: str, parameters: dict[str, float]) -> float:
+    """What a share is of: the value, its distance from one, or the length of its vector."""
     if name in ABOUT_ONE:
         return abs(parameters[name] - 1)
     if name == "time_s":

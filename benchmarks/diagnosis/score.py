@@ -3,14 +3,15 @@
 import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.diagnosis.judge import ABOUT_ONE, Verdict, judged, same
+from benchmarks.diagnosis.judge import ABOUT_ONE, Verdict, judged, same, scale_of
 from benchmarks.diagnosis.rates import rate, smallest_found, table
+from benchmarks.diagnosis.twins import read_twins
 
 OUTCOMES = ("right", "class", "right_but_more", "id_only", "wrong", "unexplained", "missed", "failed")
 REAL_WITHIN = 0.20  # of the injected difference
@@ -23,6 +24,7 @@ class Scored:
     truth: dict[str, Any]
     answer: dict[str, Any]
     verdict: Verdict
+    untouched: dict[str, float] = field(default_factory=dict)  # of a real recording without the effect
 
     @property
     def id(self) -> str:
@@ -41,11 +43,12 @@ class Scored:
 
 def load(out: Path) -> list[Scored]:
     """Every answered case."""
-    scored = []
+    scored, twins = [], read_twins(out)
     for path in sorted((out / "results").glob("*.json")):
         truth = json.loads((out / "truth" / path.name).read_text())
         answer = json.loads(path.read_text())
-        scored.append(Scored(truth, answer, judged(truth, answer["diagnosis"])))
+        verdict = judged(truth, answer["diagnosis"])
+        scored.append(Scored(truth, answer, verdict, twins.get(truth["case"], {})))
     return scored
 
 
@@ -220,15 +223,12 @@ def real(cases: Sequence[Scored]) -> str:
     for s in injected:
         hidden = s.truth["effects"][0]
         found = _matching(hidden, s)
-        before = _matching(hidden, twins.get(s.truth["baseline"]))
         named += found is not None
         good = None
         if found is not None and hidden["parameters"]:
             good = all(
-                abs(found[k] - before.get(k, 1.0 if k in ABOUT_ONE else 0.0) - _difference(k, v))
-                <= REAL_WITHIN * abs(_difference(k, v)) + 1e-12
-                if before
-                else abs(found[k] - v) <= REAL_WITHIN * abs(_difference(k, v))
+                abs(found[k] - s.untouched.get(k, _nothing(k)) - (v - _nothing(k)))
+                <= REAL_WITHIN * scale_of(k, hidden["parameters"]) + 1e-12
                 for k, v in hidden["parameters"].items()
                 if k in found and k != "time_s"
             )
@@ -305,5 +305,6 @@ def _matching(hidden: dict[str, Any], s: Scored | None) -> dict[str, float] | No
     return None
 
 
-def _difference(name: str, value: float) -> float:
-    return value - 1 if name in ABOUT_ONE else value
+def _nothing(name: str) -> float:
+    """A parameter's value where nothing happened."""
+    return 1.0 if name in ABOUT_ONE else 0.0

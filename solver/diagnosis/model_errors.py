@@ -79,10 +79,17 @@ def _heavy(scene: Scene) -> list[tuple[int, Body]]:
 
 
 def _mass_covariance(scene: Scene, settings: DiagnosisSettings) -> Float[np.ndarray, "bodies bodies"]:
-    """Of segments' masses, their sum held to the entered one [kg²]."""
-    std = settings.segment_mass_std * np.array([body.mass for _, body in _heavy(scene)])
+    """Of segments' masses, their sum held to the entered one [kg²].
+
+    Of somebody whom nobody weighed, all may be heavier together.
+    """
+    masses = np.array([body.mass for _, body in _heavy(scene)])
+    std = settings.segment_mass_std * masses
     whole = (settings.body_mass_std * scene.skeleton.mass) ** -2.0
-    return np.asarray(np.linalg.inv(np.diag(std**-2.0) + whole))
+    covariance = np.linalg.inv(np.diag(std**-2.0) + whole)
+    if not scene.weighed:
+        covariance = covariance + settings.unweighed_mass_std**2 * np.outer(masses, masses)
+    return np.asarray(covariance)
 
 
 def _demanded_by(

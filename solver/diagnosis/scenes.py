@@ -113,7 +113,11 @@ def scenes_of(
         for trial in fit.trials
         if trial.contacts is not None
     ]
-    return [(replace(scene, size_against_own_model=size), posterior) for scene, posterior in pairs]
+    weighed = fit.subject.mass_kg is not None
+    return [
+        (replace(scene, size_against_own_model=size, weighed=weighed), posterior)
+        for scene, posterior in pairs
+    ]
 
 
 def flagged_by_people(fit: TrialFit, reviews: Mapping[str, Sequence[MissingRange]]) -> Sequence[MissingRange]:

@@ -23,6 +23,11 @@ class DiagnosisSettings:
         2.0, unit="N·m", why="likewise: 3 mm of centre of pressure at body weight"
     )
     body_mass_std: float = setting(0.008, unit="", why="relative: a scale's reading, clothes and shoes")
+    unweighed_mass_std: float = setting(
+        0.15,
+        unit="",
+        why="relative, where no mass was entered: what forces carry, of which some may be missing",
+    )
     segment_mass_std: float = setting(
         0.06, unit="", why="relative scatter of segments' masses between people"
     )

@@ -10,7 +10,8 @@ from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.scene import Scene
 
 LEAST_S = 0.002  # amplifiers delay by as much
-STARTS_S = (-0.15, -0.06, -0.02, 0.0, 0.02, 0.06, 0.15)
+LATER_S = (0.004, 0.008, 0.015, 0.03, 0.06, 0.1, 0.15)  # so close that one lies on the way to any offset
+STARTS_S = (*(-s for s in reversed(LATER_S)), *LATER_S)
 FARTHEST_S = 0.3
 
 

@@ -151,12 +151,15 @@ def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     """One for each foot that seems to stand somewhere while the balance lacks a force; and for all together.
 
     Where several feet step beside the plates in turn, each alone leaves so much that all else looks better.
+    Where only some of a foot's stances lack most of their force, these are also tried without the others:
+    whatever carries the person all the time makes every stance lack something.
     """
     suspects = unmeasured_stances(scenes)
     feet = list(dict.fromkeys(s.foot_body for s in suspects))
-    made: list[Candidate] = [
-        OffPlateStep(foot, tuple(s for s in suspects if s.foot_body == foot)) for foot in feet
-    ]
     gross = tuple(s for s in suspects if s.gross)
+    made: list[Candidate] = []
+    for foot in feet:
+        own, own_gross = (tuple(s for s in some if s.foot_body == foot) for some in (suspects, gross))
+        made += [OffPlateStep(foot, some) for some in dict.fromkeys((own, own_gross)) if some]
     missing = list(dict.fromkeys(s.foot_body for s in gross))
     return [*made, OffPlateStep("+".join(missing), gross)] if len(missing) > 1 else made

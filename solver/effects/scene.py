@@ -110,6 +110,7 @@ class Scene:
     counts: Bool[np.ndarray, " frames"]  # recorded, tracked and not flagged by a person
     notes: tuple[str, ...] = field(default=())
     size_against_own_model: float | None = None  # logarithm; None where the model is nobody's
+    weighed: bool = True  # the person's mass was entered; otherwise it is what the forces carry
 
     @property
     def frames(self) -> int:

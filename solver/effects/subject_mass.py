@@ -47,5 +47,5 @@ class SubjectMass(Candidate):
 
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
-    """One person."""
-    return [SubjectMass("all")] if scenes else []
+    """One person, if anybody entered what they weigh."""
+    return [SubjectMass("all")] if any(scene.weighed for scene in scenes) else []

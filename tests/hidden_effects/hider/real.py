@@ -24,6 +24,7 @@ SOUND = (
     ("opencap_subject6", "walking1"),
     ("exo_apo_gordon", "NE21"),
 )
+NEEDS_WEIGHT = ("plate_gain", "body_weight_support")  # one plate too low or the other too high, otherwise
 TRIES = 8
 
 
@@ -63,6 +64,8 @@ def hidden_in(recording: Recording, case: RealCase) -> tuple[Recording, Hidden]:
     Raises:
         NoPlaceError: this recording has no place for it.
     """
+    if case.id in NEEDS_WEIGHT and recording.mass_kg is None:
+        raise NoPlaceError("no mass entered")
     rng = np.random.default_rng(case.seed)
     reason = NoPlaceError(case.id)
     for _ in range(TRIES):

@@ -231,3 +231,15 @@ def test_model_errors_fade_with_time_and_grow_with_the_acceleration(short_scene)
     )
     quiet = model_error(still, windows, SETTINGS).reshape(windows.count, 6, windows.count, 6)
     assert np.sqrt(quiet[0, 1, 0, 1]) == pytest.approx(SETTINGS.model_force_share * weight, rel=1e-3)
+
+
+def test_somebody_nobody_weighed_may_weigh_anything_near_with_the_same_proportions(
+    short_scene, short_rows, demands
+):
+    """All segments heavier together, beside what segments scatter: the demand itself, once more."""
+    unweighed = replace(short_scene, weighed=False)
+    some = nuisances(short_scene, short_rows.reduced, SETTINGS)
+    more = nuisances(unweighed, short_rows.reduced, SETTINGS)
+    added = more @ more.T - some @ some.T
+    whole = SETTINGS.unweighed_mass_std * short_rows.reduced(demands(short_scene.skeleton))
+    np.testing.assert_allclose(added, np.outer(whole, whole), atol=1e-3 * np.abs(added).max())

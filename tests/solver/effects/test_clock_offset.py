@@ -35,3 +35,18 @@ def test_estimates_bounds_and_the_practical_minimum(on_one_plate, seen):
     assert all(candidate.admissible(eta) for eta in candidate.starts([scene]))
     assert not candidate.admissible((0.5,))
     assert candidates([]) == []
+
+
+@pytest.mark.parametrize("offset_s", [0.003, -0.006, 0.011, -0.022, 0.045, 0.08, -0.13])
+def test_one_start_lies_nearer_to_any_offset_than_no_shift(on_one_plate, seen, offset_s):
+    """Candidates are screened at their starts: none of them would do better than nothing otherwise."""
+    late = seen(on_one_plate(lambda times: times - offset_s))
+    true = seen(on_one_plate(lambda times: times)).measured_ground
+    (candidate,) = candidates([late])
+    heard = ~np.any([candidate.unheard(late, eta) for eta in candidate.starts([late])], axis=0)
+    without = ((late.measured_ground - true)[heard] ** 2).sum()
+    left = [
+        (((late.measured_ground + candidate.signature(late, eta).fixed) - true)[heard] ** 2).sum()
+        for eta in candidate.starts([late])
+    ]
+    assert min(left) < 0.7 * without

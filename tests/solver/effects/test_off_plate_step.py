@@ -3,8 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.contact.proposals import CONTACT_BUT_NO_FORCE, Proposal
+from solver.contact.proposals import CONTACT_BUT_NO_FORCE, FORCE_DISCREPANCY, Proposal
 from solver.effects.off_plate_step import candidates, sole_line
+from solver.runs import runs
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under, stances_within
 
@@ -93,3 +94,20 @@ def test_sole_line_runs_from_heel_to_toes(scene):
     assert np.abs((left * level).sum(axis=1)).max() < 1e-12
     forward = scene.com_ground[-1] - scene.com_ground[0]
     assert (level[standing] @ forward > 0).all()
+
+
+def test_stances_that_lack_all_are_also_tried_without_those_that_lack_some(walk, seen_of):
+    """Somebody held up by a quarter of body weight: every stance lacks that, one lacks all."""
+    plates = plates_under(walk.contacts, (0.0, walk.scenario.duration), missed=(MISSED,))
+    scene = seen_of(walk, measure(walk, plates, MARKERS, MeasurementSettings(), np.random.default_rng(3)))
+    carried = [replace(plate, wrench_ground=0.75 * plate.wrench_ground) for plate in scene.plates]
+    proposals = tuple(
+        Proposal((start, end), scene.contacts.foot_bodies[foot], FORCE_DISCREPANCY, 0.9)
+        for foot in range(2)
+        for start, end in runs(scene.contacts.in_contact[:, foot])
+    )
+    held_up = replace(scene, plates=tuple(carried), proposals=proposals)
+    foot = next(c.target for c in candidates([scene]))
+    counts = [len(c.stances) for c in candidates([held_up]) if c.target == foot]
+    assert len(counts) == 2
+    assert counts[1] == 1 < counts[0]

@@ -1,0 +1,92 @@
+"""What an untouched real recording says of an effect: the injected difference is counted from there.
+
+A real recording has clocks, plates and masses of its own, most of them too little wrong to be named. The
+finder's own estimate of the same parameter, named or not, is what an injected one adds to.
+"""
+
+import json
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+
+from solver.capture.atomic import write_whole
+from solver.capture.subject import open_subject
+from solver.diagnosis.balance import Balance, Term
+from solver.diagnosis.diagnose import repaired_balance
+from solver.diagnosis.refinement import refined
+from solver.diagnosis.selection import Selection, select
+from solver.diagnosis.settings import DIAGNOSIS
+from solver.effects.catalogue import catalogue
+from solver.effects.effect import Candidate
+from solver.progress import silent
+from solver.settings import settings_for
+
+ADDITIVE = (  # ids whose parameters add up when the same thing happens twice
+    "clock_offset",
+    "sample_rate",
+    "plate_gain",
+    "plate_bias",
+    "plate_position",
+    "plate_yaw",
+    "gravity_tilt",
+    "subject_mass",
+    "capture_scale",
+    "body_weight_support",
+)
+FILE = "twins.json"
+
+
+def estimate_twins(out: Path) -> None:
+    """Write, by case, the parameters that the untouched recording has of the injected effect."""
+    estimated = read_twins(out)
+    for path in sorted((out / "truth").glob("real_*.json")):
+        truth = json.loads(path.read_text())
+        hidden = truth["effects"][0]
+        if hidden["id"] in ADDITIVE and truth["case"] not in estimated:
+            estimated[truth["case"]] = estimate(
+                out / "subjects" / truth["baseline"], hidden["id"], hidden["target"]
+            )
+            write_whole(out / FILE, json.dumps(estimated, indent=1) + "\n")
+
+
+def read_twins(out: Path) -> dict[str, dict[str, float]]:
+    """By case; empty where nothing was estimated."""
+    path = out / FILE
+    return dict(json.loads(path.read_text())) if path.exists() else {}
+
+
+def estimate(folder: Path, id: str, target: str) -> dict[str, float]:
+    """An effect's parameters in a recording, beside the causes that are named there."""
+    balance, selection = _searched(folder)
+    found = next((f.contender.term for f in selection.found if _is(f.contender.term, id, target)), None)
+    if found is None:
+        found = _fitted(balance, selection, id, target)
+    if found is None:
+        return {}
+    others = [t for t in selection.solved.terms if not _is(t, id, target)]
+    solved = balance.solve_at([*others, found], selection.solved.rung)
+    estimates = solved.estimates(len(others), balance.scenes)
+    return {name: float(e.value) for name, e in estimates.items()}
+
+
+def _fitted(balance: Balance, selection: Selection, id: str, target: str) -> Term | None:
+    terms = selection.solved.terms
+    candidates: Sequence[Candidate] = catalogue(balance.scenes)
+    for candidate in candidates:
+        if (candidate.id, candidate.target) == (id, target):
+            starts = [t for eta in candidate.starts(balance.scenes) if (t := balance.term(candidate, eta))]
+            rung = selection.solved.rung
+            best = max(starts, key=lambda t: balance.solve_at([*terms, t], rung).log_evidence, default=None)
+            return None if best is None else refined(balance, best, terms, rung)
+    return None
+
+
+def _is(term: Term, id: str, target: str) -> bool:
+    return (term.candidate.id, term.candidate.target) == (id, target)
+
+
+@lru_cache(maxsize=16)
+def _searched(folder: Path) -> tuple[Balance, Selection]:
+    subject, settings = open_subject(folder), settings_for(folder)
+    balance = repaired_balance(subject, settings, DIAGNOSIS, trials=None, reviews={}, progress=silent)[0]
+    return balance, select(balance, catalogue(balance.scenes))

@@ -1,0 +1,56 @@
+"""Effects put into real recordings: their size, and what counts as recovered."""
+
+import pytest
+
+from benchmarks.diagnosis.information import FINDABLE_NATS, LARGEST, larger
+from benchmarks.diagnosis.judge import Verdict
+from benchmarks.diagnosis.score import Scored, real
+from tests.hidden_effects.hider.real import RealCase
+
+
+def case(size):
+    return RealCase("real_0001", "walks", "walk", "plate_gain", size, 1)
+
+
+@pytest.mark.parametrize("nats", [-3.0, 0.0, 7.5, 29.9])
+def test_a_size_that_says_too_little_grows_but_not_at_once(nats):
+    grown = larger(case(1.0), nats).size
+    assert 1.1 <= grown <= 1.6
+
+
+def test_information_grows_with_the_square_of_the_size():
+    assert larger(case(1.0), FINDABLE_NATS / 1.5**2).size == pytest.approx(1.5)
+
+
+def test_what_would_have_to_be_huge_is_left_out():
+    assert larger(case(LARGEST), 1.0) is None
+
+
+def clock(found_s, untouched):
+    hidden = {
+        "id": "clock_offset",
+        "target": "all",
+        "parameters": {"offset_s": 0.020},
+        "size": 2.5,
+        "same_as": [],
+        "frames": [],
+    }
+    effect = {"id": "clock_offset", "target": "all", "frames": []}
+    effect["parameters"] = {"offset_s": {"value": found_s, "std": 0.001}}
+    truth = {"case": "real_0001", "kind": "real", "effects": [hidden], "baseline": "walks__walk"}
+    answer = {"diagnosis": {"verdict": "explained", "effects": [effect]}, "error": "", "seconds_cpu": 1.0}
+    return Scored(truth, answer, Verdict("real_0001", "real", "right", ("clock_offset",)), untouched)
+
+
+@pytest.mark.parametrize(
+    ("found_s", "untouched", "recovered"),
+    [
+        (0.021, {}, True),
+        (0.027, {}, False),
+        (0.027, {"offset_s": 0.006}, True),
+        (0.021, {"offset_s": 0.006}, False),
+    ],
+)
+def test_the_injected_difference_is_counted_from_the_untouched_recording(found_s, untouched, recovered):
+    said = real([clock(found_s, untouched)])
+    assert f"parameters within 20 %: {'100' if recovered else '0'} %" in said
