@@ -17,9 +17,8 @@ KNOTS_S = 0.07  # a heel strike rises in as much; the two peaks of a step are 0.
 TANGENT_KNOTS_S = 0.10  # braking and pushing off
 SLOW_KNOTS_S = 0.25  # the centre of pressure wanders aside slowly
 LEAST_SHARE = 0.12  # of body weight, mean over the stance
-PULL_SHARE = 0.03  # of body weight: whatever pulls less, does not pull
 PRESS_SHARE = 0.05  # of body weight: where a stance begins and ends
-LEAST_ONE_SIGNED = 0.9  # of the stance's frames do not pull
+LEAST_PRESSING = 0.9  # of the impulse, pulls and presses counted alike: noise pulls where little presses
 HEEL_OR_TIP_SHARE = 0.7  # of body weight
 TANGENT_SHARE = 0.2  # of body weight
 SIDEWAYS_M = 0.02  # of the centre of pressure from the sole's middle line
@@ -67,20 +66,22 @@ class OffPlateStep(Candidate):
         x: Float[np.ndarray, " parameters"],
         covariance: Float[np.ndarray, "parameters parameters"],
     ) -> dict[str, Estimate]:
-        """force_y_N: mean vertical force; weight_share: of body weight; pressing_share: of frames."""
+        """force_y_N: mean vertical force; weight_share: of body weight; pressing_share: of the impulse."""
         pressed = np.concatenate([vertical[inside] for _, vertical, inside in self._vertical(scenes)])
         course, weight = pressed.mean(axis=0), scenes[0].weight_N
         mean, std = float(course @ x), float(np.sqrt(course @ covariance @ course))
+        force = pressed @ x
+        pressing = force.clip(min=0).sum() / max(np.abs(force).sum(), np.finfo(float).tiny)
         return {
             "force_y_N": Estimate(mean, std),
             "weight_share": Estimate(mean / weight, std / weight),
-            "pressing_share": Estimate(float((pressed @ x > -PULL_SHARE * weight).mean()), 0.0),
+            "pressing_share": Estimate(float(pressing), 0.0),
         }
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
-        """The ground presses over most of the stances, and not by a trifle."""
+        """The ground presses and hardly pulls, and not by a trifle."""
         enough = estimates["weight_share"].value > LEAST_SHARE
-        return enough and estimates["pressing_share"].value > LEAST_ONE_SIGNED
+        return enough and estimates["pressing_share"].value > LEAST_PRESSING
 
     def frames(
         self, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]
