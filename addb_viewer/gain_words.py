@@ -11,6 +11,7 @@ from addb_viewer.residual_words import IN_MARKERS
 
 AS_BEFORE = 0.05  # relative: less than that is no difference
 NOW_AND_THEN = ("off_plate_step", "external_contact")  # each time with a force of its own
+MASSES = ("subject_mass", "segment_mass")  # adjusted to the rest of the recording, named or not
 FORETOLD = (  # what, its key, unit, decimals
     ("force", "heldout_linear_residual_N", "N", 0),
     ("moment", "heldout_angular_residual_Nm", "N·m", 1),
@@ -41,11 +42,11 @@ def changes_in_words(gain: Figures) -> str:
 def is_lead(figures: Figures) -> bool:
     """Whether the causes are no more than a lead, since hidden stretches do not speak for them.
 
-    They do where force or moment surely falls and neither rises. Of what lies in the markers, or has a force
-    of its own each time, they cannot tell.
+    They do where force or moment surely falls and neither rises. Of what lies in the markers, has a force of
+    its own each time, or is a mass, they cannot tell.
     """
     told = changes(figures["gain"])
-    if not told or in_markers(figures) or now_and_then(figures):
+    if not told or in_markers(figures) or now_and_then(figures) or only_masses(figures):
         return False
     return any(c.rises for c in told) or not any(c.surely_falls for c in told)
 
@@ -61,6 +62,12 @@ def now_and_then(figures: Figures) -> bool:
     return any(effect["id"] in NOW_AND_THEN for effect in figures["effects"])
 
 
+def only_masses(figures: Figures) -> bool:
+    """Whether every cause is a mass."""
+    effects = figures["effects"]
+    return bool(effects) and all(effect["id"] in MASSES for effect in effects)
+
+
 def unforeseeable(figures: Figures) -> str:
     """Why force cannot fall on hidden stretches; empty where it can."""
     if now_and_then(figures):
@@ -74,6 +81,12 @@ def unforeseeable(figures: Figures) -> str:
             "How a belt speeds up in a hidden stretch nothing can foretell: that force stays high speaks "
             "neither for the belt nor against it."
         )
+    if only_masses(figures):
+        return (
+            "Without the cause, masses are adjusted to the rest of the recording as well: these figures "
+            "speak neither for a wrong mass nor against it. What speaks for it is how far that is from what "
+            "was entered."
+        )
     return ""
 
 
@@ -82,8 +95,12 @@ def _change(what: str, gain: Figures, unit: str, digits: int) -> Change:
     both = f"{before:.{digits}f} → {after:.{digits}f} {unit}"
     surely_falls = interval is not None and interval[1] < before
     rises = after > (1 + AS_BEFORE) * before
+    by_chance = rises and interval is not None and interval[0] <= before
+    rises = rises and not by_chance
     if surely_falls:
         words = f"{what} falls by {100 * (1 - after / before):.0f} %, and not by chance ({both})"
+    elif by_chance:
+        words = f"{what} is higher, but that may be chance ({both})"
     elif rises:
         words = f"{what} rises ({both})"
     elif after >= (1 - AS_BEFORE) * before:

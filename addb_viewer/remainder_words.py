@@ -36,7 +36,8 @@ def what_remains(figures: Figures) -> Section:
             f"It looks like a force on this part of the body: {target_in_words(location['body'])}, "
             f"{newtons(location['rms_force_N'])} (root mean square), on average {newtons(size)} "
             f"{upward(force)}. "
-            f"What it depends on: {location['depends_on']}."
+            f"What it depends on: {location['depends_on']}. This is where it fits best, not where it is "
+            "proven to act."
         )
     lines.append(
         "What to do: look at the video for what touches the person, and at notes of the session. Until it is "
@@ -63,6 +64,10 @@ def what_next(figures: Figures) -> Section:
             if is_lead(figures)
             else ""
         )
+        if figures["alternatives"]:
+            lead = "First tell apart the causes that look alike here, as told above. " + (
+                lead and "Then look into what is only a lead. If it proves true, "
+            )
         which = "the other causes" if corrected or in_the_markers else "the causes"
         lines.append(f"{lead}`addb-viewer accept SUBJECT` applies {which} to later fits; {as_recorded}.")
     if figures["verdict"] == "unexplained":

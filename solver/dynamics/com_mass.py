@@ -7,6 +7,7 @@ import numpy as np
 from solver.dynamics.com_settings import ComSettings
 from solver.dynamics.com_system import REFERENCE_KG, Projection
 
+WEIGHED_BY_FORCES = "the forces carry"  # begins the warning where they tell another mass than was entered
 NOMINAL_BLOCKS = 2  # what the expected error counts for beside the scatter between blocks
 
 
@@ -106,6 +107,7 @@ def disagreement(estimate: MassEstimate, entered_kg: float, settings: ComSetting
         return None
     how, suspect = ("more", "loads carried") if apart > 0 else ("less", "steps beside the plates")
     return (
-        f"the forces carry {estimate.mass_kg:.1f} ± {estimate.std_kg:.1f} kg, {abs(apart):.1f} kg {how} than "
-        f"the {entered_kg:.1f} kg that were entered; check the entered mass, the plates' gain, and {suspect}"
+        f"{WEIGHED_BY_FORCES} {estimate.mass_kg:.1f} ± {estimate.std_kg:.1f} kg, {abs(apart):.1f} kg {how} "
+        f"than the {entered_kg:.1f} kg that were entered; check the entered mass, the plates' gain, and "
+        f"{suspect}"
     )

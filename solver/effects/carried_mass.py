@@ -76,9 +76,14 @@ class CarriedMass(InTrials):
 
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
-    """On each body that weighs something: in all trials, and in each alone where there are several."""
+    """On each body that weighs something: in all trials, and in each alone where there are several.
+
+    Of somebody whom nobody weighed, what is carried all the time is not told from build.
+    """
     bodies = scenes[0].skeleton.bodies if scenes else ()
-    return [CarriedMass(b.name, t) for t in all_and_each(scenes) for b in bodies if b.mass >= LIGHTEST_KG]
+    weighed = any(scene.weighed for scene in scenes)
+    stretches = [t for t in all_and_each(scenes) if weighed or t is not None]
+    return [CarriedMass(b.name, t) for t in stretches for b in bodies if b.mass >= LIGHTEST_KG]
 
 
 def load_basis(centre_body: Float[np.ndarray, "3"]) -> Float[np.ndarray, "10 4 4"]:

@@ -264,7 +264,7 @@ def test_a_gain_that_may_be_chance_is_not_praised():
 def test_force_that_gets_worse_is_no_gain_and_neither_summary_praises_it():
     """What remains is told by its multiple, with the moment."""
     gain = {
-        "heldout_linear_residual_N": {"before": 18.0, "after": 20.0, "interval": [17.0, 24.0]},
+        "heldout_linear_residual_N": {"before": 18.0, "after": 20.0, "interval": [18.4, 24.0]},
         "heldout_angular_residual_Nm": {"before": 4.2, "after": 3.0, "interval": [2.8, 3.2]},
     }
     left = {"linear_residual_N": 20.0, "noise_floor_N": 12.0, "location": None}
@@ -313,7 +313,7 @@ def test_what_to_do_next_with_this_recording():
 
 def test_without_causes_what_remains_is_all_with_its_moment():
     remains = said(figures("unexplained")).split("WHAT REMAINS")[1]
-    assert "force 41 N, 4 times what is ordinary; moment 20 N·m, 4 times what is ordinary." in remains
+    assert "force 41 N, 4.1 times what is ordinary; moment 20 N·m, 4 times what is ordinary." in remains
 
 
 def test_segments_have_an_article_in_a_sentence():
@@ -358,3 +358,36 @@ def test_lines_fit_a_terminal_and_a_longer_name_is_not_lost():
 def test_a_cause_without_words_is_still_told():
     odd = effect("moon_phase", "all", force_N=(3.0, 1.0))
     assert "moon phase (all)" in said(figures(effects=[odd]))
+
+
+def test_hidden_stretches_say_nothing_of_a_mass():
+    heavy = effect("subject_mass", mass_factor=(0.9, 0.01))
+    same = {"heldout_linear_residual_N": {"before": 14.0, "after": 14.1, "interval": [12.0, 16.0]}}
+    text = said(figures(effects=[heavy], gain=same))
+    assert "neither for a wrong mass nor against it" in text
+    assert "lead" not in text
+
+
+def test_a_rise_within_chance_is_no_rise():
+    gain = {
+        "heldout_linear_residual_N": {"before": 43.0, "after": 50.0, "interval": [42.0, 56.0]},
+        "heldout_angular_residual_Nm": {"before": 15.6, "after": 8.9, "interval": [7.6, 10.0]},
+    }
+    text = said(figures(effects=[LATE], gain=gain))
+    assert "Force is higher, but that may be chance (43 → 50 N)" in text
+    assert "one cause accounts for it" in text
+
+
+def test_what_the_plates_carry_is_told_where_it_is_not_what_was_entered():
+    note = "the forces carry 67.8 ± 1.6 kg, 10.9 kg more than the 56.9 kg that were entered"
+    told = figures(effects=[LATE])
+    text = said({**told, "notes": [note, "a gap was bridged"]})
+    wrong = text.split("WHAT IS WRONG")[1].split("CAUSE")[0]
+    assert "The forces carry 67.8 ± 1.6 kg" in wrong
+    assert "a gap was bridged" not in wrong
+
+
+def test_causes_that_look_alike_are_to_be_told_apart_before_they_are_accepted():
+    heavy = rival("subject_mass", "clock_offset all", "the person on a scale")
+    text = said(figures(effects=[LATE], alternatives=[heavy]))
+    assert "First tell apart the causes that look alike here" in text.split("WHAT NEXT")[1]

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -67,3 +69,9 @@ def test_bodies_of_some_weight_are_candidates(scene):
     targets = {c.target for c in candidates([scene])}
     assert {"pelvis", "torso", "femur_r", "tibia_l", "calcn_r", "hand_r"} <= targets
     assert not targets & {"patella_r", "talus_l", "toes_r"}
+
+
+def test_of_somebody_unweighed_only_a_load_of_one_trial_among_several_is_told(scene):
+    one, other = replace(scene, weighed=False), replace(scene, name="again", weighed=False)
+    assert candidates([one]) == []
+    assert {c.trial for c in candidates([one, other])} == {scene.name, "again"}

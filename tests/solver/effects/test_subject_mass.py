@@ -24,3 +24,7 @@ def test_the_factor_is_true_over_entered():
 
 def test_there_is_one_person(scene):
     assert [c.target for c in candidates([scene, scene])] == ["all"]
+
+
+def test_what_nobody_entered_cannot_be_wrong(scene):
+    assert candidates([replace(scene, weighed=False)]) == []
