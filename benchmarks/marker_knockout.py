@@ -4,14 +4,15 @@
 centres of the fit on the default body lie from those of the model's fit, and how well the confidence of a
 label separates labels on their own trajectory from labels that were shuffled.
 `--nonsense` gives every marker a label that means nothing, in any order, and compares the same, with the
-bodies that the markers were attached to. `--without-model` prints the table of recordings without a model.
+bodies that the markers were attached to. `--everyone` prints, for every recording of a person, what the whole
+fit makes of its labels alone, forces and all.
 """
 
 import argparse
 import sys
 import time
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -48,7 +49,10 @@ HELD_OUT = (  # no limit of solver.markers was chosen on these
     "synthetic_arnold2013_subject01",
 )
 HELD_OUT_SEED = 100  # the first of draws that no limit was chosen on
-ANGLES = ("hip_flexion", "knee_angle", "ankle_angle")
+ANGLES = ("hip", "knee", "ankle")
+# the bodies before and behind each joint, and the axis of the latter that turns in the sagittal plane of the
+# former: bones point down, feet forwards
+SEGMENTS = {"hip": ("pelvis", "femur", 1), "knee": ("femur", "tibia", 1), "ankle": ("tibia", "calcn", 0)}
 JOINTS = {"hip": "femur", "knee": "tibia", "ankle": "talus"}
 WRONG_SHARE = 0.2  # of the labels, in each draw
 DRAWS = 10
@@ -59,7 +63,7 @@ AT_CENTRE_M = 0.015  # a marker this near to a joint's centre is the centre, com
 class Agreement:
     """The fit by labels against the fit with the model; left and right together."""
 
-    angle_rms_deg: dict[str, float]
+    angle_rms_deg: dict[str, float]  # between the segments, in the sagittal plane
     angle_rms_without_offset_deg: dict[str, float]  # each side's mean difference taken off
     centre_rms_m: dict[str, float]
     markers_used: int
@@ -89,7 +93,7 @@ def compared(alone: Fit, with_model: Fit) -> Agreement:
     angles, offset_free = {}, {}
     for name in ANGLES:
         difference = [
-            np.degrees(_angle(alone, f"{name}_{s}") - _angle(with_model, f"{name}_{s}")) for s in "rl"
+            np.degrees(_turned(_sagittal(alone, name, s) - _sagittal(with_model, name, s))) for s in "rl"
         ]
         angles[name] = _rms(np.concatenate(difference))
         offset_free[name] = _rms(np.concatenate([d - d.mean() for d in difference]))
@@ -194,12 +198,23 @@ def _marker_errors(fit: Fit) -> Float[np.ndarray, "frames markers"]:
     return np.linalg.norm(apart, axis=2)
 
 
-def _angle(fit: Fit, dof: str) -> Float[np.ndarray, " frames"]:
-    """A joint angle [rad], knees positive in flexion whatever the model's sign."""
-    motion = fit.trials[0].motion
-    low, high = next(c.range for c in fit.skeleton.coordinates if c.name == dof)
-    sign = -1.0 if dof.startswith("knee") and abs(low) > abs(high) else 1.0
-    return sign * motion.q[:, motion.dofs.index(dof)]
+def _sagittal(fit: Fit, joint: str, side: str) -> Float[np.ndarray, " frames"]:
+    """Angle [rad] of a joint in the sagittal plane of the segment before it.
+
+    Of the segments, not a coordinate of the model: models turn ankles about different axes, and where one has
+    a subtalar joint, another one has locked it.
+    """
+    before, behind, axis = SEGMENTS[joint]
+    R, _ = body_poses(fit.skeleton, fit.trials[0].motion.q)
+    index = {name: i for i, name in enumerate(fit.skeleton.body_names)}
+    parent = R[:, index.get(f"{before}_{side}", index.get(before, 0))]
+    direction = np.einsum("tji,tj->ti", parent, R[:, index[f"{behind}_{side}"], :, axis])
+    return np.arctan2(direction[:, 1], direction[:, 0])
+
+
+def _turned(angle: Float[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
+    """Within half a turn [rad]."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 def _origin(fit: Fit, body: str) -> Float[np.ndarray, "frames 3"]:
@@ -250,41 +265,33 @@ def roc_area(judged: Sequence[tuple[float, bool]]) -> float:
     return float(higher)
 
 
-def _print_knockout() -> None:
+def _print_knockout(recordings: Sequence[tuple[str, str]], first_seed: int = 0) -> None:
     print(
         "recording                       markers   RMS cm  "
         "hip° knee° ankle° (offset off)        hip knee ankle cm   ROC"
     )
     everything: list[tuple[float, bool]] = []
-    for folder, trial in RECORDINGS:
+    for folder, trial in recordings:
         subject = open_subject(data_folder() / folder)
         found = agreement(subject, trial)
         markers = recordings_of(subject, trial)[0]
-        judged = [row for seed in range(DRAWS) for row in judged_labels(markers, WRONG_SHARE, seed)]
+        seeds = range(first_seed, first_seed + DRAWS)
+        judged = [row for seed in seeds for row in judged_labels(markers, WRONG_SHARE, seed)]
         everything += judged
         angles = " ".join(f"{found.angle_rms_deg[a]:5.1f}" for a in ANGLES)
         free = " ".join(f"{found.angle_rms_without_offset_deg[a]:4.1f}" for a in ANGLES)
         centres = " ".join(f"{100 * found.centre_rms_m[j]:4.1f}" for j in JOINTS)
         print(
-            f"{folder[:22] + '/' + trial:34s} {found.markers_used:3d}   {100 * found.marker_rms_m:5.2f}  "
-            f"{angles}  ({free})   {centres}   {roc_area(judged):.3f}",
+            f"{folder[:22] + '/' + trial[:14]:38s} {found.markers_used:3d}   "
+            f"{100 * found.marker_rms_m:5.2f}  {angles}  ({free})   {centres}   {roc_area(judged):.3f}",
             flush=True,
         )
     wrong = sum(not good for _, good in everything)
     print(f"ROC area over all: {roc_area(everything):.3f} ({wrong} wrong labels)")
 
 
-def _print_held_out() -> None:
-    everything: list[tuple[float, bool]] = []
-    for folder in HELD_OUT:
-        subject = open_subject(data_folder() / folder)
-        markers = recordings_of(subject, subject.trials[0].name)[0]
-        seeds = range(HELD_OUT_SEED, HELD_OUT_SEED + DRAWS)
-        judged = [row for seed in seeds for row in judged_labels(markers, WRONG_SHARE, seed)]
-        everything += judged
-        print(f"{folder:34s} {roc_area(judged):.3f}", flush=True)
-    wrong = sum(not good for _, good in everything)
-    print(f"ROC area over all: {roc_area(everything):.3f} ({wrong} wrong labels)")
+def _first_trials(folders: Sequence[str]) -> list[tuple[str, str]]:
+    return [(f, open_subject(data_folder() / f).trials[0].name) for f in folders]
 
 
 def _print_nonsense() -> None:
@@ -314,24 +321,23 @@ def _print_nonsense() -> None:
         print(f"ROC area over all{what}: {roc_area(judged):.3f} ({wrong} of {len(judged)} on another body)")
 
 
-def _folders_without_model() -> list[Path]:
+def _everyone() -> Iterator[Path]:
+    """Folders with recordings of a person."""
     root = data_folder()
-    described = sorted(p.parent for p in root.rglob("subject.toml"))
-    return [
-        *described,
-        *sorted(p for p in (root / "c3d_conformance").iterdir() if p.is_dir()),
-        root / "format_trc_mot",
-    ]
+    described = {p.parent for name in ("subject.toml", "_subject.json") for p in root.rglob(name)}
+    yield from sorted(described)
+    yield from sorted(p for p in (root / "c3d_conformance").iterdir() if p.is_dir())
+    yield root / "format_trc_mot"
 
 
-def _print_without_model() -> None:
-    for folder in _folders_without_model():
+def _print_everyone() -> None:
+    print("| recording | family | markers used | RMS cm | maximum cm | residual N | residual N·m |")
+    print("|---|---|---|---|---|---|---|")
+    for folder in _everyone():
         try:
-            subject = open_subject(folder)
+            subject = without_model(open_subject(folder))
         except SolverError as error:
             print(f"{folder.name}: {error}")
-            continue
-        if subject.model is not None:
             continue
         for files in subject.trials:
             print(_row(subject, files.name), flush=True)
@@ -342,40 +348,48 @@ def _row(subject: Subject, trial: str) -> str:
     try:
         recordings = recordings_of(subject, trial)
     except SolverError as error:
-        return f"| {name} | | | | | cannot be read: {str(error).split(': ', 1)[-1][:60]} |"
+        return f"| {name} | cannot be read: {str(error).split(': ', 1)[-1][:60]} |"
     seen = recordings[0]
     family = understand([n for m in recordings for n in m.names], recordings).family or "none"
     try:
-        fit = solve(subject, markers_alone(), trials=[trial])
+        fit = solve(subject, Settings(), trials=[trial])
     except SolverError as error:
-        return f"| {name} | {family} | 0 of {len(seen.names)} | | | {str(error)[:60]} |"
+        return f"| {name} | {family} | 0 of {len(seen.names)} | {str(error)[:60]} |"
     errors = _marker_errors(fit)
     used = int(np.isfinite(errors).any(axis=0).sum())
     return (
         f"| {name} | {family} | {used} of {len(seen.names)} | {100 * np.sqrt(np.nanmean(errors**2)):.2f} | "
-        f"{100 * np.nanmax(errors):.1f} | |"
+        f"{100 * np.nanmax(errors):.1f} | {_residuals(fit)} |"
     )
+
+
+def _residuals(fit: Fit) -> str:
+    """RMS of the root's residual force [N] and moment [N·m], where there are forces."""
+    dynamics = fit.trials[0].dynamics
+    if dynamics is None or not dynamics.used.any():
+        return "– | –"
+    residual = dynamics.residual_root[dynamics.used]
+    force, moment = (_rms(np.linalg.norm(part, axis=1)) for part in (residual[:, :3], residual[:, 3:]))
+    return f"{force:.1f} | {moment:.1f}"
 
 
 def main() -> None:
     """Print one of the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--nonsense", action="store_true", help="labels that mean nothing, in any order")
-    parser.add_argument("--without-model", action="store_true", help="recordings that have no model")
-    parser.add_argument(
-        "--held-out", action="store_true", help="confidence on recordings nothing was chosen on"
-    )
+    parser.add_argument("--everyone", action="store_true", help="every recording of a person, forces and all")
+    parser.add_argument("--held-out", action="store_true", help="recordings that no limit was chosen on")
     given = parser.parse_args(sys.argv[1:])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         if given.nonsense:
             _print_nonsense()
-        elif given.without_model:
-            _print_without_model()
+        elif given.everyone:
+            _print_everyone()
         elif given.held_out:
-            _print_held_out()
+            _print_knockout(_first_trials(HELD_OUT), HELD_OUT_SEED)
         else:
-            _print_knockout()
+            _print_knockout(RECORDINGS)
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ from solver.contact.proposals import Proposal
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.heldout import Heldout
+from solver.kinematics.label_faults.fault import LabelFault
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.kinematics.motion import Motion
@@ -28,7 +29,7 @@ class KinematicsOnly:
 class TrialFit:
     """One solved trial."""
 
-    capture: Capture
+    capture: Capture  # its labels repaired
     motion: Motion
     marker_errors: MarkerErrors
     model_markers_ground: Float[np.ndarray, "frames markers 3"]  # [m] in the order of marker_errors.names
@@ -42,6 +43,7 @@ class TrialFit:
     costs: tuple[float, ...] = ()  # of the trajectory fit of all trials: at first, after each iteration
     seconds: dict[str, float] = field(default_factory=dict)  # CPU seconds: load, kinematics, dynamics
     notes: tuple[str, ...] = ()
+    label_faults: tuple[LabelFault, ...] = ()  # that were repaired in the capture, in the order of time
 
     @property
     def forces_known(self) -> Bool[np.ndarray, " frames"]:

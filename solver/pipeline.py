@@ -17,6 +17,7 @@ from solver.errors import FitError
 from solver.fit import Fit, Groundwork, TrialFit
 from solver.kinematics.calibration import calibrate, choose_frames
 from solver.kinematics.inverse_kinematics import inverse_kinematics
+from solver.kinematics.label_faults.repair import with_labels_repaired
 from solver.kinematics.marker_errors import marker_errors
 from solver.kinematics.marker_naming import name_markers
 from solver.kinematics.motion import Motion
@@ -52,7 +53,8 @@ def solve(
         reviews: by trial, where people say that forces are missing; a trial that they reviewed and found
             whole has an empty one, a trial that is not named is left to its review.json.
         captures: recordings in place of those that the files hold, by trial; repaired markers, say.
-        extension: what acts beside the recorded forces: causes that a diagnosis found and a person accepted.
+        extension: causes that a diagnosis found and a person accepted: what acts beside the recorded forces,
+            and which labels are exchanged.
         progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
 
     Raises:
@@ -71,7 +73,20 @@ def solve(
         default_body=subject.model is None,
         chosen=chosen_for(subject),
     )
-    match = named.match
+    match, body = named.match, named.match.skeleton(named.skeleton)
+    with clock("load"):
+        repaired = [
+            with_labels_repaired(
+                capture,
+                [c.markers for c in (*recorded, *([static] if static else ())) if c is not capture],
+                match,
+                body,
+                settings.label_repair,
+                accepted=extension.exchanges if extension else (),
+            )
+            for capture in recorded
+        ]
+    recorded = [capture for capture, _ in repaired]
     with clock("scaling"):
         frames = choose_frames(
             [match.observed(c.markers) for c in recorded],
@@ -79,7 +94,7 @@ def solve(
             settings.kinematics,
         )
         calibration = calibrate(
-            match.skeleton(named.skeleton),
+            body,
             frames,
             settings.kinematics,
             height_m=subject.height_m,
@@ -90,12 +105,11 @@ def solve(
     shared = {stage: seconds / len(recorded) for stage, seconds in clock.seconds.items()}
     share = (TRACKED - SCALED) / len(recorded)
     fits = []
-    for i, capture in enumerate(recorded):
+    for i, (capture, faults) in enumerate(repaired):
         start = SCALED + i * share
         tracked = _tracked(capture, groundwork, settings, part(progress, start, start + share))
-        fits.append(
-            _with_contacts(replace(tracked, seconds=shared | tracked.seconds), groundwork, subject, settings)
-        )
+        tracked = replace(tracked, label_faults=faults, seconds=shared | tracked.seconds)
+        fits.append(_with_contacts(tracked, groundwork, subject, settings))
     fit = obeying_reviews(
         subject,
         groundwork,
@@ -181,6 +195,7 @@ def _before_reviews(trial: TrialFit, groundwork: Groundwork, settings: Settings)
         proposals=trial.proposals,
         spline=trial.spline,
         seconds=nothing,
+        label_faults=trial.label_faults,
     )
 
 

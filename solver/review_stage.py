@@ -117,7 +117,7 @@ def _extension_notes(extension: Extension | None, names: set[str]) -> tuple[str,
     if extension is None:
         return ()
     note = f"extended by what a diagnosis found and a person accepted: {extension.sentence}"
-    without = sorted(names - set(extension.trials))
+    without = sorted(names - set(extension.trials)) if extension.causes else []
     return (note, f"not extended, because that diagnosis did not see them: {', '.join(without)}")[
         : 2 if without else 1
     ]

@@ -24,6 +24,7 @@ from solver.dynamics.com_settings import ComSettings
 from solver.dynamics.settings import DynamicsSettings
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.errors import SettingsError
+from solver.kinematics.label_faults.settings import LabelRepairSettings
 from solver.kinematics.settings import KinematicsSettings
 
 FILE_NAME = "settings.toml"  # in the subject's folder; read where no other file is named
@@ -41,6 +42,7 @@ class Settings:
     platforms: ForcePlatformSettings = field(default_factory=ForcePlatformSettings)
     platform_units: PlatformUnitSettings = field(default_factory=PlatformUnitSettings)
     pairing: PairingSettings = field(default_factory=PairingSettings)
+    label_repair: LabelRepairSettings = field(default_factory=LabelRepairSettings)
     kinematics: KinematicsSettings = field(default_factory=KinematicsSettings)
     conditioning: ConditioningSettings = field(default_factory=ConditioningSettings)
     contact: ContactSettings = field(default_factory=ContactSettings)

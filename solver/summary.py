@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from solver.dynamics.thresholds import Figures, Thresholds, verdicts
 from solver.fit import Fit, TrialFit
+from solver.kinematics.label_faults.fault import LabelFault
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.runs import runs
 
@@ -75,11 +76,27 @@ def _trial(trial: TrialFit, body_weight: float, height: float) -> dict[str, obje
         "frames_used_ranges": [list(run) for run in runs(used)],
         "mask_source": trial.mask.source if trial.mask else "none",
         **figures,
+        "label_faults": [_label_fault(fault) for fault in trial.label_faults],
         "torques_inferred_ranges": _inferred_ranges(trial),
         "hicks": verdicts(_judged(figures), Thresholds()),
         "heldout": _heldout(trial, body_weight, height),
         "kinematics_only": _kinematics_only(trial),
         "seconds": {stage: _number(seconds) for stage, seconds in trial.seconds.items()},
+    }
+
+
+def _label_fault(fault: LabelFault) -> dict[str, object]:
+    """What was repaired in the labels before the fit; distances are None where a person said it."""
+    return {
+        "labels": list(fault.labels),
+        "frames": [fault.start, fault.end],
+        "done": fault.done,
+        "frames_with_markers": fault.frames,
+        "onto": fault.onto,
+        "off_m": fault.off_m,
+        "repaired_off_m": fault.repaired_off_m,
+        "neighbours": fault.neighbours,
+        "accepted": fault.accepted,
     }
 
 

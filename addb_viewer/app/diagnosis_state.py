@@ -6,12 +6,12 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
+from addb_viewer.accepted_exchanges import cannot_be_accepted
 from addb_viewer.accepted_extension import kept_gain
 from addb_viewer.diagnosis_vocabulary import title
 from addb_viewer.kept_diagnosis import kept
 from solver.capture.capture import Subject
 from solver.dynamics.extension import Cause
-from solver.effects.catalogue import MARKER_IDS
 from solver.fit import Fit
 from solver.provenance import extension_in, other_recordings, provenance_of
 from solver.results import extension_log
@@ -42,7 +42,7 @@ class DiagnosisState:
         """Whether a cause is named that can be part of the model, and the recordings are still the same."""
         if self.figures is None or self.changed:
             return False
-        return any(effect["id"] not in MARKER_IDS for effect in self.figures["effects"])
+        return not all(cannot_be_accepted(effect["id"]) for effect in self.figures["effects"])
 
     @property
     def rejectable(self) -> bool:

@@ -12,6 +12,7 @@ from addb_viewer.app.replay import Replay
 from addb_viewer.diagnosis_vocabulary import ranges_of, title
 from annotations.reasons import key_of, reason_words
 from annotations.trial_review import TrialReview
+from solver.kinematics.label_faults.fault import EXCHANGED, LabelFault
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,8 @@ def lanes_of(
     )
     lanes.append(Lane("activity", activities))
     lanes.append(Lane("reviewed", tuple(Block(a, b, "", "looked at", GREEN) for a, b in reviewed)))
+    if replay.label_faults:
+        lanes.append(Lane("labels", tuple(_label_fault(fault) for fault in replay.label_faults)))
     lanes.append(Lane("causes", () if figures is None else _causes(figures, replay.name)))
     return tuple(lanes)
 
@@ -128,6 +131,12 @@ def _proposal(pending: Pending, current: bool) -> Block:
         height=0.35 + 0.65 * p.confidence,
         outlined=current,
     )
+
+
+def _label_fault(fault: LabelFault) -> Block:
+    exchanged = fault.done == EXCHANGED
+    sign = " ⇄ ".join(fault.labels) if exchanged else f"{fault.labels[0]} left out"
+    return Block(fault.start, fault.end, sign, fault.note, CAUSE, hatched=not exchanged, height=0.8)
 
 
 def _causes(figures: Mapping[str, Any], trial: str) -> tuple[Block, ...]:

@@ -19,6 +19,7 @@ from solver.contact.settings import ContactSettings
 from solver.contact.wrenches import MissingRange
 from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.fit import TrialFit
+from solver.kinematics.label_faults.fault import LabelFault
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
 from solver.summary import STANDARD_GRAVITY, Thresholds
@@ -26,7 +27,7 @@ from solver.summary import STANDARD_GRAVITY, Thresholds
 
 @dataclass(frozen=True)
 class MarkerReplay:
-    """Measured markers, and where the fitted skeleton has them."""
+    """Measured markers, their labels repaired in a fit, and where the fitted skeleton has them."""
 
     names: tuple[str, ...]
     measured: Float[np.ndarray, "frames markers 3"]  # [m] NaN where unseen
@@ -130,6 +131,7 @@ class Replay:
     joints: JointReplay | None = None
     demanded: tuple[DemandedForce, ...] = ()  # of feet whose force is missing
     forces: ForceUse = field(default_factory=ForceUse)
+    label_faults: tuple[LabelFault, ...] = ()  # repaired in the measured markers
     notes: tuple[str, ...] = ()
 
     @property
@@ -184,6 +186,7 @@ def fitted_replay(trial: TrialFit, skeleton: Skeleton, person: Person) -> Replay
         joints=_joints(trial, skeleton, on_fit),
         demanded=demanded_forces(trial, skeleton, on_fit.floats),
         forces=_force_use(trial, skeleton),
+        label_faults=trial.label_faults,
         notes=(*notes, *trial.notes),
     )
 

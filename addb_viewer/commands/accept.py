@@ -1,27 +1,32 @@
 """`addb-viewer accept` and `reject`: whether later fits are to use the causes that the diagnosis named."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import typer
 
+from addb_viewer.accepted_exchanges import cannot_be_accepted, exchange_in_words, exchanges_of
 from addb_viewer.accepted_extension import keep_gain
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, Out, SettingsFile, SubjectFolder
 from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.commands.reviewing import Author, author_named
-from addb_viewer.commands.solving import Job, job_for
+from addb_viewer.commands.solving import Job, job_for, last_fit
 from addb_viewer.extension_words import what_accepting_changes
 from addb_viewer.kept_diagnosis import kept
 from addb_viewer.sections import as_text
 from solver.diagnosis.accepting import extension_for
 from solver.diagnosis.extended_fit import extended_fit
 from solver.diagnosis.report import extended_gain_json
-from solver.dynamics.extension import Cause
+from solver.dynamics.extension import Cause, Extension
 from solver.effects.catalogue import MARKER_IDS
 from solver.errors import ResultsError
+from solver.fit import Fit
+from solver.kinematics.label_faults.fault import Exchange
 from solver.progress import part
 from solver.provenance import other_recordings, provenance_of, without_reviews
 from solver.results import extension_log
@@ -42,8 +47,8 @@ def accept(
 ) -> None:
     """Accept the causes of the last diagnosis: from now on fits use them beside the recorded forces.
 
-    The trajectories are fitted without and with them, and what that gains is told. Causes that lie in the
-    markers alone (a slip, a swap, soft tissue) cannot be part of it.
+    The trajectories are fitted without and with them, and what that gains is told. Exchanged labels are
+    exchanged back in every fit; a slip and soft tissue lie in the markers alone and cannot be part of it.
     """
     if json is not None and not json.absolute().parent.is_dir():
         raise typer.BadParameter(f"no folder {json.parent} to write into", param_hint="--json")
@@ -52,7 +57,14 @@ def accept(
             subject, out=out, settings_file=settings, ignore_review=ignore_review, without_extension=True
         )
         by, figures, made_of = author_named(author), *_diagnosis(job)
-        causes, left_out = _split(figures, job.results)
+        causes, exchanges, left_out = _split(figures, job.results)
+        if not causes:
+            labels_alone = Extension((), np.zeros(0), np.zeros(0), exchanges=exchanges)
+            extension_log.accept(job.results, labels_alone, by=by, made_of=made_of, left_out=left_out)
+            if json is not None:
+                write_json(json, {"causes": [], "exchanges": _exchanges(exchanges)})
+            _tell(labels_alone, by, left_out, last_fit(job))
+            return
         with terminal_progress() as progress:
             found = extension_for(
                 job.subject,
@@ -63,18 +75,20 @@ def accept(
                 progress=part(progress, 0.0, FOUND),
             )
             gain = extended_fit(found.fit, found.extension, job.settings, part(progress, FOUND, 1.0))
-        told = {"causes": _plain(found.causes_at(gain.fit.extra)), **extended_gain_json(gain)}
-        decision = extension_log.accept(
-            job.results, found.extension, by=by, made_of=made_of, left_out=left_out
-        )
+        told = {
+            "causes": _plain(found.causes_at(gain.fit.extra)),
+            "exchanges": _exchanges(exchanges),
+            **extended_gain_json(gain),
+        }
+        extension = replace(found.extension, exchanges=exchanges)
+        decision = extension_log.accept(job.results, extension, by=by, made_of=made_of, left_out=left_out)
         kept_in = keep_gain(told, decision, job.results)
         if json is not None:
             write_json(json, told)
         for line in as_text([what_accepting_changes(told)]):
             typer.echo(line)
-        typer.echo(f"\naccepted by {by}: {found.extension.sentence}; the next fit uses it")
-        if left_out:
-            typer.echo(f"left out, because they lie in the markers alone: {', '.join(left_out)}")
+        typer.echo()
+        _tell(extension, by, left_out, last_fit(job))
         if found.undone:
             undone = ", ".join(f"{id_} ({target})" for id_, target in found.undone)
             typer.echo(f"left out, because reading the files puts it right in every fit: {undone}")
@@ -122,15 +136,30 @@ def _diagnosis(job: Job) -> tuple[dict[str, Any], dict[str, str]]:
     return figures, now
 
 
-def _split(figures: dict[str, Any], results: Path) -> tuple[tuple[Cause, ...], tuple[str, ...]]:
-    """Causes that act as a wrench; and those in the markers, in words."""
-    causes = _causes(figures)
+def _tell(extension: Extension, by: str, left_out: Sequence[str], fit: Fit | None) -> None:
+    """What was decided; of exchanged labels, whether the last fit exchanged them without being told."""
+    typer.echo(f"accepted by {by}: {extension.sentence}; the next fit uses it")
+    for exchange in extension.exchanges:
+        typer.echo(exchange_in_words(exchange, fit))
+    if left_out:
+        typer.echo(f"left out, because they lie in the markers alone: {', '.join(left_out)}")
+
+
+def _exchanges(exchanges: Sequence[Exchange]) -> list[dict[str, object]]:
+    return [{"trial": e.trial, "labels": list(e.labels), "frames": [e.start, e.end]} for e in exchanges]
+
+
+def _split(
+    figures: dict[str, Any], results: Path
+) -> tuple[tuple[Cause, ...], tuple[Exchange, ...], tuple[str, ...]]:
+    """Causes that act as a wrench; labels that are exchanged; and what cannot be accepted, in words."""
+    causes, exchanges = _causes(figures), exchanges_of(figures)
     wrenches = tuple(cause for cause in causes if cause.id not in MARKER_IDS)
-    left_out = tuple(f"{cause.id} ({cause.target})" for cause in causes if cause.id in MARKER_IDS)
-    if not wrenches:
+    left_out = tuple(f"{cause.id} ({cause.target})" for cause in causes if cannot_be_accepted(cause.id))
+    if not wrenches and not exchanges:
         why = "its causes lie in the markers alone; mend the markers" if left_out else "it names no cause"
         raise ResultsError(f"{results}: nothing in the diagnosis can be accepted: {why}.")
-    return wrenches, left_out
+    return wrenches, exchanges, left_out
 
 
 def _causes(figures: dict[str, Any]) -> tuple[Cause, ...]:

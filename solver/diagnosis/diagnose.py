@@ -75,9 +75,16 @@ def repaired_balance(
 ) -> tuple[Balance, SeenInMarkers, Fit]:
     """Fit the markers alone, repair them, and set up the wrench balance.
 
+    Labels are taken as recorded here, so that an exchange is found with its frames, whatever a fit mends by
+    itself.
+
     Arguments and errors as in `diagnose`. The fit that comes along is that of the repaired markers.
     """
-    alone = replace(settings, trajectory=replace(settings.trajectory, enabled=False))
+    alone = replace(
+        settings,
+        trajectory=replace(settings.trajectory, enabled=False),
+        label_repair=replace(settings.label_repair, enabled=False),
+    )
 
     def fitted(repaired: Mapping[str, Capture]) -> Fit:
         return solve(

@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.root_wrench import about_point
 from solver.dynamics.trajectory_fit import ExtraParameters, TrialData
+from solver.kinematics.label_faults.fault import Exchange
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton
 
@@ -72,22 +73,25 @@ class TrialExtension:
 
 @dataclass(frozen=True, eq=False)
 class Extension:
-    """Causes that were found beside the recorded forces of a subject's trials; they share x."""
+    """Causes that were found in a subject's trials: beside the forces, where they share x, and in labels."""
 
     causes: tuple[Cause, ...]
     prior_std: Float[np.ndarray, " extra"]
     x: Float[np.ndarray, " extra"]  # as the diagnosis found it; each fit finds it anew
     trials: Mapping[str, TrialExtension] = field(default_factory=dict)  # by name
+    exchanges: tuple[Exchange, ...] = ()  # of labels, to be undone before anything is fitted
 
     @property
-    def parameters(self) -> ExtraParameters:
-        """As the trajectory fit takes them."""
-        return ExtraParameters(self.prior_std, self.x)
+    def parameters(self) -> ExtraParameters | None:
+        """As the trajectory fit takes them; None where nothing acts beside the forces."""
+        return ExtraParameters(self.prior_std, self.x) if self.causes else None
 
     @cached_property
     def fingerprint(self) -> str:
         """SHA-256 of all that a fit takes from it."""
         digest = hashlib.sha256(repr((self.causes, sorted(self.trials))).encode())
+        if self.exchanges:
+            digest.update(repr(self.exchanges).encode())
         for values in (self.prior_std, self.x):
             digest.update(np.ascontiguousarray(values).tobytes())
         for name in sorted(self.trials):
@@ -102,7 +106,13 @@ class Extension:
     @property
     def sentence(self) -> str:
         """Its causes in one line."""
-        return ", ".join(f"{cause.id} ({cause.target})" for cause in self.causes)
+        return ", ".join(f"{cause.id} ({cause.target})" for cause in self.named)
+
+    @property
+    def named(self) -> tuple[Cause, ...]:
+        """All that a diagnosis named, exchanged labels included, each pair once."""
+        pairs = dict.fromkeys("+".join(exchange.labels) for exchange in self.exchanges)
+        return (*self.causes, *(Cause("marker_swap", pair, {}) for pair in pairs))
 
 
 def with_extra_wrench(

@@ -57,7 +57,7 @@ def inverse_kinematics(
         q = np.tile(skeleton.default_q, (len(observed_ground), 1))
         spacing = max(1, round(settings.keyframe_spacing_s * rate))
         q[usable] = _track(problem, root, usable, spacing, progress)
-        q = _unwrapped(q, usable, skeleton)
+        q = _unwrapped(q, usable, _turning_round(problem))
         progress("inverse kinematics", 0.9)
         q = _bridged(problem, q, usable, rate)
         progress("inverse kinematics", 1.0)
@@ -73,14 +73,14 @@ def _track(
 ) -> Float[np.ndarray, "usable dofs"]:
     """Solve key frames from scratch, then halve the gaps until all usable frames are solved."""
     count = len(usable)
-    rotations = _rotations(problem.kinematics.skeleton)
+    turning = _turning_round(problem)
     stride = 1 << max(0, spacing.bit_length() - 1)
     keys = np.unique(np.append(np.arange(0, count, stride), count - 1))
     poses = np.zeros((count, problem.kinematics.chain.dofs))
     cost = np.zeros(count)
     poses[keys], cost[keys] = initial_poses(problem, root, usable[keys])
     keys_q = np.unwrap(poses[keys], axis=0)
-    poses[np.ix_(keys, rotations)] = keys_q[:, rotations]
+    poses[np.ix_(keys, turning)] = keys_q[:, turning]
     solved = np.zeros(count, dtype=bool)
     solved[keys] = True
     while stride > 1:
@@ -145,19 +145,23 @@ def _retry_worse_than_neighbours(
         per_marker = cost / np.maximum(problem.seen[usable].sum(axis=1), 1)
 
 
-def _rotations(skeleton: Skeleton) -> Int[np.ndarray, " rotations"]:
-    turning = {a.coordinate for j in skeleton.joints for a in j.axes if a.kind == "rotation"}
-    return np.flatnonzero([d in turning for d in skeleton.dofs])
+def _turning_round(problem: PoseProblem) -> Int[np.ndarray, " turning"]:
+    """Angles that may make whole turns; of any other, a jump is no turn but another way to lie on markers."""
+    skeleton = problem.kinematics.skeleton
+    rotations = {a.coordinate for j in skeleton.joints for a in j.axes if a.kind == "rotation"}
+    free = problem.upper - problem.lower >= 2 * np.pi
+    return np.flatnonzero([d in rotations and f for d, f in zip(skeleton.dofs, free, strict=True)])
 
 
 def _unwrapped(
-    q: Float[np.ndarray, "frames dofs"], usable: Int[np.ndarray, " usable"], skeleton: Skeleton
+    q: Float[np.ndarray, "frames dofs"],
+    usable: Int[np.ndarray, " usable"],
+    turning: Int[np.ndarray, " turning"],
 ) -> Float[np.ndarray, "frames dofs"]:
     """Angles without jumps of whole turns, starting within half a turn; unusable frames filled linearly."""
-    rotations = _rotations(skeleton)
     known = q[usable]
-    known[:, rotations] = np.unwrap(known[:, rotations], axis=0)
-    known[:, rotations] -= 2 * np.pi * np.round(known[len(known) // 2, rotations] / (2 * np.pi))
+    known[:, turning] = np.unwrap(known[:, turning], axis=0)
+    known[:, turning] -= 2 * np.pi * np.round(known[len(known) // 2, turning] / (2 * np.pi))
     frames = np.arange(len(q))
     return np.stack([np.interp(frames, usable, column) for column in known.T], axis=1)
 

@@ -96,9 +96,10 @@ def read_labels(
     if holds:  # what nobody asked for need not be listed as ambiguous: a label of no marker, mostly
         found = {label: f for label, f in found.items() if f.confidence >= SURE_ENOUGH}
     rows = tuple(_row(found[row.label]) if row.label in found else row for row in understood.labels)
+    ratio = (stature(body) or 1.0) / (stature(landmark_mixture().skeleton) or 1.0)
     return ReadLabels(
         Understanding(rows, understood.families if holds else ()),
-        {label: _marker(f, body) for label, f in found.items()},
+        {label: _marker(f, body, ratio) for label, f in found.items()},
         _notes(found, rows, contradicted=not holds and bool(meant)),
     )
 
@@ -127,9 +128,8 @@ def _only(recordings: Sequence[Markers], wanted: Sequence[str]) -> list[Markers]
     return kept
 
 
-def _marker(found: FoundMarker, body: Skeleton) -> Marker:
-    """On a default body of any stature."""
-    ratio = (stature(body) or 1.0) / (stature(landmark_mixture().skeleton) or 1.0)
+def _marker(found: FoundMarker, body: Skeleton, ratio: float) -> Marker:
+    """On a default body of any stature, larger by the ratio than the mixture's."""
     place = found.place_body * ratio if found.landmark is None else place_on(found.landmark, body)
     bony = found.landmark is not None and found.landmark.kind == "bony"
     return Marker(found.label, body.body_index(found.body), place, fixed=bony, spread_m=found.spread_m)

@@ -30,12 +30,16 @@ class MarkerMatch:
     def observed(self, markers: Markers) -> Float[np.ndarray, "frames markers 3"]:
         """The recording's positions of the shared markers [m]; NaN for those this trial lacks."""
         observed = np.full((markers.frames, len(self.model), 3), np.nan)
-        column = {name: i for i, name in enumerate(markers.names)}
-        for i, spellings in enumerate(self.measured):
-            known = next((name for name in spellings if name in column), None)
-            if known is not None:
-                observed[:, i] = markers.positions_ground[:, column[known]]
+        for i, column in enumerate(self.columns(markers)):
+            if column is not None:
+                observed[:, i] = markers.positions_ground[:, column]
         return observed
+
+    def columns(self, markers: Markers) -> tuple[int | None, ...]:
+        """Where a recording has each shared marker; None for those that it lacks."""
+        column = {name: i for i, name in enumerate(markers.names)}
+        known = (next((n for n in spellings if n in column), None) for spellings in self.measured)
+        return tuple(None if name is None else column[name] for name in known)
 
     def skeleton(self, skeleton: Skeleton) -> Skeleton:
         """The skeleton with just the shared markers, in their order."""

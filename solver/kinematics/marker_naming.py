@@ -8,6 +8,7 @@ import numpy as np
 
 from solver.capture.capture import Markers
 from solver.errors import FitError
+from solver.kinematics.flat_foot import on_flat_feet
 from solver.kinematics.label_reading import read_labels
 from solver.kinematics.marker_matching import (
     FEWEST_SHARED,
@@ -17,6 +18,8 @@ from solver.kinematics.marker_matching import (
     similar_names,
 )
 from solver.kinematics.nonsense_on_own_model import carried_over
+from solver.kinematics.settings import KinematicsSettings
+from solver.kinematics.upright_pelvis import on_upright_pelvis
 from solver.markers.atlas import atlas, landmark_marker
 from solver.markers.label_parts import spelling
 from solver.markers.understanding import UnderstoodLabel, understand
@@ -56,7 +59,9 @@ def name_markers(
         generic, named, notes = _in_own_model(generic, recordings, word)
         return NamedMarkers(generic, match_markers(generic, recordings, named=named, notes=notes))
     skeleton, named, notes = _on_default_body(generic, recordings, word)
-    return NamedMarkers(skeleton, match_markers(skeleton, recordings, named=named, notes=notes))
+    match = match_markers(skeleton, recordings, named=named, notes=notes)
+    skeleton = on_flat_feet(skeleton, match, recordings, KinematicsSettings())
+    return NamedMarkers(on_upright_pelvis(skeleton, match, recordings), match)
 
 
 def own_names(model: Skeleton, recordings: Sequence[Markers]) -> dict[str, str]:

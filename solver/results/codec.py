@@ -14,6 +14,7 @@ from solver.dynamics import dynamics, extension, heldout
 from solver.errors import ResultsError
 from solver.fit import Groundwork, KinematicsOnly, TrialFit
 from solver.kinematics import marker_errors, marker_matching, motion
+from solver.kinematics.label_faults import fault
 from solver.skeleton import functions, skeleton
 
 Tree = Any  # what JSON can hold
@@ -26,6 +27,7 @@ _ROOMS = (
     dynamics,
     heldout,
     extension,
+    fault,
     marker_errors,
     marker_matching,
     motion,

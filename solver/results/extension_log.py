@@ -72,7 +72,7 @@ def accept(
     with whole_file(results / name) as file:
         file.write(packed.getvalue())
     return _appended(
-        results, Decision(ACCEPT, extension.causes, by, datetime.now(UTC), made_of, left_out, name)
+        results, Decision(ACCEPT, extension.named, by, datetime.now(UTC), made_of, left_out, name)
     )
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from solver.dynamics.thresholds import Thresholds
+from solver.kinematics.label_faults.fault import MASKED, LabelFault
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.summary import HELDOUT_DUE, all_notes, summary
 
@@ -46,6 +47,25 @@ def test_which_torques_rest_on_an_inferred_wrench(small_fit):
     trials = (replace(small_fit.trials[0], dynamics=dynamics),)
     assert trial_figures(small_fit, trials=trials)["torques_inferred_ranges"] == [[0, 1], [2, 4]]
     assert trial_figures(small_fit)["torques_inferred_ranges"] == []
+
+
+def test_labels_that_were_repaired(small_fit):
+    assert trial_figures(small_fit)["label_faults"] == []
+    fault = LabelFault(("A",), 1, 3, MASKED, 2, 0.08, None, 3, onto="B")
+    (told,) = trial_figures(small_fit, trials=(replace(small_fit.trials[0], label_faults=(fault,)),))[
+        "label_faults"
+    ]
+    assert told == {
+        "labels": ["A"],
+        "frames": [1, 3],
+        "done": "masked",
+        "frames_with_markers": 2,
+        "onto": "B",
+        "off_m": 0.08,
+        "repaired_off_m": None,
+        "neighbours": 3,
+        "accepted": False,
+    }
 
 
 def test_blocks_that_wait_for_their_prediction_are_noted(small_fit):
@@ -132,7 +152,7 @@ def test_the_contract_has_all_its_fields(small_fit):
         "name", "frames", "rate_hz", "frames_with_force_used", "frames_used_ranges", "mask_source",
         "marker_rms_m", "marker_rms_frame_mean_m", "marker_max_m",
         "linear_residual", "angular_residual", "linear_residual_raw", "angular_residual_raw",
-        "hicks", "heldout", "kinematics_only", "seconds", "torques_inferred_ranges",
+        "hicks", "heldout", "kinematics_only", "seconds", "torques_inferred_ranges", "label_faults",
     }  # fmt: skip
 
 

@@ -99,13 +99,12 @@ def attach(
     score = (
         mixture.log_weight(arms, hands)
         + np.where(seen.allowed, 0.0, -np.inf)
-        + mixture.context(before)
         - 0.5 * away / variance
         - 1.5 * np.log(variance / DENSITY_WIDTH_M**2)
         - 0.5 * frames * moved[:, mixture.body] / tolerance.rigid_m**2
     )
     none = np.log(mixture.settings.elsewhere)
     highest = np.maximum(score.max(axis=1), none)
-    density = np.exp(score - highest[:, None])
+    density = np.exp(score - highest[:, None]) * mixture.context(before)
     total = density.sum(axis=1) + np.exp(none - highest)
     return Attachment(density / total[:, None], highest + np.log(total), mean, moved)

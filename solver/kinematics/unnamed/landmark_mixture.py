@@ -118,7 +118,7 @@ class LandmarkMixture:
     def context(
         self, share: Float[np.ndarray, "*batch markers landmarks"]
     ) -> Float[np.ndarray, "*batch markers landmarks"]:
-        """Log factor for every marker and landmark, by where the other markers are.
+        """Factor of the density for every marker and landmark, by where the other markers are.
 
         Bodies are marked in chains, not a hand alone; people mark both sides alike; and two markers are
         rarely put on one bony place.
@@ -126,17 +126,18 @@ class LandmarkMixture:
         Args:
             share: probability of each landmark for each marker, of the round before.
         """
-        others = share.sum(axis=-2, keepdims=True) - share
-        others_on_body = share.sum(axis=-2, keepdims=True) @ self.of_body - share @ self.of_body
-        chain = np.minimum(1.0, others_on_body @ self._supporting)[..., self.body]
-        twin = np.where(self._paired, np.minimum(1.0, others[..., self._mirror]), 1.0)
-        free = np.where(self._single, np.maximum(0.0, 1.0 - others), 1.0)
         of = self.settings
-        return (
-            np.log(of.unsupported + (1 - of.unsupported) * chain)
-            + np.log(of.one_sided + (1 - of.one_sided) * twin)
-            + np.log(of.shared + (1 - of.shared) * free)
-        )
+        others = share.sum(axis=-2, keepdims=True) - share
+        on_body = share @ self.of_body
+        others_on_body = on_body.sum(axis=-2, keepdims=True) - on_body
+        chain = np.minimum(1.0, others_on_body @ self._supporting)
+        factor = (of.unsupported + (1 - of.unsupported) * chain)[..., self.body]
+        paired, single = np.flatnonzero(self._paired), np.flatnonzero(self._single)
+        twin = np.minimum(1.0, others[..., self._mirror[paired]])
+        factor[..., paired] *= of.one_sided + (1 - of.one_sided) * twin
+        free = np.maximum(0.0, 1.0 - others[..., single])
+        factor[..., single] *= of.shared + (1 - of.shared) * free
+        return factor
 
     @cached_property
     def _mirror(self) -> Int[np.ndarray, " landmarks"]:

@@ -24,7 +24,7 @@ _SIDE_BY_SIDE = ("ulna", "radius")
 
 
 def weighed_against_neighbours(
-    seen: Seen, followed: Followed, mixture: LandmarkMixture
+    seen: Seen, followed: Followed, mixture: LandmarkMixture, markers: Sequence[int] | None = None
 ) -> Float[np.ndarray, "markers bodies"]:
     """Probability that each marker is on each body, the bodies next to its likeliest one weighed in earnest.
 
@@ -32,12 +32,14 @@ def weighed_against_neighbours(
         seen: frames of the recording [m].
         followed: an understanding of it, segments scaled.
         mixture: of the default body.
+        markers: to weigh; None for all. The others keep what they have.
     """
     settings = mixture.settings
     fitted = _Fitted(replace(seen, points=seen.points / followed.size), followed, followed.own(mixture))
     before = followed.attachment.on_body(mixture)
     belief = before.copy()
-    for i, body in enumerate(fitted.body):
+    for i in range(len(before)) if markers is None else markers:
+        body = fitted.body[i]
         if before[i, body] < settings.least_weighed:
             continue
         for other in fitted.candidates(i):

@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 from solver.capture.capture import Markers
 from solver.kinematics.unnamed.attachment import Seen
 from solver.kinematics.unnamed.landmark_mixture import LandmarkMixture, landmark_mixture
+from solver.kinematics.unnamed.landmark_shapes import BodyShape, by_shape
 from solver.kinematics.unnamed.neighbours import weighed_against_neighbours
 from solver.kinematics.unnamed.single_frame import lay_over
 from solver.kinematics.unnamed.whole_recording import Followed, follow, forwards, with_segments_scaled
@@ -237,27 +238,26 @@ def _judged(
     settings = mixture.settings
     weight = np.exp((score - score.max()) / settings.temper)
     weight /= weight.sum()
-    on_body = np.stack(
-        [
-            weighed_against_neighbours(seen, f, mixture)
-            if w >= settings.believed
-            else f.attachment.on_body(mixture)
-            for f, w in zip(followed, weight, strict=True)
-        ]
-    )
+    best = int(score.argmax())
+    on_body = _on_bodies(followed, weight, seen, mixture)
     belief = np.einsum("h,hmb->mb", weight, on_body)
     body = belief.argmax(axis=1)
-    best = int(score.argmax())
     names = mixture.skeleton.body_names
     found = []
-    taken = _landmarks(followed[best], mixture)
+    shapes = _shapes(followed[best], mixture)
     for i, label in enumerate(labels):
         of = best if on_body[best, i].argmax() == body[i] else int((weight * on_body[:, i, body[i]]).argmax())
         factors = followed[of].factors
         assert factors is not None
-        measured = followed[of].attachment.place_body[i, body[i]] / factors[body[i]]
-        landmark = taken.get(i) if of == best else None
-        landmark = landmark if landmark is not None and landmark.body == names[body[i]] else None
+        measured, landmark, spread = (
+            followed[of].attachment.place_body[i, body[i]],
+            None,
+            settings.place_std_m,
+        )
+        shape = shapes.get(int(body[i]))
+        if of == best and shape is not None and i in shape.place_body:
+            measured, landmark = shape.place_body[i], shape.at.get(i)
+            spread = shape.spread_m.get(i, spread)
         others = tuple(
             (names[b], round(float(belief[i, b]), 3))
             for b in np.argsort(-belief[i])
@@ -268,8 +268,8 @@ def _judged(
                 label,
                 landmark,
                 names[body[i]],
-                measured,
-                landmark.spread_m if landmark else settings.place_std_m,
+                measured / factors[body[i]],
+                spread,
                 float(belief[i, body[i]]),
                 others,
             )
@@ -280,6 +280,41 @@ def _judged(
         and len({f.body for f in sure}) >= settings.fewest_bodies
     )
     return Recognition(tuple(found), followed[best].size, person and len(found) >= settings.fewest_markers)
+
+
+def _on_bodies(
+    followed: Sequence[Followed],
+    weight: Float[np.ndarray, " rivals"],
+    seen: Seen,
+    mixture: LandmarkMixture,
+) -> Float[np.ndarray, "rivals markers bodies"]:
+    """Probability of each body for each marker, neighbours weighed, by each understanding.
+
+    Understandings that put a marker on the same body share what was found there about its neighbours.
+    """
+    on_body = np.stack([f.attachment.on_body(mixture) for f in followed])
+    body, best = on_body.argmax(axis=2), int(weight.argmax())
+    on_body[best] = weighed_against_neighbours(seen, followed[best], mixture)
+    for h, f in enumerate(followed):
+        if h == best or weight[h] < mixture.settings.believed:
+            continue
+        alike = body[h] == body[best]
+        on_body[h] = weighed_against_neighbours(seen, f, mixture, np.flatnonzero(~alike).tolist())
+        on_body[h, alike] = on_body[best, alike]
+    return on_body
+
+
+def _shapes(followed: Followed, mixture: LandmarkMixture) -> dict[int, BodyShape]:
+    """Of each body with markers, by its index: which of them are at its landmarks, and where they lie."""
+    taken, own = _landmarks(followed, mixture), followed.own(mixture)
+    body_of_marker = followed.attachment.on_body(mixture).argmax(axis=1)
+    shapes = {}
+    for body in np.unique(body_of_marker):
+        places = {
+            int(i): followed.attachment.place_body[i, body] for i in np.flatnonzero(body_of_marker == body)
+        }
+        shapes[int(body)] = by_shape({i: taken[i] for i in places if i in taken}, places, own)
+    return shapes
 
 
 def _landmarks(followed: Followed, mixture: LandmarkMixture) -> dict[int, Landmark]:

@@ -17,6 +17,7 @@ DENSITY_WIDTH_M = 0.05  # densities are in units of a Gaussian's of this width
 SHRINKING = (
     1.0  # of three dimensions: errors of proportion are shared, so markers are no independent witnesses
 )
+CHUNK = 8  # guesses weighed together: their arrays stay in the processor's cache
 LEAST_WEIGHT = 1e-9  # below it a landmark pulls nothing
 
 
@@ -77,15 +78,21 @@ def _sharpened(
     weights = np.where(guesses.arms[:, None], mixture.log_weight(arms=True), mixture.log_weight(arms=False))[
         :, None
     ] + np.where(allowed, 0.0, -np.inf)
-    q, context = guesses.q, np.zeros(1)
+    q, context = guesses.q, np.ones(weights.shape)
+    share, log_density = np.empty_like(context), np.empty(context.shape[:2])
     for width in widths_m:
         poses = mixture.kinematics.poses(q)
         places = mixture.kinematics.markers(poses)
-        share, log_density = _shares(points, places, weights + context, mixture, width)
-        context = mixture.context(share)
-        pull = share / (width**2 + mixture.variance)
-        weight = pull.sum(axis=1)
-        target = (pull.transpose(0, 2, 1) @ points) / np.maximum(weight, LEAST_WEIGHT)[:, :, None]
+        weight, target = np.empty(places.shape[:2]), np.empty_like(places)
+        for first in range(0, len(q), CHUNK):
+            some = slice(first, first + CHUNK)
+            share[some], log_density[some] = _shares(
+                (points[some], places[some]), weights[some], context[some], mixture, width
+            )
+            context[some] = mixture.context(share[some])
+            pull = share[some] / (width**2 + mixture.variance)
+            weight[some], target[some] = pull.sum(axis=1), pull.transpose(0, 2, 1) @ points[some]
+        target /= np.maximum(weight, LEAST_WEIGHT)[:, :, None]
         error = np.where(weight[:, :, None] > LEAST_WEIGHT, places - target, 0.0)
         H, g = mixture.terms.normal_equations(poses, places, error, weight)
         cost, gradient, diagonal = _posture_cost(q, start, mixture)
@@ -99,25 +106,39 @@ def _sharpened(
 
 
 def _shares(
-    points: Float[np.ndarray, "guesses markers 3"],
-    places: Float[np.ndarray, "guesses landmarks 3"],
+    seen: tuple[Float[np.ndarray, "guesses markers 3"], Float[np.ndarray, "guesses landmarks 3"]],
     log_weight: Float[np.ndarray, "guesses markers landmarks"],
+    context: Float[np.ndarray, "#guesses #markers #landmarks"],
     mixture: LandmarkMixture,
     width_m: float,
 ) -> tuple[Float[np.ndarray, "guesses markers landmarks"], Float[np.ndarray, "guesses markers"]]:
-    """Probability of each landmark for each marker, and the log density of the marker."""
-    squares = (
-        (points**2).sum(axis=2)[:, :, None]
-        + (places**2).sum(axis=2)[:, None, :]
-        - 2 * points @ places.transpose(0, 2, 1)
-    )
+    """Probability of each landmark for each marker, and the log density of the marker.
+
+    Args:
+        seen: the markers, and where the landmarks are [m].
+        log_weight: of the landmarks, before anything is seen.
+        context: factors by where the other markers are.
+        mixture: of the default body.
+        width_m: of the Gaussians, besides each landmark's own.
+    """
+    points, places = seen
     variance = width_m**2 + mixture.variance
-    score = log_weight - 0.5 * squares / variance - 1.5 * np.log(variance / DENSITY_WIDTH_M**2)
+    precision = 1.0 / variance
+    # −|x − p|²/2σ² in one product of matrices
+    score = points @ (places * precision[:, None]).transpose(0, 2, 1)
+    score += log_weight
+    score -= 0.5 * (points**2).sum(axis=2)[:, :, None] * precision
+    score -= (0.5 * (places**2).sum(axis=2) * precision + 1.5 * np.log(variance / DENSITY_WIDTH_M**2))[
+        :, None
+    ]
     none = np.log(mixture.settings.elsewhere) - 3.0 * np.log(width_m / DENSITY_WIDTH_M)
     highest = np.maximum(score.max(axis=2), none)
-    density = np.exp(score - highest[:, :, None])
+    score -= highest[:, :, None]
+    density = np.exp(score, out=score)
+    density *= context
     total = density.sum(axis=2) + np.exp(none - highest)
-    return density / total[:, :, None], highest + np.log(total)
+    density /= total[:, :, None]
+    return density, highest + np.log(total)
 
 
 def _posture_cost(

@@ -64,6 +64,9 @@ def test_a_fault_in_the_markers_alone_cannot_be_accepted(diagnosed, effect, figu
     slipped = {**figures(effect("marker_slip", "RTOE", shift_m=0.02)), "trials": []}
     keep(slipped, {"provenance": {}, "settings": {}}, results)
     assert not read_state(subject, results, fit).acceptable
+    swapped = {**figures(effect("marker_swap", "RTOE+RMT5", ((10, 20),))), "trials": []}
+    keep(swapped, {"provenance": {}, "settings": {}}, results)
+    assert read_state(subject, results, fit).acceptable  # a fit exchanges them back
 
 
 def test_an_acceptance_says_by_whom_and_whether_the_fit_uses_it(diagnosed):

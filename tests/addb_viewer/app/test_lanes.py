@@ -10,6 +10,7 @@ from addb_viewer.app.review_html import history_html, proposals_html, ranges_htm
 from addb_viewer.app.span import Span
 from annotations.events import AcceptProposal, Edit, FlagRange, Proposal, SetActivity
 from annotations.folding import folded
+from solver.kinematics.label_faults.fault import EXCHANGED, MASKED, LabelFault
 
 FEET = ("calcn_r", "calcn_l")
 SPITEFUL = "<img src=x onerror='window.hacked=1'>"
@@ -69,6 +70,25 @@ def test_causes_and_activities_have_their_lanes(lanes, effect, figures):
     found = lanes(SetActivity(0, 200, "walk", "treadmill"), figures=named)
     assert [(b.start, b.end) for b in found["causes"]] == [(120, 140)]
     assert found["activity"][0].text == "treadmill"
+
+
+def test_labels_have_a_lane_where_some_were_repaired(make_replay):
+    swap = LabelFault(("RTH1", "RTH2"), 20, 60, EXCHANGED, 40, 0.04, 0.002, 4)
+    crash = LabelFault(("<b>",), 70, 90, MASKED, 20, 0.08, None, 3)
+    replay, review = make_replay(), folded("walk", [], FEET)
+
+    def lanes(replay):
+        return lanes_of(replay, review, reviewed=(), proposals=(), current=None, figures=None)
+
+    assert "labels" not in [lane.label for lane in lanes(replay)]
+    found = lanes(replace(replay, label_faults=(swap, crash)))
+    (lane,) = [lane for lane in found if lane.label == "labels"]
+    assert [(b.start, b.end, b.text, b.hatched) for b in lane.blocks] == [
+        (20, 60, "RTH1 ⇄ RTH2", False),
+        (70, 90, "<b> left out", True),
+    ]
+    assert lane.blocks[0].told == swap.note
+    assert "<b>" not in lanes_html(found, Span(0, 199))
 
 
 def test_whatever_people_and_files_say_stays_text(make_replay):

@@ -11,11 +11,13 @@ from addb_viewer.accepted_extension import kept_gain
 from addb_viewer.commands import accept as accepting
 from addb_viewer.kept_diagnosis import keep
 from solver.dynamics.extension import BodyWrench, Cause, Extension, TrialExtension
+from solver.kinematics.label_faults.fault import Exchange
 from solver.provenance import provenance_of
 from solver.results.extension_log import decisions
 from solver.settings import as_dict, settings_for
 
 CLOCK = {"id": "clock_offset", "target": "all", "parameters": {"offset_s": {"value": 0.01, "std": 0.001}}}
+SWAP = {"id": "marker_swap", "target": "LTOE+LMT5", "parameters": {}, "frames": [[40, 90]]}
 SLIP = {"id": "marker_slip", "target": "LTOE", "parameters": {"shift_m": {"value": 0.02, "std": 0.001}}}
 
 
@@ -158,6 +160,37 @@ def test_causes_in_the_markers_are_left_out_and_that_is_said(command_line, diagn
     run = command_line("accept", folder)
     assert run.exit_code != 0
     assert "mend the markers" in run.output
+
+
+def test_exchanged_labels_are_exchanged_back_by_the_next_fit(command_line, diagnosed, asked, tmp_path):
+    folder, answer = command_line.subject.folder, tmp_path / "accepted.json"
+    diagnosed(SWAP, SLIP)
+    run = command_line("accept", folder, "--author", "Anna", "--json", answer)
+    assert run.exit_code == 0, run.output
+    assert not asked  # nothing acts beside the forces
+    assert "accepted by Anna: marker_swap (LTOE+LMT5)" in run.stdout
+    assert "labels LTOE and LMT5 are exchanged back in frames 40-89 of walk, in every fit" in run.stdout
+    assert "marker_slip (LTOE)" in run.stdout
+    told = json.loads(answer.read_text(encoding="utf-8"))
+    assert told["exchanges"] == [{"trial": "walk", "labels": ["LTOE", "LMT5"], "frames": [40, 90]}]
+    command_line("fit", folder)
+    assert command_line.extensions[-1].exchanges == (Exchange("walk", ("LTOE", "LMT5"), 40, 90),)
+    assert command_line.extensions[-1].parameters is None
+    (decision,) = decisions(folder / "results")
+    assert [(c.id, c.target) for c in decision.causes] == [("marker_swap", "LTOE+LMT5")]
+
+
+def test_they_are_accepted_beside_what_acts_as_a_force(command_line, diagnosed, asked, extension):
+    folder = command_line.subject.folder
+    diagnosed(CLOCK, SWAP)
+    run = command_line("accept", folder, "--author", "Anna")
+    assert run.exit_code == 0, run.output
+    assert asked == [{("clock_offset", "all")}]
+    assert "accepted by Anna: clock_offset (all), marker_swap (LTOE+LMT5)" in run.stdout
+    command_line("fit", folder)
+    held = command_line.extensions[-1]
+    assert held.exchanges
+    assert held.fingerprint != extension.fingerprint
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from solver.dynamics.extension import BodyWrench, Cause, Extension, TrialExtensi
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.settings import DynamicsSettings
 from solver.dynamics.trajectory_fit import TrialData
+from solver.kinematics.label_faults.fault import Exchange
 from solver.kinematics.motion import Motion
 
 FRAMES = 30
@@ -77,3 +78,13 @@ def test_the_whole_is_the_sum_of_its_parts(motion, extra):
 def test_its_causes_in_words():
     causes = (Cause("clock_offset", "all", {"offset_s": (0.01, 0.001)}), Cause("plate_gain", "plate_2", {}))
     assert Extension(causes, np.ones(1), np.zeros(1)).sentence == "clock_offset (all), plate_gain (plate_2)"
+
+
+def test_exchanged_labels_are_named_once_a_pair_and_change_the_fingerprint():
+    pair = tuple(Exchange("walk", ("A", "B"), start, start + 5) for start in (10, 40))
+    nothing = Extension((), np.zeros(0), np.zeros(0))
+    swapped = Extension((), np.zeros(0), np.zeros(0), exchanges=pair)
+    assert swapped.sentence == "marker_swap (A+B)"
+    assert swapped.parameters is None
+    assert swapped.fingerprint != nothing.fingerprint
+    assert swapped.fingerprint != Extension((), np.zeros(0), np.zeros(0), exchanges=pair[:1]).fingerprint

@@ -4,6 +4,7 @@ import pytest
 from solver.errors import FitError
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.settings import KinematicsSettings
+from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import marker_positions
 
 SETTINGS = KinematicsSettings()
@@ -68,3 +69,18 @@ def test_frames_without_markers_are_filled_from_their_neighbours(crane, crane_q)
 def test_no_markers_at_all_is_an_error_that_says_so(crane):
     with pytest.raises(FitError, match="No frame shows 3 or more markers"):
         solve(crane, np.full((5, len(crane.markers), 3), np.nan))
+
+
+def test_a_jump_of_a_joint_that_cannot_turn_round_is_no_turn():
+    """From one end of the upper arm's range to the other is more than half a turn."""
+    body = default_skeleton()
+    names = ("RASI", "LASI", "RPSI", "LPSI", "C7", "CLAV", "RSHO", "LSHO", "RELB", "RELM", "RWRA", "RWRB")
+    body = body.with_markers([m for m in body.markers if m.name in names])
+    q_true = np.tile(body.default_q, (60, 1))
+    q_true[:, body.dofs.index("elbow_flex_r")] = 1.0
+    turn = body.dofs.index("arm_rot_r")
+    q_true[:, turn] = np.where(np.arange(60) < 20, -1.7, 1.7)
+    observed = marker_positions(body, q_true)
+    q = solve(body, observed)
+    np.testing.assert_allclose(q[:, turn], q_true[:, turn], atol=0.02)
+    assert np.linalg.norm(marker_positions(body, q) - observed, axis=2).max() < 0.005

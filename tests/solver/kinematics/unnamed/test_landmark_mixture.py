@@ -28,17 +28,17 @@ def test_a_hand_alone_is_believed_less_than_one_on_a_marked_arm(mixture):
     alone, order = share_of(mixture, "knuckle2_r", "asis_r", "asis_l")
     held, _ = share_of(mixture, "knuckle2_r", "wrist_radial_r", "wrist_ulnar_r")
     knuckle = order.index("knuckle2_r")
-    assert mixture.context(alone)[0, knuckle] < mixture.context(held)[0, knuckle] - 2
+    assert mixture.context(alone)[0, knuckle] < mixture.context(held)[0, knuckle] / 7
 
 
 def test_a_place_that_another_marker_has_is_believed_less(mixture):
     share, order = share_of(mixture, "heel_r", "heel_l", "ankle_lateral_r", "knee_lateral_r")
     context = mixture.context(share)
-    assert context[2, order.index("heel_r")] < context[0, order.index("heel_r")] - 2
+    assert context[2, order.index("heel_r")] < context[0, order.index("heel_r")] / 7
 
 
 def test_a_place_whose_twin_is_marked_is_believed_more(mixture):
     both, order = share_of(mixture, "knee_lateral_r", "knee_lateral_l", "asis_r")
     one, _ = share_of(mixture, "knee_lateral_r", "asis_l", "asis_r")
     knee = order.index("knee_lateral_r")
-    assert mixture.context(both)[0, knee] > mixture.context(one)[0, knee] + 1
+    assert mixture.context(both)[0, knee] > mixture.context(one)[0, knee] * 2.7

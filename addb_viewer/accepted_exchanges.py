@@ -1,0 +1,54 @@
+"""Exchanged labels that a diagnosis names, as a fit takes them once a person accepted them."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from addb_viewer.diagnosis_vocabulary import ranges_of
+from solver.effects.catalogue import MARKER_IDS
+from solver.effects.marker_swap import MarkerSwap
+from solver.fit import Fit
+from solver.kinematics.label_faults.fault import EXCHANGED, Exchange
+
+
+def cannot_be_accepted(id: str) -> bool:
+    """Whether a cause lies in the markers and no fit can mend it."""
+    return id in MARKER_IDS and id != MarkerSwap.id
+
+
+def exchanges_of(figures: Mapping[str, Any]) -> tuple[Exchange, ...]:
+    """The exchanged labels of a diagnosis, one for each stretch of frames.
+
+    Args:
+        figures: in the shape of `diagnose --json`.
+    """
+    found = []
+    for effect in figures.get("effects", ()):
+        if effect["id"] == MarkerSwap.id:
+            one, _, other = effect["target"].partition("+")
+            found += [
+                Exchange(name, (one, other), start, end) for name, start, end in ranges_of(figures, effect)
+            ]
+    return tuple(found)
+
+
+def exchange_in_words(exchange: Exchange, fit: Fit | None) -> str:
+    """What every fit does from now on.
+
+    Args:
+        exchange: that somebody accepted.
+        fit: the last one, which may have done so by itself; None where there is none.
+    """
+    frames = f"{exchange.start}-{exchange.end - 1} of {exchange.trial}"
+    said = f"labels {' and '.join(exchange.labels)} are exchanged back in frames {frames}, in every fit"
+    if fit is not None and any(
+        fault.done == EXCHANGED
+        and not fault.accepted
+        and set(fault.labels) == set(exchange.labels)
+        and fault.start < exchange.end
+        and exchange.start < fault.end
+        for trial in fit.trials
+        if trial.capture.name == exchange.trial
+        for fault in trial.label_faults
+    ):
+        said += "; the last fit did that by itself"
+    return said

@@ -1,0 +1,180 @@
+"""Two labels exchanged for a while: each keeps its distances only on the other's trajectory."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from jaxtyping import Bool, Float, Int, Int8
+
+from solver.kinematics.label_faults.rigid_neighbours import RigidNeighbours
+from solver.kinematics.label_faults.steps import edges, step_m
+from solver.kinematics.label_faults.stretches import RIGHT, UNCLEAR, UNKNOWN, WRONG, Stretch, stretches
+
+ROUNDING_M = 1e-3  # distances agree no better than that
+
+Pair = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Exchanged:
+    """A pair of markers, by column, on frames start to end − 1."""
+
+    pair: Pair
+    start: int
+    end: int
+    off_m: float  # distances against the usual ones, as recorded, median over the frames
+    repaired_off_m: float
+    neighbours: int  # of both together
+    named_right: bool  # outside these frames; False: most of the trial may have the wrong names
+
+
+def exchanged_back(
+    points_ground: Float[np.ndarray, "frames markers 3"], pair: Pair, start: int, end: int
+) -> Float[np.ndarray, "frames markers 3"]:
+    """The points with two columns exchanged on frames start to end − 1."""
+    a, b = pair
+    mended = points_ground.copy()
+    mended[start:end, [a, b]] = points_ground[start:end, [b, a]]
+    return mended
+
+
+def exchanged_pairs(
+    rigid: RigidNeighbours, elsewhere_m: Float[np.ndarray, "markers markers"], rate: float
+) -> tuple[Exchanged, ...]:
+    """All exchanges of a trial, the clearest first; each is looked for among what those before it left.
+
+    One distance each tells enough here: two are to change at once, and to hold on the other's trajectory.
+
+    Args:
+        rigid: the trial's markers and the distances that they keep.
+        elsewhere_m: distances in other recordings or on the model [m], NaN where unknown. They tell whether
+            most of the trial has the names right; where not, neither the pair nor what is beside it is
+            touched.
+        rate: [Hz].
+    """
+    rigid = replace(rigid, settings=replace(rigid.settings, fewest_neighbours=1))
+    found: list[Exchanged] = []
+    left: set[int] = set()
+    while True:
+        free = (c for c in _candidates(rigid, elsewhere_m, rate) if left.isdisjoint(c.pair))
+        more = max(free, key=_clearness, default=None)
+        if more is None:
+            return tuple(found)
+        found.append(more)
+        if more.named_right:
+            mended = exchanged_back(rigid.points_ground, more.pair, more.start, more.end)
+            rigid = replace(rigid, points_ground=mended)
+        else:
+            left |= {*more.pair, *rigid.of(more.pair[0]).tolist(), *rigid.of(more.pair[1]).tolist()}
+
+
+def _clearness(found: Exchanged) -> float:
+    """How much better the distances hold once exchanged back, over how long."""
+    return float(np.log(found.off_m / max(found.repaired_off_m, ROUNDING_M))) * (found.end - found.start)
+
+
+def _candidates(
+    rigid: RigidNeighbours, elsewhere_m: Float[np.ndarray, "markers markers"], rate: float
+) -> Iterator[Exchanged]:
+    settings = rigid.settings
+    usable = [m for m in range(len(rigid.usual_m)) if len(rigid.of(m))]
+    astray = np.zeros(rigid.seen.shape, dtype=bool)
+    for m in usable:
+        astray[:, m] = rigid.off_m(m, rigid.points_ground[:, m], trust=False)[0] > settings.exchanged_m / 2
+    for pair in combinations(usable, 2):
+        frames = np.flatnonzero(astray[:, pair].all(axis=1))
+        if _may_be_exchanged(rigid, pair, frames):
+            yield from _of_pair(rigid, pair, _named_right(rigid, pair, elsewhere_m), rate)
+
+
+def _may_be_exchanged(rigid: RigidNeighbours, pair: Pair, frames: Int[np.ndarray, " some"]) -> bool:
+    """A quick look at the frames on which both are astray."""
+    if len(frames) < rigid.settings.fewest_frames:
+        return False
+    there = replace(rigid, points_ground=rigid.points_ground[frames])
+    kept, swapped = (_off_m(there, pair, places, trust=False)[0] for places in (pair, pair[::-1]))
+    return bool((swapped < rigid.settings.better * kept).sum() >= rigid.settings.fewest_frames)
+
+
+def _named_right(
+    rigid: RigidNeighbours, pair: Pair, elsewhere_m: Float[np.ndarray, "markers markers"]
+) -> bool:
+    """Whether what holds for most frames is not what the other name should have."""
+    own, other = rigid.usual_m[list(pair)], elsewhere_m[list(pair)]
+    named, crossed = (np.delete(np.abs(own - o), pair, axis=1) for o in (other, other[::-1]))
+    both = np.isfinite(named) & np.isfinite(crossed)
+    return bool((named[both] ** 2).sum() <= (crossed[both] ** 2).sum())
+
+
+def _of_pair(rigid: RigidNeighbours, pair: Pair, named_right: bool, rate: float) -> Iterator[Exchanged]:
+    settings = rigid.settings
+    kept, known = _off_m(rigid, pair, pair)
+    swapped, _ = _off_m(rigid, pair, pair[::-1])
+    both = rigid.seen[:, pair].all(axis=1) & np.isfinite(kept + swapped)
+    for stretch in stretches(_states(rigid, pair, kept, swapped), kept, rate, settings):
+        if not _changes_trajectories(rigid, pair, stretch, rate):
+            continue
+        start, end = _to_the_step(stretch, swapped < kept)
+        frames = np.flatnonzero(both[start:end]) + start
+        if len(frames) < settings.fewest_frames:
+            continue
+        off, repaired = float(np.median(kept[frames])), float(np.median(swapped[frames]))
+        if repaired < settings.repaired_share * off:
+            neighbours = int(np.median(known[frames]))
+            yield Exchanged(pair, start, end, off, repaired, neighbours, named_right)
+
+
+def _changes_trajectories(rigid: RigidNeighbours, pair: Pair, stretch: Stretch, rate: float) -> bool:
+    """Whether each label of a pair goes on where the other was, at both ends of a stretch."""
+    a, b = pair
+    for frames in edges(rigid, pair, stretch, rate):
+        if frames is None:
+            return False
+        kept, crossed = (
+            sum(step_m(rigid, places, frames, pair) for places in both)
+            for both in (((a, a), (b, b)), ((a, b), (b, a)))
+        )
+        if crossed > rigid.settings.better * kept:
+            return False
+    return True
+
+
+def _to_the_step(stretch: Stretch, better: Bool[np.ndarray, " frames"]) -> tuple[int, int]:
+    """The stretch with frames at its ends that are not clearly wrong, but nearer to it than to right."""
+    start, end = stretch.start, stretch.end
+    while start > 0 and better[start - 1]:
+        start -= 1
+    while end < len(better) and better[end]:
+        end += 1
+    return start, end
+
+
+def _off_m(
+    rigid: RigidNeighbours, pair: Pair, places: Pair, *, trust: bool = True
+) -> tuple[Float[np.ndarray, " frames"], Int[np.ndarray, " frames"]]:
+    """How far distances are off with the pair on these columns' trajectories [m], and how many are known.
+
+    The larger of both; that of one where the other is not known.
+    """
+    (off_a, known_a), (off_b, known_b) = (
+        rigid.off_m(m, rigid.points_ground[:, place], without=pair, trust=trust)
+        for m, place in zip(pair, places, strict=True)
+    )
+    return np.fmax(off_a, off_b), known_a + known_b
+
+
+def _states(
+    rigid: RigidNeighbours,
+    pair: Pair,
+    kept: Float[np.ndarray, " frames"],
+    swapped: Float[np.ndarray, " frames"],
+) -> Int8[np.ndarray, " frames"]:
+    """Of every frame, whether the labels are right, exchanged, or neither clearly."""
+    settings, hold = rigid.settings, rigid.hold_m[list(pair)].max()
+    with np.errstate(invalid="ignore"):
+        wrong = (swapped < settings.better * kept) & (kept > settings.exchanged_m) & (swapped < hold)
+        right = (kept < settings.better * swapped) | ((kept < hold) & (kept < swapped))
+    state = np.where(wrong, WRONG, np.where(right, RIGHT, UNCLEAR)).astype(np.int8)
+    state[~np.isfinite(kept + swapped)] = UNKNOWN
+    return state

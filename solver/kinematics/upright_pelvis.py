@@ -1,0 +1,116 @@
+"""How the line between the pelvic spines is inclined in the pelvis: upright posture has a say.
+
+Nothing that markers on the pelvis do tells how the bone is pitched against them. By the usual places alone, a
+person whose spines' markers sit high in front would stand with the pelvis tipped over backwards. Both that
+inclination and the posture of people who stand, walk and run vary; each takes its share of what is unusual.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.capture.capture import Markers
+from solver.kinematics.marker_matching import MarkerMatch
+from solver.markers.atlas import atlas, place_on
+from solver.skeleton.skeleton import Skeleton
+
+# Between people, the line of the spines lies in the bone within 5° (0° to 23° in 30 pelves:
+# Preece et al., J Man Manip Ther 2008; 16: 113-117); 1.2 cm of palpation over its 15 cm are another 4.6°.
+INCLINATION_VARIANCE_DEG2 = 5.0**2 + 4.6**2
+# People stand within 5° of each other (Levine & Whittle 1996), and lean further where they walk and run.
+POSTURE_VARIANCE_DEG2 = 10.0**2
+SHARE = INCLINATION_VARIANCE_DEG2 / (INCLINATION_VARIANCE_DEG2 + POSTURE_VARIANCE_DEG2)
+UPRIGHT_M = 0.03  # below the highest the pelvis gets; lower down the person squats or sits
+HIGHEST = 95.0  # percentile that counts for "the highest": a jump is short
+NOTABLE_DEG = 0.1  # nearer to the usual inclination, the markers stay as they are
+FURTHEST_DEG = 45.0  # from the usual inclination; further off, nobody is upright
+FRONT, BACK = (("asis_r", "asis_l"),), (("psis_r", "psis_l"), ("sacrum",))
+
+
+def on_upright_pelvis(skeleton: Skeleton, match: MarkerMatch, recordings: Sequence[Markers]) -> Skeleton:
+    """The skeleton with the spines' markers turned in the pelvis by the bone's share of what is unusual.
+
+    Args:
+        skeleton: the default body.
+        match: which label is which marker.
+        recordings: of one subject, y up.
+    """
+    spines = _spines(skeleton, match)
+    front, back = _complete(FRONT, spines), _complete(BACK, spines)
+    if not front or not back:
+        return skeleton
+    place = {marker.name: marker.position_body for marker in skeleton.markers}
+    usual_front = np.mean([place[name] for name in front], axis=0)
+    usual_back = np.mean([place[name] for name in back], axis=0)
+    seen = [match.observed(r) for r in recordings]
+    ends = [
+        np.concatenate([s[:, [match.model.index(name) for name in names]].mean(axis=1) for s in seen])
+        for names in (front, back)
+    ]
+    shown = upright_inclination(*ends)
+    unusual = shown - float(_inclination(usual_front, usual_back))
+    if not np.radians(NOTABLE_DEG) < abs(unusual) < np.radians(FURTHEST_DEG):
+        return skeleton
+    turn = -SHARE * unusual
+    c, s = np.cos(turn), np.sin(turn)
+    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    middle = (usual_front + usual_back) / 2
+    turned = {name: middle + R @ (place[name] - middle) for name in spines.values()}
+    return skeleton.with_markers(
+        [replace(m, position_body=turned[m.name]) if m.name in turned else m for m in skeleton.markers]
+    )
+
+
+def upright_inclination(
+    front_ground: Float[np.ndarray, "frames 3"], back_ground: Float[np.ndarray, "frames 3"]
+) -> float:
+    """Median inclination of the spines' line against the ground in upright posture [rad].
+
+    Args:
+        front_ground: middle of the anterior spines [m], y up, NaN where unseen.
+        back_ground: middle of the posterior ones [m].
+
+    Returns:
+        Positive where the front is the lower; NaN where the spines are never seen together.
+    """
+    together = np.isfinite(front_ground + back_ground).all(axis=1)
+    if not together.any():
+        return float("nan")
+    front, back = front_ground[together], back_ground[together]
+    height = (front[:, 1] + back[:, 1]) / 2
+    upright = height > np.percentile(height, HIGHEST) - UPRIGHT_M
+    return float(np.median(_inclination(front[upright], back[upright])))
+
+
+def _inclination(
+    front: Float[np.ndarray, "*frames 3"], back: Float[np.ndarray, "*frames 3"]
+) -> Float[np.ndarray, " *frames"]:
+    apart = front - back
+    return np.arctan2(-apart[..., 1], np.hypot(apart[..., 0], apart[..., 2]))
+
+
+def _spines(skeleton: Skeleton, match: MarkerMatch) -> dict[str, str]:
+    """Landmark to marker, of those that the recordings share and that sit at a spine or the sacrum."""
+    found = {}
+    for names in (*FRONT, *BACK):
+        for landmark in names:
+            mark = atlas()[landmark]
+            body, there = skeleton.body_index(mark.body), place_on(mark, skeleton)
+            for marker in skeleton.markers:
+                if (
+                    marker.name in match.model
+                    and marker.body == body
+                    and np.allclose(marker.position_body, there)
+                ):
+                    found[landmark] = marker.name
+    return found
+
+
+def _complete(choices: Sequence[Sequence[str]], spines: Mapping[str, str]) -> list[str]:
+    """The markers of the first choice of landmarks that is there as a whole."""
+    for names in choices:
+        if all(name in spines for name in names):
+            return [spines[name] for name in names]
+    return []
