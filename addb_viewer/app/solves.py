@@ -162,7 +162,10 @@ def _put_aside(results: Path) -> None:
 def _forget_old(results: Path, but: int) -> None:
     numbers = [number for number in _numbers(results) if number != but]
     for number in numbers[: max(0, len(numbers) - (MOST - 1))]:
-        shutil.rmtree(results / FOLDER / str(number), ignore_errors=True)
+        folder = results / FOLDER / str(number)
+        with contextlib.suppress(OSError):  # then it stays, whole
+            (folder / MADE).unlink(missing_ok=True)  # first: half removed, it is shown no more
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def _numbers(results: Path) -> list[int]:

@@ -84,7 +84,7 @@ class Extension:
     @property
     def parameters(self) -> ExtraParameters | None:
         """As the trajectory fit takes them; None where nothing acts beside the forces."""
-        return ExtraParameters(self.prior_std, self.x) if self.causes else None
+        return ExtraParameters(self.prior_std, self.x) if len(self.prior_std) else None
 
     @cached_property
     def fingerprint(self) -> str:

@@ -2,8 +2,10 @@
 
 import json
 import os
+import shutil
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -107,6 +109,23 @@ def test_the_oldest_are_forgotten_but_never_the_kept_one(results, solved, small_
     left = solves(results)
     assert len(left) <= MOST + 1  # the fit that was put aside comes on top
     assert kept.number in [s.number for s in left]
+
+
+def test_a_solve_whose_removal_is_interrupted_is_not_shown(results, solved, small_fit, monkeypatch):
+    for k in range(MOST + 1):
+        last = solved(50.0 + k)
+    removed = shutil.rmtree
+
+    def killed(folder, **options):
+        if Path(folder).parent.name == "solves":
+            raise OSError("power off")
+        removed(folder, **options)
+
+    monkeypatch.setattr(shutil, "rmtree", killed)
+    oldest = solves(results)[0]
+    keep(last, results, small_fit.subject.folder)
+    assert oldest.folder.exists()
+    assert oldest.number not in [solve.number for solve in solves(results)]
 
 
 def test_a_torn_solve_is_refused_and_the_fit_stays(results, solved, small_fit):
