@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.diagnosis.balance import Balance, Solved, Term
+from solver.diagnosis.contenders import Contender, Found, confidence
 from solver.diagnosis.diagnosis import (
     CLEAN,
     EXPLAINED,
@@ -22,7 +23,7 @@ from solver.diagnosis.heldout import BlockScores, block_scores, blocks, short_bl
 from solver.diagnosis.marker_causes import NOTHING_SEEN, SeenInMarkers
 from solver.diagnosis.remainder import UnknownForce, dependence
 from solver.diagnosis.residual_description import described
-from solver.diagnosis.selection import Contender, Found, Selection, confidence
+from solver.diagnosis.selection import Selection
 from solver.diagnosis.unexplained import kept_beside_the_unknown, position, size_N
 from solver.effects.effect import Estimate
 from solver.effects.marker_effect import MarkerFinding

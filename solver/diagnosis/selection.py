@@ -5,13 +5,20 @@ from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
-from jaxtyping import Float
 
 from solver.diagnosis.balance import Balance, Rung, Solved, Term
+from solver.diagnosis.contenders import (
+    Contender,
+    Found,
+    ambiguous,
+    cosine,
+    handicap,
+    loose_ends,
+)
 from solver.diagnosis.heldout import block_scores, blocks
+from solver.diagnosis.put_right import put_right_on_reading
 from solver.diagnosis.refinement import refined
 from solver.diagnosis.screening import Screen
-from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects.effect import Candidate, Corrected
 from solver.effects.gross_cause import Beyond, GrossCause
 from solver.progress import Progress, silent
@@ -19,28 +26,6 @@ from solver.progress import Progress, silent
 MOST_EXCHANGES = 3
 MORE_STRAIN = 1.0  # [prior deviations of the mass] a cause may ask for beyond what is wrong with it already
 SHARPER = 4.0  # so much smaller, the model's error may be beside the right cause
-
-
-@dataclass(frozen=True, eq=False)
-class Contender:
-    """A candidate fitted beside other causes."""
-
-    term: Term
-    solved: Solved
-    gain: float  # log evidence beyond those
-
-    def odds_gain(self, settings: DiagnosisSettings) -> float:
-        """The gain less the log prior odds against the cause [nats]."""
-        return self.gain - handicap(self.term.candidate, settings)
-
-
-@dataclass(frozen=True, eq=False)
-class Found:
-    """A cause beside all others that were found, and what else might be in its place."""
-
-    contender: Contender
-    heldout_gain: float  # log density of withheld blocks beyond the causes found before
-    rivals: tuple[Contender, ...]  # others that were tried in its place, best first
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +50,7 @@ def select(balance: Balance, candidates: Sequence[Candidate], progress: Progress
     corrections = [c for c in candidates if isinstance(c, Corrected)]
     others = [c for c in candidates if not isinstance(c, Corrected)]
     search = _beyond_gross_errors(_Search(balance, others, progress), others, progress)
-    named, uncorrected = _corrected(balance, corrections, search.solved)
+    named, uncorrected = put_right_on_reading(balance, corrections, search.solved)
     return Selection(search.null, search.solved, tuple(search.found), named, uncorrected)
 
 
@@ -118,15 +103,16 @@ class _Search:
                 break
             heldout = self._heldout_gain(contender.solved)
             beyond = heldout + contender.term.candidate.seen_elsewhere
+            leads = self._leads(contender, tenable) and self._notable(contender.solved)
             if (
                 beyond <= self.settings.least_heldout_gain
-                or not self._admissible(contender.solved, self.solved)
+                or not (leads or self._admissible(contender.solved, self.solved))
                 or self._undoes_the_others(contender.solved)
             ):
                 inadmissible.add(id(contender))
                 continue
             rivals = tuple(c for c in contenders if c is not contender and id(c) not in inadmissible)
-            if _ambiguous(contender, [c for c in tenable if c is not contender], self.settings):
+            if ambiguous(contender, [c for c in tenable if c is not contender], self.settings):
                 break
             self.found.append(Found(contender, heldout, rivals))
             self.solved = contender.solved
@@ -260,10 +246,15 @@ class _Search:
         """Whether the last cause is notable and does not lean on a body of another mass."""
         return self._notable(after) and not self._leans_on_the_mass(after, before)
 
+    def _leads(self, one: Contender, tenable: Sequence[Contender]) -> bool:
+        """Whether nothing else comes near: then it stays, even if the mass is wrong as well."""
+        others = [c.odds_gain(self.settings) for c in tenable if c is not one]
+        return one.odds_gain(self.settings) - max(others, default=0.0) > self.settings.sure_lead
+
     def _undoes_the_others(self, after: Solved) -> bool:
         """Whether the last cause mostly takes back what the others explain: only their difference is seen."""
         *others, last = (after.explained(k, after.rung) for k in range(len(after.terms)))
-        return bool(others) and -_cosine(last, np.sum(others, axis=0)) > self.settings.undone
+        return bool(others) and -cosine(last, np.sum(others, axis=0)) > self.settings.undone
 
     def _tenable(self, after: Solved, before: Solved) -> bool:
         """Whether the last cause, large or small, may be what is wrong."""
@@ -298,74 +289,6 @@ def _beyond_gross_errors(search: _Search, candidates: Sequence[Candidate], progr
     beyond = [c if isinstance(c, GrossCause) else Beyond(c.target, c, gross) for c in candidates]
     again = _Search(search.balance, beyond, progress, [first])
     return again if again.solved.log_evidence > search.solved.log_evidence else search
-
-
-def _corrected(
-    balance: Balance, corrections: Sequence[Corrected], current: Solved
-) -> tuple[tuple[Contender, ...], tuple[Term, ...]]:
-    """Causes that reading the files undid, where leaving them in would cost evidence."""
-    named, terms = [], []
-    for candidate in corrections:
-        fixed = np.concatenate(
-            [
-                t.reduced(candidate.uncorrected_ground(t.scene) - t.scene.measured_ground)
-                for t in balance.trials
-            ]
-        )
-        nothing = np.zeros((len(fixed), 0))
-        with_it = Term(candidate, (), fixed, nothing, np.zeros(0))
-        gain = current.log_evidence - balance.solve([*current.terms, with_it], near=current.rung).log_evidence
-        without = balance.term(candidate, ())
-        if without is None or gain < balance.settings.least_gain:
-            continue
-        solved = balance.solve_at([without], current.rung)
-        if candidate.is_notable(solved.estimates(0, balance.scenes)):
-            named.append(Contender(without, solved, gain))
-            terms.append(with_it)
-    return tuple(named), tuple(terms)
-
-
-def loose_ends(found: Sequence[Found], settings: DiagnosisSettings) -> float:
-    """Gain left to whatever comes beside causes of any course, which are never described whole [nats]."""
-    loose = [f.contender.gain for f in found if f.contender.term.candidate.of_any_course]
-    return settings.rival_share * sum(max(0.0, gain) for gain in loose)
-
-
-def handicap(candidate: Candidate, settings: DiagnosisSettings) -> float:
-    """Log odds against the cause before the balance [nats]; a cause seen elsewhere is no imitation."""
-    elsewhere = candidate.seen_elsewhere
-    usual = dict(settings.handicaps).get(candidate.id, 0.0)
-    return -elsewhere if elsewhere > 0 else usual - elsewhere
-
-
-def confidence(one: Contender, rivals: Sequence[Contender], settings: DiagnosisSettings) -> float:
-    """Share of a cause among none and all that were tried in its place, on tempered log evidence and odds."""
-    others = [c.odds_gain(settings) for c in rivals if c.term.candidate.key != one.term.candidate.key]
-    gains = np.array([0.0, *others]) - one.odds_gain(settings)
-    return float(1 / (1 + np.exp(np.clip(gains / settings.confidence_temper, -50, 50)).sum()))
-
-
-def _ambiguous(one: Contender, rivals: Sequence[Contender], settings: DiagnosisSettings) -> bool:
-    """Small, and no likelier than a handful of others in its place: what a model's own errors look like.
-
-    Causes that leave the same trace are one class, told together: that a recording cannot tell mass from mass
-    makes neither less likely. Nor does a cause that leaves another trace altogether.
-    """
-    if one.odds_gain(settings) >= settings.certain_gain:
-        return False
-    unlike = [r for r in rivals if settings.other_trace < _overlap(one, r) < settings.same_trace]
-    return confidence(one, unlike, settings) < settings.least_confidence
-
-
-def _overlap(one: Contender, other: Contender) -> float:
-    """Absolute cosine between what two causes explain, whitened where the first fits best."""
-    own, others = (c.solved.explained(len(c.solved.terms) - 1, one.solved.rung) for c in (one, other))
-    return abs(_cosine(own, others))
-
-
-def _cosine(one: Float[np.ndarray, " rows"], other: Float[np.ndarray, " rows"]) -> float:
-    lengths = np.linalg.norm(one) * np.linalg.norm(other)
-    return float(one @ other / max(lengths, np.finfo(float).tiny))
 
 
 def _nearest(rungs: Sequence[Rung], scale: float) -> Rung:

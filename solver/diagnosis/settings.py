@@ -138,7 +138,14 @@ class DiagnosisSettings:
     )
     std_inflation: float = setting(1.3, unit="", why="by calibration on hidden effects")
     certain_gain: float = setting(
-        40.0, unit="nats", why="from which on something is wrong even if several causes would do"
+        40.0,
+        unit="nats",
+        why="from which on something is wrong even if several causes would do",
+    )
+    sure_lead: float = setting(
+        100.0,
+        unit="nats",
+        why="a cause so far ahead of all others stays even if it needs another mass: that may be wrong too",
     )
     least_confidence: float = setting(
         0.2, unit="", why="of a smaller gain; model errors of real recordings suit many causes equally badly"

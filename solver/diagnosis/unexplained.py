@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from solver.diagnosis.balance import Balance, Rung, Solved, Term
+from solver.diagnosis.contenders import Contender, Found, handicap, loose_ends
 from solver.diagnosis.remainder import Unknown, UnknownForce, unknown_forces
 from solver.diagnosis.screening import Beside
-from solver.diagnosis.selection import Contender, Found, Selection, handicap, loose_ends
+from solver.diagnosis.selection import Selection
 from solver.diagnosis.unknown_screen import Tried, UnknownScreen
 from solver.effects.effect import Eta
 

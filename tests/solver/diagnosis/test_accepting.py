@@ -3,8 +3,9 @@
 import pytest
 
 from solver.diagnosis import accepting
+from solver.diagnosis.contenders import Contender
 from solver.diagnosis.marker_causes import NOTHING_SEEN
-from solver.diagnosis.selection import Contender, Selection
+from solver.diagnosis.selection import Selection
 from solver.effects.plate_gain import PlateGain
 from solver.errors import FitError
 from solver.settings import Settings

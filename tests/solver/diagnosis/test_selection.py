@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from solver.diagnosis.balance import Balance
-from solver.diagnosis.selection import confidence, handicap, select
+from solver.diagnosis.contenders import confidence, handicap
+from solver.diagnosis.selection import select
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.effect import Candidate, Corrected, Estimate, Signature
@@ -83,6 +84,34 @@ def test_a_cause_that_needs_a_body_of_another_mass_is_refused(short_scene, drawn
     assert named(select(balance, [helper])) == []
     lenient = Balance(balance.trials, replace(SETTINGS, most_mass_strain=20.0))
     assert named(select(lenient, [helper])) == [helper.key]
+
+
+def test_a_cause_far_ahead_of_all_others_stays_though_the_mass_is_wrong_as_well(
+    short_scene, drawn, balance_of_scenes
+):
+    """A fault that nothing else resembles, and a person of another mass than entered."""
+    measured = short_scene.measured_ground
+    shaken = 0.3 * measured * np.sin(20 * short_scene.times)[:, None]
+    balance = balance_of_scenes(drawn(4, shaken - 0.07 * measured, scale=0.3))
+    shake = Shake("all")
+    alone = balance.solve([balance.term(shake, ())])
+    assert abs(balance.mass_strain(alone)) > SETTINGS.most_mass_strain
+    assert named(select(balance, [shake])) == [shake.key]
+    assert set(named(select(balance, [shake, *masses([short_scene])]))) == {
+        shake.key,
+        ("subject_mass", "all"),
+    }
+
+
+@dataclass(frozen=True)
+class Shake(Helper):
+    """Shakes what is demanded, and does nothing else."""
+
+    id = "shake"
+
+    def signature(self, scene, eta):
+        shaken = scene.measured_ground * np.sin(20 * scene.times)[:, None]
+        return Signature(shaken[:, :, None], np.ones(1))
 
 
 def test_a_later_cause_makes_room_for_a_better_first_one(short_scene, drawn, balance_of_scenes):

@@ -1,0 +1,76 @@
+"""Candidates fitted beside other causes, and how they compare: odds, confidence, likeness."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.diagnosis.balance import Solved, Term
+from solver.diagnosis.settings import DiagnosisSettings
+from solver.effects.effect import Candidate
+
+
+@dataclass(frozen=True, eq=False)
+class Contender:
+    """A candidate fitted beside other causes."""
+
+    term: Term
+    solved: Solved
+    gain: float  # log evidence beyond those
+
+    def odds_gain(self, settings: DiagnosisSettings) -> float:
+        """The gain less the log prior odds against the cause [nats]."""
+        return self.gain - handicap(self.term.candidate, settings)
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A cause beside all others that were found, and what else might be in its place."""
+
+    contender: Contender
+    heldout_gain: float  # log density of withheld blocks beyond the causes found before
+    rivals: tuple[Contender, ...]  # others that were tried in its place, best first
+
+
+def loose_ends(found: Sequence[Found], settings: DiagnosisSettings) -> float:
+    """Gain left to whatever comes beside causes of any course, which are never described whole [nats]."""
+    loose = [f.contender.gain for f in found if f.contender.term.candidate.of_any_course]
+    return settings.rival_share * sum(max(0.0, gain) for gain in loose)
+
+
+def handicap(candidate: Candidate, settings: DiagnosisSettings) -> float:
+    """Log odds against the cause before the balance [nats]; a cause seen elsewhere is no imitation."""
+    elsewhere = candidate.seen_elsewhere
+    usual = dict(settings.handicaps).get(candidate.id, 0.0)
+    return -elsewhere if elsewhere > 0 else usual - elsewhere
+
+
+def confidence(one: Contender, rivals: Sequence[Contender], settings: DiagnosisSettings) -> float:
+    """Share of a cause among none and all that were tried in its place, on tempered log evidence and odds."""
+    others = [c.odds_gain(settings) for c in rivals if c.term.candidate.key != one.term.candidate.key]
+    gains = np.array([0.0, *others]) - one.odds_gain(settings)
+    return float(1 / (1 + np.exp(np.clip(gains / settings.confidence_temper, -50, 50)).sum()))
+
+
+def ambiguous(one: Contender, rivals: Sequence[Contender], settings: DiagnosisSettings) -> bool:
+    """Small, and no likelier than a handful of others in its place: what a model's own errors look like.
+
+    Causes that leave the same trace are one class, told together: that a recording cannot tell mass from mass
+    makes neither less likely. Nor does a cause that leaves another trace altogether.
+    """
+    if one.odds_gain(settings) >= settings.certain_gain:
+        return False
+    unlike = [r for r in rivals if settings.other_trace < _overlap(one, r) < settings.same_trace]
+    return confidence(one, unlike, settings) < settings.least_confidence
+
+
+def _overlap(one: Contender, other: Contender) -> float:
+    """Absolute cosine between what two causes explain, whitened where the first fits best."""
+    own, others = (c.solved.explained(len(c.solved.terms) - 1, one.solved.rung) for c in (one, other))
+    return abs(cosine(own, others))
+
+
+def cosine(one: Float[np.ndarray, " rows"], other: Float[np.ndarray, " rows"]) -> float:
+    lengths = np.linalg.norm(one) * np.linalg.norm(other)
+    return float(one @ other / max(lengths, np.finfo(float).tiny))
