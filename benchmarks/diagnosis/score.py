@@ -15,6 +15,7 @@ from benchmarks.diagnosis.twins import read_twins
 
 OUTCOMES = ("right", "class", "right_but_more", "id_only", "wrong", "unexplained", "missed", "failed")
 REAL_WITHIN = 0.20  # of the injected difference
+UNDONE = 0.3  # of it left
 
 
 @dataclass(frozen=True)
@@ -219,9 +220,12 @@ def real(cases: Sequence[Scored]) -> str:
     if not injected:
         return ""
     twins = {s.truth["case"]: s for s in cases if not s.truth["effects"]}
-    rows, named, near, counted = [], 0, 0, 0
+    rows, named, near, counted, cancelled = [], 0, 0, 0, 0
     for s in injected:
         hidden = s.truth["effects"][0]
+        if _cancels(hidden["parameters"], s.untouched):
+            cancelled += 1
+            continue
         found = _matching(hidden, s)
         named += found is not None
         good = None
@@ -251,7 +255,8 @@ def real(cases: Sequence[Scored]) -> str:
     head = ["recording", "injected", "target", "size", "answer", "named", "difference within 20 %"]
     return "\n\n".join(
         [
-            f"Named: {rate(named, len(injected))}; parameters within 20 %: {rate(near, counted)}",
+            f"Named: {rate(named, len(injected) - cancelled)}; parameters within 20 %: {rate(near, counted)}"
+            f"; left out, since they undo what the recording has of its own: {cancelled}",
             table(head, rows),
             "As they are:",
             table(["recording", "verdict", "named"], alone),
@@ -303,6 +308,14 @@ def _matching(hidden: dict[str, Any], s: Scored | None) -> dict[str, float] | No
         if same(hidden, found):
             return {k: float(p["value"]) for k, p in found.get("parameters", {}).items()}
     return None
+
+
+def _cancels(injected: dict[str, float], untouched: dict[str, float]) -> bool:
+    """Whether little is left of it beside what the recording had of its own, the other way."""
+    own = {k: untouched[k] - _nothing(k) for k in injected if k in untouched}
+    put_in = {k: injected[k] - _nothing(k) for k in own}
+    left = sum((put_in[k] + own[k]) ** 2 for k in own)
+    return bool(own) and left < UNDONE**2 * sum(v**2 for v in put_in.values())
 
 
 def _nothing(name: str) -> float:

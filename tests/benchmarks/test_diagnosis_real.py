@@ -54,3 +54,9 @@ def clock(found_s, untouched):
 def test_the_injected_difference_is_counted_from_the_untouched_recording(found_s, untouched, recovered):
     said = real([clock(found_s, untouched)])
     assert f"parameters within 20 %: {'100' if recovered else '0'} %" in said
+
+
+def test_what_undoes_a_fault_that_was_there_is_left_out():
+    said = real([clock(0.027, {"offset_s": 0.006}), clock(0.001, {"offset_s": -0.018})])
+    assert "Named: 100 %" in said
+    assert "has of its own: 1" in said

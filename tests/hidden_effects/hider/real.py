@@ -24,7 +24,11 @@ SOUND = (
     ("opencap_subject6", "walking1"),
     ("exo_apo_gordon", "NE21"),
 )
-NEEDS_WEIGHT = ("plate_gain", "body_weight_support")  # one plate too low or the other too high, otherwise
+NEEDS_WEIGHT = (
+    "plate_gain",
+    "body_weight_support",
+    "carried_mass",
+)  # otherwise it is build
 TRIES = 8
 
 
