@@ -24,9 +24,9 @@ and centres of mass perturbed, or with the generic one. Rates come with their 95
 seconds: an effect put into one has the drawn size, or the larger one at which the recording's wrench balance
 loses {nats:g} nats of log evidence under "nothing is wrong" (`information.py`). Where that takes more than
 {largest:g} reference sizes, this recording cannot tell this effect and the case is left out; so is a
-plate's gain, a support or a load where nobody weighed the person. The injected difference is counted from what the finder
-estimates in the untouched recording, named there or not (`twins.py`); parts of a vector are held to its
-length.
+plate's gain, a support or a load where nobody weighed the person. The injected difference is counted from
+what the finder estimates in the untouched recording, named there or not (`twins.py`); parts of a vector are
+held to its length.
 
 {tables}
 """
