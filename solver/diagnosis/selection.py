@@ -105,7 +105,7 @@ class _Search:
             beyond = heldout + contender.term.candidate.seen_elsewhere
             leads = self._leads(contender, tenable) and self._notable(contender.solved)
             if (
-                beyond <= self.settings.least_heldout_gain
+                beyond <= self._least_heldout_gain(contender)
                 or not (leads or self._admissible(contender.solved, self.solved))
                 or self._undoes_the_others(contender.solved)
             ):
@@ -203,7 +203,7 @@ class _Search:
                 break
             beyond = self._heldout_gain(c.solved, without) + c.term.candidate.seen_elsewhere
             admissible = self._admissible(c.solved, without) and not self._undoes_the_others(c.solved)
-            if admissible and beyond > 0:
+            if admissible and beyond > self._least_heldout_gain(c):
                 chosen = c
                 break
             inadmissible.add(id(c))
@@ -241,6 +241,11 @@ class _Search:
         old = block_scores(self.balance, before.terms, before.rung, self.blocks).log_density
         new = block_scores(self.balance, after.terms, after.rung, self.blocks).log_density
         return float((new - old).sum())
+
+    def _least_heldout_gain(self, one: Contender) -> float:
+        """Less of masses, of which withheld blocks hardly tell."""
+        least = self.settings.least_heldout_gain
+        return least - self.settings.mass_heldout_share * one.gain if one.term.candidate.is_a_mass else least
 
     def _admissible(self, after: Solved, before: Solved) -> bool:
         """Whether the last cause is notable and does not lean on a body of another mass."""

@@ -95,6 +95,11 @@ class DiagnosisSettings:
         why="of log density of withheld blocks; a wrong mass gains little there, since the other blocks tell "
         "it even against the prior",
     )
+    mass_heldout_share: float = setting(
+        0.2,
+        unit="",
+        why="of its gain, that a mass may lose on withheld blocks: without it, masses follow the other blocks",
+    )
     handicaps: tuple[tuple[str, float], ...] = setting(
         (
             ("sample_rate", 2.0),

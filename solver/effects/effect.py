@@ -64,6 +64,9 @@ class Candidate(ABC):
     rivals_told_apart_by = ""  # what to record so that it can be told from what looks alike
     of_any_course = False  # it may change in any way over time: never described to the last newton
     has_a_witness = False  # the motion shows it as well: no force of unknown course takes its place
+    is_a_mass = (
+        False  # masses are adjusted to what is not withheld, so that withheld blocks hardly tell of it
+    )
 
     @property
     def seen_elsewhere(self) -> float:

@@ -88,6 +88,11 @@ class Beyond(Candidate):
         return self.cause.of_any_course
 
     @property
+    def is_a_mass(self) -> bool:  # type: ignore[override]
+        """The cause's."""
+        return self.cause.is_a_mass
+
+    @property
     def has_a_witness(self) -> bool:  # type: ignore[override]
         """The cause's."""
         return self.cause.has_a_witness

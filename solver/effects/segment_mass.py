@@ -31,6 +31,7 @@ class SegmentMass(Candidate):
     """
 
     id = "segment_mass"
+    is_a_mass = True
     sentence = "{target}: these segments weigh otherwise than the model has them."
     remedy = "Scale the segments' masses to the person: a scan, or tables for the person's build."
     rivals_told_apart_by = "a trial in which the segments swing fast, and the person on a scale"

@@ -22,6 +22,7 @@ class SubjectMass(Candidate):
     """
 
     id = "subject_mass"
+    is_a_mass = True
     sentence = "The person weighs otherwise than was entered."
     remedy = "Put the person on a scale with all that they wear, and enter that."
     rivals_told_apart_by = "the person on a scale, or a known weight on each plate"
