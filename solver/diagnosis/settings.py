@@ -98,7 +98,7 @@ class DiagnosisSettings:
     mass_heldout_share: float = setting(
         0.2,
         unit="",
-        why="of its gain, that a mass may lose on withheld blocks: without it, masses follow the other blocks",
+        why="of its gain, that a mass may lose on withheld blocks: masses follow the other blocks anyway",
     )
     handicaps: tuple[tuple[str, float], ...] = setting(
         (
