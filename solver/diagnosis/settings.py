@@ -24,7 +24,7 @@ class DiagnosisSettings:
     )
     body_mass_std: float = setting(0.008, unit="", why="relative: a scale's reading, clothes and shoes")
     unweighed_mass_std: float = setting(
-        0.02,
+        0.012,
         unit="",
         why="relative, where no mass was entered: what forces carry, of which some may be missing",
     )
