@@ -27,6 +27,7 @@ WORKER = """
     results.mkdir(exist_ok=True)
     shutil.copy(folder / "answer.json", results / "diagnosis.json")
 """
+STARTED_MS = 90_000  # a program of its own, on a busy machine
 
 
 @pytest.fixture(scope="module")
@@ -156,7 +157,7 @@ def test_named_causes_can_be_hidden(page, folder, diagnosed, until):
 def test_a_refused_decision_says_why(page, folder, diagnosed, close_notices):
     """The real `accept`, on a folder without recordings."""
     page.get_by_role("button", name="Accept").last.click()  # the first is the proposals'
-    page.get_by_text("Accepting failed", exact=True).wait_for(timeout=90_000)  # a program of its own is started
+    page.get_by_text("Accepting failed", exact=True).wait_for(timeout=STARTED_MS)
     assert folder.name in page.locator(".mantine-Notification-root").first.inner_text()
     close_notices(page)
 
