@@ -118,7 +118,12 @@ def sentence(effect: Mapping[str, Any]) -> str:
         told = re.sub(rf"(?<!\w){re.escape(target)}(?!\w)", words, told)
     elif target in _AXES:
         told = told.replace(f"({target})", f"({target_in_words(target)})")
-    return told[:1].upper() + told[1:]
+    return capital(told)
+
+
+def capital(text: str) -> str:
+    """As a sentence begins."""
+    return text[:1].upper() + text[1:]
 
 
 def amounts(effect: Mapping[str, Any]) -> list[str]:

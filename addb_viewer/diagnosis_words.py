@@ -8,6 +8,7 @@ from typing import Any
 
 from addb_viewer.diagnosis_vocabulary import (
     amounts,
+    capital,
     certainty,
     listed,
     ranges_of,
@@ -213,7 +214,7 @@ def _worth(figures: Figures) -> str:
     if in_markers(figures):
         return "The causes lie in the markers, which are mended before: what counts is the markers' error."
     told, each = changes_in_words(gain), changes(gain)
-    said = [f"{told[:1].upper()}{told[1:]}."]
+    said = [f"{capital(told)}."]
     holds = each[0].surely_falls and not any(change.rises for change in each)
     if not holds and unforeseeable(figures):
         said.append(unforeseeable(figures))

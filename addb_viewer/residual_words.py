@@ -6,7 +6,15 @@ Takes the plain values of `diagnose --json`.
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from addb_viewer.diagnosis_vocabulary import TITLES, listed, newtons, part_in_words, seconds_of, upward
+from addb_viewer.diagnosis_vocabulary import (
+    TITLES,
+    capital,
+    listed,
+    newtons,
+    part_in_words,
+    seconds_of,
+    upward,
+)
 from addb_viewer.sections import Section
 from solver.dynamics.com_mass import WEIGHED_BY_FORCES
 
@@ -53,7 +61,9 @@ def _overall(figures: Figures, residual: Figures) -> list[str]:
     if figures["effects"] and all(e["id"] in IN_MARKERS for e in figures["effects"]):
         lines.append("These figures are without the markers' fault, which shows in the markers themselves.")
     if figures["verdict"] != "clean":
-        lines += [_capital(note) for note in figures.get("notes", ()) if WEIGHED_BY_FORCES in note]
+        lines += [
+            f"{capital(note.rstrip('.'))}." for note in figures.get("notes", ()) if WEIGHED_BY_FORCES in note
+        ]
     return lines
 
 
@@ -172,10 +182,6 @@ def _ratios(size: Figures) -> tuple[float, float]:
 
 def times(ratio: float) -> str:
     return f"{ratio:.0f}" if ratio >= 10 else f"{round(ratio, 1):g}"
-
-
-def _capital(note: str) -> str:
-    return f"{note[:1].upper()}{note[1:].rstrip('.')}."
 
 
 def moment_Nm(moment: float) -> str:

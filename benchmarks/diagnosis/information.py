@@ -31,7 +31,7 @@ IN_MARKERS = ("marker_slip", "marker_swap", "soft_tissue")  # seen in the marker
 
 def information(recorded: Path, changed: Path) -> float:
     """Log evidence lost by what was changed in a recording [nats]; infinite where frames come or go."""
-    own, other = _balance_as_it_is(recorded), _balance(changed)
+    own, other = balance_as_it_is(recorded), _balance(changed)
     if len(own.residual) != len(other.residual):
         return float("inf")
     return own.solve([]).log_evidence - other.solve([]).log_evidence
@@ -70,7 +70,8 @@ def sized(case: RealCase) -> bool:
 
 
 @lru_cache(maxsize=16)
-def _balance_as_it_is(folder: Path) -> Balance:
+def balance_as_it_is(folder: Path) -> Balance:
+    """The wrench balance of an untouched recording, which many cases share."""
     return _balance(folder)
 
 

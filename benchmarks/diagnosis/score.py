@@ -300,11 +300,9 @@ def _counted(counts: Counter) -> str:
     return ", ".join(f"{name} {n}" for name, n in counts.most_common())
 
 
-def _matching(hidden: dict[str, Any], s: Scored | None) -> dict[str, float] | None:
+def _matching(hidden: dict[str, Any], s: Scored) -> dict[str, float] | None:
     """Parameter values of the effect in an answer, if it names it."""
-    if s is None or s.answer["diagnosis"] is None:
-        return None
-    for found in s.answer["diagnosis"].get("effects", []):
+    for found in (s.answer["diagnosis"] or {}).get("effects", []):
         if same(hidden, found):
             return {k: float(p["value"]) for k, p in found.get("parameters", {}).items()}
     return None

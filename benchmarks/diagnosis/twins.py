@@ -9,17 +9,13 @@ from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
+from benchmarks.diagnosis.information import balance_as_it_is
 from solver.capture.atomic import write_whole
-from solver.capture.subject import open_subject
 from solver.diagnosis.balance import Balance, Term
-from solver.diagnosis.diagnose import repaired_balance
 from solver.diagnosis.refinement import refined
 from solver.diagnosis.selection import Selection, select
-from solver.diagnosis.settings import DIAGNOSIS
 from solver.effects.catalogue import catalogue
 from solver.effects.effect import Candidate
-from solver.progress import silent
-from solver.settings import settings_for
 
 ADDITIVE = (  # ids whose parameters add up when the same thing happens twice
     "clock_offset",
@@ -58,12 +54,12 @@ def read_twins(out: Path) -> dict[str, dict[str, float]]:
 def estimate(folder: Path, id: str, target: str) -> dict[str, float]:
     """An effect's parameters in a recording, beside the causes that are named there."""
     balance, selection = _searched(folder)
-    found = next((f.contender.term for f in selection.found if _is(f.contender.term, id, target)), None)
+    found = next((t for t in selection.solved.terms if t.candidate.key == (id, target)), None)
     if found is None:
         found = _fitted(balance, selection, id, target)
     if found is None:
         return {}
-    others = [t for t in selection.solved.terms if not _is(t, id, target)]
+    others = [t for t in selection.solved.terms if t.candidate.key != (id, target)]
     solved = balance.solve_at([*others, found], selection.solved.rung)
     estimates = solved.estimates(len(others), balance.scenes)
     return {name: float(e.value) for name, e in estimates.items()}
@@ -73,7 +69,7 @@ def _fitted(balance: Balance, selection: Selection, id: str, target: str) -> Ter
     terms = selection.solved.terms
     candidates: Sequence[Candidate] = catalogue(balance.scenes)
     for candidate in candidates:
-        if (candidate.id, candidate.target) == (id, target):
+        if candidate.key == (id, target):
             starts = [t for eta in candidate.starts(balance.scenes) if (t := balance.term(candidate, eta))]
             rung = selection.solved.rung
             best = max(starts, key=lambda t: balance.solve_at([*terms, t], rung).log_evidence, default=None)
@@ -81,12 +77,7 @@ def _fitted(balance: Balance, selection: Selection, id: str, target: str) -> Ter
     return None
 
 
-def _is(term: Term, id: str, target: str) -> bool:
-    return (term.candidate.id, term.candidate.target) == (id, target)
-
-
 @lru_cache(maxsize=16)
 def _searched(folder: Path) -> tuple[Balance, Selection]:
-    subject, settings = open_subject(folder), settings_for(folder)
-    balance = repaired_balance(subject, settings, DIAGNOSIS, trials=None, reviews={}, progress=silent)[0]
+    balance = balance_as_it_is(folder)
     return balance, select(balance, catalogue(balance.scenes))
