@@ -6,6 +6,7 @@ Takes the plain values of `diagnose --json`.
 from collections.abc import Mapping
 from typing import Any
 
+from addb_viewer.accepted_exchanges import cannot_be_accepted
 from addb_viewer.diagnosis_vocabulary import newtons, target_in_words, upward
 from addb_viewer.gain_words import is_lead, now_and_then, unforeseeable
 from addb_viewer.residual_words import IN_MARKERS, WITHIN, moment_Nm, times
@@ -52,13 +53,20 @@ def what_next(figures: Figures) -> Section:
     recording = "these recordings" if several else "this recording"
     as_recorded = f"until then fits use {recording} as {'they are' if several else 'it is'}"
     corrected = [e for e in figures["effects"] if TAKEN_OFF in e["sentence"]]
-    in_the_markers = [e for e in figures["effects"] if e["id"] in IN_MARKERS]
+    in_the_markers = [e for e in figures["effects"] if cannot_be_accepted(e["id"])]
+    exchanged = [e for e in figures["effects"] if e["id"] in IN_MARKERS and e not in in_the_markers]
+    apart = len(corrected) + len(in_the_markers) + len(exchanged)
     lines = []
     if corrected:
         lines.append("The bias that was taken off as a zero level is put right in every fit already.")
+    if exchanged:
+        lines.append(
+            "Fits exchange such labels back where they find them by themselves, and say so in their notes; "
+            "`addb-viewer accept SUBJECT` does it for these frames in every later fit."
+        )
     if in_the_markers:
         lines.append(f"Mend the markers and diagnose again; {as_recorded}.")
-    if len(figures["effects"]) > len(corrected) + len(in_the_markers):
+    if len(figures["effects"]) > apart:
         lead = (
             "First look into what is only a lead, as told above. If it proves true, "
             if is_lead(figures)
@@ -68,7 +76,7 @@ def what_next(figures: Figures) -> Section:
             lead = "First tell apart the causes that look alike here, as told above. " + (
                 lead and "Then look into what is only a lead. If it proves true, "
             )
-        which = "the other causes" if corrected or in_the_markers else "the causes"
+        which = "the other causes" if apart else "the causes"
         lines.append(f"{lead}`addb-viewer accept SUBJECT` applies {which} to later fits; {as_recorded}.")
     if figures["verdict"] == "unexplained":
         lines.append(

@@ -297,6 +297,17 @@ def test_forces_do_not_judge_what_lies_in_the_markers():
     assert "addb-viewer accept" not in text
 
 
+def test_exchanged_labels_are_mended_by_fits_and_can_be_accepted():
+    text = said(figures(effects=[effect("marker_swap", "RKNE+RANK")])).split("WHAT NEXT")[1]
+    assert "`addb-viewer accept SUBJECT` does it for these frames" in text
+    assert "the recording as it is" not in text
+    assert "Mend the markers" not in text
+    slipped = effect("marker_slip", "RKNE", shift_m=(0.02, 0.001))
+    text = said(figures(effects=[effect("marker_swap", "RKNE+RANK"), slipped])).split("WHAT NEXT")[1]
+    assert "exchange such labels back" in text
+    assert "Mend the markers" in text
+
+
 def test_what_to_do_next_with_this_recording():
     text = said(figures(effects=[LATE]))
     assert "`addb-viewer accept SUBJECT` applies the causes to later fits; until then fits use this" in text
