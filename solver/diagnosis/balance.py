@@ -1,11 +1,13 @@
 """The wrench balance of all trials as one Gaussian, and how likely it is with and without a cause.
 
 r = demanded − measured, averaged over short windows, moments about the centre of mass. Its covariance
-K(s) = markers' errors carried through the motion + plates' noise + inertias within what anthropometry
-scatters (shared by trials) + s² model errors that last a tenth of a second. Candidates enter as columns with
-a Gaussian prior; all that the ordinary fit can absorb is thereby projected out within its own prior. Every
-hypothesis, no cause included, has the scale s that suits it best and pays for it through the determinant of
-K: none can win by shrinking the noise.
+K(s, h) = markers' errors carried through the motion + plates' noise + inertias within what anthropometry
+scatters (shared by trials) + h² (flesh that slides with the joints, plates that are a little off) + s² model
+errors that last a tenth of a second. Candidates enter as columns with a Gaussian prior; all that the ordinary
+fit can absorb is thereby projected out within its own prior. Every hypothesis, no cause included, has the
+scales s and h that suit it best and pays for them through the determinant of K: none can win by shrinking the
+noise. How far flesh slides and plates are off differs between persons and laboratories by a factor of four,
+and a recording of some seconds tells it.
 """
 
 from collections.abc import Sequence
@@ -23,20 +25,53 @@ from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects.effect import Candidate, Estimate, Eta
 from solver.effects.scene import Scene
 
+# over the ladder: model errors down and up, slack, and one for the other
+STEPS = ((0, -1), (0, 1), (1, 0), (-1, 0), (1, 1), (-1, -1))
+
+
+@dataclass(frozen=True, eq=False)
+class Covariances:
+    """What K is made of, over the rows of all trials."""
+
+    residual: Float[np.ndarray, " rows"]
+    fixed: Float[np.ndarray, "rows rows"]  # of markers, plates' noise and inertias
+    slack: Float[np.ndarray, "rows rows"]  # of flesh and laboratory, at scale 1
+    model: Float[np.ndarray, "rows rows"]  # at scale 1
+
 
 @dataclass(eq=False)
 class Rung:
-    """K at one scale of the model error."""
+    """K at one scale of the model error and one of the slack; factored once it is asked for."""
 
     scale: float
-    residual: Float[np.ndarray, " rows"]
-    factor: Float[np.ndarray, "rows rows"]  # lower Cholesky
-    y: Float[np.ndarray, " rows"]  # whitened residual
-    constant: float  # log density of whatever doesn't depend on candidates, but for ½ yᵀy
+    slack: float  # of flesh on the bones and of plates in the laboratory; 1 is usual
+    of: Covariances
+    log_prior: float  # of both scales
+
+    @property
+    def residual(self) -> Float[np.ndarray, " rows"]:
+        """The same at every rung."""
+        return self.of.residual
+
+    @cached_property
+    def factor(self) -> Float[np.ndarray, "rows rows"]:
+        """Lower Cholesky."""
+        K = self.of.fixed + self.slack**2 * self.of.slack + self.scale**2 * self.of.model
+        return np.asarray(cholesky(K, lower=True, overwrite_a=True, check_finite=False))
+
+    @cached_property
+    def y(self) -> Float[np.ndarray, " rows"]:
+        """Whitened residual."""
+        return self.whitened(self.residual)
+
+    @cached_property
+    def constant(self) -> float:
+        """Log density of whatever doesn't depend on candidates, but for ½ yᵀy."""
+        return float(self.log_prior - np.log(np.diag(self.factor)).sum())
 
     def whitened(self, columns: Float[np.ndarray, "rows *columns"]) -> Float[np.ndarray, "rows *columns"]:
         """L⁻¹ columns."""
-        return solve_triangular(self.factor, columns, lower=True, check_finite=False)
+        return np.asarray(solve_triangular(self.factor, columns, lower=True, check_finite=False))
 
     @cached_property
     def precision(self) -> Float[np.ndarray, "rows rows"]:
@@ -119,7 +154,10 @@ class Solved:
         eta, eta_std = self.eta(k)
         linear = len(x) - len(term.tangent_mean)
         x, covariance = with_the_usual(
-            x[:linear], covariance[:linear, :linear], term.prior_std[:linear], term.usual_std
+            x[:linear],
+            covariance[:linear, :linear],
+            term.prior_std[:linear],
+            self.rung.slack * term.usual_std,
         )
         return term.candidate.estimates(scenes, eta, eta_std, x, covariance)
 
@@ -156,24 +194,36 @@ class Balance:
         )
         self.residual = np.concatenate([t.residual for t in trials])
         self.mass = np.concatenate([t.mass for t in trials])
-        shared = np.concatenate([t.nuisance for t in trials])
-        H = np.concatenate([shared, laboratory_errors(trials, settings)], axis=1)
-        base, model = H @ H.T, np.zeros((len(self.residual), len(self.residual)))
+        H = np.concatenate([t.nuisance for t in trials])
+        tissue = np.concatenate([t.tissue for t in trials])
+        loose = np.concatenate([tissue, laboratory_errors(trials, settings)], axis=1)
+        rows = len(self.residual)
+        fixed, model = H @ H.T, np.zeros((rows, rows))
         for t, low, high in zip(trials, self.start, self.start[1:], strict=False):
-            base[low:high, low:high] += t.covariance
+            fixed[low:high, low:high] += t.covariance
             model[low:high, low:high] = t.model_error
-        self.rungs = [self._rung(base, model, s) for s in settings.model_scales]
+        of = Covariances(self.residual, fixed, loose @ loose.T, model)
+        self._ladder = [
+            [Rung(s, h, of, settings.log_prior_of_scales(s, h)) for s in settings.model_scales]
+            for h in settings.slacks
+        ]
+
+    @property
+    def rungs(self) -> list[Rung]:
+        """From little slack up, each from small model errors up."""
+        return [rung for row in self._ladder for rung in row]
+
+    def nearest(self, scale: float, slack: float) -> Rung:
+        """The rung whose scales differ least, by a factor."""
+        return min(
+            self.rungs,
+            key=lambda r: abs(np.log(r.slack / slack)) + abs(np.log(r.scale / scale)),
+        )
 
     @property
     def scenes(self) -> tuple[Scene, ...]:
         """Of the trials."""
         return tuple(t.scene for t in self.trials)
-
-    def _rung(self, base: np.ndarray, model: np.ndarray, scale: float) -> Rung:
-        L = cholesky(base + scale**2 * model, lower=True, check_finite=False)
-        prior = -0.5 * (np.log(scale) / self.settings.model_scale_std) ** 2
-        y = solve_triangular(L, self.residual, lower=True, check_finite=False)
-        return Rung(scale, self.residual, L, y, float(prior - np.log(np.diag(L)).sum()))
 
     def rows_of(self, candidate: Candidate, eta: Eta) -> CandidateRows | None:
         """A candidate's rows at η, of the trials that it touches; None where it touches none."""
@@ -250,24 +300,39 @@ class Balance:
         return Solved(tuple(terms), rung, log, x, std, L, left)
 
     def solve(self, terms: Sequence[Term], near: Rung | None = None) -> Solved:
-        """Terms fitted together at the scale that suits them best.
+        """Terms fitted together at the scales that suit them best.
 
         Args:
             terms: any number.
-            near: where the climb over the ladder begins; None: all rungs are tried.
+            near: where the climb over the ladder begins; None: at the usual slack, at its best level of
+                model error.
         """
         if near is None:
-            return max((self.solve_at(terms, r) for r in self.rungs), key=lambda s: s.log_evidence)
-        k = self.rungs.index(near)
+            usual = [r for r in self.rungs if r.slack == self.nearest(1.0, 1.0).slack]
+            near = max((self.solve_at(terms, r) for r in usual), key=lambda s: s.log_evidence).rung
         best = self.solve_at(terms, near)
-        for step in (-1, 1):
-            at = k + step
-            while 0 <= at < len(self.rungs):
-                tried = self.solve_at(terms, self.rungs[at])
-                if tried.log_evidence <= best.log_evidence:
+        below: set[tuple[int, int]] = set()
+        while True:
+            i, k = self._place(best.rung)
+            for di, dk in STEPS:
+                better = False
+                while (at := (i + di, k + dk)) not in below and self._is_rung(*at):
+                    tried = self.solve_at(terms, self._ladder[at[0]][at[1]])
+                    below.add(at)
+                    if tried.log_evidence <= best.log_evidence:
+                        break
+                    best, better, (i, k) = tried, True, at
+                if better:
                     break
-                best, at = tried, at + step
-        return best
+            else:
+                return best
+
+    def _place(self, rung: Rung) -> tuple[int, int]:
+        """Of the slack and of the model error."""
+        return next((i, row.index(rung)) for i, row in enumerate(self._ladder) if rung in row)
+
+    def _is_rung(self, i: int, k: int) -> bool:
+        return 0 <= i < len(self._ladder) and 0 <= k < len(self._ladder[0])
 
 
 def with_the_usual(
@@ -284,4 +349,6 @@ def with_the_usual(
     p2, u2 = prior_std**2, usual_std**2
     share = p2 / (p2 + u2)
     within = covariance - np.diag(p2 * u2 / (p2 + u2))
+    own = np.arange(len(within))
+    within[own, own] = np.maximum(within[own, own], 0.0)  # rounding, where the sum is known exactly
     return x / share, within / np.outer(share, share)

@@ -19,15 +19,8 @@ Reduce = Callable[[np.ndarray], np.ndarray]  # wrenches about the ground origin,
 def nuisances(
     scene: Scene, reduced: Reduce, settings: DiagnosisSettings
 ) -> Float[np.ndarray, "rows nuisances"]:
-    """All that trials of one subject share, each column at one standard deviation."""
-    return np.concatenate(
-        [
-            _inertias(scene, reduced, settings),
-            _bounce(scene, reduced, settings),
-            _soft_tissue(scene, reduced, settings),
-        ],
-        axis=1,
-    )
+    """Inertias and what skin exaggerates, shared by trials, each column at one standard deviation."""
+    return np.concatenate([_inertias(scene, reduced, settings), _bounce(scene, reduced, settings)], axis=1)
 
 
 def mass_change(scene: Scene, reduced: Reduce, settings: DiagnosisSettings) -> Float[np.ndarray, " rows"]:
@@ -119,12 +112,13 @@ def _bounce(scene: Scene, reduced: Reduce, settings: DiagnosisSettings) -> Float
     return np.stack(columns, axis=1)
 
 
-def _soft_tissue(
+def soft_tissue(
     scene: Scene, reduced: Reduce, settings: DiagnosisSettings
 ) -> Float[np.ndarray, "rows columns"]:
     """Segments whose markers slide together over the bone with the angles of the joints beside them.
 
-    A segment displaced by u, mass m at x: force m ü, moment about the ground origin u × m (ẍ − g) + x × m ü.
+    Shared by trials, each column at one standard deviation. A segment displaced by u, mass m at x:
+    force m ü, moment about the ground origin u × m (ẍ − g) + x × m ü.
     """
     skeleton = scene.skeleton
     chain = chain_of(skeleton)

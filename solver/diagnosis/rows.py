@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
-from solver.diagnosis.model_errors import mass_change, model_error, nuisances
+from solver.diagnosis.model_errors import mass_change, model_error, nuisances, soft_tissue
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.dynamics.marker_posterior import MarkerPosterior
 from solver.dynamics.windows import Windows, windows_over
@@ -23,6 +23,7 @@ class TrialRows:
     covariance: Float[np.ndarray, "rows rows"]  # of markers and plates
     model_error: Float[np.ndarray, "rows rows"]  # at scale 1
     nuisance: Float[np.ndarray, "rows nuisances"]  # shared by trials, each at one standard deviation
+    tissue: Float[np.ndarray, "rows columns"]  # likewise, of flesh that slides
     mass: Float[np.ndarray, " rows"]  # the whole body's mass among them, at one standard deviation
 
     def reduced(
@@ -64,12 +65,14 @@ def trial_rows(
     markers = posterior.covariance(terms, windows)
     noise = np.repeat([settings.force_noise_N, settings.moment_noise_Nm], 3)
     markers[np.arange(len(markers)), np.arange(len(markers))] += np.tile(noise**2, windows.count)
-    rows = TrialRows(scene, windows, markers, np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0))
+    nothing = np.zeros((0, 0))
+    rows = TrialRows(scene, windows, markers, nothing, nothing, nothing, np.zeros(0))
     return TrialRows(
         scene,
         windows,
         markers,
         model_error(scene, windows, settings),
         nuisances(scene, rows.reduced, settings),
+        soft_tissue(scene, rows.reduced, settings),
         mass_change(scene, rows.reduced, settings),
     )

@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from solver.diagnosis.balance import Balance, Rung, Solved, Term
+from solver.diagnosis.balance import Balance, Solved, Term
 from solver.diagnosis.contenders import (
     Contender,
     Found,
@@ -217,8 +217,8 @@ class _Search:
     def _contenders(self, accepted: Sequence[Term], current: Solved) -> list[Contender]:
         """The most promising candidates, refined, each with the scale that suits it; best first."""
         balance, settings = self.balance, self.settings
-        scales = (current.rung.scale, 1.0, current.rung.scale / SHARPER)
-        rungs = {id(r): r for r in (_nearest(balance.rungs, s) for s in scales)}.values()
+        scales, slack = (current.rung.scale, 1.0, current.rung.scale / SHARPER), current.rung.slack
+        rungs = {id(r): r for r in (balance.nearest(s, slack) for s in scales)}.values()
         chosen: dict[tuple[str, str], Term] = {}
         for rung in rungs:
             screened = [s for s in self.screen.at(rung, accepted) if s.possible or s.rows.candidate.steps()]
@@ -294,7 +294,3 @@ def _beyond_gross_errors(search: _Search, candidates: Sequence[Candidate], progr
     beyond = [c if isinstance(c, GrossCause) else Beyond(c.target, c, gross) for c in candidates]
     again = _Search(search.balance, beyond, progress, [first])
     return again if again.solved.log_evidence > search.solved.log_evidence else search
-
-
-def _nearest(rungs: Sequence[Rung], scale: float) -> Rung:
-    return min(rungs, key=lambda r: abs(np.log(r.scale / scale)))

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from solver.dynamics.marker_posterior import MarkerNoise
 from solver.settings_field import setting
 
@@ -67,6 +69,15 @@ class DiagnosisSettings:
         (0.18, 0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0),
         unit="",
         why="between which it is sought, for every hypothesis anew",
+    )
+    slacks: tuple[float, ...] = setting(
+        (0.5, 0.7, 1.0),
+        unit="",
+        why="of how far flesh slides and laboratories are off at most; sought likewise. Not beyond: more "
+        "would take in what is wrong",
+    )
+    slack_std: float = setting(
+        0.5, unit="", why="logarithm: how much persons and laboratories differ in that"
     )
     block_s: float = setting(0.5, unit="s", why="withheld at a time: a stance or half a second")
     refitted: int = setting(10, unit="", why="the best of the screening; a cause that matters is among them")
@@ -171,6 +182,12 @@ class DiagnosisSettings:
     tolerated_share: float = setting(
         0.05, unit="", why="of what named causes took away; a contact is never described to the last newton"
     )
+
+    def log_prior_of_scales(self, model: float, slack: float) -> float:
+        """Of the scales of model errors and of slack [nats]."""
+        return float(
+            -0.5 * ((np.log(model) / self.model_scale_std) ** 2 + (np.log(slack) / self.slack_std) ** 2)
+        )
 
 
 DIAGNOSIS = DiagnosisSettings()

@@ -97,7 +97,8 @@ def _left(
     free = unknown_forces(scenes)
     placed: list[Unknown] = []
     tried: list[tuple[float, Tried, Rung]] = []
-    rungs = list({id(r): r for r in (solved.rung, balance.rungs[0])}.values())
+    sharpest = balance.nearest(min(balance.settings.model_scales), solved.rung.slack)
+    rungs = list({id(r): r for r in (solved.rung, sharpest)}.values())
     bases = [balance.solve_at(solved.terms, r).log_evidence for r in rungs]
     besides = [Beside(solved.terms, r) for r in rungs]
     for beside, base in zip(besides, bases, strict=True):

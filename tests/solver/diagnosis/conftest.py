@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from solver.diagnosis.balance import Balance
-from solver.diagnosis.model_errors import mass_change, model_error, nuisances
+from solver.diagnosis.model_errors import mass_change, model_error, nuisances, soft_tissue
 from solver.diagnosis.rows import TrialRows
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.dynamics.windows import windows_over
@@ -84,11 +84,13 @@ def trial_rows_of(scene: Scene, settings: DiagnosisSettings = SETTINGS) -> Trial
     counts[:5] = counts[-5:] = False
     windows = windows_over(counts, scene.rate, settings.window_s, HOP_S)
     noise = np.tile(np.repeat([settings.force_noise_N, settings.moment_noise_Nm], 3), windows.count)
-    bare = TrialRows(scene, windows, np.diag(noise**2), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0))
+    nothing = np.zeros((0, 0))
+    bare = TrialRows(scene, windows, np.diag(noise**2), nothing, nothing, nothing, np.zeros(0))
     return replace(
         bare,
         model_error=model_error(scene, windows, settings),
         nuisance=nuisances(scene, bare.reduced, settings),
+        tissue=soft_tissue(scene, bare.reduced, settings),
         mass=mass_change(scene, bare.reduced, settings),
     )
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.model_errors import model_error, nuisances
+from solver.diagnosis.model_errors import model_error, nuisances, soft_tissue
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.dynamics.windows import windows_over
 from solver.simulate.other_masses import with_segment_masses
@@ -20,6 +20,7 @@ class Columns:
 
     heavy: list[int]
     all: np.ndarray
+    tissue: np.ndarray
 
     def of_body(self, b: int) -> np.ndarray:
         first = PER_BODY * self.heavy.index(b)
@@ -35,17 +36,13 @@ class Columns:
 
     @property
     def bounce(self) -> np.ndarray:
-        return self.others[:, len(self.heavy) :][:, :6]
-
-    @property
-    def tissue(self) -> np.ndarray:
-        return self.others[:, len(self.heavy) + 6 :]
+        return self.others[:, len(self.heavy) :]
 
 
 @pytest.fixture(scope="module")
 def columns(short_scene, short_rows) -> Columns:
     heavy = [b for b, body in enumerate(short_scene.skeleton.bodies) if body.mass > 0]
-    return Columns(heavy, short_rows.nuisance)
+    return Columns(heavy, short_rows.nuisance, short_rows.tissue)
 
 
 def with_body(skeleton, b, body):
@@ -214,8 +211,9 @@ def test_trials_have_the_same_nuisances_in_the_same_order(short_scene, short_row
         com_ground=short_scene.com_ground[ends],
         demanded_ground=short_scene.demanded_ground[ends],
     )
-    own = nuisances(part, lambda w: w.reshape(-1, *w.shape[2:]), SETTINGS)
-    assert own.shape[1] == short_rows.nuisance.shape[1]
+    for columns, whole in ((nuisances, short_rows.nuisance), (soft_tissue, short_rows.tissue)):
+        own = columns(part, lambda w: w.reshape(-1, *w.shape[2:]), SETTINGS)
+        assert own.shape[1] == whole.shape[1]
 
 
 def test_model_errors_fade_with_time_and_grow_with_the_acceleration(short_scene):
