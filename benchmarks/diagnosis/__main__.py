@@ -5,7 +5,7 @@ import json
 import secrets
 from pathlib import Path
 
-from benchmarks.diagnosis.information import FINDABLE_NATS, LARGEST, write_findable
+from benchmarks.diagnosis.information import FINDABLE_NATS, LARGEST, write_findable, write_findable_still
 from benchmarks.diagnosis.run import CPU_LIMIT_S, run_all
 from benchmarks.diagnosis.score import load, report
 from benchmarks.diagnosis.twins import estimate_twins
@@ -20,13 +20,13 @@ Made by `make bench-diagnosis` (`python -m benchmarks.diagnosis make | run | sco
 seen, or with none: half of them clean, the rest of them one effect of the catalogue at 1, 1.5 or 2.5
 reference sizes, two, or one that the catalogue lacks; handed out with the true scaled model, with masses
 and centres of mass perturbed, or with the generic one. Rates come with their 95 % interval (Wilson).
-*Right* is the same id on the same target and nothing else. Real recordings are short, most of them below two
-seconds: an effect put into one has the drawn size, or the larger one at which the recording's wrench balance
-loses {nats:g} nats of log evidence under "nothing is wrong" (`information.py`). Where that takes more than
-{largest:g} reference sizes, this recording cannot tell this effect and the case is left out; so is a
-plate's gain, a support or a load where nobody weighed the person. The injected difference is counted from
-what the finder estimates in the untouched recording, named there or not (`twins.py`); parts of a vector are
-held to its length.
+*Right* is the same id on the same target and nothing else. The reference sizes hold for walks; an effect
+put into a squat, into standing or into a real recording (short, most of them below two seconds) has the drawn
+size, or the larger one at which the recording's wrench balance loses {nats:g} nats of log evidence under
+"nothing is wrong" (`information.py`). Where that takes more than {largest:g} reference sizes, this recording
+cannot tell this effect and the case is left out; so is, in a real one, a plate's gain, a support or a load
+where nobody weighed the person. The injected difference is counted from what the finder estimates in the
+untouched recording, named there or not (`twins.py`); parts of a vector are held to its length.
 
 {tables}
 """
@@ -110,7 +110,7 @@ def make(given: argparse.Namespace) -> None:
     listing.write_text(json.dumps(listed, indent=1) + "\n", encoding="utf-8")
     for plan in sorted(plans, key=lambda plan: plan.world.seed):
         if not (given.out / "truth" / f"{plan.name}.json").exists():
-            write_case(given.out, plan)
+            (write_case if curves else write_findable_still)(given.out, plan)
     for case in plan_real(seed, given.real, sizes):
         if not (given.out / "truth" / f"{case.name}.json").exists():
             write_findable(given.out, data_folder(), case)

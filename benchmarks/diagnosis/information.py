@@ -1,6 +1,6 @@
-"""How much a real recording can tell of an effect: sizes for short trials.
+"""How much a recording can tell of an effect: sizes for squats, standing and short trials.
 
-The reference sizes hold for walks of three seconds and more. For a shorter recording the size is stated from
+The reference sizes hold for walks of three seconds and more. For any other recording the size is stated from
 its information: the log evidence that the balance loses under "nothing is wrong" once the effect is in it,
 each time with the level of model error that suits best, since nobody knows that level beforehand. What
 inertias, mass and soft tissue can absorb is in the balance's covariance. No hypothesis of the finder takes
@@ -8,9 +8,11 @@ part.
 """
 
 import shutil
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -20,12 +22,14 @@ from solver.diagnosis.diagnose import repaired_balance
 from solver.diagnosis.settings import DIAGNOSIS
 from solver.progress import silent
 from solver.settings import settings_for
+from tests.hidden_effects.hider.cases import CasePlan, write_case
 from tests.hidden_effects.hider.hidden import UNSIZED
 from tests.hidden_effects.hider.real import RealCase, write_real
 
 FINDABLE_NATS = 30.0  # threshold and prices of choosing take 20, chance another 8 (one deviation)
 LARGEST = 4.0  # reference sizes; beyond, nobody needs a diagnosis
 LEAST_GROWTH, MOST_GROWTH = 1.1, 1.6  # at a time: information is not quite the square of the size
+UNTOUCHED = "untouched"
 IN_MARKERS = ("marker_slip", "marker_swap", "soft_tissue")  # seen in the markers, not in the balance
 
 
@@ -37,26 +41,52 @@ def information(recorded: Path, changed: Path) -> float:
     return own.solve([]).log_evidence - other.solve([]).log_evidence
 
 
-def larger(case: RealCase, nats: float) -> RealCase | None:
-    """The case at the size that its recording should be able to tell; None where that is too large.
+def larger(size: float, nats: float) -> float | None:
+    """The size that a recording should be able to tell; None where that is too large.
 
     Args:
-        case: at a size that it cannot tell.
+        size: one that it cannot tell.
         nats: its information at that size.
     """
     growth = float(np.sqrt(FINDABLE_NATS / max(nats, FINDABLE_NATS / MOST_GROWTH**2)))
-    size = round(max(growth, LEAST_GROWTH) * case.size, 2)
-    return replace(case, size=size) if size <= LARGEST else None
+    grown = round(max(growth, LEAST_GROWTH) * size, 2)
+    return grown if grown <= LARGEST else None
 
 
 def write_findable(out: Path, data: Path, case: RealCase) -> None:
     """Write a real case at a size that its recording can tell, or nothing where there is no place for it."""
-    tried: RealCase | None = case
-    while tried is not None and write_real(out, data, tried):
+    untouched = out / "subjects" / case.twin
+    _write_findable(out, case, case.size, untouched, lambda at: write_real(out, data, replace(case, size=at)))
+
+
+def write_findable_still(out: Path, plan: CasePlan) -> None:
+    """Write a synthetic case; one effect in a squat or in standing at a size that the recording can tell."""
+
+    def written(size: float) -> bool:
+        write_case(out, replace(plan, sizes=(size,)))
+        return True
+
+    if plan.kind != "single" or plan.world.activity == "walk":
+        write_case(out, plan)
+        return
+    with TemporaryDirectory() as scratch:
+        write_case(Path(scratch), replace(plan, name=UNTOUCHED, kind="clean", ids=(), sizes=()))
+        _write_findable(out, plan, plan.sizes[0], Path(scratch) / "subjects" / UNTOUCHED, written)
+
+
+def _write_findable(
+    out: Path,
+    case: RealCase | CasePlan,
+    size: float,
+    untouched: Path,
+    written: Callable[[float], bool],
+) -> None:
+    tried: float | None = size
+    while tried is not None and written(tried):
         changed = out / "subjects" / case.name
-        if not sized(case):
+        if not sized(case.id if isinstance(case, RealCase) else case.ids[0]):
             return
-        nats = information(out / "subjects" / case.twin, changed)
+        nats = information(untouched, changed)
         if nats >= FINDABLE_NATS:
             return
         shutil.rmtree(changed)
@@ -64,9 +94,9 @@ def write_findable(out: Path, data: Path, case: RealCase) -> None:
         tried = larger(tried, nats)
 
 
-def sized(case: RealCase) -> bool:
+def sized(id: str) -> bool:
     """Whether the wrench balance tells it, and there is more and less of it."""
-    return case.id not in UNSIZED and case.id not in IN_MARKERS
+    return id not in UNSIZED and id not in IN_MARKERS
 
 
 @lru_cache(maxsize=16)

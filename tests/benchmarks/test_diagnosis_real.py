@@ -1,29 +1,53 @@
 """Effects put into real recordings: their size, and what counts as recovered."""
 
+import json
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
-from benchmarks.diagnosis.information import FINDABLE_NATS, LARGEST, larger
+from benchmarks.diagnosis import information
+from benchmarks.diagnosis.information import FINDABLE_NATS, LARGEST, larger, write_findable_still
 from benchmarks.diagnosis.judge import Verdict
 from benchmarks.diagnosis.score import Scored, real
-from tests.hidden_effects.hider.real import RealCase
-
-
-def case(size):
-    return RealCase("real_0001", "walks", "walk", "plate_gain", size, 1)
+from tests.hidden_effects.hider.cases import one_case
+from tests.hidden_effects.hider.worlds import plan_world
 
 
 @pytest.mark.parametrize("nats", [-3.0, 0.0, 7.5, 29.9])
 def test_a_size_that_says_too_little_grows_but_not_at_once(nats):
-    grown = larger(case(1.0), nats).size
+    grown = larger(1.0, nats)
     assert 1.1 <= grown <= 1.6
 
 
 def test_information_grows_with_the_square_of_the_size():
-    assert larger(case(1.0), FINDABLE_NATS / 1.5**2).size == pytest.approx(1.5)
+    assert larger(1.0, FINDABLE_NATS / 1.5**2) == pytest.approx(1.5)
 
 
 def test_what_would_have_to_be_huge_is_left_out():
-    assert larger(case(LARGEST), 1.0) is None
+    assert larger(LARGEST, 1.0) is None
+
+
+@pytest.mark.parametrize(("activity", "least"), [("squat", (30 / 11) ** 0.5), ("walk", 1.0)])
+def test_a_squats_effect_has_the_size_that_it_can_tell_and_a_walks_the_drawn_one(
+    tmp_path, monkeypatch, activity, least
+):
+    """As if the reference size told eleven nats, others with the square; sizes grow by a tenth at least."""
+    world = plan_world(np.random.default_rng(3), activity)
+    plan = one_case("case_0001", ("plate_gain",), 3, world=replace(world, duration=1.0))
+
+    def size(folder):
+        truth = json.loads((folder.parents[1] / "truth" / f"{folder.name}.json").read_text())
+        return truth["effects"][0]["size"]
+
+    asked = []
+    monkeypatch.setattr(
+        information, "information", lambda own, other: asked.append(own) or 11 * size(other) ** 2
+    )
+    write_findable_still(tmp_path, plan)
+    assert least <= size(tmp_path / "subjects" / "case_0001") <= 1.1 * least
+    assert (tmp_path / "subjects" / "case_0001").is_dir()
+    assert bool(asked) == (activity == "squat")
 
 
 def clock(found_s, untouched):
