@@ -60,10 +60,11 @@ def _overall(figures: Figures, residual: Figures) -> list[str]:
     ]
     if figures["effects"] and all(e["id"] in IN_MARKERS for e in figures["effects"]):
         lines.append("These figures are without the markers' fault, which shows in the markers themselves.")
-    if figures["verdict"] != "clean":
-        lines += [
-            f"{capital(note.rstrip('.'))}." for note in figures.get("notes", ()) if WEIGHED_BY_FORCES in note
-        ]
+    weighed = (note.rstrip(".") for note in figures.get("notes", ()) if WEIGHED_BY_FORCES in note)
+    if figures["verdict"] == "explained":
+        lines += [f"{capital(note.split(';')[0])}; that is with nothing put right." for note in weighed]
+    elif figures["verdict"] != "clean":
+        lines += [f"{capital(note)}." for note in weighed]
     return lines
 
 
