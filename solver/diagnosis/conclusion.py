@@ -30,7 +30,7 @@ from solver.effects.marker_effect import MarkerFinding
 
 BOOTSTRAPS = 400
 MARKER_TEMPER = 10.0  # [nats] of a marker's own likelihood, whose errors are far from independent
-MOST_ALTERNATIVES = 4
+MOST_ALTERNATIVES = 2  # with the named cause, as many as anybody can look into
 
 
 def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHING_SEEN) -> Diagnosis:

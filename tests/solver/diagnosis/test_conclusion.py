@@ -144,6 +144,20 @@ def test_a_rival_that_does_as_well_is_an_alternative_with_what_tells_them_apart(
     assert effect.confidence < 0.6
 
 
+def test_no_more_rivals_are_told_than_anybody_can_look_into(short_scene, drawn, rows_of):
+    @dataclass(frozen=True)
+    class Twin(PlateGain):
+        id: str = "twin_gain"
+
+    rows = rows_of(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.5))
+    balance = Balance([rows], replace(SETTINGS, handicaps=(), least_confidence=0.0))
+    twins = [Twin("plate_2", f"gain_{k}") for k in range(5)]
+    diagnosis = conclude(balance, select(balance, twins))
+    told = {diagnosis.effects[0].id, *(a.id for a in diagnosis.alternatives)}
+    assert len(diagnosis.effects) == 1
+    assert len(told) == 3
+
+
 def test_likeness_is_the_cosine_between_whitened_signatures(sound):
     one, other = (sound.term(PlateGain(t), ()) for t in ("plate_1", "plate_2"))
     solved = sound.solve([one])
