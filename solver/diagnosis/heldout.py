@@ -13,7 +13,8 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.linalg import cho_factor, cho_solve
 
-from solver.diagnosis.balance import Balance, Rung, Term
+from solver.diagnosis.balance import Balance, Term
+from solver.diagnosis.ladder import Rung
 
 SHORT_WINDOWS = 3  # a tenth of a second
 

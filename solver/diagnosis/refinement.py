@@ -7,7 +7,8 @@ import numpy as np
 from jaxtyping import Float
 from scipy.optimize import minimize
 
-from solver.diagnosis.balance import Balance, CandidateRows, Rung, Term
+from solver.diagnosis.balance import Balance, CandidateRows, Term
+from solver.diagnosis.ladder import Rung
 from solver.diagnosis.screening import Beside, products_of
 from solver.effects.effect import Candidate, Eta
 

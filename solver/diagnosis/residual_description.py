@@ -154,7 +154,7 @@ class _Parts:
 
 def _variance(balance: Balance) -> Float[np.ndarray, " rows"]:
     """Of a sound recording's rows: the diagonal of K."""
-    typical = balance.nearest(TYPICAL_SCALE, 1.0)
+    typical = balance.ladder.nearest(TYPICAL_SCALE, 1.0)
     return np.asarray((typical.factor**2).sum(axis=1))
 
 

@@ -14,7 +14,8 @@ import numpy as np
 from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
-from solver.diagnosis.balance import Balance, CandidateRows, Rung, Term, with_the_usual
+from solver.diagnosis.balance import Balance, CandidateRows, Term, with_the_usual
+from solver.diagnosis.ladder import Rung
 from solver.effects.effect import Candidate
 
 

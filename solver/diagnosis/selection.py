@@ -218,7 +218,7 @@ class _Search:
         """The most promising candidates, refined, each with the scale that suits it; best first."""
         balance, settings = self.balance, self.settings
         scales, slack = (current.rung.scale, 1.0, current.rung.scale / SHARPER), current.rung.slack
-        rungs = {id(r): r for r in (balance.nearest(s, slack) for s in scales)}.values()
+        rungs = {id(r): r for r in (balance.ladder.nearest(s, slack) for s in scales)}.values()
         chosen: dict[tuple[str, str], Term] = {}
         for rung in rungs:
             screened = [s for s in self.screen.at(rung, accepted) if s.possible or s.rows.candidate.steps()]

@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from solver.diagnosis.balance import Balance, Rung, Solved, Term
+from solver.diagnosis.balance import Balance, Solved, Term
 from solver.diagnosis.contenders import Contender, Found, handicap, loose_ends
+from solver.diagnosis.ladder import Rung
 from solver.diagnosis.remainder import Unknown, UnknownForce, unknown_forces
 from solver.diagnosis.screening import Beside
 from solver.diagnosis.selection import Selection
@@ -97,7 +98,7 @@ def _left(
     free = unknown_forces(scenes)
     placed: list[Unknown] = []
     tried: list[tuple[float, Tried, Rung]] = []
-    sharpest = balance.nearest(min(balance.settings.model_scales), solved.rung.slack)
+    sharpest = balance.ladder.nearest(min(balance.settings.model_scales), solved.rung.slack)
     rungs = list({id(r): r for r in (solved.rung, sharpest)}.values())
     bases = [balance.solve_at(solved.terms, r).log_evidence for r in rungs]
     besides = [Beside(solved.terms, r) for r in rungs]

@@ -13,7 +13,8 @@ from jaxtyping import Float, Int
 from scipy.linalg import cholesky, solve_triangular
 from scipy.sparse import csr_array
 
-from solver.diagnosis.balance import Balance, Rung
+from solver.diagnosis.balance import Balance
+from solver.diagnosis.ladder import Rung
 from solver.diagnosis.remainder import Unknown, UnknownForce, UnknownMoment, courses_of
 from solver.diagnosis.rows import TrialRows
 from solver.diagnosis.screening import Beside

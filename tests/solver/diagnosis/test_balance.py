@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from solver.diagnosis.balance import Balance, Rung, Term
+from solver.diagnosis.balance import Balance, Term
 from solver.diagnosis.laboratory import laboratory_errors
+from solver.diagnosis.ladder import Rung
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.plate_bias import candidates as biases
@@ -145,12 +146,6 @@ def _with_residual(rows, residual):
     other = replace(rows)
     other.__dict__["residual"] = residual  # where the property keeps it
     return other
-
-
-def test_nearest_is_the_rung_whose_scales_differ_least(balance):
-    near = balance.nearest(0.19, 0.9)
-    assert (near.scale, near.slack) == (min(SETTINGS.model_scales), 1.0)
-    assert balance.nearest(0.001, 0.001) is balance.rungs[0]
 
 
 @pytest.mark.parametrize("scale", [0.5, 2.0])

@@ -1,0 +1,64 @@
+"""The climb over the scales, on surfaces whose top is known."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from solver.diagnosis.ladder import Covariances, Ladder, Rung
+from solver.diagnosis.settings import DiagnosisSettings
+
+SETTINGS = DiagnosisSettings()
+
+
+@dataclass(frozen=True)
+class Fitted:
+    rung: Rung
+    log_evidence: float
+
+
+@pytest.fixture(scope="module")
+def ladder() -> Ladder:
+    one = np.eye(1)
+    return Ladder(Covariances(np.ones(1), one, one, one), SETTINGS)
+
+
+def hill(top: Rung, trade: float):
+    """Log-evidence that falls with the distance from a rung, less where one scale stands in for the other."""
+
+    def fitted(rung: Rung) -> Fitted:
+        model, slack = np.log(rung.scale / top.scale), np.log(rung.slack / top.slack)
+        return Fitted(rung, float(-(model**2) - slack**2 - 2 * trade * model * slack))
+
+    return fitted
+
+
+@pytest.mark.parametrize("trade", [0.0, 0.5, -0.2])
+def test_the_top_is_found_from_anywhere(ladder, trade):
+    for top in ladder.rungs[::5]:
+        for near in (None, *ladder.rungs[::7]):
+            assert ladder.best(hill(top, trade), near).rung is top
+
+
+def test_no_rung_is_fitted_twice_on_the_way(ladder):
+    asked = []
+    surface = hill(ladder.rungs[-1], 0.3)
+
+    def fitted(rung):
+        asked.append(rung)
+        return surface(rung)
+
+    ladder.best(fitted, ladder.rungs[0])
+    assert len(asked) <= len({id(r) for r in asked}) + 1  # the first may be met again
+
+
+def test_nearest_is_the_rung_whose_scales_differ_least(ladder):
+    near = ladder.nearest(0.19, 0.9)
+    assert (near.scale, near.slack) == (min(SETTINGS.model_scales), 1.0)
+    assert ladder.nearest(0.001, 0.001) is ladder.rungs[0]
+
+
+def test_a_rungs_matrix_is_the_weighted_sum(ladder):
+    for rung in ladder.rungs[::4]:
+        assert rung.factor[0, 0] ** 2 == pytest.approx(1 + rung.slack**2 + rung.scale**2)
+        assert rung.precision[0, 0] * rung.factor[0, 0] ** 2 == pytest.approx(1.0)
