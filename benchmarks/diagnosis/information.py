@@ -2,7 +2,7 @@
 
 The reference sizes hold for walks of three seconds and more. For any other recording the size is stated from
 its information: the log evidence that the balance loses under "nothing is wrong" once the effect is in it,
-each time with the level of model error that suits best, since nobody knows that level beforehand. What
+each time with the scales of model error and slack that suit best, since nobody knows them beforehand. What
 inertias, mass and soft tissue can absorb is in the balance's covariance. No hypothesis of the finder takes
 part.
 """
@@ -55,8 +55,14 @@ def larger(size: float, nats: float) -> float | None:
 
 def write_findable(out: Path, data: Path, case: RealCase) -> None:
     """Write a real case at a size that its recording can tell, or nothing where there is no place for it."""
-    untouched = out / "subjects" / case.twin
-    _write_findable(out, case, case.size, untouched, lambda at: write_real(out, data, replace(case, size=at)))
+
+    def written(size: float) -> bool:
+        return write_real(out, data, replace(case, size=size))
+
+    if sized(case.id):
+        _grow(out, case.name, case.size, out / "subjects" / case.twin, written)
+    else:
+        written(case.size)
 
 
 def write_findable_still(out: Path, plan: CasePlan) -> None:
@@ -66,31 +72,24 @@ def write_findable_still(out: Path, plan: CasePlan) -> None:
         write_case(out, replace(plan, sizes=(size,)))
         return True
 
-    if plan.kind != "single" or plan.world.activity == "walk":
+    if plan.kind != "single" or plan.world.activity == "walk" or not sized(plan.ids[0]):
         write_case(out, plan)
         return
     with TemporaryDirectory() as scratch:
         write_case(Path(scratch), replace(plan, name=UNTOUCHED, kind="clean", ids=(), sizes=()))
-        _write_findable(out, plan, plan.sizes[0], Path(scratch) / "subjects" / UNTOUCHED, written)
+        _grow(out, plan.name, plan.sizes[0], Path(scratch) / "subjects" / UNTOUCHED, written)
 
 
-def _write_findable(
-    out: Path,
-    case: RealCase | CasePlan,
-    size: float,
-    untouched: Path,
-    written: Callable[[float], bool],
-) -> None:
+def _grow(out: Path, name: str, size: float, untouched: Path, written: Callable[[float], bool]) -> None:
+    """Write a case larger and larger until it can be told; nothing where it cannot be written or told."""
     tried: float | None = size
     while tried is not None and written(tried):
-        changed = out / "subjects" / case.name
-        if not sized(case.id if isinstance(case, RealCase) else case.ids[0]):
-            return
+        changed = out / "subjects" / name
         nats = information(untouched, changed)
         if nats >= FINDABLE_NATS:
             return
         shutil.rmtree(changed)
-        (out / "truth" / f"{case.name}.json").unlink()
+        (out / "truth" / f"{name}.json").unlink()
         tried = larger(tried, nats)
 
 

@@ -6,8 +6,8 @@ scatters (shared by trials) + h² (flesh that slides with the joints, plates tha
 errors that last a tenth of a second. Candidates enter as columns with a Gaussian prior; all that the ordinary
 fit can absorb is thereby projected out within its own prior. Every hypothesis, no cause included, has the
 scales s and h that suit it best and pays for them through the determinant of K: none can win by shrinking the
-noise. How far flesh slides and plates are off differs between persons and laboratories by a factor of four,
-and a recording of some seconds tells it.
+noise. How far flesh slides and plates are off differs between persons and laboratories, and a recording of
+some seconds tells it.
 """
 
 from collections.abc import Sequence

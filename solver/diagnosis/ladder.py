@@ -87,7 +87,7 @@ class Ladder:
 
     def __init__(self, of: Covariances, settings: DiagnosisSettings) -> None:
         self._rows = [
-            [Rung(s, h, of, settings.log_prior_of_scales(s, h)) for s in settings.model_scales]
+            [Rung(s, h, of, _log_prior(s, h, settings)) for s in settings.model_scales]
             for h in settings.slacks
         ]
 
@@ -110,29 +110,46 @@ class Ladder:
             fitted: at a rung.
             near: where the climb begins; None: at the usual slack, at its best level of model error.
         """
-        if near is None:
-            usual = self.nearest(1.0, 1.0).slack
-            best = max((fitted(r) for r in self.rungs if r.slack == usual), key=lambda s: s.log_evidence)
-        else:
-            best = fitted(near)
-        below: set[tuple[int, int]] = set()
+        usual = self.nearest(1.0, 1.0).slack
+        begin = [r for r in self.rungs if r.slack == usual] if near is None else [near]
+        best = max((fitted(r) for r in begin), key=lambda f: f.log_evidence)
+        tried = {self._place(r) for r in begin}
         while True:
-            i, k = self._place(best.rung)
-            for di, dk in STEPS:
-                better = False
-                while (at := (i + di, k + dk)) not in below and self._is_rung(*at):
-                    tried = fitted(self._rows[at[0]][at[1]])
-                    below.add(at)
-                    if tried.log_evidence <= best.log_evidence:
-                        break
-                    best, better, (i, k) = tried, True, at
-                if better:
+            for step in STEPS:
+                further = self._along(step, best, fitted, tried)
+                if further is not best:
+                    best = further
                     break
             else:
                 return best
+
+    def _along(
+        self,
+        step: tuple[int, int],
+        best: Fitted,
+        fitted: Callable[[Rung], Fitted],
+        tried: set[tuple[int, int]],
+    ) -> Fitted:
+        """The last fit on the way in one direction that is better than the one before."""
+        i, k = self._place(best.rung)
+        while True:
+            i, k = i + step[0], k + step[1]
+            if (i, k) in tried or not self._is_rung(i, k):
+                return best
+            tried.add((i, k))
+            further = fitted(self._rows[i][k])
+            if further.log_evidence <= best.log_evidence:
+                return best
+            best = further
 
     def _place(self, rung: Rung) -> tuple[int, int]:
         return next((i, row.index(rung)) for i, row in enumerate(self._rows) if rung in row)
 
     def _is_rung(self, i: int, k: int) -> bool:
         return 0 <= i < len(self._rows) and 0 <= k < len(self._rows[0])
+
+
+def _log_prior(scale: float, slack: float, settings: DiagnosisSettings) -> float:
+    """Of the scale of model errors and of the slack [nats]."""
+    apart = np.log(scale) / settings.model_scale_std, np.log(slack) / settings.slack_std
+    return float(-0.5 * (apart[0] ** 2 + apart[1] ** 2))

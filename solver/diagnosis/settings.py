@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from solver.dynamics.marker_posterior import MarkerNoise
 from solver.settings_field import setting
 
@@ -182,12 +180,6 @@ class DiagnosisSettings:
     tolerated_share: float = setting(
         0.05, unit="", why="of what named causes took away; a contact is never described to the last newton"
     )
-
-    def log_prior_of_scales(self, model: float, slack: float) -> float:
-        """Of the scales of model errors and of slack [nats]."""
-        return float(
-            -0.5 * ((np.log(model) / self.model_scale_std) ** 2 + (np.log(slack) / self.slack_std) ** 2)
-        )
 
 
 DIAGNOSIS = DiagnosisSettings()
