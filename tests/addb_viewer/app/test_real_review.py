@@ -35,20 +35,21 @@ def test_proposals_accepted_by_key_finish_the_trial(folder, enter):
         browser.put("Your name", "Zoë")
         session, keys = browser.session, 0
 
-        def press(label):
+        def press(label, until, awaited):
+            """An edit is in the log before the same hand goes on to the next proposal: wait for both."""
             nonlocal keys
             keys += 1
             browser.press(label)
+            browser.until(until, awaited)
             session.notices._hand.submit(lambda: None).result(30)
 
-        press("Next proposal or flagged range")
-        browser.until(lambda: session.review.current is not None, "the first proposal")
+        press("Next proposal or flagged range", lambda: session.review.current, "the first proposal")
         while session.review.current is not None and keys < MOST_KEYS:
             decided = _decided(folder)
-            press("Accept the proposal")
-            browser.until(lambda decided=decided: _decided(folder) > decided, "the decision")
-        press("Finish the trial, go to the next")
-        browser.until(lambda: _review(folder).status is Status.FINISHED, "the end")
+            press("Accept the proposal", lambda decided=decided: _decided(folder) > decided, "the decision")
+        press(
+            "Finish the trial, go to the next", lambda: _review(folder).status is Status.FINISHED, "the end"
+        )
     finally:
         app.close()
     assert keys < MOST_KEYS
