@@ -15,6 +15,7 @@ from solver.diagnosis.selection import select
 from solver.diagnosis.settings import DIAGNOSIS
 from solver.dynamics.extension import Cause, Extension
 from solver.effects.catalogue import catalogue
+from solver.effects.effect import Corrected
 from solver.effects.scene import Scene
 from solver.errors import FitError
 from solver.fit import Fit
@@ -69,10 +70,10 @@ def extension_for(
         reviews=reviews or {},
         progress=part(progress, 0.0, FITTED),
     )
-    named = [c for c in catalogue(balance.scenes) if c.key in causes]
+    named = [c for c in catalogue(balance.scenes) if c.key in causes or isinstance(c, Corrected)]
     selection = select(balance, named, part(progress, FITTED, 1.0))
     extension = extension_of(balance.scenes, selection.solved)
-    undone = {c.term.candidate.key for c in selection.corrected}
+    undone = causes & {c.key for c in selection.corrected}
     lost = causes - {(cause.id, cause.target) for cause in extension.causes} - undone
     if lost:
         named_ones = ", ".join(f"{id_} ({target})" for id_, target in sorted(lost))

@@ -21,6 +21,7 @@ from solver.diagnosis.diagnosis import (
 from solver.diagnosis.force_courses import force_courses
 from solver.diagnosis.heldout import BlockScores, block_scores, blocks, short_blocks
 from solver.diagnosis.marker_causes import NOTHING_SEEN, SeenInMarkers
+from solver.diagnosis.put_right import PutRight
 from solver.diagnosis.remainder import UnknownForce, dependence
 from solver.diagnosis.residual_description import described
 from solver.diagnosis.selection import Selection
@@ -125,16 +126,17 @@ def _named(balance: Balance, solved: Solved, found: Found) -> NamedEffect:
     )
 
 
-def _of_reading(balance: Balance, contender: Contender) -> NamedEffect:
+def _of_reading(balance: Balance, undone: PutRight) -> NamedEffect:
+    contender = undone.contender
     candidate = contender.term.candidate
     return NamedEffect(
         id=candidate.id,
-        target=candidate.target,
+        target=undone.target,
         parameters=contender.solved.estimates(0, balance.scenes),
         confidence=float(1 - np.exp(-min(50.0, contender.gain) / balance.settings.confidence_temper)),
         frames=candidate.frames(balance.scenes, (), np.zeros(0)),
-        sentence=candidate.sentence.format(target=candidate.target),
-        remedy=candidate.remedy.format(target=candidate.target),
+        sentence=candidate.sentence.format(target=undone.target),
+        remedy=candidate.remedy.format(target=undone.target),
         gain_nats=contender.gain,
         heldout_gain_nats=float("nan"),
     )

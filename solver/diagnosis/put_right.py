@@ -1,18 +1,40 @@
 """Causes that reading the files has put right already, and that are still to be named."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from solver.diagnosis.balance import Balance, Solved, Term
 from solver.diagnosis.contenders import Contender
 from solver.effects.effect import Corrected
+from solver.effects.gross_cause import GrossCause
+
+
+@dataclass(frozen=True, eq=False)
+class PutRight:
+    """A cause that reading the files undid."""
+
+    contender: Contender
+    target: str  # as all other causes, in the recording whose gross errors are put right
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Id and target."""
+        return self.contender.term.candidate.id, self.target
 
 
 def put_right_on_reading(
     balance: Balance, corrections: Sequence[Corrected], current: Solved
-) -> tuple[tuple[Contender, ...], tuple[Term, ...]]:
-    """Causes that reading the files undid, where leaving them in would cost evidence."""
+) -> tuple[tuple[PutRight, ...], tuple[Term, ...]]:
+    """Causes that reading the files undid, where leaving them in would cost evidence.
+
+    Args:
+        balance: of all trials.
+        corrections: what reading may have undone, by the names that the files give.
+        current: the causes that were found.
+    """
+    gross = [t.candidate for t in current.terms if isinstance(t.candidate, GrossCause)]
     named, terms = [], []
     for candidate in corrections:
         fixed = np.concatenate(
@@ -29,6 +51,9 @@ def put_right_on_reading(
             continue
         solved = balance.solve_at([without], current.rung)
         if candidate.is_notable(solved.estimates(0, balance.scenes)):
-            named.append(Contender(without, solved, gain))
+            target = candidate.target
+            for error in gross:
+                target = error.target_put_right(target)
+            named.append(PutRight(Contender(without, solved, gain), target))
             terms.append(with_it)
     return tuple(named), tuple(terms)

@@ -16,7 +16,7 @@ from solver.diagnosis.contenders import (
     loose_ends,
 )
 from solver.diagnosis.heldout import block_scores, blocks
-from solver.diagnosis.put_right import put_right_on_reading
+from solver.diagnosis.put_right import PutRight, put_right_on_reading
 from solver.diagnosis.refinement import refined
 from solver.diagnosis.screening import Screen
 from solver.effects.effect import Candidate, Corrected
@@ -35,7 +35,7 @@ class Selection:
     null: Solved
     solved: Solved
     found: tuple[Found, ...]
-    corrected: tuple[Contender, ...] = field(default=())  # undone on reading already
+    corrected: tuple[PutRight, ...] = field(default=())  # undone on reading already
     uncorrected: tuple[Term, ...] = field(default=())  # what these would add to the balance
 
 

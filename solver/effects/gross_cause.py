@@ -26,6 +26,10 @@ class GrossCause(Candidate):
     def put_right(self, plates: Sequence[PlateScene]) -> tuple[PlateScene, ...] | None:
         """All plates of a trial as they should have been recorded; None where it cannot be in this trial."""
 
+    def target_put_right(self, target: str) -> str:
+        """Which plate holds, in the recording put right, the force that the files give to `target`."""
+        return target
+
     def righted(self, scene: Scene) -> Scene:
         """The trial as it should have been recorded."""
         plates = self.put_right(scene.plates)

@@ -26,6 +26,11 @@ class PlateSwap(GrossCause):
     remedy = "Check which amplifier channel belongs to which plate, and the order of plates in the export."
     rivals_told_apart_by = "a foot stamped on one plate, then on the other"
 
+    def target_put_right(self, target: str) -> str:
+        """The other of the two plates."""
+        one, other = self.target.split("+")
+        return {one: other, other: one}.get(target, target)
+
     def put_right(self, plates: Sequence[PlateScene]) -> tuple[PlateScene, ...] | None:
         """Both plates with each other's forces; None unless one clock drives both."""
         pair = [plate for plate in plates if plate.target in self.target.split("+")]

@@ -5,6 +5,7 @@ import pytest
 from solver.diagnosis import accepting
 from solver.diagnosis.contenders import Contender
 from solver.diagnosis.marker_causes import NOTHING_SEEN
+from solver.diagnosis.put_right import PutRight
 from solver.diagnosis.selection import Selection
 from solver.effects.plate_gain import PlateGain
 from solver.errors import FitError
@@ -25,7 +26,7 @@ def found(monkeypatch, short_scene, balance_of_scenes):
     def run(again, undone, wanted):
         null = balance.solve([])
         solved = balance.solve([contender(t).term for t in again])
-        selection = Selection(null, solved, (), corrected=tuple(contender(t) for t in undone))
+        selection = Selection(null, solved, (), corrected=tuple(PutRight(contender(t), t) for t in undone))
         monkeypatch.setattr(accepting, "repaired_balance", lambda *_, **__: (balance, NOTHING_SEEN, None))
         monkeypatch.setattr(accepting, "select", lambda *_: selection)
         subject = type("Subject", (), {"folder": "lab/S4"})

@@ -14,6 +14,7 @@ from solver.effects.effect import Candidate, Corrected, Estimate, Signature
 from solver.effects.plate_bias import candidates as biases
 from solver.effects.plate_gain import PlateGain
 from solver.effects.plate_position import candidates as positions
+from solver.effects.plate_swap import PlateSwap
 from solver.effects.subject_mass import candidates as masses
 from solver.errors import Cancelled
 from tests.solver.diagnosis.conftest import trial_rows_of
@@ -224,11 +225,24 @@ def test_what_reading_undid_is_named_if_leaving_it_in_would_cost(drawn, balance_
     balance = balance_of_scenes(drawn(1))
     selection = select(balance, [Shaken("all")])
     (one,) = selection.corrected
-    assert one.term.candidate.id == "shaken"
+    assert one.key == ("shaken", "all")
     assert named(selection) == []
     (left_in,) = selection.uncorrected
     worse = balance.solve([left_in]).log_evidence
-    assert one.gain == pytest.approx(selection.solved.log_evidence - worse, abs=1e-6)
+    assert one.contender.gain == pytest.approx(selection.solved.log_evidence - worse, abs=1e-6)
+
+
+@pytest.mark.parametrize("exchanged", [True, False])
+def test_what_reading_undid_is_told_of_the_plate_that_has_it_in_the_recording_put_right(
+    drawn, balance_of_scenes, exchanged
+):
+    """Of plate 1 as the files number them, which hold there, if they are exchanged, what plate 2 measured."""
+    sound = drawn(1)
+    recorded = replace(sound, plates=PlateSwap("plate_1+plate_2").put_right(sound.plates))
+    balance = balance_of_scenes(recorded if exchanged else sound)
+    selection = select(balance, [PlateSwap("plate_1+plate_2"), Shaken("plate_1")])
+    assert [name for name, _ in named(selection)] == (["plate_swap"] if exchanged else [])
+    assert [c.key for c in selection.corrected] == [("shaken", "plate_2" if exchanged else "plate_1")]
 
 
 def test_what_reading_undid_is_not_named_if_leaving_it_in_would_do(drawn, balance_of_scenes, short_scene):
