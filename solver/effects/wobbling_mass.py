@@ -91,9 +91,17 @@ class WobblingMass(Candidate):
             "damping_ratio": Estimate(eta[1], eta_std[1]),
         }
 
+    def is_possible(self, estimates: dict[str, Estimate]) -> bool:
+        """Flesh that swings slower or faster, or goes on by itself, is no flesh."""
+        eta = estimates["frequency_Hz"], estimates["damping_ratio"]
+        return all(
+            low - e.std <= e.value <= high + e.std
+            for e, (low, high) in zip(eta, (FREQUENCIES_HZ, DAMPING), strict=True)
+        )
+
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """A mass that counts; none is negative."""
-        return estimates["mass_kg"].value > LEAST_KG
+        return self.is_possible(estimates) and estimates["mass_kg"].value > LEAST_KG
 
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
