@@ -17,7 +17,7 @@ from solver.effects.scene import Scene, force_at
 from solver.skeleton.rotations import skew
 from solver.skeleton.skeleton import Body
 
-KNOTS_S = (0.08, 0.25)  # of courses that are tried; shorter ones look like the model's own errors
+KNOTS_S = (0.06, 0.25)  # of courses that are tried; shorter ones look like the model's own errors
 MOST_KNOTS = 60  # of one trial
 FORCE_SHARES = (0.005, 0.02, 0.08, 0.25, 0.8)  # of body weight: standard deviations that are tried
 MOMENT_LEVERS_M = (0.002, 0.01, 0.04, 0.12, 0.4)  # of an unknown moment, times body weight

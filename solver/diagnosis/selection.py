@@ -15,7 +15,7 @@ from solver.diagnosis.contenders import (
     handicap,
     loose_ends,
 )
-from solver.diagnosis.heldout import block_scores, blocks
+from solver.diagnosis.heldout import blocks, heldout_gain
 from solver.diagnosis.put_right import PutRight, put_right_on_reading
 from solver.diagnosis.refinement import refined
 from solver.diagnosis.screening import Screen
@@ -81,12 +81,19 @@ class _Search:
         most = self.settings.most_effects
         for turn in range(2 * most):
             progress("diagnosis", turn / (2 * most))
-            before = self.solved.log_evidence
+            found, solved, before = list(self.found), self.solved, self._odds()
             if len(self.found) >= most or not self._add():
                 break
             self._take_back()
-            if self.solved.log_evidence < before + self.settings.least_gain:
+            if self._odds() < before:  # what was added made others needless and was so itself
+                self.found, self.solved = found, solved
+            if self._odds() < before + self.settings.least_gain:
                 break
+
+    def _odds(self) -> float:
+        """Log evidence less the log prior odds against what was found, but for a constant [nats]."""
+        against = sum(handicap(t.candidate, self.settings) for t in self.terms)
+        return self.solved.log_evidence - against
 
     @property
     def terms(self) -> list[Term]:
@@ -236,11 +243,7 @@ class _Search:
         return sorted(contenders, key=lambda c: -c.odds_gain(settings))
 
     def _heldout_gain(self, after: Solved, before: Solved | None = None) -> float:
-        """Sum over blocks of what their log density gains."""
-        before = before or self.solved
-        old = block_scores(self.balance, before.terms, before.rung, self.blocks).log_density
-        new = block_scores(self.balance, after.terms, after.rung, self.blocks).log_density
-        return float((new - old).sum())
+        return heldout_gain(self.balance, self.blocks, before or self.solved, after)
 
     def _least_heldout_gain(self, one: Contender) -> float:
         """Less of masses, of which withheld blocks hardly tell."""

@@ -18,6 +18,7 @@ HEAVIEST_SHARE = 0.75  # of the body's mass; beyond, it is the subject's mass
 PRIOR_STD = 0.15  # relative, beyond what tables scatter
 LEAST = 0.06  # relative: what tables scatter
 MOST = 1.6  # times or a 1.6th of what tables say; nobody is built otherwise
+SURE = 2.0  # standard deviations within which an estimate may still be that of a person
 
 
 @dataclass(frozen=True)
@@ -70,8 +71,10 @@ class SegmentMass(Candidate):
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Beyond what people scatter around tables, and still a person's."""
-        factor = estimates["mass_factor"].value
-        return 1 / MOST < factor < MOST and abs(factor - 1) > LEAST
+        factor = estimates["mass_factor"]
+        sure = SURE * factor.std
+        built = factor.value + sure > 1 / MOST and factor.value - sure < MOST
+        return built and abs(factor.value - 1) > LEAST
 
     def _bodies(self, skeleton: Skeleton) -> list[int] | None:
         names = self.target.split("+")

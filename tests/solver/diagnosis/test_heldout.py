@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from solver.diagnosis.balance import Balance
-from solver.diagnosis.heldout import BlockScores, block_scores, blocks, short_blocks
+from solver.diagnosis.heldout import BlockScores, block_scores, blocks, heldout_gain, short_blocks
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.plate_gain import PlateGain
@@ -84,3 +84,20 @@ def test_what_explains_the_walk_predicts_withheld_blocks_better(short_scene, dra
     after = block_scores(balance, [term], balance.solve([term]).rung, some)
     assert after.log_density.sum() > before.log_density.sum() + 5
     assert after.rms()[0] < before.rms()[0]
+
+
+def test_a_cause_is_not_refused_since_without_it_everything_seems_farther_off(balance):
+    """At a scale of 8 nothing is foretold, and so nothing missed: no cause at its own scale comes near."""
+    vague, sharp = balance.ladder.nearest(8.0, 1.0), balance.ladder.nearest(0.18, 0.5)
+    term = balance.term(ClockOffset("all"), (0.03,))
+    some = blocks(balance)
+    density = {
+        (len(terms), rung.scale): block_scores(balance, terms, rung, some).log_density.sum()
+        for terms, rung in (([], vague), ([], sharp), ([term], sharp))
+    }
+    gain = heldout_gain(balance, some, balance.solve_at([], vague), balance.solve_at([term], sharp))
+    worst = min(density[0, 8.0], density[0, 0.18])
+    assert density[0, 8.0] != pytest.approx(density[0, 0.18], abs=1.0)
+    assert gain == pytest.approx(density[1, 0.18] - worst)
+    at_one_scale = heldout_gain(balance, some, balance.solve_at([], sharp), balance.solve_at([term], sharp))
+    assert at_one_scale == pytest.approx(density[1, 0.18] - density[0, 0.18])

@@ -272,6 +272,60 @@ def test_confidence_is_a_share_among_rivals_and_none(drawn, balance_of_scenes, s
     assert confidence(one, (twin,), SETTINGS) == pytest.approx(0.5, abs=0.01)
 
 
+@dataclass(frozen=True, eq=False)
+class SeenElsewhere(Course):
+    """A small one that something else than the balance shows."""
+
+    id = "seen"
+
+    @property
+    def seen_elsewhere(self):
+        return 1000.0
+
+
+def test_what_is_known_from_elsewhere_does_not_end_the_search(short_scene, drawn):
+    """It hardly helps the balance, in which something else is wrong as well."""
+    small = np.zeros((short_scene.frames, 6))
+    small[:, 0] = 3.0
+    small[:, 3:] = np.cross(short_scene.com_ground, small[:, :3])
+    large = 0.15 * short_scene.plates[1].wrench_ground
+    known, other = SeenElsewhere("known", small), Course("other", large)
+    balance = Balance([trial_rows_of(drawn(4, small + large, scale=0.3))], SETTINGS)
+    nothing = balance.solve([]).log_evidence
+    assert balance.solve([balance.term(known, ())]).log_evidence < nothing + SETTINGS.least_gain
+    assert named(select(balance, [known, other])) == [known.key, other.key]
+
+
+@dataclass(frozen=True, eq=False)
+class Limb(Course):
+    """Rare, seldom large, and never as large as it would have to be alone."""
+
+    id = "limb"
+
+    def signature(self, scene, eta):
+        return Signature(self.wrench_ground[:, :, None], np.full(1, 0.3))
+
+    def is_notable(self, estimates):
+        return 0.2 < abs(estimates["size"].value) < 0.9
+
+
+def test_nothing_is_lost_by_a_cause_that_is_taken_back_with_the_one_it_made_needless(short_scene, drawn):
+    """Beside the first a limb is small enough; without it, no longer."""
+    common = 0.3 * short_scene.plates[0].wrench_ground
+    apart = np.zeros_like(common)
+    apart[:, :3] = [8.0, 0.0, 0.0]
+    apart[:, 3:] = np.cross(short_scene.com_ground, apart[:, :3])
+    whole, limb = Course("whole", common), Limb("limb", common + apart)
+    balance = Balance([trial_rows_of(drawn(4, common + apart, scale=0.3))], SETTINGS)
+    alone, both = ([balance.term(c, ()) for c in some] for some in ([limb], [whole, limb]))
+    sizes = [
+        balance.solve(terms).estimates(len(terms) - 1, balance.scenes)["size"].value
+        for terms in (alone, both)
+    ]
+    assert abs(sizes[1]) < 0.9 < abs(sizes[0])
+    assert named(select(balance, [whole, limb])) == [whole.key]
+
+
 def test_who_wants_to_stop_can(drawn, balance_of_scenes):
     def progress(stage, fraction):
         raise Cancelled
