@@ -209,8 +209,9 @@ class _Search:
             if c is own or c.odds_gain(self.settings) < least:
                 break
             beyond = self._heldout_gain(c.solved, without) + c.term.candidate.seen_elsewhere
+            leaves_the_others = all(self._notable(c.solved, i) for i in range(len(rest)))
             admissible = self._admissible(c.solved, without) and not self._undoes_the_others(c.solved)
-            if admissible and beyond > self._least_heldout_gain(c):
+            if admissible and leaves_the_others and beyond > self._least_heldout_gain(c):
                 chosen = c
                 break
             inadmissible.add(id(c))

@@ -326,6 +326,43 @@ def test_nothing_is_lost_by_a_cause_that_is_taken_back_with_the_one_it_made_need
     assert named(select(balance, [whole, limb])) == [whole.key]
 
 
+@dataclass(frozen=True, eq=False)
+class Bounded(Course):
+    """Of bounded size, and seldom large."""
+
+    id = "bounded"
+    least: float = 0.0
+    most: float = 0.0
+    usual: float = 1.0
+
+    def signature(self, scene, eta):
+        return Signature(self.wrench_ground[:, :, None], np.full(1, self.usual))
+
+    def is_notable(self, estimates):
+        return self.least < abs(estimates["size"].value) < self.most
+
+
+def test_no_cause_takes_the_place_of_one_by_making_another_too_small(short_scene, drawn):
+    """It shares what the other explains, and leaves of that what nobody would act on."""
+    one, other = (np.zeros((short_scene.frames, 6)) for _ in range(2))
+    one[:, 0], other[:, 2] = 60.0, 60.0
+    for wrench in (one, other):
+        wrench[:, 3:] = np.cross(short_scene.com_ground, wrench[:, :3])
+    first = Bounded("first", one, 0.0, 2.0)
+    second = Bounded("second", other, 0.25, 0.9, 0.1)
+    both = Bounded("both", one + 0.3 * other, 0.0, 1.03)
+    balance = Balance([trial_rows_of(drawn(4, one + 0.5 * other, scale=0.3))], SETTINGS)
+
+    def solved(*some):
+        solved = balance.solve([balance.term(c, ()) for c in some])
+        sizes = [solved.estimates(k, balance.scenes)["size"].value for k in range(len(some))]
+        return solved.log_evidence, sizes
+
+    assert solved(both, second)[0] > solved(first, second)[0] + SETTINGS.exchange_margin
+    assert not second.least < solved(both, second)[1][1]
+    assert named(select(balance, [first, second, both])) == [first.key, second.key]
+
+
 def test_who_wants_to_stop_can(drawn, balance_of_scenes):
     def progress(stage, fraction):
         raise Cancelled
