@@ -121,13 +121,18 @@ class DiagnosisSettings:
             ("elastic_tether", 10.0),
             ("drag", 3.0),
             ("belt_acceleration", 3.0),
-            ("carried_mass", 5.0),
+            ("carried_mass", 6.0),
             ("segment_mass", 6.0),
             ("wobbling_mass", 8.0),
             ("capture_scale", 12.0),
         ),
         unit="nats",
         why="log prior odds against causes that are rare, or that generic models imitate on sound recordings",
+    )
+    whole_limbs_odds: float = setting(
+        3.5,
+        unit="nats",
+        why="by which both legs or both arms rather weigh otherwise than one segment: builds differ by limbs",
     )
     least_unknown_gain: float = setting(
         15.0, unit="nats", why="of a force of any course, which is free to follow noise"

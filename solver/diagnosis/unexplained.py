@@ -9,7 +9,6 @@ from solver.diagnosis.ladder import Rung
 from solver.diagnosis.remainder import Unknown, UnknownForce, unknown_forces
 from solver.diagnosis.screening import Beside
 from solver.diagnosis.selection import Selection
-from solver.diagnosis.settings import DiagnosisSettings
 from solver.diagnosis.unknown_screen import Tried, UnknownScreen
 from solver.effects.effect import Eta
 
@@ -53,59 +52,38 @@ def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
 
 
 def _without_needless(balance: Balance, unknown: UnknownScreen, kept: Kept, margin: float) -> Kept:
-    """Causes dropped, one after another or all at once, in whose place a force of unknown course does better.
+    """Causes dropped, one after another, in whose place a force of unknown course does better.
 
-    Better than with them and nothing unknown; and they hardly pay beside it. All at once, since of two causes
-    that undo each other neither can go alone.
+    Better than with them and nothing unknown; and they hardly pay beside it, which is never described whole.
     """
-    while True:
-        replaceable = [f for f in kept.found if not f.contender.term.candidate.has_a_witness]
-        some: list[tuple[Found, ...]] = [(one,) for one in replaceable]
-        if len(replaceable) > 1:
-            some.append(tuple(replaceable))
-        tried = [d for these in some if (d := _dropped(balance, unknown, kept, these)) is not None]
-        weak = [d for d in tried if d.is_better(balance.settings, margin)]
+    settings = balance.settings
+    solved, found, left = kept.solved, kept.found, kept.left
+    assert left is not None
+    while found:
+        least = settings.least_further_gain + settings.rival_share * max(0.0, left.gain)
+        tried = []
+        for k, one in enumerate(found):
+            if one.contender.term.candidate.has_a_witness:
+                continue
+            rest = [t for t in solved.terms if t is not one.contender.term]
+            without = balance.solve(rest, near=solved.rung)
+            other = _left(balance, unknown, without, found[:k] + found[k + 1 :])
+            if other is not None:
+                loss = left.solved.log_evidence - other.solved.log_evidence
+                loss -= handicap(one.contender.term.candidate, settings)
+                beyond = other.solved.log_evidence - solved.log_evidence
+                tried.append((loss, beyond, k, without, other))
+        weak = [
+            (loss, k, without, other)
+            for loss, beyond, k, without, other in tried
+            if (loss <= least and beyond > margin)
+            or not _notable(balance, left.solved, found[k])
+        ]
         if not weak:
-            return kept
-        kept = max(weak, key=lambda d: (len(d.causes), -d.loss)).kept
-
-
-@dataclass(frozen=True, eq=False)
-class _Dropped:
-    """Causes left out, and the unknown force that takes their place."""
-
-    causes: tuple[Found, ...]
-    kept: Kept
-    loss: float  # of log evidence beside the unknown, less the causes' handicaps
-    beyond: float  # log evidence of the unknown in their place over that of them alone
-    notable: bool  # whether any of them is, beside the unknown
-
-    def is_better(self, settings: DiagnosisSettings, margin: float) -> bool:
-        """Whether the causes are not needed."""
-        pays = self.loss > len(self.causes) * settings.least_further_gain
-        return not self.notable or (not pays and self.beyond > margin)
-
-
-def _dropped(
-    balance: Balance, unknown: UnknownScreen, kept: Kept, causes: tuple[Found, ...]
-) -> _Dropped | None:
-    """None where no unknown force pays without them."""
-    assert kept.left is not None
-    terms = [f.contender.term for f in causes]
-    found = tuple(f for f in kept.found if f not in causes)
-    without = balance.solve([t for t in kept.solved.terms if t not in terms], near=kept.solved.rung)
-    left = _left(balance, unknown, without, found)
-    if left is None:
-        return None
-    loss = kept.left.solved.log_evidence - left.solved.log_evidence
-    loss -= sum(handicap(t.candidate, balance.settings) for t in terms)
-    return _Dropped(
-        causes,
-        Kept(without, found, left),
-        loss,
-        left.solved.log_evidence - kept.solved.log_evidence,
-        any(_notable(balance, kept.left.solved, f) for f in causes),
-    )
+            break
+        _, k, without, other = min(weak, key=lambda t: t[0])
+        solved, found, left = without, found[:k] + found[k + 1 :], other
+    return Kept(solved, found, left)
 
 
 def _notable(balance: Balance, solved: Solved, one: Found) -> bool:

@@ -69,6 +69,11 @@ class Candidate(ABC):
     )
 
     @property
+    def of_whole_limbs(self) -> bool:
+        """Whether it is about both legs or both arms as a whole."""
+        return False
+
+    @property
     def seen_elsewhere(self) -> float:
         """Log evidence for or against it from outside the wrench balance [nats]."""
         return 0.0

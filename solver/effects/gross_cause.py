@@ -102,6 +102,11 @@ class Beyond(Candidate):
         return self.cause.has_a_witness
 
     @property
+    def of_whole_limbs(self) -> bool:
+        """The cause's."""
+        return self.cause.of_whole_limbs
+
+    @property
     def seen_elsewhere(self) -> float:
         """The cause's."""
         return self.cause.seen_elsewhere

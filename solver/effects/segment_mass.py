@@ -17,8 +17,9 @@ LIGHTEST_SHARE = 0.03  # of the body's mass, a group together: a tenth more of l
 HEAVIEST_SHARE = 0.75  # of the body's mass; beyond, it is the subject's mass
 PRIOR_STD = 0.15  # relative, beyond what tables scatter
 LEAST = 0.06  # relative: what tables scatter
-MOST = 1.6  # times or a 1.6th of what tables say; nobody is built otherwise
-SURE = 2.0  # standard deviations within which an estimate may still be that of a person
+MOST = 1.75  # times or a 1.75th of what tables say; nobody is built otherwise
+
+WHOLE_LIMBS = 4  # segments: upper and lower, left and right
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,11 @@ class SegmentMass(Candidate):
     sentence = "{target}: these segments weigh otherwise than the model has them."
     remedy = "Scale the segments' masses to the person: a scan, or tables for the person's build."
     rivals_told_apart_by = "a trial in which the segments swing fast, and the person on a scale"
+
+    @property
+    def of_whole_limbs(self) -> bool:
+        """A pair and the one it hangs on."""
+        return len(self.target.split("+")) == WHOLE_LIMBS
 
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
         """Person's mass right, and person's mass wrong likewise."""
@@ -71,10 +77,8 @@ class SegmentMass(Candidate):
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Beyond what people scatter around tables, and still a person's."""
-        factor = estimates["mass_factor"]
-        sure = SURE * factor.std
-        built = factor.value + sure > 1 / MOST and factor.value - sure < MOST
-        return built and abs(factor.value - 1) > LEAST
+        factor = estimates["mass_factor"].value
+        return 1 / MOST < factor < MOST and abs(factor - 1) > LEAST
 
     def _bodies(self, skeleton: Skeleton) -> list[int] | None:
         names = self.target.split("+")

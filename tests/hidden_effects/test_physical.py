@@ -6,6 +6,7 @@ import pytest
 from solver.simulate.other_masses import with_carried_mass, with_segment_masses
 from solver.skeleton.forward import body_poses
 from solver.skeleton.pinocchio_model import RigidBodyModel
+from tests.hidden_effects.hider import physical
 from tests.hidden_effects.hider.physical import PHYSICAL, beside_the_sole, hide_physical
 from tests.hidden_effects.hider.unknown import UNKNOWN, hide_unknown
 from tests.hidden_effects.hider.worlds import plates_of, world_of
@@ -78,6 +79,14 @@ def test_a_contact_has_the_stated_mean_and_point(walk_world):
         walk_world, hidden.target, np.array([p[f"point_{a}_m"] for a in "xyz"]), trial.motion, frames
     )
     np.testing.assert_allclose(wrench[:, 3:], np.cross(point, wrench[:, :3]), atol=1e-9)
+
+
+def test_less_comes_about_where_nobody_could_move_so(walk_world, monkeypatch):
+    """And the truth says how much."""
+    monkeypatch.setattr(physical, "OFF_THE_FEET", -1.0)
+    _, hidden = hide_physical(walk_world, "body_weight_support", 1.0, np.random.default_rng(1))
+    assert physical.LESS * physical.SMALLEST <= hidden.size < physical.SMALLEST
+    assert hidden.parameters == {"force_N": pytest.approx(80.0 * hidden.size)}
 
 
 def test_a_support_lifts_by_what_it_says(walk_world):

@@ -24,6 +24,7 @@ COP_MARGIN_M = 0.01  # that a centre of pressure may lie beside the sole before 
 COP_SHARE = 0.03  # of the loaded samples that may do so
 OFF_THE_FEET = 0.05  # share beyond which nobody could have moved so: another place is drawn, or less of it
 TRIES = 4
+LESS, SMALLEST = 0.7, 0.3  # of the size, where no place will do
 LOADED_N = 100.0
 
 
@@ -46,15 +47,16 @@ def hide_physical(
     Args:
         world: whose motion.
         id: of the catalogue.
-        size: in reference sizes.
+        size: in reference sizes; less comes about where nobody could move so with all of it.
         rng: draws body, point, direction and time.
     """
-    for _ in range(TRIES):
-        physics, hidden = PHYSICAL[id](world, size, rng)
-        trial = happening(world, physics)
-        if beside_the_sole(trial) <= OFF_THE_FEET:
-            break
-    return trial, _as_it_came(hidden, trial, physics)
+    while True:
+        for _ in range(TRIES):
+            physics, hidden = PHYSICAL[id](world, size, rng)
+            trial = happening(world, physics)
+            if beside_the_sole(trial) <= OFF_THE_FEET or size < SMALLEST:
+                return trial, _as_it_came(hidden, trial, physics)
+        size *= LESS
 
 
 def happening(world: World, physics: Physics) -> SyntheticTrial:

@@ -11,10 +11,12 @@ from solver.diagnosis.selection import select
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.effect import Candidate, Corrected, Estimate, Signature
+from solver.effects.gross_cause import Beyond
 from solver.effects.plate_bias import candidates as biases
 from solver.effects.plate_gain import PlateGain
 from solver.effects.plate_position import candidates as positions
 from solver.effects.plate_swap import PlateSwap
+from solver.effects.segment_mass import SegmentMass
 from solver.effects.subject_mass import candidates as masses
 from solver.errors import Cancelled
 from tests.solver.diagnosis.conftest import trial_rows_of
@@ -378,6 +380,15 @@ def test_a_handicap_asks_for_more(short_scene, drawn, rows_of):
     (found,) = plain.found
     dear = replace(SETTINGS, handicaps=(("plate_gain", found.contender.gain),))
     assert select(Balance([rows], dear), [PlateGain("plate_1")]).found == ()
+
+
+def test_whole_limbs_are_likelier_than_single_segments():
+    pair = SegmentMass("femur_r+femur_l")
+    legs = SegmentMass("femur_r+tibia_r+femur_l+tibia_l")
+    nearer = handicap(pair, SETTINGS) - handicap(legs, SETTINGS)
+    assert nearer == SETTINGS.whole_limbs_odds > 0
+    beyond = Beyond(legs.target, legs, PlateSwap("plate_1+plate_2"))
+    assert handicap(beyond, SETTINGS) == handicap(legs, SETTINGS)
 
 
 def test_a_cause_that_mostly_undoes_another_is_not_added(short_scene, drawn):

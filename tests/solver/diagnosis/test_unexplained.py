@@ -1,10 +1,11 @@
 """Named causes beside a force of unknown course that may take their place."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
+from solver.diagnosis.balance import Balance
 from solver.diagnosis.remainder import UnknownForce
 from solver.diagnosis.selection import select
 from solver.diagnosis.settings import DiagnosisSettings
@@ -72,6 +73,24 @@ def test_a_cause_that_pays_beside_the_unknown_is_named_with_it(
     kept = kept_beside_the_unknown(balance, select(balance, [PlateGain("plate_1")]))
     assert [f.contender.term.candidate.key for f in kept.found] == [("plate_gain", "plate_1")]
     assert kept.left.term.candidate.target == "hand_l"
+
+
+def test_beside_a_strong_unknown_a_cause_has_to_pay_more(short_scene, swinging, drawn, balance_of_scenes):
+    """No course of a free force is described whole, and what it leaves suits many a cause."""
+    missing = swinging + 0.2 * short_scene.plates[0].wrench_ground
+    plain = balance_of_scenes(drawn(4, missing, scale=0.5))
+
+    def kept(rival_share):
+        balance = Balance(plain.trials, replace(SETTINGS, rival_share=rival_share))
+        return kept_beside_the_unknown(balance, select(balance, [PlateGain("plate_1")]))
+
+    lenient = kept(0.0)
+    assert [f.contender.term.candidate.id for f in lenient.found] == ["plate_gain"]
+    alone = plain.solve([lenient.left.term])
+    loss = lenient.left.solved.log_evidence - alone.log_evidence
+    share = loss / lenient.left.gain
+    assert [f.contender.term.candidate.id for f in kept(0.5 * share).found] == ["plate_gain"]
+    assert kept(2 * share).found == ()
 
 
 def test_nothing_is_left_in_what_model_errors_make(drawn, balance_of_scenes):

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from solver.effects.effect import Estimate
 from solver.effects.wobbling_mass import DRIVEN_BELOW_HZ, WobblingMass, candidates, swing
 from solver.filters import low_pass
 from solver.simulate.loads import BodyPoint
@@ -61,6 +62,22 @@ def test_bounds():
     assert all(candidate.admissible(start) for start in candidate.starts([]))
     assert not candidate.admissible((4.0, 0.0))
     assert not candidate.admissible((50.0, 0.2))
+
+
+@pytest.mark.parametrize(
+    ("frequency", "damping", "possible"),
+    [(4.0, 0.2, True), (4.0, 0.015, True), (4.0, -0.04, False), (1.3, 0.6, False), (1.45, 0.6, True)],
+)
+def test_flesh_neither_swings_on_by_itself_nor_outside_its_range(frequency, damping, possible):
+    """Within a standard deviation of the bounds."""
+    estimates = {
+        "mass_kg": Estimate(5.0, 0.3),
+        "frequency_Hz": Estimate(frequency, 0.1),
+        "damping_ratio": Estimate(damping, 0.01),
+    }
+    candidate = WobblingMass("torso")
+    assert candidate.is_possible(estimates) == possible
+    assert candidate.is_notable(estimates) == possible
 
 
 def test_bodies_with_flesh(scene):
