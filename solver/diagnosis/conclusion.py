@@ -25,6 +25,7 @@ from solver.diagnosis.put_right import PutRight
 from solver.diagnosis.remainder import UnknownForce, dependence
 from solver.diagnosis.residual_description import described
 from solver.diagnosis.selection import Selection
+from solver.diagnosis.settings import DiagnosisSettings
 from solver.diagnosis.unexplained import kept_beside_the_unknown, position, size_N
 from solver.effects.effect import Estimate
 from solver.effects.marker_effect import MarkerFinding
@@ -168,26 +169,34 @@ def _of_markers(same: tuple[MarkerFinding, ...]) -> NamedEffect:
 
 def _alternatives(balance: Balance, solved: Solved, one: Found) -> list[Alternative]:
     """Rivals that do nearly as well in its place, beside all the other causes."""
-    named = one.contender.term
-    listed = []
-    for rival in one.rivals:
-        behind = one.contender.gain - rival.gain
-        settings = balance.settings
-        if behind > max(settings.rival_margin, settings.rival_share * one.contender.gain):
-            continue
-        cosine = likeness(named, rival.term, solved)
+    named, listed = one.contender.term, []
+    for rival in _likeliest(one, balance.settings):
         candidate = rival.term.candidate
         listed.append(
             Alternative(
                 candidate.id,
                 candidate.target,
                 f"{named.candidate.id} {named.candidate.target}",
-                f"indistinguishable here: cosine {cosine:.2f}, log evidence "
-                f"{behind:+.1f} in favour of the first",
+                f"indistinguishable here: cosine {likeness(named, rival.term, solved):.2f}, log evidence "
+                f"{one.contender.gain - rival.gain:+.1f} in favour of the first",
                 candidate.rivals_told_apart_by or named.candidate.rivals_told_apart_by,
             )
         )
-    return listed[:MOST_ALTERNATIVES]
+    return listed
+
+
+def _likeliest(one: Found, settings: DiagnosisSettings) -> list[Contender]:
+    """The rival of best odds, and the best of another kind than both, if there is one."""
+    margin = max(settings.rival_margin, settings.rival_share * one.contender.gain)
+    odds = one.contender.odds_gain(settings)
+    near = [r for r in one.rivals if min(one.contender.gain - r.gain, odds - r.odds_gain(settings)) <= margin]
+    near.sort(key=lambda r: -r.odds_gain(settings))
+    if len(near) < MOST_ALTERNATIVES:
+        return near
+    first, *others = near
+    kinds = {one.contender.term.candidate.id, first.term.candidate.id}
+    second = next((r for r in others if r.term.candidate.id not in kinds), others[0])
+    return [first, second]
 
 
 def likeness(one: Term, other: Term, solved: Solved) -> float:

@@ -144,6 +144,69 @@ def test_a_rival_that_does_as_well_is_an_alternative_with_what_tells_them_apart(
     assert effect.confidence < 0.6
 
 
+def test_of_two_rivals_the_second_is_of_another_kind(short_scene, drawn, rows_of):
+    """Three likely ones of two kinds, and a last one of a third: the likeliest and the last are told."""
+
+    @dataclass(frozen=True)
+    class Twin(PlateGain):
+        id: str = "twin_gain"
+        name: str = ""
+
+    rows = rows_of(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.5))
+    odds = (("first", 0.0), ("second", 0.5), ("third", 1.5))
+    balance = Balance([rows], replace(SETTINGS, handicaps=odds, least_confidence=0.0))
+    twins = [Twin("plate_2", id, name) for id, name in (("first", ""), ("second", "a"), ("third", ""))]
+
+    @dataclass(frozen=True)
+    class Elsewhere(Twin):
+        """The same of another name, so that it is another target."""
+
+        @property
+        def key(self):
+            return self.id, self.name
+
+    twins.insert(1, Elsewhere("plate_2", "second", "b"))
+    diagnosis = conclude(balance, select(balance, twins))
+    assert diagnosis.effects[0].id == "first"
+    assert [a.id for a in diagnosis.alternatives] == ["second", "third"]
+
+
+def test_what_only_its_odds_keep_back_is_told_all_the_same(short_scene, drawn, rows_of):
+    """A cause of less evidence, but likelier by itself, is as good a guess."""
+
+    @dataclass(frozen=True)
+    class Rare(PlateGain):
+        id: str = "rare_gain"
+
+    @dataclass(frozen=True)
+    class Common(PlateGain):
+        """It explains a little less."""
+
+        id: str = "common_gain"
+
+        def signature(self, scene, eta):
+            signature = super().signature(scene, eta)
+            bent = signature.columns.copy()
+            bent[:, 0] += 0.3 * bent[:, 1]
+            return replace(signature, columns=bent)
+
+    rows = rows_of(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.3))
+
+    def told(handicap):
+        odds = (("rare_gain", handicap),)
+        balance = Balance([rows], replace(SETTINGS, handicaps=odds, least_confidence=0.0))
+        selection = select(balance, [Rare("plate_2"), Common("plate_2")])
+        (found,) = selection.found
+        diagnosis = conclude(balance, selection)
+        return found, diagnosis.effects[0].id, [a.id for a in diagnosis.alternatives]
+
+    found, best, others = told(0.0)
+    behind = found.contender.gain - found.rivals[0].gain
+    assert (best, others) == ("rare_gain", [])
+    assert behind > 2 * SETTINGS.rival_margin
+    assert told(behind - 1.0)[1:] == ("rare_gain", ["common_gain"])
+
+
 def test_no_more_rivals_are_told_than_anybody_can_look_into(short_scene, drawn, rows_of):
     @dataclass(frozen=True)
     class Twin(PlateGain):
