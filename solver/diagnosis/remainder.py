@@ -1,8 +1,8 @@
 """Something pulls at a body and no cause of the catalogue says why: a force of unknown course, body by body.
 
 Its course is a Gaussian process, a constant and changes that last six hundredths of a second and more; it
-acts near the body's centre of mass. Of all bodies the one is named whose line of action fits. It competes with the
-catalogue on the same scale, and its freedom costs it evidence.
+acts near the body's centre of mass. Of all bodies the one is named whose line of action fits. It competes
+with the catalogue on the same scale, and its freedom costs it evidence.
 """
 
 from collections.abc import Sequence
