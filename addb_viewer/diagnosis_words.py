@@ -32,6 +32,8 @@ AT_CERTAIN_FRAMES = (*NOW_AND_THEN, "marker_slip", "marker_swap")
 CERTAIN_PER_CENT = 95
 CONFIDENT = 0.9
 HOLDS_UP = "Does it hold up?"
+NOTES = "Notes"
+BEFORE_THE_CAUSES = "From reading and fitting the files, which knew nothing of the causes above:"
 SPREAD = "±: in 19 of 20 cases the true value lies within."
 
 Figures = Mapping[str, Any]
@@ -53,8 +55,14 @@ def page(figures: Figures) -> list[Section]:
         what_next(figures),
         how_to_read(figures),
     ]
-    notes = Section("Notes", tuple(figures.get("notes", ())))
-    return [s for s in (*sections, notes) if s.lines or s.rows]
+    return [s for s in (*sections, notes(figures)) if s.lines or s.rows]
+
+
+def notes(figures: Figures) -> Section:
+    """What reading and fitting noted; empty where they noted nothing."""
+    noted = tuple(figures.get("notes", ()))
+    of_old = (BEFORE_THE_CAUSES,) if noted and figures["effects"] else ()
+    return Section(NOTES, (*of_old, *noted))
 
 
 def verdict(figures: Figures) -> Section:

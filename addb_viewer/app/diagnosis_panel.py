@@ -23,10 +23,9 @@ from addb_viewer.app.solve_desk import show_progress
 from addb_viewer.app.timeline import Timeline
 from addb_viewer.app.workbench import Progress
 from addb_viewer.diagnosis_vocabulary import ranges_of, title
-from addb_viewer.diagnosis_words import AT_CERTAIN_FRAMES, cause, what_it_gains, what_remains
+from addb_viewer.diagnosis_words import AT_CERTAIN_FRAMES, NOTES, cause, notes, what_it_gains, what_remains
 from addb_viewer.extension_words import what_accepting_changes
 from addb_viewer.remainder_words import what_next
-from addb_viewer.sections import Section
 from annotations.reasons import key_of
 
 CHART_HEIGHT = 100  # [pixel]
@@ -163,10 +162,10 @@ class DiagnosisPanel:
             (what_it_gains(figures), gain_html),
             (what_remains(figures), section_html),
             (what_next(figures), section_html),
-            (Section("Notes", tuple(figures.get("notes", ()))), section_html),
+            (notes(figures), section_html),
         ):
             if section.lines or section.rows:
-                is_open = section.heading != "Notes"
+                is_open = section.heading != NOTES
                 self.parts.append(folder := self.gui.add_folder(section.heading, expand_by_default=is_open))
                 with folder:
                     self.gui.add_html(shown(section))

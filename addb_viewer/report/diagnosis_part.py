@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from addb_viewer.diagnosis_words import page, what_it_gains
+from addb_viewer.diagnosis_words import NOTES, page, what_it_gains
 from addb_viewer.extension_words import what_accepting_changes
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.markup import Safe, bar, element, joined, told
@@ -28,7 +28,7 @@ def diagnosis_part(report: SubjectReport) -> Safe:
     }
     pieces: list[Safe] = []
     for section in page(shown.figures):
-        if section.heading != "Notes":  # those stand among the report's own
+        if section.heading != NOTES:  # those stand among the report's own
             pieces += [told(section), *after.get(section.heading, ())]
     if shown.decision:
         pieces.append(element("p", shown.decision))

@@ -15,7 +15,7 @@ from addb_viewer.diagnosis_vocabulary import (
     title,
     upward,
 )
-from addb_viewer.diagnosis_words import page
+from addb_viewer.diagnosis_words import notes, page
 from addb_viewer.sections import as_text
 from solver.effects.carried_mass import CarriedMass
 from solver.effects.catalogue import IDS, MARKER_IDS
@@ -400,6 +400,15 @@ def test_what_the_plates_carry_is_told_where_it_is_not_what_was_entered(verdict)
     assert ("check the entered mass" in wrong) == (verdict == "unexplained")
     assert ("with nothing put right" in wrong) == (verdict == "explained")
     assert "a gap was bridged" not in wrong
+
+
+def test_notes_that_ask_what_the_causes_answer_are_told_as_older():
+    noted = ["the fit moved the body's mass: is something carried?"]
+    assert notes(figures(notes=noted)).lines == tuple(noted)
+    first, second = notes(figures(effects=[LATE], notes=noted)).lines
+    assert "knew nothing of the causes above" in first
+    assert second == noted[0]
+    assert notes(figures(effects=[LATE])).lines == ()
 
 
 def test_causes_that_look_alike_are_to_be_told_apart_before_they_are_accepted():
