@@ -150,7 +150,15 @@ def _parts_of(scene: Scene, signature: Signature) -> tuple[np.ndarray, np.ndarra
 
 
 def _by_plate(scene: Scene, candidate: Candidate, eta: Eta) -> list[tuple[np.ndarray, np.ndarray]] | None:
-    """What it would be if each plate were the only one; None where some plate alone says otherwise."""
+    """The plate's that it is about, else what it would be if each plate were the only one.
+
+    None where some plate alone says otherwise.
+    """
+    if candidate.target in {plate.target for plate in scene.plates}:
+        whole = candidate.signature(scene, eta)
+        assert whole is not None
+        own, width = _parts_of(scene, whole), whole.columns.shape[2]
+        return [own if p.target == candidate.target else _nothing(scene, width) for p in scene.plates]
     alone = [candidate.signature(replace(scene, plates=(plate,)), eta) for plate in scene.plates]
     found = [signature for signature in alone if signature is not None]
     if not found or len({signature.columns.shape[2] for signature in found}) > 1:

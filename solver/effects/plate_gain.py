@@ -7,18 +7,21 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
-from solver.effects.scene import Scene
+from solver.effects.scene import PlateScene, Scene
 
 PRIOR_STD = 0.05  # plates are off by 1 to 5 %
 MOST = 0.2  # a plate that is off by more has the wrong units, or another fault
 LEAST = 0.015  # within what plates of one laboratory scatter
+MOST_LEFT = 0.5  # of the plate's force
 
 
 @dataclass(frozen=True)
 class PlateGain(Candidate):
-    """recorded = (1 + gain_error) × true, force and moment.
+    """recorded = (1 + gain_error) × true, force and moment: true − recorded = −gain_error × true.
 
-    Exact at any size: true − recorded = x × recorded with x = 1/(1 + gain_error) − 1.
+    True is what the motion demands of the plate, not what it recorded. What a sound balance leaves is what
+    the fitted motion does not tell, and so has nothing to do with the demand; but it is part of the recorded
+    force, so that a factor on that would shrink noise and seem to explain it.
     """
 
     id = "plate_gain"
@@ -27,10 +30,10 @@ class PlateGain(Candidate):
     rivals_told_apart_by = "a known weight on each plate"
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
-        """The plate's own wrench."""
+        """Less what the motion demands of the plate."""
         for plate in scene.plates:
             if plate.target == self.target and plate.loaded.any():
-                return Signature(plate.wrench_ground[:, :, None], np.array([PRIOR_STD]))
+                return Signature(-demanded_of(plate, scene)[:, :, None], np.array([PRIOR_STD]))
         return None
 
     def estimates(
@@ -42,12 +45,25 @@ class PlateGain(Candidate):
         covariance: Float[np.ndarray, "1 1"],
     ) -> dict[str, Estimate]:
         """gain_error, dimensionless."""
-        gain_error = 1 / (1 + float(x[0])) - 1
-        return {"gain_error": Estimate(gain_error, float(np.sqrt(covariance[0, 0])) * (1 + gain_error) ** 2)}
+        return {"gain_error": Estimate(float(x[0]), float(np.sqrt(covariance[0, 0])))}
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Beyond what sound plates scatter."""
         return LEAST < abs(estimates["gain_error"].value) < MOST
+
+
+def demanded_of(plate: PlateScene, scene: Scene) -> Float[np.ndarray, "frames 6"]:
+    """Wrench about the ground origin [N], [N·m]: the recorded one and its share of what all leave.
+
+    The share is that of the vertical force. Where more than half of the plate's force is left, something else
+    is wrong, and the recorded wrench is as good.
+    """
+    total = np.sum([p.loaded * p.wrench_ground[:, 1] for p in scene.plates], axis=0)
+    own = plate.wrench_ground
+    share = np.divide(own[:, 1], total, out=np.zeros(len(total)), where=plate.loaded & (total > 0))
+    left = scene.demanded_ground - scene.measured_ground
+    usual = np.linalg.norm(left[:, :3], axis=1) < MOST_LEFT * np.linalg.norm(own[:, :3], axis=1)
+    return own + np.where(usual, np.clip(share, 0.0, 1.0), 0.0)[:, None] * left
 
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
