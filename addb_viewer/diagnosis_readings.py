@@ -80,7 +80,9 @@ READINGS: dict[str, tuple[Reading | Place, ...]] = {
         Reading("weight_share", "that is {amount} of body weight", "%", 1e2),
     ),
     "external_contact": (
-        *_along("force_{}_N", "mean force on the person {{amount}} towards {{which}}", "N"),
+        *_along("force_{}_N", "mean force on the person {{amount}} towards {{which}}", "N", axes="x"),
+        Reading("force_y_N", "{amount} {which}", "N", which=("upwards", "downwards")),
+        *_along("force_{}_N", "{{amount}} towards {{which}}", "N", axes="z"),
         Place("point_{}_m", f"it acts {ON_SEGMENT}", "mm", 1e3),
     ),
     "body_weight_support": (Reading("force_N", "it lifts with {amount}", "N"),),

@@ -26,7 +26,7 @@ TITLES = {
     "external_contact": "an unmeasured contact: {target}",
     "body_weight_support": "an unmeasured support: {target}",
     "elastic_tether": "an elastic band: {target}",
-    "drag": "something that holds back: {target}",
+    "drag": "a drag or tow: {target}",
     "belt_acceleration": "a belt or platform that accelerates",
     "carried_mass": "a load that the model does not know: {target}",
     "subject_mass": "wrong body mass",
@@ -203,7 +203,9 @@ def _placed(place: Place, parameters: Mapping[str, Any]) -> list[str]:
         for axis, e in known.items()
     )
     distance = place.factor * math.hypot(*(e["value"] for e in known.values()))
-    return [place.text.format(point=point.replace(" -", " −"), distance=amount(distance, None, place.unit))]
+    spread = max((_spread(e, place.factor) or 0.0 for e in known.values()), default=0.0)
+    told = amount(distance, spread, place.unit)
+    return [place.text.format(point=point.replace(" -", " −"), distance=told)]
 
 
 def _spread(estimate: Mapping[str, Any], factor: float) -> float | None:

@@ -25,13 +25,14 @@ from addb_viewer.gain_words import (
     unforeseeable,
 )
 from addb_viewer.remainder_words import what_next, what_remains
-from addb_viewer.residual_words import what_is_wrong
+from addb_viewer.residual_words import looked_for, what_is_wrong
 from addb_viewer.sections import Section
 
 AT_CERTAIN_FRAMES = (*NOW_AND_THEN, "marker_slip", "marker_swap")
 CERTAIN_PER_CENT = 95
 CONFIDENT = 0.9
 HOLDS_UP = "Does it hold up?"
+MARKER_ERROR = "marker_rms_m"
 NOTES = "Notes"
 BEFORE_THE_CAUSES = "From reading and fitting the files, which knew nothing of the causes above:"
 SPREAD = "±: in 19 of 20 cases the true value lies within."
@@ -163,9 +164,9 @@ def what_it_gains(figures: Figures) -> Section:
     for label, name, unit, factor, digits in (
         ("force", "heldout_linear_residual_N", "N", 1.0, 0),
         ("moment", "heldout_angular_residual_Nm", "N·m", 1.0, 1),
-        ("markers", "marker_rms_m", "mm", 1e3, 1),
+        ("markers", MARKER_ERROR, "mm", 1e3, 1),
     ):
-        if name in gain:
+        if name in gain and (name == MARKER_ERROR or not in_markers(figures)):
             rows.append((label, before_and_after(gain[name], unit, factor, digits)))
     lines = []
     if changes(gain):
@@ -186,9 +187,11 @@ def how_to_read(figures: Figures) -> Section:
         lines.append(f"{SPREAD} It holds if the cause is the right one.")
     if effects:
         lines.append(
-            "Sure of the name: the share of this cause among all that were tried in its place, and none. A "
-            "cause that was not tried has no share."
+            "Sure of the name: the share of this cause among all that were tried in its place, and nothing "
+            "at all. A cause that was not tried has no share."
         )
+    if figures["verdict"] != "clean":
+        lines.append(f"Tried, each alone and beside the others: {looked_for()}.")
     return Section("How to read this", tuple(lines))
 
 

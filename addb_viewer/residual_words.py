@@ -42,11 +42,15 @@ def what_is_wrong(figures: Figures) -> Section:
         lines = _overall(figures, residual)
         rows = [] if clean else _parts(figures, residual)
     if clean:
-        looked = ", ".join(words.split(":")[0].replace("{target}", "a plate") for words in TITLES.values())
-        lines.append(f"Looked for, and not found large enough to act on: {looked}.")
-    if rows:
+        lines.append(f"Looked for, and not found large enough to act on: {looked_for()}.")
+    if any("×" in text for _, text in rows):
         lines.append(TIMES)
     return Section("How that was found" if clean else "What is wrong", tuple(lines), tuple(rows))
+
+
+def looked_for() -> str:
+    """All kinds of causes that are tried, in words."""
+    return ", ".join(words.split(":")[0].replace("{target}", "a plate") for words in TITLES.values())
 
 
 def _overall(figures: Figures, residual: Figures) -> list[str]:
@@ -58,7 +62,7 @@ def _overall(figures: Figures, residual: Figures) -> list[str]:
         f"{moment_Nm(residual['moment_floor_Nm'])}, called ordinary here: markers on skin, segment masses "
         f"from tables and filters are not perfect. {_against(figures, residual)}",
     ]
-    if figures["effects"] and all(e["id"] in IN_MARKERS for e in figures["effects"]):
+    if _lie_in_markers(figures):
         lines.append("These figures are without the markers' fault, which shows in the markers themselves.")
     weighed = (note.rstrip(".") for note in figures.get("notes", ()) if WEIGHED_BY_FORCES in note)
     if figures["verdict"] == "explained":
@@ -66,6 +70,10 @@ def _overall(figures: Figures, residual: Figures) -> list[str]:
     elif figures["verdict"] != "clean":
         lines += [f"{capital(note)}." for note in weighed]
     return lines
+
+
+def _lie_in_markers(figures: Figures) -> bool:
+    return bool(figures["effects"]) and all(e["id"] in IN_MARKERS for e in figures["effects"])
 
 
 def _against(figures: Figures, residual: Figures) -> str:
@@ -77,7 +85,7 @@ def _against(figures: Figures, residual: Figures) -> str:
     ]
     if more:
         return f"That is {listed(more)}."
-    if figures["verdict"] == "clean":
+    if figures["verdict"] == "clean" or _lie_in_markers(figures):
         return "That is ordinary."
     return "The size alone is ordinary; what gives the fault away is that it follows a pattern."
 
@@ -102,7 +110,7 @@ def _over_time(figures: Figures, trials: Sequence[Figures]) -> tuple[str, str]:
     for trial in ordered[:MOST_TRIALS]:
         worst = trial["worst"]
         if max(_ratios(worst)) <= WORST_WITHIN:
-            said.append(f"{trial['trial']}: ordinary all the time")
+            said.append(f"{trial['trial']}: no half second beyond twice the ordinary")
             continue
         if not _stands_out(trial):
             said.append(f"{trial['trial']}: much the same all the time")

@@ -126,7 +126,7 @@ def test_every_cause_of_the_catalogue_has_words(id):
             ),
             [
                 "it weighs 2.0 ± 0.2 kg",
-                "its centre lies 50 mm from the segment's origin, at x 30 ± 10 mm, y −40 ± 10 mm, "
+                "its centre lies 50 ± 10 mm from the segment's origin, at x 30 ± 10 mm, y −40 ± 10 mm, "
                 "z 0 ± 10 mm in its axes",
             ],
         ),
@@ -400,6 +400,38 @@ def test_what_the_plates_carry_is_told_where_it_is_not_what_was_entered(verdict)
     assert ("check the entered mass" in wrong) == (verdict == "unexplained")
     assert ("with nothing put right" in wrong) == (verdict == "explained")
     assert "a gap was bridged" not in wrong
+
+
+def test_of_causes_in_the_markers_only_the_markers_figures_are_told():
+    """What the forces leave is as it was, and gave nothing away."""
+    slip = effect("marker_slip", "RKNE", shift_m=(0.0152, 0.0004), time_s=(1.23, 0.01))
+    gain = {"heldout_linear_residual_N": FORCE, "marker_rms_m": {"before": 0.004, "after": 0.002}}
+    text = said(figures(effects=[slip], gain=gain))
+    assert "4.0 → 2.0 mm" in text
+    assert "→ 12 N" not in text
+    assert "follows a pattern" not in text
+    assert "These figures are without the markers' fault" in text
+
+
+def test_what_was_tried_is_told_unless_the_answer_is_that_nothing_was_found():
+    for verdict, effects in (("explained", [LATE]), ("unexplained", [])):
+        text = said(figures(verdict, effects=effects))
+        assert "Tried, each alone and beside the others: forces shifted in time" in text
+        assert "a drag or tow" in text
+    assert "Tried, each alone" not in said(figures("clean"))
+
+
+def test_a_distance_has_no_more_digits_than_its_place():
+    vague = effect(
+        "external_contact",
+        "pelvis",
+        force_y_N=(-45.0, 2.0),
+        point_x_m=(-0.011, 0.031),
+        point_y_m=(-0.008, 0.099),
+        point_z_m=(0.052, 0.048),
+    )
+    assert "it acts 54 ± 198 mm from" in amounts(vague)[-1]
+    assert amounts(vague)[0] == "45 ± 4 N downwards"
 
 
 def test_notes_that_ask_what_the_causes_answer_are_told_as_older():

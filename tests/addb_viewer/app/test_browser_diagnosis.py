@@ -122,7 +122,7 @@ def test_the_answer_is_on_the_page_and_in_the_scene(page, folder, diagnosed, unt
         "12 ± 2 ms too late",
         "a longer recording",
         "41 → 12 N",
-        "towards +y",
+        "upwards",
         "Nobody has decided yet.",
     ):
         page.get_by_text(text).first.wait_for(state="attached")
