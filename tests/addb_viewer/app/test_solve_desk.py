@@ -31,5 +31,5 @@ def test_nothing_is_ticked_as_compared_once_the_new_solve_is_discarded(app, ente
     one.press("Discard the new solve")
     for browser in (one, other):
         browser.until(lambda browser=browser: "Nothing is compared" in browser.html(), "the fit before")
-        assert not browser.session.solving.panel.compare.value
-        assert not browser.session.solving.comparing
+        browser.until(lambda browser=browser: not browser.session.solving.panel.compare.value, "no tick")
+        browser.until(lambda browser=browser: not browser.session.solving.comparing, "no comparison")
