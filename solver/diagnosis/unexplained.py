@@ -76,7 +76,8 @@ def _without_needless(balance: Balance, unknown: UnknownScreen, kept: Kept, marg
         weak = [
             (loss, k, without, other)
             for loss, beyond, k, without, other in tried
-            if (loss <= least and beyond > margin) or not _notable(balance, left.solved, found[k])
+            if (loss <= least and beyond > margin)
+            or not all(_notable(balance, s, found[k]) for s in (solved, left.solved))
         ]
         if not weak:
             break

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from solver.diagnosis.balance import Balance
+from solver.diagnosis.contenders import Contender, Found
 from solver.diagnosis.remainder import UnknownForce
-from solver.diagnosis.selection import select
+from solver.diagnosis.selection import Selection, select
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.diagnosis.unexplained import kept_beside_the_unknown
 from solver.effects.effect import Candidate, Estimate, Signature
@@ -91,6 +92,29 @@ def test_beside_a_strong_unknown_a_cause_has_to_pay_more(short_scene, swinging, 
     share = loss / lenient.left.gain
     assert [f.contender.term.candidate.id for f in kept(0.5 * share).found] == ["plate_gain"]
     assert kept(2 * share).found == ()
+
+
+@dataclass(frozen=True, eq=False)
+class Weak(Steady):
+    """It pulls a little at most."""
+
+    def is_notable(self, estimates):
+        return abs(estimates["force_N"].value) < 10
+
+
+def test_what_cannot_be_without_the_unknown_is_not_named_beside_it(
+    short_scene, swinging, drawn, balance_of_scenes
+):
+    """By itself it would have to pull harder than it can; what the unknown leaves to it is little enough."""
+    missing = swinging + 0.2 * short_scene.plates[0].wrench_ground
+    plain = balance_of_scenes(drawn(4, missing, scale=0.5))
+    balance = Balance(plain.trials, replace(SETTINGS, unknown_margin=1e9))
+    terms = [balance.term(PlateGain("plate_1"), ()), balance.term(Weak("hand_l"), ())]
+    solved = balance.solve(terms)
+    assert not terms[1].candidate.is_notable(solved.estimates(1, balance.scenes))
+    found = tuple(Found(Contender(t, solved, 50.0), 1.0, ()) for t in terms)
+    kept = kept_beside_the_unknown(balance, Selection(balance.solve([]), solved, found))
+    assert [f.contender.term.candidate.id for f in kept.found] == ["plate_gain"]
 
 
 def test_nothing_is_left_in_what_model_errors_make(drawn, balance_of_scenes):
