@@ -107,13 +107,23 @@ def block_scores(
     return BlockScores(np.array(density), tuple(errors))
 
 
+@dataclass(frozen=True)
+class HeldoutGain:
+    """What the log density of withheld blocks gains [nats], in sum over them."""
+
+    own_scales: float  # each hypothesis at the scales that suit it
+    same_scales: float  # both at those of the later one
+
+    @property
+    def best(self) -> float:
+        """Flesh and laboratory that seem farther off without a cause foretell little, and so miss little."""
+        return max(self.own_scales, self.same_scales)
+
+
 def heldout_gain(
     balance: Balance, some: Sequence[Int[np.ndarray, " rows"]], before: Solved, after: Solved
-) -> float:
-    """What the log density of withheld blocks gains [nats], in sum over them.
-
-    Each hypothesis is judged at its own scales or, if more is gained so, both at the later one's: flesh and
-    laboratory that seem farther off without the cause foretell little of a block, and miss little of it.
+) -> HeldoutGain:
+    """What causes foretell of blocks that others do not.
 
     Args:
         balance: of all trials.
@@ -121,6 +131,10 @@ def heldout_gain(
         before: causes without the one in question.
         after: with it.
     """
-    rungs = {id(r): r for r in (before.rung, after.rung)}.values()
-    old = [block_scores(balance, before.terms, r, some).log_density.sum() for r in rungs]
-    return float(block_scores(balance, after.terms, after.rung, some).log_density.sum() - min(old))
+
+    def score(terms: Sequence[Term], rung: Rung) -> float:
+        return float(block_scores(balance, terms, rung, some).log_density.sum())
+
+    with_it, own = score(after.terms, after.rung), score(before.terms, before.rung)
+    same = own if before.rung is after.rung else score(before.terms, after.rung)
+    return HeldoutGain(with_it - own, with_it - same)

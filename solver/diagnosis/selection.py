@@ -7,15 +7,8 @@ from itertools import combinations
 import numpy as np
 
 from solver.diagnosis.balance import Balance, Solved, Term
-from solver.diagnosis.contenders import (
-    Contender,
-    Found,
-    ambiguous,
-    cosine,
-    handicap,
-    loose_ends,
-)
-from solver.diagnosis.heldout import blocks, heldout_gain
+from solver.diagnosis.contenders import Contender, Found, ambiguous, cosine, handicap, loose_ends
+from solver.diagnosis.heldout import HeldoutGain, blocks, heldout_gain
 from solver.diagnosis.put_right import PutRight, put_right_on_reading
 from solver.diagnosis.refinement import refined
 from solver.diagnosis.screening import Screen
@@ -109,7 +102,7 @@ class _Search:
             if contender.odds_gain(self.settings) < least:
                 break
             heldout = self._heldout_gain(contender.solved)
-            beyond = heldout + contender.term.candidate.seen_elsewhere
+            beyond = heldout.best + contender.term.candidate.seen_elsewhere
             leads = self._leads(contender, tenable) and self._notable(contender.solved)
             if (
                 beyond <= self._least_heldout_gain(contender)
@@ -121,7 +114,7 @@ class _Search:
             rivals = tuple(c for c in contenders if c is not contender and id(c) not in inadmissible)
             if ambiguous(contender, [c for c in tenable if c is not contender], self.settings):
                 break
-            self.found.append(Found(contender, heldout, rivals))
+            self.found.append(Found(contender, heldout.own_scales, rivals))
             self.solved = contender.solved
             return True
         return self._add_two(contenders)
@@ -152,12 +145,12 @@ class _Search:
         if (
             odds - alone < self._least_further_gain()
             or odds - runner_up < settings.rival_margin
-            or heldout <= settings.least_heldout_gain
+            or heldout.best <= settings.least_heldout_gain
         ):
             return False
         for own, other in ((one, two), (two, one)):
             gain = both.log_evidence - other.solved.log_evidence
-            self.found.append(Found(Contender(own.term, both, gain), heldout, ()))
+            self.found.append(Found(Contender(own.term, both, gain), heldout.own_scales, ()))
         self.solved = both
         return True
 
@@ -208,18 +201,19 @@ class _Search:
         for c in contenders:
             if c is own or c.odds_gain(self.settings) < least:
                 break
-            beyond = self._heldout_gain(c.solved, without) + c.term.candidate.seen_elsewhere
+            beyond = self._heldout_gain(c.solved, without).best + c.term.candidate.seen_elsewhere
             leaves_the_others = all(self._notable(c.solved, i) for i in range(len(rest)))
             admissible = self._admissible(c.solved, without) and not self._undoes_the_others(c.solved)
             if admissible and leaves_the_others and beyond > self._least_heldout_gain(c):
                 chosen = c
                 break
             inadmissible.add(id(c))
+        heldout = one.heldout_gain
         if chosen is not own:
+            heldout = self._heldout_gain(chosen.solved, without).own_scales
             terms = [*self.terms[:k], chosen.term, *self.terms[k + 1 :]]
             self.solved = self.balance.solve(terms, near=chosen.solved.rung)
         rivals = tuple(c for c in contenders if c is not chosen and id(c) not in inadmissible)
-        heldout = one.heldout_gain if chosen is own else self._heldout_gain(chosen.solved, without)
         self.found[k] = Found(chosen, heldout, rivals)
 
     def _contenders(self, accepted: Sequence[Term], current: Solved) -> list[Contender]:
@@ -243,7 +237,7 @@ class _Search:
             contenders.append(Contender(own, solved, solved.log_evidence - current.log_evidence))
         return sorted(contenders, key=lambda c: -c.odds_gain(settings))
 
-    def _heldout_gain(self, after: Solved, before: Solved | None = None) -> float:
+    def _heldout_gain(self, after: Solved, before: Solved | None = None) -> HeldoutGain:
         return heldout_gain(self.balance, self.blocks, before or self.solved, after)
 
     def _least_heldout_gain(self, one: Contender) -> float:

@@ -96,8 +96,9 @@ def test_a_cause_is_not_refused_since_without_it_everything_seems_farther_off(ba
         for terms, rung in (([], vague), ([], sharp), ([term], sharp))
     }
     gain = heldout_gain(balance, some, balance.solve_at([], vague), balance.solve_at([term], sharp))
-    worst = min(density[0, 8.0], density[0, 0.18])
     assert density[0, 8.0] != pytest.approx(density[0, 0.18], abs=1.0)
-    assert gain == pytest.approx(density[1, 0.18] - worst)
+    assert gain.own_scales == pytest.approx(density[1, 0.18] - density[0, 8.0])
+    assert gain.same_scales == pytest.approx(density[1, 0.18] - density[0, 0.18])
+    assert gain.best == max(gain.own_scales, gain.same_scales)
     at_one_scale = heldout_gain(balance, some, balance.solve_at([], sharp), balance.solve_at([term], sharp))
-    assert at_one_scale == pytest.approx(density[1, 0.18] - density[0, 0.18])
+    assert at_one_scale.own_scales == at_one_scale.same_scales == gain.same_scales
