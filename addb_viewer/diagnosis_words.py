@@ -20,12 +20,11 @@ from addb_viewer.gain_words import (
     NOW_AND_THEN,
     changes,
     changes_in_words,
-    in_markers,
     is_lead,
     unforeseeable,
 )
 from addb_viewer.remainder_words import what_next, what_remains
-from addb_viewer.residual_words import looked_for, what_is_wrong
+from addb_viewer.residual_words import in_markers, looked_for, what_is_wrong
 from addb_viewer.sections import Section
 
 AT_CERTAIN_FRAMES = (*NOW_AND_THEN, "marker_slip", "marker_swap")

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from addb_viewer.residual_words import IN_MARKERS
+from addb_viewer.residual_words import in_markers
 
 AS_BEFORE = 0.05  # relative: less than that is no difference
 NOW_AND_THEN = ("off_plate_step", "external_contact")  # each time with a force of its own
@@ -49,12 +49,6 @@ def is_lead(figures: Figures) -> bool:
     if not told or in_markers(figures) or now_and_then(figures) or only_masses(figures):
         return False
     return any(c.rises for c in told) or not any(c.surely_falls for c in told)
-
-
-def in_markers(figures: Figures) -> bool:
-    """Whether every cause lies in the markers."""
-    effects = figures["effects"]
-    return bool(effects) and all(effect["id"] in IN_MARKERS for effect in effects)
 
 
 def now_and_then(figures: Figures) -> bool:

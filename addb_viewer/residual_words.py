@@ -62,7 +62,7 @@ def _overall(figures: Figures, residual: Figures) -> list[str]:
         f"{moment_Nm(residual['moment_floor_Nm'])}, called ordinary here: markers on skin, segment masses "
         f"from tables and filters are not perfect. {_against(figures, residual)}",
     ]
-    if _lie_in_markers(figures):
+    if in_markers(figures):
         lines.append("These figures are without the markers' fault, which shows in the markers themselves.")
     weighed = (note.rstrip(".") for note in figures.get("notes", ()) if WEIGHED_BY_FORCES in note)
     if figures["verdict"] == "explained":
@@ -72,8 +72,10 @@ def _overall(figures: Figures, residual: Figures) -> list[str]:
     return lines
 
 
-def _lie_in_markers(figures: Figures) -> bool:
-    return bool(figures["effects"]) and all(e["id"] in IN_MARKERS for e in figures["effects"])
+def in_markers(figures: Figures) -> bool:
+    """Whether every cause lies in the markers."""
+    effects = figures["effects"]
+    return bool(effects) and all(effect["id"] in IN_MARKERS for effect in effects)
 
 
 def _against(figures: Figures, residual: Figures) -> str:
@@ -85,7 +87,7 @@ def _against(figures: Figures, residual: Figures) -> str:
     ]
     if more:
         return f"That is {listed(more)}."
-    if figures["verdict"] == "clean" or _lie_in_markers(figures):
+    if figures["verdict"] == "clean" or in_markers(figures):
         return "That is ordinary."
     return "The size alone is ordinary; what gives the fault away is that it follows a pattern."
 

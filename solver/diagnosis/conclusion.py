@@ -191,12 +191,9 @@ def _likeliest(one: Found, settings: DiagnosisSettings) -> list[Contender]:
     odds = one.contender.odds_gain(settings)
     near = [r for r in one.rivals if min(one.contender.gain - r.gain, odds - r.odds_gain(settings)) <= margin]
     near.sort(key=lambda r: -r.odds_gain(settings))
-    if len(near) < MOST_ALTERNATIVES:
-        return near
-    first, *others = near
-    kinds = {one.contender.term.candidate.id, first.term.candidate.id}
-    second = next((r for r in others if r.term.candidate.id not in kinds), others[0])
-    return [first, second]
+    kinds = {r.term.candidate.id for r in (one.contender, *near[:1])}
+    others = sorted(near[1:], key=lambda r: r.term.candidate.id in kinds)
+    return [*near[:1], *others][:MOST_ALTERNATIVES]
 
 
 def likeness(one: Term, other: Term, solved: Solved) -> float:

@@ -18,7 +18,6 @@ HEAVIEST_SHARE = 0.75  # of the body's mass; beyond, it is the subject's mass
 PRIOR_STD = 0.15  # relative, beyond what tables scatter
 LEAST = 0.06  # relative: what tables scatter
 MOST = 1.65  # times or a 1.65th of what tables say; nobody is built otherwise
-
 WHOLE_LIMBS = 4  # segments: upper and lower, left and right
 
 

@@ -10,12 +10,18 @@ from solver.simulate.spline_motion import SplineMotion
 from solver.simulate.trial import SyntheticTrial
 from solver.skeleton.skeleton import Skeleton
 from tests.hidden_effects.hider.hidden import Hidden
-from tests.hidden_effects.hider.physical import OFF_THE_FEET, Physics, beside_the_sole, happening
+from tests.hidden_effects.hider.physical import (
+    LESS,
+    OFF_THE_FEET,
+    SMALLEST,
+    Physics,
+    beside_the_sole,
+    happening,
+)
 from tests.hidden_effects.hider.worlds import World
 
 TORQUE_NM = 15.0  # RMS of torques at size 1
 FORCE_N = 45.0  # RMS of forces at size 1
-SMALLEST = 0.3  # of these
 DIFFERENCE = 1e-4  # [s]
 
 
@@ -35,7 +41,7 @@ def hide_unknown(
         trial = happening(world, physics)
         if beside_the_sole(trial) <= OFF_THE_FEET or size < SMALLEST:
             return trial, hidden
-        size *= 0.7
+        size *= LESS
 
 
 @dataclass(frozen=True)
