@@ -2,12 +2,11 @@
 
 r = demanded − measured, averaged over short windows, moments about the centre of mass. Its covariance
 K(s, h) = markers' errors carried through the motion + plates' noise + inertias within what anthropometry
-scatters (shared by trials) + h² (flesh that slides with the joints, plates that are a little off) + s² model
+scatters (shared by trials) + plates that are a little off + h² flesh that slides with the joints + s² model
 errors that last a tenth of a second. Candidates enter as columns with a Gaussian prior; all that the ordinary
 fit can absorb is thereby projected out within its own prior. Every hypothesis, no cause included, has the
 scales s and h that suit it best and pays for them through the determinant of K: none can win by shrinking the
-noise. How far flesh slides and plates are off differs between persons and laboratories, and a recording of
-some seconds tells it.
+noise. How far flesh slides differs between persons, and a recording of some seconds tells it.
 """
 
 from collections.abc import Sequence
@@ -103,7 +102,7 @@ class Solved:
             x[:linear],
             covariance[:linear, :linear],
             term.prior_std[:linear],
-            self.rung.slack * term.usual_std,
+            term.usual_std,
         )
         return term.candidate.estimates(scenes, eta, eta_std, x, covariance)
 
@@ -141,14 +140,14 @@ class Balance:
         self.residual = np.concatenate([t.residual for t in trials])
         self.mass = np.concatenate([t.mass for t in trials])
         H = np.concatenate([t.nuisance for t in trials])
+        H = np.concatenate([H, laboratory_errors(trials, settings)], axis=1)
         tissue = np.concatenate([t.tissue for t in trials])
-        loose = np.concatenate([tissue, laboratory_errors(trials, settings)], axis=1)
         rows = len(self.residual)
         fixed, model = H @ H.T, np.zeros((rows, rows))
         for t, low, high in zip(trials, self.start, self.start[1:], strict=False):
             fixed[low:high, low:high] += t.covariance
             model[low:high, low:high] = t.model_error
-        of = Covariances(self.residual, fixed, loose @ loose.T, model)
+        of = Covariances(self.residual, fixed, tissue @ tissue.T, model)
         self.ladder = Ladder(of, settings)
         self.rungs = self.ladder.rungs
 

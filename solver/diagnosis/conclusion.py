@@ -247,5 +247,5 @@ def _location(balance: Balance, left: Contender | None) -> Location | None:
         body=body,
         rms_force_N=estimates["rms_force_N"].value,
         mean_force_N=tuple(estimates[f"mean_force_{a}_N"].value for a in "xyz"),  # type: ignore[arg-type]
-        depends_on=dependence(scene, force, scene.skeleton.body_index(body)),
+        depends_on=dependence(scene, force, scene.skeleton.body_index(body), candidate.frequency_Hz),
     )

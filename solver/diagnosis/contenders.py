@@ -45,6 +45,8 @@ def handicap(candidate: Candidate, settings: DiagnosisSettings) -> float:
     usual = dict(settings.handicaps).get(candidate.id, 0.0)
     if candidate.of_whole_limbs:
         usual -= settings.whole_limbs_odds
+    if candidate.at_a_rare_place:
+        usual += settings.rare_place_odds
     return -elsewhere if elsewhere > 0 else usual - elsewhere
 
 

@@ -21,8 +21,8 @@ class Covariances:
     """What K is made of, over the rows of all trials."""
 
     residual: Float[np.ndarray, " rows"]
-    fixed: Float[np.ndarray, "rows rows"]  # of markers, plates' noise and inertias
-    slack: Float[np.ndarray, "rows rows"]  # of flesh and laboratory, at scale 1
+    fixed: Float[np.ndarray, "rows rows"]  # of markers, plates and inertias
+    slack: Float[np.ndarray, "rows rows"]  # of flesh, at scale 1
     model: Float[np.ndarray, "rows rows"]  # at scale 1
 
 
@@ -31,7 +31,7 @@ class Rung:
     """K at one scale of the model error and one of the slack; factored once it is asked for."""
 
     scale: float
-    slack: float  # of flesh on the bones and of plates in the laboratory; 1 is usual
+    slack: float  # of flesh on the bones; 1 is usual
     of: Covariances
     log_prior: float  # of both scales
 

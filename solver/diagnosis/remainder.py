@@ -1,8 +1,8 @@
 """Something pulls at a body and no cause of the catalogue says why: a force of unknown course, body by body.
 
-Its course is a Gaussian process, a constant and changes that last six hundredths of a second and more; it
-acts near the body's centre of mass. Of all bodies the one is named whose line of action fits. It competes
-with the catalogue on the same scale, and its freedom costs it evidence.
+Its course is a Gaussian process, a constant and changes that last six hundredths of a second and more, or it
+swings evenly, as what a motor shakes; it acts near the body's centre of mass. Of all bodies the one is named
+whose line of action fits. It competes with the catalogue on the same scale; its freedom costs it evidence.
 """
 
 from collections.abc import Sequence
@@ -19,6 +19,9 @@ from solver.skeleton.skeleton import Body
 
 KNOTS_S = (0.06, 0.25)  # of courses that are tried; shorter ones look like the model's own errors
 MOST_KNOTS = 60  # of one trial
+SLOWEST_SWINGS = 2.0  # in a trial, of a force that swings evenly
+FASTEST_HZ = 8.0  # likewise; faster ones look like the markers' noise
+FINER = 4  # than what a trial of that length tells apart
 FORCE_SHARES = (0.005, 0.02, 0.08, 0.25, 0.8)  # of body weight: standard deviations that are tried
 MOMENT_LEVERS_M = (0.002, 0.01, 0.04, 0.12, 0.4)  # of an unknown moment, times body weight
 REACH = 1.0  # radii of gyration: how far from the body's centre of mass it may act
@@ -38,6 +41,7 @@ class UnknownForce(Candidate):
     knot_s: float = KNOTS_S[0]  # of its course
     point_body: tuple[float, float, float] | None = None  # [m]
     directions: tuple[float, float, float] = (1.0, 1.0, 1.0)  # how much of the size each axis may have
+    frequency_Hz: float | None = None  # of a course that swings evenly instead
 
     id = "unexplained"
     sentence = "Something acts on {target} that no known cause describes."
@@ -51,7 +55,7 @@ class UnknownForce(Candidate):
         """Force splines at the point; without one, moments as far as `REACH` allows as well."""
         if scene.name != self.trial:
             return None
-        courses = courses_of(scene, self.knot_s)
+        courses = courses_of(scene, self)
         point, reach_m = self.place_ground(scene), self.reach_m(scene)
         columns = [
             force_at(axis, point)[:, :, None] * courses[:, None, :]
@@ -94,7 +98,7 @@ class UnknownForce(Candidate):
         self, scene: Scene, x: Float[np.ndarray, " parameters"]
     ) -> Float[np.ndarray, "frames 3"]:
         """Its course [N]."""
-        courses = courses_of(scene, self.knot_s)
+        courses = courses_of(scene, self)
         force = np.zeros((scene.frames, 3))
         along = np.flatnonzero(self.directions)
         force[:, along] = courses @ x[: len(along) * courses.shape[1]].reshape(len(along), -1).T
@@ -114,7 +118,7 @@ class UnknownForce(Candidate):
 
     def at_its_point(self, scene: Scene, x: Float[np.ndarray, " parameters"]) -> "UnknownForce":
         """Along its own directions, at the point that its moments speak for (least squares)."""
-        courses = courses_of(scene, self.knot_s)
+        courses = courses_of(scene, self)
         width = 3 * courses.shape[1]
         force, reach_m = self.force_ground(scene, x), self.reach_m(scene)
         moment = reach_m * (courses @ x[width : 2 * width].reshape(3, -1).T)
@@ -173,6 +177,7 @@ class UnknownMoment(Candidate):
 
     trial: str
     knot_s: float = KNOTS_S[0]  # of its course
+    frequency_Hz: float | None = None  # of a course that swings evenly instead
 
     id = "unexplained"
     sentence = "A moment turns the body that no known cause describes."
@@ -186,7 +191,7 @@ class UnknownMoment(Candidate):
         """Moment splines."""
         if scene.name != self.trial:
             return None
-        courses = courses_of(scene, self.knot_s)
+        courses = courses_of(scene, self)
         columns = np.zeros((scene.frames, 6, 3, courses.shape[1]))
         for axis in range(3):
             columns[:, 3 + axis, axis] = courses
@@ -202,7 +207,7 @@ class UnknownMoment(Candidate):
         covariance: Float[np.ndarray, "parameters parameters"],
     ) -> dict[str, Estimate]:
         """RMS of the moment."""
-        moment = courses_of(scene_named(scenes, self.trial), self.knot_s) @ x.reshape(3, -1).T
+        moment = courses_of(scene_named(scenes, self.trial), self) @ x.reshape(3, -1).T
         std = float(np.sqrt(np.trace(covariance) / len(x)))
         return {"rms_moment_Nm": Estimate(float(np.sqrt((moment**2).sum(axis=1).mean())), std)}
 
@@ -223,10 +228,21 @@ def unknown_forces(scenes: Sequence[Scene]) -> list[Unknown]:
     found: list[Unknown] = []
     for scene in scenes:
         heavy = [b.name for b in scene.skeleton.bodies if b.mass >= LEAST_KG]
-        for knot_s in KNOTS_S:
-            found += [UnknownForce(name, scene.name, knot_s) for name in heavy]
-            found.append(UnknownMoment("", scene.name, knot_s))
+        swing = (KNOTS_S[0], strongest_frequency_Hz(scene))
+        for knot_s, frequency_Hz in (*((k, None) for k in KNOTS_S), swing):
+            found += [UnknownForce(name, scene.name, knot_s, frequency_Hz=frequency_Hz) for name in heavy]
+            found.append(UnknownMoment("", scene.name, knot_s, frequency_Hz))
     return found
+
+
+def strongest_frequency_Hz(scene: Scene) -> float:
+    """At which what the motion demands differs most from what was recorded, in newtons."""
+    missing = (scene.demanded_ground - scene.measured_ground)[:, :3] * scene.counts[:, None]
+    missing -= scene.counts[:, None] * missing.sum(axis=0) / max(1, scene.counts.sum())
+    lowest = min(SLOWEST_SWINGS * scene.rate / scene.frames, 0.5 * FASTEST_HZ)
+    tried = np.arange(lowest, FASTEST_HZ, scene.rate / scene.frames / FINER)
+    waves = np.exp(-2j * np.pi * tried[:, None] * scene.times)
+    return float(tried[np.argmax((np.abs(waves @ missing) ** 2).sum(axis=1))])
 
 
 def scene_named(scenes: Sequence[Scene], trial: str) -> Scene:
@@ -234,10 +250,13 @@ def scene_named(scenes: Sequence[Scene], trial: str) -> Scene:
     return next(scene for scene in scenes if scene.name == trial)
 
 
-def courses_of(scene: Scene, knot_s: float) -> Float[np.ndarray, "frames courses"]:
-    """A constant, and cubic B-splines through the trial."""
+def courses_of(scene: Scene, unknown: Unknown) -> Float[np.ndarray, "frames courses"]:
+    """A constant, and courses that sum to one: cubic B-splines through the trial, or phases of a swing."""
     time_s = scene.times
-    pieces = int(np.clip(round(time_s[-1] / knot_s), 4, MOST_KNOTS))
+    if unknown.frequency_Hz is not None:
+        phase = 2 * np.pi * (unknown.frequency_Hz * time_s[:, None] + np.arange(3) / 3)
+        return np.concatenate([np.ones((scene.frames, 1)), (1 + np.cos(phase)) / 3], axis=1)
+    pieces = int(np.clip(round(time_s[-1] / unknown.knot_s), 4, MOST_KNOTS))
     inner = np.linspace(0, time_s[-1], pieces + 1)
     step = inner[1]
     knots = np.concatenate([-step * np.arange(3, 0, -1), inner, time_s[-1] + step * np.arange(1, 4)])
@@ -245,8 +264,15 @@ def courses_of(scene: Scene, knot_s: float) -> Float[np.ndarray, "frames courses
     return np.concatenate([np.ones((scene.frames, 1)), splines], axis=1)
 
 
-def dependence(scene: Scene, force: Float[np.ndarray, "frames 3"], body: int) -> str:
-    """On what the force depends most: nothing, place, velocity, its square, acceleration; in words."""
+def dependence(
+    scene: Scene, force: Float[np.ndarray, "frames 3"], body: int, frequency_Hz: float | None = None
+) -> str:
+    """On what the force depends most: nothing, place, velocity, its square, acceleration; in words.
+
+    One that swings evenly depends on the time alone, whatever the body does.
+    """
+    if frequency_Hz is not None:
+        return f"time: it swings {frequency_Hz:.1f} times a second"
     point = scene.skeleton.bodies[body].com_body
     place = scene.point_ground(body, point)
     velocity = scene.point_velocity_ground(body, point)

@@ -122,7 +122,7 @@ class Screen:
     def _tried(self, beside: Beside, rows: CandidateRows) -> Screened:
         gain, x, covariance = beside.gain(rows, self._products_at(beside.rung, rows))
         nothing = tuple(0.0 for _ in rows.eta)
-        whole = with_the_usual(x, covariance, rows.prior_std, beside.rung.slack * rows.usual_std)
+        whole = with_the_usual(x, covariance, rows.prior_std, rows.usual_std)
         estimates = rows.candidate.estimates(self._balance.scenes, rows.eta, nothing, *whole)
         candidate = rows.candidate
         return Screened(rows, candidate.is_notable(estimates), candidate.is_possible(estimates), gain, x)

@@ -24,9 +24,10 @@ class DiagnosisSettings:
     )
     body_mass_std: float = setting(0.008, unit="", why="relative: a scale's reading, clothes and shoes")
     unweighed_mass_std: float = setting(
-        0.012,
+        0.05,
         unit="",
-        why="relative, where no mass was entered: what forces carry, of which some may be missing",
+        why="relative, where no mass was entered: it is the mean of the forces, to which a hand on a rail "
+        "during half of a trial adds as much",
     )
     segment_mass_std: float = setting(
         0.06, unit="", why="relative scatter of segments' masses between people"
@@ -44,8 +45,8 @@ class DiagnosisSettings:
     )
     laboratory: tuple[tuple[str, float], ...] = setting(
         (
-            ("plate_bias", 2.0),
-            ("plate_position", 0.0015),
+            ("plate_bias", 1.4),
+            ("plate_position", 0.001),
         ),
         unit="N, m",
         why="what tared and calibrated plates are off by all the same, less than half of what anybody acts "
@@ -71,12 +72,9 @@ class DiagnosisSettings:
     slacks: tuple[float, ...] = setting(
         (0.5, 0.7, 1.0),
         unit="",
-        why="of how far flesh slides and laboratories are off at most; sought likewise. Not beyond: more "
-        "would take in what is wrong",
+        why="of how far flesh slides at most; sought likewise. Not beyond: more would take in what is wrong",
     )
-    slack_std: float = setting(
-        0.5, unit="", why="logarithm: how much persons and laboratories differ in that"
-    )
+    slack_std: float = setting(0.5, unit="", why="logarithm: how much persons differ in that")
     block_s: float = setting(0.5, unit="s", why="withheld at a time: a stance or half a second")
     refitted: int = setting(10, unit="", why="the best of the screening; a cause that matters is among them")
     most_effects: int = setting(
@@ -114,7 +112,7 @@ class DiagnosisSettings:
             ("sample_rate", 2.0),
             ("filter_mismatch", 3.0),
             ("plate_gain", 2.0),
-            ("plate_bias", 2.0),
+            ("plate_bias", 1.4),
             ("plate_yaw", 2.0),
             ("external_contact", 4.0),
             ("body_weight_support", 3.0),
@@ -123,7 +121,7 @@ class DiagnosisSettings:
             ("belt_acceleration", 3.0),
             ("carried_mass", 6.0),
             ("segment_mass", 6.0),
-            ("wobbling_mass", 8.0),
+            ("wobbling_mass", 11.0),
             ("capture_scale", 12.0),
         ),
         unit="nats",
@@ -133,6 +131,11 @@ class DiagnosisSettings:
         3.5,
         unit="nats",
         why="by which both legs or both arms rather weigh otherwise than one segment: builds differ by limbs",
+    )
+    rare_place_odds: float = setting(
+        2.0,
+        unit="nats",
+        why="by which hands, seats, thighs and backs are touched rather than upper arms, forearms and shanks",
     )
     least_unknown_gain: float = setting(
         15.0, unit="nats", why="of a force of any course, which is free to follow noise"

@@ -104,7 +104,7 @@ class UnknownScreen:
     def _local_of(self, candidate: Unknown) -> Local:
         trial, start = self._trial(candidate), self._balance.start
         scene = trial.scene
-        splines = courses_of(scene, candidate.knot_s)[:, 1:]
+        splines = courses_of(scene, candidate)[:, 1:]
         centre = point = np.zeros(3)
         if isinstance(candidate, UnknownForce):
             centre = scene.skeleton.bodies[scene.skeleton.body_index(candidate.target)].com_body

@@ -43,6 +43,11 @@ class BlockCholesky:
     L: Float[np.ndarray, "blocks size size"]
     G: Float[np.ndarray, "blocks size size"]
 
+    @property
+    def half_log_det(self) -> float:
+        """Logarithm of |L|, half of that of the matrix's determinant."""
+        return float(np.log(np.diagonal(self.L, axis1=1, axis2=2)).sum())
+
     def half_solve(
         self, right: Float[np.ndarray, "blocks size columns"]
     ) -> Float[np.ndarray, "blocks size columns"]:

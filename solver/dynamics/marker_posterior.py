@@ -2,9 +2,9 @@
 
 Markers ride on skin: their errors last a tenth of a second and those of one segment's markers go together.
 Such errors are a Gauss-Markov process, e(t) with covariance (own² + shared² 11ᵀ) exp(−|Δt|/τ) over the
-markers of a segment. With the jerk prior of the trajectory fit this is one Gaussian over the spline's
-coefficients; the wrench that they demand is Gaussian, too, and its covariance says how much of a residual the
-markers excuse.
+markers of a segment. With a prior on the jerk, whose weight the markers choose, this is one Gaussian over the
+spline's coefficients; the wrench that they demand is Gaussian, too, and its covariance says how much of a
+residual the markers excuse.
 """
 
 from dataclasses import dataclass, replace
@@ -19,6 +19,7 @@ from solver.dynamics.block_tridiagonal import BlockCholesky
 from solver.dynamics.momentum_terms import MomentumTerms, momentum_terms
 from solver.dynamics.spline_band import REACH, CoefficientBand, from_blocks, in_blocks, nearest_spline
 from solver.dynamics.spline_basis import ORDER, SplineBasis, spline_basis
+from solver.dynamics.trajectory_prior import TrajectoryPrior, likeliest_smoothness
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.dynamics.trial_cost import jerk_level
 from solver.dynamics.windows import Windows
@@ -45,11 +46,12 @@ class MarkerNoise:
         0.1, unit="s", why="correlation time: errors change by their own size in 0.06 to 0.1 s"
     )
     memory_s: float = setting(1.0, unit="s", why="wrenches farther apart share no marker's error")
-    smoothness: float = setting(
-        5.0,
+    smoothness: tuple[float, ...] = setting(
+        (5.0, 15.0, 50.0, 150.0, 500.0, 1500.0),
         unit="1/s",
-        why="of ∫(jerk/level)² dt: a jerk of that level in a band of 40 Hz; more would flatten heel strikes, "
-        "and whatever flattens the motion explains forces that are not",
+        why="of ∫(jerk/level)² dt, between which a trial's markers choose: 5 is a jerk of that level in a "
+        "band of 40 Hz, as heel strikes need; in a squat the level is mostly the markers' noise, and with 5 "
+        "that noise would be motion",
     )
     iterations: int = setting(3, unit="", why="of Gauss-Newton from inverse kinematics; two settle")
 
@@ -65,6 +67,7 @@ class MarkerPosterior:
     acceleration: Float[np.ndarray, "frames dofs"]
     factor: BlockCholesky
     memory_s: float
+    smoothness: float  # that the markers chose
 
     def momentum(self, measured_ground: Float[np.ndarray, "frames 6"]) -> MomentumTerms:
         """Demanded less measured wrench about the centre of mass, with derivatives by q, q̇ and q̈."""
@@ -105,12 +108,16 @@ def marker_posterior(
     with threadpool_limits(1):
         spacing = max(1, round(settings.knot_spacing_s * start.rate))
         basis = spline_basis(start.frames, start.rate, spacing)
-        jerk_weight = noise.smoothness / jerk_level(start, settings) ** 2
+        smoothness = noise.smoothness[0]
         track = _Track(skeleton, observed_ground, start, noise, settings)
         c = nearest_spline(basis, start.q)
         pull = np.where(root_dofs(skeleton), 0.0, settings.pose_std_rad**-2)
-        for _ in range(noise.iterations):
+        prior = TrajectoryPrior(basis, pull, jerk_level(start, settings) ** -2.0)
+        for iteration in range(noise.iterations):
             band, gradient = track.linearized(basis, basis.evaluate(c), pull)
+            if iteration == noise.iterations - 2:  # near the markers, whose cost is a parabola there
+                smoothness = likeliest_smoothness(band, gradient, c, prior, noise.smoothness)
+            jerk_weight = smoothness * prior.jerk_precision
             band.add_jerk(jerk_weight)
             gradient += jerk_weight * basis.jerk_product(c)
             factor = band.block_tridiagonal().factorized_in_place()
@@ -125,6 +132,7 @@ def marker_posterior(
             basis.evaluate(c, 2),
             factor,
             noise.memory_s,
+            smoothness,
         )
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.effect import Candidate, Estimate, Eta, Range, Signature
 from solver.effects.scene import Scene, force_at
 from solver.effects.time_course import Stretch, stretch_of
 
@@ -89,6 +89,12 @@ class BeltAcceleration(Candidate):
         slope = gram @ x / max(rms, 1e-9)
         return {"rms_m_per_s2": Estimate(rms, float(np.sqrt(slope @ covariance @ slope)))}
 
+    def frames(
+        self, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]
+    ) -> tuple[Range, ...]:
+        """All frames of its trials."""
+        return tuple(Range(c.trial, 0, c.frames) for c in self.courses)
+
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """More than a good treadmill's unrest."""
         return estimates["rms_m_per_s2"].value > LEAST_M_PER_S2
@@ -127,6 +133,7 @@ def _against_the_belt(scene: Scene) -> Float[np.ndarray, "3"]:
 
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
-    """One support."""
-    courses = tuple(stretch_of(s, 0, s.frames) for s in scenes)
-    return [BeltAcceleration("all", courses)] if courses else []
+    """One support, in all trials and in each alone: an uneven drive may be switched on for one."""
+    courses = [stretch_of(s, 0, s.frames) for s in scenes]
+    of_trials = [courses, *([c] for c in courses)] if len(courses) > 1 else [courses]
+    return [BeltAcceleration("all", tuple(some)) for some in of_trials if some]

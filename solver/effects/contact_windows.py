@@ -19,6 +19,7 @@ INDEPENDENT_HOPS = 2.0  # how long an error lasts
 WEAK_SHARE = 0.2  # of the trial's strongest stretch; beside it, weaker ones are a wrong mass or gain
 LEAST_SCORE = 8.0  # log likelihood ratio
 MOST = 8  # of one trial
+UP = np.array([0.0, 1.0, 0.0])
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,15 @@ def contact_windows(
     missing = np.where(usable[: blocks * hop, None], missing, 0.0)
     force = missing.reshape(blocks, hop, 3).mean(axis=1)
     windows: list[ContactWindow] = []
-    runs = _likeliest(force / _error_N(scene))
+    error = _error_N(scene)
+    runs = _likeliest(force / error)
+    if not scene.weighed:  # whom only the plates weighed, a contact may have made seem heavier or lighter
+        counted = usable[: blocks * hop].reshape(blocks, hop).mean(axis=1)
+        tried = [(force, runs)]
+        for first, end, _ in runs:
+            beside = force - force[first:end, 1].mean() * counted[:, None] * UP
+            tried.append((beside, _likeliest(beside / error)))
+        force, runs = max(tried, key=lambda t: _log_likelihood(t[0] / error, t[1]))
     level = [float(np.linalg.norm(force[first:end].mean(axis=0))) for first, end, _ in runs]
     strong = WEAK_SHARE * max(level, default=0.0)
     for (first, end, score), size in zip(runs, level, strict=True):
@@ -68,6 +77,12 @@ def contact_windows(
         else:
             windows.append(ContactWindow(stretch, score))
     return sorted(windows, key=lambda w: -w.score)[:MOST]
+
+
+def _log_likelihood(force: Float[np.ndarray, "blocks 3"], runs: list[tuple[int, int, float]]) -> float:
+    """Of a division, less what its runs cost."""
+    without = -0.5 * float((force**2).sum()) / INDEPENDENT_HOPS
+    return without + sum(score - LEAST_SCORE for *_, score in runs)
 
 
 def _likeliest(force: Float[np.ndarray, "blocks 3"]) -> list[tuple[int, int, float]]:

@@ -74,6 +74,11 @@ class Candidate(ABC):
         return False
 
     @property
+    def at_a_rare_place(self) -> bool:
+        """Whether others of its kind are likelier by the place where they act."""
+        return False
+
+    @property
     def seen_elsewhere(self) -> float:
         """Log evidence for or against it from outside the wrench balance [nats]."""
         return 0.0

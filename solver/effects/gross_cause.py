@@ -102,6 +102,11 @@ class Beyond(Candidate):
         return self.cause.has_a_witness
 
     @property
+    def at_a_rare_place(self) -> bool:
+        """Of the cause."""
+        return self.cause.at_a_rare_place
+
+    @property
     def of_whole_limbs(self) -> bool:
         """The cause's."""
         return self.cause.of_whole_limbs

@@ -42,6 +42,21 @@ def test_a_force_is_found_on_the_body_where_it_acts(drawn, balance_of_scenes, pu
     assert where.depends_on.startswith("constant")
 
 
+def test_what_swings_evenly_is_found_and_said_to(drawn, short_scene, balance_of_scenes):
+    """Five swings a second: splines wide enough for half a trial's course would hardly follow."""
+    b = short_scene.skeleton.body_index("torso")
+    place = short_scene.point_ground(b, short_scene.skeleton.bodies[b].com_body)
+    swing = 40.0 * np.sin(2 * np.pi * 5.0 * short_scene.times + 0.7)
+    missing = force_at(np.array([0.2, 0.0, 1.0]) * swing[:, None], place)
+    balance = balance_of_scenes(drawn(4, missing, scale=0.5))
+    diagnosis = conclude(balance, select(balance, []))
+    where = diagnosis.remaining.location
+    assert diagnosis.verdict == UNEXPLAINED
+    assert where.body == "torso"
+    assert where.rms_force_N == pytest.approx(np.sqrt((missing[:, :3] ** 2).sum(axis=1).mean()), rel=0.15)
+    assert where.depends_on == "time: it swings 5.0 times a second"
+
+
 def test_a_force_in_the_second_trial_of_another_length_is_found(
     short_scene, drawn, balance_of_scenes, pulled
 ):
@@ -136,7 +151,7 @@ def test_a_point_far_out_lies_in_the_neighbour(short_scene):
 def test_each_trial_has_its_own_forces_and_moments(short_scene, drawn):
     candidates = unknown_forces([short_scene])
     assert {c.trial for c in candidates} == {"walk"}
-    assert sum(isinstance(c, UnknownMoment) for c in candidates) == len(KNOTS_S)
+    assert sum(isinstance(c, UnknownMoment) for c in candidates) == len(KNOTS_S) + 1
     assert all(c.signature(short_scene, c.starts([short_scene])[0]) is not None for c in candidates)
     assert UnknownForce("torso", "another").signature(short_scene, (0.02,)) is None
     assert UnknownMoment("", "another").signature(short_scene, (0.02,)) is None

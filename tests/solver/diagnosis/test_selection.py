@@ -11,6 +11,7 @@ from solver.diagnosis.selection import select
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.effect import Candidate, Corrected, Estimate, Signature
+from solver.effects.external_contact import ExternalContact
 from solver.effects.gross_cause import Beyond
 from solver.effects.plate_bias import candidates as biases
 from solver.effects.plate_gain import PlateGain
@@ -389,6 +390,12 @@ def test_whole_limbs_are_likelier_than_single_segments():
     assert nearer == SETTINGS.whole_limbs_odds > 0
     beyond = Beyond(legs.target, legs, PlateSwap("plate_1+plate_2"))
     assert handicap(beyond, SETTINGS) == handicap(legs, SETTINGS)
+
+
+def test_a_forearm_is_touched_more_rarely_than_a_hand():
+    hand, forearm = ExternalContact("hand_r"), ExternalContact("ulna_r", mid_limb=True)
+    farther = handicap(forearm, SETTINGS) - handicap(hand, SETTINGS)
+    assert farther == SETTINGS.rare_place_odds > 0
 
 
 def test_a_cause_that_mostly_undoes_another_is_not_added(short_scene, drawn):

@@ -18,6 +18,9 @@ SOME = [
     POINTED,
     replace(POINTED, directions=(0.0, 1.0, 0.0)),
     UnknownMoment("", "walk"),
+    UnknownForce("pelvis", "walk", frequency_Hz=2.3),
+    replace(POINTED, frequency_Hz=4.0),
+    UnknownMoment("", "other", frequency_Hz=3.1),
 ]
 
 

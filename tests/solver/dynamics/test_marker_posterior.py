@@ -19,7 +19,15 @@ from solver.skeleton.pinocchio_model import RigidBodyModel
 RATE, FRAMES, SPACING = 50.0, 45, 2
 STRAY_M = 0.001
 # No share of what is seen: own and shared errors are `least_m` each.
-NOISE = MarkerNoise(own_share=0.0, shared_share=0.0, least_m=STRAY_M, iterations=10, memory_s=10.0)
+SMOOTHNESS = 5.0
+NOISE = MarkerNoise(
+    own_share=0.0,
+    shared_share=0.0,
+    least_m=STRAY_M,
+    smoothness=(SMOOTHNESS,),
+    iterations=10,
+    memory_s=10.0,
+)
 TRUSTING = TrajectorySettings(knot_spacing_s=SPACING / RATE, marker_robust_scale_m=1e3)
 MEASURED = np.array([30.0, 60.0, -10.0, 5.0, -8.0, 20.0])
 
@@ -41,8 +49,8 @@ class Case:
     def pull(self):
         return np.where(root_dofs(self.skeleton), 0.0, TRUSTING.pose_std_rad**-2)
 
-    def jerk_weight(self, settings):
-        return NOISE.smoothness / jerk_level(self.start, settings) ** 2
+    def jerk_weight(self, settings, smoothness=SMOOTHNESS):
+        return smoothness / jerk_level(self.start, settings) ** 2
 
     def markers(self, c):
         return self.kinematics.markers(self.kinematics.poses(self.design[0] @ c))
@@ -175,13 +183,15 @@ def test_a_short_memory_changes_little(posterior, windows, covariance):
     np.testing.assert_allclose(np.diag(cut), np.diag(covariance), rtol=0.02)
 
 
-def test_errors_of_the_demanded_wrench_lie_within_their_covariance(case, windows):
-    """Motions from the prior, errors from the exact process; where the prior is open they stay small."""
-    rng = np.random.default_rng(7)
+def drawn(case: Case, smoothness: float, rng: np.random.Generator):
+    """Motions from the prior, small where it is open, and markers with errors from the exact process.
+
+    Yields coefficients and what is observed, without end.
+    """
     T = np.linalg.cholesky(exponential(NOISE.time_s))
     M = np.linalg.cholesky(case.covariance_of_markers())
     B = case.design[0]
-    weight, dofs = case.jerk_weight(TRUSTING), len(case.pull)
+    weight, dofs = case.jerk_weight(TRUSTING, smoothness), len(case.pull)
     middle = np.zeros((B.shape[1], dofs))
     spreads = []
     for j in range(dofs):
@@ -193,11 +203,25 @@ def test_errors_of_the_demanded_wrench_lie_within_their_covariance(case, windows
             middle[:, j] = np.linalg.lstsq(B, np.polyval(parabola, np.arange(FRAMES)), rcond=None)[0]
         size, axes = np.linalg.eigh(P)
         spreads.append(axes * np.minimum(1 / np.sqrt(np.maximum(size, 1e-12)), 0.05))
-    squares = []
-    for _ in range(25):
+    while True:
         c = middle + np.stack([s @ rng.normal(size=len(s)) for s in spreads], axis=1)
         error = np.einsum("ts,mn,snc->tmc", T, M, rng.normal(size=(FRAMES, len(M), 3)))
-        posterior = marker_posterior(case.skeleton, case.markers(c) + error, case.start, NOISE, TRUSTING)
+        yield c, case.markers(c) + error
+
+
+@pytest.mark.parametrize("smoothness", [0.5, 50.0, 5000.0])
+def test_markers_choose_how_smooth_their_motion_is(case, smoothness):
+    noise = replace(NOISE, smoothness=(0.05, 0.5, 5.0, 50.0, 500.0, 5000.0, 50000.0))
+    for _, (_, observed) in zip(range(5), drawn(case, smoothness, np.random.default_rng(4)), strict=False):
+        chosen = marker_posterior(case.skeleton, observed, case.start, noise, TRUSTING).smoothness
+        assert chosen == smoothness
+
+
+def test_errors_of_the_demanded_wrench_lie_within_their_covariance(case, windows):
+    """Motions from the prior, errors from the exact process."""
+    squares = []
+    for _, (c, observed) in zip(range(25), drawn(case, SMOOTHNESS, np.random.default_rng(7)), strict=False):
+        posterior = marker_posterior(case.skeleton, observed, case.start, NOISE, TRUSTING)
         terms = posterior.momentum(np.tile(MEASURED, (FRAMES, 1)))
         wrong = windows.means(terms.residual - case.wrench(c)).ravel()
         squares.append(wrong @ np.linalg.solve(posterior.covariance(terms, windows), wrong) / len(wrong))

@@ -70,12 +70,25 @@ def treadmill_scene(straight_walk, seen_of):
 
 def test_each_trial_has_its_own_course(scene):
     other = replace(scene, name="other")
-    (candidate,) = candidates([scene, other])
+    candidate, *_ = candidates([scene, other])
     first, second = (candidate.signature(s, (0.0,)).columns for s in (scene, other))
     assert first.shape == second.shape
     assert not (first.any(axis=(0, 1)) & second.any(axis=(0, 1))).any()
     splines_and_constant = candidate.courses[0].hump_count(KNOTS_S) + 1
     assert first.any(axis=(0, 1)).sum() == splines_and_constant
+
+
+def test_a_belt_may_be_uneven_in_one_trial_alone(scene):
+    other = replace(scene, name="other")
+    both, *alone = candidates([scene, other])
+    assert {c.trial for c in both.courses} == {scene.name, "other"}
+    assert [[c.trial for c in one.courses] for one in alone] == [[scene.name], ["other"]]
+    last = alone[1]
+    assert last.signature(scene, (0.0,)) is None
+    x = np.ones(last.signature(other, (0.0,)).columns.shape[2])
+    assert [(r.trial, r.start, r.end) for r in last.frames([scene, other], (0.0,), x)] == [
+        ("other", 0, scene.frames)
+    ]
 
 
 def test_a_belt_does_not_go_on_speeding_up(scene):

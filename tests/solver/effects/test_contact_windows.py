@@ -41,3 +41,16 @@ def test_what_a_person_flagged_is_not_looked_at(scene, recorded):
     counts = np.ones(scene.frames, dtype=bool)
     counts[75:155] = False
     assert contact_windows(replace(faulty, counts=counts)) == []
+
+
+@pytest.mark.parametrize(("share", "sign"), [(0.5, 1), (0.5, -1), (0.65, 1)])
+def test_whom_only_the_plates_weighed_a_long_push_does_not_make_two(scene, recorded, share, sign):
+    """The mean of the forces holds part of the push: without it they seem to lack the opposite."""
+    start, end = 20, 20 + round(share * scene.frames)
+    missing = pushed(scene, (0, 80.0 * sign, 0), start, end)
+    missing -= force_at(np.array([0, 80.0 * sign * (end - start) / scene.frames, 0]), scene.com_ground)
+    unweighed = replace(recorded(scene.demanded_ground - missing), weighed=False)
+    found = contact_windows(unweighed)
+    assert len(found) == 1
+    assert abs(found[0].stretch.start - start) <= 10
+    assert abs(found[0].stretch.end - end) <= 10

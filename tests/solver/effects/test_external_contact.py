@@ -5,6 +5,7 @@ import pytest
 
 from solver.effects.effect import Estimate
 from solver.effects.external_contact import candidates
+from solver.effects.scene import force_at
 from solver.simulate.loads import BodyPoint, PointForce, eased
 
 SINCE, UNTIL = 0.8, 1.7  # [s]
@@ -76,3 +77,19 @@ def test_feet_are_left_to_off_plate_steps(touched):
 def test_a_touch_is_not_notable(touched):
     weak = {f"force_{a}_N": Estimate(5.0, 1.0) for a in "xyz"}
     assert not candidates([touched])[0].is_notable(weak)
+
+
+def test_what_lies_between_trunk_and_hand_or_foot_is_touched_rarely(scene, recorded):
+    """Wherever something pushes: trunk, thighs and hands are usual places, what is between is not."""
+    skeleton = scene.skeleton
+    usual, rare = set(), set()
+    for body, segment in enumerate(skeleton.bodies):
+        missing = np.zeros((scene.frames, 6))
+        place = scene.point_ground(body, segment.com_body)
+        missing[60:160] = force_at(np.array([0.0, 90.0, 30.0]), place)[60:160]
+        for candidate in candidates([recorded(scene.demanded_ground - missing)]):
+            (rare if candidate.at_a_rare_place else usual).add(candidate.target)
+    assert {"pelvis", "torso", "femur_r", "femur_l"} <= usual
+    assert {"tibia_r", "tibia_l"} <= rare
+    assert rare <= {f"{bone}_{side}" for bone in ("humerus", "ulna", "radius", "tibia") for side in "rl"}
+    assert not rare & usual
