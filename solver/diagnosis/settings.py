@@ -128,14 +128,15 @@ class DiagnosisSettings:
         why="log prior odds against causes that are rare, or that generic models imitate on sound recordings",
     )
     whole_limbs_odds: float = setting(
-        3.5,
+        5.0,
         unit="nats",
         why="by which both legs or both arms rather weigh otherwise than one segment: builds differ by limbs",
     )
     rare_place_odds: float = setting(
         2.0,
         unit="nats",
-        why="by which hands, seats, thighs and backs are touched rather than upper arms, forearms and shanks",
+        why="by which hands, seats, thighs and backs are touched rather than upper arms, forearms and "
+        "shanks, and by which hands carry rather than arms",
     )
     least_unknown_gain: float = setting(
         15.0, unit="nats", why="of a force of any course, which is free to follow noise"

@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from solver.effects.demanded_by_inertia import demanded_by_changes
 from solver.effects.effect import Candidate, Estimate, Eta, InTrials, Signature, all_and_each
+from solver.effects.limbs import inner_arm_segments
 from solver.effects.scene import Scene
 
 LIGHTEST_KG = 0.3  # what a lighter one carries (toes, an ankle bone), its neighbour carries as well
@@ -33,6 +34,13 @@ class CarriedMass(InTrials):
     sentence = "Something heavy is carried on {target} that the model does not know."
     remedy = "Weigh the load and note where it was fixed, or enter it as part of the segment."
     rivals_told_apart_by = "the subject on a scale, with and without the load"
+
+    between_others: bool = False  # upper arm or forearm
+
+    @property
+    def at_a_rare_place(self) -> bool:
+        """Hands hold, trunk, legs and feet have weights strapped to them; arms hardly ever."""
+        return self.between_others
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """Mass, three first moments and six second moments about the segment's centre of mass."""
@@ -84,7 +92,13 @@ def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     bodies = scenes[0].skeleton.bodies if scenes else ()
     weighed = any(scene.weighed for scene in scenes)
     stretches = [t for t in all_and_each(scenes) if weighed or t is not None]
-    return [CarriedMass(b.name, t) for t in stretches for b in bodies if b.mass >= LIGHTEST_KG]
+    inner = inner_arm_segments(scenes[0].skeleton) if scenes else frozenset()
+    return [
+        CarriedMass(body.name, trial, b in inner)
+        for trial in stretches
+        for b, body in enumerate(bodies)
+        if body.mass >= LIGHTEST_KG
+    ]
 
 
 def load_basis(centre_body: Float[np.ndarray, "3"]) -> Float[np.ndarray, "10 4 4"]:

@@ -8,12 +8,13 @@ from jaxtyping import Bool, Float
 
 from solver.effects.contact_windows import contact_windows, missing_wrench
 from solver.effects.effect import Candidate, Estimate, Eta, Range, Signature
-from solver.effects.force_on_body import columns_at_point, trunk_bodies
+from solver.effects.force_on_body import columns_at_point
+from solver.effects.limbs import inner_segments
 from solver.effects.scene import Scene, force_at
 from solver.effects.time_course import Stretch, frames_of
 from solver.effects.unmeasured_stances import unmeasured_stances
 from solver.skeleton.forward import cross
-from solver.skeleton.skeleton import Body, Skeleton
+from solver.skeleton.skeleton import Body
 
 KNOTS_S = 0.10  # a hand's push grows and fades no faster
 MOST_KNOTS = 20  # a long hold changes slowly
@@ -40,7 +41,7 @@ class ExternalContact(Candidate):
 
     windows: tuple[Stretch, ...] = ()  # of any trials, each with parameters of its own
     scales_N: tuple[float, ...] = ()  # of the force in each window
-    mid_limb: bool = False
+    between_others: bool = False
 
     id = "external_contact"
     sentence = "Something that no plate measures pushes or pulls at {target}: a seat, a rail, a hand."
@@ -51,7 +52,7 @@ class ExternalContact(Candidate):
     @property
     def at_a_rare_place(self) -> bool:
         """Hands reach, seats and rails meet trunk and thighs; what is between is touched in passing."""
-        return self.mid_limb
+        return self.between_others
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """Constants and splines of every window, then shifts of the point."""
@@ -140,7 +141,7 @@ def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
         windows for windows in sets if any(w.end - w.start < MOST_SHARE * frames[w.trial] for w in windows)
     ]
     made: list[Candidate] = []
-    inner = _mid_limb(scenes[0].skeleton) if scenes else frozenset()
+    inner = inner_segments(scenes[0].skeleton) if scenes else frozenset()
     for windows in sets:
         trials = [s for s in scenes if s.name in {w.trial for w in windows}]
         scales = tuple(max(PRIOR_N, _mean_force_N(scenes, window)) for window in windows)
@@ -154,15 +155,6 @@ def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
 def reach_m(segment: Body) -> float:
     """How far from a segment's centre of mass it is touched: its radius of gyration."""
     return max(LEAST_REACH_M, float(np.sqrt(np.trace(segment.inertia_body) / (2 * segment.mass))))
-
-
-def _mid_limb(skeleton: Skeleton) -> frozenset[int]:
-    """Segments between two others, but for trunk and thighs: upper arms, forearms, shanks."""
-    parents = [joint.parent for joint in skeleton.joints]
-    roots = {b for b, parent in enumerate(parents) if parent < 0}
-    trunk = roots | {skeleton.body_index(name) for name in trunk_bodies(skeleton)}
-    between = {b for b, parent in enumerate(parents) if b in parents and parent not in roots}
-    return frozenset(between - trunk)
 
 
 def _touchable(scene: Scene) -> list[int]:

@@ -80,7 +80,12 @@ def test_the_injected_difference_is_counted_from_the_untouched_recording(found_s
     assert f"parameters within 20 %: {'100' if recovered else '0'} %" in said
 
 
-def test_what_undoes_a_fault_that_was_there_is_left_out():
-    said = real([clock(0.027, {"offset_s": 0.006}), clock(0.001, {"offset_s": -0.018})])
-    assert "Named: 100 %" in said
-    assert "has of its own: 1" in said
+@pytest.mark.parametrize(
+    ("own_s", "left_out"), [(-0.018, True), (-0.013, True), (-0.011, False), (0.01, False)]
+)
+def test_what_leaves_less_than_a_reference_size_is_left_out(own_s, left_out):
+    """Of 20 ms, 2.5 reference sizes of 8 ms."""
+    said = real([clock(0.027, {"offset_s": 0.006}), clock(0.020 + own_s, {"offset_s": own_s})])
+    assert f"has of its own: {int(left_out)}" in said
+    assert f"Named: 100 % [{'21' if left_out else '34'}, 100]" in said
+    assert ("left out |" in said) is left_out

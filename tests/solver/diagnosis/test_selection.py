@@ -393,9 +393,11 @@ def test_whole_limbs_are_likelier_than_single_segments():
 
 
 def test_a_forearm_is_touched_more_rarely_than_a_hand():
-    hand, forearm = ExternalContact("hand_r"), ExternalContact("ulna_r", mid_limb=True)
+    hand, forearm = ExternalContact("hand_r"), ExternalContact("ulna_r", between_others=True)
     farther = handicap(forearm, SETTINGS) - handicap(hand, SETTINGS)
     assert farther == SETTINGS.rare_place_odds > 0
+    beyond = Beyond(forearm.target, forearm, PlateSwap("plate_1+plate_2"))
+    assert handicap(beyond, SETTINGS) == handicap(forearm, SETTINGS)
 
 
 def test_a_cause_that_mostly_undoes_another_is_not_added(short_scene, drawn):
