@@ -104,6 +104,11 @@ class UnknownForce(Candidate):
         force[:, along] = courses @ x[: len(along) * courses.shape[1]].reshape(len(along), -1).T
         return force
 
+    def swings(self, scenes: Sequence[Scene], x: Float[np.ndarray, " parameters"]) -> bool:
+        """Whether an even swing is most of the force: a constant one is described by other causes."""
+        force = self.force_ground(self.scene(scenes), x)
+        return bool(force.std(axis=0).max() > np.abs(force.mean(axis=0)).max())
+
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Always: what counts is whether it is there."""
         return True
@@ -210,6 +215,11 @@ class UnknownMoment(Candidate):
         moment = courses_of(scene_named(scenes, self.trial), self) @ x.reshape(3, -1).T
         std = float(np.sqrt(np.trace(covariance) / len(x)))
         return {"rms_moment_Nm": Estimate(float(np.sqrt((moment**2).sum(axis=1).mean())), std)}
+
+    def swings(self, scenes: Sequence[Scene], x: Float[np.ndarray, " parameters"]) -> bool:
+        """Whether an even swing is most of the moment."""
+        moment = courses_of(scene_named(scenes, self.trial), self) @ x.reshape(3, -1).T
+        return bool(moment.std(axis=0).max() > np.abs(moment.mean(axis=0)).max())
 
     def reach_cost(self, scenes: Sequence[Scene]) -> float:
         """A moment has no point."""

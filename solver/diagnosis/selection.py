@@ -225,8 +225,10 @@ class _Search:
         for rung in rungs:
             screened = [s for s in self.screen.at(rung, accepted) if s.possible or s.rows.candidate.steps()]
             screened.sort(key=lambda s: handicap(s.rows.candidate, settings) - s.gain)
-            for one in screened[: settings.refitted]:
-                chosen.setdefault(one.rows.candidate.key, balance.spread(one.rows))
+            best = {s.rows.candidate.key: s for s in reversed(screened)}  # of each name
+            for key, one in list(reversed(best.items()))[: settings.refitted]:
+                if key not in chosen:
+                    chosen[key] = balance.spread(one.rows)
         contenders = []
         for term in chosen.values():
             own = refined(balance, term, accepted, current.rung)

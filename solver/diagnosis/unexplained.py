@@ -13,7 +13,7 @@ from solver.diagnosis.unknown_screen import Tried, UnknownScreen
 from solver.effects.effect import Eta
 
 MOMENT_LEVER_M = 0.1  # by which a moment counts as a force
-PLACED = 17  # bodies at which the point of an unknown force is sought
+PLACED = 17  # bodies at which the point of an unknown force is sought, of any course and of one that swings
 CLIMBED = 3  # of these, to the scale that suits each
 
 
@@ -104,10 +104,11 @@ def _left(
     bases = [balance.solve_at(solved.terms, r).log_evidence for r in rungs]
     besides = [Beside(solved.terms, r) for r in rungs]
     for beside, base in zip(besides, bases, strict=True):
-        nearly: dict[tuple[str, str], Tried] = {}
+        nearly: dict[tuple[str, str, bool], Tried] = {}
         for one in unknown.at(free, beside):  # the best course of each body and trial comes first
-            nearly.setdefault((one.candidate.target, one.candidate.trial), one)
-        for one in list(nearly.values())[:PLACED]:
+            swings = one.candidate.frequency_Hz is not None
+            nearly.setdefault((one.candidate.target, one.candidate.trial, swings), one)
+        for one in list(nearly.values())[: 2 * PLACED]:
             tried.append((base + one.gain, one, beside.rung))
             if isinstance(candidate := one.candidate, UnknownForce):
                 scene = candidate.scene(scenes)
@@ -118,6 +119,7 @@ def _left(
             (base + one.gain - one.candidate.reach_cost(scenes), one, beside.rung)
             for one in unknown.at(placed, beside)
         ]
+    tried = [t for t in tried if t[1].candidate.frequency_Hz is None or t[1].candidate.swings(scenes, t[1].x)]
     tried.sort(key=lambda t: -t[0])
     terms: dict[tuple[Unknown, Eta], Term] = {}  # one may be tried from several rungs
     climbed = []

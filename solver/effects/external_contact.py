@@ -29,6 +29,7 @@ MOST_BODIES = 5
 MOST_ALONE = 4  # windows that are also tried without the others
 MOST_SHARE = 0.95  # of a trial, for a contact to be one that begins or ends in it
 LEAST_N = 15.0  # a sleeve caught on a rail
+MOST_WEIGHTS = 1.5  # on average: a seat carries one; opposite forces on near segments would grow without end
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,7 @@ class ExternalContact(Candidate):
     windows: tuple[Stretch, ...] = ()  # of any trials, each with parameters of its own
     scales_N: tuple[float, ...] = ()  # of the force in each window
     between_others: bool = False
+    weight_N: float = np.inf  # of the person
 
     id = "external_contact"
     sentence = "Something that no plate measures pushes or pulls at {target}: a seat, a rail, a hand."
@@ -105,15 +107,23 @@ class ExternalContact(Candidate):
             found[f"point_{axis}_m"] = Estimate(float(com[i] + x[k]), float(np.sqrt(covariance[k, k])))
         return found
 
+    def is_possible(self, estimates: dict[str, Estimate]) -> bool:
+        """Nobody is pushed harder for long."""
+        return _size_N(estimates) < MOST_WEIGHTS * self.weight_N
+
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """More than a touch."""
-        return float(np.hypot.reduce([estimates[f"force_{a}_N"].value for a in "xyz"])) > LEAST_N
+        return self.is_possible(estimates) and _size_N(estimates) > LEAST_N
 
     def frames(
         self, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]
     ) -> tuple[Range, ...]:
         """The windows."""
         return tuple(Range(w.trial, w.start, w.end) for w in self.windows)
+
+
+def _size_N(estimates: dict[str, Estimate]) -> float:
+    return float(np.hypot.reduce([estimates[f"force_{axis}_N"].value for axis in "xyz"]))
 
 
 def _courses(window: Stretch) -> Float[np.ndarray, "frames courses"]:
@@ -148,7 +158,7 @@ def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
         nearest = sorted(_touchable(scenes[0]), key=lambda body: _misfit(trials, windows, body))
         for body in nearest[:MOST_BODIES]:
             name = scenes[0].skeleton.body_names[body]
-            made.append(ExternalContact(name, windows, scales, body in inner))
+            made.append(ExternalContact(name, windows, scales, body in inner, scenes[0].weight_N))
     return made
 
 

@@ -79,6 +79,15 @@ def test_a_touch_is_not_notable(touched):
     assert not candidates([touched])[0].is_notable(weak)
 
 
+@pytest.mark.parametrize(("weights", "possible"), [(1.0, True), (2.0, False)])
+def test_nobody_is_pushed_with_twice_the_weight_for_long(touched, weights, possible):
+    candidate = candidates([touched])[0]
+    force = {"force_x_N": 0.0, "force_y_N": -weights * touched.weight_N, "force_z_N": 10.0}
+    estimates = {name: Estimate(value, 1.0) for name, value in force.items()}
+    assert candidate.is_possible(estimates) is possible
+    assert candidate.is_notable(estimates) is possible
+
+
 def test_what_lies_between_trunk_and_hand_or_foot_is_touched_rarely(scene, recorded):
     """Wherever something pushes: trunk, thighs and hands are usual places, what is between is not."""
     skeleton = scene.skeleton
