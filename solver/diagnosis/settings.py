@@ -112,7 +112,7 @@ class DiagnosisSettings:
             ("sample_rate", 2.0),
             ("filter_mismatch", 3.0),
             ("plate_gain", 2.0),
-            ("plate_bias", 1.4),
+            ("plate_bias", 2.0),
             ("plate_yaw", 2.0),
             ("external_contact", 4.0),
             ("body_weight_support", 3.0),
