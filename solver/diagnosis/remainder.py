@@ -19,8 +19,9 @@ from solver.skeleton.skeleton import Body
 
 KNOTS_S = (0.06, 0.25)  # of courses that are tried; shorter ones look like the model's own errors
 MOST_KNOTS = 60  # of one trial
-SLOWEST_SWINGS = 2.0  # in a trial, of a force that swings evenly
+SLOWEST_HZ = 2.0  # of a force that swings evenly; splines follow slower ones
 FASTEST_HZ = 8.0  # likewise; faster ones look like the markers' noise
+SHARE_OF_DEMAND = 0.5  # at its frequency, of a force that swings evenly
 FINER = 4  # than what a trial of that length tells apart
 FORCE_SHARES = (0.005, 0.02, 0.08, 0.25, 0.8)  # of body weight: standard deviations that are tried
 MOMENT_LEVERS_M = (0.002, 0.01, 0.04, 0.12, 0.4)  # of an unknown moment, times body weight
@@ -238,21 +239,36 @@ def unknown_forces(scenes: Sequence[Scene]) -> list[Unknown]:
     found: list[Unknown] = []
     for scene in scenes:
         heavy = [b.name for b in scene.skeleton.bodies if b.mass >= LEAST_KG]
-        swing = (KNOTS_S[0], strongest_frequency_Hz(scene))
-        for knot_s, frequency_Hz in (*((k, None) for k in KNOTS_S), swing):
+        courses: list[tuple[float, float | None]] = [(knot_s, None) for knot_s in KNOTS_S]
+        if (swing_Hz := strongest_frequency_Hz(scene)) is not None:
+            courses.append((KNOTS_S[0], swing_Hz))
+        for knot_s, frequency_Hz in courses:
             found += [UnknownForce(name, scene.name, knot_s, frequency_Hz=frequency_Hz) for name in heavy]
             found.append(UnknownMoment("", scene.name, knot_s, frequency_Hz))
     return found
 
 
-def strongest_frequency_Hz(scene: Scene) -> float:
-    """At which what the motion demands differs most from what was recorded, in newtons."""
-    missing = (scene.demanded_ground - scene.measured_ground)[:, :3] * scene.counts[:, None]
-    missing -= scene.counts[:, None] * missing.sum(axis=0) / max(1, scene.counts.sum())
-    lowest = min(SLOWEST_SWINGS * scene.rate / scene.frames, 0.5 * FASTEST_HZ)
-    tried = np.arange(lowest, FASTEST_HZ, scene.rate / scene.frames / FINER)
+def strongest_frequency_Hz(scene: Scene) -> float | None:
+    """At which what the motion demands differs most from what was recorded, in newtons.
+
+    Only where the difference is a large share of the demand itself: what swings with the steps and is small
+    beside their forces is what model and skin are off by. None where it is so nowhere.
+    """
+    counts = scene.counts[:, None]
+
+    tried = np.arange(SLOWEST_HZ, FASTEST_HZ, scene.rate / scene.frames / FINER)
     waves = np.exp(-2j * np.pi * tried[:, None] * scene.times)
-    return float(tried[np.argmax((np.abs(waves @ missing) ** 2).sum(axis=1))])
+
+    def power(force: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, " tried"]:
+        changing = (force - force[scene.counts].mean(axis=0)) * counts
+        return np.asarray((np.abs(waves @ changing) ** 2).sum(axis=1))
+
+    if not scene.counts.any():
+        return None
+    demanded = scene.demanded_ground[:, :3]
+    missing, whole = power(demanded - scene.measured_ground[:, :3]), power(demanded)
+    missing = np.where(missing > SHARE_OF_DEMAND**2 * whole, missing, 0.0)
+    return float(tried[np.argmax(missing)]) if missing.any() else None
 
 
 def scene_named(scenes: Sequence[Scene], trial: str) -> Scene:

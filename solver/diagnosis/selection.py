@@ -100,7 +100,7 @@ class _Search:
         inadmissible: set[int] = set()
         for contender in contenders:
             if contender.odds_gain(self.settings) < least:
-                break
+                continue
             heldout = self._heldout_gain(contender.solved)
             beyond = heldout.best + contender.term.candidate.seen_elsewhere
             leads = self._leads(contender, tenable) and self._notable(contender.solved)
@@ -237,7 +237,12 @@ class _Search:
                 own = refined(balance, term, accepted, solved.rung)
                 solved = balance.solve([*accepted, own], near=solved.rung)
             contenders.append(Contender(own, solved, solved.log_evidence - current.log_evidence))
-        return sorted(contenders, key=lambda c: -c.odds_gain(settings))
+        return sorted(contenders, key=self._order)
+
+    def _order(self, one: Contender) -> float:
+        """Least first: who is tried first; what is seen without any force goes before its equals."""
+        lead = self.settings.witness_lead if one.term.candidate.has_a_witness else 0.0
+        return -one.odds_gain(self.settings) - lead
 
     def _heldout_gain(self, after: Solved, before: Solved | None = None) -> HeldoutGain:
         return heldout_gain(self.balance, self.blocks, before or self.solved, after)

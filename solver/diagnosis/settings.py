@@ -24,10 +24,10 @@ class DiagnosisSettings:
     )
     body_mass_std: float = setting(0.008, unit="", why="relative: a scale's reading, clothes and shoes")
     unweighed_mass_std: float = setting(
-        0.05,
+        0.012,
         unit="",
-        why="relative, where no mass was entered: it is the mean of the forces, to which a hand on a rail "
-        "during half of a trial adds as much",
+        why="relative, where no mass was entered: what forces carry, of which some may be missing. With "
+        "more, a foot beside the plates all along would only seem to make the person lighter",
     )
     segment_mass_std: float = setting(
         0.06, unit="", why="relative scatter of segments' masses between people"
@@ -137,6 +137,12 @@ class DiagnosisSettings:
         unit="nats",
         why="by which hands, seats, thighs and backs are touched rather than upper arms, forearms and "
         "shanks, and by which hands carry rather than arms",
+    )
+    witness_lead: float = setting(
+        10.0,
+        unit="nats",
+        why="by which others must do better than a foot that is seen to stand where nothing measures, to be "
+        "tried before it",
     )
     least_unknown_gain: float = setting(
         15.0, unit="nats", why="of a force of any course, which is free to follow noise"

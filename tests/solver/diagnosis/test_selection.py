@@ -383,6 +383,21 @@ def test_a_handicap_asks_for_more(short_scene, drawn, rows_of):
     assert select(Balance([rows], dear), [PlateGain("plate_1")]).found == ()
 
 
+@pytest.mark.parametrize(("lead", "first"), [(10.0, "seen_gain"), (0.0, "plate_gain")])
+def test_what_is_seen_without_forces_is_tried_before_its_equals(short_scene, drawn, rows_of, lead, first):
+    """The same trace at odds of 5 nats: as a foot that stands where no plate is, beside a harness."""
+
+    @dataclass(frozen=True)
+    class SeenGain(PlateGain):
+        id = "seen_gain"
+        has_a_witness = True
+
+    rows = rows_of(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.5))
+    settings = replace(SETTINGS, handicaps=(("seen_gain", 5.0),), witness_lead=lead, least_confidence=0.0)
+    found = select(Balance([rows], settings), [PlateGain("plate_2"), SeenGain("plate_2")]).found
+    assert [f.contender.term.candidate.id for f in found] == [first]
+
+
 def test_whole_limbs_are_likelier_than_single_segments():
     pair = SegmentMass("femur_r+femur_l")
     legs = SegmentMass("femur_r+tibia_r+femur_l+tibia_l")
