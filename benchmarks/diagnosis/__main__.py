@@ -27,8 +27,7 @@ size, or the larger one at which the recording's wrench balance loses {nats:g} n
 cannot tell this effect and the case is left out; so is, in a real one, a plate's gain, a support or a load
 where nobody weighed the person. The injected difference is counted from what the finder estimates in the
 untouched recording, named there or not (`twins.py`); parts of a vector are held to its length. Where that is
-of the other sign and less than one reference size of both together is in the data, the case is listed and
-left out of the rates.
+of the other sign and leaves less than a third of it, the case is listed and left out of the rates.
 
 {tables}
 """

@@ -15,6 +15,7 @@ from benchmarks.diagnosis.twins import read_twins
 
 OUTCOMES = ("right", "class", "right_but_more", "id_only", "wrong", "unexplained", "missed", "failed")
 REAL_WITHIN = 0.20  # of the injected difference
+UNDONE = 0.3  # of it left
 
 
 @dataclass(frozen=True)
@@ -225,7 +226,7 @@ def real(cases: Sequence[Scored]) -> str:
         found = _matching(hidden, s)
         answer = " ".join(s.verdict.named) or (s.answer["diagnosis"] or {}).get("verdict", "failed")
         begun = [s.truth["baseline"], hidden["id"], hidden["target"], f"{hidden['size']:g}", answer]
-        if _cancels(hidden, s.untouched):
+        if _cancels(hidden["parameters"], s.untouched):
             cancelled += 1
             rows.append([*begun, "left out", ""])
             continue
@@ -254,8 +255,7 @@ def real(cases: Sequence[Scored]) -> str:
     return "\n\n".join(
         [
             f"Named: {rate(named, len(injected) - cancelled)}; parameters within 20 %: {rate(near, counted)}"
-            "; left out, since less than a reference size remains beside what the recording has of its own: "
-            f"{cancelled}",
+            f"; left out, since they undo what the recording has of its own: {cancelled}",
             table(head, rows),
             "As they are:",
             table(["recording", "verdict", "named"], alone),
@@ -307,13 +307,12 @@ def _matching(hidden: dict[str, Any], s: Scored) -> dict[str, float] | None:
     return None
 
 
-def _cancels(hidden: dict[str, Any], untouched: dict[str, float]) -> bool:
-    """Whether less than a reference size is left of it, since the recording has its own, the other way."""
-    injected = hidden["parameters"]
+def _cancels(injected: dict[str, float], untouched: dict[str, float]) -> bool:
+    """Whether little is left of it beside what the recording had of its own, the other way."""
     own = {k: untouched[k] - _nothing(k) for k in injected if k in untouched}
     put_in = {k: injected[k] - _nothing(k) for k in own}
     left = sum((put_in[k] + own[k]) ** 2 for k in own)
-    return bool(own) and left < sum(v**2 for v in put_in.values()) / max(1.0, hidden["size"]) ** 2
+    return bool(own) and left < UNDONE**2 * sum(v**2 for v in put_in.values())
 
 
 def _nothing(name: str) -> float:
