@@ -116,7 +116,7 @@ class HeldoutGain:
 
     @property
     def best(self) -> float:
-        """Flesh and laboratory that seem farther off without a cause foretell little, and so miss little."""
+        """Flesh that seems farther off without a cause foretells little, and so misses little."""
         return max(self.own_scales, self.same_scales)
 
 

@@ -107,8 +107,7 @@ class UnknownForce(Candidate):
 
     def swings(self, scenes: Sequence[Scene], x: Float[np.ndarray, " parameters"]) -> bool:
         """Whether an even swing is most of the force: a constant one is described by other causes."""
-        force = self.force_ground(self.scene(scenes), x)
-        return bool(force.std(axis=0).max() > np.abs(force.mean(axis=0)).max())
+        return _mostly_swings(self.force_ground(self.scene(scenes), x))
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Always: what counts is whether it is there."""
@@ -213,14 +212,19 @@ class UnknownMoment(Candidate):
         covariance: Float[np.ndarray, "parameters parameters"],
     ) -> dict[str, Estimate]:
         """RMS of the moment."""
-        moment = courses_of(scene_named(scenes, self.trial), self) @ x.reshape(3, -1).T
+        moment = self.moment_ground(scenes, x)
         std = float(np.sqrt(np.trace(covariance) / len(x)))
         return {"rms_moment_Nm": Estimate(float(np.sqrt((moment**2).sum(axis=1).mean())), std)}
 
     def swings(self, scenes: Sequence[Scene], x: Float[np.ndarray, " parameters"]) -> bool:
         """Whether an even swing is most of the moment."""
-        moment = courses_of(scene_named(scenes, self.trial), self) @ x.reshape(3, -1).T
-        return bool(moment.std(axis=0).max() > np.abs(moment.mean(axis=0)).max())
+        return _mostly_swings(self.moment_ground(scenes, x))
+
+    def moment_ground(
+        self, scenes: Sequence[Scene], x: Float[np.ndarray, " parameters"]
+    ) -> Float[np.ndarray, "frames 3"]:
+        """Its course [N·m]."""
+        return courses_of(scene_named(scenes, self.trial), self) @ x.reshape(3, -1).T
 
     def reach_cost(self, scenes: Sequence[Scene]) -> float:
         """A moment has no point."""
@@ -229,6 +233,10 @@ class UnknownMoment(Candidate):
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Always."""
         return True
+
+
+def _mostly_swings(course: Float[np.ndarray, "frames 3"]) -> bool:
+    return bool(course.std(axis=0).max() > np.abs(course.mean(axis=0)).max())
 
 
 Unknown = UnknownForce | UnknownMoment
@@ -254,17 +262,15 @@ def strongest_frequency_Hz(scene: Scene) -> float | None:
     Only where the difference is a large share of the demand itself: what swings with the steps and is small
     beside their forces is what model and skin are off by. None where it is so nowhere.
     """
-    counts = scene.counts[:, None]
-
+    if not scene.counts.any():
+        return None
     tried = np.arange(SLOWEST_HZ, FASTEST_HZ, scene.rate / scene.frames / FINER)
     waves = np.exp(-2j * np.pi * tried[:, None] * scene.times)
 
     def power(force: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, " tried"]:
-        changing = (force - force[scene.counts].mean(axis=0)) * counts
+        changing = (force - force[scene.counts].mean(axis=0)) * scene.counts[:, None]
         return np.asarray((np.abs(waves @ changing) ** 2).sum(axis=1))
 
-    if not scene.counts.any():
-        return None
     demanded = scene.demanded_ground[:, :3]
     missing, whole = power(demanded - scene.measured_ground[:, :3]), power(demanded)
     missing = np.where(missing > SHARE_OF_DEMAND**2 * whole, missing, 0.0)
