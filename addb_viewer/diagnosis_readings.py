@@ -42,6 +42,9 @@ READINGS: dict[str, tuple[Reading | Place, ...]] = {
     ),
     "sample_rate": (
         Reading("stretch", "their time axis is {amount} too {which}", "%", 1e2, which=("long", "short")),
+        Reading(
+            "stretch", "they come {amount} {which} with every second", "ms", 1e3, which=("later", "earlier")
+        ),
     ),
     "filter_mismatch": (Reading("cutoff_Hz", "smoothed with a low-pass filter at {amount}", "Hz"),),
     "plate_gain": (

@@ -167,6 +167,11 @@ def certainty(confidence: float, rivals: int) -> str:
     return f"a guess: less likely than all other causes together ({_percent(confidence)})"
 
 
+def share(confidence: float | None) -> str:
+    """Of a rival, in brackets; nothing where nobody knows."""
+    return "" if confidence is None else f" ({_percent(confidence)})"
+
+
 def upward(force_N: Sequence[float]) -> str:
     """The direction of a force in the room, y up."""
     x, y, z = force_N

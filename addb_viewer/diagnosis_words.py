@@ -14,6 +14,7 @@ from addb_viewer.diagnosis_vocabulary import (
     ranges_of,
     seconds_of,
     sentence,
+    share,
     title,
 )
 from addb_viewer.gain_words import (
@@ -23,9 +24,10 @@ from addb_viewer.gain_words import (
     is_lead,
     unforeseeable,
 )
-from addb_viewer.remainder_words import what_next, what_remains
+from addb_viewer.remainder_words import is_whole, what_next, what_remains
 from addb_viewer.residual_words import in_markers, looked_for, what_is_wrong
 from addb_viewer.sections import Section
+from addb_viewer.use_words import use
 
 AT_CERTAIN_FRAMES = (*NOW_AND_THEN, "marker_slip", "marker_swap")
 CERTAIN_PER_CENT = 95
@@ -79,7 +81,8 @@ def verdict(figures: Figures) -> Section:
         best = "one cause describes it best" if one else f"{len(effects)} causes together describe it best"
         text = f"Something is wrong with {of}. Of all that were tried, {best}: {named}."
     elif figures["verdict"] == "explained":
-        account = "one cause accounts for it" if one else f"{len(effects)} causes together account for it"
+        account = "one cause accounts for" if one else f"{len(effects)} causes together account for"
+        account += " it" if is_whole(figures) else " most of it"
         text = f"Something is wrong with {of}, and {account}: {named}."
     elif effects:
         text = (
@@ -88,7 +91,7 @@ def verdict(figures: Figures) -> Section:
         )
     else:
         text = f"Something is wrong with {of}, and no cause that this program knows accounts for it."
-    return Section("Verdict", (text, *([_only_a_lead(figures)] if lead else [])))
+    return Section("Verdict", (text, *([_only_a_lead(figures)] if lead else []), use(figures)))
 
 
 def _only_a_lead(figures: Figures) -> str:
@@ -128,7 +131,7 @@ def cause(figures: Figures, k: int, to_flag: ToFlag = by_command) -> Section:
         ("what to do", " ".join([effect.get("remedy", ""), *_flag_hint(figures, effect, to_flag)]).strip()),
     ]
     if rivals:
-        rows.append(("could also be", "; ".join(title(r) for r in rivals)))
+        rows.append(("could also be", "; ".join(f"{title(r)}{share(r.get('confidence'))}" for r in rivals)))
         told_apart = dict.fromkeys(r["separate_by"] for r in rivals if r["separate_by"])
         rows.append(("to tell, record", "; or ".join(told_apart)))
     heading = f"Cause {k + 1} of {len(figures['effects'])}: {title(effect)}"
@@ -171,8 +174,8 @@ def what_it_gains(figures: Figures) -> Section:
     if changes(gain):
         lines.append(
             "Stretches of about half a second or less were hidden, and foretold from the rest of the "
-            "recording, without → with the named causes. These are the errors. The first differs from the "
-            "size above because mass, inertias and soft tissue are adjusted to the rest first."
+            "recording, without → with the named causes. These are the errors. The figure without causes "
+            "differs from the size at the top because masses and soft tissue are adjusted to the rest first."
         )
         lines.append(_worth(figures))
     return Section(HOLDS_UP, tuple(lines), tuple(rows))

@@ -11,7 +11,12 @@ from addb_viewer.residual_words import in_markers
 
 AS_BEFORE = 0.05  # relative: less than that is no difference
 NOW_AND_THEN = ("off_plate_step", "external_contact")  # each time with a force of its own
-MASSES = ("subject_mass", "segment_mass")  # adjusted to the rest of the recording, named or not
+WEIGHTS = (  # what masses, adjusted to the rest of the recording, take in whether named or not
+    "subject_mass",
+    "segment_mass",
+    "carried_mass",
+    "body_weight_support",
+)
 FORETOLD = (  # what, its key, unit, decimals
     ("force", "heldout_linear_residual_N", "N", 0),
     ("moment", "heldout_angular_residual_Nm", "N·m", 1),
@@ -43,10 +48,10 @@ def is_lead(figures: Figures) -> bool:
     """Whether the causes are no more than a lead, since hidden stretches do not speak for them.
 
     They do where force or moment surely falls and neither rises. Of what lies in the markers, has a force of
-    its own each time, or is a mass, they cannot tell.
+    its own each time, or is a steady weight, they cannot tell.
     """
     told = changes(figures["gain"])
-    if not told or in_markers(figures) or now_and_then(figures) or only_masses(figures):
+    if not told or in_markers(figures) or now_and_then(figures) or only_weights(figures):
         return False
     return any(c.rises for c in told) or not any(c.surely_falls for c in told)
 
@@ -56,10 +61,10 @@ def now_and_then(figures: Figures) -> bool:
     return any(effect["id"] in NOW_AND_THEN for effect in figures["effects"])
 
 
-def only_masses(figures: Figures) -> bool:
-    """Whether every cause is a mass."""
+def only_weights(figures: Figures) -> bool:
+    """Whether every cause is a weight that acts all along, of the person or not."""
     effects = figures["effects"]
-    return bool(effects) and all(effect["id"] in MASSES for effect in effects)
+    return bool(effects) and all(effect["id"] in WEIGHTS for effect in effects)
 
 
 def unforeseeable(figures: Figures) -> str:
@@ -75,11 +80,11 @@ def unforeseeable(figures: Figures) -> str:
             "How a belt speeds up in a hidden stretch nothing can foretell: that force stays high speaks "
             "neither for the belt nor against it."
         )
-    if only_masses(figures):
+    if only_weights(figures):
         return (
-            "Without the cause, masses are adjusted to the rest of the recording as well: these figures "
-            "speak neither for a wrong mass nor against it. What speaks for it is how far that is from what "
-            "was entered."
+            "Without the cause, the person's masses are adjusted to the rest of the recording instead: these "
+            "figures speak neither for a wrong weight nor against it. What speaks for it is how far the "
+            "weight on the plates is from what was entered."
         )
     return ""
 

@@ -11,8 +11,7 @@ from addb_viewer.diagnosis_vocabulary import newtons, target_in_words, upward
 from addb_viewer.gain_words import is_lead, now_and_then, unforeseeable
 from addb_viewer.residual_words import IN_MARKERS, WITHIN, moment_Nm, times
 from addb_viewer.sections import Section
-
-TAKEN_OFF = "taken off as its zero level"  # says the cause that reading the files puts right
+from addb_viewer.use_words import put_right_on_reading
 
 Figures = Mapping[str, Any]
 
@@ -41,8 +40,8 @@ def what_remains(figures: Figures) -> Section:
             "proven to act."
         )
     lines.append(
-        "What to do: look at the video for what touches the person, and at notes of the session. Until it is "
-        "understood, do not trust these forces."
+        "What to do: look at the video for what touches the person, and at notes of the session. Which of "
+        "the two is at fault, motion or forces, is not known."
     )
     return Section("What remains", tuple(lines))
 
@@ -51,8 +50,8 @@ def what_next(figures: Figures) -> Section:
     """What to do with this recording, in the program."""
     several = len(figures.get("trials", ())) > 1
     recording = "these recordings" if several else "this recording"
-    as_recorded = f"until then fits use {recording} as {'they are' if several else 'it is'}"
-    corrected = [e for e in figures["effects"] if TAKEN_OFF in e["sentence"]]
+    as_recorded = f"until then nothing in {recording} is put right"
+    corrected = [e for e in figures["effects"] if put_right_on_reading(e)]
     in_the_markers = [e for e in figures["effects"] if cannot_be_accepted(e["id"])]
     exchanged = [e for e in figures["effects"] if e["id"] in IN_MARKERS and e not in in_the_markers]
     apart = len(corrected) + len(in_the_markers) + len(exchanged)
@@ -86,6 +85,12 @@ def what_next(figures: Figures) -> Section:
     return Section("What next", tuple(lines))
 
 
+def is_whole(figures: Figures) -> bool:
+    """Whether causes leave no more than is ordinary."""
+    remaining = figures["remaining"]
+    return bool(remaining["linear_residual_N"] <= WITHIN * remaining["noise_floor_N"])
+
+
 def _left(figures: Figures) -> str:
     """How large what remains is: force and moment, each against what is ordinary where that is known."""
     remaining, gain, residual = figures["remaining"], figures["gain"], figures.get("residual")
@@ -99,7 +104,7 @@ def _left(figures: Figures) -> str:
     text = f"On hidden stretches force is off by {newtons(left)} with the causes"
     if not figures["effects"]:
         text = f"On hidden stretches force is off by {newtons(left)}"
-    text += f"; in a sound recording by about {newtons(floor)}"
+    text += f"; in a sound recording, by about {newtons(floor)} there"
     text += f": {times(left / floor)} times as much." if left > WITHIN * floor else "."
     moment = gain.get("heldout_angular_residual_Nm")
     return text if moment is None else f"{text} The moment is off by {moment_Nm(moment['after'])}."
@@ -112,8 +117,7 @@ def _against(said: str, ratio: float) -> str:
 
 
 def _nothing_else(figures: Figures) -> str:
-    remaining = figures["remaining"]
-    if remaining["linear_residual_N"] <= WITHIN * remaining["noise_floor_N"]:
+    if is_whole(figures):
         return "That is within what is ordinary there. Nothing else stands out."
     if now_and_then(figures):
         return "Away from the frames named above, nothing else stands out."

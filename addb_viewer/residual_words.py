@@ -88,7 +88,7 @@ def _against(figures: Figures, residual: Figures) -> str:
     if more:
         return f"That is {listed(more)}."
     if figures["verdict"] == "clean" or in_markers(figures):
-        return "That is ordinary."
+        return f"Here it is {times(force)} times that force and {times(moment)} times that moment: ordinary."
     return "The size alone is ordinary; what gives the fault away is that it follows a pattern."
 
 

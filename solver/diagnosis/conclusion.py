@@ -22,11 +22,12 @@ from solver.diagnosis.force_courses import force_courses
 from solver.diagnosis.heldout import BlockScores, block_scores, blocks, short_blocks
 from solver.diagnosis.marker_causes import NOTHING_SEEN, SeenInMarkers
 from solver.diagnosis.put_right import PutRight
-from solver.diagnosis.remainder import UnknownForce, dependence
+from solver.diagnosis.remainder import UnknownForce
 from solver.diagnosis.residual_description import described
 from solver.diagnosis.selection import Selection
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.diagnosis.unexplained import kept_beside_the_unknown, position, size_N
+from solver.diagnosis.unknown_course import dependence
 from solver.effects.effect import Estimate
 from solver.effects.marker_effect import MarkerFinding
 
@@ -180,6 +181,7 @@ def _alternatives(balance: Balance, solved: Solved, one: Found) -> list[Alternat
                 f"indistinguishable here: cosine {likeness(named, rival.term, solved):.2f}, log evidence "
                 f"{one.contender.gain - rival.gain:+.1f} in favour of the first",
                 candidate.rivals_told_apart_by or named.candidate.rivals_told_apart_by,
+                confidence(rival, (one.contender, *one.rivals), balance.settings),
             )
         )
     return listed

@@ -35,6 +35,7 @@ class Alternative:
     instead_of: str  # "id target" of the named one
     why: str
     separate_by: str
+    confidence: float = float("nan")  # as of the named one; nan where nobody knows
 
 
 @dataclass(frozen=True)

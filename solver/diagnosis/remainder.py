@@ -1,8 +1,8 @@
 """Something pulls at a body and no cause of the catalogue says why: a force of unknown course, body by body.
 
-Its course is a Gaussian process, a constant and changes that last six hundredths of a second and more, or it
-swings evenly, as what a motor shakes; it acts near the body's centre of mass. Of all bodies the one is named
-whose line of action fits. It competes with the catalogue on the same scale; its freedom costs it evidence.
+Its course is a Gaussian process, or it swings evenly (`unknown_course`); it acts near the body's centre of
+mass. Of all bodies the one is named whose line of action fits. It competes with the catalogue on the same
+scale; its freedom costs it evidence.
 """
 
 from collections.abc import Sequence
@@ -10,19 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
-from scipy.interpolate import BSpline
 
+from solver.diagnosis.unknown_course import KNOTS_S, courses_of, mostly_swings, strongest_frequency_Hz
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.scene import Scene, force_at
 from solver.skeleton.rotations import skew
 from solver.skeleton.skeleton import Body
 
-KNOTS_S = (0.06, 0.25)  # of courses that are tried; shorter ones look like the model's own errors
-MOST_KNOTS = 60  # of one trial
-SLOWEST_HZ = 2.0  # of a force that swings evenly; splines follow slower ones
-FASTEST_HZ = 8.0  # likewise; faster ones look like the markers' noise
-SHARE_OF_DEMAND = 0.5  # at its frequency, of a force that swings evenly
-FINER = 4  # than what a trial of that length tells apart
 FORCE_SHARES = (0.005, 0.02, 0.08, 0.25, 0.8)  # of body weight: standard deviations that are tried
 MOMENT_LEVERS_M = (0.002, 0.01, 0.04, 0.12, 0.4)  # of an unknown moment, times body weight
 REACH = 1.0  # radii of gyration: how far from the body's centre of mass it may act
@@ -30,7 +24,6 @@ LEAST_RADIUS_M = 0.03
 OWN_BONUS = 0.3  # radii of gyration, in favour of the body in whose frame the point was found
 POINT_PULL = 0.1  # towards the centre of mass, where the moments say little
 LEAST_DIRECTION = 0.05  # of the strongest axis
-LEAST_EXPLAINED = 0.6  # share of a force from which on its dependence is stated
 LEAST_KG = 0.2  # lighter bodies are told apart from their neighbours by nothing
 
 
@@ -56,7 +49,7 @@ class UnknownForce(Candidate):
         """Force splines at the point; without one, moments as far as `REACH` allows as well."""
         if scene.name != self.trial:
             return None
-        courses = courses_of(scene, self)
+        courses = courses_of(scene, self.knot_s, self.frequency_Hz)
         point, reach_m = self.place_ground(scene), self.reach_m(scene)
         columns = [
             force_at(axis, point)[:, :, None] * courses[:, None, :]
@@ -99,7 +92,7 @@ class UnknownForce(Candidate):
         self, scene: Scene, x: Float[np.ndarray, " parameters"]
     ) -> Float[np.ndarray, "frames 3"]:
         """Its course [N]."""
-        courses = courses_of(scene, self)
+        courses = courses_of(scene, self.knot_s, self.frequency_Hz)
         force = np.zeros((scene.frames, 3))
         along = np.flatnonzero(self.directions)
         force[:, along] = courses @ x[: len(along) * courses.shape[1]].reshape(len(along), -1).T
@@ -107,7 +100,7 @@ class UnknownForce(Candidate):
 
     def swings(self, scenes: Sequence[Scene], x: Float[np.ndarray, " parameters"]) -> bool:
         """Whether an even swing is most of the force: a constant one is described by other causes."""
-        return _mostly_swings(self.force_ground(self.scene(scenes), x))
+        return mostly_swings(self.force_ground(self.scene(scenes), x))
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Always: what counts is whether it is there."""
@@ -123,7 +116,7 @@ class UnknownForce(Candidate):
 
     def at_its_point(self, scene: Scene, x: Float[np.ndarray, " parameters"]) -> "UnknownForce":
         """Along its own directions, at the point that its moments speak for (least squares)."""
-        courses = courses_of(scene, self)
+        courses = courses_of(scene, self.knot_s, self.frequency_Hz)
         width = 3 * courses.shape[1]
         force, reach_m = self.force_ground(scene, x), self.reach_m(scene)
         moment = reach_m * (courses @ x[width : 2 * width].reshape(3, -1).T)
@@ -196,7 +189,7 @@ class UnknownMoment(Candidate):
         """Moment splines."""
         if scene.name != self.trial:
             return None
-        courses = courses_of(scene, self)
+        courses = courses_of(scene, self.knot_s, self.frequency_Hz)
         columns = np.zeros((scene.frames, 6, 3, courses.shape[1]))
         for axis in range(3):
             columns[:, 3 + axis, axis] = courses
@@ -218,13 +211,15 @@ class UnknownMoment(Candidate):
 
     def swings(self, scenes: Sequence[Scene], x: Float[np.ndarray, " parameters"]) -> bool:
         """Whether an even swing is most of the moment."""
-        return _mostly_swings(self.moment_ground(scenes, x))
+        return mostly_swings(self.moment_ground(scenes, x))
 
     def moment_ground(
         self, scenes: Sequence[Scene], x: Float[np.ndarray, " parameters"]
     ) -> Float[np.ndarray, "frames 3"]:
         """Its course [N·m]."""
-        return courses_of(scene_named(scenes, self.trial), self) @ x.reshape(3, -1).T
+        return (
+            courses_of(scene_named(scenes, self.trial), self.knot_s, self.frequency_Hz) @ x.reshape(3, -1).T
+        )
 
     def reach_cost(self, scenes: Sequence[Scene]) -> float:
         """A moment has no point."""
@@ -233,10 +228,6 @@ class UnknownMoment(Candidate):
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Always."""
         return True
-
-
-def _mostly_swings(course: Float[np.ndarray, "frames 3"]) -> bool:
-    return bool(course.std(axis=0).max() > np.abs(course.mean(axis=0)).max())
 
 
 Unknown = UnknownForce | UnknownMoment
@@ -256,73 +247,6 @@ def unknown_forces(scenes: Sequence[Scene]) -> list[Unknown]:
     return found
 
 
-def strongest_frequency_Hz(scene: Scene) -> float | None:
-    """At which what the motion demands differs most from what was recorded, in newtons.
-
-    Only where the difference is a large share of the demand itself: what swings with the steps and is small
-    beside their forces is what model and skin are off by. None where it is so nowhere.
-    """
-    if not scene.counts.any():
-        return None
-    tried = np.arange(SLOWEST_HZ, FASTEST_HZ, scene.rate / scene.frames / FINER)
-    waves = np.exp(-2j * np.pi * tried[:, None] * scene.times)
-
-    def power(force: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, " tried"]:
-        changing = (force - force[scene.counts].mean(axis=0)) * scene.counts[:, None]
-        return np.asarray((np.abs(waves @ changing) ** 2).sum(axis=1))
-
-    demanded = scene.demanded_ground[:, :3]
-    missing, whole = power(demanded - scene.measured_ground[:, :3]), power(demanded)
-    missing = np.where(missing > SHARE_OF_DEMAND**2 * whole, missing, 0.0)
-    return float(tried[np.argmax(missing)]) if missing.any() else None
-
-
 def scene_named(scenes: Sequence[Scene], trial: str) -> Scene:
     """The scene of a trial."""
     return next(scene for scene in scenes if scene.name == trial)
-
-
-def courses_of(scene: Scene, unknown: Unknown) -> Float[np.ndarray, "frames courses"]:
-    """A constant, and courses that sum to one: cubic B-splines through the trial, or phases of a swing."""
-    time_s = scene.times
-    if unknown.frequency_Hz is not None:
-        phase = 2 * np.pi * (unknown.frequency_Hz * time_s[:, None] + np.arange(3) / 3)
-        return np.concatenate([np.ones((scene.frames, 1)), (1 + np.cos(phase)) / 3], axis=1)
-    pieces = int(np.clip(round(time_s[-1] / unknown.knot_s), 4, MOST_KNOTS))
-    inner = np.linspace(0, time_s[-1], pieces + 1)
-    step = inner[1]
-    knots = np.concatenate([-step * np.arange(3, 0, -1), inner, time_s[-1] + step * np.arange(1, 4)])
-    splines = BSpline.design_matrix(time_s, knots, 3, extrapolate=True).toarray()
-    return np.concatenate([np.ones((scene.frames, 1)), splines], axis=1)
-
-
-def dependence(
-    scene: Scene, force: Float[np.ndarray, "frames 3"], body: int, frequency_Hz: float | None = None
-) -> str:
-    """On what the force depends most: nothing, place, velocity, its square, acceleration; in words.
-
-    One that swings evenly depends on the time alone, whatever the body does.
-    """
-    if frequency_Hz is not None:
-        return f"time: it swings {frequency_Hz:.1f} times a second"
-    point = scene.skeleton.bodies[body].com_body
-    place = scene.point_ground(body, point)
-    velocity = scene.point_velocity_ground(body, point)
-    speed = np.linalg.norm(velocity, axis=1, keepdims=True)
-    acceleration = np.gradient(velocity, 1 / scene.rate, axis=0)
-    total = (force**2).sum()
-    changing = force - force.mean(axis=0)
-    explained = {"constant": 1 - (changing**2).sum() / total if total else 0.0}
-    for name, regressor in (
-        ("position", place - place.mean(axis=0)),
-        ("velocity", velocity),
-        ("velocity squared", speed * velocity),
-        ("acceleration", acceleration),
-    ):
-        A = np.concatenate([np.ones((len(force), 1)), regressor], axis=1)
-        rest = force - A @ np.linalg.lstsq(A, force, rcond=None)[0]
-        explained[name] = 1 - (rest**2).sum() / total if total else 0.0
-    best = max(explained, key=lambda n: explained[n] + (0.1 if n == "constant" else 0.0))
-    if explained[best] < LEAST_EXPLAINED:
-        return "none of: constant, position, velocity, acceleration"
-    return f"{best} ({100 * explained[best]:.0f} % of it)"

@@ -28,6 +28,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, object]:
                 "instead_of": a.instead_of,
                 "why": a.why,
                 "separate_by": a.separate_by,
+                "confidence": _finite(a.confidence),
             }
             for a in diagnosis.alternatives
         ],

@@ -113,7 +113,8 @@ class DiagnosisSettings:
             ("filter_mismatch", 3.0),
             ("plate_gain", 2.0),
             ("plate_bias", 2.0),
-            ("plate_yaw", 2.0),
+            ("plate_yaw", -2.0),
+            ("plate_position", -2.0),
             ("external_contact", 4.0),
             ("body_weight_support", 3.0),
             ("elastic_tether", 10.0),
@@ -154,6 +155,11 @@ class DiagnosisSettings:
         0.1,
         unit="",
         why="of what named causes explain, likewise: a free course follows model errors",
+    )
+    beside_unknown_share: float = setting(
+        0.1,
+        unit="",
+        why="of what a free course explains, that a cause named beside it must add: it is never told whole",
     )
     unexplained_scale: float = setting(2.4, unit="", why="model errors of sound recordings stay below it")
     rival_margin: float = setting(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from solver.diagnosis.balance import Balance, Solved, Term
 from solver.diagnosis.contenders import Contender, Found, handicap, loose_ends
 from solver.diagnosis.ladder import Rung
-from solver.diagnosis.remainder import Unknown, UnknownForce, unknown_forces
+from solver.diagnosis.remainder import Unknown, UnknownForce
 from solver.diagnosis.screening import Beside
 from solver.diagnosis.selection import Selection
 from solver.diagnosis.unknown_screen import Tried, UnknownScreen
@@ -60,7 +60,7 @@ def _without_needless(balance: Balance, unknown: UnknownScreen, kept: Kept, marg
     solved, found, left = kept.solved, kept.found, kept.left
     assert left is not None
     while found:
-        least = settings.least_further_gain + settings.rival_share * max(0.0, left.gain)
+        least = settings.least_further_gain + settings.beside_unknown_share * max(0.0, left.gain)
         tried = []
         for k, one in enumerate(found):
             if one.contender.term.candidate.has_a_witness:
@@ -96,7 +96,6 @@ def _left(
 ) -> Contender | None:
     """The force of unknown course, or the moment, that would explain most; None where none pays."""
     scenes = balance.scenes
-    free = unknown_forces(scenes)
     placed: list[Unknown] = []
     tried: list[tuple[float, Tried, Rung]] = []
     sharpest = balance.ladder.nearest(min(balance.settings.model_scales), solved.rung.slack)
@@ -105,7 +104,7 @@ def _left(
     besides = [Beside(solved.terms, r) for r in rungs]
     for beside, base in zip(besides, bases, strict=True):
         nearly: dict[tuple[str, str, bool], Tried] = {}
-        for one in unknown.at(free, beside):  # the best course of each body and trial comes first
+        for one in unknown.at(unknown.free, beside):  # the best course of each body and trial comes first
             swings = one.candidate.frequency_Hz is not None
             nearly.setdefault((one.candidate.target, one.candidate.trial, swings), one)
         for one in list(nearly.values())[: 2 * PLACED]:

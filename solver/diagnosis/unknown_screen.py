@@ -15,9 +15,10 @@ from scipy.sparse import csr_array
 
 from solver.diagnosis.balance import Balance
 from solver.diagnosis.ladder import Rung
-from solver.diagnosis.remainder import Unknown, UnknownForce, UnknownMoment, courses_of
+from solver.diagnosis.remainder import Unknown, UnknownForce, UnknownMoment, unknown_forces
 from solver.diagnosis.rows import TrialRows
 from solver.diagnosis.screening import Beside
+from solver.diagnosis.unknown_course import courses_of
 from solver.effects.effect import Eta
 
 Key = tuple[str, str, int, bytes]  # trial, body, courses, point
@@ -54,6 +55,7 @@ class UnknownScreen:
 
     def __init__(self, balance: Balance) -> None:
         self._balance = balance
+        self.free = unknown_forces(balance.scenes)  # at no point in particular yet
         self._trials = {t.scene.name: k for k, t in enumerate(balance.trials)}
         self._local: dict[Key, Local] = {}
         self._products: dict[tuple[int, Key], np.ndarray] = {}
@@ -104,7 +106,7 @@ class UnknownScreen:
     def _local_of(self, candidate: Unknown) -> Local:
         trial, start = self._trial(candidate), self._balance.start
         scene = trial.scene
-        splines = courses_of(scene, candidate)[:, 1:]
+        splines = courses_of(scene, candidate.knot_s, candidate.frequency_Hz)[:, 1:]
         centre = point = np.zeros(3)
         if isinstance(candidate, UnknownForce):
             centre = scene.skeleton.bodies[scene.skeleton.body_index(candidate.target)].com_body

@@ -242,6 +242,8 @@ def test_rivals_are_in_the_verdict_and_with_what_tells_them_apart():
     late, step = text.split("CAUSE 1")[1].split("CAUSE 2")
     assert "could also be wrong body mass" in late
     assert "to tell, record the person on a scale" in late
+    known = said(figures(effects=[LATE, STEP], alternatives=[heavy | {"confidence": 0.31}]))
+    assert "could also be wrong body mass (31 %)" in known
     assert "very sure" not in late
     assert "could also be" not in step
 
@@ -310,8 +312,8 @@ def test_exchanged_labels_are_mended_by_fits_and_can_be_accepted():
 
 def test_what_to_do_next_with_this_recording():
     text = said(figures(effects=[LATE]))
-    assert "`addb-viewer accept SUBJECT` applies the causes to later fits; until then fits use this" in text
-    assert "joint torques" not in text
+    assert "`addb-viewer accept SUBJECT` applies the causes to later fits; until then nothing in" in text
+    assert "Do not use" not in text
     taken_off = effect("plate_bias", "plate_1", bias_y_N=(8.0, 0.1)) | {
         "sentence": PlateBiasTakenOff.sentence.format(target="plate_1")
     }
@@ -371,11 +373,44 @@ def test_a_cause_without_words_is_still_told():
     assert "moon phase (all)" in said(figures(effects=[odd]))
 
 
+def test_the_verdict_says_what_the_recording_is_good_for():
+    def use(verdict="explained", **more):
+        return page(figures(verdict, **more))[0].lines[-1]
+
+    assert use("clean") == "Use: as it is."
+    assert "before the rest is understood" in use("unexplained")
+    assert "with the cause put right" in use(effects=[LATE])
+    assert "outside the frames named" in use(effects=[STEP])
+    assert "once the markers are mended" in use(
+        effects=[effect("marker_slip", "RKNE", shift_m=(0.02, 0.001))]
+    )
+    heavy = rival("subject_mass", "clock_offset all", "the person on a scale")
+    assert "before it is known which cause" in use(effects=[LATE], alternatives=[heavy])
+    taken_off = effect("plate_bias", "plate_1", bias_y_N=(8.0, 0.1)) | {
+        "sentence": PlateBiasTakenOff.sentence.format(target="plate_1")
+    }
+    assert "put right on reading" in use(effects=[taken_off])
+    assert "outside the frames named" in use(effects=[STEP, taken_off])
+
+
+def test_what_stays_beyond_the_ordinary_is_not_accounted_for():
+    left = {"linear_residual_N": 44.0, "noise_floor_N": 19.0, "location": None}
+    assert "one cause accounts for most of it" in said(figures(effects=[STEP], remaining=left))
+
+
+def test_a_steady_weight_is_no_lead_only_because_masses_follow_it():
+    lifted = effect("body_weight_support", "pelvis", force_N=(122.0, 7.0))
+    same = {"heldout_linear_residual_N": {"before": 18.0, "after": 18.1, "interval": [17.0, 19.0]}}
+    text = said(figures(effects=[lifted], gain=same))
+    assert "lead" not in text
+    assert "how far the weight on the plates is from what was entered" in text
+
+
 def test_hidden_stretches_say_nothing_of_a_mass():
     heavy = effect("subject_mass", mass_factor=(0.9, 0.01))
     same = {"heldout_linear_residual_N": {"before": 14.0, "after": 14.1, "interval": [12.0, 16.0]}}
     text = said(figures(effects=[heavy], gain=same))
-    assert "neither for a wrong mass nor against it" in text
+    assert "neither for a wrong weight nor against it" in text
     assert "lead" not in text
 
 

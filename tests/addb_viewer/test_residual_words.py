@@ -33,7 +33,7 @@ def test_only_what_exceeds_the_floor_is_called_more():
     ordinary = residual(force=11.0, moment=5.5)
     assert "it follows a pattern" in text(ordinary)
     clean = section(ordinary, verdict="clean", effects=())
-    assert "That is ordinary." in " ".join(clean.lines)
+    assert "times that moment: ordinary." in " ".join(clean.lines)
     assert clean.rows == ()
 
 

@@ -142,6 +142,7 @@ def test_a_rival_that_does_as_well_is_an_alternative_with_what_tells_them_apart(
     assert "cosine 1.00" in other.why
     assert other.separate_by
     assert effect.confidence < 0.6
+    assert effect.confidence + other.confidence == pytest.approx(1.0, abs=0.01), "nothing else was tried"
 
 
 def test_of_two_rivals_the_second_is_of_another_kind(short_scene, drawn, rows_of):

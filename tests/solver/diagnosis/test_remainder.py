@@ -7,15 +7,9 @@ import pytest
 
 from solver.diagnosis.conclusion import conclude
 from solver.diagnosis.diagnosis import UNEXPLAINED
-from solver.diagnosis.remainder import (
-    KNOTS_S,
-    UnknownForce,
-    UnknownMoment,
-    dependence,
-    strongest_frequency_Hz,
-    unknown_forces,
-)
+from solver.diagnosis.remainder import UnknownForce, UnknownMoment, unknown_forces
 from solver.diagnosis.selection import select
+from solver.diagnosis.unknown_course import KNOTS_S, dependence, strongest_frequency_Hz
 from solver.effects.scene import force_at
 
 POINT = np.array([0.02, -0.03, 0.01])  # from the body's centre of mass [m]
@@ -70,6 +64,9 @@ def test_what_swings_with_the_steps_and_is_small_beside_them_is_no_swing(short_s
     lacking = np.zeros_like(short_scene.demanded_ground)
     lacking[:, 2] = 150.0 * np.cos(2 * np.pi * 6.0 * short_scene.times)
     assert strongest_frequency_Hz(drawn(1, lacking)) == pytest.approx(6.0, abs=0.2)
+    lasting_s = short_scene.times[-1]
+    lacking[:, 2] = 150.0 * np.cos(2 * np.pi * 1.5 / lasting_s * short_scene.times)
+    assert strongest_frequency_Hz(drawn(1, lacking)) is None, "one and a half periods are no swing"
     nothing_counts = np.zeros(short_scene.frames, dtype=bool)
     assert strongest_frequency_Hz(replace(short_scene, counts=nothing_counts)) is None
 

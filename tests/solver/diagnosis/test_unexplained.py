@@ -81,8 +81,8 @@ def test_beside_a_strong_unknown_a_cause_has_to_pay_more(short_scene, swinging, 
     missing = swinging + 0.2 * short_scene.plates[0].wrench_ground
     plain = balance_of_scenes(drawn(4, missing, scale=0.5))
 
-    def kept(rival_share):
-        balance = Balance(plain.trials, replace(SETTINGS, rival_share=rival_share))
+    def kept(share):
+        balance = Balance(plain.trials, replace(SETTINGS, beside_unknown_share=share))
         return kept_beside_the_unknown(balance, select(balance, [PlateGain("plate_1")]))
 
     lenient = kept(0.0)
