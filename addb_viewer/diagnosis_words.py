@@ -6,6 +6,7 @@ Takes the plain values of `diagnose --json`, so that a kept diagnosis reads like
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from addb_viewer.detectable_words import what_would_be_found
 from addb_viewer.diagnosis_vocabulary import (
     amounts,
     capital,
@@ -51,6 +52,7 @@ def page(figures: Figures) -> list[Section]:
     sections = [
         verdict(figures),
         what_is_wrong(figures),
+        what_would_be_found(figures),
         *causes,
         what_it_gains(figures),
         what_remains(figures),

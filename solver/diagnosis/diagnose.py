@@ -9,7 +9,8 @@ from solver.capture.subject import open_subject
 from solver.contact.wrenches import MissingRange
 from solver.diagnosis.balance import Balance
 from solver.diagnosis.conclusion import conclude
-from solver.diagnosis.diagnosis import Diagnosis
+from solver.diagnosis.detectable import detectable
+from solver.diagnosis.diagnosis import CLEAN, Diagnosis
 from solver.diagnosis.marker_causes import SeenInMarkers, with_markers_repaired
 from solver.diagnosis.report import as_json
 from solver.diagnosis.rows import trial_rows
@@ -60,8 +61,12 @@ def diagnose(
         reviews=reviews or {},
         progress=part(progress, 0.0, FITTED),
     )
-    selection = select(balance, catalogue(balance.scenes), part(progress, FITTED, 1.0))
-    return replace(conclude(balance, selection, seen), notes=all_notes(fit))
+    candidates = catalogue(balance.scenes)
+    selection = select(balance, candidates, part(progress, FITTED, 1.0))
+    answer = replace(conclude(balance, selection, seen), notes=all_notes(fit))
+    if answer.verdict != CLEAN:
+        return answer
+    return replace(answer, detectable=detectable(balance, selection.null, candidates))
 
 
 def repaired_balance(

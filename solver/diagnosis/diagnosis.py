@@ -58,6 +58,16 @@ class Location:
 
 
 @dataclass(frozen=True)
+class Detectable:
+    """A parameter of a cause, and how far from nothing it would have been found nine times in ten."""
+
+    id: str
+    target: str
+    parameter: str
+    size: float  # in the parameter's unit
+
+
+@dataclass(frozen=True)
 class Remaining:
     """What is left after the named causes."""
 
@@ -80,3 +90,4 @@ class Diagnosis:
     rates_Hz: Mapping[str, float] = field(default_factory=dict)  # of the markers' frames, by trial
     starts_s: Mapping[str, float] = field(default_factory=dict)  # of frame 0 on the recording's clock
     notes: tuple[str, ...] = field(default=())
+    detectable: tuple[Detectable, ...] = field(default=())  # in a recording in which nothing is wrong

@@ -114,7 +114,6 @@ class DiagnosisSettings:
             ("plate_gain", 2.0),
             ("plate_bias", 2.0),
             ("plate_yaw", -2.0),
-            ("plate_position", -2.0),
             ("external_contact", 4.0),
             ("body_weight_support", 3.0),
             ("elastic_tether", 10.0),

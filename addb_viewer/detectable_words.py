@@ -1,0 +1,56 @@
+"""What "nothing wrong" is worth: from which size on the usual causes would have been found.
+
+Takes the plain values of `diagnose --json`.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from addb_viewer.diagnosis_readings import READINGS, Reading
+from addb_viewer.diagnosis_vocabulary import TITLES, target_in_words
+from addb_viewer.sections import Section
+
+HEADING = "What would have been found"
+DIGITS = 2  # of a size, rounded up
+
+Figures = Mapping[str, Any]
+
+
+def what_would_be_found(figures: Figures) -> Section:
+    """Sizes of each cause at each target, the largest over directions; empty where none is known."""
+    largest: dict[str, dict[str, tuple[float, str]]] = {}
+    for one in figures.get("detectable", ()):
+        unit, factor = _unit_of(one["id"], one["parameter"])
+        sizes = largest.setdefault(one["id"], {})
+        before, _ = sizes.get(one["target"], (0.0, unit))
+        sizes[one["target"]] = max(before, factor * one["size"]), unit
+    rows = tuple((TITLES[id].format(target="a plate"), _told(sizes)) for id, sizes in largest.items())
+    if not rows:
+        return Section(HEADING)
+    line = (
+        "One of these would have been found nine times in ten from this size on, in the worst direction. "
+        "Smaller ones may be there. Other causes have a place and a course of their own, and so no one size."
+    )
+    return Section(HEADING, (line,), rows)
+
+
+def _told(sizes: Mapping[str, tuple[float, str]]) -> str:
+    """Each target's, or one for all where they are alike."""
+    texts = {target: _rounded_up(*size) for target, size in sizes.items()}
+    if len(set(texts.values())) == 1:
+        return next(iter(texts.values()))
+    return ", ".join(f"{text} ({target_in_words(target)})" for target, text in texts.items())
+
+
+def _unit_of(id: str, parameter: str) -> tuple[str, float]:
+    for reading in READINGS.get(id, ()):
+        if isinstance(reading, Reading) and reading.parameter == parameter:
+            return reading.unit, abs(reading.factor)
+    return "", 1.0
+
+
+def _rounded_up(size: float, unit: str) -> str:
+    step = 10.0 ** (math.floor(math.log10(size)) + 1 - DIGITS)
+    text = f"{step * math.ceil(round(size / step, 6)):.{DIGITS}g}"
+    return f"{text}{'' if unit in ('', '°') else ' '}{unit}"
