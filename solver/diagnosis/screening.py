@@ -15,6 +15,7 @@ from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from solver.diagnosis.balance import Balance, CandidateRows, Term, with_the_usual
+from solver.diagnosis.contenders import handicap
 from solver.diagnosis.ladder import Rung
 from solver.effects.effect import Candidate
 
@@ -118,6 +119,15 @@ class Screen:
                 tried = [self._tried(beside, rows) for rows in starts]
                 found.append(max(tried, key=lambda s: (s.notable, s.possible, s.gain)))
         return sorted(found, key=lambda s: -s.gain)
+
+    def by_name(self, rung: Rung, accepted: Sequence[Term] = ()) -> list[Screened]:
+        """The best variant of each name, likeliest name first; of what cannot be, only what has a search."""
+        able = [s for s in self.at(rung, accepted) if s.possible or s.rows.candidate.steps()]
+        able.sort(key=lambda s: handicap(s.rows.candidate, self._balance.settings) - s.gain)
+        best: dict[tuple[str, str], Screened] = {}
+        for one in able:
+            best.setdefault(one.rows.candidate.key, one)
+        return list(best.values())
 
     def _tried(self, beside: Beside, rows: CandidateRows) -> Screened:
         gain, x, covariance = beside.gain(rows, self._products_at(beside.rung, rows))

@@ -223,12 +223,9 @@ class _Search:
         rungs = {id(r): r for r in (balance.ladder.nearest(s, slack) for s in scales)}.values()
         chosen: dict[tuple[str, str], Term] = {}
         for rung in rungs:
-            screened = [s for s in self.screen.at(rung, accepted) if s.possible or s.rows.candidate.steps()]
-            screened.sort(key=lambda s: handicap(s.rows.candidate, settings) - s.gain)
-            best = {s.rows.candidate.key: s for s in reversed(screened)}  # of each name
-            for key, one in list(reversed(best.items()))[: settings.refitted]:
-                if key not in chosen:
-                    chosen[key] = balance.spread(one.rows)
+            for one in self.screen.by_name(rung, accepted)[: settings.refitted]:
+                if one.rows.candidate.key not in chosen:
+                    chosen[one.rows.candidate.key] = balance.spread(one.rows)
         contenders = []
         for term in chosen.values():
             own = refined(balance, term, accepted, current.rung)

@@ -18,9 +18,9 @@ class DiagnosisSettings:
     hop_s: float = setting(0.03, unit="s", why="half a window: nothing is lost between them")
     most_rows: int = setting(2400, unit="", why="the evidence is a dense matrix; longer trials hop farther")
     end_s: float = setting(0.05, unit="s", why="at both ends of a trial the spline is loose")
-    force_noise_N: float = setting(3.0, unit="N", why="of a filtered plate")
+    force_noise_N: float = setting(2.0, unit="N", why="of a filtered plate")
     moment_noise_Nm: float = setting(
-        2.0, unit="N·m", why="likewise: 3 mm of centre of pressure at body weight"
+        1.3, unit="N·m", why="likewise: 2 mm of centre of pressure at body weight"
     )
     body_mass_std: float = setting(0.008, unit="", why="relative: a scale's reading, clothes and shoes")
     unweighed_mass_std: float = setting(
@@ -65,7 +65,7 @@ class DiagnosisSettings:
         0.7, unit="", why="logarithm: how much such errors differ between recordings"
     )
     model_scales: tuple[float, ...] = setting(
-        (0.18, 0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0),
+        (0.09, 0.125, 0.18, 0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0),
         unit="",
         why="between which it is sought, for every hypothesis anew",
     )

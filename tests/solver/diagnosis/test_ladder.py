@@ -54,7 +54,7 @@ def test_no_rung_is_fitted_twice_on_the_way(ladder, near):
 
 
 def test_nearest_is_the_rung_whose_scales_differ_least(ladder):
-    near = ladder.nearest(0.19, 0.9)
+    near = ladder.nearest(1.05 * min(SETTINGS.model_scales), 0.9)
     assert (near.scale, near.slack) == (min(SETTINGS.model_scales), 1.0)
     assert ladder.nearest(0.001, 0.001) is ladder.rungs[0]
 

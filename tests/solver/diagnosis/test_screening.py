@@ -1,5 +1,7 @@
 """The screening against the balance solved anew for every candidate, by another factorization."""
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from solver.effects.catalogue import catalogue
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.effect import Corrected
 from solver.effects.plate_gain import PlateGain
+from solver.effects.plate_yaw import PlateYaw
 
 
 @pytest.fixture(scope="module")
@@ -66,3 +69,22 @@ def test_rows_of_one_trial_stay_there(wrong):
     term = wrong.spread(one.rows)
     np.testing.assert_allclose(term.columns, wrong.term(PlateGain("plate_1"), ()).columns)
     assert Screen(wrong, [PlateGain("plate_9")]).at(wrong.rungs[4]) == []
+
+
+def test_a_name_ranks_by_its_best_variant(wrong):
+    """A variant that describes nothing, in one trial alone say, takes nothing from the other."""
+
+    @dataclass(frozen=True)
+    class Weak(PlateGain):
+        """The same name, a thousandth of the trace."""
+
+        def signature(self, scene, eta):
+            whole = super().signature(scene, eta)
+            return None if whole is None else replace(whole, prior_std=1e-3 * whole.prior_std)
+
+    rung = wrong.rungs[4]
+    variants = [PlateGain("plate_1"), PlateYaw("plate_1"), Weak("plate_1")]
+    gains = {type(s.rows.candidate): s.gain for s in Screen(wrong, variants).at(rung)}
+    assert gains[PlateGain] > gains[PlateYaw]
+    named = Screen(wrong, variants).by_name(rung)
+    assert [type(s.rows.candidate) for s in named] == [PlateGain, PlateYaw]
