@@ -22,6 +22,7 @@ from addb_viewer.app.residual_charts import residual_charts, worst_frame
 from addb_viewer.app.solve_desk import show_progress
 from addb_viewer.app.timeline import Timeline
 from addb_viewer.app.workbench import Progress
+from addb_viewer.detectable_words import what_would_be_found
 from addb_viewer.diagnosis_vocabulary import ranges_of, title
 from addb_viewer.diagnosis_words import AT_CERTAIN_FRAMES, NOTES, cause, notes, what_it_gains, what_remains
 from addb_viewer.extension_words import what_accepting_changes
@@ -159,6 +160,7 @@ class DiagnosisPanel:
                 self.gui.add_html(section_html(section, spread=bool(effect["parameters"])))
                 self._add_jumps(figures, effect, trials)
         for section, shown in (
+            (what_would_be_found(figures), section_html),
             (what_it_gains(figures), gain_html),
             (what_remains(figures), section_html),
             (what_next(figures), section_html),
