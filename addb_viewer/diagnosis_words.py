@@ -33,6 +33,7 @@ from addb_viewer.use_words import use
 AT_CERTAIN_FRAMES = (*NOW_AND_THEN, "marker_slip", "marker_swap")
 CERTAIN_PER_CENT = 95
 CONFIDENT = 0.9
+CERTAIN_NATS, LIKELY_NATS = 40.0, 20.0  # sound recordings hardly reach 8
 HOLDS_UP = "Does it hold up?"
 MARKER_ERROR = "marker_rms_m"
 NOTES = "Notes"
@@ -75,25 +76,32 @@ def verdict(figures: Figures) -> Section:
     one = len(effects) == 1
     short = [_in_short(figures, effect) for effect in effects]
     named = "; ".join(short if one else [f"({k}) {text}" for k, text in enumerate(short, start=1)])
-    of, lead = _recordings(figures), is_lead(figures)
+    wrong, lead = f"Something is {_how_surely(figures)}wrong with {_recordings(figures)}", is_lead(figures)
     found = "one cause was found" if one else f"{len(effects)} causes were found"
     if figures["verdict"] == "clean":
-        text = f"Nothing wrong was found in {of}."
+        text = f"Nothing wrong was found in {_recordings(figures)}."
     elif figures["verdict"] == "explained" and lead:
         best = "one cause describes it best" if one else f"{len(effects)} causes together describe it best"
-        text = f"Something is wrong with {of}. Of all that were tried, {best}: {named}."
+        text = f"{wrong}. Of all that were tried, {best}: {named}."
     elif figures["verdict"] == "explained":
         account = "one cause accounts for" if one else f"{len(effects)} causes together account for"
         account += " it" if is_whole(figures) else " most of it"
-        text = f"Something is wrong with {of}, and {account}: {named}."
+        text = f"{wrong}, and {account}: {named}."
     elif effects:
         text = (
-            f"Something is wrong with {of}; {found} ({named}), but that does not account for all of it. "
-            "The rest is unexplained."
+            f"{wrong}; {found} ({named}), but that does not account for all of it. The rest is unexplained."
         )
     else:
-        text = f"Something is wrong with {of}, and no cause that this program knows accounts for it."
+        text = f"{wrong}, and no cause that this program knows accounts for it."
     return Section("Verdict", (text, *([_only_a_lead(figures)] if lead else []), use(figures)))
+
+
+def _how_surely(figures: Figures) -> str:
+    """By all that was found together, against nothing being wrong; nothing where nobody knows."""
+    nats = figures.get("evidence_nats")
+    if not nats:
+        return ""
+    return "certainly " if nats >= CERTAIN_NATS else "very likely " if nats >= LIKELY_NATS else "probably "
 
 
 def _only_a_lead(figures: Figures) -> str:
@@ -191,8 +199,9 @@ def how_to_read(figures: Figures) -> Section:
         lines.append(f"{SPREAD} It holds if the cause is the right one.")
     if effects:
         lines.append(
-            "Sure of the name: the share of this cause among all that were tried in its place, and nothing "
-            "at all. A cause that was not tried has no share."
+            "Certainly, very likely, probably wrong: by the evidence of all that was found together, against "
+            "nothing being wrong. Sure of the name: against every other cause that was tried in its place, "
+            "and none. A cause that was not tried has no share."
         )
     if figures["verdict"] != "clean":
         lines.append(f"Tried, each alone and beside the others: {looked_for()}.")

@@ -13,6 +13,8 @@ from addb_viewer.residual_words import IN_MARKERS, WITHIN, moment_Nm, times
 from addb_viewer.sections import Section
 from addb_viewer.use_words import put_right_on_reading
 
+MORE = 1.1  # times what is ordinary, from which on the ratio is told
+
 Figures = Mapping[str, Any]
 
 
@@ -29,6 +31,11 @@ def what_remains(figures: Figures) -> Section:
             "It cannot be tied to one part of the body. It may be a cause that this program does not know, "
             "or several at once."
         )
+        if _mostly_turns(figures):
+            lines.append(
+                "It turns the body more than it pushes it: check the plates' free moments with sign and "
+                "unit, their places and axes, and look for what spins or twists."
+            )
     else:
         force = location["mean_force_N"]
         size = sum(f * f for f in force) ** 0.5
@@ -76,13 +83,25 @@ def what_next(figures: Figures) -> Section:
                 lead and "Then look into what is only a lead. If it proves true, "
             )
         which = "the other causes" if apart else "the causes"
-        lines.append(f"{lead}`addb-viewer accept SUBJECT` applies {which} to later fits; {as_recorded}.")
+        lines.append(
+            f"{lead}`addb-viewer accept SUBJECT` applies {which} to later fits, and leaves the files as they "
+            f"are; {as_recorded}."
+        )
     if figures["verdict"] == "unexplained":
         lines.append(
             f"Do not use the forces of {recording} for joint torques before the cause of what remains is "
             "known."
         )
     return Section("What next", tuple(lines))
+
+
+def _mostly_turns(figures: Figures) -> bool:
+    """Whether the residual is beyond the ordinary in its moment, and less so in its force."""
+    residual = figures.get("residual")
+    if figures["effects"] or residual is None:
+        return False
+    moment = residual["moment_Nm"] / residual["moment_floor_Nm"]
+    return bool(moment > max(WITHIN, residual["force_N"] / residual["force_floor_N"]))
 
 
 def is_whole(figures: Figures) -> bool:
@@ -105,7 +124,8 @@ def _left(figures: Figures) -> str:
     if not figures["effects"]:
         text = f"On hidden stretches force is off by {newtons(left)}"
     text += f"; in a sound recording, by about {newtons(floor)} there"
-    text += f": {times(left / floor)} times as much." if left > WITHIN * floor else "."
+    more = left > MORE * floor
+    text += f": {times(left / floor)} times as much." if more else "."
     moment = gain.get("heldout_angular_residual_Nm")
     return text if moment is None else f"{text} The moment is off by {moment_Nm(moment['after'])}."
 
@@ -117,8 +137,11 @@ def _against(said: str, ratio: float) -> str:
 
 
 def _nothing_else(figures: Figures) -> str:
+    remaining = figures["remaining"]
     if is_whole(figures):
-        return "That is within what is ordinary there. Nothing else stands out."
+        within = remaining["linear_residual_N"] <= MORE * remaining["noise_floor_N"]
+        much = "That is within what is ordinary there." if within else "So much may still be ordinary there."
+        return f"{much} Nothing else stands out."
     if now_and_then(figures):
         return "Away from the frames named above, nothing else stands out."
     rest = "No further cause and no single place on the body accounts for the difference"

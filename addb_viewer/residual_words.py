@@ -122,7 +122,7 @@ def _over_time(figures: Figures, trials: Sequence[Figures]) -> tuple[str, str]:
         said.append(f"{trial['trial']}, {seconds}: {_both(worst, WORST_WITHIN)}")
     if len(ordered) > MOST_TRIALS:
         said.append(f"less in {len(ordered) - MOST_TRIALS} more")
-    label = "where it is worst" if any(map(_stands_out, trials)) else "over time"
+    label = "worst half second" if any(map(_stands_out, trials)) else "over time"
     return label, "; ".join(said)
 
 

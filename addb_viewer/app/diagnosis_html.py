@@ -20,7 +20,7 @@ LISTS = (  # rows whose entries, parted by semicolons, get a line each
     "how large",
     "when",
     "could also be",
-    "where it is worst",
+    "worst half second",
     "over time",
     "in which phase",
     "joint torques",

@@ -75,9 +75,18 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
         ),
         trials=tuple(s.name for s in balance.scenes),
         residual=described(balance, solved, selection.uncorrected),
+        evidence_nats=_evidence(selection, solved if left is None else left.solved, seen, settings),
         rates_Hz={s.name: s.rate for s in balance.scenes},
         starts_s={s.name: s.motion.start_time for s in balance.scenes},
     )
+
+
+def _evidence(selection: Selection, last: Solved, seen: SeenInMarkers, settings: DiagnosisSettings) -> float:
+    """Log evidence of the forces, and of the markers on the same scale [nats]."""
+    in_forces = last.log_evidence - selection.null.log_evidence
+    on_reading = sum(c.contender.gain for c in selection.corrected)
+    in_markers = sum(finding.gain for finding in seen.findings)
+    return float(in_forces + on_reading + in_markers * settings.confidence_temper / MARKER_TEMPER)
 
 
 def _happens_once(balance: Balance, solved: Solved, k: int) -> bool:

@@ -87,6 +87,7 @@ class Diagnosis:
     remaining: Remaining
     trials: tuple[str, ...]
     residual: ResidualDescription | None = None  # without any cause
+    evidence_nats: float = 0.0  # of all that was found, named or not, against nothing being wrong
     rates_Hz: Mapping[str, float] = field(default_factory=dict)  # of the markers' frames, by trial
     starts_s: Mapping[str, float] = field(default_factory=dict)  # of frame 0 on the recording's clock
     notes: tuple[str, ...] = field(default=())

@@ -49,6 +49,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, object]:
         "rates_Hz": dict(diagnosis.rates_Hz),
         "starts_s": dict(diagnosis.starts_s),
         "notes": list(diagnosis.notes),
+        "evidence_nats": _finite(diagnosis.evidence_nats),
         "detectable": [asdict(one) for one in diagnosis.detectable],
         "residual": None if diagnosis.residual is None else _residual(diagnosis.residual),
     }

@@ -312,7 +312,8 @@ def test_exchanged_labels_are_mended_by_fits_and_can_be_accepted():
 
 def test_what_to_do_next_with_this_recording():
     text = said(figures(effects=[LATE]))
-    assert "`addb-viewer accept SUBJECT` applies the causes to later fits; until then nothing in" in text
+    assert "`addb-viewer accept SUBJECT` applies the causes to later fits, and leaves the files" in text
+    assert "until then nothing in this recording is put right" in text
     assert "Do not use" not in text
     taken_off = effect("plate_bias", "plate_1", bias_y_N=(8.0, 0.1)) | {
         "sentence": PlateBiasTakenOff.sentence.format(target="plate_1")
@@ -391,6 +392,20 @@ def test_the_verdict_says_what_the_recording_is_good_for():
     }
     assert "put right on reading" in use(effects=[taken_off])
     assert "outside the frames named" in use(effects=[STEP, taken_off])
+
+
+@pytest.mark.parametrize(("nats", "said"), [(95.0, "certainly"), (25.0, "very likely"), (9.0, "probably")])
+def test_the_verdict_says_how_surely_something_is_wrong(nats, said):
+    verdict = page(figures(effects=[LATE]) | {"evidence_nats": nats})[0].lines[0]
+    assert verdict.startswith(f"Something is {said} wrong with the recording")
+
+
+def test_a_moment_without_a_place_asks_for_the_plates_moments():
+    residual = figures("unexplained")["residual"] | {"force_N": 5.0, "force_floor_N": 10.0}
+    text = said(figures("unexplained") | {"residual": residual})
+    assert "check the plates' free moments" in text
+    pushing = figures("unexplained")["residual"] | {"moment_Nm": 5.0, "moment_floor_Nm": 10.0}
+    assert "free moments" not in said(figures("unexplained") | {"residual": pushing})
 
 
 def test_what_stays_beyond_the_ordinary_is_not_accounted_for():

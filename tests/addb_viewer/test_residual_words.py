@@ -43,7 +43,7 @@ def test_the_worst_half_second_of_each_trial_the_worst_first():
         trial("walk", (138, 188), force=687.0, moment=32.0),
         trial("hop", (0, 50), force=25.0, moment=30.0),
     )
-    said = rows(told, rates={"run": 100.0, "walk": 100.0, "hop": 50.0})["where it is worst"]
+    said = rows(told, rates={"run": 100.0, "walk": 100.0, "hop": 50.0})["worst half second"]
     assert said == (
         "walk, 1.38 to 1.87 s: 687 N (69 ×), 32 N·m (6.4 ×); hop, 0.00 to 0.98 s: 25 N (2.5 ×), "
         "30 N·m (6 ×); run: no half second beyond twice the ordinary"
