@@ -13,6 +13,7 @@ from addb_viewer.sections import Section
 
 HEADING = "What would have been found"
 DIGITS = 2  # of a size, rounded up
+MOST_TARGETS = 2  # that are told one by one
 
 Figures = Mapping[str, Any]
 
@@ -36,11 +37,13 @@ def what_would_be_found(figures: Figures) -> Section:
 
 
 def _told(sizes: Mapping[str, tuple[float, str]]) -> str:
-    """Each target's, or one for all where they are alike."""
-    texts = {target: _rounded_up(*size) for target, size in sizes.items()}
-    if len(set(texts.values())) == 1:
-        return next(iter(texts.values()))
-    return ", ".join(f"{text} ({target_in_words(target)})" for target, text in texts.items())
+    """Each target's, or one for all where they are alike, or of many the best and the worst."""
+    ordered = sorted(sizes, key=lambda target: sizes[target])
+    if len({_rounded_up(*size) for size in sizes.values()}) == 1:
+        return _rounded_up(*sizes[ordered[0]])
+    told = list(sizes) if len(sizes) <= MOST_TARGETS else [ordered[0], ordered[-1]]
+    between = ", " if len(sizes) <= MOST_TARGETS else " to "
+    return between.join(f"{_rounded_up(*sizes[target])} ({target_in_words(target)})" for target in told)
 
 
 def _unit_of(id: str, parameter: str) -> tuple[str, float]:
@@ -51,6 +54,6 @@ def _unit_of(id: str, parameter: str) -> tuple[str, float]:
 
 
 def _rounded_up(size: float, unit: str) -> str:
-    step = 10.0 ** (math.floor(math.log10(size)) + 1 - DIGITS)
-    text = f"{step * math.ceil(round(size / step, 6)):.{DIGITS}g}"
-    return f"{text}{'' if unit in ('', '°') else ' '}{unit}"
+    place = math.floor(math.log10(size)) + 1 - DIGITS
+    rounded = 10.0**place * math.ceil(round(size / 10.0**place, 6))
+    return f"{rounded:.{max(0, -place)}f}{'' if unit in ('', '°') else ' '}{unit}"

@@ -21,6 +21,9 @@ def test_the_worst_direction_of_each_plate_counts():
     ((what, told),) = what_would_be_found({"detectable": sizes}).rows
     assert what == "wrong position of a plate"
     assert told == "12 mm (plate 1), 47 mm (plate 2)"
+    far = [size("plate_position", f"plate_{k}", "shift_x_m", 0.008 + 0.05 * (k - 1)) for k in (1, 2, 3, 4)]
+    told = what_would_be_found({"detectable": far}).rows[0][1]
+    assert told == "8.0 mm (plate 1) to 160 mm (plate 4)"
     alike = [size("plate_yaw", f"plate_{k}", "yaw_deg", 3.44) for k in (1, 2)]
     assert what_would_be_found({"detectable": alike}).rows[0][1] == "3.5°"
 
