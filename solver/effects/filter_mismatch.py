@@ -19,6 +19,7 @@ HIGHEST_HZ = 25.0  # little below the band that forces and kinematics share
 LEAST_HARM_HZ = 18.0  # smoothing above takes off a tenth of what markers can tell
 ORDER = 2  # of the single pass
 FITTED_PERIODS = 0.05  # over which value and slope at the end of a contact are read
+SURELY_LOADED = 1.5  # times the contact threshold: with less, many a program writes no point
 MOST_GAIN = 20.0  # of the inverse: a newton of noise within its band grows to that
 
 
@@ -93,7 +94,13 @@ def recorded_as_if_sharp(plate: PlateScene, cutoff_Hz: float) -> Float[np.ndarra
     Without that last step the samples below the contact threshold would count here and not in the null.
     """
     rate = plate.plate.rate
-    whole = with_tails(plate.loads.raw_ground, rate, cutoff_Hz)
+    raw = plate.loads.raw_ground
+    if not raw.any(
+        axis=1
+    ).all():  # whoever writes zeros without load may have lost the point before the force
+        sure = raw[:, 1] > SURELY_LOADED * plate.conditioning.threshold_N
+        raw = np.where(sure[:, None], raw, 0.0)
+    whole = with_tails(raw, rate, cutoff_Hz)
     near = near_contact(plate, 1 / cutoff_Hz)
     sharp = sharpened(np.where(near[:, None], whole, 0.0), rate, cutoff_Hz)
     loaded = contact_samples(replace(plate.plate, force_ground=sharp[:, :3]), plate.conditioning)
