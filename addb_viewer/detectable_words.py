@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from addb_viewer.diagnosis_readings import READINGS, Reading
-from addb_viewer.diagnosis_vocabulary import TITLES, target_in_words
+from addb_viewer.diagnosis_vocabulary import TITLES, behind, target_in_words
 from addb_viewer.sections import Section
 
 HEADING = "What would have been found"
@@ -56,4 +56,4 @@ def _unit_of(id: str, parameter: str) -> tuple[str, float]:
 def _rounded_up(size: float, unit: str) -> str:
     place = math.floor(math.log10(size)) + 1 - DIGITS
     rounded = 10.0**place * math.ceil(round(size / 10.0**place, 6))
-    return f"{rounded:.{max(0, -place)}f}{'' if unit in ('', '°') else ' '}{unit}"
+    return f"{rounded:.{max(0, -place)}f}{behind(unit)}"

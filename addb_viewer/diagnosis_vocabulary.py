@@ -141,7 +141,7 @@ def amounts(effect: Mapping[str, Any]) -> list[str]:
 
 def amount(value: float, spread: float | None, unit: str) -> str:
     """A figure with its spread, with no more digits than the spread leaves sense in."""
-    after = f"{'' if unit in ('', '°') else ' '}{unit}"
+    after = behind(unit)
     if not spread or not math.isfinite(spread):
         return f"{value:.3g}{after}"
     leading = spread / 10.0 ** math.floor(math.log10(spread))
@@ -149,6 +149,11 @@ def amount(value: float, spread: float | None, unit: str) -> str:
     digits = min(max(digits, 0), FRACTION_DIGITS)
     least = 10.0**-digits
     return f"{value:.{digits}f} ± {max(spread, least):.{digits}f}{after}"
+
+
+def behind(unit: str) -> str:
+    """A unit as it stands behind a figure."""
+    return f"{'' if unit in ('', '°') else ' '}{unit}"
 
 
 def certainty(confidence: float, rivals: int) -> str:

@@ -29,11 +29,12 @@ from addb_viewer.remainder_words import is_whole, what_next, what_remains
 from addb_viewer.residual_words import in_markers, looked_for, what_is_wrong
 from addb_viewer.sections import Section
 from addb_viewer.use_words import use
+from solver.diagnosis.settings import DIAGNOSIS
 
 AT_CERTAIN_FRAMES = (*NOW_AND_THEN, "marker_slip", "marker_swap")
 CERTAIN_PER_CENT = 95
 CONFIDENT = 0.9
-CERTAIN_NATS, LIKELY_NATS = 40.0, 20.0  # sound recordings hardly reach 8
+CERTAIN_NATS, LIKELY_NATS = DIAGNOSIS.certain_gain, 20.0  # sound recordings hardly reach 8
 HOLDS_UP = "Does it hold up?"
 MARKER_ERROR = "marker_rms_m"
 NOTES = "Notes"
@@ -76,10 +77,11 @@ def verdict(figures: Figures) -> Section:
     one = len(effects) == 1
     short = [_in_short(figures, effect) for effect in effects]
     named = "; ".join(short if one else [f"({k}) {text}" for k, text in enumerate(short, start=1)])
-    wrong, lead = f"Something is {_how_surely(figures)}wrong with {_recordings(figures)}", is_lead(figures)
+    of, lead = _recordings(figures), is_lead(figures)
+    wrong = f"Something is {_how_surely(figures)}wrong with {of}"
     found = "one cause was found" if one else f"{len(effects)} causes were found"
     if figures["verdict"] == "clean":
-        text = f"Nothing wrong was found in {_recordings(figures)}."
+        text = f"Nothing wrong was found in {of}."
     elif figures["verdict"] == "explained" and lead:
         best = "one cause describes it best" if one else f"{len(effects)} causes together describe it best"
         text = f"{wrong}. Of all that were tried, {best}: {named}."

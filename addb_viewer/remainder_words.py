@@ -9,7 +9,7 @@ from typing import Any
 from addb_viewer.accepted_exchanges import cannot_be_accepted
 from addb_viewer.diagnosis_vocabulary import newtons, target_in_words, upward
 from addb_viewer.gain_words import is_lead, now_and_then, unforeseeable
-from addb_viewer.residual_words import IN_MARKERS, WITHIN, moment_Nm, times
+from addb_viewer.residual_words import IN_MARKERS, WITHIN, moment_Nm, ratios, times
 from addb_viewer.sections import Section
 from addb_viewer.use_words import put_right_on_reading
 
@@ -100,8 +100,8 @@ def _mostly_turns(figures: Figures) -> bool:
     residual = figures.get("residual")
     if figures["effects"] or residual is None:
         return False
-    moment = residual["moment_Nm"] / residual["moment_floor_Nm"]
-    return bool(moment > max(WITHIN, residual["force_N"] / residual["force_floor_N"]))
+    force, moment = ratios(residual)
+    return bool(moment > max(WITHIN, force))
 
 
 def is_whole(figures: Figures) -> bool:
@@ -114,10 +114,9 @@ def _left(figures: Figures) -> str:
     """How large what remains is: force and moment, each against what is ordinary where that is known."""
     remaining, gain, residual = figures["remaining"], figures["gain"], figures.get("residual")
     if not figures["effects"] and residual is not None:
-        force = _against(newtons(residual["force_N"]), residual["force_N"] / residual["force_floor_N"])
-        moment = _against(
-            moment_Nm(residual["moment_Nm"]), residual["moment_Nm"] / residual["moment_floor_Nm"]
-        )
+        of_force, of_moment = ratios(residual)
+        force = _against(newtons(residual["force_N"]), of_force)
+        moment = _against(moment_Nm(residual["moment_Nm"]), of_moment)
         return f"All of what is told above: force {force}; moment {moment}."
     left, floor = remaining["linear_residual_N"], remaining["noise_floor_N"]
     text = f"On hidden stretches force is off by {newtons(left)} with the causes"

@@ -79,7 +79,7 @@ def in_markers(figures: Figures) -> bool:
 
 
 def _against(figures: Figures, residual: Figures) -> str:
-    force, moment = _ratios(residual)
+    force, moment = ratios(residual)
     more = [
         f"{times(ratio)} times as much {what}"
         for ratio, what in ((force, "force"), (moment, "moment"))
@@ -98,20 +98,20 @@ def _parts(figures: Figures, residual: Figures) -> list[tuple[str, str]]:
         ("in which phase", _phases(residual["phases"])),
         ("in which direction", _directions(residual["axes"])),
     ]
-    turning = [a for a in residual["axes"] if _ratios(a)[1] > WITHIN]
+    turning = [a for a in residual["axes"] if ratios(a)[1] > WITHIN]
     if turning:
-        ordered = sorted(turning, key=lambda a: -_ratios(a)[1])
+        ordered = sorted(turning, key=lambda a: -ratios(a)[1])
         rows.append(("turning", ", ".join(f"about {a['axis']} {_moment(a, WITHIN)}" for a in ordered)))
     return [row for row in rows if row[1]]
 
 
 def _over_time(figures: Figures, trials: Sequence[Figures]) -> tuple[str, str]:
     """The worst half second of each trial, the worst trial first; or that there is none."""
-    ordered = sorted(trials, key=lambda t: -max(_ratios(t["worst"])))
+    ordered = sorted(trials, key=lambda t: -max(ratios(t["worst"])))
     said = []
     for trial in ordered[:MOST_TRIALS]:
         worst = trial["worst"]
-        if max(_ratios(worst)) <= WORST_WITHIN:
+        if max(ratios(worst)) <= WORST_WITHIN:
             said.append(f"{trial['trial']}: no half second beyond twice the ordinary")
             continue
         if not _stands_out(trial):
@@ -129,14 +129,14 @@ def _over_time(figures: Figures, trials: Sequence[Figures]) -> tuple[str, str]:
 def _stands_out(trial: Figures) -> bool:
     """Whether its worst half second is beyond the ordinary, and beyond the rest of the trial."""
     worst = trial["worst"]
-    return max(_ratios(worst)) > WORST_WITHIN and any(
+    return max(ratios(worst)) > WORST_WITHIN and any(
         worst[name] > STANDS_OUT * trial[name] for name in ("force_N", "moment_Nm")
     )
 
 
 def _phases(phases: Sequence[Figures]) -> str:
     long = [p for p in phases if p["seconds"] >= LEAST_S]
-    ordered = sorted(long, key=lambda p: -max(_ratios(p)))
+    ordered = sorted(long, key=lambda p: -max(ratios(p)))
     return "; ".join(f"{_phase(p)}: {_both(p, WITHIN)}" for p in ordered)
 
 
@@ -175,18 +175,18 @@ def _both(size: Figures, within: float) -> str:
 
 
 def _force(size: Figures, within: float) -> str:
-    return newtons(size["force_N"]) + _marked(_ratios(size)[0], within)
+    return newtons(size["force_N"]) + _marked(ratios(size)[0], within)
 
 
 def _moment(size: Figures, within: float) -> str:
-    return moment_Nm(size["moment_Nm"]) + _marked(_ratios(size)[1], within)
+    return moment_Nm(size["moment_Nm"]) + _marked(ratios(size)[1], within)
 
 
 def _marked(ratio: float, within: float) -> str:
     return f" ({times(ratio)} ×)" if ratio > within else ""
 
 
-def _ratios(size: Figures) -> tuple[float, float]:
+def ratios(size: Figures) -> tuple[float, float]:
     """Force and moment over their noise floors."""
     return size["force_N"] / size["force_floor_N"], size["moment_Nm"] / size["moment_floor_Nm"]
 

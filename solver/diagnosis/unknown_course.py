@@ -13,8 +13,8 @@ from solver.effects.scene import Scene
 KNOTS_S = (0.06, 0.25)  # of courses that are tried; shorter ones look like the model's own errors
 MOST_KNOTS = 60  # of one trial
 SLOWEST_HZ = 1.0  # of a force that swings evenly; splines follow slower ones
-LEAST_PERIODS = 3  # of a trial: fewer are a course like any other
 FASTEST_HZ = 8.0  # likewise; faster ones look like the markers' noise
+LEAST_PERIODS = 3  # in a trial: fewer are a course like any other
 SHARE_OF_DEMAND = 0.5  # at its frequency, of a force that swings evenly
 FINER = 4  # than what a trial of that length tells apart
 LEAST_EXPLAINED = 0.6  # share of a force from which on its dependence is stated

@@ -95,9 +95,8 @@ def recorded_as_if_sharp(plate: PlateScene, cutoff_Hz: float) -> Float[np.ndarra
     """
     rate = plate.plate.rate
     raw = plate.loads.raw_ground
-    if not raw.any(
-        axis=1
-    ).all():  # whoever writes zeros without load may have lost the point before the force
+    writes_zeros = not raw.any(axis=1).all()  # without load; the point may have gone before the force
+    if writes_zeros:
         sure = raw[:, 1] > SURELY_LOADED * plate.conditioning.threshold_N
         raw = np.where(sure[:, None], raw, 0.0)
     whole = with_tails(raw, rate, cutoff_Hz)
