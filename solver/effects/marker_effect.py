@@ -10,11 +10,11 @@ These causes are looked for before the wrench balance: the markers are repaired 
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 from threadpoolctl import threadpool_limits
 
 from solver.effects.effect import Estimate, Range
@@ -63,11 +63,17 @@ class PoseFree:
     seen: Bool[np.ndarray, "frames markers"]
     score_body: Float[np.ndarray, "frames markers 3"]  # P e [m]
     information_body: Float[np.ndarray, "frames markers 3 3"]  # P_mm
-    bodies: Int[np.ndarray, " segments"]  # that carry markers
-    cluster_score_body: Float[
-        np.ndarray, "frames segments 3"
-    ]  # of all markers of a segment moved together [m]
-    cluster_information_body: Float[np.ndarray, "frames segments 3 3"]
+
+
+@dataclass(frozen=True, eq=False)
+class ProjectedChunk:
+    """Some frames with every change of pose taken out: P = W − W J (Jᵀ W J)⁻¹ Jᵀ W."""
+
+    frames: slice
+    W: Float[np.ndarray, "some markers markers"]
+    WJ: Float[np.ndarray, "some markers 3 dofs"]
+    halves: Float[np.ndarray, "some markers 3 dofs"]  # W J (Jᵀ W J)⁻¹
+    score_body: Float[np.ndarray, "some markers 3"]  # P e [m]
 
 
 def pose_free(scene: Scene, flesh: float) -> PoseFree:
@@ -77,33 +83,34 @@ def pose_free(scene: Scene, flesh: float) -> PoseFree:
         scene: with the motion that the markers tell.
         flesh: how far a segment's markers move together, against how far each moves for itself.
     """
+    count = len(scene.markers.names)
+    score, information = np.zeros((scene.frames, count, 3)), np.zeros((scene.frames, count, 3, 3))
+    for chunk in projected_chunks(scene, flesh):
+        score[chunk.frames] = chunk.score_body
+        lone = np.einsum("tmm->tm", chunk.W)[..., None, None] * np.eye(3)
+        information[chunk.frames] = lone - np.einsum("tmid,tmjd->tmij", chunk.halves, chunk.WJ)
+    return PoseFree(np.isfinite(scene.markers.observed_ground).all(axis=2), score, information)
+
+
+def projected_chunks(scene: Scene, flesh: float) -> Iterator[ProjectedChunk]:
+    """A trial's marker errors without its poses, some frames at a time; arguments as in `pose_free`."""
     markers, kinematics = scene.markers, ForwardKinematics(scene.skeleton)
     seen = np.isfinite(markers.observed_ground).all(axis=2)
     R = scene.R_ground_body[:, markers.body]
     error = _usual_place_removed(scene, seen, R)
     trust = seen / (1 + (error**2).sum(axis=2) / TRUSTED_M**2)
-    bodies = np.unique(markers.body)
-    of_body = (markers.body[:, None] == bodies).astype(float)
-    count, total, segments = len(markers.names), scene.frames, len(bodies)
-    score, information = np.zeros((total, count, 3)), np.zeros((total, count, 3, 3))
-    cluster, held = np.zeros((total, segments, 3)), np.zeros((total, segments, 3, 3))
+    of_body = (markers.body[:, None] == np.unique(markers.body)).astype(float)
+    count = len(markers.names)
     with threadpool_limits(1):
-        for low in range(0, total, CHUNK):
-            own = slice(low, min(total, low + CHUNK))
+        for low in range(0, scene.frames, CHUNK):
+            own = slice(low, min(scene.frames, low + CHUNK))
             poses = kinematics.poses(scene.motion.q[own])
             x = kinematics.markers(poses)
             J = marker_jacobian(kinematics, poses, x).reshape(len(x), count, 3, -1)
             J = R[own].transpose(0, 1, 3, 2) @ J
             W = _weights(trust[own], of_body, flesh)
-            score[own], WJ, halves = _projected(W, J, error[own])
-            lone = np.einsum("tmm->tm", W)[..., None, None] * np.eye(3)
-            information[own] = lone - np.einsum("tmid,tmjd->tmij", halves, WJ)
-            cluster[own] = np.einsum("tmi,mb->tbi", score[own], of_body)
-            together = np.einsum("mb,tmn,nb->tb", of_body, W, of_body, optimize=True)
-            left = np.einsum("tmid,mb->tbid", halves, of_body)
-            right = np.einsum("tmid,mb->tbid", WJ, of_body)
-            held[own] = together[..., None, None] * np.eye(3) - np.einsum("tbid,tbjd->tbij", left, right)
-    return PoseFree(seen, score, information, bodies, cluster, held)
+            score, WJ, halves = _projected(W, J, error[own])
+            yield ProjectedChunk(own, W, WJ, halves, score)
 
 
 def near_angles(scene: Scene, body: int) -> Float[np.ndarray, "frames angles"]:

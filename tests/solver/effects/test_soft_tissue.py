@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from solver.effects.soft_tissue import findings, segment_displacements
+from solver.effects.segment_displacement import segment_displacements
+from solver.effects.soft_tissue import findings
 
 
 def carried(scene, observed, joint, rms_m, seed=0):
