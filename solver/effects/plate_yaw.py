@@ -10,7 +10,9 @@ from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.scene import Scene
 from solver.skeleton.forward import cross
 
-PRIOR_STD_RAD = np.radians(4.0)  # corners clicked a centimetre beside the corner, or taken from an old drawing
+PRIOR_STD_RAD = np.radians(
+    4.0
+)  # corners clicked a centimetre beside the corner, or taken from an old drawing
 LEAST_DEG = 1.0
 UP = np.array([0.0, 1.0, 0.0])
 
