@@ -54,6 +54,24 @@ def test_the_displacement_is_measured_all_the_same(sound, long_walk, tracked):
     assert rms[name] - plain[name] > 0.002
 
 
+def test_what_one_segment_does_is_not_told_of_others(sound, long_walk, tracked):
+    """The fitted pose hands a thigh's displacement on to pelvis and other leg."""
+    observed, skeleton = long_walk
+    altered = tracked(carried(sound, observed, ("femur_r", "tibia_r"), 0.015), skeleton)
+    plain = {d.body: d.rms_m for d in segment_displacements(sound)}
+    grown = {skeleton.body_names[d.body]: d.rms_m - plain[d.body] for d in segment_displacements(altered)}
+    assert grown.pop("femur_r") > 0.009
+    assert grown["femur_l"] < 0.0015
+    assert max(grown.values()) < 0.003
+
+
+def test_of_twins_only_the_worse_is_told(sound, long_walk, tracked):
+    observed, skeleton = long_walk
+    altered = carried(sound, observed, ("femur_r", "tibia_r"), 0.025)
+    altered = carried(sound, altered, ("femur_l", "tibia_l"), 0.009, seed=1)
+    assert [f.target for f in findings(tracked(altered, skeleton))] == ["femur_r"]
+
+
 @pytest.mark.real
 def test_in_a_recorded_walk(real_walk, tracked):
     observed, skeleton, rate = real_walk
