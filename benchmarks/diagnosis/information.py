@@ -23,6 +23,7 @@ from solver.diagnosis.settings import DIAGNOSIS
 from solver.progress import silent
 from solver.settings import settings_for
 from tests.hidden_effects.hider.cases import CasePlan, write_case
+from tests.hidden_effects.hider.drawing import NoPlaceError
 from tests.hidden_effects.hider.hidden import UNSIZED
 from tests.hidden_effects.hider.real import RealCase, write_real
 
@@ -66,14 +67,20 @@ def write_findable(out: Path, data: Path, case: RealCase) -> None:
 
 
 def write_findable_still(out: Path, plan: CasePlan) -> None:
-    """Write a synthetic case; one effect in a squat or in standing at a size that the recording can tell."""
+    """Write a synthetic case, or nothing where there is no place for it.
 
-    def written(size: float) -> bool:
-        write_case(out, replace(plan, sizes=(size,)))
+    One effect in a squat or in standing is written at a size that the recording can tell.
+    """
+
+    def written(*sizes: float) -> bool:
+        try:
+            write_case(out, replace(plan, sizes=sizes))
+        except NoPlaceError:
+            return False
         return True
 
     if plan.kind != "single" or plan.world.activity == "walk" or not sized(plan.ids[0]):
-        write_case(out, plan)
+        written(*plan.sizes)
         return
     with TemporaryDirectory() as scratch:
         write_case(Path(scratch), replace(plan, name=UNTOUCHED, kind="clean", ids=(), sizes=()))

@@ -50,6 +50,14 @@ def test_a_squats_effect_has_the_size_that_it_can_tell_and_a_walks_the_drawn_one
     assert bool(asked) == (activity == "squat")
 
 
+def test_a_case_without_a_place_is_left_out(tmp_path):
+    """A squat on two plates has no whole stance that could be missed."""
+    world = plan_world(np.random.default_rng(3), "squat")
+    plan = one_case("case_0001", ("off_plate_step",), 3, world=replace(world, duration=1.0))
+    write_findable_still(tmp_path, plan)
+    assert not list(tmp_path.iterdir())
+
+
 def clock(found_s, untouched):
     hidden = {
         "id": "clock_offset",
