@@ -23,6 +23,7 @@ class Place:
     text: str
     unit: str
     factor: float = 1.0
+    unknown: str = ""  # said instead of a point whose spread is larger than its distance
 
 
 def _along(
@@ -34,6 +35,7 @@ def _along(
     )
 
 
+NOT_TOLD = "this recording does not tell"
 ON_SEGMENT = "{distance} from the segment's origin, at {point} in its axes"
 
 READINGS: dict[str, tuple[Reading | Place, ...]] = {
@@ -86,13 +88,13 @@ READINGS: dict[str, tuple[Reading | Place, ...]] = {
         *_along("force_{}_N", "mean force on the person {{amount}} towards {{which}}", "N", axes="x"),
         Reading("force_y_N", "{amount} {which}", "N", which=("upwards", "downwards")),
         *_along("force_{}_N", "{{amount}} towards {{which}}", "N", axes="z"),
-        Place("point_{}_m", f"it acts {ON_SEGMENT}", "mm", 1e3),
+        Place("point_{}_m", f"it acts {ON_SEGMENT}", "mm", 1e3, f"where on the segment it acts, {NOT_TOLD}"),
     ),
     "body_weight_support": (Reading("force_N", "it lifts with {amount}", "N"),),
     "elastic_tether": (
         Reading("mean_force_N", "it pulls with {amount} on average", "N"),
         Reading("stiffness_N_per_m", "stiffness {amount}", "N/m"),
-        Place("anchor_{}_m", "fixed in the room at {point}", "m"),
+        Place("anchor_{}_m", "fixed in the room at {point}", "m", unknown=f"where it is fixed, {NOT_TOLD}"),
         Reading("rest_length_m", "slack below a length of {amount}", "m"),
     ),
     "drag": (
@@ -103,7 +105,13 @@ READINGS: dict[str, tuple[Reading | Place, ...]] = {
     "belt_acceleration": (Reading("rms_m_per_s2", "{amount} (root mean square)", "m/s²"),),
     "carried_mass": (
         Reading("mass_kg", "it weighs {amount}", "kg"),
-        Place("offset_{}_m", f"its centre lies {ON_SEGMENT}", "mm", 1e3),
+        Place(
+            "offset_{}_m",
+            f"its centre lies {ON_SEGMENT}",
+            "mm",
+            1e3,
+            f"where on the segment it lies, {NOT_TOLD}",
+        ),
     ),
     "subject_mass": (
         Reading(

@@ -128,15 +128,17 @@ def capital(text: str) -> str:
 
 def amounts(effect: Mapping[str, Any]) -> list[str]:
     """How large a cause is, each parameter with the spread within which it lies in 19 of 20 cases."""
-    said = []
+    said: list[str] = []
+    hardly: list[str] = []  # told only where nothing else is
     for reading in READINGS.get(effect["id"], ()):
         if isinstance(reading, Place):
             said += _placed(reading, effect["parameters"])
             continue
         estimate = effect["parameters"].get(reading.parameter)
         if estimate is not None and estimate["value"] is not None:
-            said.append(_said(reading, estimate))
-    return said
+            away = abs(estimate["value"] - reading.zero)
+            (hardly if away < (estimate.get("std") or 0.0) else said).append(_said(reading, estimate))
+    return said or hardly
 
 
 def amount(value: float, spread: float | None, unit: str) -> str:
@@ -158,6 +160,9 @@ def behind(unit: str) -> str:
 
 def certainty(confidence: float, rivals: int) -> str:
     """How sure a cause is, in words and in per cent."""
+    if rivals and confidence >= 0.9:
+        others = "another cause remains" if rivals == 1 else f"{rivals} other causes remain"
+        return f"fairly sure of the name ({_percent(confidence)}); {others} possible, see below"
     if rivals:
         return (
             f"one of {rivals + 1} causes that this recording cannot tell apart, see below; "
@@ -214,6 +219,8 @@ def _placed(place: Place, parameters: Mapping[str, Any]) -> list[str]:
     )
     distance = place.factor * math.hypot(*(e["value"] for e in known.values()))
     spread = max((_spread(e, place.factor) or 0.0 for e in known.values()), default=0.0)
+    if spread > distance:
+        return [place.unknown]
     told = amount(distance, spread, place.unit)
     return [place.text.format(point=point.replace(" -", " −"), distance=told)]
 

@@ -16,12 +16,15 @@ from addb_viewer.diagnosis_vocabulary import (
     seconds_of,
     sentence,
     share,
+    target_in_words,
     title,
 )
 from addb_viewer.gain_words import (
+    CERTAIN_NATS,
     NOW_AND_THEN,
     changes,
     changes_in_words,
+    digits_of,
     is_lead,
     unforeseeable,
 )
@@ -29,12 +32,11 @@ from addb_viewer.remainder_words import is_whole, what_next, what_remains
 from addb_viewer.residual_words import in_markers, looked_for, what_is_wrong
 from addb_viewer.sections import Section
 from addb_viewer.use_words import use
-from solver.diagnosis.settings import DIAGNOSIS
 
 AT_CERTAIN_FRAMES = (*NOW_AND_THEN, "marker_slip", "marker_swap")
 CERTAIN_PER_CENT = 95
 CONFIDENT = 0.9
-CERTAIN_NATS, LIKELY_NATS = DIAGNOSIS.certain_gain, 20.0  # sound recordings hardly reach 8
+LIKELY_NATS = 20.0  # sound recordings hardly reach 8
 HOLDS_UP = "Does it hold up?"
 MARKER_ERROR = "marker_rms_m"
 NOTES = "Notes"
@@ -143,7 +145,12 @@ def cause(figures: Figures, k: int, to_flag: ToFlag = by_command) -> Section:
         ("what to do", " ".join([effect.get("remedy", ""), *_flag_hint(figures, effect, to_flag)]).strip()),
     ]
     if rivals:
-        rows.append(("could also be", "; ".join(f"{title(r)}{share(r.get('confidence'))}" for r in rivals)))
+        rows.append(
+            (
+                "could also be",
+                "; ".join(f"{_instead_of(effect, r)}{share(r.get('confidence'))}" for r in rivals),
+            )
+        )
         told_apart = dict.fromkeys(r["separate_by"] for r in rivals if r["separate_by"])
         rows.append(("to tell, record", "; or ".join(told_apart)))
     heading = f"Cause {k + 1} of {len(figures['effects'])}: {title(effect)}"
@@ -175,12 +182,16 @@ def what_it_gains(figures: Figures) -> Section:
     if not gain:
         return Section(HOLDS_UP)
     rows = []
-    for label, name, unit, factor, digits in (
-        ("force", "heldout_linear_residual_N", "N", 1.0, 0),
-        ("moment", "heldout_angular_residual_Nm", "N·m", 1.0, 1),
-        ("markers", MARKER_ERROR, "mm", 1e3, 1),
+    for label, name, unit, factor in (
+        ("force", "heldout_linear_residual_N", "N", 1.0),
+        ("moment", "heldout_angular_residual_Nm", "N·m", 1.0),
+        ("markers", MARKER_ERROR, "mm", 1e3),
     ):
-        if name in gain and (name == MARKER_ERROR or not in_markers(figures)):
+        if name not in gain:
+            continue
+        mended = gain[name]["after"] != gain[name]["before"]  # or the causes have nothing to do with markers
+        if mended if name == MARKER_ERROR else not in_markers(figures):
+            digits = digits_of(factor * gain[name]["after"])
             rows.append((label, before_and_after(gain[name], unit, factor, digits)))
     lines = []
     if changes(gain):
@@ -213,8 +224,13 @@ def how_to_read(figures: Figures) -> Section:
 def _in_short(figures: Figures, effect: Figures) -> str:
     rivals = rivals_of(figures, effect)
     if rivals:
-        return " — or else ".join(title(e) for e in (effect, *rivals))
+        return " — or else ".join([title(effect), *(_instead_of(effect, rival) for rival in rivals)])
     return f"{title(effect)} [{certainty(effect['confidence'], 0).split(' (')[0].split(':')[0]}]"
+
+
+def _instead_of(effect: Figures, rival: Figures) -> str:
+    """A rival's title; of the same cause elsewhere only where."""
+    return target_in_words(rival["target"]) if rival["id"] == effect["id"] else title(rival)
 
 
 def _recordings(figures: Figures) -> str:

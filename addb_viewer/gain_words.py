@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from addb_viewer.residual_words import in_markers
+from solver.diagnosis.settings import DIAGNOSIS
 
+CERTAIN_NATS = DIAGNOSIS.certain_gain
 AS_BEFORE = 0.05  # relative: less than that is no difference
 NOW_AND_THEN = ("off_plate_step", "external_contact")  # each time with a force of its own
 WEIGHTS = (  # what masses, adjusted to the rest of the recording, take in whether named or not
@@ -17,10 +19,12 @@ WEIGHTS = (  # what masses, adjusted to the rest of the recording, take in wheth
     "carried_mass",
     "body_weight_support",
 )
-FORETOLD = (  # what, its key, unit, decimals
-    ("force", "heldout_linear_residual_N", "N", 0),
-    ("moment", "heldout_angular_residual_Nm", "N·m", 1),
+FORETOLD = (  # what, its key, unit
+    ("force", "heldout_linear_residual_N", "N"),
+    ("moment", "heldout_angular_residual_Nm", "N·m"),
 )
+STEP = 0.1  # of a figure: what its last digit may be at most
+MOST_DIGITS = 2
 
 Figures = Mapping[str, Any]
 
@@ -36,7 +40,12 @@ class Change:
 
 def changes(gain: Figures) -> list[Change]:
     """Of force and moment, those that are told."""
-    return [_change(what, gain[key], unit, digits) for what, key, unit, digits in FORETOLD if key in gain]
+    return [_change(what, gain[key], unit) for what, key, unit in FORETOLD if key in gain]
+
+
+def digits_of(figure: float) -> int:
+    """Decimals that a change of a tenth shows in."""
+    return next((d for d in range(MOST_DIGITS) if 10.0**-d <= STEP * figure), MOST_DIGITS)
 
 
 def changes_in_words(gain: Figures) -> str:
@@ -48,12 +57,14 @@ def is_lead(figures: Figures) -> bool:
     """Whether the causes are no more than a lead, since hidden stretches do not speak for them.
 
     They do where force or moment surely falls and neither rises. Of what lies in the markers, has a force of
-    its own each time, or is a steady weight, they cannot tell.
+    its own each time, or is a steady weight, they cannot tell; nor where masses that are adjusted to the rest
+    take a cause's place there, which the whole recording's evidence may speak for all the same.
     """
     told = changes(figures["gain"])
     if not told or in_markers(figures) or now_and_then(figures) or only_weights(figures):
         return False
-    return any(c.rises for c in told) or not any(c.surely_falls for c in told)
+    certain = (figures.get("evidence_nats") or 0.0) >= CERTAIN_NATS
+    return any(c.rises for c in told) or not (certain or any(c.surely_falls for c in told))
 
 
 def now_and_then(figures: Figures) -> bool:
@@ -86,11 +97,17 @@ def unforeseeable(figures: Figures) -> str:
             "figures speak neither for a wrong weight nor against it. What speaks for it is how far the "
             "weight on the plates is from what was entered."
         )
+    if not is_lead(figures):
+        return (
+            "Without the cause, masses and soft tissue that are adjusted to the rest of the recording take "
+            "its place there. What speaks for it is the recording as a whole."
+        )
     return ""
 
 
-def _change(what: str, gain: Figures, unit: str, digits: int) -> Change:
+def _change(what: str, gain: Figures, unit: str) -> Change:
     before, after, interval = gain["before"], gain["after"], gain.get("interval")
+    digits = digits_of(after)
     both = f"{before:.{digits}f} → {after:.{digits}f} {unit}"
     surely_falls = interval is not None and interval[1] < before
     rises = after > (1 + AS_BEFORE) * before

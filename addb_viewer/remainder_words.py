@@ -13,6 +13,7 @@ from addb_viewer.residual_words import IN_MARKERS, WITHIN, moment_Nm, ratios, ti
 from addb_viewer.sections import Section
 from addb_viewer.use_words import put_right_on_reading
 
+SWINGS = "swings"  # says a course that swings evenly
 MORE = 1.1  # times what is ordinary, from which on the ratio is told
 
 Figures = Mapping[str, Any]
@@ -46,6 +47,11 @@ def what_remains(figures: Figures) -> Section:
             f"What it depends on: {location['depends_on']}. This is where it fits best, not where it is "
             "proven to act."
         )
+    if location is not None and SWINGS in location["depends_on"]:
+        lines.append(
+            "An even swing may be no force at all: look for a camera that shakes, or markers there that sit "
+            "loose."
+        )
     lines.append(
         "What to do: look at the video for what touches the person, and at notes of the session. Which of "
         "the two is at fault, motion or forces, is not known."
@@ -57,7 +63,7 @@ def what_next(figures: Figures) -> Section:
     """What to do with this recording, in the program."""
     several = len(figures.get("trials", ())) > 1
     recording = "these recordings" if several else "this recording"
-    as_recorded = f"until then nothing in {recording} is put right"
+    as_recorded = f"Until then nothing in {recording} is put right."
     corrected = [e for e in figures["effects"] if put_right_on_reading(e)]
     in_the_markers = [e for e in figures["effects"] if cannot_be_accepted(e["id"])]
     exchanged = [e for e in figures["effects"] if e["id"] in IN_MARKERS and e not in in_the_markers]
@@ -70,8 +76,13 @@ def what_next(figures: Figures) -> Section:
             "Fits exchange such labels back where they find them by themselves, and say so in their notes; "
             "`addb-viewer accept SUBJECT` does it for these frames in every later fit."
         )
-    if in_the_markers:
-        lines.append(f"Mend the markers and diagnose again; {as_recorded}.")
+    if any(e["id"] == "soft_tissue" for e in in_the_markers):
+        lines.append(
+            "Flesh is not mended afterwards: distrust the angles of the joints beside it, or leave that "
+            "segment's markers out and diagnose again."
+        )
+    if any(e["id"] != "soft_tissue" for e in in_the_markers):
+        lines.append("Mend the markers and diagnose again.")
     if len(figures["effects"]) > apart:
         lead = (
             "First look into what is only a lead, as told above. If it proves true, "
@@ -85,8 +96,10 @@ def what_next(figures: Figures) -> Section:
         which = "the other causes" if apart else "the causes"
         lines.append(
             f"{lead}`addb-viewer accept SUBJECT` applies {which} to later fits, and leaves the files as they "
-            f"are; {as_recorded}."
+            "are."
         )
+    if in_the_markers or len(figures["effects"]) > apart:
+        lines.append(as_recorded)
     if figures["verdict"] == "unexplained":
         lines.append(
             f"Do not use the forces of {recording} for joint torques before the cause of what remains is "
@@ -115,9 +128,15 @@ def _left(figures: Figures) -> str:
     remaining, gain, residual = figures["remaining"], figures["gain"], figures.get("residual")
     if not figures["effects"] and residual is not None:
         of_force, of_moment = ratios(residual)
-        force = _against(newtons(residual["force_N"]), of_force)
-        moment = _against(moment_Nm(residual["moment_Nm"]), of_moment)
-        return f"All of what is told above: force {force}; moment {moment}."
+        force, moment = newtons(residual["force_N"]), moment_Nm(residual["moment_Nm"])
+        if max(of_force, of_moment) <= WITHIN:
+            return (
+                f"All of what is told above: {force} and {moment}, ordinary in size but not in its pattern."
+            )
+        return (
+            f"All of what is told above: force {_against(force, of_force)}; "
+            f"moment {_against(moment, of_moment)}."
+        )
     left, floor = remaining["linear_residual_N"], remaining["noise_floor_N"]
     text = f"On hidden stretches force is off by {newtons(left)} with the causes"
     if not figures["effects"]:

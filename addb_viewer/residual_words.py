@@ -89,7 +89,10 @@ def _against(figures: Figures, residual: Figures) -> str:
         return f"That is {listed(more)}."
     if figures["verdict"] == "clean" or in_markers(figures):
         return f"Here it is {times(force)} times that force and {times(moment)} times that moment: ordinary."
-    return "The size alone is ordinary; what gives the fault away is that it follows a pattern."
+    return (
+        "The size alone is ordinary. What gives the fault away is its pattern: how it goes with the motion, "
+        "direction by direction and moment by moment, as the errors of markers, plates and masses do not."
+    )
 
 
 def _parts(figures: Figures, residual: Figures) -> list[tuple[str, str]]:

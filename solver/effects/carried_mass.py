@@ -33,7 +33,7 @@ class CarriedMass(InTrials):
     is_a_mass = True
     sentence = "Something heavy is carried on {target} that the model does not know."
     remedy = "Weigh the load and note where it was fixed, or enter it as part of the segment."
-    rivals_told_apart_by = "the subject on a scale, with and without the load"
+    rivals_told_apart_by = "the person on a scale, with and without the load"
 
     between_others: bool = False  # upper arm or forearm
 

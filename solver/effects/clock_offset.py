@@ -25,8 +25,8 @@ class ClockOffset(Candidate):
     id = "clock_offset"
     sentence = "The forces were recorded on another clock than the markers: they come too late or too early."
     remedy = (
-        "Check the trigger line between cameras and plates. 5 to 10 ms may be an amplifier's latency; more "
-        "is a trigger, lost frames, or a filter that runs one way only."
+        "Check the trigger line between cameras and plates. Forces 5 to 10 ms too late may be an amplifier's "
+        "latency, too early the cameras'; more is a trigger, lost frames, or a filter that runs one way only."
     )
     rivals_told_apart_by = "a foot stamped on a plate at the beginning and at the end of the recording"
 

@@ -177,7 +177,9 @@ def test_certainty_never_exceeds_the_figure():
         "not sure",
         "a guess",
     ]
-    assert "sure" not in certainty(0.995, 1)
+    assert certainty(0.94, 1) == "fairly sure of the name (94 %); another cause remains possible, see below"
+    assert "2 other causes remain possible" in certainty(0.94, 2)
+    assert "sure" not in certainty(0.89, 1)
     assert "one of 3 causes that this recording cannot tell apart" in certainty(0.5, 2)
 
 
@@ -228,7 +230,7 @@ def test_a_step_whose_moment_rises_on_hidden_stretches_says_why():
         "heldout_angular_residual_Nm": {"before": 16.4, "after": 55.9, "interval": [39.2, 69.6]},
     }
     text = said(figures(effects=[STEP], gain=gain))
-    assert "moment rises (16.4 → 55.9 N·m)" in text
+    assert "moment rises (16 → 56 N·m)" in text
     assert "nothing can foretell it" in text
     falls = gain | {"heldout_angular_residual_Nm": {"before": 16.4, "after": 9.0, "interval": [8.0, 10.0]}}
     assert "nothing can foretell it" not in said(figures(effects=[STEP], gain=falls))
@@ -248,6 +250,15 @@ def test_rivals_are_in_the_verdict_and_with_what_tells_them_apart():
     assert "could also be" not in step
 
 
+def test_of_the_same_cause_elsewhere_only_the_place_is_told():
+    load = effect("carried_mass", "hand_r", confidence=0.4, mass_kg=(3.0, 0.4))
+    text = said(
+        figures(effects=[load], alternatives=[rival("carried_mass", "carried_mass hand_r", target="ulna_r")])
+    )
+    both = "a load that the model does not know: right hand (hand_r) — or else right forearm (ulna_r)"
+    assert both in text.split("WHAT IS WRONG")[0]
+
+
 def test_the_verdict_is_no_surer_than_its_causes():
     verdict = page(figures(effects=[LATE, STEP | {"confidence": 0.3}]))[0].lines[0]
     assert "(1) forces shifted in time against the markers [very sure of the name]" in verdict
@@ -261,6 +272,9 @@ def test_a_gain_that_may_be_chance_is_not_praised():
     assert "falls by" not in text
     assert "accounts for it" not in text
     assert "It is a lead, not a finding" in text.split("WHAT IS WRONG")[0]
+    certain = said(figures(effects=[LATE], gain=weak) | {"evidence_nats": 60.0})
+    assert "a lead" not in certain
+    assert "What speaks for it is the recording as a whole" in certain
 
 
 def test_force_that_gets_worse_is_no_gain_and_neither_summary_praises_it():
@@ -297,6 +311,9 @@ def test_forces_do_not_judge_what_lies_in_the_markers():
     assert "lead" not in text
     assert "Mend the markers" in text
     assert "addb-viewer accept" not in text
+    flesh = said(figures(effects=[effect("soft_tissue", "femur_l", rms_m=(0.015, 0.001))], gain=same))
+    assert "distrust the angles of the joints beside it" in flesh
+    assert "Mend the markers" not in flesh
 
 
 def test_exchanged_labels_are_mended_by_fits_and_can_be_accepted():
@@ -313,7 +330,7 @@ def test_exchanged_labels_are_mended_by_fits_and_can_be_accepted():
 def test_what_to_do_next_with_this_recording():
     text = said(figures(effects=[LATE]))
     assert "`addb-viewer accept SUBJECT` applies the causes to later fits, and leaves the files" in text
-    assert "until then nothing in this recording is put right" in text
+    assert text.count("Until then nothing in this recording is put right.") == 1
     assert "Do not use" not in text
     taken_off = effect("plate_bias", "plate_1", bias_y_N=(8.0, 0.1)) | {
         "sentence": PlateBiasTakenOff.sentence.format(target="plate_1")
@@ -356,6 +373,10 @@ def test_what_nobody_can_explain_is_called_that():
     text = said(figures("unexplained", remaining=remaining))
     assert "no cause that this program knows accounts for it" in text
     assert "right hand (hand_r), 55 N (root mean square), on average 40 N up" in text
+    assert "camera that shakes" not in text
+    swinging = location | {"depends_on": "time: it swings 4.2 times a second"}
+    shaking = said(figures("unexplained", remaining=remaining | {"location": swinging}))
+    assert "look for a camera that shakes" in shaking
     named = said(figures("unexplained", effects=[LATE], remaining=remaining | {"location": None}))
     found = "one cause was found (forces shifted in time against the markers [very sure of the name]), but"
     assert found in named
@@ -378,15 +399,21 @@ def test_the_verdict_says_what_the_recording_is_good_for():
     def use(verdict="explained", **more):
         return page(figures(verdict, **more))[0].lines[-1]
 
-    assert use("clean") == "Use: as it is."
+    assert use("clean").startswith("Use: as it is;")
     assert "before the rest is understood" in use("unexplained")
-    assert "with the cause put right" in use(effects=[LATE])
+    assert use(effects=[LATE]).startswith("Use: for joint angles as it is; for joint torques only with the")
+    larger = effect("capture_scale", "all", scale=(1.02, 0.001))
+    assert use(effects=[larger]) == "Use: for joint torques only with the cause put right (see what next)."
     assert "outside the frames named" in use(effects=[STEP])
     assert "once the markers are mended" in use(
         effects=[effect("marker_slip", "RKNE", shift_m=(0.02, 0.001))]
     )
     heavy = rival("subject_mass", "clock_offset all", "the person on a scale")
-    assert "before it is known which cause" in use(effects=[LATE], alternatives=[heavy])
+    guessed = LATE | {"confidence": 0.6}
+    assert "before it is known which cause" in use(effects=[guessed], alternatives=[heavy])
+    assert "with the cause put right" in use(effects=[LATE], alternatives=[heavy])
+    elsewhere = rival("clock_offset", "clock_offset all", "a stamp")
+    assert "with the cause put right" in use(effects=[guessed], alternatives=[elsewhere])
     taken_off = effect("plate_bias", "plate_1", bias_y_N=(8.0, 0.1)) | {
         "sentence": PlateBiasTakenOff.sentence.format(target="plate_1")
     }
@@ -459,7 +486,7 @@ def test_of_causes_in_the_markers_only_the_markers_figures_are_told():
     text = said(figures(effects=[slip], gain=gain))
     assert "4.0 → 2.0 mm" in text
     assert "→ 12 N" not in text
-    assert "follows a pattern" not in text
+    assert "its pattern" not in text
     assert "These figures are without the markers' fault" in text
 
 
@@ -480,8 +507,17 @@ def test_a_distance_has_no_more_digits_than_its_place():
         point_y_m=(-0.008, 0.099),
         point_z_m=(0.052, 0.048),
     )
-    assert "it acts 54 ± 198 mm from" in amounts(vague)[-1]
+    assert amounts(vague)[-1] == "where on the segment it acts, this recording does not tell"
     assert amounts(vague)[0] == "45 ± 4 N downwards"
+    known = vague | {"parameters": vague["parameters"] | {"point_y_m": {"value": -0.2, "std": 0.099}}}
+    assert "it acts 207 ± 198 mm from" in amounts(known)[-1]
+
+
+def test_what_is_hardly_there_is_told_only_where_nothing_else_is():
+    askew = effect("plate_position", "plate_1", shift_x_m=(0.0002, 0.0015), shift_z_m=(-0.012, 0.002))
+    assert amounts(askew) == ["the files place it 12 ± 4 mm too far towards −z"]
+    nothing = effect("plate_position", "plate_1", shift_x_m=(0.0002, 0.0015), shift_z_m=(-0.001, 0.002))
+    assert len(amounts(nothing)) == 2
 
 
 def test_notes_that_ask_what_the_causes_answer_are_told_as_older():
