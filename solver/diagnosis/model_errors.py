@@ -101,14 +101,15 @@ def _bounce(scene: Scene, reduced: Reduce, settings: DiagnosisSettings) -> Float
     inertial[:, :3] += scene.skeleton.mass * np.asarray(scene.skeleton.gravity)
     about_com = scene.demanded_ground[:, 3:] - cross(scene.com_ground, scene.demanded_ground[:, :3])
     columns = []
-    for axis in range(6):
+    sizes = (settings.sway_std, settings.bounce_std, settings.sway_std, *[settings.spin_std] * 3)
+    for axis, size in enumerate(sizes):
         bounce = np.zeros_like(inertial)
         if axis < 3:
             bounce[:, axis] = inertial[:, axis]
             bounce[:, 3:] = cross(scene.com_ground, bounce[:, :3])
         else:
             bounce[:, axis] = about_com[:, axis - 3]
-        columns.append((settings.bounce_std if axis == 1 else settings.sway_std) * reduced(bounce))
+        columns.append(size * reduced(bounce))
     return np.stack(columns, axis=1)
 
 

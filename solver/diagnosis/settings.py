@@ -38,7 +38,10 @@ class DiagnosisSettings:
         0.10, unit="", why="skin and a stiff trunk exaggerate the motion of the centre of mass by 10 to 20 %"
     )
     sway_std: float = setting(
-        0.10, unit="", why="likewise along the ground and of the spin, which joints and builds change as well"
+        0.05, unit="", why="likewise along the ground, where nearly all of such motion is real"
+    )
+    spin_std: float = setting(
+        0.10, unit="", why="likewise of the spin, which a person's build changes as well"
     )
     tissue_std_m_per_rad: float = setting(
         0.008, unit="m/rad", why="how far a segment's markers slide together as the joints beside it turn"

@@ -131,7 +131,7 @@ def test_a_spin_is_the_moment_about_the_centre_of_mass_and_no_force(
     for axis in range(3):
         rows = columns.bounce[:, 3 + axis].reshape(-1, 6)
         moment = np.zeros_like(about_com)
-        moment[:, axis] = SETTINGS.sway_std * about_com[:, axis]
+        moment[:, axis] = SETTINGS.spin_std * about_com[:, axis]
         expected = short_rows.windows.means(moment)
         np.testing.assert_allclose(rows[:, 3:], expected, atol=1e-3 * np.abs(expected).max())
         np.testing.assert_allclose(rows[:, :3], 0, atol=1e-9)
