@@ -7,6 +7,7 @@ from typing import Any
 
 from addb_viewer.diagnosis_readings import READINGS, Place, Reading
 
+CONFIDENT = 0.9  # share of a cause, from which on others in its place are no reason to wait
 STDS_OF_A_SPREAD = 2  # the true value lies within in 19 of 20 cases
 FRACTION_DIGITS = 4  # at most
 TWO_DIGITS_BELOW = 1.95  # first digits of a spread: ± 1.4 rounded to one digit would be a third off
@@ -76,6 +77,12 @@ def ranges_of(figures: Mapping[str, Any], effect: Mapping[str, Any]) -> list[tup
     """Trial, first frame and the one after the last of each stretch on which a cause acts."""
     alone = effect.get("trial") or next(iter(figures.get("trials", ())), "")
     return [tuple(r) if len(r) == 3 else (alone, r[0], r[1]) for r in effect["frames"]]
+
+
+def rivals_of(figures: Mapping[str, Any], effect: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Alternatives that this recording cannot tell from a cause."""
+    name, several = f"{effect['id']} {effect['target']}", len(figures["effects"]) > 1
+    return [a for a in figures["alternatives"] if a.get("instead_of", None if several else name) == name]
 
 
 def seconds_of(figures: Mapping[str, Any], trial: str, start: int, end: int) -> str:
@@ -160,7 +167,7 @@ def behind(unit: str) -> str:
 
 def certainty(confidence: float, rivals: int) -> str:
     """How sure a cause is, in words and in per cent."""
-    if rivals and confidence >= 0.9:
+    if rivals and confidence >= CONFIDENT:
         others = "another cause remains" if rivals == 1 else f"{rivals} other causes remain"
         return f"fairly sure of the name ({_percent(confidence)}); {others} possible, see below"
     if rivals:
@@ -170,7 +177,7 @@ def certainty(confidence: float, rivals: int) -> str:
         )
     if confidence >= 0.99:
         return "very sure of the name (more than 99 %)"
-    if confidence >= 0.9:
+    if confidence >= CONFIDENT:
         return f"fairly sure of the name ({_percent(confidence)})"
     if confidence >= 0.5:
         return f"not sure: more likely than any other single cause ({_percent(confidence)})"

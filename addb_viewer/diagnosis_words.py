@@ -8,11 +8,13 @@ from typing import Any
 
 from addb_viewer.detectable_words import what_would_be_found
 from addb_viewer.diagnosis_vocabulary import (
+    CONFIDENT,
     amounts,
     capital,
     certainty,
     listed,
     ranges_of,
+    rivals_of,
     seconds_of,
     sentence,
     share,
@@ -21,6 +23,7 @@ from addb_viewer.diagnosis_vocabulary import (
 )
 from addb_viewer.gain_words import (
     CERTAIN_NATS,
+    FORETOLD,
     NOW_AND_THEN,
     changes,
     changes_in_words,
@@ -35,10 +38,13 @@ from addb_viewer.use_words import use
 
 AT_CERTAIN_FRAMES = (*NOW_AND_THEN, "marker_slip", "marker_swap")
 CERTAIN_PER_CENT = 95
-CONFIDENT = 0.9
 LIKELY_NATS = 20.0  # sound recordings hardly reach 8
 HOLDS_UP = "Does it hold up?"
 MARKER_ERROR = "marker_rms_m"
+TAKEN_IN = (
+    "Without the cause, masses and soft tissue that are adjusted to the rest of the recording take its place "
+    "there. What speaks for it is the recording as a whole."
+)
 NOTES = "Notes"
 BEFORE_THE_CAUSES = "From reading and fitting the files, which knew nothing of the causes above:"
 SPREAD = "±: in 19 of 20 cases the true value lies within."
@@ -157,12 +163,6 @@ def cause(figures: Figures, k: int, to_flag: ToFlag = by_command) -> Section:
     return Section(heading, rows=tuple(row for row in rows if row[1]))
 
 
-def rivals_of(figures: Figures, effect: Figures) -> list[Figures]:
-    """Alternatives that this recording cannot tell from a cause."""
-    name, several = f"{effect['id']} {effect['target']}", len(figures["effects"]) > 1
-    return [a for a in figures["alternatives"] if a.get("instead_of", None if several else name) == name]
-
-
 def when(figures: Figures, effect: Figures) -> str:
     """The frames on which a cause acts, as people count them: the last one included."""
     ranges = sorted(ranges_of(figures, effect))
@@ -181,18 +181,14 @@ def what_it_gains(figures: Figures) -> Section:
     gain = figures["gain"]
     if not gain:
         return Section(HOLDS_UP)
-    rows = []
-    for label, name, unit, factor in (
-        ("force", "heldout_linear_residual_N", "N", 1.0),
-        ("moment", "heldout_angular_residual_Nm", "N·m", 1.0),
-        ("markers", MARKER_ERROR, "mm", 1e3),
-    ):
-        if name not in gain:
-            continue
-        mended = gain[name]["after"] != gain[name]["before"]  # or the causes have nothing to do with markers
-        if mended if name == MARKER_ERROR else not in_markers(figures):
-            digits = digits_of(factor * gain[name]["after"])
-            rows.append((label, before_and_after(gain[name], unit, factor, digits)))
+    told = [] if in_markers(figures) else [(*foretold, 1.0) for foretold in FORETOLD]
+    if MARKER_ERROR in gain and gain[MARKER_ERROR]["after"] != gain[MARKER_ERROR]["before"]:
+        told.append(("markers", MARKER_ERROR, "mm", 1e3))
+    rows = [
+        (label, before_and_after(gain[key], unit, factor, digits_of(factor * gain[key]["after"])))
+        for label, key, unit, factor in told
+        if key in gain
+    ]
     lines = []
     if changes(gain):
         lines.append(
@@ -260,6 +256,8 @@ def _worth(figures: Figures) -> str:
     holds = each[0].surely_falls and not any(change.rises for change in each)
     if not holds and unforeseeable(figures):
         said.append(unforeseeable(figures))
+    elif not any(change.surely_falls for change in each) and not is_lead(figures):
+        said.append(TAKEN_IN)
     if is_lead(figures):
         one = len(figures["effects"]) == 1
         said.append(

@@ -72,6 +72,11 @@ def now_and_then(figures: Figures) -> bool:
     return any(effect["id"] in NOW_AND_THEN for effect in figures["effects"])
 
 
+def speeds_up(figures: Figures) -> bool:
+    """Whether a cause is a belt or platform that accelerates."""
+    return any(effect["id"] == "belt_acceleration" for effect in figures["effects"])
+
+
 def only_weights(figures: Figures) -> bool:
     """Whether every cause is a weight that acts all along, of the person or not."""
     effects = figures["effects"]
@@ -86,7 +91,7 @@ def unforeseeable(figures: Figures) -> str:
             "foretell it, so that these figures stay high there, or rise. What speaks for it is the force's "
             "place, time and sign."
         )
-    if any(effect["id"] == "belt_acceleration" for effect in figures["effects"]):
+    if speeds_up(figures):
         return (
             "How a belt speeds up in a hidden stretch nothing can foretell: that force stays high speaks "
             "neither for the belt nor against it."
@@ -96,11 +101,6 @@ def unforeseeable(figures: Figures) -> str:
             "Without the cause, the person's masses are adjusted to the rest of the recording instead: these "
             "figures speak neither for a wrong weight nor against it. What speaks for it is how far the "
             "weight on the plates is from what was entered."
-        )
-    if not is_lead(figures):
-        return (
-            "Without the cause, masses and soft tissue that are adjusted to the rest of the recording take "
-            "its place there. What speaks for it is the recording as a whole."
         )
     return ""
 

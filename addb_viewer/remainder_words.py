@@ -8,7 +8,7 @@ from typing import Any
 
 from addb_viewer.accepted_exchanges import cannot_be_accepted
 from addb_viewer.diagnosis_vocabulary import newtons, target_in_words, upward
-from addb_viewer.gain_words import is_lead, now_and_then, unforeseeable
+from addb_viewer.gain_words import is_lead, now_and_then, speeds_up
 from addb_viewer.residual_words import IN_MARKERS, WITHIN, moment_Nm, ratios, times
 from addb_viewer.sections import Section
 from addb_viewer.use_words import put_right_on_reading
@@ -163,6 +163,4 @@ def _nothing_else(figures: Figures) -> str:
     if now_and_then(figures):
         return "Away from the frames named above, nothing else stands out."
     rest = "No further cause and no single place on the body accounts for the difference"
-    return (
-        f"{rest}; what nothing can foretell of a belt may be in it." if unforeseeable(figures) else f"{rest}."
-    )
+    return f"{rest}; what nothing can foretell of a belt may be in it." if speeds_up(figures) else f"{rest}."

@@ -6,9 +6,9 @@ Takes the plain values of `diagnose --json`.
 from collections.abc import Mapping
 from typing import Any
 
+from addb_viewer.diagnosis_vocabulary import CONFIDENT, rivals_of
 from addb_viewer.residual_words import IN_MARKERS, in_markers
 
-SURE = 0.9  # share of a cause, from which on others in its place are no reason to wait
 TAKEN_OFF = "taken off as its zero level"  # says the cause that reading the files puts right
 
 Figures = Mapping[str, Any]
@@ -44,8 +44,5 @@ def _doubts_the_markers(figures: Figures) -> bool:
 
 def _other_causes(figures: Figures, effect: Figures) -> bool:
     """Whether something of another kind may be in a cause's place; another place of the same is no matter."""
-    if effect["confidence"] >= SURE:
-        return False
-    name, several = f"{effect['id']} {effect['target']}", len(figures["effects"]) > 1
-    instead = [a for a in figures["alternatives"] if a.get("instead_of", None if several else name) == name]
-    return any(a["id"] != effect["id"] for a in instead)
+    unsure = effect["confidence"] < CONFIDENT
+    return unsure and any(rival["id"] != effect["id"] for rival in rivals_of(figures, effect))

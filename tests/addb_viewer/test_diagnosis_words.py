@@ -275,6 +275,9 @@ def test_a_gain_that_may_be_chance_is_not_praised():
     certain = said(figures(effects=[LATE], gain=weak) | {"evidence_nats": 60.0})
     assert "a lead" not in certain
     assert "What speaks for it is the recording as a whole" in certain
+    left = {"linear_residual_N": 30.0, "noise_floor_N": 12.0, "location": None}
+    more = said(figures(effects=[LATE], gain=weak, remaining=left) | {"evidence_nats": 60.0})
+    assert "a belt" not in more.split("WHAT REMAINS")[1].split("HOW TO READ")[0]
 
 
 def test_force_that_gets_worse_is_no_gain_and_neither_summary_praises_it():
