@@ -1,5 +1,7 @@
 """The one low-pass that kinematics and forces share."""
 
+from functools import lru_cache
+
 import numpy as np
 from jaxtyping import Float
 from scipy.signal import butter, sosfiltfilt
@@ -19,5 +21,10 @@ def low_pass(
     padding = 3 * (2 * ((order + 1) // 2) + 1)
     if cutoff_Hz >= rate / 2 or values.shape[0] <= padding:
         return values
-    sections = butter(order, cutoff_Hz, btype="low", fs=rate, output="sos")
-    return sosfiltfilt(sections, values, axis=0)
+    return sosfiltfilt(_sections(order, cutoff_Hz, rate), values, axis=0)
+
+
+@lru_cache(maxsize=256)
+def _sections(order: int, cutoff_Hz: float, rate: float) -> Float[np.ndarray, "sections 6"]:
+    """Designed once for each corner: that takes as long as filtering a trial."""
+    return np.asarray(butter(order, cutoff_Hz, btype="low", fs=rate, output="sos"))

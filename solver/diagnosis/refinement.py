@@ -13,14 +13,20 @@ from solver.diagnosis.screening import Beside, products_of
 from solver.effects.effect import Candidate, Eta
 
 SMALL_STEP = 0.1  # of the first step, for derivatives by η
+AGAIN = 0.3  # of the first step, where a search starts from what another one found
+CLOSE = 0.05  # in steps and nats: the rest is left to the derivatives
 
 
 def refined(balance: Balance, term: Term, others: Sequence[Term], rung: Rung) -> Term:
-    """The term at its best η, with derivatives by η as further columns; unchanged where all acts linearly."""
+    """The term at its best η, with derivatives by η as further columns; unchanged where all acts linearly.
+
+    A term that was refined already, at another rung, is sought near its η.
+    """
     candidate = term.candidate
     steps = np.array(candidate.steps())
     if not len(steps):
         return term
+    reach = AGAIN if term.tangent_mean else 1.0
     prior = np.array(candidate.prior(balance.scenes))
     beside = Beside(others, rung)
     tried: dict[Eta, _Tried | None] = {}
@@ -47,12 +53,12 @@ def refined(balance: Balance, term: Term, others: Sequence[Term], rung: Rung) ->
     start = term.eta
     first = at(start)
     start_possible = first is not None and possible(first)
-    simplex = np.concatenate([np.zeros((1, len(steps))), np.eye(len(steps))])
+    simplex = np.concatenate([np.zeros((1, len(steps))), reach * np.eye(len(steps))])
     found = minimize(
         cost,
         np.zeros(len(steps)),
         method="Nelder-Mead",
-        options={"initial_simplex": simplex, "xatol": 0.02, "fatol": 0.02, "maxfev": 30 * len(steps)},
+        options={"initial_simplex": simplex, "xatol": CLOSE, "fatol": CLOSE, "maxfev": 30 * len(steps)},
     )
     eta = tuple((np.array(start) + steps * found.x).tolist())
     best = at(eta)

@@ -42,12 +42,24 @@ class Products:
 
 def products_of(rows: CandidateRows, rung: Rung) -> Products:
     """Only rows of the trials that the candidate touches are read."""
-    C, P = rows.columns, rung.precision[rows.span, rows.span]
-    CPC = C.T @ (P @ C)
-    if rows.fixed is None:
-        return Products(CPC, np.zeros(len(CPC)), 0.0)
-    Pf = P @ rows.fixed
-    return Products(CPC, C.T @ Pf, float(rows.fixed @ Pf))
+    return products_of_all([rows], rung)[0]
+
+
+def products_of_all(all_rows: Sequence[CandidateRows], rung: Rung) -> list[Products]:
+    """Of many candidates: the precision of the trials that some of them touch is read once."""
+    found: dict[int, Products] = {}
+    for span in {(r.span.start, r.span.stop): r.span for r in all_rows}.values():
+        own = [r for r in all_rows if r.span == span]
+        parts = [r.columns if r.fixed is None else np.column_stack([r.columns, r.fixed]) for r in own]
+        ends = np.cumsum([part.shape[1] for part in parts])
+        weighted = rung.precision[span, span] @ np.concatenate(parts, axis=1)
+        for rows, part, Pparts in zip(own, parts, np.split(weighted, ends[:-1], axis=1), strict=True):
+            n = rows.columns.shape[1]
+            whole = part.T @ Pparts
+            f = whole[n:, n:].sum() if rows.fixed is not None else 0.0
+            CPf = whole[:n, n] if rows.fixed is not None else np.zeros(n)
+            found[id(rows)] = Products(whole[:n, :n], CPf, float(f))
+    return [found[id(r)] for r in all_rows]
 
 
 class Beside:
@@ -102,7 +114,7 @@ class Screen:
     def __init__(self, balance: Balance, candidates: Sequence[Candidate]) -> None:
         self._balance = balance
         self._starts = [starts for c in candidates if (starts := _rows_of_starts(balance, c))]
-        self._products: dict[tuple[int, int], Products] = {}
+        self._products: dict[int, dict[int, Products]] = {}  # by rung, by place
 
     def at(self, rung: Rung, accepted: Sequence[Term] = ()) -> list[Screened]:
         """Every candidate that touches a trial, beside accepted causes, greatest gain first.
@@ -113,11 +125,12 @@ class Screen:
         """
         taken = {t.candidate.key for t in accepted}
         beside = Beside(accepted, rung)
+        free = [starts for starts in self._starts if starts[0].candidate.key not in taken]
+        products = self._products_at(rung, [rows for starts in free for rows in starts])
         found = []
-        for starts in self._starts:
-            if starts[0].candidate.key not in taken:
-                tried = [self._tried(beside, rows) for rows in starts]
-                found.append(max(tried, key=lambda s: (s.notable, s.possible, s.gain)))
+        for starts in free:
+            tried = [self._tried(beside, rows, products[_place(rows)]) for rows in starts]
+            found.append(max(tried, key=lambda s: (s.notable, s.possible, s.gain)))
         return sorted(found, key=lambda s: -s.gain)
 
     def by_name(self, rung: Rung, accepted: Sequence[Term] = ()) -> list[Screened]:
@@ -129,19 +142,25 @@ class Screen:
             best.setdefault(one.rows.candidate.key, one)
         return list(best.values())
 
-    def _tried(self, beside: Beside, rows: CandidateRows) -> Screened:
-        gain, x, covariance = beside.gain(rows, self._products_at(beside.rung, rows))
+    def _tried(self, beside: Beside, rows: CandidateRows, products: Products) -> Screened:
+        gain, x, covariance = beside.gain(rows, products)
         nothing = tuple(0.0 for _ in rows.eta)
         whole = with_the_usual(x, covariance, rows.prior_std, rows.usual_std)
         estimates = rows.candidate.estimates(self._balance.scenes, rows.eta, nothing, *whole)
         candidate = rows.candidate
         return Screened(rows, candidate.is_notable(estimates), candidate.is_possible(estimates), gain, x)
 
-    def _products_at(self, rung: Rung, rows: CandidateRows) -> "Products":
-        key = id(rung), id(rows.columns if rows.fixed is None else rows)
-        if key not in self._products:
-            self._products[key] = products_of(rows, rung)
-        return self._products[key]
+    def _products_at(self, rung: Rung, wanted: Sequence[CandidateRows]) -> dict[int, Products]:
+        """By place; those that are not known yet all at once."""
+        known = self._products.setdefault(id(rung), {})
+        fresh = {_place(rows): rows for rows in wanted if _place(rows) not in known}
+        known.update(zip(fresh, products_of_all(list(fresh.values()), rung), strict=True))
+        return known
+
+
+def _place(rows: CandidateRows) -> int:
+    """The same for rows whose products are equal: kept columns, no fixed part."""
+    return id(rows.columns if rows.fixed is None else rows)
 
 
 def _rows_of_starts(balance: Balance, candidate: Candidate) -> list[CandidateRows]:

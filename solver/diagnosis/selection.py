@@ -231,7 +231,7 @@ class _Search:
             own = refined(balance, term, accepted, current.rung)
             solved = balance.solve([*accepted, own], near=current.rung)
             if solved.rung is not current.rung and own.tangent_mean:
-                own = refined(balance, term, accepted, solved.rung)
+                own = refined(balance, own, accepted, solved.rung)
                 solved = balance.solve([*accepted, own], near=solved.rung)
             contenders.append(Contender(own, solved, solved.log_evidence - current.log_evidence))
         return sorted(contenders, key=self._order)

@@ -57,6 +57,7 @@ class UnknownScreen:
         self._balance = balance
         self.free = unknown_forces(balance.scenes)  # at no point in particular yet
         self._trials = {t.scene.name: k for k, t in enumerate(balance.trials)}
+        self._courses: dict[tuple[str, float, float | None], np.ndarray] = {}
         self._local: dict[Key, Local] = {}
         self._products: dict[tuple[int, Key], np.ndarray] = {}
 
@@ -106,7 +107,7 @@ class UnknownScreen:
     def _local_of(self, candidate: Unknown) -> Local:
         trial, start = self._trial(candidate), self._balance.start
         scene = trial.scene
-        splines = courses_of(scene, candidate.knot_s, candidate.frequency_Hz)[:, 1:]
+        splines = self._splines(candidate)
         centre = point = np.zeros(3)
         if isinstance(candidate, UnknownForce):
             centre = scene.skeleton.bodies[scene.skeleton.body_index(candidate.target)].com_body
@@ -125,6 +126,14 @@ class UnknownScreen:
             rows = columns.reshape(-1, columns.shape[2] * columns.shape[3])
             self._local[key] = Local(key, span, splines.shape[1], csr_array(rows.T))
         return self._local[key]
+
+    def _splines(self, candidate: Unknown) -> Float[np.ndarray, "frames splines"]:
+        """Its courses but for the constant."""
+        key = candidate.trial, candidate.knot_s, candidate.frequency_Hz
+        if key not in self._courses:
+            scene = self._trial(candidate).scene
+            self._courses[key] = courses_of(scene, candidate.knot_s, candidate.frequency_Hz)[:, 1:]
+        return self._courses[key]
 
 
 def _axes(candidate: Unknown) -> tuple[Int[np.ndarray, " axes"], Float[np.ndarray, " axes"]]:

@@ -7,9 +7,7 @@ from jaxtyping import Bool, Float
 
 from solver.effects.scene import Scene
 from solver.effects.time_course import Stretch, stretch_of
-from solver.filters import low_pass
 
-SLOW_HZ = 6.0  # slower than markers' noise, faster than a hand's push
 HOP_S = 0.05
 SHORTEST_S = 0.15
 LONGEST_S = 20.0  # of one constant force
@@ -30,11 +28,6 @@ class ContactWindow:
     score: float
 
 
-def missing_wrench(scene: Scene) -> Float[np.ndarray, "frames 6"]:
-    """What the motion demands beyond what was recorded, low-passed [N], [N·m about the ground origin]."""
-    return low_pass(scene.demanded_ground - scene.measured_ground, scene.rate, SLOW_HZ)
-
-
 def contact_windows(
     scene: Scene, elsewhere: Bool[np.ndarray, " frames"] | None = None
 ) -> list[ContactWindow]:
@@ -50,7 +43,7 @@ def contact_windows(
     """
     hop = max(1, round(HOP_S * scene.rate))
     blocks = scene.frames // hop
-    missing = missing_wrench(scene)[: blocks * hop, :3]
+    missing = scene.missing_ground[: blocks * hop, :3]
     usable = scene.counts if elsewhere is None else scene.counts & ~elsewhere
     missing = np.where(usable[: blocks * hop, None], missing, 0.0)
     force = missing.reshape(blocks, hop, 3).mean(axis=1)

@@ -59,7 +59,7 @@ class ElasticTether(InTrials):
         body = scene.skeleton.body_index(self.target)
         towards, length = self._line(scene, eta)
         tension = columns_at_centre(scene, body, towards)
-        stiffness = columns_at_centre(scene, body, (length - length.mean())[:, None] * towards)[:, :, :1]
+        stiffness = (length - length.mean())[:, None, None] * tension[:, :, :1]
         prior = np.array([TENSION_STD_N, STIFFNESS_STD_N_PER_M, *(3 * [TENSION_STD_N * REACH_M])])
         return Signature(np.concatenate([tension[:, :, :1], stiffness, tension[:, :, 1:]], axis=2), prior)
 

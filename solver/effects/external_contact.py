@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.effects.contact_windows import contact_windows, missing_wrench
+from solver.effects.contact_windows import contact_windows
 from solver.effects.effect import Candidate, Estimate, Eta, Range, Signature
 from solver.effects.force_on_body import columns_at_point
 from solver.effects.limbs import inner_segments
@@ -74,7 +74,7 @@ class ExternalContact(Candidate):
             else:
                 blocks.append(np.zeros((scene.frames, 6, 3 * courses.shape[1])))
             prior.append(np.tile(scale * np.array([1.0, *([CHANGE_SHARE] * (courses.shape[1] - 1))]), 3))
-        force = eased * missing_wrench(scene)[:, :3]
+        force = eased * scene.missing_ground[:, :3]
         shifts = columns_at_point(scene, body, segment.com_body, force)[:, :, 1:]
         return Signature(
             np.concatenate([*blocks, shifts], axis=2), np.concatenate([*prior, np.full(3, reach_m(segment))])
@@ -89,12 +89,7 @@ class ExternalContact(Candidate):
         covariance: Float[np.ndarray, "parameters parameters"],
     ) -> dict[str, Estimate]:
         """Mean force on the person while in contact, and the point in the body's frame."""
-        courses = []
-        for scene in scenes:
-            signature = self.signature(scene, eta)
-            if signature is not None:
-                courses.append(signature.columns[frames_of(self.windows, scene), :3])
-        mean = np.concatenate(courses).mean(axis=0)
+        mean = self._mean_force(scenes)
         force, spread = mean @ x, mean @ covariance @ mean.T
         found = {
             f"force_{axis}_N": Estimate(float(force[i]), float(np.sqrt(spread[i, i])))
@@ -106,6 +101,17 @@ class ExternalContact(Candidate):
             k = len(x) - 3 + i
             found[f"point_{axis}_m"] = Estimate(float(com[i] + x[k]), float(np.sqrt(covariance[k, k])))
         return found
+
+    def _mean_force(self, scenes: Sequence[Scene]) -> Float[np.ndarray, "3 parameters"]:
+        """Of a unit of each parameter, over the frames of all windows; shifts of the point have none."""
+        inside = {s.name: frames_of(self.windows, s) for s in scenes}
+        frames = sum(int(within.sum()) for within in inside.values())
+        blocks = []
+        for window in self.windows:
+            courses = _courses(window)
+            of_frames = courses[inside[window.trial]].sum(axis=0) / frames if window.trial in inside else 0.0
+            blocks.append(np.kron(np.eye(3), np.broadcast_to(of_frames, courses.shape[1:])))
+        return np.concatenate([*blocks, np.zeros((3, 3))], axis=1)
 
     def is_possible(self, estimates: dict[str, Estimate]) -> bool:
         """Nobody is pushed harder for long."""
@@ -176,7 +182,7 @@ def _touchable(scene: Scene) -> list[int]:
 def _mean_force_N(scenes: Sequence[Scene], window: Stretch) -> float:
     scene = next(s for s in scenes if s.name == window.trial)
     inside = _usable([window], scene)
-    return float(np.linalg.norm(missing_wrench(scene)[inside, :3].mean(axis=0))) if inside.any() else 0.0
+    return float(np.linalg.norm(scene.missing_ground[inside, :3].mean(axis=0))) if inside.any() else 0.0
 
 
 def _misfit(scenes: Sequence[Scene], windows: Sequence[Stretch], body: int) -> float:
@@ -189,7 +195,7 @@ def _misfit(scenes: Sequence[Scene], windows: Sequence[Stretch], body: int) -> f
     precision, pull, total = np.eye(3) / reach_m(segment) ** 2, np.zeros(3), 0.0
     for scene in scenes:
         inside = _usable(windows, scene)
-        wrench, centre = missing_wrench(scene)[inside], scene.point_ground(body, segment.com_body)[inside]
+        wrench, centre = scene.missing_ground[inside], scene.point_ground(body, segment.com_body)[inside]
         moment = wrench[:, 3:] - cross(centre, wrench[:, :3])
         R = scene.R_ground_body[inside, body]
         arm = np.stack([cross(R[:, :, i], wrench[:, :3]) for i in range(3)], axis=-1)

@@ -20,6 +20,8 @@ from solver.kinematics.motion import Motion
 from solver.skeleton.forward import cross
 from solver.skeleton.skeleton import Skeleton
 
+SLOW_HZ = 6.0  # slower than markers' noise, faster than a hand's push
+
 
 @dataclass(frozen=True, eq=False)
 class PlateScene:
@@ -164,6 +166,11 @@ class Scene:
         for plate in self.plates:
             heard &= plate.covers(read_at(plate.times))
         return ~heard
+
+    @cached_property
+    def missing_ground(self) -> Float[np.ndarray, "frames 6"]:
+        """What the motion demands beyond what was recorded, low-passed [N], [N·m about the ground origin]."""
+        return low_pass(self.demanded_ground - self.measured_ground, self.rate, SLOW_HZ)
 
     @property
     def weight_N(self) -> float:
