@@ -24,7 +24,7 @@ LEAST_RADIUS_M = 0.03
 OWN_BONUS = 0.3  # radii of gyration, in favour of the body in whose frame the point was found
 POINT_PULL = 0.1  # towards the centre of mass, where the moments say little
 LEAST_DIRECTION = 0.05  # of the strongest axis
-LEAST_KG = 0.2  # lighter bodies are told apart from their neighbours by nothing
+LEAST_SHARE = 0.004  # of body mass; nothing tells lighter bodies apart from their neighbours: toes
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ class UnknownForce(Candidate):
         place = self.place_ground(scene)
         distances = {}
         for b, body in enumerate(scene.skeleton.bodies):
-            if body.mass < LEAST_KG:
+            if body.mass < LEAST_SHARE * scene.skeleton.mass:
                 continue
             away = np.linalg.norm(place - scene.point_ground(b, body.com_body), axis=1).mean()
             distances[body.name] = away / (LEAST_RADIUS_M + _radius_of_gyration_m(body))
@@ -237,7 +237,7 @@ def unknown_forces(scenes: Sequence[Scene]) -> list[Unknown]:
     """In each trial a force on each body that is heavy enough to be told apart, and a moment."""
     found: list[Unknown] = []
     for scene in scenes:
-        heavy = [b.name for b in scene.skeleton.bodies if b.mass >= LEAST_KG]
+        heavy = [b.name for b in scene.skeleton.bodies if b.mass >= LEAST_SHARE * scene.skeleton.mass]
         courses: list[tuple[float, float | None]] = [(knot_s, None) for knot_s in KNOTS_S]
         if (swing_Hz := strongest_frequency_Hz(scene)) is not None:
             courses.append((KNOTS_S[0], swing_Hz))

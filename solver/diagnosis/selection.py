@@ -71,17 +71,26 @@ class _Search:
         progress("diagnosis", 1.0)
 
     def _grow(self, progress: Progress) -> None:
+        """Causes added as long as that leads on, and of all sets on the way the likeliest.
+
+        One that makes others needless may leave a less likely set, beside which the next one shows.
+        """
         most = self.settings.most_effects
+        best, met = (self._odds(), list(self.found), self.solved), {self._names()}
         for turn in range(2 * most):
             progress("diagnosis", turn / (2 * most))
-            found, solved, before = list(self.found), self.solved, self._odds()
             if len(self.found) >= most or not self._add():
                 break
             self._take_back()
-            if self._odds() < before:  # what was added made others needless and was so itself
-                self.found, self.solved = found, solved
-            if self._odds() < before + self.settings.least_gain:
+            if self._odds() > best[0]:
+                best = self._odds(), list(self.found), self.solved
+            if self._names() in met:
                 break
+            met.add(self._names())
+        _, self.found, self.solved = best
+
+    def _names(self) -> frozenset[tuple[str, str]]:
+        return frozenset(t.candidate.key for t in self.terms)
 
     def _odds(self) -> float:
         """Log evidence less the log prior odds against what was found, but for a constant [nats]."""

@@ -11,7 +11,9 @@ from solver.effects.effect import Candidate, Estimate, Eta, InTrials, Signature,
 from solver.effects.limbs import inner_arm_segments
 from solver.effects.scene import Scene
 
-LIGHTEST_KG = 0.3  # what a lighter one carries (toes, an ankle bone), its neighbour carries as well
+LIGHTEST_SHARE = (
+    0.004  # of body mass: what a lighter one carries (toes, an ankle bone), its neighbour carries as well
+)
 PRIOR_KG = 4.0  # a rucksack, a measuring unit, ankle weights
 REACH_M = 0.12  # from the segment's centre of mass to the load's
 SPREAD_M = 0.12  # of the load itself, and of its place, as radius of gyration
@@ -90,6 +92,7 @@ def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     Of somebody whom nobody weighed, what is carried all the time is not told from build.
     """
     bodies = scenes[0].skeleton.bodies if scenes else ()
+    lightest = LIGHTEST_SHARE * sum(body.mass for body in bodies)
     weighed = any(scene.weighed for scene in scenes)
     stretches = [t for t in all_and_each(scenes) if weighed or t is not None]
     inner = inner_arm_segments(scenes[0].skeleton) if scenes else frozenset()
@@ -97,7 +100,7 @@ def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
         CarriedMass(body.name, trial, b in inner)
         for trial in stretches
         for b, body in enumerate(bodies)
-        if body.mass >= LIGHTEST_KG
+        if body.mass >= lightest
     ]
 
 

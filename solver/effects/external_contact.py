@@ -19,13 +19,13 @@ from solver.skeleton.skeleton import Body
 KNOTS_S = 0.10  # a hand's push grows and fades no faster
 MOST_KNOTS = 20  # a long hold changes slowly
 EDGE_S = 0.05  # by which a window found in the balance may be short
-LIGHTEST_KG = 0.3
+LIGHTEST_SHARE = 0.003  # of body mass: less than a hand, more than a kneecap
 PRIOR_N = 60.0  # a hand on a rail; what the balance lacks where that is more
 CHANGE_SHARE = 0.5  # of the force's scale: how much its course differs from a constant
 LEAST_REACH_M = 0.05  # from a segment's centre of mass to where it is touched, beside its radius of gyration
 MOMENT_SHARE_M = 0.012  # error of the balance's moments over body weight, for finding the point
 INDEPENDENT_S = 0.1  # how long an error of the balance lasts
-MOST_BODIES = 5
+MOST_BODIES = 8
 MOST_ALONE = 4  # windows that are also tried without the others
 MOST_SHARE = 0.95  # of a trial, for a contact to be one that begins or ends in it
 LEAST_N = 15.0  # a sleeve caught on a rail
@@ -176,7 +176,8 @@ def reach_m(segment: Body) -> float:
 def _touchable(scene: Scene) -> list[int]:
     """Bodies that weigh something and are not part of a foot."""
     feet = {part.body for sole in scene.soles for part in sole.parts}
-    return [b for b, body in enumerate(scene.skeleton.bodies) if body.mass >= LIGHTEST_KG and b not in feet]
+    lightest = LIGHTEST_SHARE * scene.skeleton.mass
+    return [b for b, body in enumerate(scene.skeleton.bodies) if body.mass >= lightest and b not in feet]
 
 
 def _mean_force_N(scenes: Sequence[Scene], window: Stretch) -> float:

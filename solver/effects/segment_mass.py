@@ -12,7 +12,7 @@ from solver.effects.scene import Scene
 from solver.kinematics.scale_prior import scale_groups
 from solver.skeleton.skeleton import Skeleton
 
-LIGHTEST_KG = 0.5  # of one segment of a group
+LIGHTEST_SHARE = 0.007  # of body mass, one segment of a group: a forearm bone is, a hand is not
 LIGHTEST_SHARE = 0.03  # of the body's mass, a group together: a tenth more of less changes no joint torque
 HEAVIEST_SHARE = 0.75  # of the body's mass; beyond, it is the subject's mass
 PRIOR_STD = 0.15  # relative, beyond what tables scatter
@@ -93,7 +93,7 @@ def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     if not scenes:
         return []
     skeleton = scenes[0].skeleton
-    heavy = [b.mass >= LIGHTEST_KG for b in skeleton.bodies]
+    heavy = [b.mass >= LIGHTEST_SHARE * skeleton.mass for b in skeleton.bodies]
     twins = scale_groups(skeleton).group
     groups: list[tuple[int, ...]] = [(b,) for b in range(len(heavy)) if heavy[b]]
     for group in dict.fromkeys(twins.tolist()):

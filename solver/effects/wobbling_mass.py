@@ -13,7 +13,7 @@ from solver.effects.scene import Scene
 from solver.filters import low_pass
 from solver.skeleton.forward import cross
 
-LIGHTEST_KG = 3.0  # of a segment with soft tissue that counts
+LIGHTEST_SHARE = 0.04  # of body mass, of a segment with flesh that counts: a shank is
 PRIOR_STD_KG = 4.0
 LEAST_KG = 1.0
 FREQUENCIES_HZ = (1.5, 15.0)
@@ -107,7 +107,8 @@ class WobblingMass(Candidate):
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     """One for each body with enough flesh."""
     bodies = scenes[0].skeleton.bodies if scenes else ()
-    return [WobblingMass(body.name) for body in bodies if body.mass >= LIGHTEST_KG]
+    lightest = LIGHTEST_SHARE * sum(body.mass for body in bodies)
+    return [WobblingMass(body.name) for body in bodies if body.mass >= lightest]
 
 
 def swing(

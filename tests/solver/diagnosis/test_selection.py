@@ -366,6 +366,25 @@ def test_no_cause_takes_the_place_of_one_by_making_another_too_small(short_scene
     assert named(select(balance, [first, second, both])) == [first.key, second.key]
 
 
+def test_what_two_causes_do_together_is_not_left_to_a_third_that_resembles_both(short_scene, drawn):
+    """The third is found first; beside either of the two it is too small, and either alone is less likely."""
+    one, other, beside = (np.zeros((short_scene.frames, 6)) for _ in range(3))
+    one[:, 0], other[:, 2], beside[:, 2] = 60.0, 55.0, 40.0 * np.sin(20 * short_scene.times)
+    for wrench in (one, other, beside):
+        wrench[:, 3:] = np.cross(short_scene.com_ground, wrench[:, :3])
+    first, second = Bounded("first", one, 0.2, 2.0), Bounded("second", other, 0.2, 2.0)
+    mixed = Bounded("mixed", one + other + beside, 0.6, 2.0)
+    balance = Balance([trial_rows_of(drawn(4, one + other, scale=0.3))], SETTINGS)
+
+    def solved(*some):
+        solved = balance.solve([balance.term(c, ()) for c in some])
+        return solved.log_evidence, solved.estimates(0, balance.scenes)["size"].value
+
+    assert solved(mixed)[0] > max(solved(first)[0], solved(second)[0])
+    assert solved(mixed)[1] > mixed.least > max(solved(mixed, c)[1] for c in (first, second))
+    assert set(named(select(balance, [first, second, mixed]))) == {first.key, second.key}
+
+
 def test_who_wants_to_stop_can(drawn, balance_of_scenes):
     def progress(stage, fraction):
         raise Cancelled
