@@ -50,6 +50,11 @@ def handicap(candidate: Candidate, settings: DiagnosisSettings) -> float:
     return -elsewhere if elsewhere > 0 else usual - elsewhere
 
 
+def least_first_gain(candidate: Candidate, settings: DiagnosisSettings) -> float:
+    """What a cause must gain if nothing else is known to be wrong [nats]."""
+    return settings.least_gain - dict(settings.never_imitated).get(candidate.id, 0.0)
+
+
 def confidence(one: Contender, rivals: Sequence[Contender], settings: DiagnosisSettings) -> float:
     """Share of a cause among none and all that were tried in its place, on tempered log evidence and odds."""
     others = [c.odds_gain(settings) for c in rivals if c.term.candidate.key != one.term.candidate.key]

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.diagnosis.balance import Balance, Solved, Term
-from solver.diagnosis.contenders import handicap
+from solver.diagnosis.contenders import handicap, least_first_gain
 from solver.diagnosis.diagnosis import Detectable
 from solver.diagnosis.refinement import refined
 from solver.effects.effect import Candidate, Estimate
@@ -51,7 +51,7 @@ def detectable(balance: Balance, null: Solved, candidates: Sequence[Candidate]) 
         if term is None:
             continue
         solved = balance.solve_at([refined(balance, term, [], null.rung)], null.rung)
-        needed = balance.settings.least_gain + handicap(candidate, balance.settings)
+        needed = least_first_gain(candidate, balance.settings) + handicap(candidate, balance.settings)
         cost = float(np.log(np.diag(solved.root)).sum())  # ½ log det M
         prior = _told(candidate, balance, solved.terms[0], solved.terms[0].prior_std)
         for name, estimate in solved.estimates(0, balance.scenes).items():

@@ -7,7 +7,15 @@ from itertools import combinations
 import numpy as np
 
 from solver.diagnosis.balance import Balance, Solved, Term
-from solver.diagnosis.contenders import Contender, Found, ambiguous, cosine, handicap, loose_ends
+from solver.diagnosis.contenders import (
+    Contender,
+    Found,
+    ambiguous,
+    cosine,
+    handicap,
+    least_first_gain,
+    loose_ends,
+)
 from solver.diagnosis.heldout import HeldoutGain, blocks, heldout_gain
 from solver.diagnosis.put_right import PutRight, put_right_on_reading
 from solver.diagnosis.refinement import refined
@@ -104,11 +112,10 @@ class _Search:
     def _add(self) -> bool:
         """The best next cause, or the best two together."""
         contenders = self._contenders(self.terms, self.solved)
-        least = self._least_further_gain() if self.found else self.settings.least_gain
         tenable = [c for c in contenders if self._tenable(c.solved, self.solved)]
         inadmissible: set[int] = set()
         for contender in contenders:
-            if contender.odds_gain(self.settings) < least:
+            if contender.odds_gain(self.settings) < self._least_gain(contender):
                 continue
             heldout = self._heldout_gain(contender.solved)
             beyond = heldout.best + contender.term.candidate.seen_elsewhere
@@ -127,6 +134,11 @@ class _Search:
             self.solved = contender.solved
             return True
         return self._add_two(contenders)
+
+    def _least_gain(self, contender: Contender) -> float:
+        if self.found:
+            return self._least_further_gain()
+        return least_first_gain(contender.term.candidate, self.settings)
 
     def _least_further_gain(self) -> float:
         return self.settings.least_further_gain + loose_ends(self.found, self.settings)

@@ -12,7 +12,7 @@ from solver.effects.scene import Scene
 from solver.kinematics.scale_prior import scale_groups
 from solver.skeleton.skeleton import Skeleton
 
-LIGHTEST_SHARE = 0.007  # of body mass, one segment of a group: a forearm bone is, a hand is not
+LIGHTEST_SEGMENT_SHARE = 0.007  # of body mass, each of a group: a forearm's bone has it, a hand does not
 LIGHTEST_SHARE = 0.03  # of the body's mass, a group together: a tenth more of less changes no joint torque
 HEAVIEST_SHARE = 0.75  # of the body's mass; beyond, it is the subject's mass
 PRIOR_STD = 0.15  # relative, beyond what tables scatter
@@ -36,6 +36,13 @@ class SegmentMass(Candidate):
     sentence = "{target}: these segments weigh otherwise than the model has them."
     remedy = "Scale the segments' masses to the person: a scan, or tables for the person's build."
     rivals_told_apart_by = "a trial in which the segments swing fast, and the person on a scale"
+
+    one_sided: bool = False  # one of a left and right pair
+
+    @property
+    def at_a_rare_place(self) -> bool:
+        """People are built alike on both sides; what one of them weighs more is carried."""
+        return self.one_sided
 
     @property
     def of_whole_limbs(self) -> bool:
@@ -93,9 +100,10 @@ def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     if not scenes:
         return []
     skeleton = scenes[0].skeleton
-    heavy = [b.mass >= LIGHTEST_SHARE * skeleton.mass for b in skeleton.bodies]
+    heavy = [b.mass >= LIGHTEST_SEGMENT_SHARE * skeleton.mass for b in skeleton.bodies]
     twins = scale_groups(skeleton).group
     groups: list[tuple[int, ...]] = [(b,) for b in range(len(heavy)) if heavy[b]]
+    paired = {b for b in range(len(heavy)) if twins.tolist().count(twins[b]) == 2}
     for group in dict.fromkeys(twins.tolist()):
         pair = np.flatnonzero(twins == group).tolist()
         if len(pair) == 2 and all(heavy[b] for b in pair):
@@ -105,7 +113,7 @@ def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
                 groups.append(tuple(sorted({*pair, *carriers})))
     shares = [sum(skeleton.bodies[b].mass for b in g) / skeleton.mass for g in groups]
     return [
-        SegmentMass("+".join(skeleton.body_names[b] for b in group))
+        SegmentMass("+".join(skeleton.body_names[b] for b in group), len(group) == 1 and group[0] in paired)
         for group, share in zip(groups, shares, strict=True)
         if LIGHTEST_SHARE <= share <= HEAVIEST_SHARE
     ]
