@@ -13,6 +13,18 @@ from addb_viewer.sections import Section
 
 HEADING = "What would have been found"
 DIGITS = 2  # of a size, rounded up
+BLIND = "this recording cannot tell"
+LARGEST = {  # in the units that people use; larger ones would be seen at once, or cannot be
+    "clock_offset": 40.0,
+    "sample_rate": 10.0,
+    "plate_gain": 20.0,
+    "plate_bias": 80.0,
+    "plate_position": 60.0,
+    "plate_yaw": 15.0,
+    "gravity_tilt": 10.0,
+    "subject_mass": 20.0,
+    "capture_scale": 10.0,
+}
 MOST_TARGETS = 2  # that are told one by one
 
 Figures = Mapping[str, Any]
@@ -20,20 +32,40 @@ Figures = Mapping[str, Any]
 
 def what_would_be_found(figures: Figures) -> Section:
     """Sizes of each cause at each target, the largest over directions; empty where none is known."""
+    rows = tuple(
+        (_title(id), BLIND if _is_blind(id, sizes) else _told(sizes)) for id, sizes in _sizes(figures).items()
+    )
+    if not rows:
+        return Section(HEADING)
+    line = (
+        "One of these would have been found nine times in ten from this size on, in the worst direction. "
+        "Smaller ones may be there. For the other causes on the list no such size is known."
+    )
+    return Section(HEADING, (line,), rows)
+
+
+def cannot_tell(figures: Figures) -> list[str]:
+    """Causes that would not have been found at any size that makes sense."""
+    return [_title(id) for id, sizes in _sizes(figures).items() if _is_blind(id, sizes)]
+
+
+def _sizes(figures: Figures) -> dict[str, dict[str, tuple[float, str]]]:
+    """Of each cause at each target the largest over directions, and its unit."""
     largest: dict[str, dict[str, tuple[float, str]]] = {}
     for one in figures.get("detectable", ()):
         unit, factor = _unit_of(one["id"], one["parameter"])
         sizes = largest.setdefault(one["id"], {})
         before, _ = sizes.get(one["target"], (0.0, unit))
         sizes[one["target"]] = max(before, factor * one["size"]), unit
-    rows = tuple((TITLES[id].format(target="a plate"), _told(sizes)) for id, sizes in largest.items())
-    if not rows:
-        return Section(HEADING)
-    line = (
-        "One of these would have been found nine times in ten from this size on, in the worst direction. "
-        "Smaller ones may be there. Other causes have a place and a course of their own, and so no one size."
-    )
-    return Section(HEADING, (line,), rows)
+    return largest
+
+
+def _is_blind(id: str, sizes: Mapping[str, tuple[float, str]]) -> bool:
+    return min(size for size, _ in sizes.values()) > LARGEST.get(id, math.inf)
+
+
+def _title(id: str) -> str:
+    return TITLES[id].format(target="a plate")
 
 
 def _told(sizes: Mapping[str, tuple[float, str]]) -> str:

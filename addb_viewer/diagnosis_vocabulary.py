@@ -8,6 +8,7 @@ from typing import Any
 from addb_viewer.diagnosis_readings import READINGS, Place, Reading
 
 CONFIDENT = 0.9  # share of a cause, from which on others in its place are no reason to wait
+LEAST_TOLD = 0.005  # of a share
 STDS_OF_A_SPREAD = 2  # the true value lies within in 19 of 20 cases
 FRACTION_DIGITS = 4  # at most
 TWO_DIGITS_BELOW = 1.95  # first digits of a spread: ± 1.4 rounded to one digit would be a third off
@@ -197,8 +198,9 @@ def upward(force_N: Sequence[float]) -> str:
         return "nowhere"
     if abs(y) > 0.8 * size:
         return "up" if y > 0 else "down"
-    across = "x" if abs(x) >= abs(z) else "z"
-    level = f"along {'+' if (x if across == 'x' else z) > 0 else '−'}{across}"
+    longest_first = sorted((("x", x), ("z", z)), key=lambda axis: -abs(axis[1]))
+    told = [axis for k, axis in enumerate(longest_first) if not k or abs(axis[1]) > 0.4 * size]
+    level = "along " + " and ".join(f"{'+' if force > 0 else '−'}{name}" for name, force in told)
     if abs(y) < 0.4 * size:
         return level
     return f"{'up' if y > 0 else 'down'} and {level}"
@@ -266,7 +268,7 @@ def listed(words: Sequence[str]) -> str:
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:.0f} %"
+    return f"{100 * share:.0f} %" if share >= LEAST_TOLD else "less than 1 %"
 
 
 def newtons(force_N: float) -> str:

@@ -30,11 +30,13 @@ from addb_viewer.gain_words import (
     digits_of,
     is_lead,
     unforeseeable,
+    was_ordinary,
 )
-from addb_viewer.remainder_words import is_whole, what_next, what_remains
-from addb_viewer.residual_words import in_markers, looked_for, what_is_wrong
+from addb_viewer.remainder_words import explains_most, what_next, what_remains
+from addb_viewer.residual_words import in_markers, is_whole, looked_for, what_is_wrong
 from addb_viewer.sections import Section
 from addb_viewer.use_words import use
+from solver.dynamics.com_mass import WEIGHED_BY_FORCES
 
 AT_CERTAIN_FRAMES = (*NOW_AND_THEN, "marker_slip", "marker_swap")
 CERTAIN_PER_CENT = 95
@@ -43,7 +45,7 @@ HOLDS_UP = "Does it hold up?"
 MARKER_ERROR = "marker_rms_m"
 TAKEN_IN = (
     "Without the cause, masses and soft tissue that are adjusted to the rest of the recording take its place "
-    "there. What speaks for it is the recording as a whole."
+    "there. What speaks for the cause is the recording as a whole."
 )
 NOTES = "Notes"
 BEFORE_THE_CAUSES = "From reading and fitting the files, which knew nothing of the causes above:"
@@ -75,8 +77,10 @@ def page(figures: Figures) -> list[Section]:
 def notes(figures: Figures) -> Section:
     """What reading and fitting noted; empty where they noted nothing."""
     noted = tuple(figures.get("notes", ()))
-    of_old = (BEFORE_THE_CAUSES,) if noted and figures["effects"] else ()
-    return Section(NOTES, (*of_old, *noted))
+    if not (noted and figures["effects"]):
+        return Section(NOTES, noted)
+    without_advice = (note.split(";")[0] if WEIGHED_BY_FORCES in note else note for note in noted)
+    return Section(NOTES, (BEFORE_THE_CAUSES, *without_advice))
 
 
 def verdict(figures: Figures) -> Section:
@@ -95,7 +99,7 @@ def verdict(figures: Figures) -> Section:
         text = f"{wrong}. Of all that were tried, {best}: {named}."
     elif figures["verdict"] == "explained":
         account = "one cause accounts for" if one else f"{len(effects)} causes together account for"
-        account += " it" if is_whole(figures) else " most of it"
+        account += " it" if is_whole(figures) else " most of it" if explains_most(figures) else " much of it"
         text = f"{wrong}, and {account}: {named}."
     elif effects:
         text = (
@@ -258,6 +262,8 @@ def _worth(figures: Figures) -> str:
         said.append(unforeseeable(figures))
     elif not any(change.surely_falls for change in each) and not is_lead(figures):
         said.append(TAKEN_IN)
+    elif was_ordinary(figures):
+        said.append("Force was within what is ordinary there without them as well: it does not decide.")
     if is_lead(figures):
         one = len(figures["effects"]) == 1
         said.append(

@@ -83,6 +83,12 @@ def only_weights(figures: Figures) -> bool:
     return bool(effects) and all(effect["id"] in WEIGHTS for effect in effects)
 
 
+def was_ordinary(figures: Figures) -> bool:
+    """Whether force on hidden stretches was no more than in sound recordings without the causes."""
+    force = figures["gain"].get("heldout_linear_residual_N")
+    return force is not None and bool(force["before"] <= figures["remaining"]["noise_floor_N"])
+
+
 def unforeseeable(figures: Figures) -> str:
     """Why force cannot fall on hidden stretches; empty where it can."""
     if now_and_then(figures):
@@ -99,8 +105,8 @@ def unforeseeable(figures: Figures) -> str:
     if only_weights(figures):
         return (
             "Without the cause, the person's masses are adjusted to the rest of the recording instead: these "
-            "figures speak neither for a wrong weight nor against it. What speaks for it is how far the "
-            "weight on the plates is from what was entered."
+            "figures cannot judge a steady weight. What speaks for the cause is how far the weight on the "
+            "plates is from what was entered."
         )
     return ""
 

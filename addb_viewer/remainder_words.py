@@ -9,11 +9,12 @@ from typing import Any
 from addb_viewer.accepted_exchanges import cannot_be_accepted
 from addb_viewer.diagnosis_vocabulary import newtons, target_in_words, upward
 from addb_viewer.gain_words import is_lead, now_and_then, speeds_up
-from addb_viewer.residual_words import IN_MARKERS, WITHIN, moment_Nm, ratios, times
+from addb_viewer.residual_words import IN_MARKERS, WITHIN, is_whole, moment_Nm, ratios, times
 from addb_viewer.sections import Section
 from addb_viewer.use_words import put_right_on_reading
 
 SWINGS = "swings"  # says a course that swings evenly
+MOST = 0.5  # of an error that is left where most of it is explained
 MORE = 1.1  # times what is ordinary, from which on the ratio is told
 
 Figures = Mapping[str, Any]
@@ -101,10 +102,7 @@ def what_next(figures: Figures) -> Section:
     if in_the_markers or len(figures["effects"]) > apart:
         lines.append(as_recorded)
     if figures["verdict"] == "unexplained":
-        lines.append(
-            f"Do not use the forces of {recording} for joint torques before the cause of what remains is "
-            "known."
-        )
+        lines.append(f"Do not use {recording} for joint torques before the cause of what remains is known.")
     return Section("What next", tuple(lines))
 
 
@@ -117,10 +115,10 @@ def _mostly_turns(figures: Figures) -> bool:
     return bool(moment > max(WITHIN, force))
 
 
-def is_whole(figures: Figures) -> bool:
-    """Whether causes leave no more than is ordinary."""
-    remaining = figures["remaining"]
-    return bool(remaining["linear_residual_N"] <= WITHIN * remaining["noise_floor_N"])
+def explains_most(figures: Figures) -> bool:
+    """Whether causes take half of what force is off by on hidden stretches, or more."""
+    force = figures["gain"].get("heldout_linear_residual_N")
+    return force is None or bool(force["after"] <= MOST * force["before"])
 
 
 def _left(figures: Figures) -> str:

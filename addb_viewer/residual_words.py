@@ -42,7 +42,7 @@ def what_is_wrong(figures: Figures) -> Section:
         lines = _overall(figures, residual)
         rows = [] if clean else _parts(figures, residual)
     if clean:
-        lines.append(f"Looked for, and not found large enough to act on: {looked_for()}.")
+        lines.append(f"Looked for, and not found, or too small to act on: {looked_for()}.")
     if any("×" in text for _, text in rows):
         lines.append(TIMES)
     return Section("How that was found" if clean else "What is wrong", tuple(lines), tuple(rows))
@@ -70,6 +70,12 @@ def _overall(figures: Figures, residual: Figures) -> list[str]:
     elif figures["verdict"] != "clean":
         lines += [f"{capital(note)}." for note in weighed]
     return lines
+
+
+def is_whole(figures: Figures) -> bool:
+    """Whether causes leave no more than is ordinary."""
+    remaining = figures["remaining"]
+    return bool(remaining["linear_residual_N"] <= WITHIN * remaining["noise_floor_N"])
 
 
 def in_markers(figures: Figures) -> bool:

@@ -6,8 +6,9 @@ Takes the plain values of `diagnose --json`.
 from collections.abc import Mapping
 from typing import Any
 
-from addb_viewer.diagnosis_vocabulary import CONFIDENT, rivals_of
-from addb_viewer.residual_words import IN_MARKERS, in_markers
+from addb_viewer.detectable_words import cannot_tell
+from addb_viewer.diagnosis_vocabulary import CONFIDENT, listed, rivals_of
+from addb_viewer.residual_words import IN_MARKERS, in_markers, is_whole
 
 TAKEN_OFF = "taken off as its zero level"  # says the cause that reading the files puts right
 
@@ -22,20 +23,35 @@ def put_right_on_reading(effect: Figures) -> bool:
 def use(figures: Figures) -> str:
     """Whether to use the recording as it is, and for what."""
     if figures["verdict"] == "clean":
-        return "Use: as it is; what might be there and would not have been found is told below."
+        below = "what might be there and would not have been found is told below."
+        blind = cannot_tell(figures)
+        return (
+            f"Use: as it is, but it cannot tell {listed(blind)}; {below}"
+            if blind
+            else f"Use: as it is; {below}"
+        )
     if figures["verdict"] != "explained":
-        return "Use: not for joint torques, before the rest is understood."
+        rest = "what remains" if figures["effects"] else "the cause"
+        return (
+            f"Use: not for joint torques, before {rest} is understood; for joint angles with care, since the "
+            "motion may be at fault as well."
+        )
     angles = "" if _doubts_the_markers(figures) else "for joint angles as it is; "
     left = [effect for effect in figures["effects"] if not put_right_on_reading(effect)]
     if not left:
         return "Use: as it is; what was wrong is put right on reading."
     if in_markers(figures):
-        return "Use: once the markers are mended; the forces are not in doubt."
+        return (
+            "Use: neither for joint angles nor for torques near those markers, before they are mended; the "
+            "forces are not in doubt."
+        )
     if all(effect["id"] == "off_plate_step" for effect in left):
         return "Use: outside the frames named below; flag these first."
     if any(_other_causes(figures, effect) for effect in left):
         return f"Use: {angles}not for joint torques, before it is known which cause it is."
-    return f"Use: {angles}for joint torques only with the cause put right (see what next)."
+    causes = "the cause" if len(left) == 1 else "the causes"
+    rest = "" if is_whole(figures) else ", and then with care, since not all is explained (see what remains)"
+    return f"Use: {angles}for joint torques only with {causes} put right (see what next){rest}."
 
 
 def _doubts_the_markers(figures: Figures) -> bool:

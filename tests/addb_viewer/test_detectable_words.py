@@ -1,6 +1,6 @@
 """What "nothing wrong" is worth, in words."""
 
-from addb_viewer.detectable_words import what_would_be_found
+from addb_viewer.detectable_words import BLIND, cannot_tell, what_would_be_found
 
 
 def size(id, target, parameter, value):
@@ -31,3 +31,12 @@ def test_the_worst_direction_of_each_plate_counts():
 def test_nothing_is_told_where_something_was_found():
     assert what_would_be_found({"detectable": []}).rows == ()
     assert what_would_be_found({}).lines == ()
+
+
+def test_a_size_that_makes_no_sense_is_not_told():
+    """Standing still, a camera scale of 200 % would be needed; of two plates one is good enough."""
+    still = {"detectable": [size("capture_scale", "all", "scale", 2.0)]}
+    assert what_would_be_found(still).rows == (("wrong scale of the camera calibration", BLIND),)
+    assert cannot_tell(still) == ["wrong scale of the camera calibration"]
+    turned = {"detectable": [size("plate_yaw", f"plate_{k}", "yaw_deg", 6.0 * k) for k in (1, 4)]}
+    assert cannot_tell(turned) == []

@@ -17,6 +17,7 @@ from addb_viewer.diagnosis_vocabulary import (
 )
 from addb_viewer.diagnosis_words import notes, page
 from addb_viewer.sections import as_text
+from solver.dynamics.com_mass import WEIGHED_BY_FORCES
 from solver.effects.carried_mass import CarriedMass
 from solver.effects.catalogue import IDS, MARKER_IDS
 from solver.effects.plate_bias import PlateBiasTakenOff
@@ -62,6 +63,7 @@ def said(answer):
 
 
 LATE = effect(offset_s=(0.0123, 0.0004))
+PULLED = effect("drag", "pelvis", mean_force_N=(20.0, 1.0))
 STEP = effect(
     "off_plate_step",
     "calcn_r",
@@ -167,6 +169,8 @@ def test_directions_of_a_force():
     assert upward((0.0, -40.0, 2.0)) == "down"
     assert upward((-30.0, 1.0, 2.0)) == "along −x"
     assert upward((0.0, 20.0, 20.0)) == "up and along +z"
+    assert upward((27.0, 1.0, -27.0)) == "along +x and −z"
+    assert upward((10.0, 1.0, -27.0)) == "along −z"
 
 
 def test_certainty_never_exceeds_the_figure():
@@ -274,7 +278,7 @@ def test_a_gain_that_may_be_chance_is_not_praised():
     assert "It is a lead, not a finding" in text.split("WHAT IS WRONG")[0]
     certain = said(figures(effects=[LATE], gain=weak) | {"evidence_nats": 60.0})
     assert "a lead" not in certain
-    assert "What speaks for it is the recording as a whole" in certain
+    assert "What speaks for the cause is the recording as a whole" in certain
     left = {"linear_residual_N": 30.0, "noise_floor_N": 12.0, "location": None}
     more = said(figures(effects=[LATE], gain=weak, remaining=left) | {"evidence_nats": 60.0})
     assert "a belt" not in more.split("WHAT REMAINS")[1].split("HOW TO READ")[0]
@@ -403,14 +407,24 @@ def test_the_verdict_says_what_the_recording_is_good_for():
         return page(figures(verdict, **more))[0].lines[-1]
 
     assert use("clean").startswith("Use: as it is;")
-    assert "before the rest is understood" in use("unexplained")
+    blind = [{"id": "capture_scale", "target": "all", "parameter": "scale", "size": 2.0}]
+    cannot = use("clean", detectable=blind)
+    assert cannot.startswith("Use: as it is, but it cannot tell wrong scale of the camera calibration;")
+    unknown = use("unexplained")
+    assert "not for joint torques, before the cause is understood" in unknown
+    assert "joint angles with care" in unknown
+    assert "before what remains is understood" in use("unexplained", effects=[LATE])
+    rest = {"linear_residual_N": 44.0, "noise_floor_N": 19.0, "location": None}
+    assert use(effects=[LATE, PULLED], remaining=rest).endswith(
+        "with the causes put right (see what next), and then with care, since not all is explained (see what "
+        "remains)."
+    )
     assert use(effects=[LATE]).startswith("Use: for joint angles as it is; for joint torques only with the")
     larger = effect("capture_scale", "all", scale=(1.02, 0.001))
     assert use(effects=[larger]) == "Use: for joint torques only with the cause put right (see what next)."
     assert "outside the frames named" in use(effects=[STEP])
-    assert "once the markers are mended" in use(
-        effects=[effect("marker_slip", "RKNE", shift_m=(0.02, 0.001))]
-    )
+    slipped = use(effects=[effect("marker_slip", "RKNE", shift_m=(0.02, 0.001))])
+    assert "neither for joint angles nor for torques near those markers, before they are mended" in slipped
     heavy = rival("subject_mass", "clock_offset all", "the person on a scale")
     guessed = LATE | {"confidence": 0.6}
     assert "before it is known which cause" in use(effects=[guessed], alternatives=[heavy])
@@ -441,6 +455,27 @@ def test_a_moment_without_a_place_asks_for_the_plates_moments():
 def test_what_stays_beyond_the_ordinary_is_not_accounted_for():
     left = {"linear_residual_N": 44.0, "noise_floor_N": 19.0, "location": None}
     assert "one cause accounts for most of it" in said(figures(effects=[STEP], remaining=left))
+    little = {"heldout_linear_residual_N": {"before": 80.0, "after": 44.0, "interval": [40.0, 48.0]}}
+    assert "one cause accounts for much of it" in said(figures(effects=[LATE], remaining=left, gain=little))
+
+
+def test_errors_that_are_ordinary_without_a_cause_do_not_decide():
+    before = {"heldout_linear_residual_N": {"before": 4.7, "after": 2.4, "interval": [2.1, 2.6]}}
+    assert "it does not decide" in said(figures(effects=[LATE], gain=before))
+    assert "it does not decide" not in said(figures(effects=[LATE]))
+
+
+def test_advice_from_before_the_causes_is_not_repeated_beside_them():
+    note = f"{WEIGHED_BY_FORCES} 61.2 ± 0.9 kg, 8.2 kg less than entered; check the entered mass"
+    assert "check the entered mass" not in said(figures(effects=[LATE], notes=[note]))
+    assert "check the entered mass" in said(figures("unexplained", notes=[note]))
+
+
+def test_a_rival_that_hardly_counts_has_not_no_share_at_all():
+    band = rival("elastic_tether", "clock_offset all", target="torso") | {"confidence": 0.001}
+    assert "an elastic band: trunk (torso) (less than 1 %)" in said(
+        figures(effects=[LATE], alternatives=[band])
+    )
 
 
 def test_a_steady_weight_is_no_lead_only_because_masses_follow_it():
@@ -455,7 +490,7 @@ def test_hidden_stretches_say_nothing_of_a_mass():
     heavy = effect("subject_mass", mass_factor=(0.9, 0.01))
     same = {"heldout_linear_residual_N": {"before": 14.0, "after": 14.1, "interval": [12.0, 16.0]}}
     text = said(figures(effects=[heavy], gain=same))
-    assert "neither for a wrong weight nor against it" in text
+    assert "cannot judge a steady weight" in text
     assert "lead" not in text
 
 
