@@ -222,10 +222,13 @@ def how_to_read(figures: Figures) -> Section:
 
 
 def _in_short(figures: Figures, effect: Figures) -> str:
+    """A cause with how sure its name is, or with what may be in its place."""
     rivals = rivals_of(figures, effect)
-    if rivals:
-        return " — or else ".join([title(effect), *(_instead_of(effect, rival) for rival in rivals)])
-    return f"{title(effect)} [{certainty(effect['confidence'], 0).split(' (')[0].split(':')[0]}]"
+    if rivals and effect["confidence"] < CONFIDENT:
+        named = [f"{title(effect)}{share(effect['confidence'])}"]
+        named += [f"{_instead_of(effect, rival)}{share(rival.get('confidence'))}" for rival in rivals]
+        return " — or else ".join(named)
+    return f"{title(effect)} [{certainty(effect['confidence'], len(rivals)).split(' (')[0].split(':')[0]}]"
 
 
 def _instead_of(effect: Figures, rival: Figures) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from addb_viewer.accepted_exchanges import cannot_be_accepted
-from addb_viewer.diagnosis_vocabulary import newtons, target_in_words, upward
+from addb_viewer.diagnosis_vocabulary import CONFIDENT, newtons, rivals_of, target_in_words, upward
 from addb_viewer.gain_words import is_lead, now_and_then, speeds_up
 from addb_viewer.residual_words import IN_MARKERS, WITHIN, is_whole, moment_Nm, ratios, times
 from addb_viewer.sections import Section
@@ -90,7 +90,7 @@ def what_next(figures: Figures) -> Section:
             if is_lead(figures)
             else ""
         )
-        if figures["alternatives"]:
+        if any(rivals_of(figures, e) and e["confidence"] < CONFIDENT for e in figures["effects"]):
             lead = "First tell apart the causes that look alike here, as told above. " + (
                 lead and "Then look into what is only a lead. If it proves true, "
             )

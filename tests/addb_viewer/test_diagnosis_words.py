@@ -242,9 +242,13 @@ def test_a_step_whose_moment_rises_on_hidden_stretches_says_why():
 
 def test_rivals_are_in_the_verdict_and_with_what_tells_them_apart():
     heavy = rival("subject_mass", "clock_offset all", "the person on a scale")
-    text = said(figures(effects=[LATE, STEP], alternatives=[heavy]))
+    unsure = LATE | {"confidence": 0.69}
+    text = said(figures(effects=[unsure, STEP], alternatives=[heavy | {"confidence": 0.31}]))
     verdict, _ = text.split("WHAT IS WRONG")
-    assert "forces shifted in time against the markers — or else wrong body mass" in verdict
+    assert "forces shifted in time against the markers (69 %) — or else wrong body mass (31 %)" in verdict
+    sure = said(figures(effects=[LATE, STEP], alternatives=[heavy])).split("WHAT IS WRONG")[0]
+    assert "forces shifted in time against the markers [fairly sure of the name]" in sure
+    assert "or else" not in sure
     late, step = text.split("CAUSE 1")[1].split("CAUSE 2")
     assert "could also be wrong body mass" in late
     assert "to tell, record the person on a scale" in late
@@ -259,7 +263,7 @@ def test_of_the_same_cause_elsewhere_only_the_place_is_told():
     text = said(
         figures(effects=[load], alternatives=[rival("carried_mass", "carried_mass hand_r", target="ulna_r")])
     )
-    both = "a load that the model does not know: right hand (hand_r) — or else right forearm (ulna_r)"
+    both = "a load that the model does not know: right hand (hand_r) (40 %) — or else right forearm (ulna_r)"
     assert both in text.split("WHAT IS WRONG")[0]
 
 
@@ -569,5 +573,7 @@ def test_notes_that_ask_what_the_causes_answer_are_told_as_older():
 
 def test_causes_that_look_alike_are_to_be_told_apart_before_they_are_accepted():
     heavy = rival("subject_mass", "clock_offset all", "the person on a scale")
-    text = said(figures(effects=[LATE], alternatives=[heavy]))
+    text = said(figures(effects=[LATE | {"confidence": 0.6}], alternatives=[heavy]))
     assert "First tell apart the causes that look alike here" in text.split("WHAT NEXT")[1]
+    sure = said(figures(effects=[LATE], alternatives=[heavy]))
+    assert "First tell apart" not in sure.split("WHAT NEXT")[1]
