@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.diagnosis.balance import Balance
-from solver.diagnosis.contenders import confidence, handicap
+from solver.diagnosis.contenders import confidence, handicap, least_first_gain
 from solver.diagnosis.selection import select
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset
@@ -18,6 +18,7 @@ from solver.effects.plate_gain import PlateGain
 from solver.effects.plate_position import candidates as positions
 from solver.effects.plate_swap import PlateSwap
 from solver.effects.segment_mass import SegmentMass
+from solver.effects.segment_mass import candidates as segments
 from solver.effects.subject_mass import candidates as masses
 from solver.errors import Cancelled
 from tests.solver.diagnosis.conftest import trial_rows_of
@@ -129,6 +130,23 @@ def test_a_wrong_mass_is_named_even_where_withheld_blocks_hardly_tell(short_scen
         shares.append(found.heldout_gain / found.contender.gain)
     assert max(shares) < 0.9
     assert min(shares) > -SETTINGS.mass_heldout_share
+
+
+def test_a_mass_that_no_models_error_imitates_needs_less_to_be_named_first(
+    short_scene, drawn, balance_of_scenes
+):
+    balance = balance_of_scenes(drawn(4, -0.04 * short_scene.measured_ground, scale=0.5))
+    (mass,) = masses([short_scene])
+    gain = balance.solve([balance.term(mass, ())]).log_evidence - balance.solve([]).log_evidence
+    assert least_first_gain(mass, SETTINGS) < gain < SETTINGS.least_gain
+    assert named(select(balance, [mass])) == [mass.key]
+    as_any = Balance(balance.trials, replace(SETTINGS, never_imitated=()))
+    assert named(select(as_any, [mass])) == []
+
+
+def test_one_leg_alone_is_rarer_than_both(short_scene):
+    usual = {c.target: handicap(c, SETTINGS) for c in segments([short_scene])}
+    assert usual["femur_r"] == usual["femur_l"] > usual["femur_r+femur_l"]
 
 
 def test_a_later_cause_makes_room_for_a_better_first_one(short_scene, drawn, balance_of_scenes):
