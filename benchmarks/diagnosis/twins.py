@@ -80,4 +80,4 @@ def _fitted(balance: Balance, selection: Selection, id: str, target: str) -> Ter
 @lru_cache(maxsize=16)
 def _searched(folder: Path) -> tuple[Balance, Selection]:
     balance = balance_as_it_is(folder)
-    return balance, select(balance, catalogue(balance.scenes))
+    return balance, select(balance, catalogue(balance.scenes), candidates_of=catalogue)

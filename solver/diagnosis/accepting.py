@@ -15,7 +15,7 @@ from solver.diagnosis.selection import select
 from solver.diagnosis.settings import DIAGNOSIS
 from solver.dynamics.extension import Cause, Extension
 from solver.effects.catalogue import catalogue
-from solver.effects.effect import Corrected
+from solver.effects.effect import Candidate, Corrected
 from solver.effects.scene import Scene
 from solver.errors import FitError
 from solver.fit import Fit
@@ -70,8 +70,11 @@ def extension_for(
         reviews=reviews or {},
         progress=part(progress, 0.0, FITTED),
     )
-    named = [c for c in catalogue(balance.scenes) if c.key in causes or isinstance(c, Corrected)]
-    selection = select(balance, named, part(progress, FITTED, 1.0))
+
+    def named(scenes: Sequence[Scene]) -> list[Candidate]:
+        return [c for c in catalogue(scenes) if c.key in causes or isinstance(c, Corrected)]
+
+    selection = select(balance, named(balance.scenes), part(progress, FITTED, 1.0), named)
     extension = extension_of(balance.scenes, selection.solved)
     undone = causes & {c.key for c in selection.corrected}
     lost = causes - {(cause.id, cause.target) for cause in extension.causes} - undone

@@ -62,7 +62,7 @@ def diagnose(
         progress=part(progress, 0.0, FITTED),
     )
     candidates = catalogue(balance.scenes)
-    selection = select(balance, candidates, part(progress, FITTED, 1.0))
+    selection = select(balance, candidates, part(progress, FITTED, 1.0), catalogue)
     answer = replace(conclude(balance, selection, seen), notes=all_notes(fit))
     if answer.verdict != CLEAN:
         return answer

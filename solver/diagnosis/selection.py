@@ -1,6 +1,6 @@
 """Which causes explain the balance: screened, refitted, added one by one, and held to unseen blocks."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 
@@ -22,6 +22,7 @@ from solver.diagnosis.refinement import refined
 from solver.diagnosis.screening import Screen
 from solver.effects.effect import Candidate, Corrected
 from solver.effects.gross_cause import Beyond, GrossCause
+from solver.effects.scene import Scene
 from solver.progress import Progress, silent
 
 MOST_EXCHANGES = 3
@@ -40,17 +41,24 @@ class Selection:
     uncorrected: tuple[Term, ...] = field(default=())  # what these would add to the balance
 
 
-def select(balance: Balance, candidates: Sequence[Candidate], progress: Progress = silent) -> Selection:
+def select(
+    balance: Balance,
+    candidates: Sequence[Candidate],
+    progress: Progress = silent,
+    candidates_of: Callable[[Sequence[Scene]], Sequence[Candidate]] | None = None,
+) -> Selection:
     """Add causes one after another while each pays, in evidence and on withheld blocks.
 
     Args:
         balance: of all trials.
         candidates: the whole catalogue at every target.
         progress: told the fraction done; may raise `Cancelled`.
+        candidates_of: the same of trials whose gross error was put right, as contacts and steps are sought
+            where force lacks; None: `candidates` as they are.
     """
     corrections = [c for c in candidates if isinstance(c, Corrected)]
     others = [c for c in candidates if not isinstance(c, Corrected)]
-    search = _beyond_gross_errors(_Search(balance, others, progress), others, progress)
+    search = _beyond_gross_errors(_Search(balance, others, progress), others, progress, candidates_of)
     named, uncorrected = put_right_on_reading(balance, corrections, search.solved)
     return Selection(search.null, search.solved, tuple(search.found), named, uncorrected)
 
@@ -307,13 +315,26 @@ class _Search:
         return solved.terms[k].candidate.is_notable(solved.estimates(k, self.balance.scenes))
 
 
-def _beyond_gross_errors(search: _Search, candidates: Sequence[Candidate], progress: Progress) -> _Search:
-    """The search again from the first gross error that it found, other causes in the recording put right."""
+def _beyond_gross_errors(
+    search: _Search,
+    candidates: Sequence[Candidate],
+    progress: Progress,
+    candidates_of: Callable[[Sequence[Scene]], Sequence[Candidate]] | None,
+) -> _Search:
+    """The search again from the first gross error that it found, other causes in the recording put right.
+
+    It stays where it does as well: the same causes then have the plates' right names.
+    """
     first = next((f for f in search.found if isinstance(f.contender.term.candidate, GrossCause)), None)
     if first is None:
         return search
     gross = first.contender.term.candidate
     assert isinstance(gross, GrossCause)
-    beyond = [c if isinstance(c, GrossCause) else Beyond(c.target, c, gross) for c in candidates]
+    anew = candidates
+    if candidates_of is not None:
+        anew = candidates_of([gross.righted(scene) for scene in search.balance.scenes])
+    beyond: list[Candidate] = [c for c in candidates if isinstance(c, GrossCause)]
+    beyond += [Beyond(c.target, c, gross) for c in anew if not isinstance(c, GrossCause | Corrected)]
     again = _Search(search.balance, beyond, progress, [first])
-    return again if again.solved.log_evidence > search.solved.log_evidence else search
+    least = search.solved.log_evidence - search.settings.exchange_margin
+    return again if again.solved.log_evidence > least else search

@@ -12,7 +12,7 @@ from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.effect import Candidate, Corrected, Estimate, Signature
 from solver.effects.external_contact import ExternalContact
-from solver.effects.gross_cause import Beyond
+from solver.effects.gross_cause import Beyond, with_samples
 from solver.effects.plate_bias import candidates as biases
 from solver.effects.plate_gain import PlateGain
 from solver.effects.plate_position import candidates as positions
@@ -264,6 +264,35 @@ def test_what_reading_undid_is_told_of_the_plate_that_has_it_in_the_recording_pu
     selection = select(balance, [PlateSwap("plate_1+plate_2"), Shaken("plate_1")])
     assert [name for name, _ in named(selection)] == (["plate_swap"] if exchanged else [])
     assert [c.key for c in selection.corrected] == [("shaken", "plate_2" if exchanged else "plate_1")]
+
+
+def with_gain_of_the_second_then_exchanged(sound):
+    first, second, *others = sound.plates
+    loads = second.loads
+    strong = with_samples(second, 1.1 * loads.wrench_ground, loads.carrying)
+    wrong = replace(sound, plates=(first, strong, *others))
+    return replace(wrong, plates=PlateSwap("plate_1+plate_2").put_right(wrong.plates))
+
+
+def test_beyond_an_exchange_causes_have_the_plates_own_names(drawn, balance_of_scenes):
+    """In the files the second plate's force stands in the first one's columns, and so does its gain."""
+    balance = balance_of_scenes(with_gain_of_the_second_then_exchanged(drawn(1)))
+    selection = select(balance, [PlateSwap("plate_1+plate_2"), PlateGain("plate_1"), PlateGain("plate_2")])
+    assert set(named(selection)) == {("plate_swap", "plate_1+plate_2"), ("plate_gain", "plate_2")}
+
+
+def test_beyond_an_exchange_the_catalogue_is_that_of_the_recording_put_right(drawn, balance_of_scenes):
+    scene = with_gain_of_the_second_then_exchanged(drawn(1))
+    swap = PlateSwap("plate_1+plate_2")
+    balance = balance_of_scenes(scene)
+
+    def put_right_only(scenes):
+        same = np.allclose(scenes[0].measured_ground, swap.righted(scene).measured_ground)
+        return [PlateGain("plate_2")] if same else []
+
+    assert named(select(balance, [swap])) == [swap.key]
+    selection = select(balance, [swap], candidates_of=put_right_only)
+    assert set(named(selection)) == {swap.key, ("plate_gain", "plate_2")}
 
 
 def test_what_reading_undid_is_not_named_if_leaving_it_in_would_do(drawn, balance_of_scenes, short_scene):
