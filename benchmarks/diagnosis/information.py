@@ -69,7 +69,7 @@ def write_findable(out: Path, data: Path, case: RealCase) -> None:
 def write_findable_still(out: Path, plan: CasePlan) -> None:
     """Write a synthetic case, or nothing where there is no place for it.
 
-    One effect in a squat or in standing is written at a size that the recording can tell.
+    Each effect in a squat or in standing is written at a size that the recording can tell of it alone.
     """
 
     def written(*sizes: float) -> bool:
@@ -79,25 +79,49 @@ def write_findable_still(out: Path, plan: CasePlan) -> None:
             return False
         return True
 
-    if plan.kind != "single" or plan.world.activity == "walk" or not sized(plan.ids[0]):
+    if plan.world.activity == "walk" or not plan.ids or plan.kind not in ("single", "pair"):
         written(*plan.sizes)
         return
     with TemporaryDirectory() as scratch:
-        write_case(Path(scratch), replace(plan, name=UNTOUCHED, kind="clean", ids=(), sizes=()))
-        _grow(out, plan.name, plan.sizes[0], Path(scratch) / "subjects" / UNTOUCHED, written)
+        alone = [_findable(Path(scratch), plan, k) for k in range(len(plan.ids))]
+    sizes = tuple(size for size in alone if size is not None)
+    if len(sizes) == len(alone):
+        written(*sizes)
 
 
-def _grow(out: Path, name: str, size: float, untouched: Path, written: Callable[[float], bool]) -> None:
-    """Write a case larger and larger until it can be told; nothing where it cannot be written or told."""
+def _findable(scratch: Path, plan: CasePlan, k: int) -> float | None:
+    """The size at which a recording can tell the k-th effect by itself; None where it cannot."""
+    if not sized(plan.ids[k]):
+        return plan.sizes[k]
+    untouched = scratch / "subjects" / UNTOUCHED
+    if not untouched.exists():
+        write_case(scratch, replace(plan, name=UNTOUCHED, kind="clean", ids=(), sizes=()))
+    of_one = replace(plan, name=f"{plan.name}_{k}", kind="single", ids=plan.ids[k : k + 1])
+
+    def written(size: float) -> bool:
+        try:
+            write_case(scratch, replace(of_one, sizes=(size,)))
+        except NoPlaceError:
+            return False
+        return True
+
+    return _grow(scratch, of_one.name, plan.sizes[k], untouched, written)
+
+
+def _grow(
+    out: Path, name: str, size: float, untouched: Path, written: Callable[[float], bool]
+) -> float | None:
+    """Write a case larger and larger until it can be told; None where it cannot be written or told."""
     tried: float | None = size
     while tried is not None and written(tried):
         changed = out / "subjects" / name
         nats = information(untouched, changed)
         if nats >= FINDABLE_NATS:
-            return
+            return tried
         shutil.rmtree(changed)
         (out / "truth" / f"{name}.json").unlink()
         tried = larger(tried, nats)
+    return None
 
 
 def sized(id: str) -> bool:
