@@ -50,6 +50,28 @@ def test_a_squats_effect_has_the_size_that_it_can_tell_and_a_walks_the_drawn_one
     assert bool(asked) == (activity == "squat")
 
 
+@pytest.mark.parametrize(("of_second", "there"), [(11, True), (0, False)])
+def test_of_two_effects_in_a_squat_each_has_a_size_that_it_can_tell_alone(
+    tmp_path, monkeypatch, of_second, there
+):
+    """As if the reference size of the first told forty nats."""
+    world = plan_world(np.random.default_rng(3), "squat")
+    plan = one_case("case_0001", ("gravity_tilt", "plate_gain"), 3, world=replace(world, duration=1.0))
+
+    def told(own, other):
+        (effect,) = json.loads((other.parents[1] / "truth" / f"{other.name}.json").read_text())["effects"]
+        return 40.0 if effect["id"] == "gravity_tilt" else of_second * effect["size"] ** 2
+
+    monkeypatch.setattr(information, "information", told)
+    write_findable_still(tmp_path, plan)
+    assert (tmp_path / "subjects" / "case_0001").is_dir() == there
+    if there:
+        truth = json.loads((tmp_path / "truth" / "case_0001.json").read_text())
+        first, second = (effect["size"] for effect in truth["effects"])
+        assert first == 1.0
+        assert (30 / 11) ** 0.5 <= second <= 1.1 * (30 / 11) ** 0.5
+
+
 def test_a_case_without_a_place_is_left_out(tmp_path):
     """A squat on two plates has no whole stance that could be missed."""
     world = plan_world(np.random.default_rng(3), "squat")
