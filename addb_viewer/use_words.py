@@ -8,6 +8,7 @@ from typing import Any
 
 from addb_viewer.detectable_words import cannot_tell
 from addb_viewer.diagnosis_vocabulary import CONFIDENT, listed, rivals_of
+from addb_viewer.gain_words import now_and_then
 from addb_viewer.residual_words import IN_MARKERS, in_markers, is_whole
 
 TAKEN_OFF = "taken off as its zero level"  # says the cause that reading the files puts right
@@ -50,7 +51,8 @@ def use(figures: Figures) -> str:
     if any(_other_causes(figures, effect) for effect in left):
         return f"Use: {angles}not for joint torques, before it is known which cause it is."
     causes = "the cause" if len(left) == 1 else "the causes"
-    rest = "" if is_whole(figures) else ", and then with care, since not all is explained (see what remains)"
+    whole = is_whole(figures) or now_and_then(figures)  # a step's own force no hidden stretch foretells
+    rest = "" if whole else ", and then with care, since not all is explained (see what remains)"
     return f"Use: {angles}for joint torques only with {causes} put right (see what next){rest}."
 
 

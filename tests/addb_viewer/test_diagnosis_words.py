@@ -427,6 +427,7 @@ def test_the_verdict_says_what_the_recording_is_good_for():
     larger = effect("capture_scale", "all", scale=(1.02, 0.001))
     assert use(effects=[larger]) == "Use: for joint torques only with the cause put right (see what next)."
     assert "outside the frames named" in use(effects=[STEP])
+    assert use(effects=[LATE, STEP], remaining=rest).endswith("with the causes put right (see what next).")
     slipped = use(effects=[effect("marker_slip", "RKNE", shift_m=(0.02, 0.001))])
     assert "neither for joint angles nor for torques near those markers, before they are mended" in slipped
     heavy = rival("subject_mass", "clock_offset all", "the person on a scale")
