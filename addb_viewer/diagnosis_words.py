@@ -33,10 +33,9 @@ from addb_viewer.gain_words import (
     was_ordinary,
 )
 from addb_viewer.remainder_words import explains_most, what_next, what_remains
-from addb_viewer.residual_words import in_markers, is_whole, looked_for, what_is_wrong
+from addb_viewer.residual_words import in_markers, is_whole, looked_for, what_is_wrong, without_advice
 from addb_viewer.sections import Section
 from addb_viewer.use_words import use
-from solver.dynamics.com_mass import WEIGHED_BY_FORCES
 
 AT_CERTAIN_FRAMES = (*NOW_AND_THEN, "marker_slip", "marker_swap")
 CERTAIN_PER_CENT = 95
@@ -79,8 +78,7 @@ def notes(figures: Figures) -> Section:
     noted = tuple(figures.get("notes", ()))
     if not (noted and figures["effects"]):
         return Section(NOTES, noted)
-    without_advice = (note.split(";")[0] if WEIGHED_BY_FORCES in note else note for note in noted)
-    return Section(NOTES, (BEFORE_THE_CAUSES, *without_advice))
+    return Section(NOTES, (BEFORE_THE_CAUSES, *map(without_advice, noted)))
 
 
 def verdict(figures: Figures) -> Section:

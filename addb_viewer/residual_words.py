@@ -66,10 +66,15 @@ def _overall(figures: Figures, residual: Figures) -> list[str]:
         lines.append("These figures are without the markers' fault, which shows in the markers themselves.")
     weighed = (note.rstrip(".") for note in figures.get("notes", ()) if WEIGHED_BY_FORCES in note)
     if figures["verdict"] == "explained":
-        lines += [f"{capital(note.split(';')[0])}; that is with nothing put right." for note in weighed]
+        lines += [f"{capital(without_advice(note))}; that is with nothing put right." for note in weighed]
     elif figures["verdict"] != "clean":
         lines += [f"{capital(note)}." for note in weighed]
     return lines
+
+
+def without_advice(note: str) -> str:
+    """A note that forces tell another mass than was entered, less what to check; any other as it is."""
+    return note.split(";", maxsplit=1)[0] if WEIGHED_BY_FORCES in note else note
 
 
 def is_whole(figures: Figures) -> bool:

@@ -71,22 +71,23 @@ def write_findable_still(out: Path, plan: CasePlan) -> None:
 
     Each effect in a squat or in standing is written at a size that the recording can tell of it alone.
     """
-
-    def written(*sizes: float) -> bool:
-        try:
-            write_case(out, replace(plan, sizes=sizes))
-        except NoPlaceError:
-            return False
-        return True
-
-    if plan.world.activity == "walk" or not plan.ids or plan.kind not in ("single", "pair"):
-        written(*plan.sizes)
+    if plan.world.activity == "walk" or plan.kind not in ("single", "pair"):
+        _write(out, plan)
         return
     with TemporaryDirectory() as scratch:
         alone = [_findable(Path(scratch), plan, k) for k in range(len(plan.ids))]
     sizes = tuple(size for size in alone if size is not None)
     if len(sizes) == len(alone):
-        written(*sizes)
+        _write(out, replace(plan, sizes=sizes))
+
+
+def _write(out: Path, plan: CasePlan) -> bool:
+    """Whether there is a place for it."""
+    try:
+        write_case(out, plan)
+    except NoPlaceError:
+        return False
+    return True
 
 
 def _findable(scratch: Path, plan: CasePlan, k: int) -> float | None:
@@ -99,11 +100,7 @@ def _findable(scratch: Path, plan: CasePlan, k: int) -> float | None:
     of_one = replace(plan, name=f"{plan.name}_{k}", kind="single", ids=plan.ids[k : k + 1])
 
     def written(size: float) -> bool:
-        try:
-            write_case(scratch, replace(of_one, sizes=(size,)))
-        except NoPlaceError:
-            return False
-        return True
+        return _write(scratch, replace(of_one, sizes=(size,)))
 
     return _grow(scratch, of_one.name, plan.sizes[k], untouched, written)
 

@@ -56,9 +56,8 @@ def products_of_all(all_rows: Sequence[CandidateRows], rung: Rung) -> list[Produ
         for rows, part, Pparts in zip(own, parts, np.split(weighted, ends[:-1], axis=1), strict=True):
             n = rows.columns.shape[1]
             whole = part.T @ Pparts
-            f = whole[n:, n:].sum() if rows.fixed is not None else 0.0
-            CPf = whole[:n, n] if rows.fixed is not None else np.zeros(n)
-            found[id(rows)] = Products(whole[:n, :n], CPf, float(f))
+            CPf, fPf = whole[:n, n:].sum(axis=1), whole[n:, n:].sum()  # of one column, or of none
+            found[id(rows)] = Products(whole[:n, :n], CPf, float(fPf))
     return [found[id(r)] for r in all_rows]
 
 

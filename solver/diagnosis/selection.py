@@ -21,7 +21,7 @@ from solver.diagnosis.put_right import PutRight, put_right_on_reading
 from solver.diagnosis.refinement import refined
 from solver.diagnosis.screening import Screen
 from solver.effects.effect import Candidate, Corrected
-from solver.effects.gross_cause import Beyond, GrossCause
+from solver.effects.gross_cause import Beyond, GrossCause, righted
 from solver.effects.scene import Scene
 from solver.progress import Progress, silent
 
@@ -332,7 +332,7 @@ def _beyond_gross_errors(
     assert isinstance(gross, GrossCause)
     anew = candidates
     if candidates_of is not None:
-        anew = candidates_of([gross.righted(scene) for scene in search.balance.scenes])
+        anew = candidates_of([righted(gross, scene) for scene in search.balance.scenes])
     beyond: list[Candidate] = [c for c in candidates if isinstance(c, GrossCause)]
     beyond += [Beyond(c.target, c, gross) for c in anew if not isinstance(c, GrossCause | Corrected)]
     again = _Search(search.balance, beyond, progress, [first])

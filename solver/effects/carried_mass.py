@@ -11,9 +11,7 @@ from solver.effects.effect import Candidate, Estimate, Eta, InTrials, Signature,
 from solver.effects.limbs import inner_arm_segments
 from solver.effects.scene import Scene
 
-LIGHTEST_SHARE = (
-    0.004  # of body mass: what a lighter one carries (toes, an ankle bone), its neighbour carries as well
-)
+LIGHTEST_SHARE = 0.004  # of body mass: what lighter ones carry (toes), their neighbours carry as well
 PRIOR_KG = 4.0  # a rucksack, a measuring unit, ankle weights
 REACH_M = 0.12  # from the segment's centre of mass to the load's
 SPREAD_M = 0.12  # of the load itself, and of its place, as radius of gyration

@@ -138,11 +138,11 @@ class Beyond(Candidate):
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """What the cause changes in the recording put right."""
-        return self.cause.signature(_righted(self.gross, scene), eta)
+        return self.cause.signature(righted(self.gross, scene), eta)
 
     def unheard(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
         """The cause's."""
-        return self.cause.unheard(_righted(self.gross, scene), eta)
+        return self.cause.unheard(righted(self.gross, scene), eta)
 
     def estimates(
         self,
@@ -166,11 +166,12 @@ class Beyond(Candidate):
         return self.cause.frames(self._righted(scenes), eta, x)
 
     def _righted(self, scenes: Sequence[Scene]) -> tuple[Scene, ...]:
-        return tuple(_righted(self.gross, scene) for scene in scenes)
+        return tuple(righted(self.gross, scene) for scene in scenes)
 
 
 @lru_cache(maxsize=KEPT_SCENES)
-def _righted(gross: GrossCause, scene: Scene) -> Scene:
+def righted(gross: GrossCause, scene: Scene) -> Scene:
+    """A trial as it should have been recorded; kept."""
     return gross.righted(scene)
 
 
