@@ -14,6 +14,7 @@ KNOTS_S = 0.08  # a belt's drive answers each foot's landing
 PRIOR_STD_M_PER_S2 = 0.5
 LEAST_M_PER_S2 = 0.15  # RMS; a good treadmill keeps below, and soft tissue looks like 0.12
 CONSTANT_SHARE = 0.1  # of the prior: 0.05 m/s² on average
+COURSE_STD = 0.08  # of the RMS: what is too quick for its splines; by hidden effects
 MOST_ASIDE = 0.6  # [rad]
 FEWEST_M = 0.3  # a person who travels less than that in a trial has no direction of progression
 
@@ -87,7 +88,8 @@ class BeltAcceleration(Candidate):
         gram /= frames
         rms = float(np.sqrt(x @ gram @ x))
         slope = gram @ x / max(rms, 1e-9)
-        return {"rms_m_per_s2": Estimate(rms, float(np.sqrt(slope @ covariance @ slope)))}
+        variance = float(slope @ covariance @ slope) + (COURSE_STD * rms) ** 2
+        return {"rms_m_per_s2": Estimate(rms, float(np.sqrt(variance)))}
 
     def frames(
         self, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]

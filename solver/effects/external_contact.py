@@ -11,14 +11,15 @@ from solver.effects.effect import Candidate, Estimate, Eta, Range, Signature
 from solver.effects.force_on_body import columns_at_point
 from solver.effects.limbs import inner_segments
 from solver.effects.scene import Scene, force_at
-from solver.effects.time_course import Stretch, frames_of
+from solver.effects.time_course import Stretch, frames_of, joined
 from solver.effects.unmeasured_stances import unmeasured_stances
 from solver.skeleton.forward import cross
 from solver.skeleton.skeleton import Body
 
 KNOTS_S = 0.10  # a hand's push grows and fades no faster
 MOST_KNOTS = 20  # a long hold changes slowly
-EDGE_S = 0.05  # by which a window found in the balance may be short
+EDGE_S = 0.08  # a window found in the balance ends at half the force, and a push grows over 0.1 to 0.2 s
+EDGE_STD_S = 0.06  # of either end
 LIGHTEST_SHARE = 0.003  # of body mass: less than a hand, more than a kneecap
 PRIOR_N = 60.0  # a hand on a rail; what the balance lacks where that is more
 CHANGE_SHARE = 0.5  # of the force's scale: how much its course differs from a constant
@@ -88,11 +89,15 @@ class ExternalContact(Candidate):
         x: Float[np.ndarray, " parameters"],
         covariance: Float[np.ndarray, "parameters parameters"],
     ) -> dict[str, Estimate]:
-        """Mean force on the person while in contact, and the point in the body's frame."""
+        """Mean force on the person while in contact, and the point in the body's frame.
+
+        The impulse is what the balance tells; where a contact begins and ends is less sure, so the mean is.
+        """
         mean = self._mean_force(scenes)
         force, spread = mean @ x, mean @ covariance @ mean.T
+        by_edges = force * self._duration_std()
         found = {
-            f"force_{axis}_N": Estimate(float(force[i]), float(np.sqrt(spread[i, i])))
+            f"force_{axis}_N": Estimate(float(force[i]), float(np.hypot(np.sqrt(spread[i, i]), by_edges[i])))
             for i, axis in enumerate("xyz")
         }
         skeleton = scenes[0].skeleton
@@ -104,7 +109,7 @@ class ExternalContact(Candidate):
 
     def _mean_force(self, scenes: Sequence[Scene]) -> Float[np.ndarray, "3 parameters"]:
         """Of a unit of each parameter, over the frames of all windows; shifts of the point have none."""
-        inside = {s.name: frames_of(self.windows, s) for s in scenes}
+        inside = {s.name: frames_of(self._touching(), s) for s in scenes}
         frames = sum(int(within.sum()) for within in inside.values())
         blocks = []
         for window in self.windows:
@@ -124,8 +129,20 @@ class ExternalContact(Candidate):
     def frames(
         self, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]
     ) -> tuple[Range, ...]:
-        """The windows."""
-        return tuple(Range(w.trial, w.start, w.end) for w in self.windows)
+        """From where the force begins to where it is gone."""
+        return tuple(Range(w.trial, w.start, w.end) for w in self._touching())
+
+    def _touching(self) -> tuple[Stretch, ...]:
+        trials = dict.fromkeys(w.trial for w in self.windows)
+        return tuple(
+            s for t in trials for s in joined(w.widened(EDGE_S) for w in self.windows if w.trial == t)
+        )
+
+    def _duration_std(self) -> float:
+        """Of the contacts' whole duration, as a share of it, by the ends that lie within a trial."""
+        touching = self._touching()
+        ends = sum(int(w.begins) + int(w.ends) for w in touching)
+        return EDGE_STD_S * float(np.sqrt(ends)) / sum(w.seconds for w in touching)
 
 
 def _size_N(estimates: dict[str, Estimate]) -> float:

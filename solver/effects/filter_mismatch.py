@@ -20,6 +20,7 @@ LEAST_HARM_HZ = 18.0  # smoothing above takes off a tenth of what markers can te
 ORDER = 2  # of the single pass
 FITTED_PERIODS = 0.05  # over which value and slope at the end of a contact are read
 SURELY_LOADED = 1.5  # times the contact threshold: with less, many a program writes no point
+CUT_OFF_STD = 0.03  # of the cutoff: where files cut off a smoothed contact's ends; by hidden effects
 MOST_GAIN = 20.0  # of the inverse: a newton of noise within its band grows to that
 
 
@@ -75,7 +76,7 @@ class FilterMismatch(Candidate):
     ) -> dict[str, Estimate]:
         """cutoff_Hz."""
         cutoff_Hz = float(np.exp(eta[0]))
-        return {"cutoff_Hz": Estimate(cutoff_Hz, cutoff_Hz * eta_std[0])}
+        return {"cutoff_Hz": Estimate(cutoff_Hz, cutoff_Hz * float(np.hypot(eta_std[0], CUT_OFF_STD)))}
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Below what leaves the forces of walking as they are."""

@@ -20,11 +20,12 @@ def test_every_window_has_its_course(short_scene, contact):
     signature = contact.signature(short_scene, ())
     x = np.random.default_rng(0).normal(size=signature.columns.shape[2])
     courses = force_courses(contact, [short_scene], (), x)
-    assert [(c.trial, c.start, c.step) for c in courses] == [("walk", 20, 2), ("walk", 90, 2)]
+    touching = contact.frames([short_scene], (), x)
+    assert [(c.trial, c.start, c.step) for c in courses] == [(r.trial, r.start, 2) for r in touching]
     force = np.einsum("tci,i->tc", signature.columns, x)[:, :3]
-    for course, window in zip(courses, contact.windows, strict=True):
+    for course, touched in zip(courses, touching, strict=True):
         assert course.step / short_scene.rate == pytest.approx(STEP_S)
-        np.testing.assert_allclose(course.force_ground, force[window.start : window.end : 2], atol=1e-9)
+        np.testing.assert_allclose(course.force_ground, force[touched.start : touched.end : 2], atol=1e-9)
 
 
 def test_what_acts_all_along_or_on_no_segment_has_none(short_scene):

@@ -41,10 +41,28 @@ def test_signature_holds_the_push(touched, touch, fitted):
     left = missing - candidate.signature(touched, ()).columns @ x
     assert np.sqrt((left[:, :3] ** 2).mean()) < 0.08 * np.sqrt((missing[:, :3] ** 2).mean())
     found = candidate.estimates([touched], (), (), x, covariance)
-    inside = slice(candidate.windows[0].start, candidate.windows[0].end)
+    (touching,) = candidate.frames([touched], (), x)
+    inside = slice(touching.start, touching.end)
     for i, axis in enumerate("xyz"):
         assert found[f"force_{axis}_N"].value == pytest.approx(missing[inside, i].mean(), abs=1.5)
     assert candidate.is_notable(found)
+
+
+@pytest.mark.parametrize("ramp", [0.05, 0.1, 0.2, 0.3])
+def test_mean_force_counts_from_its_beginning_to_its_end(scene, walk, recorded, fitted, ramp):
+    """Whether it is there at once or grows over 0.3 s; the mean is that of the frames with any force."""
+    place = scene.skeleton.bodies[scene.skeleton.body_index("torso")].com_body
+    push = PointForce(BodyPoint(scene.skeleton, "torso", place), eased(FORCE, SINCE, UNTIL, ramp))
+    missing = push(walk.motion, scene.times)
+    own = recorded(scene.demanded_ground - missing)
+    candidate = next(c for c in candidates([own]) if c.target == "torso")
+    x, covariance = fitted(candidate, own, missing)
+    found = candidate.estimates([own], (), (), x, covariance)
+    true = missing[missing[:, :3].any(axis=1), :3].mean(axis=0)
+    for i, axis in enumerate("xyz"):
+        stated = found[f"force_{axis}_N"]
+        assert abs(stated.value - true[i]) < 2 * stated.std
+        assert stated.std < 0.15 * np.linalg.norm(FORCE)
 
 
 def test_point_is_found_across_the_line_of_action(touched, touch, fitted):

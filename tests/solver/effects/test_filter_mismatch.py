@@ -118,7 +118,7 @@ def test_estimates_bounds_and_the_practical_minimum(crisp, seen):
     (candidate,) = candidates([scene])
     nothing = np.zeros(0), np.zeros((0, 0))
     estimate = candidate.estimates([scene], (np.log(6.0),), (0.05,), *nothing)["cutoff_Hz"]
-    assert (estimate.value, estimate.std) == pytest.approx((6.0, 0.3))
+    assert (estimate.value, estimate.std) == pytest.approx((6.0, 6 * np.hypot(0.05, 0.03)))
     assert candidate.is_notable({"cutoff_Hz": estimate})
     assert not candidate.is_notable(candidate.estimates([scene], (np.log(22.0),), (0.1,), *nothing))
     assert all(candidate.admissible(eta) for eta in candidate.starts([scene]))
