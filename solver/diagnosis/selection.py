@@ -1,33 +1,16 @@
-"""Which causes explain the balance: screened, refitted, added one by one, and held to unseen blocks."""
+"""Which causes explain the balance: a search over the catalogue, anew beyond a gross error."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from itertools import combinations
-
-import numpy as np
 
 from solver.diagnosis.balance import Balance, Solved, Term
-from solver.diagnosis.contenders import (
-    Contender,
-    Found,
-    ambiguous,
-    cosine,
-    handicap,
-    least_first_gain,
-    loose_ends,
-)
-from solver.diagnosis.heldout import HeldoutGain, blocks, heldout_gain
+from solver.diagnosis.contenders import Found
 from solver.diagnosis.put_right import PutRight, put_right_on_reading
-from solver.diagnosis.refinement import refined
-from solver.diagnosis.screening import Screen
+from solver.diagnosis.search import Search
 from solver.effects.effect import Candidate, Corrected
 from solver.effects.gross_cause import Beyond, GrossCause, righted
 from solver.effects.scene import Scene
 from solver.progress import Progress, silent
-
-MOST_EXCHANGES = 3
-MORE_STRAIN = 1.0  # [prior deviations of the mass] a cause may ask for beyond what is wrong with it already
-SHARPER = 4.0  # so much smaller, the model's error may be beside the right cause
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,269 +41,17 @@ def select(
     """
     corrections = [c for c in candidates if isinstance(c, Corrected)]
     others = [c for c in candidates if not isinstance(c, Corrected)]
-    search = _beyond_gross_errors(_Search(balance, others, progress), others, progress, candidates_of)
+    search = _beyond_gross_errors(Search(balance, others, progress), others, progress, candidates_of)
     named, uncorrected = put_right_on_reading(balance, corrections, search.solved)
     return Selection(search.null, search.solved, tuple(search.found), named, uncorrected)
 
 
-class _Search:
-    """Causes found so far; grows one by one, or by two where neither stands out alone."""
-
-    def __init__(
-        self,
-        balance: Balance,
-        candidates: Sequence[Candidate],
-        progress: Progress,
-        found: Sequence[Found] = (),
-    ) -> None:
-        self.balance, self.settings = balance, balance.settings
-        self.screen = Screen(balance, candidates)
-        self.blocks = blocks(balance)
-        self.null = balance.solve([])
-        self.found = list(found)
-        self.solved = balance.solve(self.terms) if found else self.null
-        self._grow(progress)
-        for _ in range(MOST_EXCHANGES):
-            if len(self.found) < 2 or not self._exchange_all():
-                break
-            self._grow(progress)
-        progress("diagnosis", 1.0)
-
-    def _grow(self, progress: Progress) -> None:
-        """Causes added as long as that leads on, and of all sets on the way the likeliest.
-
-        One that makes others needless may leave a less likely set, beside which the next one shows.
-        """
-        most = self.settings.most_effects
-        best, met = (self._odds(), list(self.found), self.solved), {self._names()}
-        for turn in range(2 * most):
-            progress("diagnosis", turn / (2 * most))
-            if len(self.found) >= most or not self._add():
-                break
-            self._take_back()
-            if self._odds() > best[0]:
-                best = self._odds(), list(self.found), self.solved
-            if self._names() in met:
-                break
-            met.add(self._names())
-        _, self.found, self.solved = best
-
-    def _names(self) -> frozenset[tuple[str, str]]:
-        return frozenset(t.candidate.key for t in self.terms)
-
-    def _odds(self) -> float:
-        """Log evidence less the log prior odds against what was found, but for a constant [nats]."""
-        against = sum(handicap(t.candidate, self.settings) for t in self.terms)
-        return self.solved.log_evidence - against
-
-    @property
-    def terms(self) -> list[Term]:
-        return [f.contender.term for f in self.found]
-
-    def _add(self) -> bool:
-        """The best next cause, or the best two together."""
-        contenders = self._contenders(self.terms, self.solved)
-        tenable = [c for c in contenders if self._tenable(c.solved, self.solved)]
-        inadmissible: set[int] = set()
-        for contender in contenders:
-            if contender.odds_gain(self.settings) < self._least_gain(contender):
-                continue
-            heldout = self._heldout_gain(contender.solved)
-            beyond = heldout.best + contender.term.candidate.seen_elsewhere
-            leads = self._leads(contender, tenable) and self._notable(contender.solved)
-            if (
-                beyond <= self._least_heldout_gain(contender)
-                or not (leads or self._admissible(contender.solved, self.solved))
-                or self._undoes_the_others(contender.solved)
-            ):
-                inadmissible.add(id(contender))
-                continue
-            rivals = tuple(c for c in contenders if c is not contender and id(c) not in inadmissible)
-            if ambiguous(contender, [c for c in tenable if c is not contender], self.settings):
-                break
-            self.found.append(Found(contender, heldout.own_scales, rivals))
-            self.solved = contender.solved
-            return True
-        return self._add_two(contenders)
-
-    def _least_gain(self, contender: Contender) -> float:
-        if self.found:
-            return self._least_further_gain()
-        return least_first_gain(contender.term.candidate, self.settings)
-
-    def _least_further_gain(self) -> float:
-        return self.settings.least_further_gain + loose_ends(self.found, self.settings)
-
-    def _add_two(self, contenders: Sequence[Contender]) -> bool:
-        """Two causes of which neither stands out alone, but both together."""
-        settings = self.settings
-        able = [c for c in contenders if c.odds_gain(settings) > settings.least_of_two]
-        tried = []
-        for one, two in combinations(able[: settings.tried_in_pairs], 2):
-            both = self.balance.solve([*self.terms, one.term, two.term], near=one.solved.rung)
-            gain = both.log_evidence - self.solved.log_evidence
-            odds = gain - handicap(one.term.candidate, settings) - handicap(two.term.candidate, settings)
-            tried.append((odds, one, two, both))
-        tried.sort(key=lambda t: -t[0])
-        least = settings.least_gain + settings.least_further_gain
-        if not tried or tried[0][0] < least:
-            return False
-        odds, one, two, both = tried[0]
-        if not (self._admissible(both, self.solved) and self._notable(both, -2)):
-            return False
-        alone = max(one.odds_gain(settings), two.odds_gain(settings))
-        heldout = self._heldout_gain(both)
-        runner_up = tried[1][0] if len(tried) > 1 else -np.inf
-        if (
-            odds - alone < self._least_further_gain()
-            or odds - runner_up < settings.rival_margin
-            or heldout.best <= settings.least_heldout_gain
-        ):
-            return False
-        for own, other in ((one, two), (two, one)):
-            gain = both.log_evidence - other.solved.log_evidence
-            self.found.append(Found(Contender(own.term, both, gain), heldout.own_scales, ()))
-        self.solved = both
-        return True
-
-    def _take_back(self) -> None:
-        """Causes that are too small or no longer pay once later ones are there."""
-        while self.found:
-            terms = self.terms
-            without = [
-                self.balance.solve(terms[:k] + terms[k + 1 :], near=self.solved.rung)
-                for k in range(len(terms))
-            ]
-            losses = [
-                self.solved.log_evidence - w.log_evidence - handicap(t.candidate, self.settings)
-                for w, t in zip(without, terms, strict=True)
-            ]
-            weak = [
-                k
-                for k, loss in enumerate(losses)
-                if (loss < self.settings.least_gain and len(terms) > 1) or not self._notable(self.solved, k)
-            ]
-            if not weak:
-                break
-            k = min(weak, key=lambda k: losses[k])
-            del self.found[k]
-            self.solved = without[k]
-
-    def _exchange_all(self) -> bool:
-        """Each cause anew beside all others, and whether another took the place of one."""
-        before = [t.candidate.key for t in self.terms]
-        for k in range(len(self.found)):
-            self._exchange(k)
-        self._take_back()
-        return before != [t.candidate.key for t in self.terms]
-
-    def _exchange(self, k: int) -> None:
-        """The k-th cause against all others in its place, beside the rest."""
-        one = self.found[k]
-        rest = self.terms[:k] + self.terms[k + 1 :]
-        without = self.balance.solve(rest, near=self.solved.rung)
-        contenders = self._contenders(rest, without)
-        key = one.contender.term.candidate.key
-        gain = self.solved.log_evidence - without.log_evidence
-        own = Contender(one.contender.term, self.solved, gain)
-        contenders = [own, *(c for c in contenders if c.term.candidate.key != key)]
-        contenders.sort(key=lambda c: -c.odds_gain(self.settings))
-        least = own.odds_gain(self.settings) + self.settings.exchange_margin
-        chosen, inadmissible = own, set()
-        for c in contenders:
-            if c is own or c.odds_gain(self.settings) < least:
-                break
-            beyond = self._heldout_gain(c.solved, without).best + c.term.candidate.seen_elsewhere
-            leaves_the_others = all(self._notable(c.solved, i) for i in range(len(rest)))
-            admissible = self._admissible(c.solved, without) and not self._undoes_the_others(c.solved)
-            if admissible and leaves_the_others and beyond > self._least_heldout_gain(c):
-                chosen = c
-                break
-            inadmissible.add(id(c))
-        heldout = one.heldout_gain
-        if chosen is not own:
-            heldout = self._heldout_gain(chosen.solved, without).own_scales
-            terms = [*self.terms[:k], chosen.term, *self.terms[k + 1 :]]
-            self.solved = self.balance.solve(terms, near=chosen.solved.rung)
-        rivals = tuple(c for c in contenders if c is not chosen and id(c) not in inadmissible)
-        self.found[k] = Found(chosen, heldout, rivals)
-
-    def _contenders(self, accepted: Sequence[Term], current: Solved) -> list[Contender]:
-        """The most promising candidates, refined, each with the scale that suits it; best first."""
-        balance, settings = self.balance, self.settings
-        scales, slack = (current.rung.scale, 1.0, current.rung.scale / SHARPER), current.rung.slack
-        rungs = {id(r): r for r in (balance.ladder.nearest(s, slack) for s in scales)}.values()
-        chosen: dict[tuple[str, str], Term] = {}
-        for rung in rungs:
-            for one in self.screen.by_name(rung, accepted)[: settings.refitted]:
-                if one.rows.candidate.key not in chosen:
-                    chosen[one.rows.candidate.key] = balance.spread(one.rows)
-        contenders = []
-        for term in chosen.values():
-            own = refined(balance, term, accepted, current.rung)
-            solved = balance.solve([*accepted, own], near=current.rung)
-            if solved.rung is not current.rung and own.tangent_mean:
-                own = refined(balance, own, accepted, solved.rung)
-                solved = balance.solve([*accepted, own], near=solved.rung)
-            contenders.append(Contender(own, solved, solved.log_evidence - current.log_evidence))
-        return sorted(contenders, key=self._order)
-
-    def _order(self, one: Contender) -> float:
-        """Least first: who is tried first; what is seen without any force goes before its equals."""
-        lead = self.settings.witness_lead if one.term.candidate.has_a_witness else 0.0
-        return -one.odds_gain(self.settings) - lead
-
-    def _heldout_gain(self, after: Solved, before: Solved | None = None) -> HeldoutGain:
-        return heldout_gain(self.balance, self.blocks, before or self.solved, after)
-
-    def _least_heldout_gain(self, one: Contender) -> float:
-        """Less of masses, of which withheld blocks hardly tell."""
-        least = self.settings.least_heldout_gain
-        return least - self.settings.mass_heldout_share * one.gain if one.term.candidate.is_a_mass else least
-
-    def _admissible(self, after: Solved, before: Solved) -> bool:
-        """Whether the last cause is notable and does not lean on a body of another mass."""
-        return self._notable(after) and not self._leans_on_the_mass(after, before)
-
-    def _leads(self, one: Contender, tenable: Sequence[Contender]) -> bool:
-        """Whether nothing else comes near: then it stays, even if the mass is wrong as well."""
-        others = [c.odds_gain(self.settings) for c in tenable if c is not one]
-        return one.odds_gain(self.settings) - max(others, default=0.0) > self.settings.sure_lead
-
-    def _undoes_the_others(self, after: Solved) -> bool:
-        """Whether the last cause mostly takes back what the others explain: only their difference is seen."""
-        *others, last = (after.explained(k, after.rung) for k in range(len(after.terms)))
-        return bool(others) and -cosine(last, np.sum(others, axis=0)) > self.settings.undone
-
-    def _tenable(self, after: Solved, before: Solved) -> bool:
-        """Whether the last cause, large or small, may be what is wrong."""
-        last = after.terms[-1].candidate
-        possible = last.is_possible(after.estimates(len(after.terms) - 1, self.balance.scenes))
-        return possible and not self._leans_on_the_mass(after, before)
-
-    def _leans_on_the_mass(self, after: Solved, before: Solved) -> bool:
-        """Whether the last cause needs a body of another mass than the entered one.
-
-        Without it, the mass is judged at the same scale: a cause that sharpens the balance shows what was
-        wrong with the mass already.
-        """
-        strain = abs(self.balance.mass_strain(after))
-        same_scale = self.balance.solve_at(before.terms, after.rung)
-        already = abs(self.balance.mass_strain(same_scale)) + MORE_STRAIN
-        return strain > max(self.settings.most_mass_strain, already)
-
-    def _notable(self, solved: Solved, k: int = -1) -> bool:
-        """Whether the k-th term's size is one that anybody would act on."""
-        k %= len(solved.terms)
-        return solved.terms[k].candidate.is_notable(solved.estimates(k, self.balance.scenes))
-
-
 def _beyond_gross_errors(
-    search: _Search,
+    search: Search,
     candidates: Sequence[Candidate],
     progress: Progress,
     candidates_of: Callable[[Sequence[Scene]], Sequence[Candidate]] | None,
-) -> _Search:
+) -> Search:
     """The search again from the first gross error that it found, other causes in the recording put right.
 
     It stays where it does as well: the same causes then have the plates' right names.
@@ -335,6 +66,6 @@ def _beyond_gross_errors(
         anew = candidates_of([righted(gross, scene) for scene in search.balance.scenes])
     beyond: list[Candidate] = [c for c in candidates if isinstance(c, GrossCause)]
     beyond += [Beyond(c.target, c, gross) for c in anew if not isinstance(c, GrossCause | Corrected)]
-    again = _Search(search.balance, beyond, progress, [first])
+    again = Search(search.balance, beyond, progress, [first])
     least = search.solved.log_evidence - search.settings.exchange_margin
     return again if again.solved.log_evidence > least else search
