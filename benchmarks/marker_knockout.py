@@ -2,7 +2,8 @@
 
 `python -m benchmarks.marker_knockout` prints, for recordings with a model, how far joint angles and joint
 centres of the fit on the default body lie from those of the model's fit, and how well the confidence of a
-label separates labels on their own trajectory from labels that were shuffled.
+label separates labels on their own trajectory from labels that were shuffled. `--marker-set` hides only the
+model's marker set: its bodies stay, and the labels are placed on them.
 `--nonsense` gives every marker a label that means nothing, in any order, and compares the same, with the
 bodies that the markers were attached to. `--everyone` prints, for every recording of a person, what the whole
 fit makes of its labels alone, forces and all.
@@ -10,15 +11,17 @@ fit makes of its labels alone, forces and all.
 
 import argparse
 import sys
+import tempfile
 import time
 import warnings
+import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
 
+from benchmarks.fit_agreement import ANGLES, JOINTS, Agreement, compared, marker_errors, rms
 from benchmarks.recordings import data_folder
 from solver.capture.capture import Markers, Subject
 from solver.capture.subject import open_subject
@@ -31,7 +34,7 @@ from solver.markers.understanding import understand
 from solver.pipeline import solve
 from solver.settings import Settings
 from solver.skeleton.default_body import default_skeleton
-from solver.skeleton.forward import ForwardKinematics, body_poses
+from solver.skeleton.forward import ForwardKinematics
 
 RECORDINGS = (
     ("walk_rajagopal2015", "walk"),
@@ -49,25 +52,9 @@ HELD_OUT = (  # no limit of solver.markers was chosen on these
     "synthetic_arnold2013_subject01",
 )
 HELD_OUT_SEED = 100  # the first of draws that no limit was chosen on
-ANGLES = ("hip", "knee", "ankle")
-# the bodies before and behind each joint, and the axis of the latter that turns in the sagittal plane of the
-# former: bones point down, feet forwards
-SEGMENTS = {"hip": ("pelvis", "femur", 1), "knee": ("femur", "tibia", 1), "ankle": ("tibia", "calcn", 0)}
-JOINTS = {"hip": "femur", "knee": "tibia", "ankle": "talus"}
 WRONG_SHARE = 0.2  # of the labels, in each draw
 DRAWS = 10
 AT_CENTRE_M = 0.015  # a marker this near to a joint's centre is the centre, computed by other software
-
-
-@dataclass(frozen=True)
-class Agreement:
-    """The fit by labels against the fit with the model; left and right together."""
-
-    angle_rms_deg: dict[str, float]  # between the segments, in the sagittal plane
-    angle_rms_without_offset_deg: dict[str, float]  # each side's mean difference taken off
-    centre_rms_m: dict[str, float]
-    markers_used: int
-    marker_rms_m: float
 
 
 def markers_alone() -> Settings:
@@ -88,20 +75,25 @@ def agreement(subject: Subject, trial: str) -> Agreement:
     return compared(solve(without_model(subject), settings, trials=[trial]), with_model)
 
 
-def compared(alone: Fit, with_model: Fit) -> Agreement:
-    """How far a fit on the default body is from the model's."""
-    angles, offset_free = {}, {}
-    for name in ANGLES:
-        difference = [
-            np.degrees(_turned(_sagittal(alone, name, s) - _sagittal(with_model, name, s))) for s in "rl"
-        ]
-        angles[name] = _rms(np.concatenate(difference))
-        offset_free[name] = _rms(np.concatenate([d - d.mean() for d in difference]))
-    centres = {}
-    for joint, body in JOINTS.items():
-        apart = [_origin(alone, f"{body}_{s}") - _origin(with_model, f"{body}_{s}") for s in "rl"]
-        centres[joint] = _rms(np.linalg.norm(np.concatenate(apart), axis=1))
-    return Agreement(angles, offset_free, centres, *_marker_figures(alone))
+def without_marker_set(subject: Subject, folder: Path) -> Subject:
+    """The same recordings and the same model, its markers left out; its file goes into a folder."""
+    assert subject.model is not None
+    document = ET.parse(subject.model)
+    for parent in document.iter():
+        for markers in parent.findall("MarkerSet"):
+            parent.remove(markers)
+    bare = folder / subject.model.name
+    document.write(bare)
+    return replace(subject, model=bare, marker_map=None)
+
+
+def agreement_on_model(subject: Subject, trial: str) -> Agreement:
+    """Fit the model with its markers, and without: then labels are placed on its bodies."""
+    settings = markers_alone()
+    with_markers = solve(subject, settings, trials=[trial])
+    with tempfile.TemporaryDirectory() as folder:
+        bare = without_marker_set(subject, Path(folder))
+        return compared(solve(bare, settings, trials=[trial]), with_markers)
 
 
 @dataclass(frozen=True)
@@ -186,46 +178,6 @@ def _moving_alike(fit: Fit) -> dict[str, set[str]]:
     }
 
 
-def _marker_figures(fit: Fit) -> tuple[int, float]:
-    errors = _marker_errors(fit)
-    return int(np.isfinite(errors).any(axis=0).sum()), float(np.sqrt(np.nanmean(errors**2)))
-
-
-def _marker_errors(fit: Fit) -> Float[np.ndarray, "frames markers"]:
-    assert fit.groundwork is not None
-    trial, match = fit.trials[0], fit.groundwork.match
-    apart = trial.model_markers_ground - match.observed(trial.capture.markers)
-    return np.linalg.norm(apart, axis=2)
-
-
-def _sagittal(fit: Fit, joint: str, side: str) -> Float[np.ndarray, " frames"]:
-    """Angle [rad] of a joint in the sagittal plane of the segment before it.
-
-    Of the segments, not a coordinate of the model: models turn ankles about different axes, and where one has
-    a subtalar joint, another one has locked it.
-    """
-    before, behind, axis = SEGMENTS[joint]
-    R, _ = body_poses(fit.skeleton, fit.trials[0].motion.q)
-    index = {name: i for i, name in enumerate(fit.skeleton.body_names)}
-    parent = R[:, index.get(f"{before}_{side}", index.get(before, 0))]
-    direction = np.einsum("tji,tj->ti", parent, R[:, index[f"{behind}_{side}"], :, axis])
-    return np.arctan2(direction[:, 1], direction[:, 0])
-
-
-def _turned(angle: Float[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
-    """Within half a turn [rad]."""
-    return (angle + np.pi) % (2 * np.pi) - np.pi
-
-
-def _origin(fit: Fit, body: str) -> Float[np.ndarray, "frames 3"]:
-    _, p = body_poses(fit.skeleton, fit.trials[0].motion.q)
-    return p[:, fit.skeleton.body_index(body)]
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
 def recordings_of(subject: Subject, trial: str) -> list[Markers]:
     """Markers of a trial and of the static one."""
     reading = Settings().reading
@@ -278,16 +230,28 @@ def _print_knockout(recordings: Sequence[tuple[str, str]], first_seed: int = 0) 
         seeds = range(first_seed, first_seed + DRAWS)
         judged = [row for seed in seeds for row in judged_labels(markers, WRONG_SHARE, seed)]
         everything += judged
-        angles = " ".join(f"{found.angle_rms_deg[a]:5.1f}" for a in ANGLES)
-        free = " ".join(f"{found.angle_rms_without_offset_deg[a]:4.1f}" for a in ANGLES)
-        centres = " ".join(f"{100 * found.centre_rms_m[j]:4.1f}" for j in JOINTS)
         print(
-            f"{folder[:22] + '/' + trial[:14]:38s} {found.markers_used:3d}   "
-            f"{100 * found.marker_rms_m:5.2f}  {angles}  ({free})   {centres}   {roc_area(judged):.3f}",
+            f"{folder[:22] + '/' + trial[:14]:38s} {_figures(found)}   {roc_area(judged):.3f}",
             flush=True,
         )
     wrong = sum(not good for _, good in everything)
     print(f"ROC area over all: {roc_area(everything):.3f} ({wrong} wrong labels)")
+
+
+def _print_on_model(recordings: Sequence[tuple[str, str]]) -> None:
+    print(
+        "recording                       markers   RMS cm  hip° knee° ankle° (offset off)   hip knee ankle cm"
+    )
+    for folder, trial in recordings:
+        found = agreement_on_model(open_subject(data_folder() / folder), trial)
+        print(f"{folder[:22] + '/' + trial[:14]:38s} {_figures(found)}", flush=True)
+
+
+def _figures(found: Agreement) -> str:
+    angles = " ".join(f"{found.angle_rms_deg[a]:5.1f}" for a in ANGLES)
+    free = " ".join(f"{found.angle_rms_without_offset_deg[a]:4.1f}" for a in ANGLES)
+    centres = " ".join(f"{100 * found.centre_rms_m[j]:4.1f}" for j in JOINTS)
+    return f"{found.markers_used:3d}   {100 * found.marker_rms_m:5.2f}  {angles}  ({free})   {centres}"
 
 
 def _first_trials(folders: Sequence[str]) -> list[tuple[str, str]]:
@@ -355,7 +319,7 @@ def _row(subject: Subject, trial: str) -> str:
         fit = solve(subject, Settings(), trials=[trial])
     except SolverError as error:
         return f"| {name} | {family} | 0 of {len(seen.names)} | {str(error)[:60]} |"
-    errors = _marker_errors(fit)
+    errors = marker_errors(fit)
     used = int(np.isfinite(errors).any(axis=0).sum())
     return (
         f"| {name} | {family} | {used} of {len(seen.names)} | {100 * np.sqrt(np.nanmean(errors**2)):.2f} | "
@@ -369,7 +333,7 @@ def _residuals(fit: Fit) -> str:
     if dynamics is None or not dynamics.used.any():
         return "– | –"
     residual = dynamics.residual_root[dynamics.used]
-    force, moment = (_rms(np.linalg.norm(part, axis=1)) for part in (residual[:, :3], residual[:, 3:]))
+    force, moment = (rms(np.linalg.norm(part, axis=1)) for part in (residual[:, :3], residual[:, 3:]))
     return f"{force:.1f} | {moment:.1f}"
 
 
@@ -377,6 +341,7 @@ def main() -> None:
     """Print one of the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--nonsense", action="store_true", help="labels that mean nothing, in any order")
+    parser.add_argument("--marker-set", action="store_true", help="hide the model's markers, not the model")
     parser.add_argument("--everyone", action="store_true", help="every recording of a person, forces and all")
     parser.add_argument("--held-out", action="store_true", help="recordings that no limit was chosen on")
     given = parser.parse_args(sys.argv[1:])
@@ -384,6 +349,8 @@ def main() -> None:
         warnings.simplefilter("ignore")
         if given.nonsense:
             _print_nonsense()
+        elif given.marker_set:
+            _print_on_model([*RECORDINGS, *_first_trials(HELD_OUT)])
         elif given.everyone:
             _print_everyone()
         elif given.held_out:

@@ -16,8 +16,9 @@ from addb_viewer.commands.solving import check_folder
 from solver.capture.capture import Markers, Subject
 from solver.capture.subject import MARKER_MAP, open_subject
 from solver.capture.trial import read_static, read_trial
+from solver.kinematics.bare_model import is_bare
 from solver.kinematics.label_reading import read_labels
-from solver.kinematics.marker_naming import own_names
+from solver.kinematics.own_model_naming import own_names
 from solver.markers.atlas import atlas
 from solver.markers.mapping_file import read_map, remark, write_map
 from solver.markers.understanding import Understanding, understand
@@ -62,9 +63,9 @@ def markers(
         check_folder(subject)
         who = open_subject(subject)
         recordings = _recordings(who, settings_for(subject, settings))
-        understood = _understood(who, recordings)
-        file = map_ or subject / MARKER_MAP
         on_model = _on_model(who, recordings)
+        understood = _understood(recordings, on_model)
+        file = map_ or subject / MARKER_MAP
         kept = _corrected(read_map(file), understood, on_model) if file.is_file() else {}
         if json is not None:
             write_json(json, _figures(understood, kept))
@@ -74,9 +75,9 @@ def markers(
             typer.echo(f"{file}: correct it, then fit again")
 
 
-def _understood(subject: Subject, recordings: Sequence[Markers]) -> Understanding:
-    """By name; without a model of the subject's own, also by the motion where names say nothing."""
-    if subject.model is None:
+def _understood(recordings: Sequence[Markers], on_model: dict[str, str] | None) -> Understanding:
+    """By name; without a marker set of the subject's own, also by the motion where names say nothing."""
+    if on_model is None:
         return read_labels(default_skeleton(), recordings).understanding
     return understand([name for m in recordings for name in m.names], recordings)
 
@@ -87,10 +88,11 @@ def _recordings(subject: Subject, settings: Settings) -> list[Markers]:
 
 
 def _on_model(subject: Subject, recordings: Sequence[Markers]) -> dict[str, str] | None:
-    """The marker of the subject's own model for each label that it knows by name; None without a model."""
+    """The marker of the subject's own model for each label that it knows by name; None without such a set."""
     if subject.model is None:
         return None
-    return own_names(load_skeleton(subject.model), recordings)
+    model = load_skeleton(subject.model)
+    return None if is_bare(model) else own_names(model, recordings)
 
 
 def _corrected(

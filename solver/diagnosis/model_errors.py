@@ -130,9 +130,8 @@ def soft_tissue(
     angles = scene.motion.q - scene.motion.q.mean(axis=0)
     dt = 1 / scene.rate
     columns = []
-    for b, body in enumerate(skeleton.bodies):
-        if body.mass < settings.tissue_least_share * skeleton.mass:
-            continue
+    for b in skeleton.bodies_from_share(settings.tissue_least_share):
+        body = skeleton.bodies[b]
         beside = [b, *(c for c, joint in enumerate(skeleton.joints) if joint.parent == b)]
         turning = rotational & np.isin(chain.body, [j for j in beside if skeleton.joints[j].parent >= 0])
         com = np.append(body.com_body, 1.0)

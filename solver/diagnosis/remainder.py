@@ -146,9 +146,8 @@ class UnknownForce(Candidate):
             return self.target
         place = self.place_ground(scene)
         distances = {}
-        for b, body in enumerate(scene.skeleton.bodies):
-            if body.mass < LEAST_SHARE * scene.skeleton.mass:
-                continue
+        for b in scene.skeleton.bodies_from_share(LEAST_SHARE):
+            body = scene.skeleton.bodies[b]
             away = np.linalg.norm(place - scene.point_ground(b, body.com_body), axis=1).mean()
             distances[body.name] = away / (LEAST_RADIUS_M + _radius_of_gyration_m(body))
         return min(distances, key=lambda name: distances[name] - (OWN_BONUS if name == self.target else 0.0))
@@ -237,7 +236,7 @@ def unknown_forces(scenes: Sequence[Scene]) -> list[Unknown]:
     """In each trial a force on each body that is heavy enough to be told apart, and a moment."""
     found: list[Unknown] = []
     for scene in scenes:
-        heavy = [b.name for b in scene.skeleton.bodies if b.mass >= LEAST_SHARE * scene.skeleton.mass]
+        heavy = [scene.skeleton.body_names[b] for b in scene.skeleton.bodies_from_share(LEAST_SHARE)]
         courses: list[tuple[float, float | None]] = [(knot_s, None) for knot_s in KNOTS_S]
         if (swing_Hz := strongest_frequency_Hz(scene)) is not None:
             courses.append((KNOTS_S[0], swing_Hz))

@@ -89,16 +89,16 @@ def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
 
     Of somebody whom nobody weighed, what is carried all the time is not told from build.
     """
-    bodies = scenes[0].skeleton.bodies if scenes else ()
-    lightest = LIGHTEST_SHARE * sum(body.mass for body in bodies)
+    if not scenes:
+        return []
+    skeleton = scenes[0].skeleton
     weighed = any(scene.weighed for scene in scenes)
     stretches = [t for t in all_and_each(scenes) if weighed or t is not None]
-    inner = inner_arm_segments(scenes[0].skeleton) if scenes else frozenset()
+    inner = inner_arm_segments(skeleton)
     return [
-        CarriedMass(body.name, trial, b in inner)
+        CarriedMass(skeleton.body_names[b], trial, b in inner)
         for trial in stretches
-        for b, body in enumerate(bodies)
-        if body.mass >= lightest
+        for b in skeleton.bodies_from_share(LIGHTEST_SHARE)
     ]
 
 

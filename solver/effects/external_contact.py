@@ -193,8 +193,7 @@ def reach_m(segment: Body) -> float:
 def _touchable(scene: Scene) -> list[int]:
     """Bodies that weigh something and are not part of a foot."""
     feet = {part.body for sole in scene.soles for part in sole.parts}
-    lightest = LIGHTEST_SHARE * scene.skeleton.mass
-    return [b for b, body in enumerate(scene.skeleton.bodies) if body.mass >= lightest and b not in feet]
+    return [b for b in scene.skeleton.bodies_from_share(LIGHTEST_SHARE) if b not in feet]
 
 
 def _mean_force_N(scenes: Sequence[Scene], window: Stretch) -> float:

@@ -100,16 +100,16 @@ def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     if not scenes:
         return []
     skeleton = scenes[0].skeleton
-    heavy = [b.mass >= LIGHTEST_SEGMENT_SHARE * skeleton.mass for b in skeleton.bodies]
+    heavy = skeleton.bodies_from_share(LIGHTEST_SEGMENT_SHARE)
     twins = scale_groups(skeleton).group
-    groups: list[tuple[int, ...]] = [(b,) for b in range(len(heavy)) if heavy[b]]
-    paired = {b for b in range(len(heavy)) if twins.tolist().count(twins[b]) == 2}
+    groups: list[tuple[int, ...]] = [(b,) for b in heavy]
+    paired = {b for b in heavy if twins.tolist().count(twins[b]) == 2}
     for group in dict.fromkeys(twins.tolist()):
         pair = np.flatnonzero(twins == group).tolist()
-        if len(pair) == 2 and all(heavy[b] for b in pair):
+        if len(pair) == 2 and set(pair) <= set(heavy):
             groups.append(tuple(pair))
             carriers = [skeleton.joints[b].parent for b in pair]
-            if len(set(carriers)) == 2 and all(c >= 0 and heavy[c] for c in carriers):
+            if len(set(carriers)) == 2 and set(carriers) <= set(heavy):
                 groups.append(tuple(sorted({*pair, *carriers})))
     shares = [sum(skeleton.bodies[b].mass for b in g) / skeleton.mass for g in groups]
     return [

@@ -106,9 +106,10 @@ class WobblingMass(Candidate):
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     """One for each body with enough flesh."""
-    bodies = scenes[0].skeleton.bodies if scenes else ()
-    lightest = LIGHTEST_SHARE * sum(body.mass for body in bodies)
-    return [WobblingMass(body.name) for body in bodies if body.mass >= lightest]
+    if not scenes:
+        return []
+    skeleton = scenes[0].skeleton
+    return [WobblingMass(skeleton.body_names[b]) for b in skeleton.bodies_from_share(LIGHTEST_SHARE)]
 
 
 def swing(

@@ -125,6 +125,10 @@ class Skeleton:
         """Total mass [kg]."""
         return float(sum(b.mass for b in self.bodies))
 
+    def bodies_from_share(self, share: float) -> tuple[int, ...]:
+        """Indices of the bodies that have at least this share of the total mass."""
+        return tuple(b for b, body in enumerate(self.bodies) if body.mass >= share * self.mass)
+
     @cached_property
     def body_names(self) -> tuple[str, ...]:
         """Names of the bodies in topological order."""

@@ -7,6 +7,7 @@ from benchmarks.marker_knockout import (
     ANGLES,
     JOINTS,
     agreement,
+    agreement_on_model,
     judged_labels,
     nonsense,
     recordings_of,
@@ -21,6 +22,14 @@ UNSEEN = ("walk_gait2354_subject01", "exo_apo_gordon")  # no limit of solver.mar
 def test_angles_and_joint_centres_without_the_model(real_data):
     """Definitions of the ankle's and the pelvis' zero differ from model to model, and count in full here."""
     found = agreement(open_subject(real_data / "opencap_subject4"), "walking1")
+    assert max(found.angle_rms_deg[a] for a in ANGLES) < 5
+    assert max(found.centre_rms_m[j] for j in JOINTS) < 0.025
+
+
+@pytest.mark.real
+def test_angles_and_joint_centres_with_the_model_whose_marker_set_is_hidden(real_data):
+    found = agreement_on_model(open_subject(real_data / "opencap_subject4"), "walking1")
+    assert found.markers_used >= 45
     assert max(found.angle_rms_deg[a] for a in ANGLES) < 5
     assert max(found.centre_rms_m[j] for j in JOINTS) < 0.025
 

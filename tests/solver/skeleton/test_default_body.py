@@ -239,3 +239,12 @@ def test_bony_places_are_flagged_and_clusters_are_not():
 def test_says_what_no_person_can_be(wrong):
     with pytest.raises(ModelError):
         default_skeleton(**wrong)
+
+
+def test_bodies_by_their_share_of_the_mass(person):
+    """Trunk and thighs have a tenth at least, hands and toes less than a hundredth, whoever it is."""
+    mass, _, _, skeleton = person
+    names = {skeleton.body_names[b] for b in skeleton.bodies_from_share(0.1)}
+    assert names == {b.name for b in skeleton.bodies if b.mass > 0.1 * mass}
+    assert {"torso", "femur_r", "femur_l"} <= names
+    assert skeleton.bodies_from_share(0.0) == tuple(range(len(skeleton.bodies)))

@@ -1,0 +1,99 @@
+"""A model of the subject's own without markers for the recording: landmarks placed on its bodies.
+
+Bodies of the same name are taken for the same segment where their frames agree: in the neutral pose both are
+turned alike, and the joint centres that they carry lie alike. Places go over in proportion to the segment.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.kinematics.marker_matching import FEWEST_SHARED
+from solver.kinematics.nonsense_on_own_model import ALIKE_M
+from solver.skeleton.forward import ForwardKinematics
+from solver.skeleton.skeleton import Marker, Skeleton
+
+TURNED_ALIKE = np.radians(20.0)
+NEAR_M = 0.05  # a joint centre nearer to the body's origin tells no proportion
+
+
+def is_bare(model: Skeleton) -> bool:
+    """Whether a model came without a marker set."""
+    return len(model.markers) < FEWEST_SHARED
+
+
+def placed_on_model(
+    markers: Sequence[Marker], default: Skeleton, model: Skeleton
+) -> tuple[dict[str, Marker], tuple[str, ...]]:
+    """Markers of the default body on another model's bodies, and names of those that find none.
+
+    Args:
+        markers: on the default body.
+        default: the default body, unscaled.
+        model: the subject's own, scaled or not.
+    """
+    ratio = _proportions(default, model)
+    placed = {
+        marker.name: replace(
+            marker,
+            body=model.body_index(default.body_names[marker.body]),
+            position_body=ratio[default.body_names[marker.body]] * marker.position_body,
+        )
+        for marker in markers
+        if default.body_names[marker.body] in ratio
+    }
+    return placed, tuple(marker.name for marker in markers if marker.name not in placed)
+
+
+def _proportions(default: Skeleton, model: Skeleton) -> dict[str, float]:
+    """Size of each segment of the model, with that of the default body as one, where frames agree.
+
+    A segment that carries no joint (a hand) has the size of the one that it hangs on.
+    """
+    here, there = _neutral(default), _neutral(model)
+    ratio: dict[str, float] = {}
+    for b, name in enumerate(default.body_names):
+        if name not in model.body_names or _turned(here, there, b, model.body_index(name)) > TURNED_ALIKE:
+            continue
+        ours, theirs = _carried(default, here, name), _carried(model, there, name)
+        shared = [child for child in ours if child in theirs and np.linalg.norm(ours[child]) > NEAR_M]
+        parent = default.joints[b].parent
+        if not shared:
+            inherited = ratio.get(default.body_names[parent]) if parent >= 0 else None
+            if inherited is not None:
+                ratio[name] = inherited
+            continue
+        one = np.array([ours[child] for child in shared])
+        other = np.array([theirs[child] for child in shared])
+        size = float(np.linalg.norm(other) / np.linalg.norm(one))
+        if np.linalg.norm(other - size * one, axis=1).mean() < ALIKE_M:
+            ratio[name] = size
+    return ratio
+
+
+Neutral = tuple[Float[np.ndarray, "bodies 3 3"], Float[np.ndarray, "bodies 3"]]
+
+
+def _neutral(skeleton: Skeleton) -> Neutral:
+    """Orientations and origins of the bodies with all coordinates at zero; ground frame [m]."""
+    poses = ForwardKinematics(skeleton).poses(np.zeros((1, len(skeleton.dofs))))
+    return poses.R_ground_body[0], poses.p_ground_body[0]
+
+
+def _turned(here: Neutral, there: Neutral, b: int, other: int) -> float:
+    """Angle between two bodies' frames [rad]."""
+    R = here[0][b].T @ there[0][other]
+    return float(np.arccos(np.clip((np.trace(R) - 1) / 2, -1.0, 1.0)))
+
+
+def _carried(skeleton: Skeleton, neutral: Neutral, name: str) -> dict[str, Float[np.ndarray, "3"]]:
+    """Centres of the joints that a body carries, by the body behind, in its frame [m]."""
+    R, p = neutral
+    b = skeleton.body_index(name)
+    return {
+        skeleton.body_names[child]: R[b].T @ (p[child] - p[b])
+        for child, joint in enumerate(skeleton.joints)
+        if joint.parent == b
+    }

@@ -1,0 +1,149 @@
+"""Recorded labels on the default body: its own markers, and one at its landmark for each label it lacks."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solver.capture.capture import Markers
+from solver.kinematics.flat_foot import on_flat_feet
+from solver.kinematics.label_reading import read_labels
+from solver.kinematics.marker_matching import LEFT_OUT, MarkerMatch, match_markers, similar_names
+from solver.kinematics.settings import KinematicsSettings
+from solver.kinematics.upright_pelvis import on_upright_pelvis
+from solver.markers.atlas import atlas, landmark_marker
+from solver.markers.label_parts import spelling
+from solver.markers.understanding import UnderstoodLabel
+from solver.skeleton.skeleton import Marker, Skeleton
+
+
+@dataclass(frozen=True)
+class NamedMarkers:
+    """The model with a marker for every label that is understood, and which label is which marker."""
+
+    skeleton: Skeleton
+    match: MarkerMatch
+
+
+def on_default_body(
+    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str]
+) -> NamedMarkers:
+    """The default body with a marker for every label that is understood.
+
+    Args:
+        generic: the default body, unscaled.
+        recordings: of one subject.
+        word: a person's: label to landmark or marker of the body, "" to leave the label out.
+
+    Raises:
+        FitError: too few labels are understood.
+    """
+    skeleton, named, notes = _named(generic, recordings, word)
+    match = match_markers(skeleton, recordings, named=named, notes=notes)
+    skeleton = on_flat_feet(skeleton, match, recordings, KinematicsSettings())
+    return NamedMarkers(on_upright_pelvis(skeleton, match, recordings), match)
+
+
+def _named(
+    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str]
+) -> tuple[Skeleton, dict[str, str], tuple[str, ...]]:
+    read = read_labels(generic, recordings)
+    by_itself = {r.label: r.landmark if r.used else LEFT_OUT for r in read.understanding.labels}
+    word = {label: target for label, target in word.items() if target != by_itself.get(label)}
+    if word and read.found:
+        read = read_labels(generic, recordings, word)
+    rows = read.understanding.labels
+    known = {
+        m: model for r in recordings for model, m in similar_names(generic.marker_names, r.names).items()
+    }
+    own = {marker.name: marker for marker in generic.markers}
+    new: dict[str, Marker] = {}
+    named: dict[str, str] = {}
+    for row in sorted(rows, key=lambda r: (r.same_as is not None, -r.confidence)):
+        target = word.get(row.label)
+        if target is None and row.label in read.found:
+            named[row.label] = row.label if row.used else LEFT_OUT
+            if row.used:
+                new[row.label] = read.found[row.label]
+            continue
+        if target is None and row.landmark is None:
+            continue  # nothing but the body's own names can know it
+        if (
+            target is None
+            and row.same_as is not None
+            and not seen_together(row.label, row.same_as, recordings)
+        ):
+            named[row.label] = named.get(row.same_as, LEFT_OUT)
+            continue
+        if target is not None and target in own:
+            named[row.label] = target
+            continue
+        wanted = row.landmark if target is None and row.used else target
+        landmark = atlas().get(wanted or LEFT_OUT)
+        if landmark is None:
+            named[row.label] = LEFT_OUT
+            continue
+        place = landmark_marker(landmark, row.label, generic)
+        if target is None:
+            place = replace(place, spread_m=row.spread_m)
+        usual = own.get(known.get(row.label, ""))
+        if (
+            target is None
+            and usual is not None
+            and usual.body == place.body
+            and (
+                landmark.tracks_only
+                or (row.certain and np.array_equal(usual.position_body, place.position_body))
+            )
+        ):
+            named[row.label] = usual.name
+            continue
+        twin = _same_marker(row.label, named, recordings) if landmark.tracks_only else None
+        if twin is None:
+            new[row.label] = place
+        named[row.label] = twin or row.label
+    kept = [marker for marker in generic.markers if marker.name not in new]
+    return (
+        generic.with_markers([*kept, *new.values()]),
+        named,
+        (
+            *read.notes,
+            *_notes([r for r in rows if r.label not in read.found], named, word, set(new)),
+        ),
+    )
+
+
+def _same_marker(label: str, named: Mapping[str, str], recordings: Sequence[Markers]) -> str | None:
+    """The model's marker of another recording's spelling of the label."""
+    own = spelling(label)
+    for other, marker in named.items():
+        if marker and spelling(other) & own and not seen_together(label, other, recordings):
+            return marker
+    return None
+
+
+def seen_together(one: str, other: str, recordings: Sequence[Markers]) -> bool:
+    """Whether some recording has both labels."""
+    return any(one in r.names and other in r.names for r in recordings)
+
+
+def _notes(
+    rows: Sequence[UnderstoodLabel], named: Mapping[str, str], word: Mapping[str, str], new: set[str]
+) -> tuple[str, ...]:
+    notes = []
+    atlas_named = [f"{r.label} = {r.landmark}" for r in rows if r.label in new and r.label not in word]
+    if atlas_named:
+        notes.append(f"labels understood by the atlas: {', '.join(atlas_named)}")
+    if word:
+        notes.append(f"labels that the marker map explains: {', '.join(word)}")
+    doubtful = [
+        f"{r.label} ({r.landmark}, {r.confidence:.2f})"
+        for r in rows
+        if r.label not in word and r.landmark is not None and not r.used and not named.get(r.label)
+    ]
+    if doubtful:
+        notes.append(
+            f"labels not understood with enough confidence, or of a place that another label has: "
+            f"{', '.join(doubtful)}; `addb-viewer markers` lists the alternatives"
+        )
+    return tuple(notes)
