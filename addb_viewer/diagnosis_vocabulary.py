@@ -80,6 +80,12 @@ def ranges_of(figures: Mapping[str, Any], effect: Mapping[str, Any]) -> list[tup
     return [tuple(r) if len(r) == 3 else (alone, r[0], r[1]) for r in effect["frames"]]
 
 
+def trials_of_causes(figures: Mapping[str, Any]) -> list[str]:
+    """Trials on which some cause acts, in the recordings' order."""
+    concerned = {trial for effect in figures["effects"] for trial, _, _ in ranges_of(figures, effect)}
+    return [trial for trial in figures.get("trials", ()) if trial in concerned]
+
+
 def rivals_of(figures: Mapping[str, Any], effect: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """Alternatives that this recording cannot tell from a cause."""
     name, several = f"{effect['id']} {effect['target']}", len(figures["effects"]) > 1

@@ -20,6 +20,7 @@ from addb_viewer.diagnosis_vocabulary import (
     share,
     target_in_words,
     title,
+    trials_of_causes,
 )
 from addb_viewer.gain_words import (
     CERTAIN_NATS,
@@ -33,7 +34,14 @@ from addb_viewer.gain_words import (
     was_ordinary,
 )
 from addb_viewer.remainder_words import explains_most, what_next, what_remains
-from addb_viewer.residual_words import in_markers, is_whole, looked_for, what_is_wrong, without_advice
+from addb_viewer.residual_words import (
+    in_markers,
+    is_whole,
+    looked_for,
+    put_right,
+    what_is_wrong,
+    without_advice,
+)
 from addb_viewer.sections import Section
 from addb_viewer.use_words import use
 
@@ -47,7 +55,7 @@ TAKEN_IN = (
     "there. What speaks for the cause is the recording as a whole."
 )
 NOTES = "Notes"
-BEFORE_THE_CAUSES = "From reading and fitting the files, which knew nothing of the causes above:"
+BEFORE_THE_CAUSES = "From reading and fitting the files, before causes were looked for:"
 SPREAD = "±: in 19 of 20 cases the true value lies within."
 
 Figures = Mapping[str, Any]
@@ -183,7 +191,8 @@ def what_it_gains(figures: Figures) -> Section:
     gain = figures["gain"]
     if not gain:
         return Section(HOLDS_UP)
-    told = [] if in_markers(figures) else [(*foretold, 1.0) for foretold in FORETOLD]
+    judged = not in_markers(figures) and not put_right(figures)
+    told = [(*foretold, 1.0) for foretold in FORETOLD] if judged else []
     if MARKER_ERROR in gain and gain[MARKER_ERROR]["after"] != gain[MARKER_ERROR]["before"]:
         told.append(("markers", MARKER_ERROR, "mm", 1e3))
     rows = [
@@ -192,11 +201,13 @@ def what_it_gains(figures: Figures) -> Section:
         if key in gain
     ]
     lines = []
-    if changes(gain):
+    if in_markers(figures) or put_right(figures):
+        lines.append(_beforehand(figures))
+    elif changes(gain):
         lines.append(
             "Stretches of about half a second or less were hidden, and foretold from the rest of the "
-            "recording, without → with the named causes. These are the errors. The figure without causes "
-            "differs from the size at the top because masses and soft tissue are adjusted to the rest first."
+            "recording, without → with the named causes. These are the errors. They do not compare with the "
+            "size at the top: here masses and soft tissue are adjusted to the rest of the recording first."
         )
         lines.append(_worth(figures))
     return Section(HOLDS_UP, tuple(lines), tuple(rows))
@@ -236,6 +247,9 @@ def _instead_of(effect: Figures, rival: Figures) -> str:
 
 def _recordings(figures: Figures) -> str:
     trials = figures.get("trials", ())
+    concerned = trials_of_causes(figures) if figures["verdict"] == "explained" else []
+    if len(concerned) == 1 < len(trials):
+        return f"the recording '{concerned[0]}' (of {listed(trials)})"
     if len(trials) == 1:
         return f"the recording '{trials[0]}'"
     return f"these recordings ({listed(trials)})" if trials else "this recording"
@@ -251,11 +265,19 @@ def before_and_after(gain: Figures, unit: str, factor: float, digits: int) -> st
     return text
 
 
+def _beforehand(figures: Figures) -> str:
+    """Why hidden stretches do not judge causes that were put right before."""
+    if in_markers(figures):
+        return (
+            "Forces foretold on hidden stretches do not judge markers. What speaks for it is how these "
+            "markers move against the others."
+        )
+    return "What speaks for it is what the plate read while nobody stood on it; it was taken off before."
+
+
 def _worth(figures: Figures) -> str:
     """What the figures on hidden stretches say of the causes."""
     gain = figures["gain"]
-    if in_markers(figures):
-        return "The causes lie in the markers, which are mended before: what counts is the markers' error."
     told, each = changes_in_words(gain), changes(gain)
     said = [f"{capital(told)}."]
     holds = each[0].surely_falls and not any(change.rises for change in each)

@@ -9,12 +9,20 @@ from typing import Any
 from addb_viewer.accepted_exchanges import cannot_be_accepted
 from addb_viewer.diagnosis_vocabulary import CONFIDENT, newtons, rivals_of, target_in_words, upward
 from addb_viewer.gain_words import is_lead, now_and_then, speeds_up
-from addb_viewer.residual_words import IN_MARKERS, WITHIN, is_whole, moment_Nm, ratios, times
+from addb_viewer.residual_words import (
+    IN_MARKERS,
+    WITHIN,
+    is_whole,
+    moment_Nm,
+    put_right_on_reading,
+    ratios,
+    times,
+)
 from addb_viewer.sections import Section
-from addb_viewer.use_words import put_right_on_reading
 
 SWINGS = "swings"  # says a course that swings evenly
 MOST = 0.5  # of an error that is left where most of it is explained
+CHECKED = "Check first what each cause says to do; if that agrees, "
 MORE = 1.1  # times what is ordinary, from which on the ratio is told
 
 Figures = Mapping[str, Any]
@@ -64,7 +72,7 @@ def what_next(figures: Figures) -> Section:
     """What to do with this recording, in the program."""
     several = len(figures.get("trials", ())) > 1
     recording = "these recordings" if several else "this recording"
-    as_recorded = f"Until then nothing in {recording} is put right."
+    as_recorded = f"Before that, nothing in {recording} is put right."
     corrected = [e for e in figures["effects"] if put_right_on_reading(e)]
     in_the_markers = [e for e in figures["effects"] if cannot_be_accepted(e["id"])]
     exchanged = [e for e in figures["effects"] if e["id"] in IN_MARKERS and e not in in_the_markers]
@@ -79,8 +87,8 @@ def what_next(figures: Figures) -> Section:
         )
     if any(e["id"] == "soft_tissue" for e in in_the_markers):
         lines.append(
-            "Flesh is not mended afterwards: distrust the angles of the joints beside it, or leave that "
-            "segment's markers out and diagnose again."
+            "Nothing mends this afterwards: distrust the joints at that segment, or leave the worst of its "
+            "markers out (`addb-viewer markers SUBJECT`) and fit again."
         )
     if any(e["id"] != "soft_tissue" for e in in_the_markers):
         lines.append("Mend the markers and diagnose again.")
@@ -96,10 +104,10 @@ def what_next(figures: Figures) -> Section:
             )
         which = "the other causes" if apart else "the causes"
         lines.append(
-            f"{lead}`addb-viewer accept SUBJECT` applies {which} to later fits, and leaves the files as they "
-            "are."
+            f"{lead or CHECKED}`addb-viewer accept SUBJECT` applies {which} to later fits, and leaves the "
+            "files as they are."
         )
-    if in_the_markers or len(figures["effects"]) > apart:
+    if any(e["id"] != "soft_tissue" for e in in_the_markers) or len(figures["effects"]) > apart:
         lines.append(as_recorded)
     if figures["verdict"] == "unexplained":
         lines.append(f"Do not use {recording} for joint torques before the cause of what remains is known.")

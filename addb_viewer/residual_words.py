@@ -29,6 +29,7 @@ PHASES = {
     "load_on_no_foot": "a plate loaded, but by no foot",
     "no_load": "no plate loaded",
 }
+TAKEN_OFF = "taken off as its zero level"  # says the cause that reading the files puts right
 TIMES = "×: times what is ordinary there."
 
 Figures = Mapping[str, Any]
@@ -63,7 +64,9 @@ def _overall(figures: Figures, residual: Figures) -> list[str]:
         f"from tables and filters are not perfect. {_against(figures, residual)}",
     ]
     if in_markers(figures):
-        lines.append("These figures are without the markers' fault, which shows in the markers themselves.")
+        lines.append("Forces are judged here with that fault put right; it shows in the markers themselves.")
+    if put_right(figures):
+        lines.append("That is after what was wrong was put right on reading.")
     weighed = (note.rstrip(".") for note in figures.get("notes", ()) if WEIGHED_BY_FORCES in note)
     if figures["verdict"] == "explained":
         lines += [f"{capital(without_advice(note))}; that is with nothing put right." for note in weighed]
@@ -89,6 +92,17 @@ def in_markers(figures: Figures) -> bool:
     return bool(effects) and all(effect["id"] in IN_MARKERS for effect in effects)
 
 
+def put_right_on_reading(effect: Figures) -> bool:
+    """Whether every fit is without a cause already."""
+    return TAKEN_OFF in effect.get("sentence", "")
+
+
+def put_right(figures: Figures) -> bool:
+    """Whether every cause is one that reading the files puts right."""
+    effects = figures["effects"]
+    return bool(effects) and all(map(put_right_on_reading, effects))
+
+
 def _against(figures: Figures, residual: Figures) -> str:
     force, moment = ratios(residual)
     more = [
@@ -98,7 +112,7 @@ def _against(figures: Figures, residual: Figures) -> str:
     ]
     if more:
         return f"That is {listed(more)}."
-    if figures["verdict"] == "clean" or in_markers(figures):
+    if figures["verdict"] == "clean" or in_markers(figures) or put_right(figures):
         return f"Here it is {times(force)} times that force and {times(moment)} times that moment: ordinary."
     return (
         "The size alone is ordinary. What gives the fault away is its pattern: how it goes with the motion, "

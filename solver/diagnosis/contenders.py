@@ -70,11 +70,11 @@ def ambiguous(one: Contender, rivals: Sequence[Contender], settings: DiagnosisSe
     """
     if one.odds_gain(settings) >= settings.certain_gain:
         return False
-    unlike = [r for r in rivals if settings.other_trace < _overlap(one, r) < settings.same_trace]
+    unlike = [r for r in rivals if settings.other_trace < overlap(one, r) < settings.same_trace]
     return confidence(one, unlike, settings) < settings.least_confidence
 
 
-def _overlap(one: Contender, other: Contender) -> float:
+def overlap(one: Contender, other: Contender) -> float:
     """Absolute cosine between what two causes explain, whitened where the first fits best."""
     own, others = (c.solved.explained(len(c.solved.terms) - 1, one.solved.rung) for c in (one, other))
     return abs(cosine(own, others))

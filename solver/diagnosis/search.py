@@ -14,6 +14,7 @@ from solver.diagnosis.contenders import (
     handicap,
     least_first_gain,
     loose_ends,
+    overlap,
 )
 from solver.diagnosis.heldout import HeldoutGain, blocks, heldout_gain
 from solver.diagnosis.refinement import refined
@@ -41,8 +42,11 @@ class Search:
         self.blocks = blocks(balance)
         self.null = balance.solve([])
         self.found = list(found)
+        self.first: Found | None = None  # as it was found
         self.solved = balance.solve(self.terms) if found else self.null
         self._grow(progress)
+        if not found:
+            self._grow_from_equals(progress)
         for _ in range(MOST_EXCHANGES):
             if len(self.found) < 2 or not self._exchange_all():
                 break
@@ -68,6 +72,41 @@ class Search:
             met.add(self._names())
         _, self.found, self.solved = best
 
+    def _grow_from_equals(self, progress: Progress) -> None:
+        """Again from causes that explain something else nearly as well as the first; the outcome decides."""
+        if self.first is None:
+            return
+        best = self._odds(), self.found, self.solved
+        among = [self.first.contender, *self.first.rivals]
+        for one in self._equals(self.first):
+            self.found, self.solved = [], self.null
+            tenable = [c for c in among if self._tenable(c.solved, self.null)]
+            heldout = self._paying(one, tenable)
+            if heldout is None:
+                continue
+            self.found = [Found(one, heldout.own_scales, tuple(c for c in among if c is not one))]
+            self.solved = one.solved
+            self._grow(progress)
+            if self._odds() > best[0] + self.settings.exchange_margin:
+                best = self._odds(), self.found, self.solved
+        _, self.found, self.solved = best
+
+    def _equals(self, first: Found) -> list[Contender]:
+        """Others that do nearly as well in the first place, and explain something else: one of each kind."""
+        settings = self.settings
+        own = first.contender
+        margin = max(settings.start_margin, settings.start_share * own.gain)
+        kinds: dict[str, Contender] = {}
+        for one in sorted(first.rivals, key=self._order):
+            near = one.odds_gain(settings) > own.odds_gain(settings) - margin
+            if (
+                near
+                and one.term.candidate.id != own.term.candidate.id
+                and overlap(own, one) < settings.same_trace
+            ):
+                kinds.setdefault(one.term.candidate.id, one)
+        return list(kinds.values())[: settings.most_starts]
+
     def _names(self) -> frozenset[tuple[str, str]]:
         return frozenset(t.candidate.key for t in self.terms)
 
@@ -88,14 +127,8 @@ class Search:
         for contender in contenders:
             if contender.odds_gain(self.settings) < self._least_gain(contender):
                 continue
-            heldout = self._heldout_gain(contender.solved)
-            beyond = heldout.best + contender.term.candidate.seen_elsewhere
-            leads = self._leads(contender, tenable) and self._notable(contender.solved)
-            if (
-                beyond <= self._least_heldout_gain(contender)
-                or not (leads or self._admissible(contender.solved, self.solved))
-                or self._undoes_the_others(contender.solved)
-            ):
+            heldout = self._paying(contender, tenable)
+            if heldout is None:
                 inadmissible.add(id(contender))
                 continue
             rivals = tuple(c for c in contenders if c is not contender and id(c) not in inadmissible)
@@ -103,8 +136,22 @@ class Search:
                 break
             self.found.append(Found(contender, heldout.own_scales, rivals))
             self.solved = contender.solved
+            self.first = self.first or self.found[0]
             return True
         return self._add_two(contenders)
+
+    def _paying(self, one: Contender, tenable: Sequence[Contender]) -> HeldoutGain | None:
+        """Its gain on withheld blocks, if that is enough and nothing else speaks against the cause."""
+        heldout = self._heldout_gain(one.solved)
+        beyond = heldout.best + one.term.candidate.seen_elsewhere
+        leads = self._leads(one, tenable) and self._notable(one.solved)
+        if (
+            beyond <= self._least_heldout_gain(one)
+            or not (leads or self._admissible(one.solved, self.solved))
+            or self._undoes_the_others(one.solved)
+        ):
+            return None
+        return heldout
 
     def _least_gain(self, contender: Contender) -> float:
         if self.found:

@@ -147,6 +147,11 @@ class DiagnosisSettings:
         why="by which hands, seats, thighs and backs are touched rather than upper arms, forearms and "
         "shanks, and by which hands carry rather than arms",
     )
+    start_margin: float = setting(
+        6.0, unit="nats", why="within which another first cause is tried as well: what it leads to decides"
+    )
+    start_share: float = setting(0.05, unit="", why="of the gain, likewise")
+    most_starts: int = setting(2, unit="", why="likewise, beside the first; each takes as long")
     witness_lead: float = setting(
         10.0,
         unit="nats",

@@ -32,7 +32,10 @@ class CarriedMass(InTrials):
     id = "carried_mass"
     is_a_mass = True
     sentence = "Something heavy is carried on {target} that the model does not know."
-    remedy = "Weigh the load and note where it was fixed, or enter it as part of the segment."
+    remedy = (
+        "Weigh the load and note where it was fixed. Accept the cause for these trials or make the load part "
+        "of the model, not both."
+    )
     rivals_told_apart_by = "the person on a scale, with and without the load"
 
     between_others: bool = False  # upper arm or forearm

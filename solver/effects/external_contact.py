@@ -18,7 +18,8 @@ from solver.skeleton.skeleton import Body
 
 KNOTS_S = 0.10  # a hand's push grows and fades no faster
 MOST_KNOTS = 20  # a long hold changes slowly
-EDGE_S = 0.08  # a window found in the balance ends at half the force, and a push grows over 0.1 to 0.2 s
+EDGE_S = 0.05  # by which its course goes beyond a window found in the balance
+WHOLE_S = 0.08  # by which the contact does: windows end at half the force, and a push grows over 0.1 to 0.2 s
 EDGE_STD_S = 0.06  # of either end
 LIGHTEST_SHARE = 0.003  # of body mass: less than a hand, more than a kneecap
 PRIOR_N = 60.0  # a hand on a rail; what the balance lacks where that is more
@@ -135,7 +136,7 @@ class ExternalContact(Candidate):
     def _touching(self) -> tuple[Stretch, ...]:
         trials = dict.fromkeys(w.trial for w in self.windows)
         return tuple(
-            s for t in trials for s in joined(w.widened(EDGE_S) for w in self.windows if w.trial == t)
+            s for t in trials for s in joined(w.widened(WHOLE_S) for w in self.windows if w.trial == t)
         )
 
     def _duration_std(self) -> float:

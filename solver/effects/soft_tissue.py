@@ -40,7 +40,7 @@ class SoftTissue(MarkerFinding):
         "The markers of {target} ride on flesh and move together over the bone as the near joints turn."
     )
     remedy = (
-        "Put the markers on bony places or on a rigid plate strapped to the segment; avoid muscle bellies."
+        "Next time put the markers on bony places or on a rigid plate strapped to the segment, not on muscle."
     )
     rivals_told_apart_by = (
         "a joint centre that is off looks alike: a functional calibration of the near joints tells them apart"

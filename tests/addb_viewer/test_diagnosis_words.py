@@ -323,7 +323,8 @@ def test_forces_do_not_judge_what_lies_in_the_markers():
     assert "Mend the markers" in text
     assert "addb-viewer accept" not in text
     flesh = said(figures(effects=[effect("soft_tissue", "femur_l", rms_m=(0.015, 0.001))], gain=same))
-    assert "distrust the angles of the joints beside it" in flesh
+    assert "distrust the joints at that segment" in flesh
+    assert "Before that, nothing" not in flesh  # nothing mends it
     assert "Mend the markers" not in flesh
 
 
@@ -341,13 +342,18 @@ def test_exchanged_labels_are_mended_by_fits_and_can_be_accepted():
 def test_what_to_do_next_with_this_recording():
     text = said(figures(effects=[LATE]))
     assert "`addb-viewer accept SUBJECT` applies the causes to later fits, and leaves the files" in text
-    assert text.count("Until then nothing in this recording is put right.") == 1
+    assert text.count("Before that, nothing in this recording is put right.") == 1
+    assert "Check first what each cause says to do" in text
     assert "Do not use" not in text
     taken_off = effect("plate_bias", "plate_1", bias_y_N=(8.0, 0.1)) | {
         "sentence": PlateBiasTakenOff.sentence.format(target="plate_1")
     }
-    text = said(figures(effects=[taken_off]))
+    text = said(figures(effects=[taken_off], residual=residual()))
     assert "put right in every fit already" in text
+    assert "The files still hold it" in text
+    assert "what the plate read while nobody stood on it" in text
+    assert "after what was wrong was put right on reading" in text
+    assert "its pattern" not in text
     assert "addb-viewer accept" not in text
     assert "for joint torques before the cause" in said(figures("unexplained"))
     assert "WHAT NEXT" not in said(figures("clean"))
@@ -429,7 +435,12 @@ def test_the_verdict_says_what_the_recording_is_good_for():
     assert "outside the frames named" in use(effects=[STEP])
     assert use(effects=[LATE, STEP], remaining=rest).endswith("with the causes put right (see what next).")
     slipped = use(effects=[effect("marker_slip", "RKNE", shift_m=(0.02, 0.001))])
-    assert "neither for joint angles nor for torques near those markers, before they are mended" in slipped
+    assert "joints at those markers only once these are mended; else as it is" in slipped
+    flesh = use(effects=[effect("soft_tissue", "femur_l", rms_m=(0.015, 0.001))])
+    assert flesh == (
+        "Use: not for angles and torques of the joints at the left thigh (femur_l), which nothing mends "
+        "afterwards; else as it is."
+    )
     heavy = rival("subject_mass", "clock_offset all", "the person on a scale")
     guessed = LATE | {"confidence": 0.6}
     assert "before it is known which cause" in use(effects=[guessed], alternatives=[heavy])
@@ -439,7 +450,7 @@ def test_the_verdict_says_what_the_recording_is_good_for():
     taken_off = effect("plate_bias", "plate_1", bias_y_N=(8.0, 0.1)) | {
         "sentence": PlateBiasTakenOff.sentence.format(target="plate_1")
     }
-    assert "put right on reading" in use(effects=[taken_off])
+    assert "puts right on reading" in use(effects=[taken_off])
     assert "outside the frames named" in use(effects=[STEP, taken_off])
 
 
@@ -530,7 +541,19 @@ def test_of_causes_in_the_markers_only_the_markers_figures_are_told():
     assert "4.0 → 2.0 mm" in text
     assert "→ 12 N" not in text
     assert "its pattern" not in text
-    assert "These figures are without the markers' fault" in text
+    assert "Forces are judged here with that fault put right" in text
+
+
+def test_of_several_trials_the_verdict_says_which_is_wrong():
+    """A load that is worn in one of two spoils only that one."""
+    worn = effect("carried_mass", "tibia_l", mass_kg=(3.0, 0.1)) | {"frames": [["walk2", 0, 300]]}
+    short = page(figures(effects=[worn], trials=["walk1", "walk2"]))[0].lines
+    assert "wrong with the recording 'walk2' (of walk1 and walk2)" in short[0]
+    assert short[-1].startswith("Use: walk1 as it is. walk2: for joint angles as it is;")
+    both = worn | {"frames": [["walk1", 0, 300], ["walk2", 0, 300]]}
+    short = page(figures(effects=[both], trials=["walk1", "walk2"]))[0].lines
+    assert "wrong with these recordings (walk1 and walk2)" in short[0]
+    assert short[-1].startswith("Use: for joint angles as it is;")
 
 
 def test_what_was_tried_is_told_unless_the_answer_is_that_nothing_was_found():
@@ -567,7 +590,7 @@ def test_notes_that_ask_what_the_causes_answer_are_told_as_older():
     noted = ["the fit moved the body's mass: is something carried?"]
     assert notes(figures(notes=noted)).lines == tuple(noted)
     first, second = notes(figures(effects=[LATE], notes=noted)).lines
-    assert "knew nothing of the causes above" in first
+    assert "before causes were looked for" in first
     assert second == noted[0]
     assert notes(figures(effects=[LATE])).lines == ()
 

@@ -494,3 +494,53 @@ def test_a_cause_that_mostly_undoes_another_is_not_added(short_scene, drawn):
     assert both.log_evidence > alone.log_evidence + SETTINGS.least_further_gain
     assert named(select(balance, [first, undoing])) == [first.key]
     assert set(named(select(balance, [first, plain]))) == {first.key, plain.key}
+
+
+@dataclass(frozen=True)
+class Swing(Shake):
+    """Swings of what the plates measure, at some rates together."""
+
+    rates: tuple[tuple[float, float], ...] = ()  # [rad/s], share
+
+    id = "swing"
+
+    def signature(self, scene, eta):
+        return Signature(_swung(scene, self.rates)[:, :, None], np.ones(1))
+
+
+@dataclass(frozen=True)
+class RareSwing(Swing):
+    """Likewise, but seldom met."""
+
+    id = "rare_swing"
+
+
+@dataclass(frozen=True)
+class SmallSwing(Swing):
+    """Likewise, beside it."""
+
+    id = "small_swing"
+
+
+def _swung(scene, rates):
+    return scene.measured_ground * sum(share * np.sin(rate * scene.times) for rate, share in rates)[:, None]
+
+
+def test_of_causes_that_do_nearly_as_well_the_one_stays_beside_which_others_show(
+    short_scene, drawn, balance_of_scenes
+):
+    """A usual cause that says most of it hides a small one; a rare one that says all of it does not."""
+    true, imitation = RareSwing("all", rates=((20.0, 1.0),)), Swing("all", rates=((20.0, 0.9), (33.0, 0.45)))
+    small = SmallSwing("all", rates=((9.0, 1.0),))
+    wrong = _swung(short_scene, ((20.0, 0.25), (9.0, 0.04)))
+    balance = balance_of_scenes(drawn(3, wrong, scale=0.3))
+    alone = [balance.solve([balance.term(one, ())]).log_evidence for one in (true, imitation)]
+    against = alone[0] - alone[1] + 2.0
+    assert against > 0
+
+    def found(most_starts):
+        settings = replace(SETTINGS, handicaps=(("rare_swing", against),), most_starts=most_starts)
+        return set(named(select(Balance(balance.trials, settings), [true, imitation, small])))
+
+    assert found(0) == {imitation.key}
+    assert found(2) == {true.key, small.key}
