@@ -5,12 +5,15 @@ import json
 import secrets
 from pathlib import Path
 
+from benchmarks.diagnosis.curves import PAGE as CURVES_PAGE
+from benchmarks.diagnosis.curves import curves
 from benchmarks.diagnosis.information import FINDABLE_NATS, LARGEST, write_findable, write_findable_still
 from benchmarks.diagnosis.run import CPU_LIMIT_S, run_all
 from benchmarks.diagnosis.score import load, report
 from benchmarks.diagnosis.twins import estimate_twins
 from benchmarks.recordings import data_folder
 from tests.hidden_effects.hider.cases import IDS, SIZES, Mix, plan_cases, summary, write_case
+from tests.hidden_effects.hider.hidden import UNSIZED
 from tests.hidden_effects.hider.real import plan_real
 
 PAGE = """# Hidden effects: how often the diagnosis is right
@@ -54,6 +57,7 @@ def main() -> None:
     running.add_argument("--discard", action="store_true", help="delete recordings once answered")
     scoring = commands.add_parser("score", help="print the tables")
     scoring.add_argument("--page", type=Path, help="also written as a page of its own")
+    scoring.add_argument("--curves", type=Path, help="what `make --each` wrote, by size, as a page")
     for command in (making, running, scoring):
         command.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
@@ -69,22 +73,25 @@ def main() -> None:
         )
         estimate_twins(given.out.resolve())
     else:
-        cases = load(given.out)
-        text = report(cases)
-        (given.out / "RESULTS.md").write_text(text + "\n", encoding="utf-8")
-        if given.page:
-            listed = json.loads((given.out / "cases.json").read_text(encoding="utf-8"))
-            planned = len(list((given.out / "truth").glob("*.json")))
-            page = PAGE.format(
-                seed=listed["seed"],
-                answered=len(cases),
-                planned=planned,
-                tables=text,
-                nats=FINDABLE_NATS,
-                largest=LARGEST,
-            )
-            given.page.write_text(page, encoding="utf-8")
-        print(text)
+        score(given)
+
+
+def score(given: argparse.Namespace) -> None:
+    """Print the tables, and write the pages that are wanted."""
+    cases = load(given.out)
+    text = report(cases)
+    (given.out / "RESULTS.md").write_text(text + "\n", encoding="utf-8")
+    about = {
+        "seed": json.loads((given.out / "cases.json").read_text(encoding="utf-8"))["seed"],
+        "answered": len(cases),
+        "planned": len(list((given.out / "truth").glob("*.json"))),
+    }
+    if given.page:
+        page = PAGE.format(**about, tables=text, nats=FINDABLE_NATS, largest=LARGEST)
+        given.page.write_text(page, encoding="utf-8")
+    if given.curves:
+        given.curves.write_text(CURVES_PAGE.format(**about, tables=curves(cases)), encoding="utf-8")
+    print(text)
 
 
 def make(given: argparse.Namespace) -> None:
@@ -93,13 +100,15 @@ def make(given: argparse.Namespace) -> None:
     seed = given.seed
     if seed is None:
         seed = json.loads(listing.read_text())["seed"] if listing.exists() else secrets.randbelow(2**31)
-    ids = tuple(given.ids.split(",")) if given.ids else IDS
-    curves = given.each is not None
+    by_size = given.each is not None
+    ids = (
+        tuple(given.ids.split(",")) if given.ids else tuple(i for i in IDS if not by_size or i not in UNSIZED)
+    )
     sizes = (
-        tuple(float(s) for s in given.sizes.split(",")) if given.sizes else CURVE_SIZES if curves else SIZES
+        tuple(float(s) for s in given.sizes.split(",")) if given.sizes else CURVE_SIZES if by_size else SIZES
     )
     given.out.mkdir(parents=True, exist_ok=True)
-    if curves:
+    if by_size:
         plans = [
             plan
             for k, size in enumerate(sizes)
@@ -111,7 +120,7 @@ def make(given: argparse.Namespace) -> None:
     listing.write_text(json.dumps(listed, indent=1) + "\n", encoding="utf-8")
     for plan in sorted(plans, key=lambda plan: plan.world.seed):
         if not (given.out / "truth" / f"{plan.name}.json").exists():
-            (write_case if curves else write_findable_still)(given.out, plan)
+            (write_case if by_size else write_findable_still)(given.out, plan)
     for case in plan_real(seed, given.real, sizes):
         if not (given.out / "truth" / f"{case.name}.json").exists():
             write_findable(given.out, data_folder(), case)
