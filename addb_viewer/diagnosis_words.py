@@ -10,7 +10,6 @@ from addb_viewer.detectable_words import what_would_be_found
 from addb_viewer.diagnosis_vocabulary import (
     CONFIDENT,
     amounts,
-    capital,
     certainty,
     listed,
     ranges_of,
@@ -24,21 +23,15 @@ from addb_viewer.diagnosis_vocabulary import (
 )
 from addb_viewer.gain_words import (
     CERTAIN_NATS,
-    FORETOLD,
     NOW_AND_THEN,
-    changes,
     changes_in_words,
-    digits_of,
     is_lead,
-    unforeseeable,
-    was_ordinary,
 )
+from addb_viewer.holding_up_words import what_it_gains
 from addb_viewer.remainder_words import explains_most, what_next, what_remains
 from addb_viewer.residual_words import (
-    in_markers,
     is_whole,
     looked_for,
-    put_right,
     what_is_wrong,
     without_advice,
 )
@@ -46,14 +39,7 @@ from addb_viewer.sections import Section
 from addb_viewer.use_words import use
 
 AT_CERTAIN_FRAMES = (*NOW_AND_THEN, "marker_slip", "marker_swap")
-CERTAIN_PER_CENT = 95
 LIKELY_NATS = 20.0  # sound recordings hardly reach 8
-HOLDS_UP = "Does it hold up?"
-MARKER_ERROR = "marker_rms_m"
-TAKEN_IN = (
-    "Without the cause, masses and soft tissue that are adjusted to the rest of the recording take its place "
-    "there. What speaks for the cause is the recording as a whole."
-)
 NOTES = "Notes"
 BEFORE_THE_CAUSES = "From reading and fitting the files, before causes were looked for:"
 SPREAD = "±: in 19 of 20 cases the true value lies within."
@@ -186,33 +172,6 @@ def when(figures: Figures, effect: Figures) -> str:
     return "; ".join(said)
 
 
-def what_it_gains(figures: Figures) -> Section:
-    """The same figures without and with the causes, on stretches that were hidden."""
-    gain = figures["gain"]
-    if not gain:
-        return Section(HOLDS_UP)
-    judged = not in_markers(figures) and not put_right(figures)
-    told = [(*foretold, 1.0) for foretold in FORETOLD] if judged else []
-    if MARKER_ERROR in gain and gain[MARKER_ERROR]["after"] != gain[MARKER_ERROR]["before"]:
-        told.append(("markers", MARKER_ERROR, "mm", 1e3))
-    rows = [
-        (label, before_and_after(gain[key], unit, factor, digits_of(factor * gain[key]["after"])))
-        for label, key, unit, factor in told
-        if key in gain
-    ]
-    lines = []
-    if in_markers(figures) or put_right(figures):
-        lines.append(_beforehand(figures))
-    elif changes(gain):
-        lines.append(
-            "Stretches of about half a second or less were hidden, and foretold from the rest of the "
-            "recording, without → with the named causes. These are the errors. They do not compare with the "
-            "size at the top: here masses and soft tissue are adjusted to the rest of the recording first."
-        )
-        lines.append(_worth(figures))
-    return Section(HOLDS_UP, tuple(lines), tuple(rows))
-
-
 def how_to_read(figures: Figures) -> Section:
     """What ± and "sure" mean on this page."""
     effects = figures["effects"]
@@ -253,46 +212,6 @@ def _recordings(figures: Figures) -> str:
     if len(trials) == 1:
         return f"the recording '{trials[0]}'"
     return f"these recordings ({listed(trials)})" if trials else "this recording"
-
-
-def before_and_after(gain: Figures, unit: str, factor: float, digits: int) -> str:
-    """A figure without and with the causes, and between which bounds the latter lies."""
-    text = f"{factor * gain['before']:.{digits}f} → {factor * gain['after']:.{digits}f} {unit}"
-    if gain.get("interval"):
-        low, high = (factor * bound for bound in gain["interval"])
-        between = f"between {low:.{digits}f} and {high:.{digits}f} with {CERTAIN_PER_CENT} % certainty"
-        text += f"   (the latter {between})"
-    return text
-
-
-def _beforehand(figures: Figures) -> str:
-    """Why hidden stretches do not judge causes that were put right before."""
-    if in_markers(figures):
-        return (
-            "Forces foretold on hidden stretches do not judge markers. What speaks for it is how these "
-            "markers move against the others."
-        )
-    return "What speaks for it is what the plate read while nobody stood on it; it was taken off before."
-
-
-def _worth(figures: Figures) -> str:
-    """What the figures on hidden stretches say of the causes."""
-    gain = figures["gain"]
-    told, each = changes_in_words(gain), changes(gain)
-    said = [f"{capital(told)}."]
-    holds = each[0].surely_falls and not any(change.rises for change in each)
-    if not holds and unforeseeable(figures):
-        said.append(unforeseeable(figures))
-    elif not any(change.surely_falls for change in each) and not is_lead(figures):
-        said.append(TAKEN_IN)
-    elif was_ordinary(figures):
-        said.append("Force was within what is ordinary there without them as well: it does not decide.")
-    if is_lead(figures):
-        one = len(figures["effects"]) == 1
-        said.append(
-            f"Take the {'cause as a lead, not as a finding' if one else 'causes as leads, not as findings'}."
-        )
-    return " ".join(said)
 
 
 def _flag_hint(figures: Figures, effect: Figures, to_flag: ToFlag) -> list[str]:

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from addb_viewer.diagnosis_vocabulary import amounts, listed, title
-from addb_viewer.diagnosis_words import before_and_after
+from addb_viewer.holding_up_words import before_and_after
 from addb_viewer.sections import Section
 
 LEAST_KG = 0.05  # of a mass that changes

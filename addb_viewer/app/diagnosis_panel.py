@@ -24,8 +24,9 @@ from addb_viewer.app.timeline import Timeline
 from addb_viewer.app.workbench import Progress
 from addb_viewer.detectable_words import what_would_be_found
 from addb_viewer.diagnosis_vocabulary import ranges_of, title
-from addb_viewer.diagnosis_words import AT_CERTAIN_FRAMES, NOTES, cause, notes, what_it_gains, what_remains
+from addb_viewer.diagnosis_words import AT_CERTAIN_FRAMES, NOTES, cause, notes, what_remains
 from addb_viewer.extension_words import what_accepting_changes
+from addb_viewer.holding_up_words import what_it_gains
 from addb_viewer.remainder_words import what_next
 from annotations.reasons import key_of
 

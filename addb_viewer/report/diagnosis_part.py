@@ -3,8 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-from addb_viewer.diagnosis_words import NOTES, page, what_it_gains
+from addb_viewer.diagnosis_words import NOTES, page
 from addb_viewer.extension_words import what_accepting_changes
+from addb_viewer.holding_up_words import what_it_gains
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.markup import Safe, bar, element, joined, told
 from addb_viewer.report.timeline import diagnosed_timeline

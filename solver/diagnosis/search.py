@@ -5,12 +5,12 @@ from itertools import combinations
 
 import numpy as np
 
+from solver.diagnosis.admission import Admission
 from solver.diagnosis.balance import Balance, Solved, Term
 from solver.diagnosis.contenders import (
     Contender,
     Found,
     ambiguous,
-    cosine,
     handicap,
     least_first_gain,
     loose_ends,
@@ -23,7 +23,6 @@ from solver.effects.effect import Candidate
 from solver.progress import Progress
 
 MOST_EXCHANGES = 3
-MORE_STRAIN = 1.0  # [prior deviations of the mass] a cause may ask for beyond what is wrong with it already
 SHARPER = 4.0  # so much smaller, the model's error may be beside the right cause
 
 
@@ -38,6 +37,7 @@ class Search:
         found: Sequence[Found] = (),
     ) -> None:
         self.balance, self.settings = balance, balance.settings
+        self.admission = Admission(balance)
         self.screen = Screen(balance, candidates)
         self.blocks = blocks(balance)
         self.null = balance.solve([])
@@ -80,7 +80,7 @@ class Search:
         among = [self.first.contender, *self.first.rivals]
         for one in self._equals(self.first):
             self.found, self.solved = [], self.null
-            tenable = [c for c in among if self._tenable(c.solved, self.null)]
+            tenable = [c for c in among if self.admission.tenable(c.solved, self.null)]
             heldout = self._paying(one, tenable)
             if heldout is None:
                 continue
@@ -122,7 +122,7 @@ class Search:
     def _add(self) -> bool:
         """The best next cause, or the best two together."""
         contenders = self._contenders(self.terms, self.solved)
-        tenable = [c for c in contenders if self._tenable(c.solved, self.solved)]
+        tenable = [c for c in contenders if self.admission.tenable(c.solved, self.solved)]
         inadmissible: set[int] = set()
         for contender in contenders:
             if contender.odds_gain(self.settings) < self._least_gain(contender):
@@ -144,11 +144,11 @@ class Search:
         """Its gain on withheld blocks, if that is enough and nothing else speaks against the cause."""
         heldout = self._heldout_gain(one.solved)
         beyond = heldout.best + one.term.candidate.seen_elsewhere
-        leads = self._leads(one, tenable) and self._notable(one.solved)
+        leads = self.admission.leads(one, tenable) and self.admission.notable(one.solved)
         if (
             beyond <= self._least_heldout_gain(one)
-            or not (leads or self._admissible(one.solved, self.solved))
-            or self._undoes_the_others(one.solved)
+            or not (leads or self.admission.admissible(one.solved, self.solved))
+            or self.admission.undoes_the_others(one.solved)
         ):
             return None
         return heldout
@@ -176,7 +176,7 @@ class Search:
         if not tried or tried[0][0] < least:
             return False
         odds, one, two, both = tried[0]
-        if not (self._admissible(both, self.solved) and self._notable(both, -2)):
+        if not (self.admission.admissible(both, self.solved) and self.admission.notable(both, -2)):
             return False
         alone = max(one.odds_gain(settings), two.odds_gain(settings))
         heldout = self._heldout_gain(both)
@@ -208,7 +208,8 @@ class Search:
             weak = [
                 k
                 for k, loss in enumerate(losses)
-                if (loss < self.settings.least_gain and len(terms) > 1) or not self._notable(self.solved, k)
+                if (loss < self.settings.least_gain and len(terms) > 1)
+                or not self.admission.notable(self.solved, k)
             ]
             if not weak:
                 break
@@ -241,8 +242,10 @@ class Search:
             if c is own or c.odds_gain(self.settings) < least:
                 break
             beyond = self._heldout_gain(c.solved, without).best + c.term.candidate.seen_elsewhere
-            leaves_the_others = all(self._notable(c.solved, i) for i in range(len(rest)))
-            admissible = self._admissible(c.solved, without) and not self._undoes_the_others(c.solved)
+            leaves_the_others = all(self.admission.notable(c.solved, i) for i in range(len(rest)))
+            admissible = self.admission.admissible(
+                c.solved, without
+            ) and not self.admission.undoes_the_others(c.solved)
             if admissible and leaves_the_others and beyond > self._least_heldout_gain(c):
                 chosen = c
                 break
@@ -287,39 +290,3 @@ class Search:
         """Less of masses, of which withheld blocks hardly tell."""
         least = self.settings.least_heldout_gain
         return least - self.settings.mass_heldout_share * one.gain if one.term.candidate.is_a_mass else least
-
-    def _admissible(self, after: Solved, before: Solved) -> bool:
-        """Whether the last cause is notable and does not lean on a body of another mass."""
-        return self._notable(after) and not self._leans_on_the_mass(after, before)
-
-    def _leads(self, one: Contender, tenable: Sequence[Contender]) -> bool:
-        """Whether nothing else comes near: then it stays, even if the mass is wrong as well."""
-        others = [c.odds_gain(self.settings) for c in tenable if c is not one]
-        return one.odds_gain(self.settings) - max(others, default=0.0) > self.settings.sure_lead
-
-    def _undoes_the_others(self, after: Solved) -> bool:
-        """Whether the last cause mostly takes back what the others explain: only their difference is seen."""
-        *others, last = (after.explained(k, after.rung) for k in range(len(after.terms)))
-        return bool(others) and -cosine(last, np.sum(others, axis=0)) > self.settings.undone
-
-    def _tenable(self, after: Solved, before: Solved) -> bool:
-        """Whether the last cause, large or small, may be what is wrong."""
-        last = after.terms[-1].candidate
-        possible = last.is_possible(after.estimates(len(after.terms) - 1, self.balance.scenes))
-        return possible and not self._leans_on_the_mass(after, before)
-
-    def _leans_on_the_mass(self, after: Solved, before: Solved) -> bool:
-        """Whether the last cause needs a body of another mass than the entered one.
-
-        Without it, the mass is judged at the same scale: a cause that sharpens the balance shows what was
-        wrong with the mass already.
-        """
-        strain = abs(self.balance.mass_strain(after))
-        same_scale = self.balance.solve_at(before.terms, after.rung)
-        already = abs(self.balance.mass_strain(same_scale)) + MORE_STRAIN
-        return strain > max(self.settings.most_mass_strain, already)
-
-    def _notable(self, solved: Solved, k: int = -1) -> bool:
-        """Whether the k-th term's size is one that anybody would act on."""
-        k %= len(solved.terms)
-        return solved.terms[k].candidate.is_notable(solved.estimates(k, self.balance.scenes))
