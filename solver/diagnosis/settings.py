@@ -162,7 +162,7 @@ class DiagnosisSettings:
         15.0, unit="nats", why="of a force of any course, which is free to follow noise"
     )
     unknown_margin: float = setting(
-        6.0, unit="nats", why="by which a force of any course must beat named causes"
+        12.0, unit="nats", why="by which a force of any course must beat named causes"
     )
     unknown_share: float = setting(
         0.1,
