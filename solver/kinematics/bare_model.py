@@ -24,10 +24,8 @@ def is_bare(model: Skeleton) -> bool:
     return len(model.markers) < FEWEST_SHARED
 
 
-def placed_on_model(
-    markers: Sequence[Marker], default: Skeleton, model: Skeleton
-) -> tuple[dict[str, Marker], tuple[str, ...]]:
-    """Markers of the default body on another model's bodies, and names of those that find none.
+def placed_on_model(markers: Sequence[Marker], default: Skeleton, model: Skeleton) -> dict[str, Marker]:
+    """Markers of the default body on another model's bodies, by name; those that find none are left out.
 
     Args:
         markers: on the default body.
@@ -35,7 +33,7 @@ def placed_on_model(
         model: the subject's own, scaled or not.
     """
     ratio = _proportions(default, model)
-    placed = {
+    return {
         marker.name: replace(
             marker,
             body=model.body_index(default.body_names[marker.body]),
@@ -44,7 +42,6 @@ def placed_on_model(
         for marker in markers
         if default.body_names[marker.body] in ratio
     }
-    return placed, tuple(marker.name for marker in markers if marker.name not in placed)
 
 
 def _proportions(default: Skeleton, model: Skeleton) -> dict[str, float]:

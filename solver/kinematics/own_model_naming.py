@@ -125,7 +125,7 @@ def _by_landmarks(
     except FitError:
         return None
     markers = read.match.skeleton(read.skeleton).markers
-    placed, lost = placed_on_model(markers, default, generic)
+    placed = placed_on_model(markers, default, generic)
     if len(placed) < FEWEST_SHARED:
         return None
     named = {
@@ -133,6 +133,7 @@ def _by_landmarks(
         for model, labels in zip(read.match.model, read.match.measured, strict=True)
         for label in labels
     }
+    lost = [label for label, marker in named.items() if not marker]
     on = {label: generic.bodies[placed[m].body].name for label, m in named.items() if m}
     notes = [f"labels that the model has no markers for, put where the atlas has them: {_listed(on)}"]
     if lost:
@@ -141,7 +142,8 @@ def _by_landmarks(
         )
     kept = [marker for marker in generic.markers if marker.name not in placed]
     unused = dict.fromkeys((label for label in _labels(recordings) if label not in named), LEFT_OUT)
-    return generic.with_markers([*kept, *placed.values()]), {**unused, **named}, tuple(notes)
+    own_word = {label: target for label, target in word.items() if target in generic.marker_names}
+    return generic.with_markers([*kept, *placed.values()]), {**unused, **named, **own_word}, tuple(notes)
 
 
 def _listed(pairs: Mapping[str, str]) -> str:

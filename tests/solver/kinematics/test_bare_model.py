@@ -76,20 +76,21 @@ def test_segments_whose_frames_lie_otherwise_get_no_marker(default, marked):
     place = np.array([0.02, -0.1, 0.03])
     thigh = default.body_index("femur_l")
     markers = [Marker("shank", shank, place), Marker("thigh", thigh, place)]
-    placed, lost = placed_on_model(markers, default, turned)
-    assert list(placed) == ["thigh"]
-    assert lost == ("shank",)
+    assert list(placed_on_model(markers, default, turned)) == ["thigh"]
 
 
 def test_a_persons_word_may_name_landmarks(marked):
     markers = seen(marked)
     strange = replace(markers, names=tuple("XYZ" if n == "RHEE" else n for n in markers.names))
-    bare = marked.with_markers([])
-    named = name_markers(bare, [strange], default_body=False, chosen={"XYZ": "heel_r", "LHEE": ""})
+    own = Marker("my own", marked.body_index("torso"), np.array([0.05, 0.3, 0.0]))
+    bare = marked.with_markers([own])
+    word = {"XYZ": "heel_r", "LHEE": "", "RSHO": "my own"}
+    named = name_markers(bare, [strange], default_body=False, chosen=word)
     body = {m.name: bare.bodies[m.body].name for m in named.skeleton.markers}
     measured = {label: name for name, (label,) in zip(named.match.model, named.match.measured, strict=True)}
     assert body[measured["XYZ"]] == "calcn_r"
     assert "LHEE" not in measured
+    assert measured["RSHO"] == "my own"
 
 
 def test_a_model_of_other_segments_is_refused_with_what_to_do(marked):
