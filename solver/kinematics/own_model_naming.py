@@ -120,8 +120,9 @@ def _by_landmarks(
     None where these labels say too little, or its bodies are not like the default body's.
     """
     default = default_skeleton()
+    own_word = {label: target for label, target in word.items() if target in generic.marker_names}
     try:
-        read = on_default_body(default, recordings, word)
+        read = on_default_body(default, recordings, word | dict.fromkeys(own_word, LEFT_OUT))
     except FitError:
         return None
     markers = read.match.skeleton(read.skeleton).markers
@@ -142,7 +143,6 @@ def _by_landmarks(
         )
     kept = [marker for marker in generic.markers if marker.name not in placed]
     unused = dict.fromkeys((label for label in _labels(recordings) if label not in named), LEFT_OUT)
-    own_word = {label: target for label, target in word.items() if target in generic.marker_names}
     return generic.with_markers([*kept, *placed.values()]), {**unused, **named, **own_word}, tuple(notes)
 
 
