@@ -122,7 +122,7 @@ def _by_landmarks(
     default = default_skeleton()
     own_word = {label: target for label, target in word.items() if target in generic.marker_names}
     try:
-        read = on_default_body(default, recordings, word | dict.fromkeys(own_word, LEFT_OUT))
+        read = on_default_body(default, recordings, {**word, **dict.fromkeys(own_word, LEFT_OUT)})
     except FitError:
         return None
     markers = read.match.skeleton(read.skeleton).markers
