@@ -20,6 +20,7 @@ from solver.dynamics.com_mass import WEIGHED_BY_FORCES
 
 WITHIN = 1.5  # times the noise floor: what is still ordinary
 WORST_WITHIN = 2.0  # likewise of the worst half second, which is the worst of many
+AHEAD = 1.3  # times the whole: what a single component must exceed to be told before all others
 STANDS_OUT = 1.3  # times the trial's own root mean square: half seconds differ by less
 LEAST_S = 0.1  # shorter phases say nothing
 MOST_TRIALS = 5  # that are told one by one
@@ -111,13 +112,27 @@ def _against(figures: Figures, residual: Figures) -> str:
         if ratio > WITHIN
     ]
     if more:
-        return f"That is {listed(more)}."
+        return f"That is {listed(more)}{_most_of_all(residual, max(force, moment))}."
     if figures["verdict"] == "clean" or in_markers(figures) or put_right(figures):
         return f"Here it is {times(force)} times that force and {times(moment)} times that moment: ordinary."
     return (
         "The size alone is ordinary. What gives the fault away is its pattern: how it goes with the motion, "
         "direction by direction and moment by moment, as the errors of markers, plates and masses do not."
     )
+
+
+def _most_of_all(residual: Figures, overall: float) -> str:
+    """The one component of force or moment that is further beyond the ordinary than the whole, if any."""
+    components = [
+        (ratio, what, axis)
+        for axis in residual["axes"]
+        for ratio, what in zip(ratios(axis), ("force along", "moment about"), strict=True)
+    ]
+    ratio, what, axis = max(components, key=lambda c: c[0], default=(0.0, "", {}))
+    if ratio <= AHEAD * overall:
+        return ""
+    direction = f" ({axis['direction']})" if axis["direction"] else ""
+    return f", most of all the {what} {axis['axis']}{direction}: {times(ratio)} times"
 
 
 def _parts(figures: Figures, residual: Figures) -> list[tuple[str, str]]:

@@ -33,7 +33,8 @@ def _use(figures: Figures) -> str:
     if figures["verdict"] == "clean":
         below = "what might be there and would not have been found is told below."
         blind = cannot_tell(figures)
-        return f"as it is, but it cannot tell {listed(blind)}; {below}" if blind else f"as it is; {below}"
+        but = f", but it cannot tell {listed(blind)}" if blind else ""
+        return f"for joint angles and torques as it is{but}; {below}"
     if figures["verdict"] != "explained":
         rest = "what remains" if figures["effects"] else "the cause"
         return (

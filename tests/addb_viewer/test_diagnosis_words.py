@@ -416,10 +416,10 @@ def test_the_verdict_says_what_the_recording_is_good_for():
     def use(verdict="explained", **more):
         return page(figures(verdict, **more))[0].lines[-1]
 
-    assert use("clean").startswith("Use: as it is;")
+    assert use("clean").startswith("Use: for joint angles and torques as it is;")
     blind = [{"id": "capture_scale", "target": "all", "parameter": "scale", "size": 2.0}]
     cannot = use("clean", detectable=blind)
-    assert cannot.startswith("Use: as it is, but it cannot tell wrong scale of the camera calibration;")
+    assert "torques as it is, but it cannot tell wrong scale of the camera calibration;" in cannot
     unknown = use("unexplained")
     assert "not for joint torques, before the cause is understood" in unknown
     assert "joint angles with care" in unknown

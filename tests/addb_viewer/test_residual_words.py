@@ -29,7 +29,8 @@ def test_size_and_noise_floor_are_told_and_compared():
 
 
 def test_only_what_exceeds_the_floor_is_called_more():
-    assert "That is 2.4 times as much moment." in text(residual(force=11.0, moment=12.0))
+    more = text(residual(force=11.0, moment=12.0))
+    assert "That is 2.4 times as much moment, most of all the force along y (vertical): 4 times." in more
     ordinary = residual(force=11.0, moment=5.5)
     assert "What gives the fault away is its pattern" in text(ordinary)
     clean = section(ordinary, verdict="clean", effects=())
