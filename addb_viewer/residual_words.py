@@ -128,7 +128,7 @@ def _most_of_all(residual: Figures, overall: float) -> str:
         for axis in residual["axes"]
         for ratio, what in zip(ratios(axis), ("force along", "moment about"), strict=True)
     ]
-    ratio, what, axis = max(components, key=lambda c: c[0], default=(0.0, "", {}))
+    ratio, what, axis = max(components, key=lambda c: c[0])
     if ratio <= AHEAD * overall:
         return ""
     direction = f" ({axis['direction']})" if axis["direction"] else ""
