@@ -19,7 +19,6 @@ from addb_viewer.diagnosis_vocabulary import (
     share,
     target_in_words,
     title,
-    trials_of_causes,
 )
 from addb_viewer.gain_words import (
     CERTAIN_NATS,
@@ -36,7 +35,7 @@ from addb_viewer.residual_words import (
     without_advice,
 )
 from addb_viewer.sections import Section
-from addb_viewer.use_words import use
+from addb_viewer.use_words import trials_in_question, use
 
 AT_CERTAIN_FRAMES = (*NOW_AND_THEN, "marker_slip", "marker_swap")
 LIKELY_NATS = 20.0  # sound recordings hardly reach 8
@@ -206,9 +205,10 @@ def _instead_of(effect: Figures, rival: Figures) -> str:
 
 def _recordings(figures: Figures) -> str:
     trials = figures.get("trials", ())
-    concerned = trials_of_causes(figures) if figures["verdict"] == "explained" else []
-    if len(concerned) == 1 < len(trials):
-        return f"the recording '{concerned[0]}' (of {listed(trials)})"
+    concerned = trials_in_question(figures)
+    if len(concerned) < len(trials):
+        name = f"the recording '{concerned[0]}'" if len(concerned) == 1 else f"recordings {listed(concerned)}"
+        return f"{name} (of {listed(trials)})"
     if len(trials) == 1:
         return f"the recording '{trials[0]}'"
     return f"these recordings ({listed(trials)})" if trials else "this recording"

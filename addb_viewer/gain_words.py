@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from addb_viewer.residual_words import in_markers
+from addb_viewer.residual_words import in_markers, put_right
 from solver.diagnosis.settings import DIAGNOSIS
 
 CERTAIN_NATS = DIAGNOSIS.certain_gain
@@ -61,7 +61,13 @@ def is_lead(figures: Figures) -> bool:
     take a cause's place there, which the whole recording's evidence may speak for all the same.
     """
     told = changes(figures["gain"])
-    if not told or in_markers(figures) or now_and_then(figures) or only_weights(figures):
+    if (
+        not told
+        or in_markers(figures)
+        or put_right(figures)
+        or now_and_then(figures)
+        or only_weights(figures)
+    ):
         return False
     certain = (figures.get("evidence_nats") or 0.0) >= CERTAIN_NATS
     return any(c.rises for c in told) or not (certain or any(c.surely_falls for c in told))

@@ -22,6 +22,10 @@ from addb_viewer.sections import Section
 CERTAIN_PER_CENT = 95
 HOLDS_UP = "Does it hold up?"
 MARKER_ERROR = "marker_rms_m"
+FOR_MARKERS = (
+    "Forces foretold on hidden stretches do not judge markers. What speaks for a fault of markers is how "
+    "these move against the others."
+)
 TAKEN_IN = (
     "Without the cause, masses and soft tissue that are adjusted to the rest of the recording take its place "
     "there. What speaks for the cause is the recording as a whole."
@@ -35,7 +39,7 @@ def what_it_gains(figures: Figures) -> Section:
     gain = figures["gain"]
     if not gain:
         return Section(HOLDS_UP)
-    judged = not in_markers(figures) and not put_right(figures)
+    judged = not in_markers(figures)
     told = [(*foretold, 1.0) for foretold in FORETOLD] if judged else []
     if MARKER_ERROR in gain and gain[MARKER_ERROR]["after"] != gain[MARKER_ERROR]["before"]:
         told.append(("markers", MARKER_ERROR, "mm", 1e3))
@@ -45,8 +49,10 @@ def what_it_gains(figures: Figures) -> Section:
         if key in gain
     ]
     lines = []
-    if in_markers(figures) or put_right(figures):
-        lines.append(_beforehand(figures))
+    if in_markers(figures):
+        lines.append(FOR_MARKERS)
+        if rows:
+            lines.append("Distance of markers from the model, without → with the named causes.")
     elif changes(gain):
         lines.append(
             "Stretches of about half a second or less were hidden, and foretold from the rest of the "
@@ -67,23 +73,15 @@ def before_and_after(gain: Figures, unit: str, factor: float, digits: int) -> st
     return text
 
 
-def _beforehand(figures: Figures) -> str:
-    """Why hidden stretches do not judge causes that were put right before."""
-    if in_markers(figures):
-        return (
-            "Forces foretold on hidden stretches do not judge markers. What speaks for it is how these "
-            "markers move against the others."
-        )
-    return "What speaks for it is what the plate read while nobody stood on it; it was taken off before."
-
-
 def _worth(figures: Figures) -> str:
     """What the figures on hidden stretches say of the causes."""
     gain = figures["gain"]
     told, each = changes_in_words(gain), changes(gain)
     said = [f"{capital(told)}."]
     holds = each[0].surely_falls and not any(change.rises for change in each)
-    if not holds and unforeseeable(figures):
+    if put_right(figures):
+        said.append("What speaks for the cause is what the plate read while nobody stood on it.")
+    elif not holds and unforeseeable(figures):
         said.append(unforeseeable(figures))
     elif not any(change.surely_falls for change in each) and not is_lead(figures):
         said.append(TAKEN_IN)

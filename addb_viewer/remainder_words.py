@@ -72,10 +72,11 @@ def what_next(figures: Figures) -> Section:
     """What to do with this recording, in the program."""
     several = len(figures.get("trials", ())) > 1
     recording = "these recordings" if several else "this recording"
-    as_recorded = f"Before that, nothing in {recording} is put right."
     corrected = [e for e in figures["effects"] if put_right_on_reading(e)]
     in_the_markers = [e for e in figures["effects"] if cannot_be_accepted(e["id"])]
     exchanged = [e for e in figures["effects"] if e["id"] in IN_MARKERS and e not in in_the_markers]
+    also = " else" if corrected or exchanged else ""
+    as_recorded = f"Before that, nothing{also} in {recording} is put right."
     apart = len(corrected) + len(in_the_markers) + len(exchanged)
     lines = []
     if corrected:
@@ -87,8 +88,8 @@ def what_next(figures: Figures) -> Section:
         )
     if any(e["id"] == "soft_tissue" for e in in_the_markers):
         lines.append(
-            "Nothing mends this afterwards: distrust the joints at that segment, or leave the worst of its "
-            "markers out (`addb-viewer markers SUBJECT`) and fit again."
+            "Nothing mends markers that slide: distrust the joints at that segment, or leave the worst of "
+            'them out (`addb-viewer markers SUBJECT` writes a map; set them to "" there) and fit again.'
         )
     if any(e["id"] != "soft_tissue" for e in in_the_markers):
         lines.append("Mend the markers and diagnose again.")

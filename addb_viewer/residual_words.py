@@ -24,7 +24,8 @@ AHEAD = 1.3  # times the whole: what a single component must exceed to be told b
 STANDS_OUT = 1.3  # times the trial's own root mean square: half seconds differ by less
 LEAST_S = 0.1  # shorter phases say nothing
 MOST_TRIALS = 5  # that are told one by one
-IN_MARKERS = ("marker_slip", "marker_swap", "soft_tissue")
+FLESH = "soft_tissue"  # the one fault of markers that nothing mends
+IN_MARKERS = ("marker_slip", "marker_swap", FLESH)
 PHASES = {
     "double_support": "on both feet",
     "load_on_no_foot": "a plate loaded, but by no foot",
@@ -65,9 +66,11 @@ def _overall(figures: Figures, residual: Figures) -> list[str]:
         f"from tables and filters are not perfect. {_against(figures, residual)}",
     ]
     if in_markers(figures):
-        lines.append("Forces are judged here with that fault put right; it shows in the markers themselves.")
+        lines.append(_of_the_markers(figures))
     if put_right(figures):
-        lines.append("That is after what was wrong was put right on reading.")
+        lines.append(
+            "That is with it left in, as the files hold it: the plate itself tells it while unloaded."
+        )
     weighed = (note.rstrip(".") for note in figures.get("notes", ()) if WEIGHED_BY_FORCES in note)
     if figures["verdict"] == "explained":
         lines += [f"{capital(without_advice(note))}; that is with nothing put right." for note in weighed]
@@ -88,9 +91,19 @@ def is_whole(figures: Figures) -> bool:
 
 
 def in_markers(figures: Figures) -> bool:
-    """Whether every cause lies in the markers."""
-    effects = figures["effects"]
-    return bool(effects) and all(effect["id"] in IN_MARKERS for effect in effects)
+    """Whether every cause that is not put right on reading lies in the markers."""
+    left = [effect for effect in figures["effects"] if not put_right_on_reading(effect)]
+    return bool(left) and all(effect["id"] in IN_MARKERS for effect in left)
+
+
+def _of_the_markers(figures: Figures) -> str:
+    """With or without the markers' faults, of which only some can be mended."""
+    mended = any(effect["id"] in IN_MARKERS and effect["id"] != FLESH for effect in figures["effects"])
+    return (
+        "Forces are judged with slipped or exchanged markers put right; these show in the markers themselves."
+        if mended
+        else "Forces are judged with these markers as recorded; what gives them away is how they move."
+    )
 
 
 def put_right_on_reading(effect: Figures) -> bool:
@@ -112,7 +125,7 @@ def _against(figures: Figures, residual: Figures) -> str:
         if ratio > WITHIN
     ]
     if more:
-        return f"That is {listed(more)}{_most_of_all(residual, max(force, moment))}."
+        return f"That is {listed(more)}.{_most_of_all(residual, max(force, moment))}"
     if figures["verdict"] == "clean" or in_markers(figures) or put_right(figures):
         return f"Here it is {times(force)} times that force and {times(moment)} times that moment: ordinary."
     return (
@@ -122,7 +135,7 @@ def _against(figures: Figures, residual: Figures) -> str:
 
 
 def _most_of_all(residual: Figures, overall: float) -> str:
-    """The one component of force or moment that is further beyond the ordinary than the whole, if any."""
+    """A sentence on the component of force or moment that is further beyond the ordinary than the whole."""
     components = [
         (ratio, what, axis)
         for axis in residual["axes"]
@@ -132,7 +145,7 @@ def _most_of_all(residual: Figures, overall: float) -> str:
     if ratio <= AHEAD * overall:
         return ""
     direction = f" ({axis['direction']})" if axis["direction"] else ""
-    return f", most of all the {what} {axis['axis']}{direction}: {times(ratio)} times"
+    return f" Furthest beyond it is the {what} {axis['axis']}{direction}: {times(ratio)} times."
 
 
 def _parts(figures: Figures, residual: Figures) -> list[tuple[str, str]]:

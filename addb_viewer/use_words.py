@@ -3,7 +3,7 @@
 Takes the plain values of `diagnose --json`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from addb_viewer.detectable_words import cannot_tell
@@ -14,19 +14,27 @@ from addb_viewer.diagnosis_vocabulary import (
     target_in_words,
     trials_of_causes,
 )
-from addb_viewer.gain_words import now_and_then
-from addb_viewer.residual_words import IN_MARKERS, in_markers, is_whole, put_right, put_right_on_reading
+from addb_viewer.gain_words import is_lead, now_and_then
+from addb_viewer.residual_words import FLESH, IN_MARKERS, is_whole, put_right, put_right_on_reading
 
 Figures = Mapping[str, Any]
 
 
 def use(figures: Figures) -> str:
     """Whether to use the recording as it is, and for what; of several trials, which."""
-    concerned = trials_of_causes(figures)
+    concerned = trials_in_question(figures)
     others = [trial for trial in figures.get("trials", ()) if trial not in concerned]
-    if figures["verdict"] == "explained" and concerned and others:
+    if others:
         return f"Use: {listed(others)} as it is. {listed(concerned)}: {_use(figures)}"
     return f"Use: {_use(figures)}"
+
+
+def trials_in_question(figures: Figures) -> list[str]:
+    """Trials that the causes act on, where that is the whole story; else all."""
+    concerned = trials_of_causes(figures)
+    told = figures["verdict"] == "explained" and is_whole(figures) and not is_lead(figures)
+    flesh = any(effect["id"] == FLESH for effect in figures["effects"])  # slides in every trial
+    return concerned if concerned and told and not flesh else list(figures.get("trials", ()))
 
 
 def _use(figures: Figures) -> str:
@@ -41,36 +49,47 @@ def _use(figures: Figures) -> str:
             f"not for joint torques, before {rest} is understood; for joint angles with care, since the "
             "motion may be at fault as well."
         )
-    angles = "" if _doubts_the_markers(figures) else "for joint angles as it is; "
-    left = [effect for effect in figures["effects"] if not put_right_on_reading(effect)]
     if put_right(figures):
         return (
             "as it is, since this program puts right on reading what was wrong. The files still hold it: "
             "other programs must be told."
         )
-    if in_markers(figures):
-        flesh = [effect["target"] for effect in left if effect["id"] == "soft_tissue"]
-        if len(flesh) == len(left):
-            where = listed([target_in_words(target) for target in flesh])
-            return (
-                f"not for angles and torques of the joints at the {where}, which nothing mends afterwards; "
-                "else as it is."
-            )
-        return (
-            "for angles and torques of the joints at those markers only once these are mended; else as it is."
+    left = [effect for effect in figures["effects"] if not put_right_on_reading(effect)]
+    of_markers = _near_markers([effect for effect in left if effect["id"] in IN_MARKERS])
+    of_forces = [effect for effect in left if effect["id"] not in IN_MARKERS]
+    if not of_forces:
+        return f"{of_markers}; else as it is."
+    rest = _of_forces(figures, of_forces)
+    return f"{of_markers}; else {rest}" if of_markers else rest
+
+
+def _near_markers(effects: Sequence[Figures]) -> str:
+    """What faults of markers leave of the joints beside them; empty where there are none."""
+    flesh = [target_in_words(effect["target"]) for effect in effects if effect["id"] == FLESH]
+    said = []
+    if flesh:
+        said.append(
+            f"not for angles and torques of the joints at the {listed(flesh)}, which nothing mends afterwards"
         )
-    if all(effect["id"] == "off_plate_step" for effect in left):
+    labels = [label for e in effects if e["id"] != FLESH for label in e["target"].split("+")]
+    if labels:
+        beside = f"for angles and torques of the joints beside {listed(labels)}"
+        mended = "this marker is mended" if len(labels) == 1 else "these markers are mended"
+        said.append(f"{beside} only once {mended}")
+    return "; ".join(said)
+
+
+def _of_forces(figures: Figures, effects: Sequence[Figures]) -> str:
+    if all(effect["id"] == "off_plate_step" for effect in effects):
         return "outside the frames named below; flag these first."
-    if any(_other_causes(figures, effect) for effect in left):
+    doubted = any(effect["id"] == "capture_scale" for effect in effects)
+    angles = "" if doubted else "for joint angles as it is; "
+    if any(_other_causes(figures, effect) for effect in effects):
         return f"{angles}not for joint torques, before it is known which cause it is."
-    causes = "the cause" if len(left) == 1 else "the causes"
+    causes = "the cause" if len(effects) == 1 else "the causes"
     whole = is_whole(figures) or now_and_then(figures)  # a step's own force no hidden stretch foretells
     rest = "" if whole else ", and then with care, since not all is explained (see what remains)"
     return f"{angles}for joint torques only with {causes} put right (see what next){rest}."
-
-
-def _doubts_the_markers(figures: Figures) -> bool:
-    return any(effect["id"] in (*IN_MARKERS, "capture_scale") for effect in figures["effects"])
 
 
 def _other_causes(figures: Figures, effect: Figures) -> bool:

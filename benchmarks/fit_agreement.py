@@ -17,7 +17,7 @@ JOINTS = {"hip": "femur", "knee": "tibia", "ankle": "talus"}
 
 @dataclass(frozen=True)
 class Agreement:
-    """The fit by labels against the fit with the model; left and right together."""
+    """A fit without the model's markers against the model's own; left and right together."""
 
     angle_rms_deg: dict[str, float]  # between the segments, in the sagittal plane
     angle_rms_without_offset_deg: dict[str, float]  # each side's mean difference taken off
@@ -27,7 +27,7 @@ class Agreement:
 
 
 def compared(alone: Fit, with_model: Fit) -> Agreement:
-    """How far a fit on the default body is from the model's."""
+    """How far a fit without the model's markers is from the model's own."""
     angles, offset_free = {}, {}
     for name in ANGLES:
         difference = [

@@ -81,16 +81,16 @@ def score(given: argparse.Namespace) -> None:
     cases = load(given.out)
     text = report(cases)
     (given.out / "RESULTS.md").write_text(text + "\n", encoding="utf-8")
-    about = {
-        "seed": json.loads((given.out / "cases.json").read_text(encoding="utf-8"))["seed"],
-        "answered": len(cases),
-        "planned": len(list((given.out / "truth").glob("*.json"))),
+    pages = {
+        given.page: (PAGE, {"tables": text, "nats": FINDABLE_NATS, "largest": LARGEST}),
+        given.curves: (CURVES_PAGE, {"tables": curves(cases)}),
     }
-    if given.page:
-        page = PAGE.format(**about, tables=text, nats=FINDABLE_NATS, largest=LARGEST)
-        given.page.write_text(page, encoding="utf-8")
-    if given.curves:
-        given.curves.write_text(CURVES_PAGE.format(**about, tables=curves(cases)), encoding="utf-8")
+    for path, (wording, filled) in pages.items():
+        if path is not None:
+            seed = json.loads((given.out / "cases.json").read_text(encoding="utf-8"))["seed"]
+            planned = len(list((given.out / "truth").glob("*.json")))
+            page = wording.format(seed=seed, answered=len(cases), planned=planned, **filled)
+            path.write_text(page, encoding="utf-8")
     print(text)
 
 

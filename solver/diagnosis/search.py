@@ -20,7 +20,7 @@ from solver.diagnosis.heldout import HeldoutGain, blocks, heldout_gain
 from solver.diagnosis.refinement import refined
 from solver.diagnosis.screening import Screen
 from solver.effects.effect import Candidate
-from solver.progress import Progress
+from solver.progress import Progress, silent
 
 MOST_EXCHANGES = 3
 SHARPER = 4.0  # so much smaller, the model's error may be beside the right cause
@@ -46,7 +46,7 @@ class Search:
         self.solved = balance.solve(self.terms) if found else self.null
         self._grow(progress)
         if not found:
-            self._grow_from_equals(progress)
+            self._grow_from_equals()
         for _ in range(MOST_EXCHANGES):
             if len(self.found) < 2 or not self._exchange_all():
                 break
@@ -72,24 +72,30 @@ class Search:
             met.add(self._names())
         _, self.found, self.solved = best
 
-    def _grow_from_equals(self, progress: Progress) -> None:
+    def _grow_from_equals(self) -> None:
         """Again from causes that explain something else nearly as well as the first; the outcome decides."""
         if self.first is None:
             return
-        best = self._odds(), self.found, self.solved
+        best = self._standing(), self.found, self.solved
         among = [self.first.contender, *self.first.rivals]
+        tenable = [c for c in among if self.admission.tenable(c.solved, self.null)]
         for one in self._equals(self.first):
             self.found, self.solved = [], self.null
-            tenable = [c for c in among if self.admission.tenable(c.solved, self.null)]
             heldout = self._paying(one, tenable)
-            if heldout is None:
+            enough = one.odds_gain(self.settings) >= self._least_gain(one)
+            if heldout is None or not enough or ambiguous(one, tenable, self.settings):
                 continue
             self.found = [Found(one, heldout.own_scales, tuple(c for c in among if c is not one))]
             self.solved = one.solved
-            self._grow(progress)
-            if self._odds() > best[0] + self.settings.exchange_margin:
-                best = self._odds(), self.found, self.solved
+            self._grow(silent)
+            if self._standing() > best[0] + self.settings.exchange_margin:
+                best = self._standing(), self.found, self.solved
         _, self.found, self.solved = best
+
+    def _standing(self) -> float:
+        """The odds of what was found, ahead where something is seen without any force."""
+        seen = any(t.candidate.has_a_witness for t in self.terms)
+        return self._odds() + (self.settings.witness_lead if seen else 0.0)
 
     def _equals(self, first: Found) -> list[Contender]:
         """Others that do nearly as well in the first place, and explain something else: one of each kind."""

@@ -1,7 +1,7 @@
 """External contact: something that nobody measures pushes or pulls at a segment."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -134,15 +134,19 @@ class ExternalContact(Candidate):
         return tuple(Range(w.trial, w.start, w.end) for w in self._touching())
 
     def _touching(self) -> tuple[Stretch, ...]:
-        trials = dict.fromkeys(w.trial for w in self.windows)
-        return tuple(
-            s for t in trials for s in joined(w.widened(WHOLE_S) for w in self.windows if w.trial == t)
-        )
+        """What begins or ends within a trial still does so when widened."""
+        whole = [
+            replace(wide, start=max(wide.start, int(w.begins)), end=min(wide.end, wide.frames - int(w.ends)))
+            for w in self.windows
+            for wide in [w.widened(WHOLE_S)]
+        ]
+        trials = dict.fromkeys(w.trial for w in whole)
+        return tuple(s for t in trials for s in joined(w for w in whole if w.trial == t))
 
     def _duration_std(self) -> float:
         """Of the contacts' whole duration, as a share of it, by the ends that lie within a trial."""
         touching = self._touching()
-        ends = sum(int(w.begins) + int(w.ends) for w in touching)
+        ends = sum(int(w.begins) + int(w.ends) for w in self.windows)
         return EDGE_STD_S * float(np.sqrt(ends)) / sum(w.seconds for w in touching)
 
 

@@ -47,7 +47,8 @@ def placed_on_model(markers: Sequence[Marker], default: Skeleton, model: Skeleto
 def _proportions(default: Skeleton, model: Skeleton) -> dict[str, float]:
     """Size of each segment of the model, with that of the default body as one, where frames agree.
 
-    A segment that carries no joint (a hand) has the size of the one that it hangs on.
+    Joints that lie otherwise are set aside as long as others agree. A segment that shares no joint with the
+    other body's (a hand) has the size of the one that it hangs on. Nothing where the root's frames differ.
     """
     here, there = _neutral(default), _neutral(model)
     ratio: dict[str, float] = {}
@@ -64,10 +65,22 @@ def _proportions(default: Skeleton, model: Skeleton) -> dict[str, float]:
             continue
         one = np.array([ours[child] for child in shared])
         other = np.array([theirs[child] for child in shared])
-        size = float(np.linalg.norm(other) / np.linalg.norm(one))
-        if np.linalg.norm(other - size * one, axis=1).mean() < ALIKE_M:
+        size = _size(one, other)
+        if size is not None:
             ratio[name] = size
-    return ratio
+    return ratio if default.body_names[0] in ratio else {}
+
+
+def _size(one: Float[np.ndarray, "joints 3"], other: Float[np.ndarray, "joints 3"]) -> float | None:
+    """Ratio of two sets of joint centres, the worst set aside until the rest agree; None where none do."""
+    while len(one):
+        size = float(np.linalg.norm(other) / np.linalg.norm(one))
+        apart = np.linalg.norm(other - size * one, axis=1)
+        if apart.mean() < ALIKE_M:
+            return size
+        keep = np.arange(len(one)) != np.argmax(apart)
+        one, other = one[keep], other[keep]
+    return None
 
 
 Neutral = tuple[Float[np.ndarray, "bodies 3 3"], Float[np.ndarray, "bodies 3"]]

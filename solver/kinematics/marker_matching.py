@@ -160,7 +160,7 @@ def _require_enough(skeleton: Skeleton, match: MarkerMatch, unknown: Sequence[st
     raise FitError(
         f"The model '{skeleton.name}' knows only {len(match.model)} of the recording's markers{known}. "
         f"It does not know {', '.join(hints) or 'any other'}{more}. Put the .osim model with this marker set "
-        "into the subject folder, rename the markers, or fit without a model, on the default body."
+        "into the subject folder, or rename the markers."
     )
 
 

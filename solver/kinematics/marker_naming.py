@@ -27,7 +27,7 @@ def name_markers(
         generic: unscaled.
         recordings: of one subject.
         default_body: whether `generic` is ours, so that the atlas knows its landmarks; a model of the
-            subject's own keeps its markers, and only other spellings of their names are understood.
+            subject's own keeps its markers, and gets others only where these are too few.
         chosen: a person's word: label to landmark or marker of the model, "" to leave the label out.
 
     Raises:
@@ -36,7 +36,10 @@ def name_markers(
     word = _checked(chosen or {}, generic, default_body)
     if not default_body:
         generic, named, notes = in_own_model(generic, recordings, word)
-        return NamedMarkers(generic, match_markers(generic, recordings, named=named, notes=notes))
+        try:
+            return NamedMarkers(generic, match_markers(generic, recordings, named=named, notes=notes))
+        except FitError as error:
+            raise FitError(f"{error} Without any model it is fitted on the default body.") from error
     return on_default_body(generic, recordings, word)
 
 
@@ -51,12 +54,12 @@ def _checked(chosen: Mapping[str, str], generic: Skeleton, default_body: bool) -
         elif target in of_marker:
             word[label] = of_marker[target]
         else:
-            raise FitError(_unknown(label, target, generic, default_body))
+            raise FitError(_unknown(label, target, generic, by_landmark))
     return word
 
 
-def _unknown(label: str, target: str, generic: Skeleton, default_body: bool) -> str:
-    names = [*generic.marker_names, *(atlas() if default_body else ())]
+def _unknown(label: str, target: str, generic: Skeleton, by_landmark: bool) -> str:
+    names = [*generic.marker_names, *(atlas() if by_landmark else ())]
     near = get_close_matches(target, names, n=2)
     like = f" Nearest: {', '.join(near)}." if near else ""
     return (

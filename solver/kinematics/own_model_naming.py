@@ -1,10 +1,11 @@
 """Recorded labels on a model of the subject's own: by its markers' names, by the motion, or by landmarks."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from solver.capture.capture import Markers
 from solver.errors import FitError
-from solver.kinematics.bare_model import placed_on_model
+from solver.kinematics.bare_model import is_bare, placed_on_model
 from solver.kinematics.default_body_naming import on_default_body, seen_together
 from solver.kinematics.label_reading import read_labels
 from solver.kinematics.marker_matching import FEWEST_SHARED, LEFT_OUT, similar_names
@@ -42,15 +43,17 @@ def in_own_model(
     """
     own = set(generic.marker_names)
     _require_distinct({label: target for label, target in word.items() if target in own}, recordings)
-    known = {m for r in recordings for m in similar_names(generic.marker_names, r.names).values()}
+    known = {m: name for r in recordings for name, m in similar_names(generic.marker_names, r.names).items()}
     named = _other_names(generic, recordings, word)
     found = {label: name for label, name in named.items() if label not in word}
     notes = (f"markers that the model has under other names: {_listed(found)}",) if found else ()
-    if len(known) + sum(name in own for name in named.values()) < FEWEST_SHARED:
-        elsewhere = _by_the_motion(generic, recordings, word) or _by_landmarks(generic, recordings, word)
+    paired = {label: name for label, name in {**known, **named}.items() if name in own}
+    if len(paired) < FEWEST_SHARED:
+        by_motion = None if is_bare(generic) else _by_the_motion(generic, recordings, word)
+        elsewhere = by_motion or _by_landmarks(generic, recordings, word, paired)
         if elsewhere is not None:
             return elsewhere
-    return generic, named, notes
+    return generic, {label: name for label, name in named.items() if name in (LEFT_OUT, *own)}, notes
 
 
 def _other_names(generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str]) -> dict[str, str]:
@@ -113,26 +116,34 @@ def _by_the_motion(
 
 
 def _by_landmarks(
-    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str]
+    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str], paired: Mapping[str, str]
 ) -> tuple[Skeleton, dict[str, str], tuple[str, ...]] | None:
     """A model without markers for the labels gets them where the default body has them, as it would be read.
 
-    None where these labels say too little, or its bodies are not like the default body's.
+    Labels that are paired with markers of its own keep these. None where the labels say too little, or its
+    bodies are not like the default body's.
     """
     default = default_skeleton()
-    own_word = {label: target for label, target in word.items() if target in generic.marker_names}
+    of_its_own = {label: LEFT_OUT for label, target in word.items() if label in paired}
     try:
-        read = on_default_body(default, recordings, {**word, **dict.fromkeys(own_word, LEFT_OUT)})
+        read = on_default_body(default, recordings, {**word, **of_its_own})
     except FitError:
         return None
-    markers = read.match.skeleton(read.skeleton).markers
-    placed = placed_on_model(markers, default, generic)
-    if len(placed) < FEWEST_SHARED:
+    wanted = [
+        replace(marker, name=labels[0])
+        for marker, labels in zip(
+            read.match.skeleton(read.skeleton).markers, read.match.measured, strict=True
+        )
+        if not paired.keys() & set(labels)
+    ]
+    placed = placed_on_model(wanted, default, generic)
+    if len(placed) + len(paired) < FEWEST_SHARED:
         return None
     named = {
-        label: model if model in placed else LEFT_OUT
-        for model, labels in zip(read.match.model, read.match.measured, strict=True)
+        label: labels[0] if labels[0] in placed else LEFT_OUT
+        for labels in read.match.measured
         for label in labels
+        if label not in paired
     }
     lost = [label for label, marker in named.items() if not marker]
     on = {label: generic.bodies[placed[m].body].name for label, m in named.items() if m}
@@ -143,7 +154,7 @@ def _by_landmarks(
         )
     kept = [marker for marker in generic.markers if marker.name not in placed]
     unused = dict.fromkeys((label for label in _labels(recordings) if label not in named), LEFT_OUT)
-    return generic.with_markers([*kept, *placed.values()]), {**unused, **named, **own_word}, tuple(notes)
+    return generic.with_markers([*kept, *placed.values()]), {**unused, **named, **paired}, tuple(notes)
 
 
 def _listed(pairs: Mapping[str, str]) -> str:

@@ -352,7 +352,7 @@ def test_what_to_do_next_with_this_recording():
     assert "put right in every fit already" in text
     assert "The files still hold it" in text
     assert "what the plate read while nobody stood on it" in text
-    assert "after what was wrong was put right on reading" in text
+    assert "with it left in, as the files hold it" in text
     assert "its pattern" not in text
     assert "addb-viewer accept" not in text
     assert "for joint torques before the cause" in said(figures("unexplained"))
@@ -435,11 +435,22 @@ def test_the_verdict_says_what_the_recording_is_good_for():
     assert "outside the frames named" in use(effects=[STEP])
     assert use(effects=[LATE, STEP], remaining=rest).endswith("with the causes put right (see what next).")
     slipped = use(effects=[effect("marker_slip", "RKNE", shift_m=(0.02, 0.001))])
-    assert "joints at those markers only once these are mended; else as it is" in slipped
+    once = "only once this marker is mended; else as it is."
+    assert slipped == f"Use: for angles and torques of the joints beside RKNE {once}"
     flesh = use(effects=[effect("soft_tissue", "femur_l", rms_m=(0.015, 0.001))])
     assert flesh == (
         "Use: not for angles and torques of the joints at the left thigh (femur_l), which nothing mends "
         "afterwards; else as it is."
+    )
+    both = [effect("soft_tissue", "femur_l", rms_m=(0.015, 0.001)), effect("marker_swap", "RKNE+RANK")]
+    flesh = (
+        "not for angles and torques of the joints at the left thigh (femur_l), which nothing mends afterwards"
+    )
+    swapped = "for angles and torques of the joints beside RKNE and RANK only once these markers are mended"
+    assert use(effects=both) == f"Use: {flesh}; {swapped}; else as it is."
+    assert use(effects=[both[0], LATE]) == (
+        f"Use: {flesh}; else for joint angles as it is; for joint torques only with the cause put right "
+        "(see what next)."
     )
     heavy = rival("subject_mass", "clock_offset all", "the person on a scale")
     guessed = LATE | {"confidence": 0.6}
@@ -541,7 +552,7 @@ def test_of_causes_in_the_markers_only_the_markers_figures_are_told():
     assert "4.0 → 2.0 mm" in text
     assert "→ 12 N" not in text
     assert "its pattern" not in text
-    assert "Forces are judged here with that fault put right" in text
+    assert "Forces are judged with slipped or exchanged markers put right" in text
 
 
 def test_of_several_trials_the_verdict_says_which_is_wrong():
@@ -550,6 +561,16 @@ def test_of_several_trials_the_verdict_says_which_is_wrong():
     short = page(figures(effects=[worn], trials=["walk1", "walk2"]))[0].lines
     assert "wrong with the recording 'walk2' (of walk1 and walk2)" in short[0]
     assert short[-1].startswith("Use: walk1 as it is. walk2: for joint angles as it is;")
+    flesh = effect("soft_tissue", "femur_l", rms_m=(0.015, 0.001)) | {"frames": [["walk2", 0, 300]]}
+    short = page(figures(effects=[flesh], trials=["walk1", "walk2"]))[0].lines
+    assert "walk1 as it is" not in short[-1]  # flesh slides in every trial
+    rest = {"linear_residual_N": 44.0, "noise_floor_N": 19.0, "location": None}
+    short = page(figures(effects=[worn], trials=["walk1", "walk2"], remaining=rest))[0].lines
+    assert "walk1 as it is" not in short[-1]  # who knows where the rest is
+    three = ["walk1", "walk2", "walk3"]
+    two = worn | {"frames": [["walk1", 0, 300], ["walk2", 0, 300]]}
+    short = page(figures(effects=[two], trials=three))[0].lines
+    assert "wrong with recordings walk1 and walk2 (of walk1, walk2 and walk3)" in short[0]
     both = worn | {"frames": [["walk1", 0, 300], ["walk2", 0, 300]]}
     short = page(figures(effects=[both], trials=["walk1", "walk2"]))[0].lines
     assert "wrong with these recordings (walk1 and walk2)" in short[0]

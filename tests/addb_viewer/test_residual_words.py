@@ -30,7 +30,7 @@ def test_size_and_noise_floor_are_told_and_compared():
 
 def test_only_what_exceeds_the_floor_is_called_more():
     more = text(residual(force=11.0, moment=12.0))
-    assert "That is 2.4 times as much moment, most of all the force along y (vertical): 4 times." in more
+    assert "2.4 times as much moment. Furthest beyond it is the force along y (vertical): 4 times." in more
     ordinary = residual(force=11.0, moment=5.5)
     assert "What gives the fault away is its pattern" in text(ordinary)
     clean = section(ordinary, verdict="clean", effects=())
@@ -85,7 +85,7 @@ def test_directions_in_order_of_size_and_the_mean_where_it_is_more_than_noise():
 
 
 def test_markers_alone_are_not_blamed_on_forces():
-    assert "with that fault put right" in text(residual(), effects=({"id": "marker_slip"},))
+    assert "with slipped or exchanged markers put right" in text(residual(), effects=({"id": "marker_slip"},))
 
 
 def test_an_answer_of_an_older_version_has_no_description():

@@ -65,6 +65,13 @@ def test_mean_force_counts_from_its_beginning_to_its_end(scene, walk, recorded, 
         assert stated.std < 0.15 * np.linalg.norm(FORCE)
 
 
+def test_a_contact_that_begins_within_the_trial_still_does_when_counted_whole(touched):
+    candidate = next(iter(candidates([touched])))
+    late = replace(candidate.windows[0], start=3, end=touched.frames - 4)
+    counted = replace(candidate, windows=(late,)).frames([touched], (), np.zeros(0))
+    assert [(r.start, r.end) for r in counted] == [(1, touched.frames - 1)]
+
+
 def test_point_is_found_across_the_line_of_action(touched, touch, fitted):
     """Along the force nothing tells where it acts."""
     body, place, missing = touch

@@ -95,5 +95,42 @@ def test_a_persons_word_may_name_landmarks(marked):
 
 def test_a_model_of_other_segments_is_refused_with_what_to_do(marked):
     bodies = tuple(replace(body, name=f"segment {b}") for b, body in enumerate(marked.bodies))
-    with pytest.raises(FitError, match="fit without a model"):
+    with pytest.raises(FitError, match="Without any model it is fitted on the default body"):
         name_markers(replace(marked, bodies=bodies, markers=()), [seen(marked)], default_body=False)
+
+
+def test_the_few_markers_that_a_model_has_stay_where_they_are(marked):
+    own = [m for m in marked.markers if m.name in ("RASI", "RSHO")]
+    moved = [replace(m, position_body=m.position_body + 0.01) for m in own]
+    named = name_markers(marked.with_markers(moved), [seen(marked)], default_body=False)
+    at = {m.name: m.position_body for m in named.match.skeleton(named.skeleton).markers}
+    for marker in moved:
+        np.testing.assert_array_equal(at[marker.name], marker.position_body)
+    assert len(at) == len(LABELS)
+
+
+def test_a_joint_that_lies_otherwise_is_set_aside(default):
+    """Another height of the lumbar joint makes the pelvis no other bone; another place of the hips does."""
+    pelvis, torso = default.body_index("pelvis"), default.body_index("torso")
+    asis = Marker("asis", pelvis, np.array([0.0, 0.0, 0.12]))
+    higher = _with_joint_moved(default, torso, np.array([0.0, 0.07, 0.0]))
+    (placed,) = placed_on_model([asis], default, higher).values()
+    np.testing.assert_allclose(placed.position_body, asis.position_body, rtol=0.02)
+    hips = _with_joint_moved(higher, default.body_index("femur_r"), np.array([0.1, -0.1, 0.0]))
+    hips = _with_joint_moved(hips, default.body_index("femur_l"), np.array([0.1, 0.1, 0.0]))
+    assert placed_on_model([asis], default, hips) == {}
+
+
+def _with_joint_moved(skeleton: Skeleton, body: int, by: np.ndarray) -> Skeleton:
+    joints = list(skeleton.joints)
+    joints[body] = replace(joints[body], p_parent_frame=joints[body].p_parent_frame + by)
+    return replace(skeleton, joints=tuple(joints))
+
+
+def test_what_the_map_says_of_an_unplaceable_model_is_not_taken_for_known(marked):
+    bodies = tuple(replace(body, name=f"segment {b}") for b, body in enumerate(marked.bodies))
+    word = dict(list(LABELS.items())[:8])
+    with pytest.raises(FitError, match="It does not know RASI"):
+        name_markers(
+            replace(marked, bodies=bodies, markers=()), [seen(marked)], default_body=False, chosen=word
+        )
