@@ -89,6 +89,12 @@ class ConditioningSettings:
     zero_stretch_s: float = setting(
         0.05, unit="s", why="and for so long; loading and unloading cross 20 N within 10 ms"
     )
+    zero_flat_share: float = setting(
+        0.8,
+        unit="",
+        why="of the time with little load, that a level below zero must hold: a bias does for nine tenths, "
+        "what a low-pass of 3 to 6 Hz leaves between steps for three quarters at most",
+    )
     zero_smallest_N: float = setting(1.0, unit="N", why="smaller offsets are noise of their own estimate")
     zero_drift_N: float = setting(
         3.0, unit="N", why="a zero level that moves by more from the first to the last stretch is reported"

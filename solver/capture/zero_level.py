@@ -15,7 +15,8 @@ def zeroed(
 ) -> tuple[ForcePlate, tuple[str, ...]]:
     """The plate less the constant wrench that it shows while unloaded, and what was taken off.
 
-    Left alone: plates that are never unloaded, and files whose unloaded samples were set to exactly zero.
+    Left alone: plates that are never unloaded, files whose unloaded samples were set to exactly zero, and
+    what a slow filter left between steps, which swings below zero and back.
 
     Args:
         plate: force up on the foot; NaN where nothing was recorded.
@@ -46,7 +47,7 @@ def zeroed(
 
 
 def unloaded_stretches(plate: ForcePlate, settings: ConditioningSettings) -> Bool[np.ndarray, " samples"]:
-    """Where nobody stands on the plate; nowhere if the file sets such samples to exactly zero."""
+    """Where nobody stands on the plate; nowhere if the file set such samples to zero, or a filter rings."""
     nobody = np.zeros(plate.samples, dtype=bool)
     fewest = max(2, round(settings.zero_stretch_s * plate.rate))
     if any(end - start >= fewest for start, end in runs((plate.force_ground == 0).all(axis=1))):
@@ -67,7 +68,8 @@ def unloaded_stretches(plate: ForcePlate, settings: ConditioningSettings) -> Boo
     for start, end in runs(near):
         if end - start >= fewest:
             nobody[start:end] = True
-    return nobody
+    rings = level < 0 and nobody.sum() < settings.zero_flat_share * len(low)
+    return np.zeros_like(nobody) if rings else nobody
 
 
 def _commonest(values: Float[np.ndarray, " values"], bin_width: float) -> float:

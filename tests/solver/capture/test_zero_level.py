@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import butter, filtfilt
 
 from solver.capture.capture import ForcePlate
 from solver.capture.moment_convention import plates_from_storage
@@ -43,6 +44,37 @@ def test_an_offset_is_taken_off_everywhere(vertical):
     np.testing.assert_allclose(tared.moment_ground, clean.moment_ground, atol=0.1)
     assert len(notes) == 1
     assert "fp1: reads 4.0, " in notes[0]
+
+
+@pytest.mark.parametrize("cutoff_Hz", [3.0, 3.8, 4.5, 6.0])
+def test_what_a_slow_filter_leaves_between_steps_is_no_offset(cutoff_Hz):
+    """Walking on two belts: 0.65 s on the plate, 0.4 s off it; a zero-phase filter rings below zero there."""
+    stride, stance = 1050, 650
+    vertical = np.zeros(6 * stride)
+    for start in range(0, len(vertical), stride):
+        phase = np.arange(stance) / stance
+        vertical[start : start + stance] = 800 * np.sin(np.pi * phase) ** 0.4
+    crisp = plate(vertical)
+    smooth = replace(
+        crisp,
+        force_ground=filtfilt(*butter(2, cutoff_Hz, fs=RATE), crisp.force_ground, axis=0),
+        moment_ground=filtfilt(*butter(2, cutoff_Hz, fs=RATE), crisp.moment_ground, axis=0),
+    )
+    assert smooth.force_ground[:, 1].min() < -14
+    tared, notes = zeroed(smooth)
+    np.testing.assert_allclose(tared.force_ground, smooth.force_ground, atol=1.5)
+    assert not any("drifts" in note for note in notes)
+
+
+@pytest.mark.parametrize("vertical", [15.0, -15.0])
+def test_an_offset_of_smoothed_forces_is_taken_off(vertical):
+    """Laboratories low-pass at 10 Hz and more, which leaves the time between steps flat."""
+    crisp = biased(plate(steps()), (4.0, vertical, -3.0))
+    b, a = butter(2, 10.0, fs=RATE)
+    smooth = replace(crisp, force_ground=filtfilt(b, a, crisp.force_ground, axis=0))
+    tared, _ = zeroed(smooth)
+    off = (smooth.force_ground - tared.force_ground)[0]
+    np.testing.assert_allclose(off, (4.0, vertical, -3.0), atol=0.5)
 
 
 def test_an_offset_without_noise():
