@@ -49,7 +49,7 @@ def what_it_gains(figures: Figures) -> Section:
         if key in gain
     ]
     lines = []
-    if in_markers(figures):
+    if not judged:
         lines.append(FOR_MARKERS)
         if rows:
             lines.append("Distance of markers from the model, without → with the named causes.")

@@ -10,6 +10,7 @@ from addb_viewer.accepted_exchanges import cannot_be_accepted
 from addb_viewer.diagnosis_vocabulary import CONFIDENT, newtons, rivals_of, target_in_words, upward
 from addb_viewer.gain_words import is_lead, now_and_then, speeds_up
 from addb_viewer.residual_words import (
+    FLESH,
     IN_MARKERS,
     WITHIN,
     is_whole,
@@ -77,6 +78,7 @@ def what_next(figures: Figures) -> Section:
     exchanged = [e for e in figures["effects"] if e["id"] in IN_MARKERS and e not in in_the_markers]
     also = " else" if corrected or exchanged else ""
     as_recorded = f"Before that, nothing{also} in {recording} is put right."
+    slipped = [e for e in in_the_markers if e["id"] != FLESH]
     apart = len(corrected) + len(in_the_markers) + len(exchanged)
     lines = []
     if corrected:
@@ -86,12 +88,12 @@ def what_next(figures: Figures) -> Section:
             "Fits exchange such labels back where they find them by themselves, and say so in their notes; "
             "`addb-viewer accept SUBJECT` does it for these frames in every later fit."
         )
-    if any(e["id"] == "soft_tissue" for e in in_the_markers):
+    if len(slipped) < len(in_the_markers):
         lines.append(
             "Nothing mends markers that slide: distrust the joints at that segment, or leave the worst of "
             'them out (`addb-viewer markers SUBJECT` writes a map; set them to "" there) and fit again.'
         )
-    if any(e["id"] != "soft_tissue" for e in in_the_markers):
+    if slipped:
         lines.append("Mend the markers and diagnose again.")
     if len(figures["effects"]) > apart:
         lead = (
@@ -108,7 +110,7 @@ def what_next(figures: Figures) -> Section:
             f"{lead or CHECKED}`addb-viewer accept SUBJECT` applies {which} to later fits, and leaves the "
             "files as they are."
         )
-    if any(e["id"] != "soft_tissue" for e in in_the_markers) or len(figures["effects"]) > apart:
+    if slipped or len(figures["effects"]) > apart:
         lines.append(as_recorded)
     if figures["verdict"] == "unexplained":
         lines.append(f"Do not use {recording} for joint torques before the cause of what remains is known.")

@@ -248,10 +248,15 @@ def _print_on_model(recordings: Sequence[tuple[str, str]]) -> None:
 
 
 def _figures(found: Agreement) -> str:
+    return f"{found.markers_used:3d}   {100 * found.marker_rms_m:5.2f}  {_apart(found)}"
+
+
+def _apart(found: Agreement) -> str:
+    """Angles [°], the same without each side's offset, centres [cm]."""
     angles = " ".join(f"{found.angle_rms_deg[a]:5.1f}" for a in ANGLES)
     free = " ".join(f"{found.angle_rms_without_offset_deg[a]:4.1f}" for a in ANGLES)
     centres = " ".join(f"{100 * found.centre_rms_m[j]:4.1f}" for j in JOINTS)
-    return f"{found.markers_used:3d}   {100 * found.marker_rms_m:5.2f}  {angles}  ({free})   {centres}"
+    return f"{angles}  ({free})   {centres}"
 
 
 def _first_trials(folders: Sequence[str]) -> list[tuple[str, str]]:
@@ -271,13 +276,9 @@ def _print_nonsense() -> None:
             found = nonsense(subject, files.name, seed=0)
             everything += found.judged
             as_one += found.judged_as_one
-            near = found.agreement
-            angles = " ".join(f"{near.angle_rms_deg[a]:5.1f}" for a in ANGLES)
-            free = " ".join(f"{near.angle_rms_without_offset_deg[a]:4.1f}" for a in ANGLES)
-            centres = " ".join(f"{100 * near.centre_rms_m[j]:4.1f}" for j in JOINTS)
             print(
                 f"{folder[:22] + '/' + files.name[:14]:38s} {found.used_right:3d} {found.used:3d} "
-                f"{len(found.judged):3d}   {angles}  ({free})   {centres}   {found.seconds:.1f}",
+                f"{len(found.judged):3d}   {_apart(found.agreement)}   {found.seconds:.1f}",
                 flush=True,
             )
     for what, judged in (("", everything), (", bodies that the model cannot tell apart being one", as_one)):

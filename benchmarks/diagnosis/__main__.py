@@ -3,6 +3,7 @@
 import argparse
 import json
 import secrets
+from collections.abc import Mapping
 from pathlib import Path
 
 from benchmarks.diagnosis.curves import PAGE as CURVES_PAGE
@@ -81,17 +82,19 @@ def score(given: argparse.Namespace) -> None:
     cases = load(given.out)
     text = report(cases)
     (given.out / "RESULTS.md").write_text(text + "\n", encoding="utf-8")
-    pages = {
-        given.page: (PAGE, {"tables": text, "nats": FINDABLE_NATS, "largest": LARGEST}),
-        given.curves: (CURVES_PAGE, {"tables": curves(cases)}),
-    }
-    for path, (wording, filled) in pages.items():
-        if path is not None:
-            seed = json.loads((given.out / "cases.json").read_text(encoding="utf-8"))["seed"]
-            planned = len(list((given.out / "truth").glob("*.json")))
-            page = wording.format(seed=seed, answered=len(cases), planned=planned, **filled)
-            path.write_text(page, encoding="utf-8")
+    if given.page:
+        filled = {"tables": text, "nats": FINDABLE_NATS, "largest": LARGEST}
+        _write_page(given.page, PAGE, given.out, len(cases), filled)
+    if given.curves:
+        _write_page(given.curves, CURVES_PAGE, given.out, len(cases), {"tables": curves(cases)})
     print(text)
+
+
+def _write_page(path: Path, wording: str, out: Path, answered: int, filled: Mapping[str, object]) -> None:
+    seed = json.loads((out / "cases.json").read_text(encoding="utf-8"))["seed"]
+    planned = len(list((out / "truth").glob("*.json")))
+    page = wording.format(seed=seed, answered=answered, planned=planned, **filled)
+    path.write_text(page, encoding="utf-8")
 
 
 def make(given: argparse.Namespace) -> None:

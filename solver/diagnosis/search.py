@@ -81,7 +81,7 @@ class Search:
         tenable = [c for c in among if self.admission.tenable(c.solved, self.null)]
         for one in self._equals(self.first):
             self.found, self.solved = [], self.null
-            heldout = self._paying(one, tenable)
+            heldout = self._paying(one, self.null, leads=self._leads(one, tenable))
             enough = one.odds_gain(self.settings) >= self._least_gain(one)
             if heldout is None or not enough or ambiguous(one, tenable, self.settings):
                 continue
@@ -133,12 +133,12 @@ class Search:
         for contender in contenders:
             if contender.odds_gain(self.settings) < self._least_gain(contender):
                 continue
-            heldout = self._paying(contender, tenable)
+            heldout = self._paying(contender, self.solved, leads=self._leads(contender, tenable))
             if heldout is None:
                 inadmissible.add(id(contender))
                 continue
             rivals = tuple(c for c in contenders if c is not contender and id(c) not in inadmissible)
-            if ambiguous(contender, [c for c in tenable if c is not contender], self.settings):
+            if ambiguous(contender, tenable, self.settings):
                 break
             self.found.append(Found(contender, heldout.own_scales, rivals))
             self.solved = contender.solved
@@ -146,14 +146,16 @@ class Search:
             return True
         return self._add_two(contenders)
 
-    def _paying(self, one: Contender, tenable: Sequence[Contender]) -> HeldoutGain | None:
+    def _leads(self, one: Contender, tenable: Sequence[Contender]) -> bool:
+        return self.admission.leads(one, tenable) and self.admission.notable(one.solved)
+
+    def _paying(self, one: Contender, before: Solved, *, leads: bool = False) -> HeldoutGain | None:
         """Its gain on withheld blocks, if that is enough and nothing else speaks against the cause."""
-        heldout = self._heldout_gain(one.solved)
+        heldout = self._heldout_gain(one.solved, before)
         beyond = heldout.best + one.term.candidate.seen_elsewhere
-        leads = self.admission.leads(one, tenable) and self.admission.notable(one.solved)
         if (
             beyond <= self._least_heldout_gain(one)
-            or not (leads or self.admission.admissible(one.solved, self.solved))
+            or not (leads or self.admission.admissible(one.solved, before))
             or self.admission.undoes_the_others(one.solved)
         ):
             return None
@@ -185,7 +187,7 @@ class Search:
         if not (self.admission.admissible(both, self.solved) and self.admission.notable(both, -2)):
             return False
         alone = max(one.odds_gain(settings), two.odds_gain(settings))
-        heldout = self._heldout_gain(both)
+        heldout = self._heldout_gain(both, self.solved)
         runner_up = tried[1][0] if len(tried) > 1 else -np.inf
         if (
             odds - alone < self._least_further_gain()
@@ -243,24 +245,17 @@ class Search:
         contenders = [own, *(c for c in contenders if c.term.candidate.key != key)]
         contenders.sort(key=lambda c: -c.odds_gain(self.settings))
         least = own.odds_gain(self.settings) + self.settings.exchange_margin
-        chosen, inadmissible = own, set()
+        chosen, heldout, inadmissible = own, one.heldout_gain, set()
         for c in contenders:
             if c is own or c.odds_gain(self.settings) < least:
                 break
-            beyond = self._heldout_gain(c.solved, without).best + c.term.candidate.seen_elsewhere
-            leaves_the_others = all(self.admission.notable(c.solved, i) for i in range(len(rest)))
-            admissible = self.admission.admissible(
-                c.solved, without
-            ) and not self.admission.undoes_the_others(c.solved)
-            if admissible and leaves_the_others and beyond > self._least_heldout_gain(c):
-                chosen = c
+            paying = self._paying(c, without)
+            if paying is not None and all(self.admission.notable(c.solved, i) for i in range(len(rest))):
+                chosen, heldout = c, paying.own_scales
+                terms = [*self.terms[:k], chosen.term, *self.terms[k + 1 :]]
+                self.solved = self.balance.solve(terms, near=chosen.solved.rung)
                 break
             inadmissible.add(id(c))
-        heldout = one.heldout_gain
-        if chosen is not own:
-            heldout = self._heldout_gain(chosen.solved, without).own_scales
-            terms = [*self.terms[:k], chosen.term, *self.terms[k + 1 :]]
-            self.solved = self.balance.solve(terms, near=chosen.solved.rung)
         rivals = tuple(c for c in contenders if c is not chosen and id(c) not in inadmissible)
         self.found[k] = Found(chosen, heldout, rivals)
 
@@ -289,8 +284,8 @@ class Search:
         lead = self.settings.witness_lead if one.term.candidate.has_a_witness else 0.0
         return -one.odds_gain(self.settings) - lead
 
-    def _heldout_gain(self, after: Solved, before: Solved | None = None) -> HeldoutGain:
-        return heldout_gain(self.balance, self.blocks, before or self.solved, after)
+    def _heldout_gain(self, after: Solved, before: Solved) -> HeldoutGain:
+        return heldout_gain(self.balance, self.blocks, before, after)
 
     def _least_heldout_gain(self, one: Contender) -> float:
         """Less of masses, of which withheld blocks hardly tell."""

@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from solver.kinematics.marker_matching import FEWEST_SHARED
 from solver.kinematics.nonsense_on_own_model import ALIKE_M
-from solver.skeleton.forward import ForwardKinematics
+from solver.skeleton.forward import body_poses, carried_joint_centres
 from solver.skeleton.skeleton import Marker, Skeleton
 
 TURNED_ALIKE = np.radians(20.0)
@@ -50,12 +50,15 @@ def _proportions(default: Skeleton, model: Skeleton) -> dict[str, float]:
     Joints that lie otherwise are set aside as long as others agree. A segment that shares no joint with the
     other body's (a hand) has the size of the one that it hangs on. Nothing where the root's frames differ.
     """
-    here, there = _neutral(default), _neutral(model)
+    carried_here, carried_there = (carried_joint_centres(s, np.zeros(len(s.dofs))) for s in (default, model))
+    R_here, R_there = _neutral(default), _neutral(model)
     ratio: dict[str, float] = {}
     for b, name in enumerate(default.body_names):
-        if name not in model.body_names or _turned(here, there, b, model.body_index(name)) > TURNED_ALIKE:
+        if name not in model.body_names:
             continue
-        ours, theirs = _carried(default, here, name), _carried(model, there, name)
+        if _angle(R_here[b].T @ R_there[model.body_index(name)]) > TURNED_ALIKE:
+            continue
+        ours, theirs = carried_here[name], carried_there[name]
         shared = [child for child in ours if child in theirs and np.linalg.norm(ours[child]) > NEAR_M]
         parent = default.joints[b].parent
         if not shared:
@@ -83,27 +86,11 @@ def _size(one: Float[np.ndarray, "joints 3"], other: Float[np.ndarray, "joints 3
     return None
 
 
-Neutral = tuple[Float[np.ndarray, "bodies 3 3"], Float[np.ndarray, "bodies 3"]]
+def _neutral(skeleton: Skeleton) -> Float[np.ndarray, "bodies 3 3"]:
+    """Orientations of the bodies with all coordinates at zero; ground frame."""
+    return body_poses(skeleton, np.zeros((1, len(skeleton.dofs))))[0][0]
 
 
-def _neutral(skeleton: Skeleton) -> Neutral:
-    """Orientations and origins of the bodies with all coordinates at zero; ground frame [m]."""
-    poses = ForwardKinematics(skeleton).poses(np.zeros((1, len(skeleton.dofs))))
-    return poses.R_ground_body[0], poses.p_ground_body[0]
-
-
-def _turned(here: Neutral, there: Neutral, b: int, other: int) -> float:
-    """Angle between two bodies' frames [rad]."""
-    R = here[0][b].T @ there[0][other]
+def _angle(R: Float[np.ndarray, "3 3"]) -> float:
+    """By which a rotation turns [rad]."""
     return float(np.arccos(np.clip((np.trace(R) - 1) / 2, -1.0, 1.0)))
-
-
-def _carried(skeleton: Skeleton, neutral: Neutral, name: str) -> dict[str, Float[np.ndarray, "3"]]:
-    """Centres of the joints that a body carries, by the body behind, in its frame [m]."""
-    R, p = neutral
-    b = skeleton.body_index(name)
-    return {
-        skeleton.body_names[child]: R[b].T @ (p[child] - p[b])
-        for child, joint in enumerate(skeleton.joints)
-        if joint.parent == b
-    }

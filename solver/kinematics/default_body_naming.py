@@ -8,7 +8,7 @@ import numpy as np
 from solver.capture.capture import Markers
 from solver.kinematics.flat_foot import on_flat_feet
 from solver.kinematics.label_reading import read_labels
-from solver.kinematics.marker_matching import LEFT_OUT, MarkerMatch, match_markers, similar_names
+from solver.kinematics.marker_matching import LEFT_OUT, MarkerMatch, known_by_name, match_markers
 from solver.kinematics.settings import KinematicsSettings
 from solver.kinematics.upright_pelvis import on_upright_pelvis
 from solver.markers.atlas import atlas, landmark_marker
@@ -53,9 +53,7 @@ def _named(
     if word and read.found:
         read = read_labels(generic, recordings, word)
     rows = read.understanding.labels
-    known = {
-        m: model for r in recordings for model, m in similar_names(generic.marker_names, r.names).items()
-    }
+    known = known_by_name(generic, recordings)
     own = {marker.name: marker for marker in generic.markers}
     new: dict[str, Marker] = {}
     named: dict[str, str] = {}

@@ -7,7 +7,7 @@ import numpy as np
 
 from solver.capture.capture import Markers
 from solver.errors import FitError
-from solver.kinematics.marker_matching import FEWEST_SHARED, LEFT_OUT, similar_names
+from solver.kinematics.marker_matching import FEWEST_SHARED, LEFT_OUT, known_by_name
 from solver.kinematics.scale_prior import stature
 from solver.kinematics.unnamed.landmark_mixture import landmark_mixture
 from solver.kinematics.unnamed.recognition import FoundMarker, recognise
@@ -62,11 +62,7 @@ def read_labels(
     labels = list(dict.fromkeys(name for markers in recordings for name in markers.names))
     understood = understand(labels, recordings)
     of_word = {label: _landmark_of(target, body) for label, target in (known or {}).items()}
-    own = {
-        label: _landmark_of(name, body)
-        for markers in recordings
-        for name, label in similar_names(body.marker_names, markers.names).items()
-    }
+    own = {label: _landmark_of(name, body) for label, name in known_by_name(body, recordings).items()}
     meant = [row for row in understood.labels if row.landmark is not None]
     used = {row.label: row.landmark for row in meant if row.used and row.landmark is not None}
     pinned = {

@@ -123,6 +123,15 @@ def _pairs(
     return known | rest
 
 
+def known_by_name(skeleton: Skeleton, recordings: Sequence[Markers]) -> dict[str, str]:
+    """The model's marker for each label of the recordings that has a similar name."""
+    return {
+        label: name
+        for r in recordings
+        for name, label in similar_names(skeleton.marker_names, r.names).items()
+    }
+
+
 def similar_names(model_names: Sequence[str], measured_names: Sequence[str]) -> dict[str, str]:
     """Model name to measured name, looser from round to round, and only where neither has a rival.
 

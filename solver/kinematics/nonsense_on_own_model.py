@@ -10,7 +10,7 @@ from solver.kinematics.label_reading import ReadLabels
 from solver.kinematics.scale_prior import stature
 from solver.markers.atlas import atlas, place_on
 from solver.markers.understanding import understand
-from solver.skeleton.forward import ForwardKinematics
+from solver.skeleton.forward import carried_joint_centres
 from solver.skeleton.skeleton import Marker, Skeleton
 
 ALIKE_M = 0.03  # how far joint centres and markers of two models' bodies may lie apart in the body's frame
@@ -65,13 +65,7 @@ def _apart(default: Skeleton, model: Skeleton, ratio: float) -> dict[str, float]
 
 def _points(skeleton: Skeleton, default: Skeleton) -> Mapping[str, dict[str, Float[np.ndarray, "3"]]]:
     """Of each body: centres of the joints that it carries, and places of its landmarks, in its frame [m]."""
-    poses = ForwardKinematics(skeleton).poses(skeleton.default_q[None])
-    R, p = poses.R_ground_body[0], poses.p_ground_body[0]
-    points: dict[str, dict[str, np.ndarray]] = {name: {} for name in skeleton.body_names}
-    for child, joint in enumerate(skeleton.joints):
-        if joint.parent >= 0:
-            from_parent = R[joint.parent].T @ (p[child] - p[joint.parent])
-            points[skeleton.body_names[joint.parent]][skeleton.body_names[child]] = from_parent
+    points = carried_joint_centres(skeleton, skeleton.default_q)
     if skeleton is default:
         for mark in atlas().values():
             points[mark.body][f"at {mark.name}"] = place_on(mark, default)

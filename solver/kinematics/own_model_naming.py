@@ -8,7 +8,7 @@ from solver.errors import FitError
 from solver.kinematics.bare_model import is_bare, placed_on_model
 from solver.kinematics.default_body_naming import on_default_body, seen_together
 from solver.kinematics.label_reading import read_labels
-from solver.kinematics.marker_matching import FEWEST_SHARED, LEFT_OUT, similar_names
+from solver.kinematics.marker_matching import FEWEST_SHARED, LEFT_OUT, known_by_name, similar_names
 from solver.kinematics.nonsense_on_own_model import carried_over
 from solver.markers.atlas import atlas
 from solver.markers.label_parts import spelling
@@ -24,8 +24,7 @@ def own_names(model: Skeleton, recordings: Sequence[Markers]) -> dict[str, str]:
         model: the subject's own.
         recordings: of one subject.
     """
-    known = {m: name for r in recordings for name, m in similar_names(model.marker_names, r.names).items()}
-    return known | _other_names(model, recordings, {})
+    return known_by_name(model, recordings) | _other_names(model, recordings, {})
 
 
 def in_own_model(
@@ -43,11 +42,11 @@ def in_own_model(
     """
     own = set(generic.marker_names)
     _require_distinct({label: target for label, target in word.items() if target in own}, recordings)
-    known = {m: name for r in recordings for name, m in similar_names(generic.marker_names, r.names).items()}
     named = _other_names(generic, recordings, word)
     found = {label: name for label, name in named.items() if label not in word}
     notes = (f"markers that the model has under other names: {_listed(found)}",) if found else ()
-    paired = {label: name for label, name in {**known, **named}.items() if name in own}
+    known = known_by_name(generic, recordings) | named
+    paired = {label: name for label, name in known.items() if name in own}
     if len(paired) < FEWEST_SHARED:
         by_motion = None if is_bare(generic) else _by_the_motion(generic, recordings, word)
         elsewhere = by_motion or _by_landmarks(generic, recordings, word, paired)
@@ -59,7 +58,7 @@ def in_own_model(
 def _other_names(generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str]) -> dict[str, str]:
     """Besides a person's word, labels that the model has in another spelling, or as the same landmark."""
     labels = _labels(recordings)
-    known = {m for r in recordings for m in similar_names(generic.marker_names, r.names).values()}
+    known = known_by_name(generic, recordings)
     taken = {model for r in recordings for model in similar_names(generic.marker_names, r.names)}
     named = dict(word)
     free = [label for label in labels if label not in known and label not in named]

@@ -172,6 +172,24 @@ def body_poses(
     return poses.R_ground_body, poses.p_ground_body
 
 
+def carried_joint_centres(
+    skeleton: Skeleton, q: Float[np.ndarray, " dofs"]
+) -> dict[str, dict[str, Float[np.ndarray, "3"]]]:
+    """By body, where the bodies that hang on it have their origins, by name, in its frame [m].
+
+    Args:
+        skeleton: of these bodies.
+        q: one pose; joints that slide carry further in some poses than in others.
+    """
+    R, p = (of_frames[0] for of_frames in body_poses(skeleton, q[None]))
+    centres: dict[str, dict[str, np.ndarray]] = {name: {} for name in skeleton.body_names}
+    for child, joint in enumerate(skeleton.joints):
+        if joint.parent >= 0:
+            from_parent = R[joint.parent].T @ (p[child] - p[joint.parent])
+            centres[skeleton.body_names[joint.parent]][skeleton.body_names[child]] = from_parent
+    return centres
+
+
 def marker_positions(
     skeleton: Skeleton, q: Float[np.ndarray, "frames dofs"]
 ) -> Float[np.ndarray, "frames markers 3"]:
