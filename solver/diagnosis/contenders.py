@@ -35,8 +35,12 @@ class Found:
 
 def loose_ends(found: Sequence[Found], settings: DiagnosisSettings) -> float:
     """Gain left to whatever comes beside causes of any course, which are never described whole [nats]."""
-    loose = [f.contender.gain for f in found if f.contender.term.candidate.of_any_course]
-    return settings.rival_share * sum(max(0.0, gain) for gain in loose)
+    return sum(
+        (settings.step_rest_share if one.term.candidate.has_a_witness else settings.rival_share)
+        * max(0.0, one.gain)
+        for one in (f.contender for f in found)
+        if one.term.candidate.of_any_course
+    )
 
 
 def handicap(candidate: Candidate, settings: DiagnosisSettings) -> float:

@@ -288,6 +288,7 @@ class Search:
         return heldout_gain(self.balance, self.blocks, before, after)
 
     def _least_heldout_gain(self, one: Contender) -> float:
-        """Less of masses, of which withheld blocks hardly tell."""
-        least = self.settings.least_heldout_gain
-        return least - self.settings.mass_heldout_share * one.gain if one.term.candidate.is_a_mass else least
+        """Less of what lasts, and of masses, of which withheld blocks hardly tell."""
+        settings = self.settings
+        share = settings.mass_heldout_share if one.term.candidate.is_a_mass else settings.heldout_share
+        return settings.least_heldout_gain - share * one.gain

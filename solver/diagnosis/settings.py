@@ -85,7 +85,7 @@ class DiagnosisSettings:
     )
     least_gain: float = setting(8.0, unit="nats", why="of log evidence; clean recordings rarely reach it")
     never_imitated: tuple[tuple[str, float], ...] = setting(
-        (("subject_mass", 3.0),),
+        (("subject_mass", 4.0),),
         unit="nats",
         why="that the first cause may gain less than that where no model's error looks like it: of 150 clean "
         "recordings 0.4 at most for the body's mass, 5 to 15 for others",
@@ -111,10 +111,16 @@ class DiagnosisSettings:
         why="of log density of withheld blocks; a wrong mass gains little there, since the other blocks tell "
         "it even against the prior",
     )
+    heldout_share: float = setting(
+        0.05,
+        unit="",
+        why="of its gain, that a cause may lose on withheld blocks: what lasts, the other blocks tell even "
+        "by an unlikely body",
+    )
     mass_heldout_share: float = setting(
         0.4,
         unit="",
-        why="of its gain, that a mass may lose on withheld blocks: masses follow the other blocks anyway",
+        why="likewise of a mass, which follows the other blocks anyway",
     )
     handicaps: tuple[tuple[str, float], ...] = setting(
         (
@@ -129,15 +135,15 @@ class DiagnosisSettings:
             ("drag", 3.0),
             ("belt_acceleration", 3.0),
             ("carried_mass", 6.0),
-            ("segment_mass", 6.0),
-            ("wobbling_mass", 11.0),
+            ("segment_mass", 10.0),
+            ("wobbling_mass", 19.0),
             ("capture_scale", 12.0),
         ),
         unit="nats",
         why="log prior odds against causes that are rare, or that generic models imitate on sound recordings",
     )
     whole_limbs_odds: float = setting(
-        5.0,
+        9.0,
         unit="nats",
         why="by which both legs or both arms rather weigh otherwise than one segment: builds differ by limbs",
     )
@@ -169,6 +175,12 @@ class DiagnosisSettings:
         unit="",
         why="of what named causes explain, likewise: a free course follows model errors",
     )
+    most_constant: float = setting(
+        0.95,
+        unit="",
+        why="of a free course's mean square, that its mean may have beside named causes: forces that the "
+        "catalogue lacks had 0.87 at most, what imitates a tilt or a mass 0.98",
+    )
     beside_unknown_share: float = setting(
         0.1,
         unit="",
@@ -180,6 +192,12 @@ class DiagnosisSettings:
     )
     rival_share: float = setting(
         0.03, unit="", why="of the gain, likewise: what the model gets wrong grows with what a cause explains"
+    )
+    step_rest_share: float = setting(
+        0.01,
+        unit="",
+        why="of the gain of a step beside the plates, whose force has every freedom, that later causes must "
+        "add; of a contact at one point it is `rival_share`",
     )
     confidence_temper: float = setting(
         3.0, unit="nats", why="evidence is overconfident where the model is wrong"

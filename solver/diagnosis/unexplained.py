@@ -3,17 +3,21 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from solver.diagnosis.balance import Balance, Solved, Term
-from solver.diagnosis.contenders import Contender, Found, handicap, loose_ends
+from solver.diagnosis.contenders import Contender, Found, cosine, handicap, loose_ends
 from solver.diagnosis.ladder import Rung
 from solver.diagnosis.remainder import Unknown, UnknownForce
 from solver.diagnosis.screening import Beside
 from solver.diagnosis.selection import Selection
+from solver.diagnosis.unknown_course import constant_share
 from solver.diagnosis.unknown_screen import Tried, UnknownScreen
 from solver.effects.effect import Eta
 
 MOMENT_LEVER_M = 0.1  # by which a moment counts as a force
 PLACED = 17  # bodies at which the point of an unknown force is sought, of any course and of one that swings
+RESEMBLING = 0.5  # cosine, either way round, from which on a steady force is a named cause in other words
 CLIMBED = 3  # of these, to the scale that suits each
 
 
@@ -36,7 +40,7 @@ def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
     settings = balance.settings
     solved, found = selection.solved, selection.found
     unknown = UnknownScreen(balance)
-    left = _left(balance, unknown, solved, found)
+    left = _left(balance, unknown, solved, found, steady=True)
     if not found:
         return Kept(solved, found, left)
     explained = max(0.0, solved.log_evidence - selection.null.log_evidence)
@@ -92,9 +96,23 @@ def _notable(balance: Balance, solved: Solved, one: Found) -> bool:
 
 
 def _left(
-    balance: Balance, unknown: UnknownScreen, solved: Solved, found: Sequence[Found]
+    balance: Balance,
+    unknown: UnknownScreen,
+    solved: Solved,
+    found: Sequence[Found],
+    *,
+    steady: bool = False,
 ) -> Contender | None:
-    """The force of unknown course, or the moment, that would explain most; None where none pays."""
+    """The force of unknown course, or the moment, that would explain most; None where none pays.
+
+    Args:
+        balance: of all trials.
+        unknown: forces and moments at all bodies.
+        solved: with the causes beside which it is sought.
+        found: these causes.
+        steady: may it stay the same all along? Supports, tilts, biases and masses are in the catalogue: it
+            takes the place of none of them, and beside them it is told only if it explains something else.
+    """
     scenes = balance.scenes
     placed: list[Unknown] = []
     tried: list[tuple[float, Tried, Rung]] = []
@@ -119,20 +137,41 @@ def _left(
             for one in unknown.at(placed, beside)
         ]
     tried = [t for t in tried if t[1].candidate.frequency_Hz is None or t[1].candidate.swings(scenes, t[1].x)]
+    if not steady:
+        tried = [t for t in tried if not _stays_the_same(balance, t[1])]
     tried.sort(key=lambda t: -t[0])
     terms: dict[tuple[Unknown, Eta], Term] = {}  # one may be tried from several rungs
     climbed = []
-    for _, one, rung in tried[:CLIMBED]:
+    for _, one, rung in tried:
         term = terms.get((one.candidate, one.eta)) or balance.term(one.candidate, one.eta)
         assert term is not None
         terms[one.candidate, one.eta] = term
         both = _beside(balance, solved, term, rung)
+        if _stays_the_same(balance, one) and _resembles_the_others(both.solved):
+            continue
         climbed.append((both.gain - one.candidate.reach_cost(scenes), both))
+        if len(climbed) == CLIMBED:
+            break
+    if not climbed:
+        return None
     best = max(climbed, key=lambda c: c[0])[1]
     least_N = balance.settings.least_unknown_share * scenes[0].weight_N
     least_gain = balance.settings.least_unknown_gain + loose_ends(found, balance.settings)
     pays = best.gain > least_gain and size_N(balance, best) > least_N
     return best if pays else None
+
+
+def _stays_the_same(balance: Balance, one: Tried) -> bool:
+    if not isinstance(one.candidate, UnknownForce):
+        return False
+    force = one.candidate.force_ground(one.candidate.scene(balance.scenes), one.x)
+    return constant_share(force) > balance.settings.most_constant
+
+
+def _resembles_the_others(solved: Solved) -> bool:
+    """Whether the last term mostly adds to what the others explain, or takes it back."""
+    *others, last = (solved.explained(k, solved.rung) for k in range(len(solved.terms)))
+    return bool(others) and abs(cosine(last, np.sum(others, axis=0))) > RESEMBLING
 
 
 def size_N(balance: Balance, left: Contender) -> float:

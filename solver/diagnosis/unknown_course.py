@@ -72,6 +72,12 @@ def mostly_swings(course: Float[np.ndarray, "frames 3"]) -> bool:
     return bool(course.std(axis=0).max() > np.abs(course.mean(axis=0)).max())
 
 
+def constant_share(force: Float[np.ndarray, "frames 3"]) -> float:
+    """Of a force's mean square, what its mean has."""
+    total = float((force**2).mean(axis=0).sum())
+    return float((force.mean(axis=0) ** 2).sum()) / total if total else 0.0
+
+
 def dependence(
     scene: Scene, force: Float[np.ndarray, "frames 3"], body: int, frequency_Hz: float | None = None
 ) -> str:
@@ -87,8 +93,7 @@ def dependence(
     speed = np.linalg.norm(velocity, axis=1, keepdims=True)
     acceleration = np.gradient(velocity, 1 / scene.rate, axis=0)
     total = (force**2).sum()
-    changing = force - force.mean(axis=0)
-    explained = {"constant": 1 - (changing**2).sum() / total if total else 0.0}
+    explained = {"constant": constant_share(force)}
     for name, regressor in (
         ("position", place - place.mean(axis=0)),
         ("velocity", velocity),

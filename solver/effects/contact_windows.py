@@ -14,10 +14,13 @@ LONGEST_S = 20.0  # of one constant force
 ERROR_SHARE = 0.015  # of body weight, at rest: what the balance is off by
 MOTION_SHARE = 0.08  # of the force that the body's acceleration demands, likewise
 INDEPENDENT_HOPS = 2.0  # how long an error lasts
+ALL_ALONG = 0.95  # of a trial
 WEAK_SHARE = 0.2  # of the trial's strongest stretch; beside it, weaker ones are a wrong mass or gain
 LEAST_SCORE = 8.0  # log likelihood ratio
 MOST = 8  # of one trial
 UP = np.array([0.0, 1.0, 0.0])
+
+Run = tuple[int, int, float]  # first block, the one after the last, and the log likelihood ratio
 
 
 @dataclass(frozen=True)
@@ -50,13 +53,12 @@ def contact_windows(
     windows: list[ContactWindow] = []
     error = _error_N(scene)
     runs = _likeliest(force / error)
-    if not scene.weighed:  # whom only the plates weighed, a contact may have made seem heavier or lighter
-        counted = usable[: blocks * hop].reshape(blocks, hop).mean(axis=1)
-        tried = [(force, runs)]
-        for first, end, _ in runs:
-            beside = force - force[first:end, 1].mean() * counted[:, None] * UP
-            tried.append((beside, _likeliest(beside / error)))
-        force, runs = max(tried, key=lambda t: _log_likelihood(t[0] / error, t[1]))
+    counted = usable[: blocks * hop].reshape(blocks, hop).mean(axis=1)
+    if not scene.weighed:
+        force, runs = _beside_a_wrong_weight(force, runs, runs, counted, error)
+    elif sum(end - first for first, end, _ in runs) > ALL_ALONG * blocks:
+        longest = max(runs, key=lambda run: run[1] - run[0])
+        force, runs = _beside_a_wrong_weight(force, runs, [longest], counted, error)
     level = [float(np.linalg.norm(force[first:end].mean(axis=0))) for first, end, _ in runs]
     strong = WEAK_SHARE * max(level, default=0.0)
     for (first, end, score), size in zip(runs, level, strict=True):
@@ -72,13 +74,32 @@ def contact_windows(
     return sorted(windows, key=lambda w: -w.score)[:MOST]
 
 
-def _log_likelihood(force: Float[np.ndarray, "blocks 3"], runs: list[tuple[int, int, float]]) -> float:
+def _beside_a_wrong_weight(
+    force: Float[np.ndarray, "blocks 3"],
+    runs: list[Run],
+    of_weight: list[Run],
+    counted: Float[np.ndarray, " blocks"],
+    error_N: Float[np.ndarray, "3"],
+) -> tuple[Float[np.ndarray, "blocks 3"], list[Run]]:
+    """The likeliest division, and what it divides, if what some run lacks upward is lacking all along.
+
+    A contact may have made seem heavier or lighter whom only the plates weighed: any run may be the weight.
+    Somebody weighed may weigh otherwise all the same: then the weight is what is missing longest.
+    """
+    tried = [(force, runs)]
+    for first, end, _ in of_weight:
+        beside = force - force[first:end, 1].mean() * counted[:, None] * UP
+        tried.append((beside, _likeliest(beside / error_N)))
+    return max(tried, key=lambda t: _log_likelihood(t[0] / error_N, t[1]))
+
+
+def _log_likelihood(force: Float[np.ndarray, "blocks 3"], runs: list[Run]) -> float:
     """Of a division, less what its runs cost."""
     without = -0.5 * float((force**2).sum()) / INDEPENDENT_HOPS
     return without + sum(score - LEAST_SCORE for *_, score in runs)
 
 
-def _likeliest(force: Float[np.ndarray, "blocks 3"]) -> list[tuple[int, int, float]]:
+def _likeliest(force: Float[np.ndarray, "blocks 3"]) -> list[Run]:
     """Runs of blocks with a force, and their log likelihood ratios, by dynamic programming."""
     blocks = len(force)
     sums = np.concatenate([np.zeros((1, 3)), np.cumsum(force, axis=0)])

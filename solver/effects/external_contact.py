@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.effects.contact_windows import contact_windows
+from solver.effects.contact_windows import UP, contact_windows
 from solver.effects.effect import Candidate, Estimate, Eta, Range, Signature
 from solver.effects.force_on_body import columns_at_point
 from solver.effects.limbs import inner_segments
@@ -204,7 +204,15 @@ def _touchable(scene: Scene) -> list[int]:
 def _mean_force_N(scenes: Sequence[Scene], window: Stretch) -> float:
     scene = next(s for s in scenes if s.name == window.trial)
     inside = _usable([window], scene)
-    return float(np.linalg.norm(scene.missing_ground[inside, :3].mean(axis=0))) if inside.any() else 0.0
+    missing = _missing_ground(scene, [window])[inside, :3]
+    return float(np.linalg.norm(missing.mean(axis=0))) if inside.any() else 0.0
+
+
+def _missing_ground(scene: Scene, windows: Sequence[Stretch]) -> Float[np.ndarray, "frames 6"]:
+    """What the balance lacks beyond what it lacks upward outside the windows: that is a wrong weight."""
+    outside = scene.counts & ~frames_of(windows, scene)
+    up_N = scene.missing_ground[outside, 1].mean() if outside.any() else 0.0
+    return np.asarray(scene.missing_ground - up_N * force_at(UP, scene.com_ground))
 
 
 def _misfit(scenes: Sequence[Scene], windows: Sequence[Stretch], body: int) -> float:
@@ -217,7 +225,8 @@ def _misfit(scenes: Sequence[Scene], windows: Sequence[Stretch], body: int) -> f
     precision, pull, total = np.eye(3) / reach_m(segment) ** 2, np.zeros(3), 0.0
     for scene in scenes:
         inside = _usable(windows, scene)
-        wrench, centre = scene.missing_ground[inside], scene.point_ground(body, segment.com_body)[inside]
+        wrench = _missing_ground(scene, windows)[inside]
+        centre = scene.point_ground(body, segment.com_body)[inside]
         moment = wrench[:, 3:] - cross(centre, wrench[:, :3])
         R = scene.R_ground_body[inside, body]
         arm = np.stack([cross(R[:, :, i], wrench[:, :3]) for i in range(3)], axis=-1)

@@ -21,6 +21,7 @@ LEAST_HELD = 0.04  # information below which a direction is not known well enoug
 LEAST_M = 0.007  # jumps in real recordings of sound markers that look like slips stay below 5 mm
 LEAST_GAIN = 20.0  # a trunk that deforms in a jump reaches 15
 OFTEN = 3.0  # the largest other jump of a trial is about three standard deviations of them
+AT_ONCE = 5.5  # the largest other change from one frame to the next, of theirs: a few frames are far worse
 RESOLVED_M = 0.001  # jumps below are within what cameras and filters do
 SAME_TIME_S = 0.05  # neighbours seem to jump with the marker that did
 MOST_SLIPS = 6
@@ -70,12 +71,15 @@ class _Jump:
     shift_body: Float[np.ndarray, "3"]
     size: float  # [m] least over the spans
     std: float  # [m] of such changes elsewhere in the trial
+    std_at_once: float  # [m] of changes elsewhere from one frame to the next, whether they last or not
     energy: float  # in squares of metres: what of all markers' errors it explains
     places: int
 
     @property
     def gain(self) -> float:
-        return 0.5 * (self.size / self.std) ** 2 - float(np.log(self.places))
+        """Of the clearer: larger than what lasts elsewhere, or than what happens there within a frame."""
+        usual = min(self.std, self.std_at_once)
+        return 0.5 * (self.size / usual) ** 2 - float(np.log(self.places))
 
 
 def findings(scene: Scene) -> list[MarkerFinding]:
@@ -98,6 +102,7 @@ def findings(scene: Scene) -> list[MarkerFinding]:
             break
         first = max(clear, key=lambda j: j.gain)
         near = [j for j in jumps if abs(j.frame - first.frame) <= SAME_TIME_S * scene.rate]
+        near += [j for c in courses if (j := _beside_a_gap(c, first.frame)) and j.size > first.size]
         slip = _finding(scene, max(near, key=lambda j: j.energy), first.gain - float(np.log(len(markers))))
         found.append(slip)
         repaired = slip.repaired(at.markers.observed_ground)
@@ -163,7 +168,7 @@ def _largest_jump(course: _Course) -> _Jump | None:
     """
     jumps = []
     for start in (course.place, course.without_angles(None)[0]):
-        _, size = _changes(start, course.frames, course.rate)
+        size = _clear_of_gaps(course) * _changes(start, course.rate)[1]
         if size.max() > LEAST_M / 2:
             jumps.append(_followed(course, int(size.argmax())))
     return max((jump for jump in jumps if jump), key=lambda jump: jump.gain, default=None)
@@ -171,23 +176,44 @@ def _largest_jump(course: _Course) -> _Jump | None:
 
 def _followed(course: _Course, step: int) -> _Jump | None:
     """The jump that a first guess leads to, once angles and step are fitted together."""
+    clear = _clear_of_gaps(course)
     for _ in range(2):
-        rest, shift = course.without_angles(step)
-        change, size = _changes(rest, course.frames, course.rate)
+        size = clear * _changes(course.without_angles(step)[0], course.rate)[1]
         if int(size.argmax()) == step:
             break
         step = int(size.argmax())
+    return _jump_at(course, step)
+
+
+def _beside_a_gap(course: _Course, frame: int) -> _Jump | None:
+    """The jump of a marker that was lost when another one seemed to jump, and is back elsewhere."""
+    reach = round(SAME_TIME_S * course.rate)
+    first = int(np.searchsorted(course.frames, frame - reach))
+    end = min(int(np.searchsorted(course.frames, frame + reach)) + reach, len(course.frames))
+    unclear = first + np.flatnonzero(~_clear_of_gaps(course)[first:end])
+    if not len(unclear):
+        return None
+    size = _changes(course.place, course.rate)[1]
+    return _jump_at(course, int(unclear[size[unclear].argmax()]))
+
+
+def _jump_at(course: _Course, step: int) -> _Jump | None:
+    """The change at a sample, against all others of the course; None where angles do better than a step."""
+    rest, shift = course.without_angles(step)
+    change, size = _changes(rest, course.rate)
     if np.linalg.norm(shift) < 0.5 * size[step]:
         return None
     after = np.arange(len(course.frames)) >= step
-    _, elsewhere = _changes(rest - after[:, None] * shift, course.frames, course.rate)
+    others, elsewhere = _changes(rest - after[:, None] * shift, course.rate)
+    at_once = np.linalg.norm(np.delete(others[0], step, axis=0), axis=1)
     jump = np.median(change[:, step], axis=0)
     return _Jump(
         marker=course.marker,
         frame=int(course.frames[step]),
         shift_body=course.axes_body @ jump,
         size=float(size[step]),
-        std=float(elsewhere.max() + RESOLVED_M) / OFTEN,
+        std=float((_clear_of_gaps(course) * elsewhere).max() + RESOLVED_M) / OFTEN,
+        std_at_once=float(at_once.max() + RESOLVED_M) / AT_ONCE,
         energy=float(jump @ course.information @ jump),
         places=len(course.frames),
     )
@@ -216,7 +242,7 @@ def _angle_fit(
 
 
 def _changes(
-    place: Float[np.ndarray, "samples axes"], frames: Int[np.ndarray, " samples"], rate: float
+    place: Float[np.ndarray, "samples axes"], rate: float
 ) -> tuple[Float[np.ndarray, "spans samples axes"], Float[np.ndarray, " samples"]]:
     """Medians from each sample on less those before it, and their least length along their mean."""
     change = np.zeros((len(SPANS_S), *place.shape))
@@ -227,13 +253,17 @@ def _changes(
     mean = change.mean(axis=0)
     direction = mean / (np.linalg.norm(mean, axis=1, keepdims=True) + 1e-12)
     size = np.einsum("ktc,tc->kt", change, direction).min(axis=0).clip(0.0)
-    times = frames / rate
+    return change, size
+
+
+def _clear_of_gaps(course: _Course) -> Bool[np.ndarray, " samples"]:
+    """Samples far enough from the ends and from longer gaps for a change to be seen to last."""
+    times = course.frames / course.rate
     begun = np.r_[True, np.diff(times) > LONGEST_GAP_S]
     start = np.maximum.accumulate(np.where(begun, times, -np.inf))
     ended = np.r_[begun[1:], True]
     end = np.minimum.accumulate(np.where(ended, times, np.inf)[::-1])[::-1]
-    size[(times - start < END_S) | (end - times < END_S)] = 0.0
-    return change, size
+    return np.asarray((times - start >= END_S) & (end - times >= END_S))
 
 
 def _median_changes(

@@ -5,14 +5,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.balance import Balance
-from solver.diagnosis.contenders import confidence, handicap, least_first_gain
+from solver.diagnosis.balance import Balance, Term
+from solver.diagnosis.contenders import (
+    Contender,
+    Found,
+    confidence,
+    handicap,
+    least_first_gain,
+    loose_ends,
+)
+from solver.diagnosis.heldout import blocks, heldout_gain
 from solver.diagnosis.selection import select
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.effect import Candidate, Corrected, Estimate, Signature
 from solver.effects.external_contact import ExternalContact
 from solver.effects.gross_cause import Beyond, with_samples
+from solver.effects.off_plate_step import OffPlateStep
 from solver.effects.plate_bias import candidates as biases
 from solver.effects.plate_gain import PlateGain
 from solver.effects.plate_position import candidates as positions
@@ -295,6 +304,21 @@ def test_beyond_an_exchange_the_catalogue_is_that_of_the_recording_put_right(dra
     assert set(named(selection)) == {swap.key, ("plate_gain", "plate_2")}
 
 
+def test_what_withheld_blocks_tell_may_lack_a_small_share_of_the_gain(short_scene, drawn, rows_of):
+    balance = Balance([rows_of(drawn(4, 0.15 * short_scene.plates[0].wrench_ground))], SETTINGS)
+    selection = select(balance, [PlateGain("plate_1")])
+    told = heldout_gain(balance, blocks(balance), selection.null, selection.solved).best
+    (found,) = selection.found
+    asks = told + 0.5 * SETTINGS.heldout_share * found.contender.gain
+
+    def with_share(share):
+        settings = replace(SETTINGS, least_heldout_gain=asks, heldout_share=share)
+        return named(select(Balance(balance.trials, settings), [PlateGain("plate_1")]))
+
+    assert with_share(SETTINGS.heldout_share) == [("plate_gain", "plate_1")]
+    assert with_share(0.0) == []
+
+
 def test_what_reading_undid_is_not_named_if_leaving_it_in_would_do(drawn, balance_of_scenes, short_scene):
     lost = np.zeros((short_scene.frames, 6))
     lost[:, 0] = 40.0  # taken off where it belonged
@@ -471,6 +495,21 @@ def test_whole_limbs_are_likelier_than_single_segments():
     assert nearer == SETTINGS.whole_limbs_odds > 0
     beyond = Beyond(legs.target, legs, PlateSwap("plate_1+plate_2"))
     assert handicap(beyond, SETTINGS) == handicap(legs, SETTINGS)
+
+
+def test_a_step_leaves_less_to_later_causes_than_a_contact(drawn, balance_of_scenes):
+    """Its force and its place are free, a contact has one point; a factor tells all."""
+    solved = balance_of_scenes(drawn(4)).solve([])
+    gain = 100.0
+
+    def rest(candidate):
+        term = Term(candidate, (), None, np.zeros((0, 0)), np.zeros(0))
+        return loose_ends([Found(Contender(term, solved, gain), 1.0, ())], SETTINGS)
+
+    assert rest(PlateGain("plate_1")) == 0.0
+    assert rest(OffPlateStep("calcn_r")) == pytest.approx(SETTINGS.step_rest_share * gain)
+    assert rest(ExternalContact("hand_r")) == pytest.approx(SETTINGS.rival_share * gain)
+    assert SETTINGS.step_rest_share < SETTINGS.rival_share
 
 
 def test_a_forearm_is_touched_more_rarely_than_a_hand():

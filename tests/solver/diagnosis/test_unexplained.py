@@ -14,6 +14,7 @@ from solver.diagnosis.unexplained import kept_beside_the_unknown
 from solver.effects.effect import Candidate, Estimate, Signature
 from solver.effects.plate_gain import PlateGain
 from solver.effects.scene import force_at
+from solver.effects.subject_mass import candidates as masses
 
 SETTINGS = DiagnosisSettings()
 
@@ -92,6 +93,54 @@ def test_beside_a_strong_unknown_a_cause_has_to_pay_more(short_scene, swinging, 
     share = loss / lenient.left.gain
     assert [f.contender.term.candidate.id for f in kept(0.5 * share).found] == ["plate_gain"]
     assert kept(2 * share).found == ()
+
+
+@pytest.fixture(scope="module")
+def lasting(short_scene):
+    """A force at a hand that stays as it is."""
+    b = short_scene.skeleton.body_index("hand_l")
+    point = short_scene.point_ground(b, short_scene.skeleton.bodies[b].com_body)
+    return force_at(np.tile([60.0, 0.0, 0.0], (short_scene.frames, 1)), point)
+
+
+def test_a_free_force_that_stays_the_same_takes_no_named_causes_place(lasting, drawn, balance_of_scenes):
+    """The cause has it at the wrong body; a free one would have it right, and any steady force has a name."""
+    plain = balance_of_scenes(drawn(4, lasting, scale=0.5))
+
+    def kept(most_constant):
+        balance = Balance(plain.trials, replace(SETTINGS, most_constant=most_constant))
+        return kept_beside_the_unknown(balance, select(balance, [Steady("torso")]))
+
+    if_any_may, as_it_is = kept(1.0), kept(SETTINGS.most_constant)
+    assert if_any_may.found == ()
+    assert if_any_may.left.term.candidate.target == "hand_l"
+    assert [f.contender.term.candidate.key for f in as_it_is.found] == [("steady", "torso")]
+
+
+def test_a_free_force_that_takes_back_what_a_named_cause_explains_is_not_told(
+    short_scene, drawn, balance_of_scenes
+):
+    """Some other weight and a steady pull up are as good as the weight, of whatever size."""
+    b = short_scene.skeleton.body_index("hand_l")
+    place = short_scene.point_ground(b, short_scene.skeleton.bodies[b].com_body)
+    up = force_at(np.tile([0.0, 60.0, 0.0], (short_scene.frames, 1)), place)
+    plain = balance_of_scenes(drawn(4, up, scale=0.5))
+    (mass,) = masses([short_scene])
+
+    def left(most_constant):
+        balance = Balance(plain.trials, replace(SETTINGS, most_constant=most_constant, unknown_margin=1e9))
+        solved = balance.solve([balance.term(mass, ())])
+        found = (Found(Contender(solved.terms[0], solved, 50.0), 1.0, ()),)
+        return kept_beside_the_unknown(balance, Selection(balance.solve([]), solved, found)).left
+
+    assert isinstance(left(1.0).term.candidate, UnknownForce)
+    told = left(SETTINGS.most_constant)
+    assert told is None or not isinstance(told.term.candidate, UnknownForce)
+
+
+def test_where_nothing_is_named_it_is_told_all_the_same(lasting, drawn, balance_of_scenes):
+    balance = balance_of_scenes(drawn(4, lasting, scale=0.5))
+    assert kept_beside_the_unknown(balance, select(balance, [])).left.term.candidate.target == "hand_l"
 
 
 @dataclass(frozen=True, eq=False)

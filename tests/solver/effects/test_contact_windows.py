@@ -43,6 +43,16 @@ def test_what_a_person_flagged_is_not_looked_at(scene, recorded):
     assert contact_windows(replace(faulty, counts=counts)) == []
 
 
+@pytest.mark.parametrize("weight_N", [-40.0, 40.0])
+def test_beside_a_wrong_weight_a_push_begins_and_ends(scene, recorded, weight_N):
+    """What is missing upward before, in and after it is no contact."""
+    missing = pushed(scene, (0, weight_N, 0), 0, scene.frames) + pushed(scene, (-60, 0, 40), 80, 150)
+    found = contact_windows(recorded(scene.demanded_ground - missing))
+    assert len(found) == 1
+    assert abs(found[0].stretch.start - 80) <= 10
+    assert abs(found[0].stretch.end - 150) <= 10
+
+
 @pytest.mark.parametrize(("share", "sign"), [(0.5, 1), (0.5, -1), (0.65, 1)])
 def test_whom_only_the_plates_weighed_a_long_push_does_not_make_two(scene, recorded, share, sign):
     """The mean of the forces holds part of the push: without it they seem to lack the opposite."""

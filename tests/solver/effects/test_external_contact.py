@@ -34,6 +34,15 @@ def test_the_touched_body_is_a_candidate_at_the_right_time(touched, touch):
     )
 
 
+def test_the_body_is_found_beside_a_wrong_weight(scene, recorded, touch):
+    """Which would have the force elsewhere: it acts at the centre of mass, and all along."""
+    name, _, missing = touch
+    weight = force_at(np.array([0.0, 45.0, 0.0]), scene.com_ground)
+    made = candidates([recorded(scene.demanded_ground - missing - weight)])
+    whole = [c for c in made if abs(c.windows[0].start - 100 * SINCE) < 12]
+    assert name in [c.target for c in whole[:4]]
+
+
 def test_signature_holds_the_push(touched, touch, fitted):
     body, _, missing = touch
     candidate = next(c for c in candidates([touched]) if c.target == body)

@@ -69,6 +69,31 @@ def test_fat_that_swings_with_the_knee_is_no_slip(sound, long_walk, tracked):
     assert findings(tracked(altered, skeleton)) == []
 
 
+def test_who_slipped_while_out_of_sight_is_named_not_the_neighbours(sound, long_walk, tracked):
+    """They seem to jump with the pose that the slipped one turns; nothing says whether its own jump lasts."""
+    observed, skeleton = long_walk
+    m = skeleton.marker_names.index("RMT5")
+    R = sound.R_ground_body[:, sound.markers.body[m]]
+    altered = slipped(observed, R, m, np.array([0.025, 0.012, -0.025]), 200)
+    altered[186:199, m] = np.nan
+    assert [f.target for f in findings(tracked(altered, skeleton))] == ["RMT5"]
+
+
+def test_a_slip_stands_out_beside_jolts_of_a_third_its_size(sound, long_walk, tracked):
+    """Landing jolts a loose marker now and then; a dozen of them make no slip, nor do they hide one."""
+    observed, skeleton = long_walk
+    m = skeleton.marker_names.index("RTH2")
+    R = sound.R_ground_body[:, sound.markers.body[m]]
+    along = np.where(np.arange(len(observed)) // 30 % 2, 0.0055, 0.0)[:, None] * np.array([0.0, -0.8, 0.6])
+    jolted = observed.copy()
+    jolted[:, m] += np.einsum("tij,tj->ti", R, along)
+    assert findings(tracked(jolted, skeleton)) == []
+    altered = slipped(jolted, R, m, np.array([0.009, 0.012, 0.0]), 215)
+    (found,) = findings(tracked(altered, skeleton))
+    assert found.target == "RTH2"
+    assert found.frames.start == pytest.approx(215, abs=3)
+
+
 @pytest.mark.real
 def test_in_a_recorded_walk(real_walk, tracked):
     observed, skeleton, rate = real_walk
