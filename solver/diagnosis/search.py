@@ -289,6 +289,8 @@ class Search:
 
     def _least_heldout_gain(self, one: Contender) -> float:
         """Less of what lasts, and of masses, of which withheld blocks hardly tell."""
-        settings = self.settings
-        share = settings.mass_heldout_share if one.term.candidate.is_a_mass else settings.heldout_share
+        candidate, settings = one.term.candidate, self.settings
+        if candidate.of_any_course:
+            return settings.least_heldout_gain
+        share = settings.mass_heldout_share if candidate.is_a_mass else settings.heldout_share
         return settings.least_heldout_gain - share * one.gain

@@ -114,8 +114,8 @@ class DiagnosisSettings:
     heldout_share: float = setting(
         0.05,
         unit="",
-        why="of its gain, that a cause may lose on withheld blocks: what lasts, the other blocks tell even "
-        "by an unlikely body",
+        why="of its gain, that a cause without a course of its own may lose on withheld blocks: the others "
+        "foretell a plate's place without it, at the price of an unlikely body",
     )
     mass_heldout_share: float = setting(
         0.4,
@@ -178,7 +178,8 @@ class DiagnosisSettings:
     most_constant: float = setting(
         0.95,
         unit="",
-        why="of a free course's mean square, that its mean may have beside named causes: forces that the "
+        why="of a free course's mean square; with more in its mean it stays the same all along, takes no "
+        "named cause's place and is told beside one only if it explains something else: forces that the "
         "catalogue lacks had 0.87 at most, what imitates a tilt or a mass 0.98",
     )
     beside_unknown_share: float = setting(
@@ -194,7 +195,7 @@ class DiagnosisSettings:
         0.03, unit="", why="of the gain, likewise: what the model gets wrong grows with what a cause explains"
     )
     step_rest_share: float = setting(
-        0.01,
+        0.02,
         unit="",
         why="of the gain of a step beside the plates, whose force has every freedom, that later causes must "
         "add; of a contact at one point it is `rival_share`",

@@ -1,24 +1,23 @@
 """What no cause of the catalogue explains: sought beside the named causes, and they beside it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from solver.diagnosis.balance import Balance, Solved, Term
-from solver.diagnosis.contenders import Contender, Found, cosine, handicap, loose_ends
+from solver.diagnosis.contenders import Contender, Found, handicap, loose_ends
 from solver.diagnosis.ladder import Rung
 from solver.diagnosis.remainder import Unknown, UnknownForce
 from solver.diagnosis.screening import Beside
 from solver.diagnosis.selection import Selection
-from solver.diagnosis.unknown_course import constant_share
 from solver.diagnosis.unknown_screen import Tried, UnknownScreen
 from solver.effects.effect import Eta
 
 MOMENT_LEVER_M = 0.1  # by which a moment counts as a force
 PLACED = 17  # bodies at which the point of an unknown force is sought, of any course and of one that swings
-RESEMBLING = 0.5  # cosine, either way round, from which on a steady force is a named cause in other words
 CLIMBED = 3  # of these, to the scale that suits each
+RESEMBLING = 0.5  # cosine, from which on a steady force is the named causes in other words
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +39,7 @@ def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
     settings = balance.settings
     solved, found = selection.solved, selection.found
     unknown = UnknownScreen(balance)
-    left = _left(balance, unknown, solved, found, steady=True)
+    left = _told(balance, unknown, solved, found)
     if not found:
         return Kept(solved, found, left)
     explained = max(0.0, solved.log_evidence - selection.null.log_evidence)
@@ -49,9 +48,9 @@ def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
         return _without_needless(balance, unknown, Kept(solved, found, left), margin)
     if any(f.contender.term.candidate.has_a_witness for f in found):
         return Kept(solved, found, None)
-    alone = _left(balance, unknown, selection.null, ())
+    alone = _in_their_place(balance, unknown, selection.null, ())
     if alone is not None and alone.solved.log_evidence > solved.log_evidence + margin:
-        return Kept(selection.null, (), alone)
+        return Kept(selection.null, (), _told(balance, unknown, selection.null, ()))
     return Kept(solved, found, None)
 
 
@@ -63,30 +62,25 @@ def _without_needless(balance: Balance, unknown: UnknownScreen, kept: Kept, marg
     settings = balance.settings
     solved, found, left = kept.solved, kept.found, kept.left
     assert left is not None
-    while found:
+    while found and left is not None:
         least = settings.least_further_gain + settings.beside_unknown_share * max(0.0, left.gain)
-        tried = []
+        weak = []
         for k, one in enumerate(found):
             if one.contender.term.candidate.has_a_witness:
                 continue
             rest = [t for t in solved.terms if t is not one.contender.term]
             without = balance.solve(rest, near=solved.rung)
-            other = _left(balance, unknown, without, found[:k] + found[k + 1 :])
-            if other is not None:
-                loss = left.solved.log_evidence - other.solved.log_evidence
-                loss -= handicap(one.contender.term.candidate, settings)
-                beyond = other.solved.log_evidence - solved.log_evidence
-                tried.append((loss, beyond, k, without, other))
-        weak = [
-            (loss, k, without, other)
-            for loss, beyond, k, without, other in tried
-            if (loss <= least and beyond > margin)
-            or not all(_notable(balance, s, found[k]) for s in (solved, left.solved))
-        ]
+            other = _in_their_place(balance, unknown, without, found[:k] + found[k + 1 :])
+            beyond = (without if other is None else other.solved).log_evidence
+            loss = left.solved.log_evidence - beyond - handicap(one.contender.term.candidate, settings)
+            needless = other is not None and loss <= least and beyond - solved.log_evidence > margin
+            if needless or not all(_notable(balance, s, one) for s in (solved, left.solved)):
+                weak.append((loss, k, without))
         if not weak:
             break
-        _, k, without, other = min(weak, key=lambda t: t[0])
-        solved, found, left = without, found[:k] + found[k + 1 :], other
+        _, k, without = min(weak, key=lambda t: t[0])
+        solved, found = without, found[:k] + found[k + 1 :]
+        left = _told(balance, unknown, solved, found)
     return Kept(solved, found, left)
 
 
@@ -95,24 +89,49 @@ def _notable(balance: Balance, solved: Solved, one: Found) -> bool:
     return one.contender.term.candidate.is_notable(estimates)
 
 
+def _told(
+    balance: Balance, unknown: UnknownScreen, solved: Solved, found: Sequence[Found]
+) -> Contender | None:
+    """What is left beside named causes; if it stays the same all along, only what none of them explains."""
+
+    def resembles(one: Tried) -> bool:
+        return _share_explained(balance, solved, one) > RESEMBLING
+
+    return _left(balance, unknown, solved, found, lambda one: bool(solved.terms) and resembles(one))
+
+
+def _in_their_place(
+    balance: Balance, unknown: UnknownScreen, solved: Solved, found: Sequence[Found]
+) -> Contender | None:
+    """What would explain most in the place of a cause; never what stays the same all along.
+
+    Supports, tilts, biases and masses are in the catalogue, and a steady force that is free to act anywhere
+    imitates them all.
+    """
+    return _left(balance, unknown, solved, found, lambda one: True)
+
+
+def _share_explained(balance: Balance, solved: Solved, one: Tried) -> float:
+    """Cosine between what an unknown explains and the nearest that the named causes might, of any sizes."""
+    term = balance.term(one.candidate, one.eta)
+    assert term is not None
+    own = term.whitened(solved.rung)[1] @ one.x
+    parts = []
+    for named in solved.terms:
+        fixed, columns = named.whitened(solved.rung)
+        parts += [columns] if fixed is None else [columns, fixed[:, None]]
+    basis = np.linalg.qr(np.concatenate(parts, axis=1))[0]
+    return float(np.linalg.norm(basis.T @ own) / max(np.linalg.norm(own), np.finfo(float).tiny))
+
+
 def _left(
     balance: Balance,
     unknown: UnknownScreen,
     solved: Solved,
     found: Sequence[Found],
-    *,
-    steady: bool = False,
+    excluded_if_steady: Callable[[Tried], bool],
 ) -> Contender | None:
-    """The force of unknown course, or the moment, that would explain most; None where none pays.
-
-    Args:
-        balance: of all trials.
-        unknown: forces and moments at all bodies.
-        solved: with the causes beside which it is sought.
-        found: these causes.
-        steady: may it stay the same all along? Supports, tilts, biases and masses are in the catalogue: it
-            takes the place of none of them, and beside them it is told only if it explains something else.
-    """
+    """The force of unknown course, or the moment, that would explain most; None where none pays."""
     scenes = balance.scenes
     placed: list[Unknown] = []
     tried: list[tuple[float, Tried, Rung]] = []
@@ -137,18 +156,17 @@ def _left(
             for one in unknown.at(placed, beside)
         ]
     tried = [t for t in tried if t[1].candidate.frequency_Hz is None or t[1].candidate.swings(scenes, t[1].x)]
-    if not steady:
-        tried = [t for t in tried if not _stays_the_same(balance, t[1])]
     tried.sort(key=lambda t: -t[0])
     terms: dict[tuple[Unknown, Eta], Term] = {}  # one may be tried from several rungs
     climbed = []
     for _, one, rung in tried:
+        steady = one.candidate.stays_the_same(scenes, one.x, balance.settings.most_constant)
+        if steady and excluded_if_steady(one):
+            continue
         term = terms.get((one.candidate, one.eta)) or balance.term(one.candidate, one.eta)
         assert term is not None
         terms[one.candidate, one.eta] = term
         both = _beside(balance, solved, term, rung)
-        if _stays_the_same(balance, one) and _resembles_the_others(both.solved):
-            continue
         climbed.append((both.gain - one.candidate.reach_cost(scenes), both))
         if len(climbed) == CLIMBED:
             break
@@ -159,19 +177,6 @@ def _left(
     least_gain = balance.settings.least_unknown_gain + loose_ends(found, balance.settings)
     pays = best.gain > least_gain and size_N(balance, best) > least_N
     return best if pays else None
-
-
-def _stays_the_same(balance: Balance, one: Tried) -> bool:
-    if not isinstance(one.candidate, UnknownForce):
-        return False
-    force = one.candidate.force_ground(one.candidate.scene(balance.scenes), one.x)
-    return constant_share(force) > balance.settings.most_constant
-
-
-def _resembles_the_others(solved: Solved) -> bool:
-    """Whether the last term mostly adds to what the others explain, or takes it back."""
-    *others, last = (solved.explained(k, solved.rung) for k in range(len(solved.terms)))
-    return bool(others) and abs(cosine(last, np.sum(others, axis=0))) > RESEMBLING
 
 
 def size_N(balance: Balance, left: Contender) -> float:

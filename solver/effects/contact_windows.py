@@ -14,7 +14,7 @@ LONGEST_S = 20.0  # of one constant force
 ERROR_SHARE = 0.015  # of body weight, at rest: what the balance is off by
 MOTION_SHARE = 0.08  # of the force that the body's acceleration demands, likewise
 INDEPENDENT_HOPS = 2.0  # how long an error lasts
-ALL_ALONG = 0.95  # of a trial
+WRONG_WEIGHT_STD = 0.02  # of what somebody weighed: a wrong entry, a bag that stood on the scale
 WEAK_SHARE = 0.2  # of the trial's strongest stretch; beside it, weaker ones are a wrong mass or gain
 LEAST_SCORE = 8.0  # log likelihood ratio
 MOST = 8  # of one trial
@@ -29,6 +29,7 @@ class ContactWindow:
 
     stretch: Stretch
     score: float
+    wrong_weight_N: float = 0.0  # missing upward all along the trial, beside which it was found
 
 
 def contact_windows(
@@ -50,15 +51,9 @@ def contact_windows(
     usable = scene.counts if elsewhere is None else scene.counts & ~elsewhere
     missing = np.where(usable[: blocks * hop, None], missing, 0.0)
     force = missing.reshape(blocks, hop, 3).mean(axis=1)
-    windows: list[ContactWindow] = []
-    error = _error_N(scene)
-    runs = _likeliest(force / error)
     counted = usable[: blocks * hop].reshape(blocks, hop).mean(axis=1)
-    if not scene.weighed:
-        force, runs = _beside_a_wrong_weight(force, runs, runs, counted, error)
-    elif sum(end - first for first, end, _ in runs) > ALL_ALONG * blocks:
-        longest = max(runs, key=lambda run: run[1] - run[0])
-        force, runs = _beside_a_wrong_weight(force, runs, [longest], counted, error)
+    force, runs, weight_N = _beside_a_wrong_weight(scene, force, counted)
+    windows: list[ContactWindow] = []
     level = [float(np.linalg.norm(force[first:end].mean(axis=0))) for first, end, _ in runs]
     strong = WEAK_SHARE * max(level, default=0.0)
     for (first, end, score), size in zip(runs, level, strict=True):
@@ -68,29 +63,32 @@ def contact_windows(
         if windows and windows[-1].stretch.end == stretch.start:
             before = windows.pop()
             whole = stretch_of(scene, before.stretch.start, stretch.end)
-            windows.append(ContactWindow(whole, before.score + score))
+            windows.append(ContactWindow(whole, before.score + score, weight_N))
         else:
-            windows.append(ContactWindow(stretch, score))
+            windows.append(ContactWindow(stretch, score, weight_N))
     return sorted(windows, key=lambda w: -w.score)[:MOST]
 
 
 def _beside_a_wrong_weight(
-    force: Float[np.ndarray, "blocks 3"],
-    runs: list[Run],
-    of_weight: list[Run],
-    counted: Float[np.ndarray, " blocks"],
-    error_N: Float[np.ndarray, "3"],
-) -> tuple[Float[np.ndarray, "blocks 3"], list[Run]]:
-    """The likeliest division, and what it divides, if what some run lacks upward is lacking all along.
+    scene: Scene, force: Float[np.ndarray, "blocks 3"], counted: Float[np.ndarray, " blocks"]
+) -> tuple[Float[np.ndarray, "blocks 3"], list[Run], float]:
+    """What is divided, its likeliest division, and what is missing upward all along [N], most likely.
 
-    A contact may have made seem heavier or lighter whom only the plates weighed: any run may be the weight.
-    Somebody weighed may weigh otherwise all the same: then the weight is what is missing longest.
+    That is what one of the runs lacks upward, or nothing. A contact may have made seem heavier or lighter
+    whom only the plates weighed; somebody weighed hardly weighs otherwise.
     """
-    tried = [(force, runs)]
-    for first, end, _ in of_weight:
-        beside = force - force[first:end, 1].mean() * counted[:, None] * UP
-        tried.append((beside, _likeliest(beside / error_N)))
-    return max(tried, key=lambda t: _log_likelihood(t[0] / error_N, t[1]))
+    error_N = _error_N(scene)
+    std_N = WRONG_WEIGHT_STD * scene.weight_N if scene.weighed else np.inf
+    runs = _likeliest(force / error_N)
+    weights_N = [0.0, *(force[a:b, 1].sum() / max(counted[a:b].sum(), 1.0) for a, b, _ in runs)]
+    tried = []
+    for weight_N in weights_N:
+        beside = force - weight_N * counted[:, None] * UP
+        division = _likeliest(beside / error_N)
+        likelihood = _log_likelihood(beside / error_N, division) - 0.5 * (weight_N / std_N) ** 2
+        tried.append((likelihood, beside, division, float(weight_N)))
+    _, force, runs, weight_N = max(tried, key=lambda t: t[0])
+    return force, runs, weight_N
 
 
 def _log_likelihood(force: Float[np.ndarray, "blocks 3"], runs: list[Run]) -> float:

@@ -1,6 +1,6 @@
 """External contact: something that nobody measures pushes or pulls at a segment."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,6 +33,8 @@ MOST_SHARE = 0.95  # of a trial, for a contact to be one that begins or ends in 
 LEAST_N = 15.0  # a sleeve caught on a rail
 MOST_WEIGHTS = 1.5  # on average: a seat carries one; opposite forces on near segments would grow without end
 
+Missing = Mapping[str, Float[np.ndarray, "frames 6"]]  # by trial: what the balance lacks, weight put right
+
 
 @dataclass(frozen=True)
 class ExternalContact(Candidate):
@@ -44,6 +46,7 @@ class ExternalContact(Candidate):
 
     windows: tuple[Stretch, ...] = ()  # of any trials, each with parameters of its own
     scales_N: tuple[float, ...] = ()  # of the force in each window
+    wrong_weights_N: tuple[tuple[str, float], ...] = ()  # missing upward all along, by trial
     between_others: bool = False
     weight_N: float = np.inf  # of the person
 
@@ -76,7 +79,7 @@ class ExternalContact(Candidate):
             else:
                 blocks.append(np.zeros((scene.frames, 6, 3 * courses.shape[1])))
             prior.append(np.tile(scale * np.array([1.0, *([CHANGE_SHARE] * (courses.shape[1] - 1))]), 3))
-        force = eased * scene.missing_ground[:, :3]
+        force = eased * _missing_ground(scene, dict(self.wrong_weights_N).get(scene.name, 0.0))[:, :3]
         shifts = columns_at_point(scene, body, segment.com_body, force)[:, :, 1:]
         return Signature(
             np.concatenate([*blocks, shifts], axis=2), np.concatenate([*prior, np.full(3, reach_m(segment))])
@@ -171,6 +174,8 @@ def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     stances = [s.stretch for s in unmeasured_stances(scenes) if s.gross]
     found = [w for scene in scenes for w in contact_windows(scene, frames_of(stances, scene))]
     found.sort(key=lambda w: -w.score)
+    weights = {w.stretch.trial: w.wrong_weight_N for w in found}
+    missing = {s.name: _missing_ground(s, weights[s.name]) for s in scenes if s.name in weights}
     sets = [tuple(w.stretch for w in found)] if found else []
     if len(found) > 1:
         sets += [(w.stretch,) for w in found[:MOST_ALONE]]
@@ -182,11 +187,12 @@ def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     inner = inner_segments(scenes[0].skeleton) if scenes else frozenset()
     for windows in sets:
         trials = [s for s in scenes if s.name in {w.trial for w in windows}]
-        scales = tuple(max(PRIOR_N, _mean_force_N(scenes, window)) for window in windows)
-        nearest = sorted(_touchable(scenes[0]), key=lambda body: _misfit(trials, windows, body))
+        scales = tuple(max(PRIOR_N, _mean_force_N(trials, window, missing)) for window in windows)
+        own = tuple((trial.name, weights[trial.name]) for trial in trials)
+        nearest = sorted(_touchable(scenes[0]), key=lambda body: _misfit(trials, windows, body, missing))
         for body in nearest[:MOST_BODIES]:
             name = scenes[0].skeleton.body_names[body]
-            made.append(ExternalContact(name, windows, scales, body in inner, scenes[0].weight_N))
+            made.append(ExternalContact(name, windows, scales, own, body in inner, scenes[0].weight_N))
     return made
 
 
@@ -201,21 +207,18 @@ def _touchable(scene: Scene) -> list[int]:
     return [b for b in scene.skeleton.bodies_from_share(LIGHTEST_SHARE) if b not in feet]
 
 
-def _mean_force_N(scenes: Sequence[Scene], window: Stretch) -> float:
+def _mean_force_N(scenes: Sequence[Scene], window: Stretch, missing: Missing) -> float:
     scene = next(s for s in scenes if s.name == window.trial)
     inside = _usable([window], scene)
-    missing = _missing_ground(scene, [window])[inside, :3]
-    return float(np.linalg.norm(missing.mean(axis=0))) if inside.any() else 0.0
+    return float(np.linalg.norm(missing[scene.name][inside, :3].mean(axis=0))) if inside.any() else 0.0
 
 
-def _missing_ground(scene: Scene, windows: Sequence[Stretch]) -> Float[np.ndarray, "frames 6"]:
-    """What the balance lacks beyond what it lacks upward outside the windows: that is a wrong weight."""
-    outside = scene.counts & ~frames_of(windows, scene)
-    up_N = scene.missing_ground[outside, 1].mean() if outside.any() else 0.0
-    return np.asarray(scene.missing_ground - up_N * force_at(UP, scene.com_ground))
+def _missing_ground(scene: Scene, wrong_weight_N: float) -> Float[np.ndarray, "frames 6"]:
+    """What the balance lacks beyond a wrong weight."""
+    return np.asarray(scene.missing_ground - wrong_weight_N * force_at(UP, scene.com_ground))
 
 
-def _misfit(scenes: Sequence[Scene], windows: Sequence[Stretch], body: int) -> float:
+def _misfit(scenes: Sequence[Scene], windows: Sequence[Stretch], body: int, missing: Missing) -> float:
     """How badly the missing force makes the missing moment about a segment's centre of mass at its best d.
 
     (R d) × f = n, least squares over the windows with d ~ N(0, reach²); half a sum of squares in standard
@@ -225,7 +228,7 @@ def _misfit(scenes: Sequence[Scene], windows: Sequence[Stretch], body: int) -> f
     precision, pull, total = np.eye(3) / reach_m(segment) ** 2, np.zeros(3), 0.0
     for scene in scenes:
         inside = _usable(windows, scene)
-        wrench = _missing_ground(scene, windows)[inside]
+        wrench = missing[scene.name][inside]
         centre = scene.point_ground(body, segment.com_body)[inside]
         moment = wrench[:, 3:] - cross(centre, wrench[:, :3])
         R = scene.R_ground_body[inside, body]

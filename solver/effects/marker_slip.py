@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -64,14 +66,14 @@ class MarkerSlip(MarkerFinding):
 
 @dataclass(frozen=True, eq=False)
 class _Jump:
-    """The most abrupt lasting change of one marker's place."""
+    """The most abrupt change of one marker's place, and what else changes there."""
 
     marker: int
     frame: int  # first after it
     shift_body: Float[np.ndarray, "3"]
     size: float  # [m] least over the spans
     std: float  # [m] of such changes elsewhere in the trial
-    std_at_once: float  # [m] of changes elsewhere from one frame to the next, whether they last or not
+    std_at_once: float  # [m] of changes elsewhere from one sample to the next, whether they last or not
     energy: float  # in squares of metres: what of all markers' errors it explains
     places: int
 
@@ -87,7 +89,8 @@ def findings(scene: Scene) -> list[MarkerFinding]:
 
     A slip is a jump of the marker, in the axes of its segment and against where all other markers put it,
     that lasts; it has to stand out from every other jump of the same marker, whose ordinary movement with the
-    near joints' angles is taken off. Slips in longer gaps and near the ends are not looked for.
+    near joints' angles is taken off, or from all that happens to it between two samples. Slips in longer gaps
+    and near the ends are not looked for, but for those in a gap at which another marker seems to jump.
     """
     found: list[MarkerFinding] = []
     at = scene
@@ -102,7 +105,8 @@ def findings(scene: Scene) -> list[MarkerFinding]:
             break
         first = max(clear, key=lambda j: j.gain)
         near = [j for j in jumps if abs(j.frame - first.frame) <= SAME_TIME_S * scene.rate]
-        near += [j for c in courses if (j := _beside_a_gap(c, first.frame)) and j.size > first.size]
+        lost = [j for c in courses if (j := _beside_a_gap(c, first.frame)) and j.size > first.size]
+        near += [jump for jump in lost if jump.gain - np.log(len(markers)) > LEAST_GAIN]
         slip = _finding(scene, max(near, key=lambda j: j.energy), first.gain - float(np.log(len(markers))))
         found.append(slip)
         repaired = slip.repaired(at.markers.observed_ground)
@@ -143,6 +147,28 @@ class _Course:
     place: Float[np.ndarray, "samples axes"]  # [m]
     without_angles: AngleFit
 
+    @cached_property
+    def gap_ends(self) -> list[int]:
+        """First samples after longer gaps."""
+        return (np.flatnonzero(np.diff(self.frames) > LONGEST_GAP_S * self.rate) + 1).tolist()
+
+    @cached_property
+    def clear(self) -> Bool[np.ndarray, " samples"]:
+        """Samples far enough from the ends and from longer gaps for a change to be seen to last."""
+        clear = np.zeros(len(self.frames), dtype=bool)
+        for first, end in pairwise([0, *self.gap_ends, len(self.frames)]):
+            own = self.frames[first:end]
+            clear[first:end] = np.minimum(own - own[0], own[-1] - own) >= END_S * self.rate
+        return clear
+
+    def seen_around(self, back: int) -> bool:
+        """Whether the marker is seen long enough before a gap that ends with this sample, and after it."""
+        k = self.gap_ends.index(back)
+        first, end = [0, *self.gap_ends][k], [*self.gap_ends, len(self.frames)][k + 1]
+        long = END_S * self.rate
+        seen_before = self.frames[back - 1] - self.frames[first]
+        return bool(seen_before >= long and self.frames[end - 1] - self.frames[back] >= long)
+
 
 def _course(scene: Scene, free: PoseFree, marker: int, enough: Bool[np.ndarray, " frames"]) -> _Course | None:
     frames = np.flatnonzero(free.seen[:, marker] & enough)
@@ -168,7 +194,7 @@ def _largest_jump(course: _Course) -> _Jump | None:
     """
     jumps = []
     for start in (course.place, course.without_angles(None)[0]):
-        size = _clear_of_gaps(course) * _changes(start, course.rate)[1]
+        size = course.clear * _changes(start, course.rate)[1]
         if size.max() > LEAST_M / 2:
             jumps.append(_followed(course, int(size.argmax())))
     return max((jump for jump in jumps if jump), key=lambda jump: jump.gain, default=None)
@@ -176,9 +202,8 @@ def _largest_jump(course: _Course) -> _Jump | None:
 
 def _followed(course: _Course, step: int) -> _Jump | None:
     """The jump that a first guess leads to, once angles and step are fitted together."""
-    clear = _clear_of_gaps(course)
     for _ in range(2):
-        size = clear * _changes(course.without_angles(step)[0], course.rate)[1]
+        size = course.clear * _changes(course.without_angles(step)[0], course.rate)[1]
         if int(size.argmax()) == step:
             break
         step = int(size.argmax())
@@ -188,13 +213,12 @@ def _followed(course: _Course, step: int) -> _Jump | None:
 def _beside_a_gap(course: _Course, frame: int) -> _Jump | None:
     """The jump of a marker that was lost when another one seemed to jump, and is back elsewhere."""
     reach = round(SAME_TIME_S * course.rate)
-    first = int(np.searchsorted(course.frames, frame - reach))
-    end = min(int(np.searchsorted(course.frames, frame + reach)) + reach, len(course.frames))
-    unclear = first + np.flatnonzero(~_clear_of_gaps(course)[first:end])
-    if not len(unclear):
-        return None
-    size = _changes(course.place, course.rate)[1]
-    return _jump_at(course, int(unclear[size[unclear].argmax()]))
+    for back in course.gap_ends:
+        before, after = course.frames[back - 1], course.frames[back]
+        if before - reach <= frame <= after + reach and course.seen_around(back):
+            size = _changes(course.place, course.rate)[1][back : back + reach + 1]
+            return _jump_at(course, back + int(size.argmax()))
+    return None
 
 
 def _jump_at(course: _Course, step: int) -> _Jump | None:
@@ -212,7 +236,7 @@ def _jump_at(course: _Course, step: int) -> _Jump | None:
         frame=int(course.frames[step]),
         shift_body=course.axes_body @ jump,
         size=float(size[step]),
-        std=float((_clear_of_gaps(course) * elsewhere).max() + RESOLVED_M) / OFTEN,
+        std=float((course.clear * elsewhere).max() + RESOLVED_M) / OFTEN,
         std_at_once=float(at_once.max() + RESOLVED_M) / AT_ONCE,
         energy=float(jump @ course.information @ jump),
         places=len(course.frames),
@@ -254,16 +278,6 @@ def _changes(
     direction = mean / (np.linalg.norm(mean, axis=1, keepdims=True) + 1e-12)
     size = np.einsum("ktc,tc->kt", change, direction).min(axis=0).clip(0.0)
     return change, size
-
-
-def _clear_of_gaps(course: _Course) -> Bool[np.ndarray, " samples"]:
-    """Samples far enough from the ends and from longer gaps for a change to be seen to last."""
-    times = course.frames / course.rate
-    begun = np.r_[True, np.diff(times) > LONGEST_GAP_S]
-    start = np.maximum.accumulate(np.where(begun, times, -np.inf))
-    ended = np.r_[begun[1:], True]
-    end = np.minimum.accumulate(np.where(ended, times, np.inf)[::-1])[::-1]
-    return np.asarray((times - start >= END_S) & (end - times >= END_S))
 
 
 def _median_changes(

@@ -95,6 +95,14 @@ def test_beside_a_strong_unknown_a_cause_has_to_pay_more(short_scene, swinging, 
     assert kept(2 * share).found == ()
 
 
+@dataclass(frozen=True, eq=False)
+class Never(Steady):
+    """Nothing that anybody would act on."""
+
+    def is_notable(self, estimates):
+        return False
+
+
 @pytest.fixture(scope="module")
 def lasting(short_scene):
     """A force at a hand that stays as it is."""
@@ -136,6 +144,21 @@ def test_a_free_force_that_takes_back_what_a_named_cause_explains_is_not_told(
     assert isinstance(left(1.0).term.candidate, UnknownForce)
     told = left(SETTINGS.most_constant)
     assert told is None or not isinstance(told.term.candidate, UnknownForce)
+
+
+def test_a_steady_force_that_no_named_cause_explains_is_told_beside_it(
+    short_scene, lasting, drawn, balance_of_scenes
+):
+    """Also once a cause that cannot be was dropped from beside it."""
+    missing = lasting + 0.2 * short_scene.plates[0].wrench_ground
+    plain = balance_of_scenes(drawn(4, missing, scale=0.5))
+    balance = Balance(plain.trials, replace(SETTINGS, unknown_margin=1e9))
+    terms = [balance.term(PlateGain("plate_1"), ()), balance.term(Never("torso"), ())]
+    solved = balance.solve(terms)
+    found = tuple(Found(Contender(t, solved, 50.0), 1.0, ()) for t in terms)
+    kept = kept_beside_the_unknown(balance, Selection(balance.solve([]), solved, found))
+    assert [f.contender.term.candidate.id for f in kept.found] == ["plate_gain"]
+    assert kept.left.term.candidate.target == "hand_l"
 
 
 def test_where_nothing_is_named_it_is_told_all_the_same(lasting, drawn, balance_of_scenes):

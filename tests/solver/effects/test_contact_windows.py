@@ -44,13 +44,19 @@ def test_what_a_person_flagged_is_not_looked_at(scene, recorded):
 
 
 @pytest.mark.parametrize("weight_N", [-40.0, 40.0])
-def test_beside_a_wrong_weight_a_push_begins_and_ends(scene, recorded, weight_N):
-    """What is missing upward before, in and after it is no contact."""
-    missing = pushed(scene, (0, weight_N, 0), 0, scene.frames) + pushed(scene, (-60, 0, 40), 80, 150)
-    found = contact_windows(recorded(scene.demanded_ground - missing))
-    assert len(found) == 1
-    assert abs(found[0].stretch.start - 80) <= 10
-    assert abs(found[0].stretch.end - 150) <= 10
+@pytest.mark.parametrize(
+    ("force", "frames"), [((-60, 0, 40), (80, 150)), ((0, 40, 0), (80, 150)), ((0, 300, 0), (0, 150))]
+)
+def test_beside_a_wrong_weight_a_contact_begins_and_ends(scene, recorded, weight_N, force, frames):
+    """What is missing upward before, in and after it is no contact; a seat's force is no wrong weight."""
+    missing = pushed(scene, (0, weight_N, 0), 0, scene.frames) + pushed(scene, force, *frames)
+    faulty = recorded(scene.demanded_ground - missing)
+    counts = faulty.counts.copy()
+    counts[200:220] = False  # as if a person had flagged them
+    (found,) = contact_windows(replace(faulty, counts=counts))
+    assert abs(found.stretch.start - frames[0]) <= 10
+    assert abs(found.stretch.end - frames[1]) <= 10
+    assert found.wrong_weight_N == pytest.approx(weight_N, abs=8.0)
 
 
 @pytest.mark.parametrize(("share", "sign"), [(0.5, 1), (0.5, -1), (0.65, 1)])

@@ -43,6 +43,20 @@ def test_the_body_is_found_beside_a_wrong_weight(scene, recorded, touch):
     assert name in [c.target for c in whole[:4]]
 
 
+def test_another_contact_is_no_wrong_weight(scene, recorded):
+    """Each is sought by what is missing in its own time, whatever is missing in the other's."""
+    skeleton = scene.skeleton
+    missing = np.zeros((scene.frames, 6))
+    for name, force, start, end in (("hand_r", 100.0, 20, 60), ("pelvis", 400.0, 90, 230)):
+        body = skeleton.body_index(name)
+        place = scene.point_ground(body, skeleton.bodies[body].com_body)
+        missing[start:end] += force_at(np.array([0.0, force, 0.0]), place)[start:end]
+    made = candidates([recorded(scene.demanded_ground - missing)])
+    first = [c for c in made if len(c.windows) == 1 and c.windows[0].start < 60]
+    assert first[0].target == "hand_r"
+    assert first[0].scales_N[0] == pytest.approx(100.0, abs=15.0)
+
+
 def test_signature_holds_the_push(touched, touch, fitted):
     body, _, missing = touch
     candidate = next(c for c in candidates([touched]) if c.target == body)

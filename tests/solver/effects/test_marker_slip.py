@@ -79,6 +79,17 @@ def test_who_slipped_while_out_of_sight_is_named_not_the_neighbours(sound, long_
     assert [f.target for f in findings(tracked(altered, skeleton))] == ["RMT5"]
 
 
+def test_one_that_is_knocked_and_then_lost_did_not_slip_with_another(sound, long_walk, tracked):
+    """Nobody sees whether it would have stayed there."""
+    observed, skeleton = long_walk
+    m, knocked = (skeleton.marker_names.index(name) for name in ("RTH2", "C7"))
+    R = sound.R_ground_body[:, sound.markers.body[m]]
+    altered = slipped(observed, R, m, np.array([0.009, 0.012, 0.0]), 200)
+    altered[198:206, knocked] += 0.03
+    altered[206:, knocked] = np.nan
+    assert [f.target for f in findings(tracked(altered, skeleton))] == ["RTH2"]
+
+
 def test_a_slip_stands_out_beside_jolts_of_a_third_its_size(sound, long_walk, tracked):
     """Landing jolts a loose marker now and then; a dozen of them make no slip, nor do they hide one."""
     observed, skeleton = long_walk
