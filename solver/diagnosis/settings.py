@@ -87,8 +87,8 @@ class DiagnosisSettings:
     never_imitated: tuple[tuple[str, float], ...] = setting(
         (("subject_mass", 4.0),),
         unit="nats",
-        why="that the first cause may gain less than that where no model's error looks like it: of 150 clean "
-        "recordings 0.4 at most for the body's mass, 5 to 15 for others",
+        why="less is asked of such a first cause than `least_gain`, since no model's error looks like it: in "
+        "150 clean recordings the body's mass gains 0.4 at most, other causes 5 to 15",
     )
     least_further_gain: float = setting(
         10.0,
@@ -197,8 +197,8 @@ class DiagnosisSettings:
     step_rest_share: float = setting(
         0.02,
         unit="",
-        why="of the gain of a step beside the plates, whose force has every freedom, that later causes must "
-        "add; of a contact at one point it is `rival_share`",
+        why="of the gain of a step beside the plates, that later causes must gain beyond the rest: its force "
+        "and its place are free, while a contact has one point and leaves `rival_share`",
     )
     confidence_temper: float = setting(
         3.0, unit="nats", why="evidence is overconfident where the model is wrong"

@@ -167,9 +167,8 @@ def _courses(window: Stretch) -> Float[np.ndarray, "frames courses"]:
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     """At the bodies whose place suits the balance: all its windows, and each alone.
 
-    What acts all along is no contact that begins or ends: it is left to causes that say on what it depends,
-    and else is unexplained. Where a foot stands beside the plates the balance lacks a whole step; no contact
-    is looked for there.
+    What acts all along is no contact that begins or ends: it is left to causes that say on what it depends.
+    Where a foot stands beside the plates the balance lacks a whole step; no contact is looked for there.
     """
     stances = [s.stretch for s in unmeasured_stances(scenes) if s.gross]
     found = [w for scene in scenes for w in contact_windows(scene, frames_of(stances, scene))]
