@@ -29,7 +29,7 @@ TITLES = {
     "body_weight_support": "an unmeasured support: {target}",
     "elastic_tether": "an elastic band: {target}",
     "drag": "a drag or tow: {target}",
-    "belt_acceleration": "a belt or platform that accelerates",
+    "belt_acceleration": "a belt or platform that accelerates, if there was one",
     "carried_mass": "a load that the model does not know: {target}",
     "subject_mass": "wrong body mass",
     "segment_mass": "wrong segment mass: {target}",

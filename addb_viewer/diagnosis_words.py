@@ -3,7 +3,7 @@
 Takes the plain values of `diagnose --json`, so that a kept diagnosis reads like a new one.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from addb_viewer.detectable_words import what_would_be_found
@@ -38,6 +38,7 @@ from addb_viewer.sections import Section
 from addb_viewer.use_words import trials_in_question, use
 
 AT_CERTAIN_FRAMES = (*NOW_AND_THEN, "marker_slip", "marker_swap")
+LEAST_ELSE = 0.05  # of the certainty, for causes that are not listed
 LIKELY_NATS = 20.0  # sound recordings hardly reach 8
 NOTES = "Notes"
 BEFORE_THE_CAUSES = "From reading and fitting the files, before causes were looked for:"
@@ -149,7 +150,12 @@ def cause(figures: Figures, k: int, to_flag: ToFlag = by_command) -> Section:
         rows.append(
             (
                 "could also be",
-                "; ".join(f"{_instead_of(effect, r)}{share(r.get('confidence'))}" for r in rivals),
+                "; ".join(
+                    [
+                        *(f"{_instead_of(effect, r)}{share(r.get('confidence'))}" for r in rivals),
+                        *_else(effect, rivals),
+                    ]
+                ),
             )
         )
         told_apart = dict.fromkeys(r["separate_by"] for r in rivals if r["separate_by"])
@@ -179,10 +185,12 @@ def how_to_read(figures: Figures) -> Section:
         lines.append(f"{SPREAD} It holds if the cause is the right one.")
     if effects:
         lines.append(
-            "Certainly, very likely, probably wrong: by the evidence of all that was found together, against "
-            "nothing being wrong. Sure of the name: against every other cause that was tried in its place, "
-            "and none. A cause that was not tried has no share."
+            "Whether something is certainly, very likely or probably wrong is judged by all that was found "
+            "together, against nothing being wrong; how sure a name is, against all other causes that were "
+            "tried in its place, and none. A fault that was not tried may still be the true one."
         )
+    if any(effect["id"] in AT_CERTAIN_FRAMES for effect in effects):
+        lines.append("Frames are counted from 0; `flag` takes the first one and the one after the last.")
     if figures["verdict"] != "clean":
         lines.append(f"Tried, each alone and beside the others: {looked_for()}.")
     return Section("How to read this", tuple(lines))
@@ -196,6 +204,13 @@ def _in_short(figures: Figures, effect: Figures) -> str:
         named += [f"{_instead_of(effect, rival)}{share(rival.get('confidence'))}" for rival in rivals]
         return " — or else ".join(named)
     return f"{title(effect)} [{certainty(effect['confidence'], len(rivals)).split(' (')[0].split(':')[0]}]"
+
+
+def _else(effect: Figures, rivals: Sequence[Figures]) -> list[str]:
+    """What is left for causes that are not listed, where that is worth telling."""
+    told = [effect["confidence"], *(rival.get("confidence") or 0.0 for rival in rivals)]
+    left = 1.0 - sum(told)
+    return [f"anything else{share(left)}"] if left >= LEAST_ELSE and all(told) else []
 
 
 def _instead_of(effect: Figures, rival: Figures) -> str:

@@ -54,19 +54,26 @@ def what_remains(figures: Figures) -> Section:
             f"It looks like a force on this part of the body: {target_in_words(location['body'])}, "
             f"{newtons(location['rms_force_N'])} (root mean square), on average {newtons(size)} "
             f"{upward(force)}. "
-            f"What it depends on: {location['depends_on']}. This is where it fits best, not where it is "
-            "proven to act."
+            f"{_dependence(location['depends_on'])} This is where it fits best, not where it is proven to "
+            "act."
         )
     if location is not None and SWINGS in location["depends_on"]:
         lines.append(
-            "An even swing may be no force at all: look for a camera that shakes, or markers there that sit "
-            "loose."
+            "An even swing is often no force at all: look first for a camera that shakes, or markers there "
+            "that sit loose."
         )
     lines.append(
         "What to do: look at the video for what touches the person, and at notes of the session. Which of "
         "the two is at fault, motion or forces, is not known."
     )
     return Section("What remains", tuple(lines))
+
+
+def _dependence(depends_on: str) -> str:
+    """On what the force depends; of an even swing how fast it is."""
+    if SWINGS in depends_on:
+        return f"It swings{depends_on.split(SWINGS, 1)[1]}."
+    return f"What it depends on: {depends_on}."
 
 
 def what_next(figures: Figures) -> Section:
@@ -81,6 +88,9 @@ def what_next(figures: Figures) -> Section:
     slipped = [e for e in in_the_markers if e["id"] != FLESH]
     apart = len(corrected) + len(in_the_markers) + len(exchanged)
     lines = []
+    unmeasured = any(e["id"] == "off_plate_step" for e in figures["effects"])
+    if unmeasured:
+        lines.append("Flag the frames of the unmeasured step first, as told above, or repeat the trial.")
     if corrected:
         lines.append("The bias that was taken off as a zero level is put right in every fit already.")
     if exchanged:
@@ -102,13 +112,14 @@ def what_next(figures: Figures) -> Section:
             else ""
         )
         if any(rivals_of(figures, e) and e["confidence"] < CONFIDENT for e in figures["effects"]):
-            lead = "First tell apart the causes that look alike here, as told above. " + (
-                lead and "Then look into what is only a lead. If it proves true, "
+            lead = (
+                f"{'Then' if unmeasured else 'First'} tell apart the causes that look alike here, as told "
+                "above. " + (lead and "Then look into what is only a lead. If it proves true, ")
             )
         which = "the other causes" if apart else "the causes"
         lines.append(
-            f"{lead or CHECKED}`addb-viewer accept SUBJECT` applies {which} to later fits, and leaves the "
-            "files as they are."
+            f"{lead or CHECKED}`addb-viewer accept SUBJECT` makes this program put {which} right in every "
+            "later fit. The files stay as they are: other programs read the same fault from them."
         )
     if slipped or len(figures["effects"]) > apart:
         lines.append(as_recorded)

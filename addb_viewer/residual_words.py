@@ -27,7 +27,7 @@ MOST_TRIALS = 5  # that are told one by one
 FLESH = "soft_tissue"  # the one fault of markers that nothing mends
 IN_MARKERS = ("marker_slip", "marker_swap", FLESH)
 PHASES = {
-    "double_support": "on both feet",
+    "double_support": "both feet on plates",
     "load_on_no_foot": "a plate loaded, but by no foot",
     "no_load": "no plate loaded",
 }
@@ -73,7 +73,9 @@ def _overall(figures: Figures, residual: Figures) -> list[str]:
         )
     weighed = (note.rstrip(".") for note in figures.get("notes", ()) if WEIGHED_BY_FORCES in note)
     if figures["verdict"] == "explained":
-        lines += [f"{capital(without_advice(note))}; that is with nothing put right." for note in weighed]
+        lines += [
+            f"{capital(without_advice(note))}; that is before any cause is put right." for note in weighed
+        ]
     elif figures["verdict"] != "clean":
         lines += [f"{capital(note)}." for note in weighed]
     return lines
@@ -130,7 +132,7 @@ def _against(figures: Figures, residual: Figures) -> str:
         return f"Here it is {times(force)} times that force and {times(moment)} times that moment: ordinary."
     return (
         "The size alone is ordinary. What gives the fault away is its pattern: how it goes with the motion, "
-        "direction by direction and moment by moment, as the errors of markers, plates and masses do not."
+        "in every direction and at every instant, as the errors of markers, plates and masses do not."
     )
 
 
@@ -198,7 +200,7 @@ def _phases(phases: Sequence[Figures]) -> str:
 
 def _phase(phase: Figures) -> str:
     if phase["foot"] is not None:
-        return f"on the {part_in_words(phase['foot'])} alone"
+        return f"only the {part_in_words(phase['foot'])} on a plate"
     return PHASES[phase["phase"]]
 
 
@@ -217,7 +219,8 @@ def _mean_in_words(demanded_N: Sequence[float], size: float) -> str:
     way = upward(demanded_N)
     if way in ("up", "down"):
         more = "more" if way == "down" else "less"
-        return f"the plates measured {newtons(size)} {more} upward than the modelled body weighs and moves"
+        asked = "the modelled body's weight and motion ask for"
+        return f"the plates measured {newtons(size)} {more} upward than {asked}"
     measured = upward([-f for f in demanded_N])
     return f"the plates measured {newtons(size)} more {measured} than the modelled body's motion asks for"
 

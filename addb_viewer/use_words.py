@@ -84,9 +84,12 @@ def _of_forces(figures: Figures, effects: Sequence[Figures]) -> str:
         return "outside the frames named below; flag these first."
     doubted = any(effect["id"] == "capture_scale" for effect in effects)
     angles = "" if doubted else "for joint angles as it is; "
-    if any(_other_causes(figures, effect) for effect in effects):
+    rest_of = [effect for effect in effects if effect["id"] != "off_plate_step"]
+    if len(rest_of) < len(effects):
+        angles += "never for joint torques in the frames of the unmeasured step; elsewhere "
+    if any(_other_causes(figures, effect) for effect in rest_of):
         return f"{angles}not for joint torques, before it is known which cause it is."
-    causes = "the cause" if len(effects) == 1 else "the causes"
+    causes = "the cause" if len(rest_of) == 1 else "the causes"
     whole = is_whole(figures) or now_and_then(figures)  # a step's own force no hidden stretch foretells
     rest = "" if whole else ", and then with care, since not all is explained (see what remains)"
     return f"{angles}for joint torques only with {causes} put right (see what next){rest}."

@@ -32,8 +32,8 @@ class BeltAcceleration(Candidate):
     id = "belt_acceleration"
     sentence = "If the person walked or stood on a belt or platform: it speeds up and slows down."
     remedy = (
-        "Record the belt's speed, or use a stiffer drive; subtract the belt's acceleration. On solid ground "
-        "it cannot be this: something else is wrong with the horizontal forces."
+        "On a treadmill or a moving platform: record its speed, and use a stiffer drive. On solid ground do "
+        "not accept this: something else is wrong with the horizontal forces, so check those channels."
     )
     of_any_course = True
     rivals_told_apart_by = "a marker on the belt or on the platform"

@@ -50,7 +50,8 @@ class MarkerSlip(MarkerFinding):
     id = "marker_slip"
     sentence = "Marker {target} has moved on its segment during the trial and stayed there."
     remedy = (
-        "Fix the marker anew and take another static trial; until then its offset differs before and after."
+        'In this recording leave it out: set it to "" in the map that `addb-viewer markers SUBJECT` writes. '
+        "Before the next one fix it anew and take another static trial."
     )
     rivals_told_apart_by = "a static trial before and after the recording"
 

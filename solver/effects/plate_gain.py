@@ -27,7 +27,10 @@ class PlateGain(Candidate):
     id = "plate_gain"
     sentence = "{target} reads a constant factor too much or too little."
     remedy = "Put a known weight on the plate at several places and correct its calibration matrix."
-    rivals_told_apart_by = "a known weight on each plate"
+    rivals_told_apart_by = (
+        "the plate empty, then with two known weights: an error that grows with the weight is a gain, the "
+        "same error each time is a constant one"
+    )
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """Less what the motion demands of the plate."""

@@ -341,7 +341,7 @@ def test_exchanged_labels_are_mended_by_fits_and_can_be_accepted():
 
 def test_what_to_do_next_with_this_recording():
     text = said(figures(effects=[LATE]))
-    assert "`addb-viewer accept SUBJECT` applies the causes to later fits, and leaves the files" in text
+    assert "`addb-viewer accept SUBJECT` makes this program put the causes right in every later fit" in text
     assert text.count("Before that, nothing in this recording is put right.") == 1
     assert "Check first what each cause says to do" in text
     assert "Do not use" not in text
@@ -393,7 +393,8 @@ def test_what_nobody_can_explain_is_called_that():
     assert "camera that shakes" not in text
     swinging = location | {"depends_on": "time: it swings 4.2 times a second"}
     shaking = said(figures("unexplained", remaining=remaining | {"location": swinging}))
-    assert "look for a camera that shakes" in shaking
+    assert "look first for a camera that shakes" in shaking
+    assert ". It swings 4.2 times a second. This is where" in shaking
     named = said(figures("unexplained", effects=[LATE], remaining=remaining | {"location": None}))
     found = "one cause was found (forces shifted in time against the markers [very sure of the name]), but"
     assert found in named
@@ -433,7 +434,10 @@ def test_the_verdict_says_what_the_recording_is_good_for():
     larger = effect("capture_scale", "all", scale=(1.02, 0.001))
     assert use(effects=[larger]) == "Use: for joint torques only with the cause put right (see what next)."
     assert "outside the frames named" in use(effects=[STEP])
-    assert use(effects=[LATE, STEP], remaining=rest).endswith("with the causes put right (see what next).")
+    assert use(effects=[LATE, STEP], remaining=rest).endswith(
+        "never for joint torques in the frames of the unmeasured step; elsewhere for joint torques only with "
+        "the cause put right (see what next)."
+    )
     slipped = use(effects=[effect("marker_slip", "RKNE", shift_m=(0.02, 0.001))])
     once = "only once this marker is mended; else as it is."
     assert slipped == f"Use: for angles and torques of the joints beside RKNE {once}"
@@ -540,7 +544,7 @@ def test_what_the_plates_carry_is_told_where_it_is_not_what_was_entered(verdict)
     wrong = " ".join(text.split("WHAT IS WRONG")[1].split("CAUSE")[0].split())
     assert "The forces carry 67.8 ± 1.6 kg" in wrong
     assert ("check the entered mass" in wrong) == (verdict == "unexplained")
-    assert ("with nothing put right" in wrong) == (verdict == "explained")
+    assert ("before any cause is put right" in wrong) == (verdict == "explained")
     assert "a gap was bridged" not in wrong
 
 
@@ -620,5 +624,23 @@ def test_causes_that_look_alike_are_to_be_told_apart_before_they_are_accepted():
     heavy = rival("subject_mass", "clock_offset all", "the person on a scale")
     text = said(figures(effects=[LATE | {"confidence": 0.6}], alternatives=[heavy]))
     assert "First tell apart the causes that look alike here" in text.split("WHAT NEXT")[1]
+    stepped = said(figures(effects=[STEP, LATE | {"confidence": 0.6}], alternatives=[heavy]))
+    flag = "Flag the frames of the unmeasured step first"
+    assert f"{flag}, as told above, or repeat the trial. Then tell apart the causes" in stepped
+    assert flag not in text
     sure = said(figures(effects=[LATE], alternatives=[heavy]))
     assert "First tell apart" not in sure.split("WHAT NEXT")[1]
+
+
+def test_what_is_left_for_other_causes_is_told_with_those_that_are_listed():
+    heavy = rival("subject_mass", "clock_offset all", "the person on a scale") | {"confidence": 0.2}
+    unsure = said(figures(effects=[LATE | {"confidence": 0.5}], alternatives=[heavy]))
+    assert "wrong body mass (20 %); anything else (30 %)" in unsure
+    sure = said(figures(effects=[LATE | {"confidence": 0.78}], alternatives=[heavy]))
+    assert "anything else" not in sure
+
+
+def test_how_frames_are_counted_is_told_where_frames_are():
+    counted = "Frames are counted from 0; `flag` takes the first one and the one after the last."
+    assert counted in said(figures(effects=[STEP]))
+    assert counted not in said(figures(effects=[LATE]))

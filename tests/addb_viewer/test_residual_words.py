@@ -67,17 +67,19 @@ def test_phases_in_order_of_excess_without_those_that_hardly_occur():
         ]
     )
     assert rows(told)["in which phase"] == (
-        "on the right foot alone: 45 N (4.5 ×), 4.0 N·m; on both feet: 9.0 N, 4.0 N·m"
+        "only the right foot on a plate: 45 N (4.5 ×), 4.0 N·m; both feet on plates: 9.0 N, 4.0 N·m"
     )
 
 
 def test_directions_in_order_of_size_and_the_mean_where_it_is_more_than_noise():
     said = rows(residual())["in which direction"]
     assert said == "vertical (y) 40 N (4 ×), forward (x) 8.0 N, sideways (z) 3.0 N; " + (
-        "on average the plates measured 30 N less upward than the modelled body weighs and moves"
+        "on average the plates measured 30 N less upward than the modelled body's weight and motion ask for"
     )
     more = rows(residual(mean_force_N=(1.0, -44.0, 2.0)))["in which direction"]
-    assert more.endswith("the plates measured 44 N more upward than the modelled body weighs and moves")
+    assert more.endswith(
+        "the plates measured 44 N more upward than the modelled body's weight and motion ask for"
+    )
     level = rows(residual(mean_force_N=(44.0, 1.0, 2.0)))["in which direction"]
     assert level.endswith("the plates measured 44 N more along −x than the modelled body's motion asks for")
     assert rows(residual())["turning"] == "about z 15 N·m (3 ×)"
