@@ -13,7 +13,6 @@ from jaxtyping import Float
 
 from solver.diagnosis.unknown_course import (
     KNOTS_S,
-    constant_share,
     courses_of,
     mostly_swings,
     strongest_frequency_Hz,
@@ -107,12 +106,6 @@ class UnknownForce(Candidate):
     def swings(self, scenes: Sequence[Scene], x: Float[np.ndarray, " parameters"]) -> bool:
         """Whether an even swing is most of the force: a constant one is described by other causes."""
         return mostly_swings(self.force_ground(self.scene(scenes), x))
-
-    def stays_the_same(
-        self, scenes: Sequence[Scene], x: Float[np.ndarray, " parameters"], most: float
-    ) -> bool:
-        """Whether its mean has more than that of its mean square."""
-        return constant_share(self.force_ground(self.scene(scenes), x)) > most
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Always: what counts is whether it is there."""
@@ -223,12 +216,6 @@ class UnknownMoment(Candidate):
     def swings(self, scenes: Sequence[Scene], x: Float[np.ndarray, " parameters"]) -> bool:
         """Whether an even swing is most of the moment."""
         return mostly_swings(self.moment_ground(scenes, x))
-
-    def stays_the_same(
-        self, scenes: Sequence[Scene], x: Float[np.ndarray, " parameters"], most: float
-    ) -> bool:
-        """Whether its mean has more than that of its mean square."""
-        return constant_share(self.moment_ground(scenes, x)) > most
 
     def moment_ground(
         self, scenes: Sequence[Scene], x: Float[np.ndarray, " parameters"]

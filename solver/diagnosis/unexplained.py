@@ -11,6 +11,7 @@ from solver.diagnosis.ladder import Rung
 from solver.diagnosis.remainder import Unknown, UnknownForce
 from solver.diagnosis.screening import Beside
 from solver.diagnosis.selection import Selection
+from solver.diagnosis.unknown_course import constant_share
 from solver.diagnosis.unknown_screen import Tried, UnknownScreen
 from solver.effects.effect import Eta
 
@@ -93,11 +94,17 @@ def _told(
     balance: Balance, unknown: UnknownScreen, solved: Solved, found: Sequence[Found]
 ) -> Contender | None:
     """What is left beside named causes; if it stays the same all along, only what none of them explains."""
+    parts = [part for term in solved.terms for part in term.whitened(solved.rung) if part is not None]
+    columns = [part.reshape(len(part), -1) for part in parts]
+    basis = np.linalg.qr(np.concatenate(columns, axis=1))[0] if columns else np.zeros((0, 0))
 
     def resembles(one: Tried) -> bool:
-        return _share_explained(balance, solved, one) > RESEMBLING
+        """Whether the named causes, of any sizes, come near what it explains."""
+        own = solved.rung.whitened(unknown.explained(one)[:, None])[:, 0]
+        share = np.linalg.norm(basis.T @ own) / max(np.linalg.norm(own), np.finfo(float).tiny)
+        return bool(share > RESEMBLING)
 
-    return _left(balance, unknown, solved, found, lambda one: bool(solved.terms) and resembles(one))
+    return _left(balance, unknown, solved, found, lambda one: bool(columns) and resembles(one))
 
 
 def _in_their_place(
@@ -109,19 +116,6 @@ def _in_their_place(
     imitates them all.
     """
     return _left(balance, unknown, solved, found, lambda one: True)
-
-
-def _share_explained(balance: Balance, solved: Solved, one: Tried) -> float:
-    """Cosine between what an unknown explains and the nearest that the named causes might, of any sizes."""
-    term = balance.term(one.candidate, one.eta)
-    assert term is not None
-    own = term.whitened(solved.rung)[1] @ one.x
-    parts = []
-    for named in solved.terms:
-        fixed, columns = named.whitened(solved.rung)
-        parts += [columns] if fixed is None else [columns, fixed[:, None]]
-    basis = np.linalg.qr(np.concatenate(parts, axis=1))[0]
-    return float(np.linalg.norm(basis.T @ own) / max(np.linalg.norm(own), np.finfo(float).tiny))
 
 
 def _left(
@@ -160,7 +154,7 @@ def _left(
     terms: dict[tuple[Unknown, Eta], Term] = {}  # one may be tried from several rungs
     climbed = []
     for _, one, rung in tried:
-        steady = one.candidate.stays_the_same(scenes, one.x, balance.settings.most_constant)
+        steady = constant_share(unknown.course_ground(one)) > balance.settings.most_constant
         if steady and excluded_if_steady(one):
             continue
         term = terms.get((one.candidate, one.eta)) or balance.term(one.candidate, one.eta)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg.lapack import dpotrf, dtrtrs
 from scipy.sparse import csr_array
 
 from solver.diagnosis.balance import Balance
@@ -43,6 +43,11 @@ class Local:
     splines: int
     columns: csr_array  # transposed: [axis, spline] by row
 
+    @property
+    def axes(self) -> int:
+        """How many it has."""
+        return self.columns.shape[0] // self.splines
+
     def with_constants(self, values: Float[np.ndarray, "columns *rest"]) -> Float[np.ndarray, "more *rest"]:
         """Something linear in columns, before each axis' splines that of their sum."""
         by_axis = values.reshape(len(values) // self.splines, self.splines, *values.shape[1:])
@@ -71,6 +76,25 @@ class UnknownScreen:
         tried = {c: self._tried(c, beside) for c in dict.fromkeys(candidates)}
         return sorted((tried[c] for c in candidates), key=lambda t: -t.gain)
 
+    def course_ground(self, one: Tried) -> Float[np.ndarray, "frames 3"]:
+        """The force [N] or the moment [N·m] over the trial."""
+        return self._splines(one.candidate) @ self._coefficients(one)[:3].T
+
+    def explained(self, one: Tried) -> Float[np.ndarray, " rows"]:
+        """What it takes off the residual, in all trials' rows."""
+        local = self._local_of(one.candidate)
+        rows = np.zeros(int(self._balance.start[-1]))
+        rows[local.span] = local.columns.T @ self._coefficients(one)[: local.axes].ravel()
+        return rows
+
+    def _coefficients(self, one: Tried) -> Float[np.ndarray, "6 splines"]:
+        """Of the splines along the axes of force, then of moment; of a moment its axes alone."""
+        axes, _ = _axes(one.candidate)
+        by_axis = one.x.reshape(len(axes), -1)
+        whole = np.zeros((6, by_axis.shape[1] - 1))
+        whole[axes] = by_axis[:, :1] + by_axis[:, 1:]
+        return whole
+
     def _tried(self, candidate: Unknown, beside: Beside) -> Tried:
         local = self._local_of(candidate)
         axes, sizes = _axes(candidate)
@@ -84,11 +108,11 @@ class UnknownScreen:
         for eta in candidate.starts(self._balance.scenes):
             S = eta[0] ** 2 * information
             S[np.arange(len(S)), np.arange(len(S))] += 1.0
-            L = cholesky(S, lower=True, overwrite_a=True, check_finite=False)
-            u = solve_triangular(L, eta[0] * b, lower=True, check_finite=False)
+            L, _ = dpotrf(S.T, lower=1, clean=0, overwrite_a=1)
+            u, _ = dtrtrs(L, eta[0] * b, lower=1)
             gain = 0.5 * float(u @ u) - float(np.log(np.diag(L)).sum())
             if gain > best.gain:
-                x = solve_triangular(L, u, lower=True, trans="T", check_finite=False)
+                x, _ = dtrtrs(L, u, lower=1, trans=1)
                 best = Tried(candidate, eta, gain, eta[0] * scale * x)
         return best
 

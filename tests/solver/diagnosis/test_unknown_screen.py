@@ -7,6 +7,7 @@ import pytest
 
 from solver.diagnosis.remainder import UnknownForce, UnknownMoment, unknown_forces
 from solver.diagnosis.screening import Beside
+from solver.diagnosis.unknown_course import courses_of
 from solver.diagnosis.unknown_screen import UnknownScreen
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.plate_gain import PlateGain
@@ -50,6 +51,19 @@ def test_the_gain_at_the_best_size_is_that_of_the_whole_solve(unknown, two, cand
     assert one.gain == pytest.approx(by_size[best].log_evidence - without, abs=1e-6)
     x, _ = by_size[best].of(len(terms))
     np.testing.assert_allclose(one.x, x, atol=1e-6 * np.abs(x).max())
+
+
+@pytest.mark.parametrize("candidate", SOME, ids=str)
+def test_what_one_explains_and_its_course_are_those_of_its_own_rows_and_splines(unknown, two, candidate):
+    (one,) = unknown.at([candidate], Beside([], two.rungs[4]))
+    term = two.term(candidate, one.eta)
+    np.testing.assert_allclose(unknown.explained(one), term.columns @ one.x, atol=1e-9)
+    scene = next(s for s in two.scenes if s.name == candidate.trial)
+    courses = courses_of(scene, candidate.knot_s, candidate.frequency_Hz)
+    along = np.flatnonzero(getattr(candidate, "directions", (1, 1, 1)))
+    course = np.zeros((scene.frames, 3))
+    course[:, along] = courses @ one.x[: len(along) * courses.shape[1]].reshape(len(along), -1).T
+    np.testing.assert_allclose(unknown.course_ground(one), course, atol=1e-9)
 
 
 def test_a_force_along_an_axis_at_the_centre_of_mass_is_part_of_the_free_one(unknown, two):
