@@ -147,17 +147,7 @@ def cause(figures: Figures, k: int, to_flag: ToFlag = by_command) -> Section:
         ("what to do", " ".join([effect.get("remedy", ""), *_flag_hint(figures, effect, to_flag)]).strip()),
     ]
     if rivals:
-        rows.append(
-            (
-                "could also be",
-                "; ".join(
-                    [
-                        *(f"{_instead_of(effect, r)}{share(r.get('confidence'))}" for r in rivals),
-                        *_else(effect, rivals),
-                    ]
-                ),
-            )
-        )
+        rows.append(("could also be", _could_also_be(effect, rivals)))
         told_apart = dict.fromkeys(r["separate_by"] for r in rivals if r["separate_by"])
         rows.append(("to tell, record", "; or ".join(told_apart)))
     heading = f"Cause {k + 1} of {len(figures['effects'])}: {title(effect)}"
@@ -206,11 +196,14 @@ def _in_short(figures: Figures, effect: Figures) -> str:
     return f"{title(effect)} [{certainty(effect['confidence'], len(rivals)).split(' (')[0].split(':')[0]}]"
 
 
-def _else(effect: Figures, rivals: Sequence[Figures]) -> list[str]:
-    """What is left for causes that are not listed, where that is worth telling."""
-    told = [effect["confidence"], *(rival.get("confidence") or 0.0 for rival in rivals)]
-    left = 1.0 - sum(told)
-    return [f"anything else{share(left)}"] if left >= LEAST_ELSE and all(told) else []
+def _could_also_be(effect: Figures, rivals: Sequence[Figures]) -> str:
+    """The rivals, and what is left for causes that are not listed, where that is known and worth telling."""
+    shares = [rival.get("confidence") for rival in rivals]
+    said = [f"{_instead_of(effect, r)}{share(of_r)}" for r, of_r in zip(rivals, shares, strict=True)]
+    left = 1.0 - effect["confidence"] - sum(filter(None, shares))
+    if all(shares) and left >= LEAST_ELSE:
+        said.append(f"anything else{share(left)}")
+    return "; ".join(said)
 
 
 def _instead_of(effect: Figures, rival: Figures) -> str:

@@ -11,12 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from solver.diagnosis.unknown_course import (
-    KNOTS_S,
-    courses_of,
-    mostly_swings,
-    strongest_frequency_Hz,
-)
+from solver.diagnosis.unknown_course import KNOTS_S, courses_of, strongest_frequency_Hz
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.scene import Scene, force_at
 from solver.skeleton.rotations import skew
@@ -102,10 +97,6 @@ class UnknownForce(Candidate):
         along = np.flatnonzero(self.directions)
         force[:, along] = courses @ x[: len(along) * courses.shape[1]].reshape(len(along), -1).T
         return force
-
-    def swings(self, scenes: Sequence[Scene], x: Float[np.ndarray, " parameters"]) -> bool:
-        """Whether an even swing is most of the force: a constant one is described by other causes."""
-        return mostly_swings(self.force_ground(self.scene(scenes), x))
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Always: what counts is whether it is there."""
@@ -212,10 +203,6 @@ class UnknownMoment(Candidate):
         moment = self.moment_ground(scenes, x)
         std = float(np.sqrt(np.trace(covariance) / len(x)))
         return {"rms_moment_Nm": Estimate(float(np.sqrt((moment**2).sum(axis=1).mean())), std)}
-
-    def swings(self, scenes: Sequence[Scene], x: Float[np.ndarray, " parameters"]) -> bool:
-        """Whether an even swing is most of the moment."""
-        return mostly_swings(self.moment_ground(scenes, x))
 
     def moment_ground(
         self, scenes: Sequence[Scene], x: Float[np.ndarray, " parameters"]

@@ -11,7 +11,7 @@ from solver.diagnosis.ladder import Rung
 from solver.diagnosis.remainder import Unknown, UnknownForce
 from solver.diagnosis.screening import Beside
 from solver.diagnosis.selection import Selection
-from solver.diagnosis.unknown_course import constant_share
+from solver.diagnosis.unknown_course import constant_share, mostly_swings
 from solver.diagnosis.unknown_screen import Tried, UnknownScreen
 from solver.effects.effect import Eta
 
@@ -62,7 +62,6 @@ def _without_needless(balance: Balance, unknown: UnknownScreen, kept: Kept, marg
     """
     settings = balance.settings
     solved, found, left = kept.solved, kept.found, kept.left
-    assert left is not None
     while found and left is not None:
         least = settings.least_further_gain + settings.beside_unknown_share * max(0.0, left.gain)
         weak = []
@@ -95,8 +94,8 @@ def _told(
 ) -> Contender | None:
     """What is left beside named causes; if it stays the same all along, only what none of them explains."""
     parts = [part for term in solved.terms for part in term.whitened(solved.rung) if part is not None]
-    columns = [part.reshape(len(part), -1) for part in parts]
-    basis = np.linalg.qr(np.concatenate(columns, axis=1))[0] if columns else np.zeros((0, 0))
+    columns = [np.zeros((len(balance.residual), 0)), *(part.reshape(len(part), -1) for part in parts)]
+    basis = np.linalg.qr(np.concatenate(columns, axis=1))[0]
 
     def resembles(one: Tried) -> bool:
         """Whether the named causes, of any sizes, come near what it explains."""
@@ -104,7 +103,7 @@ def _told(
         share = np.linalg.norm(basis.T @ own) / max(np.linalg.norm(own), np.finfo(float).tiny)
         return bool(share > RESEMBLING)
 
-    return _left(balance, unknown, solved, found, lambda one: bool(columns) and resembles(one))
+    return _left(balance, unknown, solved, found, resembles)
 
 
 def _in_their_place(
@@ -149,7 +148,9 @@ def _left(
             (base + one.gain - one.candidate.reach_cost(scenes), one, beside.rung)
             for one in unknown.at(placed, beside)
         ]
-    tried = [t for t in tried if t[1].candidate.frequency_Hz is None or t[1].candidate.swings(scenes, t[1].x)]
+    tried = [
+        t for t in tried if t[1].candidate.frequency_Hz is None or mostly_swings(unknown.course_ground(t[1]))
+    ]
     tried.sort(key=lambda t: -t[0])
     terms: dict[tuple[Unknown, Eta], Term] = {}  # one may be tried from several rungs
     climbed = []

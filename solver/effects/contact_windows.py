@@ -80,15 +80,15 @@ def _beside_a_wrong_weight(
     error_N = _error_N(scene)
     std_N = WRONG_WEIGHT_STD * scene.weight_N if scene.weighed else np.inf
     runs = _likeliest(force / error_N)
-    weights_N = [0.0, *(force[a:b, 1].sum() / max(counted[a:b].sum(), 1.0) for a, b, _ in runs)]
-    tried = []
-    for weight_N in weights_N:
+    tried = [(_log_likelihood(force / error_N, runs), force, runs, 0.0)]
+    for first, end, _ in runs:
+        weight_N = float(force[first:end, 1].sum() / max(counted[first:end].sum(), 1.0))
         beside = force - weight_N * counted[:, None] * UP
         division = _likeliest(beside / error_N)
         likelihood = _log_likelihood(beside / error_N, division) - 0.5 * (weight_N / std_N) ** 2
-        tried.append((likelihood, beside, division, float(weight_N)))
-    _, force, runs, weight_N = max(tried, key=lambda t: t[0])
-    return force, runs, weight_N
+        tried.append((likelihood, beside, division, weight_N))
+    _, beside, division, weight_N = max(tried, key=lambda t: t[0])
+    return beside, division, weight_N
 
 
 def _log_likelihood(force: Float[np.ndarray, "blocks 3"], runs: list[Run]) -> float:

@@ -99,16 +99,17 @@ def findings(scene: Scene) -> list[MarkerFinding]:
         free = pose_free(at, FLESH)
         enough = seen_share(at) >= FEWEST_SEEN
         markers = range(len(at.markers.names))
+        one_of_many = float(np.log(len(markers)))
         courses = [course for m in markers if (course := _course(at, free, m, enough))]
         jumps = [jump for course in courses if (jump := _largest_jump(course)) and jump.size > LEAST_M]
-        clear = [jump for jump in jumps if jump.gain - np.log(len(markers)) > LEAST_GAIN]
+        clear = [jump for jump in jumps if jump.gain - one_of_many > LEAST_GAIN]
         if not clear:
             break
         first = max(clear, key=lambda j: j.gain)
         near = [j for j in jumps if abs(j.frame - first.frame) <= SAME_TIME_S * scene.rate]
         lost = [j for c in courses if (j := _beside_a_gap(c, first.frame)) and j.size > first.size]
-        near += [jump for jump in lost if jump.gain - np.log(len(markers)) > LEAST_GAIN]
-        slip = _finding(scene, max(near, key=lambda j: j.energy), first.gain - float(np.log(len(markers))))
+        near += [jump for jump in lost if jump.gain - one_of_many > LEAST_GAIN]
+        slip = _finding(scene, max(near, key=lambda j: j.energy), first.gain - one_of_many)
         found.append(slip)
         repaired = slip.repaired(at.markers.observed_ground)
         at = replace(at, markers=replace(at.markers, observed_ground=repaired))
@@ -149,26 +150,19 @@ class _Course:
     without_angles: AngleFit
 
     @cached_property
-    def gap_ends(self) -> list[int]:
-        """First samples after longer gaps."""
-        return (np.flatnonzero(np.diff(self.frames) > LONGEST_GAP_S * self.rate) + 1).tolist()
+    def stretches(self) -> list[tuple[int, int]]:
+        """First samples and ends of what lies between longer gaps."""
+        after_gaps = np.flatnonzero(np.diff(self.frames) > LONGEST_GAP_S * self.rate) + 1
+        return list(pairwise([0, *after_gaps.tolist(), len(self.frames)]))
 
     @cached_property
     def clear(self) -> Bool[np.ndarray, " samples"]:
         """Samples far enough from the ends and from longer gaps for a change to be seen to last."""
         clear = np.zeros(len(self.frames), dtype=bool)
-        for first, end in pairwise([0, *self.gap_ends, len(self.frames)]):
+        for first, end in self.stretches:
             own = self.frames[first:end]
             clear[first:end] = np.minimum(own - own[0], own[-1] - own) >= END_S * self.rate
         return clear
-
-    def seen_around(self, back: int) -> bool:
-        """Whether the marker is seen long enough before a gap that ends with this sample, and after it."""
-        k = self.gap_ends.index(back)
-        first, end = [0, *self.gap_ends][k], [*self.gap_ends, len(self.frames)][k + 1]
-        long = END_S * self.rate
-        seen_before = self.frames[back - 1] - self.frames[first]
-        return bool(seen_before >= long and self.frames[end - 1] - self.frames[back] >= long)
 
 
 def _course(scene: Scene, free: PoseFree, marker: int, enough: Bool[np.ndarray, " frames"]) -> _Course | None:
@@ -214,9 +208,10 @@ def _followed(course: _Course, step: int) -> _Jump | None:
 def _beside_a_gap(course: _Course, frame: int) -> _Jump | None:
     """The jump of a marker that was lost when another one seemed to jump, and is back elsewhere."""
     reach = round(SAME_TIME_S * course.rate)
-    for back in course.gap_ends:
-        before, after = course.frames[back - 1], course.frames[back]
-        if before - reach <= frame <= after + reach and course.seen_around(back):
+    for (first, back), (_, end) in pairwise(course.stretches):
+        lost, found = course.frames[back - 1], course.frames[back]
+        seen = min(lost - course.frames[first], course.frames[end - 1] - found)  # before, and after
+        if lost - reach <= frame <= found + reach and seen >= END_S * course.rate:
             size = _changes(course.place, course.rate)[1][back : back + reach + 1]
             return _jump_at(course, back + int(size.argmax()))
     return None

@@ -38,13 +38,23 @@ class Steady(Candidate):
         return abs(estimates["force_N"].value) > 5
 
 
+def at_the_hand(scene, force):
+    b = scene.skeleton.body_index("hand_l")
+    return force_at(np.asarray(force), scene.point_ground(b, scene.skeleton.bodies[b].com_body))
+
+
 @pytest.fixture(scope="module")
 def swinging(short_scene):
     """A force at a hand that comes and goes."""
-    b = short_scene.skeleton.body_index("hand_l")
-    point = short_scene.point_ground(b, short_scene.skeleton.bodies[b].com_body)
     course = 25.0 + 60.0 * np.sin(2 * np.pi * 1.7 * short_scene.times)
-    return force_at(course[:, None] * np.array([1.0, 0.0, 0.0]), point)
+    return at_the_hand(short_scene, course[:, None] * np.array([1.0, 0.0, 0.0]))
+
+
+def kept_of(balance, *candidates):
+    """What is kept of causes that were named together, however they came to be."""
+    solved = balance.solve([balance.term(c, ()) for c in candidates])
+    found = tuple(Found(Contender(t, solved, 50.0), 1.0, ()) for t in solved.terms)
+    return kept_beside_the_unknown(balance, Selection(balance.solve([]), solved, found))
 
 
 def test_a_true_cause_stays_though_a_free_force_might_imitate_it(short_scene, drawn, balance_of_scenes):
@@ -106,9 +116,7 @@ class Never(Steady):
 @pytest.fixture(scope="module")
 def lasting(short_scene):
     """A force at a hand that stays as it is."""
-    b = short_scene.skeleton.body_index("hand_l")
-    point = short_scene.point_ground(b, short_scene.skeleton.bodies[b].com_body)
-    return force_at(np.tile([60.0, 0.0, 0.0], (short_scene.frames, 1)), point)
+    return at_the_hand(short_scene, [60.0, 0.0, 0.0])
 
 
 def test_a_free_force_that_stays_the_same_takes_no_named_causes_place(lasting, drawn, balance_of_scenes):
@@ -129,17 +137,12 @@ def test_a_free_force_that_takes_back_what_a_named_cause_explains_is_not_told(
     short_scene, drawn, balance_of_scenes
 ):
     """Some other weight and a steady pull up are as good as the weight, of whatever size."""
-    b = short_scene.skeleton.body_index("hand_l")
-    place = short_scene.point_ground(b, short_scene.skeleton.bodies[b].com_body)
-    up = force_at(np.tile([0.0, 60.0, 0.0], (short_scene.frames, 1)), place)
-    plain = balance_of_scenes(drawn(4, up, scale=0.5))
+    plain = balance_of_scenes(drawn(4, at_the_hand(short_scene, [0.0, 60.0, 0.0]), scale=0.5))
     (mass,) = masses([short_scene])
 
     def left(most_constant):
         balance = Balance(plain.trials, replace(SETTINGS, most_constant=most_constant, unknown_margin=1e9))
-        solved = balance.solve([balance.term(mass, ())])
-        found = (Found(Contender(solved.terms[0], solved, 50.0), 1.0, ()),)
-        return kept_beside_the_unknown(balance, Selection(balance.solve([]), solved, found)).left
+        return kept_of(balance, mass).left
 
     assert isinstance(left(1.0).term.candidate, UnknownForce)
     told = left(SETTINGS.most_constant)
@@ -153,10 +156,7 @@ def test_a_steady_force_that_no_named_cause_explains_is_told_beside_it(
     missing = lasting + 0.2 * short_scene.plates[0].wrench_ground
     plain = balance_of_scenes(drawn(4, missing, scale=0.5))
     balance = Balance(plain.trials, replace(SETTINGS, unknown_margin=1e9))
-    terms = [balance.term(PlateGain("plate_1"), ()), balance.term(Never("torso"), ())]
-    solved = balance.solve(terms)
-    found = tuple(Found(Contender(t, solved, 50.0), 1.0, ()) for t in terms)
-    kept = kept_beside_the_unknown(balance, Selection(balance.solve([]), solved, found))
+    kept = kept_of(balance, PlateGain("plate_1"), Never("torso"))
     assert [f.contender.term.candidate.id for f in kept.found] == ["plate_gain"]
     assert kept.left.term.candidate.target == "hand_l"
 
@@ -181,11 +181,10 @@ def test_what_cannot_be_without_the_unknown_is_not_named_beside_it(
     missing = swinging + 0.2 * short_scene.plates[0].wrench_ground
     plain = balance_of_scenes(drawn(4, missing, scale=0.5))
     balance = Balance(plain.trials, replace(SETTINGS, unknown_margin=1e9))
-    terms = [balance.term(PlateGain("plate_1"), ()), balance.term(Weak("hand_l"), ())]
-    solved = balance.solve(terms)
-    assert not terms[1].candidate.is_notable(solved.estimates(1, balance.scenes))
-    found = tuple(Found(Contender(t, solved, 50.0), 1.0, ()) for t in terms)
-    kept = kept_beside_the_unknown(balance, Selection(balance.solve([]), solved, found))
+    gain, weak = PlateGain("plate_1"), Weak("hand_l")
+    without = balance.solve([balance.term(c, ()) for c in (gain, weak)])
+    assert not weak.is_notable(without.estimates(1, balance.scenes))
+    kept = kept_of(balance, gain, weak)
     assert [f.contender.term.candidate.id for f in kept.found] == ["plate_gain"]
 
 
