@@ -194,6 +194,19 @@ class Balance:
             fixed[rows.span] = rows.fixed
         return Term(rows.candidate, rows.eta, fixed, columns, rows.prior_std, usual_std=rows.usual_std)
 
+    def whiten_ahead(self, terms: Sequence[Term], near: Rung) -> None:
+        """Whitened columns of many terms at once, at a rung and where a climb from it looks first."""
+        for rung in self.ladder.around(near):
+            fresh = [t for t in terms if id(rung) not in t.seen and t.columns.shape[1]]
+            parts = [t.columns if t.fixed is None else np.column_stack([t.columns, t.fixed]) for t in fresh]
+            if not fresh:
+                continue
+            whole = rung.whitened(np.concatenate(parts, axis=1))
+            ends = np.cumsum([part.shape[1] for part in parts])
+            for term, part in zip(fresh, np.split(whole, ends[:-1], axis=1), strict=True):
+                n = term.columns.shape[1]
+                term.seen[id(rung)] = None if term.fixed is None else part[:, n], part[:, :n]
+
     def mass_strain(self, solved: Solved) -> float:
         """How far a hypothesis needs the body's mass from the entered one, in prior standard deviations.
 

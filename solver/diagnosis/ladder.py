@@ -103,6 +103,12 @@ class Ladder:
             key=lambda r: abs(np.log(r.slack / slack)) + abs(np.log(r.scale / scale)),
         )
 
+    def around(self, rung: Rung) -> list[Rung]:
+        """A rung and its neighbours."""
+        i, k = self._place(rung)
+        places = [(i, k), *((i + di, k + dk) for di, dk in STEPS)]
+        return [self._rows[a][b] for a, b in places if self._is_rung(a, b)]
+
     def best(self, fitted: Callable[[Rung], Fitted], near: Rung | None) -> Fitted:
         """The fit of most evidence, by steps to neighbours as long as these are better.
 

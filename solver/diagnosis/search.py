@@ -270,8 +270,9 @@ class Search:
                 if one.rows.candidate.key not in chosen:
                     chosen[one.rows.candidate.key] = balance.spread(one.rows)
         contenders = []
-        for term in chosen.values():
-            own = refined(balance, term, accepted, current.rung)
+        owns = [refined(balance, term, accepted, current.rung) for term in chosen.values()]
+        balance.whiten_ahead(owns, current.rung)
+        for own in owns:
             solved = balance.solve([*accepted, own], near=current.rung)
             if solved.rung is not current.rung and own.tangent_mean:
                 own = refined(balance, own, accepted, solved.rung)

@@ -8,16 +8,15 @@ import numpy as np
 from solver.diagnosis.balance import Balance, Solved, Term
 from solver.diagnosis.contenders import Contender, Found, handicap, loose_ends
 from solver.diagnosis.ladder import Rung
-from solver.diagnosis.remainder import Unknown, UnknownForce
-from solver.diagnosis.screening import Beside
+from solver.diagnosis.remainder import Unknown
 from solver.diagnosis.selection import Selection
-from solver.diagnosis.unknown_course import constant_share, mostly_swings
-from solver.diagnosis.unknown_screen import Tried, UnknownScreen
+from solver.diagnosis.unknown_course import constant_share
+from solver.diagnosis.unknown_screen import Tried
+from solver.diagnosis.unknown_search import UnknownSearch
 from solver.effects.effect import Eta
 
 MOMENT_LEVER_M = 0.1  # by which a moment counts as a force
-PLACED = 17  # bodies at which the point of an unknown force is sought, of any course and of one that swings
-CLIMBED = 3  # of these, to the scale that suits each
+CLIMBED = 3  # of unknown forces, to the scale that suits each
 RESEMBLING = 0.5  # cosine, from which on a steady force is the named causes in other words
 
 
@@ -39,28 +38,29 @@ def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
     """
     settings = balance.settings
     solved, found = selection.solved, selection.found
-    unknown = UnknownScreen(balance)
-    left = _told(balance, unknown, solved, found)
+    unknown = UnknownSearch(balance)
+    left = _told(unknown, solved, found)
     if not found:
         return Kept(solved, found, left)
     explained = max(0.0, solved.log_evidence - selection.null.log_evidence)
     margin = settings.unknown_margin + settings.unknown_share * explained
     if left is not None:
-        return _without_needless(balance, unknown, Kept(solved, found, left), margin)
+        return _without_needless(unknown, Kept(solved, found, left), margin)
     if any(f.contender.term.candidate.has_a_witness for f in found):
         return Kept(solved, found, None)
-    alone = _in_their_place(balance, unknown, selection.null, ())
-    if alone is not None and alone.solved.log_evidence > solved.log_evidence + margin:
-        return Kept(selection.null, (), _told(balance, unknown, selection.null, ()))
+    ahead = solved.log_evidence + margin
+    alone = _in_their_place(unknown, selection.null, (), ahead)
+    if alone is not None and alone.solved.log_evidence > ahead:
+        return Kept(selection.null, (), _told(unknown, selection.null, ()))
     return Kept(solved, found, None)
 
 
-def _without_needless(balance: Balance, unknown: UnknownScreen, kept: Kept, margin: float) -> Kept:
+def _without_needless(unknown: UnknownSearch, kept: Kept, margin: float) -> Kept:
     """Causes dropped, one after another, in whose place a force of unknown course does better.
 
     Better than with them and nothing unknown; and they hardly pay beside it, which is never described whole.
     """
-    settings = balance.settings
+    balance, settings = unknown.balance, unknown.balance.settings
     solved, found, left = kept.solved, kept.found, kept.left
     while found and left is not None:
         least = settings.least_further_gain + settings.beside_unknown_share * max(0.0, left.gain)
@@ -70,9 +70,11 @@ def _without_needless(balance: Balance, unknown: UnknownScreen, kept: Kept, marg
                 continue
             rest = [t for t in solved.terms if t is not one.contender.term]
             without = balance.solve(rest, near=solved.rung)
-            other = _in_their_place(balance, unknown, without, found[:k] + found[k + 1 :])
+            odds = left.solved.log_evidence - handicap(one.contender.term.candidate, settings)
+            at_least = max(solved.log_evidence + margin, odds - least)
+            other = _in_their_place(unknown, without, found[:k] + found[k + 1 :], at_least)
             beyond = (without if other is None else other.solved).log_evidence
-            loss = left.solved.log_evidence - beyond - handicap(one.contender.term.candidate, settings)
+            loss = odds - beyond
             needless = other is not None and loss <= least and beyond - solved.log_evidence > margin
             if needless or not all(_notable(balance, s, one) for s in (solved, left.solved)):
                 weak.append((loss, k, without))
@@ -80,7 +82,7 @@ def _without_needless(balance: Balance, unknown: UnknownScreen, kept: Kept, marg
             break
         _, k, without = min(weak, key=lambda t: t[0])
         solved, found = without, found[:k] + found[k + 1 :]
-        left = _told(balance, unknown, solved, found)
+        left = _told(unknown, solved, found)
     return Kept(solved, found, left)
 
 
@@ -89,86 +91,68 @@ def _notable(balance: Balance, solved: Solved, one: Found) -> bool:
     return one.contender.term.candidate.is_notable(estimates)
 
 
-def _told(
-    balance: Balance, unknown: UnknownScreen, solved: Solved, found: Sequence[Found]
-) -> Contender | None:
+def _told(unknown: UnknownSearch, solved: Solved, found: Sequence[Found]) -> Contender | None:
     """What is left beside named causes; if it stays the same all along, only what none of them explains."""
     parts = [part for term in solved.terms for part in term.whitened(solved.rung) if part is not None]
-    columns = [np.zeros((len(balance.residual), 0)), *(part.reshape(len(part), -1) for part in parts)]
+    columns = [np.zeros((len(solved.left), 0)), *(part.reshape(len(part), -1) for part in parts)]
     basis = np.linalg.qr(np.concatenate(columns, axis=1))[0]
 
     def resembles(one: Tried) -> bool:
         """Whether the named causes, of any sizes, come near what it explains."""
-        own = solved.rung.whitened(unknown.explained(one)[:, None])[:, 0]
+        own = solved.rung.whitened(unknown.screen.explained(one)[:, None])[:, 0]
         share = np.linalg.norm(basis.T @ own) / max(np.linalg.norm(own), np.finfo(float).tiny)
         return bool(share > RESEMBLING)
 
-    return _left(balance, unknown, solved, found, resembles)
+    return _left(unknown, solved, found, resembles)
 
 
 def _in_their_place(
-    balance: Balance, unknown: UnknownScreen, solved: Solved, found: Sequence[Found]
+    unknown: UnknownSearch, solved: Solved, found: Sequence[Found], at_least: float
 ) -> Contender | None:
     """What would explain most in the place of a cause; never what stays the same all along.
 
     Supports, tilts, biases and masses are in the catalogue, and a steady force that is free to act anywhere
     imitates them all.
+
+    Args:
+        unknown: against the balance.
+        solved: the causes that stay.
+        found: these.
+        at_least: log evidence below which it takes no place.
     """
-    return _left(balance, unknown, solved, found, lambda one: True)
+    return _left(unknown, solved, found, lambda one: True, at_least)
 
 
 def _left(
-    balance: Balance,
-    unknown: UnknownScreen,
+    unknown: UnknownSearch,
     solved: Solved,
     found: Sequence[Found],
     excluded_if_steady: Callable[[Tried], bool],
+    at_least: float = -np.inf,
 ) -> Contender | None:
-    """The force of unknown course, or the moment, that would explain most; None where none pays."""
-    scenes = balance.scenes
-    placed: list[Unknown] = []
-    tried: list[tuple[float, Tried, Rung]] = []
-    sharpest = balance.ladder.nearest(min(balance.settings.model_scales), solved.rung.slack)
-    rungs = list({id(r): r for r in (solved.rung, sharpest)}.values())
-    bases = [balance.solve_at(solved.terms, r).log_evidence for r in rungs]
-    besides = [Beside(solved.terms, r) for r in rungs]
-    for beside, base in zip(besides, bases, strict=True):
-        nearly: dict[tuple[str, str, bool], Tried] = {}
-        for one in unknown.at(unknown.free, beside):  # the best course of each body and trial comes first
-            swings = one.candidate.frequency_Hz is not None
-            nearly.setdefault((one.candidate.target, one.candidate.trial, swings), one)
-        for one in list(nearly.values())[: 2 * PLACED]:
-            tried.append((base + one.gain, one, beside.rung))
-            if isinstance(candidate := one.candidate, UnknownForce):
-                scene = candidate.scene(scenes)
-                at = candidate.at_its_point(scene, one.x)
-                placed += [at, *at.along_an_axis(scene), *candidate.along_an_axis(scene)]
-    for beside, base in zip(besides, bases, strict=True):
-        tried += [
-            (base + one.gain - one.candidate.reach_cost(scenes), one, beside.rung)
-            for one in unknown.at(placed, beside)
-        ]
-    tried = [
-        t for t in tried if t[1].candidate.frequency_Hz is None or mostly_swings(unknown.course_ground(t[1]))
-    ]
-    tried.sort(key=lambda t: -t[0])
+    """The force of unknown course, or the moment, that would explain most; None where none pays.
+
+    None as well where it would have to reach a log evidence that is out of its reach.
+    """
+    balance = unknown.balance
     terms: dict[tuple[Unknown, Eta], Term] = {}  # one may be tried from several rungs
     climbed = []
-    for _, one, rung in tried:
-        steady = constant_share(unknown.course_ground(one)) > balance.settings.most_constant
+    for sought in unknown.likeliest(solved, at_least):
+        one = sought.tried
+        steady = constant_share(unknown.screen.course_ground(one)) > balance.settings.most_constant
         if steady and excluded_if_steady(one):
             continue
         term = terms.get((one.candidate, one.eta)) or balance.term(one.candidate, one.eta)
         assert term is not None
         terms[one.candidate, one.eta] = term
-        both = _beside(balance, solved, term, rung)
-        climbed.append((both.gain - one.candidate.reach_cost(scenes), both))
+        both = _beside(balance, solved, term, sought.rung)
+        climbed.append((both.gain - one.candidate.reach_cost(balance.scenes), both))
         if len(climbed) == CLIMBED:
             break
     if not climbed:
         return None
     best = max(climbed, key=lambda c: c[0])[1]
-    least_N = balance.settings.least_unknown_share * scenes[0].weight_N
+    least_N = balance.settings.least_unknown_share * balance.scenes[0].weight_N
     least_gain = balance.settings.least_unknown_gain + loose_ends(found, balance.settings)
     pays = best.gain > least_gain and size_N(balance, best) > least_N
     return best if pays else None

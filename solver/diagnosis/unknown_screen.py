@@ -100,21 +100,15 @@ class UnknownScreen:
         axes, sizes = _axes(candidate)
         own = (axes[:, None] * (1 + local.splines) + np.arange(1 + local.splines)).ravel()
         scale = np.repeat(sizes, 1 + local.splines) * self._trial(candidate).scene.weight_N
-        W = local.with_constants(local.columns @ beside.W[local.span])[own]
+        W = scale[:, None] * local.with_constants(local.columns @ beside.W[local.span])[own]
         b = scale * local.with_constants(local.columns @ beside.Pr[local.span])[own]
-        information = self._product(beside.rung, local)[np.ix_(own, own)] - W @ W.T
-        information *= np.outer(scale, scale)
-        best = Tried(candidate, (), -np.inf, b)
-        for eta in candidate.starts(self._balance.scenes):
-            S = eta[0] ** 2 * information
-            S[np.arange(len(S)), np.arange(len(S))] += 1.0
-            L, _ = dpotrf(S.T, lower=1, clean=0, overwrite_a=1)
-            u, _ = dtrtrs(L, eta[0] * b, lower=1)
-            gain = 0.5 * float(u @ u) - float(np.log(np.diag(L)).sum())
-            if gain > best.gain:
-                x, _ = dtrtrs(L, u, lower=1, trans=1)
-                best = Tried(candidate, eta, gain, eta[0] * scale * x)
-        return best
+        whole = self._product(beside.rung, local)
+        information = whole.copy() if len(own) == len(whole) else whole[np.ix_(own, own)]
+        information *= scale[:, None]
+        information *= scale
+        information -= W @ W.T
+        eta, gain, u = _at_its_size(information, b, candidate.starts(self._balance.scenes))
+        return Tried(candidate, eta, gain, eta[0] * scale * u)
 
     def _product(self, rung: Rung, local: Local) -> Float[np.ndarray, "columns columns"]:
         """Columnsᵀ P columns with constants, nothing accepted."""
@@ -158,6 +152,36 @@ class UnknownScreen:
             scene = self._trial(candidate).scene
             self._courses[key] = courses_of(scene, candidate.knot_s, candidate.frequency_Hz)[:, 1:]
         return self._courses[key]
+
+
+def _at_its_size(
+    information: Float[np.ndarray, "own own"], b: Float[np.ndarray, " own"], sizes: Sequence[Eta]
+) -> tuple[Eta, float, Float[np.ndarray, " own"]]:
+    """The best of ascending sizes, sought from the middle one as long as the next is better.
+
+    Returns:
+        The size, the log evidence that it adds, and the coefficients over the size.
+    """
+
+    def at(k: int) -> tuple[float, np.ndarray, np.ndarray]:
+        (size,) = sizes[k]
+        S = size**2 * information
+        S[np.arange(len(S)), np.arange(len(S))] += 1.0
+        L, _ = dpotrf(S.T, lower=1, clean=0, overwrite_a=1)
+        u, _ = dtrtrs(L, size * b, lower=1)
+        return 0.5 * float(u @ u) - float(np.log(np.diag(L)).sum()), L, u
+
+    k = len(sizes) // 2
+    best = at(k)
+    for way in (-1, 1):
+        begun = k
+        while 0 <= k + way < len(sizes) and (further := at(k + way))[0] > best[0]:
+            k, best = k + way, further
+        if k != begun:
+            break
+    gain, L, u = best
+    x, _ = dtrtrs(L, u, lower=1, trans=1)
+    return sizes[k], gain, x
 
 
 def _axes(candidate: Unknown) -> tuple[Int[np.ndarray, " axes"], Float[np.ndarray, " axes"]]:

@@ -1,0 +1,91 @@
+"""The likeliest unknown forces beside accepted causes: anywhere near a body, at points, along axes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from solver.diagnosis.balance import Balance, Solved, Term
+from solver.diagnosis.ladder import Rung
+from solver.diagnosis.remainder import Unknown, UnknownForce
+from solver.diagnosis.screening import Beside
+from solver.diagnosis.unknown_course import mostly_swings
+from solver.diagnosis.unknown_screen import Tried, UnknownScreen
+
+PLACED = 34  # bodies, and courses of each, at which the point of an unknown force is sought
+PLACE_GAIN = 100.0  # of log evidence, that a force gains by one point and axis: 20 to 70 were seen [nats]
+
+
+@dataclass(frozen=True, eq=False)
+class Sought:
+    """An unknown force or moment beside accepted causes, at one rung."""
+
+    log_evidence: float  # with it
+    tried: Tried
+    rung: Rung
+
+
+class UnknownSearch:
+    """Keeps what was found beside each set of causes: the same sets are asked for again and again."""
+
+    def __init__(self, balance: Balance) -> None:
+        self.balance = balance
+        self.screen = UnknownScreen(balance)
+        self._kept: dict[tuple[int, ...], _Beside] = {}
+
+    def likeliest(self, solved: Solved, at_least: float) -> list[Sought]:
+        """Unknown forces and moments, of each also the least free variants, likeliest first.
+
+        Args:
+            solved: accepted causes.
+            at_least: log evidence; nothing is returned where none can come up to it.
+        """
+        key = (id(solved.rung), *map(id, solved.terms))
+        if key not in self._kept:
+            self._kept[key] = _Beside(solved.terms, self._anywhere(solved))
+        beside = self._kept[key]
+        if max((s.log_evidence for s in beside.anywhere), default=-float("inf")) + PLACE_GAIN < at_least:
+            return []
+        if beside.all is None:
+            beside.all = self._with_places(solved.terms, beside.anywhere)
+        return beside.all
+
+    def _anywhere(self, solved: Solved) -> list[Sought]:
+        """The best course of each body and trial: where causes fit best, and where errors are smallest."""
+        sharpest = self.balance.ladder.nearest(min(self.balance.settings.model_scales), solved.rung.slack)
+        found: list[Sought] = []
+        for rung in {id(r): r for r in (solved.rung, sharpest)}.values():
+            base = self.balance.solve_at(solved.terms, rung).log_evidence
+            nearly: dict[tuple[str, str, bool], Tried] = {}
+            for one in self.screen.at(self.screen.free, Beside(solved.terms, rung)):
+                swings = one.candidate.frequency_Hz is not None
+                nearly.setdefault((one.candidate.target, one.candidate.trial, swings), one)
+            found += [Sought(base + one.gain, one, rung) for one in list(nearly.values())[:PLACED]]
+        return found
+
+    def _with_places(self, terms: Sequence[Term], anywhere: Sequence[Sought]) -> list[Sought]:
+        """Each also at the point that it speaks for and along single axes, from wherever it was found."""
+        scenes = self.balance.scenes
+        placed: list[Unknown] = []
+        for sought in anywhere:
+            if isinstance(candidate := sought.tried.candidate, UnknownForce):
+                scene = candidate.scene(scenes)
+                at = candidate.at_its_point(scene, sought.tried.x)
+                placed += [at, *at.along_an_axis(scene), *candidate.along_an_axis(scene)]
+        found = list(anywhere)
+        for rung in {id(s.rung): s.rung for s in anywhere}.values():
+            base = self.balance.solve_at(terms, rung).log_evidence
+            found += [
+                Sought(base + one.gain - one.candidate.reach_cost(scenes), one, rung)
+                for one in self.screen.at(placed, Beside(terms, rung))
+            ]
+        course = self.screen.course_ground
+        found = [s for s in found if s.tried.candidate.frequency_Hz is None or mostly_swings(course(s.tried))]
+        return sorted(found, key=lambda s: -s.log_evidence)
+
+
+@dataclass(eq=False)
+class _Beside:
+    """What was found beside causes, which are kept so that their identities stay theirs."""
+
+    terms: tuple[Term, ...]
+    anywhere: list[Sought]
+    all: list[Sought] | None = None
