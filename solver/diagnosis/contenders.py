@@ -54,9 +54,16 @@ def handicap(candidate: Candidate, settings: DiagnosisSettings) -> float:
     return -elsewhere if elsewhere > 0 else usual - elsewhere
 
 
-def least_first_gain(candidate: Candidate, settings: DiagnosisSettings) -> float:
-    """What a cause must gain if nothing else is known to be wrong [nats]."""
-    return settings.least_gain - dict(settings.never_imitated).get(candidate.id, 0.0)
+def least_first_gain(candidate: Candidate, scale: float, settings: DiagnosisSettings) -> float:
+    """What a cause must gain if nothing else is known to be wrong [nats].
+
+    Args:
+        candidate: the cause.
+        scale: of the model's errors beside it.
+        settings: of the diagnosis.
+    """
+    least = settings.least_gain - dict(settings.never_imitated).get(candidate.id, 0.0)
+    return min(least, settings.quiet_least_gain) if scale <= settings.quiet_scale else least
 
 
 def confidence(one: Contender, rivals: Sequence[Contender], settings: DiagnosisSettings) -> float:

@@ -51,7 +51,8 @@ def detectable(balance: Balance, null: Solved, candidates: Sequence[Candidate]) 
         if term is None:
             continue
         solved = balance.solve_at([refined(balance, term, [], null.rung)], null.rung)
-        needed = least_first_gain(candidate, balance.settings) + handicap(candidate, balance.settings)
+        needed = least_first_gain(candidate, null.rung.scale, balance.settings)
+        needed += handicap(candidate, balance.settings)
         cost = float(np.log(np.diag(solved.root)).sum())  # ½ log det M
         prior = _told(candidate, balance, solved.terms[0], solved.terms[0].prior_std)
         for name, estimate in solved.estimates(0, balance.scenes).items():

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.diagnosis.model_errors import mass_change, model_error, nuisances, soft_tissue
+from solver.diagnosis.plate_noise import plates_noise
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.dynamics.marker_posterior import MarkerPosterior
 from solver.dynamics.windows import Windows, windows_over
@@ -65,6 +66,9 @@ def trial_rows(
     markers = posterior.covariance(terms, windows)
     noise = np.repeat([settings.force_noise_N, settings.moment_noise_Nm], 3)
     markers[np.arange(len(markers)), np.arange(len(markers))] += np.tile(noise**2, windows.count)
+    of_window = np.arange(windows.count)
+    blocks = markers.reshape(windows.count, 6, windows.count, 6)
+    blocks[of_window, :, of_window] += plates_noise(scene, windows)
     nothing = np.zeros((0, 0))
     rows = TrialRows(scene, windows, markers, nothing, nothing, nothing, np.zeros(0))
     return TrialRows(

@@ -164,7 +164,7 @@ class Search:
     def _least_gain(self, contender: Contender) -> float:
         if self.found:
             return self._least_further_gain()
-        return least_first_gain(contender.term.candidate, self.settings)
+        return least_first_gain(contender.term.candidate, contender.solved.rung.scale, self.settings)
 
     def _least_further_gain(self) -> float:
         return self.settings.least_further_gain + loose_ends(self.found, self.settings)
@@ -270,10 +270,10 @@ class Search:
                 if one.rows.candidate.key not in chosen:
                     chosen[one.rows.candidate.key] = balance.spread(one.rows)
         contenders = []
-        owns = [refined(balance, term, accepted, current.rung) for term in chosen.values()]
-        balance.whiten_ahead(owns, current.rung)
-        for own in owns:
-            solved = balance.solve([*accepted, own], near=current.rung)
+        refitted = [refined(balance, term, accepted, current.rung) for term in chosen.values()]
+        balance.whiten_ahead(refitted, current.rung)
+        for term in refitted:
+            own, solved = term, balance.solve([*accepted, term], near=current.rung)
             if solved.rung is not current.rung and own.tangent_mean:
                 own = refined(balance, own, accepted, solved.rung)
                 solved = balance.solve([*accepted, own], near=solved.rung)

@@ -48,9 +48,8 @@ def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
         return _without_needless(unknown, Kept(solved, found, left), margin)
     if any(f.contender.term.candidate.has_a_witness for f in found):
         return Kept(solved, found, None)
-    ahead = solved.log_evidence + margin
-    alone = _in_their_place(unknown, selection.null, (), ahead)
-    if alone is not None and alone.solved.log_evidence > ahead:
+    alone = _in_their_place(unknown, selection.null, ())
+    if alone is not None and alone.solved.log_evidence > solved.log_evidence + margin:
         return Kept(selection.null, (), _told(unknown, selection.null, ()))
     return Kept(solved, found, None)
 
@@ -70,11 +69,9 @@ def _without_needless(unknown: UnknownSearch, kept: Kept, margin: float) -> Kept
                 continue
             rest = [t for t in solved.terms if t is not one.contender.term]
             without = balance.solve(rest, near=solved.rung)
-            odds = left.solved.log_evidence - handicap(one.contender.term.candidate, settings)
-            at_least = max(solved.log_evidence + margin, odds - least)
-            other = _in_their_place(unknown, without, found[:k] + found[k + 1 :], at_least)
+            other = _in_their_place(unknown, without, found[:k] + found[k + 1 :])
             beyond = (without if other is None else other.solved).log_evidence
-            loss = odds - beyond
+            loss = left.solved.log_evidence - beyond - handicap(one.contender.term.candidate, settings)
             needless = other is not None and loss <= least and beyond - solved.log_evidence > margin
             if needless or not all(_notable(balance, s, one) for s in (solved, left.solved)):
                 weak.append((loss, k, without))
@@ -106,21 +103,13 @@ def _told(unknown: UnknownSearch, solved: Solved, found: Sequence[Found]) -> Con
     return _left(unknown, solved, found, resembles)
 
 
-def _in_their_place(
-    unknown: UnknownSearch, solved: Solved, found: Sequence[Found], at_least: float
-) -> Contender | None:
+def _in_their_place(unknown: UnknownSearch, solved: Solved, found: Sequence[Found]) -> Contender | None:
     """What would explain most in the place of a cause; never what stays the same all along.
 
     Supports, tilts, biases and masses are in the catalogue, and a steady force that is free to act anywhere
     imitates them all.
-
-    Args:
-        unknown: against the balance.
-        solved: the causes that stay.
-        found: these.
-        at_least: log evidence below which it takes no place.
     """
-    return _left(unknown, solved, found, lambda one: True, at_least)
+    return _left(unknown, solved, found, lambda one: True)
 
 
 def _left(
@@ -128,16 +117,12 @@ def _left(
     solved: Solved,
     found: Sequence[Found],
     excluded_if_steady: Callable[[Tried], bool],
-    at_least: float = -np.inf,
 ) -> Contender | None:
-    """The force of unknown course, or the moment, that would explain most; None where none pays.
-
-    None as well where it would have to reach a log evidence that is out of its reach.
-    """
+    """The force of unknown course, or the moment, that would explain most; None where none pays."""
     balance = unknown.balance
     terms: dict[tuple[Unknown, Eta], Term] = {}  # one may be tried from several rungs
     climbed = []
-    for sought in unknown.likeliest(solved, at_least):
+    for sought in unknown.likeliest(solved):
         one = sought.tried
         steady = constant_share(unknown.screen.course_ground(one)) > balance.settings.most_constant
         if steady and excluded_if_steady(one):

@@ -11,7 +11,6 @@ from solver.diagnosis.unknown_course import mostly_swings
 from solver.diagnosis.unknown_screen import Tried, UnknownScreen
 
 PLACED = 34  # bodies, and courses of each, at which the point of an unknown force is sought
-PLACE_GAIN = 100.0  # of log evidence, that a force gains by one point and axis: 20 to 70 were seen [nats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,24 +28,14 @@ class UnknownSearch:
     def __init__(self, balance: Balance) -> None:
         self.balance = balance
         self.screen = UnknownScreen(balance)
-        self._kept: dict[tuple[int, ...], _Beside] = {}
+        self._kept: dict[tuple[int, ...], tuple[tuple[Term, ...], list[Sought]]] = {}  # ids stay theirs
 
-    def likeliest(self, solved: Solved, at_least: float) -> list[Sought]:
-        """Unknown forces and moments, of each also the least free variants, likeliest first.
-
-        Args:
-            solved: accepted causes.
-            at_least: log evidence; nothing is returned where none can come up to it.
-        """
+    def likeliest(self, solved: Solved) -> list[Sought]:
+        """Unknown forces and moments beside accepted causes, also the least free of each, likeliest first."""
         key = (id(solved.rung), *map(id, solved.terms))
         if key not in self._kept:
-            self._kept[key] = _Beside(solved.terms, self._anywhere(solved))
-        beside = self._kept[key]
-        if max((s.log_evidence for s in beside.anywhere), default=-float("inf")) + PLACE_GAIN < at_least:
-            return []
-        if beside.all is None:
-            beside.all = self._with_places(solved.terms, beside.anywhere)
-        return beside.all
+            self._kept[key] = solved.terms, self._with_places(solved.terms, self._anywhere(solved))
+        return self._kept[key][1]
 
     def _anywhere(self, solved: Solved) -> list[Sought]:
         """The best course of each body and trial: where causes fit best, and where errors are smallest."""
@@ -80,12 +69,3 @@ class UnknownSearch:
         course = self.screen.course_ground
         found = [s for s in found if s.tried.candidate.frequency_Hz is None or mostly_swings(course(s.tried))]
         return sorted(found, key=lambda s: -s.log_evidence)
-
-
-@dataclass(eq=False)
-class _Beside:
-    """What was found beside causes, which are kept so that their identities stay theirs."""
-
-    terms: tuple[Term, ...]
-    anywhere: list[Sought]
-    all: list[Sought] | None = None

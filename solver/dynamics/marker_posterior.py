@@ -4,7 +4,8 @@ Markers ride on skin: their errors last a tenth of a second and those of one seg
 Such errors are a Gauss-Markov process, e(t) with covariance (own² + shared² 11ᵀ) exp(−|Δt|/τ) over the
 markers of a segment. With a prior on the jerk, whose weight the markers choose, this is one Gaussian over the
 spline's coefficients; the wrench that they demand is Gaussian, too, and its covariance says how much of a
-residual the markers excuse.
+residual the markers excuse. Cameras add white noise, which is seen from frame to frame; it is taken for as
+much of the process as has its power at one frequency.
 """
 
 from dataclasses import dataclass, replace
@@ -44,6 +45,13 @@ class MarkerNoise:
     least_m: float = setting(0.0003, unit="m", why="of the best cameras")
     time_s: float = setting(
         0.1, unit="s", why="correlation time: errors change by their own size in 0.06 to 0.1 s"
+    )
+    white_share: float = setting(1.0, unit="", why="of the white noise that changes from frame to frame tell")
+    white_Hz: float = setting(
+        10.0,
+        unit="Hz",
+        why="at which it counts for as much as it is: slower, skin outweighs it; faster, windows average it "
+        "away. Of 6 to 22, sound recordings with 1 and 2 mm are likeliest so",
     )
     memory_s: float = setting(1.0, unit="s", why="wrenches farther apart share no marker's error")
     smoothness: tuple[float, ...] = setting(
@@ -154,8 +162,12 @@ class _Track:
         self.trust = self.seen / (1 + (error**2).sum(axis=2) / settings.marker_robust_scale_m**2)
         self.pairs = (self.seen[1:] & self.seen[:-1]) * np.minimum(self.trust[1:], self.trust[:-1])
         self.start = start
-        stray = _dynamic_error(self.kinematics, start.q, self.observed, self.seen)
-        self.own_std_m = max(noise.least_m, noise.own_share * stray)
+        error_body = _error_body(self.kinematics, start.q, self.observed)
+        stray = _dynamic_error(error_body, self.seen)
+        white = noise.white_share * _white_noise(error_body, self.seen, start.q.shape[1])
+        as_slow = (1 + (2 * np.pi * noise.white_Hz * noise.time_s) ** 2) / (2 * noise.time_s * start.rate)
+        own = max(noise.least_m, noise.own_share * stray)
+        self.own_std_m = float(np.hypot(own, white * np.sqrt(as_slow)))
         self.shared_std_m = max(noise.least_m, noise.shared_share * stray)
         self.static = 1 / (2 * noise.time_s * start.rate)  # × the inverse of the markers' covariance
         self.change = noise.time_s * start.rate / 2
@@ -218,23 +230,46 @@ class _Track:
         return np.where(self.seen[..., None], x - self.observed, 0.0)
 
 
-def _dynamic_error(
+def _error_body(
     kinematics: ForwardKinematics,
     q: Float[np.ndarray, "frames dofs"],
     observed_ground: Float[np.ndarray, "frames markers 3"],
-    seen: Bool[np.ndarray, "frames markers"],
-) -> float:
-    """What the typical marker moves on its segment, per coordinate [m]."""
+) -> Float[np.ndarray, "frames markers 3"]:
+    """Where markers are off their places on the segments, in the segments' axes [m]."""
     poses = kinematics.poses(q)
     error = observed_ground - kinematics.markers(poses)
-    own = np.einsum("tmji,tmj->tmi", poses.R_ground_body[:, kinematics.marker_bodies], error)
+    return np.einsum("tmji,tmj->tmi", poses.R_ground_body[:, kinematics.marker_bodies], error)
+
+
+def _dynamic_error(
+    error_body: Float[np.ndarray, "frames markers 3"], seen: Bool[np.ndarray, "frames markers"]
+) -> float:
+    """What the typical marker moves on its segment, per coordinate [m]."""
     count = seen.sum(axis=0)
     used = count >= 2
     if not used.any():
         return 0.0
-    mean = np.where(seen[..., None], own, 0.0).sum(axis=0)[used] / count[used, None]
-    squares = np.where(seen[:, used, None], (own[:, used] - mean) ** 2, 0.0).sum(axis=(0, 2)) / count[used]
+    mean = np.where(seen[..., None], error_body, 0.0).sum(axis=0)[used] / count[used, None]
+    apart = (error_body[:, used] - mean) ** 2
+    squares = np.where(seen[:, used, None], apart, 0.0).sum(axis=(0, 2)) / count[used]
     return float(np.median(np.sqrt(squares / 3)))
+
+
+def _white_noise(
+    error_body: Float[np.ndarray, "frames markers 3"], seen: Bool[np.ndarray, "frames markers"], dofs: int
+) -> float:
+    """Of the typical marker, per coordinate [m]: what its error changes by within however short a time.
+
+    Skin changes by twice the square within two frames, white noise by the same as within one (the nugget of
+    a variogram). The pose of each frame has taken a share of it: as many of its coordinates as it has dofs.
+    """
+    squares = []
+    for lag in (1, 2):
+        both = seen[lag:] & seen[:-lag]
+        change = np.where(both[..., None], error_body[lag:] - error_body[:-lag], 0.0)
+        squares.append((change**2).sum(axis=(0, 2)) / (3 * np.maximum(both.sum(axis=0), 1)))
+    left = 1 - dofs / max(3 * float(np.median(seen.sum(axis=1))), 2 * dofs)
+    return float(np.sqrt(np.median((squares[0] - squares[1] / 2).clip(0.0)) / left))
 
 
 def _propagated(

@@ -147,10 +147,17 @@ def test_a_mass_that_no_models_error_imitates_needs_less_to_be_named_first(
     balance = balance_of_scenes(drawn(4, -0.04 * short_scene.measured_ground, scale=0.5))
     (mass,) = masses([short_scene])
     gain = balance.solve([balance.term(mass, ())]).log_evidence - balance.solve([]).log_evidence
-    assert least_first_gain(mass, SETTINGS) < gain < SETTINGS.least_gain
+    assert least_first_gain(mass, 1.0, SETTINGS) < gain < SETTINGS.least_gain
     assert named(select(balance, [mass])) == [mass.key]
     as_any = Balance(balance.trials, replace(SETTINGS, never_imitated=()))
     assert named(select(as_any, [mass])) == []
+
+
+def test_less_is_asked_where_the_model_has_next_to_no_errors_that_could_imitate_a_cause(short_scene):
+    clock, mass = ClockOffset("all"), masses([short_scene])[0]
+    quiet, usual = SETTINGS.quiet_scale, 2 * SETTINGS.quiet_scale
+    assert least_first_gain(clock, quiet, SETTINGS) < least_first_gain(clock, usual, SETTINGS)
+    assert least_first_gain(mass, quiet, SETTINGS) == least_first_gain(mass, usual, SETTINGS)
 
 
 def test_one_leg_alone_is_rarer_than_both(short_scene):
