@@ -205,7 +205,8 @@ class Balance:
             ends = np.cumsum([part.shape[1] for part in parts])
             for term, part in zip(fresh, np.split(whole, ends[:-1], axis=1), strict=True):
                 n = term.columns.shape[1]
-                term.seen[id(rung)] = None if term.fixed is None else part[:, n], part[:, :n]
+                fixed = None if term.fixed is None else part[:, n].copy()
+                term.seen[id(rung)] = fixed, part[:, :n].copy()
 
     def mass_strain(self, solved: Solved) -> float:
         """How far a hypothesis needs the body's mass from the entered one, in prior standard deviations.

@@ -1,7 +1,7 @@
 """White noise of the plates, as large as their own samples tell, in the windows of the balance.
 
-Filtered recordings have none. Where raw ones are sampled no faster than the markers, a window averages few of
-them, and what is left can be more than any filtered plate's noise.
+Low-passed recordings have none. Where raw ones are sampled no faster than the markers, a window averages few
+of them, and what is left can be more than any filtered plate's noise.
 """
 
 import numpy as np
@@ -11,27 +11,19 @@ from solver.dynamics.windows import Windows
 from solver.effects.scene import PlateScene, Scene
 from solver.skeleton.forward import cross
 from solver.skeleton.rotations import skew
+from solver.white_noise import white_noise
 
-ORDER = 5  # of the differences: beyond what feet do from one hundredth of a second to the next
-GROWN = 252**0.5  # how much larger than the noise they are: binomials (5 of 10)
-MEDIAN_OF_NORMAL = 0.6745  # of its absolute value, in standard deviations
-FEWEST_SAMPLES = 20
+SLOWEST_HZ = 80.0  # samples: of slower ones, steps look like noise
 
 
-def white_noise(plate: PlateScene) -> Float[np.ndarray, "6"]:
+def plate_noise(plate: PlateScene) -> Float[np.ndarray, "6"]:
     """Standard deviation of a sample's force [N] and moment about the plate's centre [N·m], while loaded."""
     recorded = plate.plate
+    if recorded.rate < SLOWEST_HZ:
+        return np.zeros(6)
     moment = recorded.moment_ground - cross(plate.centre_ground, recorded.force_ground)
     wrench = np.concatenate([recorded.force_ground, moment], axis=1)
-    on = plate.loads.carrying
-    if len(on) <= ORDER:
-        return np.zeros(6)
-    whole = np.lib.stride_tricks.sliding_window_view(on, ORDER + 1).all(axis=1)
-    whole &= np.isfinite(wrench).all(axis=1)[ORDER:]
-    if whole.sum() < FEWEST_SAMPLES:
-        return np.zeros(6)
-    apart = np.abs(np.diff(wrench, ORDER, axis=0)[whole])
-    return np.asarray(np.nanmedian(apart, axis=0) / MEDIAN_OF_NORMAL / GROWN)
+    return np.nan_to_num(white_noise(np.where(plate.loads.carrying[:, None], wrench, np.nan)))
 
 
 def plates_noise(scene: Scene, windows: Windows) -> Float[np.ndarray, "windows 6 6"]:
@@ -47,7 +39,7 @@ def plates_noise(scene: Scene, windows: Windows) -> Float[np.ndarray, "windows 6
     )  # of a window: of noise of one sample a second
     com = windows.means(scene.com_ground)
     for plate in scene.plates:
-        variance = white_noise(plate) ** 2 * per_second / plate.plate.rate
+        variance = plate_noise(plate) ** 2 * per_second / plate.plate.rate
         if not variance.any():
             continue
         about_com = np.tile(np.eye(6), (windows.count, 1, 1))

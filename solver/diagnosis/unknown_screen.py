@@ -157,7 +157,7 @@ class UnknownScreen:
 def _at_its_size(
     information: Float[np.ndarray, "own own"], b: Float[np.ndarray, " own"], sizes: Sequence[Eta]
 ) -> tuple[Eta, float, Float[np.ndarray, " own"]]:
-    """The best of ascending sizes, sought from the middle one as long as the next is better.
+    """The best of ascending sizes, sought from the middle one both ways as long as the next is better.
 
     Returns:
         The size, the log evidence that it adds, and the coefficients over the size.
@@ -171,14 +171,14 @@ def _at_its_size(
         u, _ = dtrtrs(L, size * b, lower=1)
         return 0.5 * float(u @ u) - float(np.log(np.diag(L)).sum()), L, u
 
-    k = len(sizes) // 2
-    best = at(k)
+    middle = len(sizes) // 2
+    k, best = middle, (begun := at(middle))
     for way in (-1, 1):
-        begun = k
-        while 0 <= k + way < len(sizes) and (further := at(k + way))[0] > best[0]:
-            k, best = k + way, further
-        if k != begun:
-            break
+        at_way, here = middle, begun
+        while 0 <= at_way + way < len(sizes) and (further := at(at_way + way))[0] > here[0]:
+            at_way, here = at_way + way, further
+        if here[0] > best[0]:
+            k, best = at_way, here
     gain, L, u = best
     x, _ = dtrtrs(L, u, lower=1, trans=1)
     return sizes[k], gain, x

@@ -30,6 +30,7 @@ from solver.settings_field import setting
 from solver.skeleton.forward import ForwardKinematics, marker_jacobian
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton
+from solver.white_noise import white_noise
 
 CHUNK = 128  # frames whose Jacobians and marker precisions are held at once
 
@@ -258,18 +259,17 @@ def _dynamic_error(
 def _white_noise(
     error_body: Float[np.ndarray, "frames markers 3"], seen: Bool[np.ndarray, "frames markers"], dofs: int
 ) -> float:
-    """Of the typical marker, per coordinate [m]: what its error changes by within however short a time.
+    """Of the typical marker, per coordinate [m]; zero where too little is seen.
 
-    Skin changes by twice the square within two frames, white noise by the same as within one (the nugget of
-    a variogram). The pose of each frame has taken a share of it: as many of its coordinates as it has dofs.
+    The pose of each frame has taken a share of it: as many of its coordinates as it has dofs.
     """
-    squares = []
-    for lag in (1, 2):
-        both = seen[lag:] & seen[:-lag]
-        change = np.where(both[..., None], error_body[lag:] - error_body[:-lag], 0.0)
-        squares.append((change**2).sum(axis=(0, 2)) / (3 * np.maximum(both.sum(axis=0), 1)))
+    known = np.where(seen[..., None], error_body, np.nan)
+    of_marker = white_noise(known.reshape(len(known), -1)).reshape(-1, 3)
+    of_marker = of_marker[np.isfinite(of_marker).all(axis=1)]
+    if not len(of_marker):
+        return 0.0
     left = 1 - dofs / max(3 * float(np.median(seen.sum(axis=1))), 2 * dofs)
-    return float(np.sqrt(np.median((squares[0] - squares[1] / 2).clip(0.0)) / left))
+    return float(np.median(np.sqrt((of_marker**2).mean(axis=1) / left)))
 
 
 def _propagated(

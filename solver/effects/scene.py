@@ -147,8 +147,6 @@ class Scene:
         """Wrench of all plates read at other times than the frames' [N], [N·m].
 
         What was recorded at no such time stays as it is: a shift explains nothing by leaving the recording.
-        Only where it differs from the demand more than all others do once they are shifted, it is made to
-        differ as much as they: it belongs to another time, and no further cause has to explain it.
 
         Args:
             read_at: from the frames' times to those at which to read [s].
@@ -157,17 +155,7 @@ class Scene:
         for plate in self.plates:
             total += plate.at_times(plate.loads.wrench_ground, read_at(plate.times))
         unheard = self.unheard(read_at)
-        if not unheard.any():
-            return total
         total[unheard] = self.measured_ground[unheard]
-        left = self.demanded_ground - total
-        left[:, 3:] -= cross(self.com_ground, left[:, :3])
-        for part in (left[:, :3], left[:, 3:]):
-            there, elsewhere = (part[self.counts & own] for own in (unheard, ~unheard))
-            if there.any() and len(elsewhere):
-                part[unheard] *= min(1.0, float(np.sqrt((elsewhere**2).mean() / (there**2).mean())))
-        left[:, 3:] += cross(self.com_ground, left[:, :3])
-        total[unheard] = (self.demanded_ground - left)[unheard]
         return total
 
     def unheard(

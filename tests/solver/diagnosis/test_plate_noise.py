@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.plate_noise import plates_noise, white_noise
+from solver.diagnosis.plate_noise import plate_noise, plates_noise
 from solver.dynamics.windows import windows_over
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import measure, plates_under
@@ -29,15 +29,26 @@ def noisy(short_walk, request):
 def test_the_noise_of_single_samples_is_found_among_steps(noisy):
     """A step has 60 samples at 100 Hz, few for one figure; over plates and axes they are enough."""
     ratios = [
-        white_noise(plate) / (*FORCE_N, *MOMENT_NM) for plate in noisy.plates if plate.loaded.sum() > 30
+        plate_noise(plate) / (*FORCE_N, *MOMENT_NM) for plate in noisy.plates if plate.loaded.sum() > 30
     ]
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.2)
 
 
+def test_a_plate_of_which_no_stretch_is_whole_tells_nothing(noisy):
+    """Samples that a gap's filling bridges are loaded and not recorded."""
+    plate = max(noisy.plates, key=lambda p: p.loaded.sum())
+    force = plate.plate.force_ground.copy()
+    force[::4] = np.nan
+    bridged = replace(plate, plate=replace(plate.plate, force_ground=force))
+    assert plate_noise(bridged)[:3].tolist() == [0.0, 0.0, 0.0]
+    windows = windows_over(np.ones(noisy.frames, dtype=bool), noisy.rate, 0.06, 0.03)
+    assert np.isfinite(plates_noise(replace(noisy, plates=(bridged,)), windows)).all()
+
+
 def test_sound_filtered_plates_have_none(short_scene):
     for plate in short_scene.plates:
-        assert white_noise(plate)[:3].max() < 0.3
-        assert white_noise(plate)[3:].max() < 0.1
+        assert plate_noise(plate)[:3].max() < 0.3
+        assert plate_noise(plate)[3:].max() < 0.1
 
 
 def test_windows_scatter_as_stated(noisy):

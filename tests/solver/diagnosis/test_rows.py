@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver.diagnosis.plate_noise import plates_noise
 from solver.diagnosis.rows import trial_rows
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.dynamics.marker_posterior import marker_posterior
@@ -75,6 +76,28 @@ def test_plates_noise_is_added_to_the_markers(scene, posterior, rows):
     np.testing.assert_allclose(noise[:, :3], SETTINGS.force_noise_N**2, rtol=1e-6)
     np.testing.assert_allclose(noise[:, 3:], SETTINGS.moment_noise_Nm**2, rtol=1e-6)
     assert np.linalg.eigvalsh(rows.covariance)[0] > 0
+
+
+def test_white_noise_of_raw_plates_comes_on_top(scene, posterior, rows):
+    rng = np.random.default_rng(3)
+    raw = tuple(
+        replace(
+            p,
+            plate=replace(
+                p.plate, force_ground=p.plate.force_ground + rng.normal(0, 30, p.plate.force_ground.shape)
+            ),
+        )
+        for p in scene.plates
+    )
+    noisy = replace(scene, plates=raw)
+    blocks = (trial_rows(noisy, posterior, SETTINGS, HOP_S).covariance - rows.covariance).reshape(
+        rows.windows.count, 6, rows.windows.count, 6
+    )
+    own = np.arange(rows.windows.count)
+    np.testing.assert_allclose(blocks[own, :, own], plates_noise(noisy, rows.windows), atol=1e-6)
+    assert np.sqrt(blocks[own, 0, own, 0]).max() > 2
+    blocks[own, :, own] = 0
+    assert np.abs(blocks).max() < 1e-6
 
 
 def test_what_markers_errors_do_to_the_residual_lies_within_its_covariance(short_scene, rows):

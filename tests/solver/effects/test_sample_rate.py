@@ -18,27 +18,13 @@ def test_the_true_wrench_comes_back(on_one_plate, seen, stretch):
     assert np.sqrt((left**2).mean()) < 0.02 * np.sqrt((was**2).mean())
 
 
-def test_where_nothing_was_recorded_a_wrong_stretch_explains_nothing(on_one_plate, seen):
-    scene = seen(on_one_plate(lambda times: times))
-    fixed = SampleRate("all").signature(scene, (0.04,)).fixed
-    unheard = 1.04 * scene.times > scene.times[-1] + 0.001
-    assert unheard.sum() > 5
-    np.testing.assert_allclose(fixed[unheard], 0, atol=1e-9)
-    assert np.abs(fixed[~unheard]).max() > 1
-
-
-def test_what_belongs_to_another_time_is_as_far_off_as_the_rest_once_that_is_right(on_one_plate, seen):
-    """Else a further cause would have to explain it: a contact at the end of the trial."""
+def test_where_nothing_was_recorded_a_stretch_explains_nothing(on_one_plate, seen):
     scene = seen(on_one_plate(lambda times: times / 1.04))
     fixed = SampleRate("all").signature(scene, (0.04,)).fixed
     unheard = 1.04 * scene.times > scene.times[-1] + 0.001
-    before = (scene.demanded_ground - scene.measured_ground)[:, :3]
-    after = before - fixed[:, :3]
-    far = [
-        np.sqrt((r[own & scene.counts] ** 2).mean()) for r in (before, after) for own in (unheard, ~unheard)
-    ]
-    assert far[0] > 3 * far[3]
-    assert far[2] == pytest.approx(far[3])
+    assert unheard.sum() > 5
+    np.testing.assert_array_equal(fixed[unheard], 0)
+    assert np.abs(fixed[~unheard]).max() > 1
 
 
 def test_starts_lie_as_close_as_the_longest_trial_needs(on_one_plate, seen):

@@ -1,0 +1,32 @@
+"""White noise of recorded signals, told by the signals themselves."""
+
+import numpy as np
+from jaxtyping import Float
+from numpy.lib.stride_tricks import sliding_window_view
+
+ORDER = 5  # of the differences: no motion shows in them between hundredths of a second
+GROWN = 252**0.5  # how much larger than the noise they are: binomials (5 of 10)
+MEDIAN_OF_NORMAL = 0.6745  # of its absolute value, in standard deviations
+FEWEST = 20  # differences
+
+
+def white_noise(values: Float[np.ndarray, "samples columns"]) -> Float[np.ndarray, " columns"]:
+    """Standard deviation of what changes from sample to sample in each column.
+
+    Smooth signals have none, and neither have low-passed ones, unless they are sampled so slowly that what
+    they do looks like noise. A few wild samples do not count: it is a median.
+
+    Args:
+        values: NaN where nothing was recorded.
+
+    Returns:
+        In the units of the values; NaN for columns with fewer than twenty stretches of six samples.
+    """
+    found = np.full(values.shape[1], np.nan)
+    if len(values) <= ORDER:
+        return found
+    known = sliding_window_view(np.isfinite(values), ORDER + 1, axis=0).all(axis=2)
+    enough = known.sum(axis=0) >= FEWEST
+    apart = np.where(known, np.abs(np.diff(values, ORDER, axis=0)), np.nan)[:, enough]
+    found[enough] = np.nanmedian(apart, axis=0) / MEDIAN_OF_NORMAL / GROWN
+    return found
