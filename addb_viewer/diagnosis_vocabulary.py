@@ -179,7 +179,7 @@ def certainty(confidence: float, rivals: int) -> str:
         return f"fairly sure of the name ({_percent(confidence)}); {others} possible, see below"
     if rivals:
         return (
-            f"one of {rivals + 1} causes that this recording cannot tell apart, see below; "
+            f"one of {rivals + 1} causes that come near, see below, and this recording does not decide; "
             f"this one {_percent(confidence)}"
         )
     if confidence >= 0.99:

@@ -84,7 +84,7 @@ def what_next(figures: Figures) -> Section:
     in_the_markers = [e for e in figures["effects"] if cannot_be_accepted(e["id"])]
     exchanged = [e for e in figures["effects"] if e["id"] in IN_MARKERS and e not in in_the_markers]
     also = " else" if corrected or exchanged else ""
-    as_recorded = f"Before that, nothing{also} in {recording} is put right."
+    as_recorded = f"Until then, fits put nothing{also} in {recording} right."
     slipped = [e for e in in_the_markers if e["id"] != FLESH]
     apart = len(corrected) + len(in_the_markers) + len(exchanged)
     lines = []
@@ -114,12 +114,15 @@ def what_next(figures: Figures) -> Section:
         if any(rivals_of(figures, e) and e["confidence"] < CONFIDENT for e in figures["effects"]):
             lead = (
                 f"{'Then' if unmeasured else 'First'} tell apart the causes that look alike here, as told "
-                "above. " + (lead and "Then look into what is only a lead. If it proves true, ")
+                "above. "
+                + ("Then look into what is only a lead. " if lead else "")
+                + "If those named first prove true, "
             )
         which = "the other causes" if apart else "the causes"
         lines.append(
             f"{lead or CHECKED}`addb-viewer accept SUBJECT` makes this program put {which} right in every "
-            "later fit. The files stay as they are: other programs read the same fault from them."
+            "later fit, and `addb-viewer reject SUBJECT` undoes that. The files stay as they are: other "
+            "programs read the same fault from them."
         )
     if slipped or len(figures["effects"]) > apart:
         lines.append(as_recorded)

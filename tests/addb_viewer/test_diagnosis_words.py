@@ -184,7 +184,7 @@ def test_certainty_never_exceeds_the_figure():
     assert certainty(0.94, 1) == "fairly sure of the name (94 %); another cause remains possible, see below"
     assert "2 other causes remain possible" in certainty(0.94, 2)
     assert "sure" not in certainty(0.89, 1)
-    assert "one of 3 causes that this recording cannot tell apart" in certainty(0.5, 2)
+    assert "one of 3 causes that come near" in certainty(0.5, 2)
 
 
 def test_an_explained_recording():
@@ -324,7 +324,7 @@ def test_forces_do_not_judge_what_lies_in_the_markers():
     assert "addb-viewer accept" not in text
     flesh = said(figures(effects=[effect("soft_tissue", "femur_l", rms_m=(0.015, 0.001))], gain=same))
     assert "distrust the joints at that segment" in flesh
-    assert "Before that, nothing" not in flesh  # nothing mends it
+    assert "Until then, fits put nothing" not in flesh  # nothing mends it
     assert "Mend the markers" not in flesh
 
 
@@ -342,7 +342,8 @@ def test_exchanged_labels_are_mended_by_fits_and_can_be_accepted():
 def test_what_to_do_next_with_this_recording():
     text = said(figures(effects=[LATE]))
     assert "`addb-viewer accept SUBJECT` makes this program put the causes right in every later fit" in text
-    assert text.count("Before that, nothing in this recording is put right.") == 1
+    assert "`addb-viewer reject SUBJECT` undoes that" in text
+    assert text.count("Until then, fits put nothing in this recording right.") == 1
     assert "Check first what each cause says to do" in text
     assert "Do not use" not in text
     taken_off = effect("plate_bias", "plate_1", bias_y_N=(8.0, 0.1)) | {
