@@ -12,8 +12,9 @@ from pathlib import Path
 from benchmarks.diagnosis.information import balance_as_it_is
 from solver.capture.atomic import write_whole
 from solver.diagnosis.balance import Balance, Term
+from solver.diagnosis.diagnose import causes_of
 from solver.diagnosis.refinement import refined
-from solver.diagnosis.selection import Selection, select
+from solver.diagnosis.selection import Selection
 from solver.effects.catalogue import catalogue
 from solver.effects.effect import Candidate
 
@@ -79,5 +80,4 @@ def _fitted(balance: Balance, selection: Selection, id: str, target: str) -> Ter
 
 @lru_cache(maxsize=16)
 def _searched(folder: Path) -> tuple[Balance, Selection]:
-    balance = balance_as_it_is(folder)
-    return balance, select(balance, catalogue(balance.scenes), candidates_of=catalogue)
+    return causes_of(balance_as_it_is(folder))

@@ -11,11 +11,12 @@ from solver.diagnosis.balance import Balance
 from solver.diagnosis.conclusion import conclude
 from solver.diagnosis.detectable import detectable
 from solver.diagnosis.diagnosis import CLEAN, Diagnosis
+from solver.diagnosis.heard import shifts_time, without_the_unheard
 from solver.diagnosis.marker_causes import SeenInMarkers, with_markers_repaired
 from solver.diagnosis.report import as_json
 from solver.diagnosis.rows import trial_rows
 from solver.diagnosis.scenes import SceneAndPosterior
-from solver.diagnosis.selection import select
+from solver.diagnosis.selection import Selection, select
 from solver.diagnosis.settings import DIAGNOSIS, DiagnosisSettings
 from solver.effects.catalogue import catalogue
 from solver.errors import FitError
@@ -61,12 +62,27 @@ def diagnose(
         reviews=reviews or {},
         progress=part(progress, 0.0, FITTED),
     )
-    candidates = catalogue(balance.scenes)
-    selection = select(balance, candidates, part(progress, FITTED, 1.0), catalogue)
+    balance, selection = causes_of(balance, part(progress, FITTED, 1.0))
     answer = replace(conclude(balance, selection, seen), notes=all_notes(fit))
     if answer.verdict != CLEAN:
         return answer
+    candidates = catalogue(balance.scenes)
     return replace(answer, detectable=detectable(balance, selection.null, candidates))
+
+
+def causes_of(balance: Balance, progress: Progress = silent) -> tuple[Balance, Selection]:
+    """The causes that pay, and the balance that they were found in.
+
+    Sought anew where the right clock leaves frames without a recording, in the balance without these.
+    """
+    selection = select(balance, catalogue(balance.scenes), progress, catalogue)
+    heard = without_the_unheard(balance, selection)
+    if heard is None:
+        return balance, selection
+    again = select(heard, catalogue(heard.scenes), progress, catalogue)
+    first = {f.contender.term.candidate.key for f in selection.found if shifts_time(f, balance)}
+    named = {f.contender.term.candidate.key for f in again.found}
+    return (heard, again) if first <= named else (balance, selection)
 
 
 def repaired_balance(

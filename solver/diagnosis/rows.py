@@ -1,10 +1,10 @@
 """One trial's rows of the wrench balance, and what they may be without a cause."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from solver.diagnosis.model_errors import mass_change, model_error, nuisances, soft_tissue
 from solver.diagnosis.plate_noise import plates_noise
@@ -40,6 +40,26 @@ class TrialRows:
             moved[:, 3:] -= cross(arm, moved[:, :3])
         means = self.windows.means(moved)
         return means.reshape(-1, *means.shape[2:])
+
+    def touched_by(self, frames: Bool[np.ndarray, " frames"]) -> Bool[np.ndarray, " windows"]:
+        """Windows in which some of these frames lie."""
+        before = np.concatenate([[0], np.cumsum(frames)])
+        start = self.windows.start
+        return np.asarray(before[start + self.windows.length] > before[start])
+
+    def without(self, frames: Bool[np.ndarray, " frames"]) -> "TrialRows":
+        """The same where these frames do not count."""
+        kept = ~self.touched_by(frames)
+        own = np.repeat(kept, 6)
+        return TrialRows(
+            replace(self.scene, counts=self.scene.counts & ~frames),
+            replace(self.windows, start=self.windows.start[kept]),
+            self.covariance[np.ix_(own, own)],
+            self.model_error[np.ix_(own, own)],
+            self.nuisance[own],
+            self.tissue[own],
+            self.mass[own],
+        )
 
     @cached_property
     def residual(self) -> Float[np.ndarray, " rows"]:

@@ -1,0 +1,54 @@
+"""What a shifted clock puts outside the recording takes no part in the evidence, for no hypothesis."""
+
+import numpy as np
+from jaxtyping import Bool
+
+from solver.diagnosis.balance import Balance
+from solver.diagnosis.contenders import Found
+from solver.diagnosis.rows import TrialRows
+from solver.diagnosis.selection import Selection
+
+
+def without_the_unheard(balance: Balance, selection: Selection) -> Balance | None:
+    """The balance without the frames of which nothing was recorded if the named causes are right.
+
+    Forces that are 0.1 s early say nothing of the last 0.1 s. Left as they are, those frames would ask for a
+    further cause: a contact at the end of the trial.
+
+    Args:
+        balance: of all trials.
+        selection: causes found in it.
+
+    Returns:
+        None where no window is lost, or nothing would be left of a trial.
+    """
+    trials = []
+    for trial in balance.trials:
+        lost = _unheard(trial, selection)
+        whole = not trial.touched_by(lost).any()
+        trials.append(trial if whole else trial.without(_with_the_filters_ends(lost, trial, balance)))
+    if all(one is other for one, other in zip(trials, balance.trials, strict=True)):
+        return None
+    return Balance(trials, balance.settings) if all(t.windows.count for t in trials) else None
+
+
+def shifts_time(found: Found, balance: Balance) -> bool:
+    """Whether a cause reads the recording at other times, some of which lie outside it."""
+    term = found.contender.term
+    return any(term.candidate.unheard(scene, term.eta).any() for scene in balance.scenes)
+
+
+def _unheard(trial: TrialRows, selection: Selection) -> Bool[np.ndarray, " frames"]:
+    lost = np.zeros(trial.scene.frames, dtype=bool)
+    for found in selection.found:
+        term = found.contender.term
+        lost |= term.candidate.unheard(trial.scene, term.eta)
+    return lost
+
+
+def _with_the_filters_ends(
+    lost: Bool[np.ndarray, " frames"], trial: TrialRows, balance: Balance
+) -> Bool[np.ndarray, " frames"]:
+    """Frames beside them as well: what is read there lies at the recording's end."""
+    reach = round(balance.settings.end_s * trial.scene.rate)
+    return np.convolve(lost, np.ones(2 * reach + 1), mode="same") > 0
