@@ -4,10 +4,14 @@ Cases of one world share its simulation; seeds are fixed, so that a failure can 
 frames hold about one stride, so that effects are hidden at the upper end of their benchmark sizes.
 """
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from benchmarks.diagnosis.judge import judged
 from tests.hidden_effects.conftest import short_plan
+from tests.hidden_effects.hider import plates
 from tests.hidden_effects.hider.cases import OVERGROUND_ONLY, made, one_case
 from tests.hidden_effects.hider.draw_measurement import MEASUREMENT
 from tests.hidden_effects.hider.files import write_recording
@@ -68,6 +72,43 @@ def test_a_hidden_effect_is_named(answer, id):
 def test_nothing_is_found_where_nothing_is(answer, activity, model):
     verdict = answer(f"clean_{activity}_{model}", (), 200, model, activity)
     assert verdict.outcome == "right", verdict
+
+
+def test_cameras_noise_alone_is_no_finding(tmp_path):
+    """Ten times as much as good cameras have, on markers that sit on the bones."""
+    world = replace(short_plan(), skin=0.0, flesh_m_per_rad=0.0, duration=2.99)
+    plan = one_case("noisy_cameras", (), 201, model="perturbed", world=world)
+    recording, truth = made(replace(plan, handout=replace(plan.handout, marker_noise_m=0.002)))
+    write_recording(tmp_path / "subject", recording)
+    verdict = judged(_as_read(truth), diagnose.diagnose_subject(tmp_path / "subject"))
+    assert verdict.outcome == "right", verdict
+
+
+def test_noise_of_raw_plates_at_the_markers_rate_is_no_finding(tmp_path):
+    """A squat changes so slowly that any shift in time would do, if the noise were not allowed for."""
+    world = replace(short_plan("squat", "standing", seed=6), duration=2.99)
+    recording, truth = made(one_case("noisy_plates", (), 202, model="generic", world=world))
+    (trial,) = recording.trials
+    rng = np.random.default_rng(2)
+    slow = tuple(at_the_markers_rate(p, trial.markers.rate, rng) for p in trial.plates)
+    write_recording(tmp_path / "subject", recording.with_trial(replace(trial, plates=slow)))
+    verdict = judged(_as_read(truth), diagnose.diagnose_subject(tmp_path / "subject"))
+    assert verdict.outcome == "right", verdict
+
+
+def at_the_markers_rate(plate, rate, rng):
+    """One sample of so many, 8 N of noise on each force and 4 mm on the centre of pressure."""
+    every = round(plate.rate / rate)
+    few = replace(
+        plate,
+        force_ground=plate.force_ground[::every],
+        moment_ground=plate.moment_ground[::every],
+        cop_ground=plate.cop_ground[::every],
+        rate=rate,
+    )
+    force = few.force_ground + rng.normal(0, 8.0, few.force_ground.shape)
+    cop = few.cop_ground + rng.normal(0, 0.004, force.shape) * (1.0, 0.0, 1.0)
+    return plates.rebuilt(few, force, cop, plates.free_moment(few))
 
 
 @pytest.mark.parametrize("ids", PAIRS, ids="+".join)
