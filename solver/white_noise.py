@@ -6,7 +6,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 ORDER = 5  # of the differences: no motion shows in them between hundredths of a second
 GROWN = 252**0.5  # how much larger than the noise they are: binomials (5 of 10)
-MEDIAN_OF_NORMAL = 0.6745  # of its absolute value, in standard deviations
+NORMAL = 1.4826  # standard deviation of normal deviates, by the median of their absolute values
 FEWEST = 20  # differences
 
 
@@ -28,5 +28,12 @@ def white_noise(values: Float[np.ndarray, "samples columns"]) -> Float[np.ndarra
     known = sliding_window_view(np.isfinite(values), ORDER + 1, axis=0).all(axis=2)
     enough = known.sum(axis=0) >= FEWEST
     apart = np.where(known, np.abs(np.diff(values, ORDER, axis=0)), np.nan)[:, enough]
-    found[enough] = np.nanmedian(apart, axis=0) / MEDIAN_OF_NORMAL / GROWN
+    found[enough] = NORMAL * np.nanmedian(apart, axis=0) / GROWN
     return found
+
+
+def white_noise_together(values: Float[np.ndarray, "samples columns"]) -> float:
+    """One standard deviation of all columns, recorded throughout; zero of fewer than six samples."""
+    if len(values) <= ORDER:
+        return 0.0
+    return float(NORMAL * np.median(np.abs(np.diff(values, ORDER, axis=0))) / GROWN)

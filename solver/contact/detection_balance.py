@@ -1,7 +1,6 @@
 """Newton and Euler for the whole body: the external wrench that its motion demands, beside the measured."""
 
 from dataclasses import dataclass
-from math import comb
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -11,11 +10,11 @@ from scipy.ndimage import uniform_filter1d
 from solver.contact.detection_settings import DetectionSettings
 from solver.runs import runs
 from solver.skeleton.forward import cross
+from solver.white_noise import white_noise_together
 
 UP = 1  # y, among the three components of a force
 FEWEST_FRAMES = 4  # that a third difference needs
 SETTLED = 4.0  # periods of the cutoff after which an end of the trial is forgotten
-DIFFERENCE = 5  # its variance is (10 over 5) times that of white noise
 
 
 @dataclass(frozen=True)
@@ -83,9 +82,9 @@ class WholeBody:
         bounce = motion.mass * _level(acceleration[:, UP], motion.rate, settings.bounce_window_s)
         self.noise = np.hypot(settings.balance_noise * motion.weight, settings.bounce_noise * bounce)
         self.moment_noise = settings.moment_noise_m * (motion.weight + bounce)
-        jitter = motion.mass * _white_noise(motion.com_ground[:, [UP]])
+        jitter = motion.mass * white_noise_together(motion.com_ground[:, [UP]])
         self.noise = np.hypot(self.noise, jitter * self._smoother.noise_gain(2))
-        turning_jitter = _white_noise(motion.angular_momentum[:, [0, 2]])
+        turning_jitter = white_noise_together(motion.angular_momentum[:, [0, 2]])
         self.moment_noise = np.hypot(self.moment_noise, turning_jitter * self._smoother.noise_gain(1))
         offset = motion.mass * settings.jump_offset_m
         self.noise = np.hypot(self.noise, offset * self._smoother.offset_gain(self.jumping))
@@ -163,14 +162,6 @@ class _Smoother:
         gain = np.linalg.norm(short.derivative(np.eye(enough), order), axis=1)
         middle = enough // 2
         return np.concatenate([gain[:middle], np.full(frames - enough, gain[middle]), gain[middle:]])
-
-
-def _white_noise(values: Float[np.ndarray, "frames columns"]) -> float:
-    """Standard deviation of what changes from frame to frame: no motion shows in the fifth difference."""
-    if len(values) <= DIFFERENCE:
-        return 0.0
-    spread = 1.4826 * np.median(np.abs(np.diff(values, DIFFERENCE, axis=0)))  # 1.4826: of normal deviates
-    return float(spread) / comb(2 * DIFFERENCE, DIFFERENCE) ** 0.5
 
 
 def _third_difference_band(frames: int) -> Float[np.ndarray, "4 frames"]:

@@ -85,10 +85,9 @@ def trial_rows(
     terms = posterior.momentum(scene.measured_ground)
     markers = posterior.covariance(terms, windows)
     noise = np.repeat([settings.force_noise_N, settings.moment_noise_Nm], 3)
-    markers[np.arange(len(markers)), np.arange(len(markers))] += np.tile(noise**2, windows.count)
     of_window = np.arange(windows.count)
     blocks = markers.reshape(windows.count, 6, windows.count, 6)
-    blocks[of_window, :, of_window] += plates_noise(scene, windows)
+    blocks[of_window, :, of_window] += np.diag(noise**2) + plates_noise(scene, windows)
     nothing = np.zeros((0, 0))
     rows = TrialRows(scene, windows, markers, nothing, nothing, nothing, np.zeros(0))
     return TrialRows(

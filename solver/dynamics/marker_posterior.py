@@ -159,11 +159,13 @@ class _Track:
         self.kinematics = ForwardKinematics(skeleton)
         self.seen = np.isfinite(observed_ground).all(axis=2)
         self.observed = np.where(self.seen[..., None], observed_ground, 0.0)
-        error = self._error(self.kinematics.markers(self.kinematics.poses(start.q)))
+        poses = self.kinematics.poses(start.q)
+        error = self._error(self.kinematics.markers(poses))
         self.trust = self.seen / (1 + (error**2).sum(axis=2) / settings.marker_robust_scale_m**2)
         self.pairs = (self.seen[1:] & self.seen[:-1]) * np.minimum(self.trust[1:], self.trust[:-1])
         self.start = start
-        error_body = _error_body(self.kinematics, start.q, self.observed)
+        R_ground_segment = poses.R_ground_body[:, self.kinematics.marker_bodies]
+        error_body = np.einsum("tmji,tmj->tmi", R_ground_segment, error)
         stray = _dynamic_error(error_body, self.seen)
         white = noise.white_share * _white_noise(error_body, self.seen, start.q.shape[1])
         as_slow = (1 + (2 * np.pi * noise.white_Hz * noise.time_s) ** 2) / (2 * noise.time_s * start.rate)
@@ -229,17 +231,6 @@ class _Track:
 
     def _error(self, x: Float[np.ndarray, "frames markers 3"]) -> Float[np.ndarray, "frames markers 3"]:
         return np.where(self.seen[..., None], x - self.observed, 0.0)
-
-
-def _error_body(
-    kinematics: ForwardKinematics,
-    q: Float[np.ndarray, "frames dofs"],
-    observed_ground: Float[np.ndarray, "frames markers 3"],
-) -> Float[np.ndarray, "frames markers 3"]:
-    """Where markers are off their places on the segments, in the segments' axes [m]."""
-    poses = kinematics.poses(q)
-    error = observed_ground - kinematics.markers(poses)
-    return np.einsum("tmji,tmj->tmi", poses.R_ground_body[:, kinematics.marker_bodies], error)
 
 
 def _dynamic_error(

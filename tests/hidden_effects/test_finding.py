@@ -51,9 +51,7 @@ def answer(tmp_path_factory):
             world = short_plan(layout="overground" if set(ids) & {*OVERGROUND_ONLY, *FAR} else "treadmill")
         sizes = 1.0 if set(ids) <= set(UNSIZED) else SMALLER.get(ids[0], SIZE) if ids else SIZE
         recording, truth = made(one_case(name, ids, seed, size=sizes, model=model, world=world))
-        folder = tmp_path_factory.mktemp(name) / "subject"
-        write_recording(folder, recording)
-        return judged(_as_read(truth), diagnose.diagnose_subject(folder))
+        return looked_at(tmp_path_factory.mktemp(name), recording, truth)
 
     return run
 
@@ -79,8 +77,7 @@ def test_cameras_noise_alone_is_no_finding(tmp_path):
     world = replace(short_plan(), skin=0.0, flesh_m_per_rad=0.0, duration=2.99)
     plan = one_case("noisy_cameras", (), 201, model="perturbed", world=world)
     recording, truth = made(replace(plan, handout=replace(plan.handout, marker_noise_m=0.002)))
-    write_recording(tmp_path / "subject", recording)
-    verdict = judged(_as_read(truth), diagnose.diagnose_subject(tmp_path / "subject"))
+    verdict = looked_at(tmp_path, recording, truth)
     assert verdict.outcome == "right", verdict
 
 
@@ -91,8 +88,7 @@ def test_noise_of_raw_plates_at_the_markers_rate_is_no_finding(tmp_path):
     (trial,) = recording.trials
     rng = np.random.default_rng(2)
     slow = tuple(at_the_markers_rate(p, trial.markers.rate, rng) for p in trial.plates)
-    write_recording(tmp_path / "subject", recording.with_trial(replace(trial, plates=slow)))
-    verdict = judged(_as_read(truth), diagnose.diagnose_subject(tmp_path / "subject"))
+    verdict = looked_at(tmp_path, recording.with_trial(replace(trial, plates=slow)), truth)
     assert verdict.outcome == "right", verdict
 
 
@@ -121,6 +117,12 @@ def test_both_of_two_effects_are_named(answer, ids):
 def test_what_has_no_name_is_called_unexplained(answer, id):
     verdict = answer(id, (id,), 400, "true")
     assert verdict.outcome in ("right", "contact"), verdict
+
+
+def looked_at(folder, recording, truth):
+    """The verdict on what is found in a recording, written as a subject."""
+    write_recording(folder / "subject", recording)
+    return judged(_as_read(truth), diagnose.diagnose_subject(folder / "subject"))
 
 
 def _as_read(truth):

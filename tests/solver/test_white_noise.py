@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.filters import low_pass
-from solver.white_noise import FEWEST, ORDER, white_noise
+from solver.white_noise import FEWEST, ORDER, white_noise, white_noise_together
 
 RATE = 100.0
 TIMES = np.arange(600) / RATE
@@ -41,3 +41,10 @@ def test_only_stretches_without_a_gap_are_asked():
     assert np.isnan(found[1])
     assert np.isnan(found[2])
     assert np.isnan(white_noise(gappy[:ORDER])).all()
+
+
+def test_columns_together_are_one_column_where_there_is_but_one():
+    one = noisy(1.0)[:, :1]
+    assert white_noise_together(one) == pytest.approx(white_noise(one)[0])
+    assert white_noise_together(noisy(1.0)) == pytest.approx(1.0, rel=0.1)
+    assert white_noise_together(one[:ORDER]) == 0.0
