@@ -1,10 +1,13 @@
 """How far two fits of one recording lie apart: angles between segments, and joint centres."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
+from benchmarks.anatomical_angles import anatomical_angles, joint_centres, landmark_places, landmarks_of
+from benchmarks.functional_centres import off_functional_centre
 from solver.fit import Fit
 from solver.skeleton.forward import body_poses
 
@@ -19,15 +22,23 @@ JOINTS = {"hip": "femur", "knee": "tibia", "ankle": "talus"}
 class Agreement:
     """A fit without the model's markers against the model's own; left and right together."""
 
-    angle_rms_deg: dict[str, float]  # between the segments, in the sagittal plane
+    angle_rms_deg: dict[str, float]  # between the models' bone frames, in the sagittal plane
     angle_rms_without_offset_deg: dict[str, float]  # each side's mean difference taken off
+    anatomical_rms_deg: dict[str, float | None]  # between axes by landmarks; None where these are not marked
     centre_rms_m: dict[str, float]
+    off_functional_m: dict[str, tuple[float, float] | None]  # fit without, model's fit; None: cannot be told
     markers_used: int
     marker_rms_m: float
 
 
-def compared(alone: Fit, with_model: Fit) -> Agreement:
-    """How far a fit without the model's markers is from the model's own."""
+def compared(alone: Fit, with_model: Fit, renamed: Mapping[str, str] | None = None) -> Agreement:
+    """How far a fit without the model's markers is from the model's own.
+
+    Args:
+        alone: without the model, or without its markers.
+        with_model: the model's own.
+        renamed: what each label is called in the fit without; None if as ever.
+    """
     angles, offset_free = {}, {}
     for name in ANGLES:
         difference = [
@@ -39,7 +50,43 @@ def compared(alone: Fit, with_model: Fit) -> Agreement:
     for joint, body in JOINTS.items():
         apart = [_origin(alone, f"{body}_{s}") - _origin(with_model, f"{body}_{s}") for s in "rl"]
         centres[joint] = rms(np.linalg.norm(np.concatenate(apart), axis=1))
-    return Agreement(angles, offset_free, centres, *_marker_figures(alone))
+    return Agreement(
+        angles,
+        offset_free,
+        _anatomical(alone, with_model, renamed),
+        centres,
+        {joint: _off_functional(alone, with_model, joint) for joint in JOINTS},
+        *_marker_figures(alone),
+    )
+
+
+def _anatomical(alone: Fit, with_model: Fit, renamed: Mapping[str, str] | None) -> dict[str, float | None]:
+    """RMS difference of each angle, by the landmarks that both fits use [°]."""
+    labels = landmarks_of(with_model)
+    theirs = landmark_places(with_model, labels)
+    ours = landmark_places(
+        alone, labels if renamed is None else {mark: renamed[label] for mark, label in labels.items()}
+    )
+    shared = ours.keys() & theirs.keys()
+    apart: dict[str, list[np.ndarray]] = {name: [] for name in ANGLES}
+    for side in "rl":
+        a, b = (
+            anatomical_angles({m: places[m] for m in shared}, joint_centres(fit, side), side)
+            for fit, places in ((alone, ours), (with_model, theirs))
+        )
+        for name in ANGLES:
+            if a[name] is not None and b[name] is not None:
+                apart[name].append(np.degrees(_turned(a[name] - b[name])))
+    return {name: rms(np.concatenate(found)) if found else None for name, found in apart.items()}
+
+
+def _off_functional(alone: Fit, with_model: Fit, joint: str) -> tuple[float, float] | None:
+    """RMS over both sides of how far each fit's centre lies from the functional one [m]."""
+    pairs = [
+        [off_functional_centre(fit, with_model, joint, side) for fit in (alone, with_model)] for side in "rl"
+    ]
+    told = np.array([pair for pair in pairs if None not in pair], dtype=float)
+    return (rms(told[:, 0]), rms(told[:, 1])) if len(told) else None
 
 
 def _marker_figures(fit: Fit) -> tuple[int, float]:

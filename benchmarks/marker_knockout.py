@@ -15,18 +15,18 @@ import tempfile
 import time
 import warnings
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.fit_agreement import ANGLES, JOINTS, Agreement, compared, marker_errors, rms
-from benchmarks.recordings import data_folder
+from benchmarks.agreement_words import HEADER, apart, figures, together
+from benchmarks.everyone import print_everyone
+from benchmarks.fit_agreement import Agreement, compared
+from benchmarks.recordings import data_folder, recordings_of, without_model
 from solver.capture.capture import Markers, Subject
 from solver.capture.subject import open_subject
-from solver.capture.trial import read_static, read_trial
-from solver.errors import SolverError
 from solver.fit import Fit
 from solver.kinematics.label_reading import read_labels
 from solver.markers.atlas import atlas
@@ -61,11 +61,6 @@ def markers_alone() -> Settings:
     """The settings of a fit that looks at no force."""
     settings = Settings()
     return replace(settings, trajectory=replace(settings.trajectory, enabled=False))
-
-
-def without_model(subject: Subject) -> Subject:
-    """The same recordings, as if nobody had made a model for them."""
-    return replace(subject, model=None)
 
 
 def agreement(subject: Subject, trial: str) -> Agreement:
@@ -131,7 +126,9 @@ def nonsense(subject: Subject, trial: str, seed: int) -> Nonsense:
     as_one = tuple((row.confidence, row.body in alike[row.label]) for row in rows_of_model)
     used = [row for row in rows_of_model if row.used]
     right = sum(row.body == truth[row.label] for row in used)
-    return Nonsense(compared(alone, with_model), judged, as_one, right, len(used), seconds)
+    renamed = {capture.markers.names[k]: labels[i] for i, k in enumerate(order)}
+    found = compared(alone, with_model, renamed)
+    return Nonsense(found, judged, as_one, right, len(used), seconds)
 
 
 def _bodies_of_labels(fit: Fit) -> dict[str, str]:
@@ -178,14 +175,6 @@ def _moving_alike(fit: Fit) -> dict[str, set[str]]:
     }
 
 
-def recordings_of(subject: Subject, trial: str) -> list[Markers]:
-    """Markers of a trial and of the static one."""
-    reading = Settings().reading
-    files = next(t for t in subject.trials if t.name == trial)
-    found = [read_trial(files, reading).markers]
-    return [*found, read_static(subject.static, reading).markers] if subject.static else found
-
-
 def judged_labels(markers: Markers, wrong_share: float, seed: int) -> list[tuple[float, bool]]:
     """Confidence of each label, and whether it stands on its own trajectory, after some were exchanged."""
     rng = np.random.default_rng(seed)
@@ -218,45 +207,34 @@ def roc_area(judged: Sequence[tuple[float, bool]]) -> float:
 
 
 def _print_knockout(recordings: Sequence[tuple[str, str]], first_seed: int = 0) -> None:
-    print(
-        "recording                       markers   RMS cm  "
-        "hip° knee° ankle° (offset off)        hip knee ankle cm   ROC"
-    )
+    print(f"recording                       markers   RMS cm  {HEADER}   ROC")
     everything: list[tuple[float, bool]] = []
+    agreements = []
     for folder, trial in recordings:
         subject = open_subject(data_folder() / folder)
         found = agreement(subject, trial)
+        agreements.append(found)
         markers = recordings_of(subject, trial)[0]
         seeds = range(first_seed, first_seed + DRAWS)
         judged = [row for seed in seeds for row in judged_labels(markers, WRONG_SHARE, seed)]
         everything += judged
         print(
-            f"{folder[:22] + '/' + trial[:14]:38s} {_figures(found)}   {roc_area(judged):.3f}",
+            f"{folder[:22] + '/' + trial[:14]:38s} {figures(found)}   {roc_area(judged):.3f}",
             flush=True,
         )
+    print(together(agreements))
     wrong = sum(not good for _, good in everything)
     print(f"ROC area over all: {roc_area(everything):.3f} ({wrong} wrong labels)")
 
 
 def _print_on_model(recordings: Sequence[tuple[str, str]]) -> None:
-    print(
-        "recording                       markers   RMS cm  hip° knee° ankle° (offset off)   hip knee ankle cm"
-    )
+    print(f"recording                       markers   RMS cm  {HEADER}")
+    agreements = []
     for folder, trial in recordings:
         found = agreement_on_model(open_subject(data_folder() / folder), trial)
-        print(f"{folder[:22] + '/' + trial[:14]:38s} {_figures(found)}", flush=True)
-
-
-def _figures(found: Agreement) -> str:
-    return f"{found.markers_used:3d}   {100 * found.marker_rms_m:5.2f}  {_apart(found)}"
-
-
-def _apart(found: Agreement) -> str:
-    """Angles [°], the same without each side's offset, centres [cm]."""
-    angles = " ".join(f"{found.angle_rms_deg[a]:5.1f}" for a in ANGLES)
-    free = " ".join(f"{found.angle_rms_without_offset_deg[a]:4.1f}" for a in ANGLES)
-    centres = " ".join(f"{100 * found.centre_rms_m[j]:4.1f}" for j in JOINTS)
-    return f"{angles}  ({free})   {centres}"
+        agreements.append(found)
+        print(f"{folder[:22] + '/' + trial[:14]:38s} {figures(found)}", flush=True)
+    print(together(agreements))
 
 
 def _first_trials(folders: Sequence[str]) -> list[tuple[str, str]]:
@@ -264,10 +242,7 @@ def _first_trials(folders: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def _print_nonsense() -> None:
-    print(
-        "recording                           right of used of all   hip° knee° ankle° (offset off)    "
-        "hip knee ankle cm   reading s"
-    )
+    print(f"recording                           right of used of all   {HEADER}   reading s")
     everything: list[tuple[float, bool]] = []
     as_one: list[tuple[float, bool]] = []
     for folder in sorted(p.parent.name for p in data_folder().glob("*/subject.toml")):
@@ -278,64 +253,12 @@ def _print_nonsense() -> None:
             as_one += found.judged_as_one
             print(
                 f"{folder[:22] + '/' + files.name[:14]:38s} {found.used_right:3d} {found.used:3d} "
-                f"{len(found.judged):3d}   {_apart(found.agreement)}   {found.seconds:.1f}",
+                f"{len(found.judged):3d}   {apart(found.agreement)}   {found.seconds:.1f}",
                 flush=True,
             )
     for what, judged in (("", everything), (", bodies that the model cannot tell apart being one", as_one)):
         wrong = sum(not good for _, good in judged)
         print(f"ROC area over all{what}: {roc_area(judged):.3f} ({wrong} of {len(judged)} on another body)")
-
-
-def _everyone() -> Iterator[Path]:
-    """Folders with recordings of a person."""
-    root = data_folder()
-    described = {p.parent for name in ("subject.toml", "_subject.json") for p in root.rglob(name)}
-    yield from sorted(described)
-    yield from sorted(p for p in (root / "c3d_conformance").iterdir() if p.is_dir())
-    yield root / "format_trc_mot"
-
-
-def _print_everyone() -> None:
-    print("| recording | family | markers used | RMS cm | maximum cm | residual N | residual N·m |")
-    print("|---|---|---|---|---|---|---|")
-    for folder in _everyone():
-        try:
-            subject = without_model(open_subject(folder))
-        except SolverError as error:
-            print(f"{folder.name}: {error}")
-            continue
-        for files in subject.trials:
-            print(_row(subject, files.name), flush=True)
-
-
-def _row(subject: Subject, trial: str) -> str:
-    name = f"{subject.folder.name}/{trial}"
-    try:
-        recordings = recordings_of(subject, trial)
-    except SolverError as error:
-        return f"| {name} | cannot be read: {str(error).split(': ', 1)[-1][:60]} |"
-    seen = recordings[0]
-    family = understand([n for m in recordings for n in m.names], recordings).family or "none"
-    try:
-        fit = solve(subject, Settings(), trials=[trial])
-    except SolverError as error:
-        return f"| {name} | {family} | 0 of {len(seen.names)} | {str(error)[:60]} |"
-    errors = marker_errors(fit)
-    used = int(np.isfinite(errors).any(axis=0).sum())
-    return (
-        f"| {name} | {family} | {used} of {len(seen.names)} | {100 * np.sqrt(np.nanmean(errors**2)):.2f} | "
-        f"{100 * np.nanmax(errors):.1f} | {_residuals(fit)} |"
-    )
-
-
-def _residuals(fit: Fit) -> str:
-    """RMS of the root's residual force [N] and moment [N·m], where there are forces."""
-    dynamics = fit.trials[0].dynamics
-    if dynamics is None or not dynamics.used.any():
-        return "– | –"
-    residual = dynamics.residual_root[dynamics.used]
-    force, moment = (rms(np.linalg.norm(part, axis=1)) for part in (residual[:, :3], residual[:, 3:]))
-    return f"{force:.1f} | {moment:.1f}"
 
 
 def main() -> None:
@@ -353,7 +276,7 @@ def main() -> None:
         elif given.marker_set:
             _print_on_model([*RECORDINGS, *_first_trials(HELD_OUT)])
         elif given.everyone:
-            _print_everyone()
+            print_everyone()
         elif given.held_out:
             _print_knockout(_first_trials(HELD_OUT), HELD_OUT_SEED)
         else:

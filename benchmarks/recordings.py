@@ -2,11 +2,14 @@
 
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
-from solver.capture.capture import Subject
+from solver.capture.capture import Markers, Subject
 from solver.capture.subject import open_subject
+from solver.capture.trial import read_static, read_trial
 from solver.errors import SolverError
+from solver.settings import Settings
 
 
 def data_folder() -> Path:
@@ -29,3 +32,16 @@ def subjects() -> Iterator[tuple[str, Subject | SolverError]]:
 def scaled_reference_models(subject: Subject) -> list[Path]:
     """Models that somebody else scaled to this subject, as they lie beside the recording."""
     return sorted((subject.folder / "reference").glob("*.osim"))
+
+
+def without_model(subject: Subject) -> Subject:
+    """The same recordings, as if nobody had made a model for them."""
+    return replace(subject, model=None)
+
+
+def recordings_of(subject: Subject, trial: str) -> list[Markers]:
+    """Markers of a trial and of the static one."""
+    reading = Settings().reading
+    files = next(t for t in subject.trials if t.name == trial)
+    found = [read_trial(files, reading).markers]
+    return [*found, read_static(subject.static, reading).markers] if subject.static else found

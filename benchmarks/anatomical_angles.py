@@ -1,0 +1,110 @@
+"""Joint angles between segments whose axes come from anatomical landmarks, not from a model's bone frames.
+
+Where two models pitch the pelvis differently in its bone, their hip angles differ by that constant whatever
+the person does. Axes by landmarks need no such convention: the pelvis' from its spines, thigh and shank along
+the lines of their joint centres (as the ISB recommends: Wu et al., J Biomech 2002; 35: 543-548), the foot's
+from the heel to the heads of the metatarsals (Leardini et al., Gait Posture 2007; 25: 453-462).
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.fit import Fit
+from solver.markers.understanding import understand
+from solver.skeleton.forward import body_poses
+
+FRONT_OF_FOOT = ("mt1_head", "mt2_head", "mt5_head")
+Points = Mapping[str, Float[np.ndarray, "frames 3"]]  # landmark to its places on the fitted skeleton [m]
+
+
+def landmarks_of(fit: Fit) -> dict[str, str]:
+    """Landmark to the label that means it in the fit's first recording."""
+    markers = fit.trials[0].capture.markers
+    rows = understand(list(markers.names), [markers]).labels
+    return {row.landmark: row.label for row in rows if row.landmark is not None and row.used}
+
+
+def landmark_places(fit: Fit, labels: Mapping[str, str]) -> dict[str, Float[np.ndarray, "frames 3"]]:
+    """Where the fitted skeleton has the markers of these landmarks, in the ground frame [m].
+
+    Args:
+        fit: its first trial counts.
+        labels: landmark to label; those that the fit does not use are left out.
+    """
+    assert fit.groundwork is not None
+    column = {label: i for i, names in enumerate(fit.groundwork.match.measured) for label in names}
+    places = fit.trials[0].model_markers_ground
+    return {mark: places[:, column[label]] for mark, label in labels.items() if label in column}
+
+
+def joint_centres(fit: Fit, side: str) -> dict[str, Float[np.ndarray, "frames 3"]]:
+    """Centres of hip, knee and ankle in the ground frame [m]."""
+    _, p = body_poses(fit.skeleton, fit.trials[0].motion.q)
+    bodies = {"hip": "femur", "knee": "tibia", "ankle": "talus"}
+    return {joint: p[:, fit.skeleton.body_index(f"{body}_{side}")] for joint, body in bodies.items()}
+
+
+def anatomical_angles(
+    marks: Points, centres: Points, side: str
+) -> dict[str, Float[np.ndarray, " frames"] | None]:
+    """Angles of hip, knee and ankle in the pelvis' sagittal plane [rad]; None where landmarks are missing.
+
+    From the pelvis' forward axis to the thigh, from the thigh to the shank, from the shank to the foot; all
+    grow as the segment behind swings forwards.
+
+    Args:
+        marks: of pelvis and feet.
+        centres: hip, knee and ankle of this side.
+        side: "r" or "l".
+    """
+    thigh, shank = centres["knee"] - centres["hip"], centres["ankle"] - centres["knee"]
+    pelvis, foot = _pelvis(marks), _foot(marks, side)
+    if pelvis is None:
+        return dict.fromkeys(("hip", "knee", "ankle"))
+    forwards, right = pelvis
+    return {
+        "hip": _angle(forwards, thigh, right),
+        "knee": _angle(thigh, shank, right),
+        "ankle": None if foot is None else _angle(shank, foot, right),
+    }
+
+
+def _pelvis(marks: Points) -> tuple[Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 3"]] | None:
+    """Axes forwards and to the right, in the ground frame."""
+    if not {"asis_r", "asis_l"} <= marks.keys():
+        return None
+    back = [name for name in ("psis_r", "psis_l") if name in marks]
+    back = back if len(back) == 2 else ["sacrum"]
+    if back[0] not in marks:
+        return None
+    right = _unit(marks["asis_r"] - marks["asis_l"])
+    front = (marks["asis_r"] + marks["asis_l"]) / 2
+    return _across(front - np.mean([marks[name] for name in back], axis=0), right), right
+
+
+def _foot(marks: Points, side: str) -> Float[np.ndarray, "frames 3"] | None:
+    """From the heel to the heads of the metatarsals."""
+    front = [marks[f"{name}_{side}"] for name in FRONT_OF_FOOT if f"{name}_{side}" in marks]
+    heel = marks.get(f"heel_{side}")
+    return np.mean(front, axis=0) - heel if front and heel is not None else None
+
+
+def _angle(
+    start: Float[np.ndarray, "frames 3"],
+    end: Float[np.ndarray, "frames 3"],
+    axis: Float[np.ndarray, "frames 3"],
+) -> Float[np.ndarray, " frames"]:
+    """From one direction to the other about an axis, both seen along it [rad]."""
+    a, b = _across(start, axis), _across(end, axis)
+    return np.arctan2((np.cross(a, b) * axis).sum(axis=1), (a * b).sum(axis=1))
+
+
+def _across(v: Float[np.ndarray, "frames 3"], axis: Float[np.ndarray, "frames 3"]) -> np.ndarray:
+    """The unit vector of what is perpendicular to the axis."""
+    return _unit(v - (v * axis).sum(axis=1, keepdims=True) * axis)
+
+
+def _unit(v: Float[np.ndarray, "frames 3"]) -> np.ndarray:
+    return v / np.linalg.norm(v, axis=1, keepdims=True)
