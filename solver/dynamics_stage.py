@@ -85,7 +85,9 @@ def obeying_forces(
     updated = [replace(fit, spline=None) for fit in fits]
     for i, motion, spline, trial in zip(fitted, result.motions, result.splines, data, strict=True):
         model_markers = marker_positions(result.skeleton, motion.q)
-        errors, notes = marker_errors(match.model, model_markers, trial.observed_ground, settings.kinematics)
+        errors, notes = marker_errors(
+            result.skeleton, match.model, model_markers, trial.observed_ground, settings.kinematics
+        )
         updated[i] = replace(
             fits[i],
             motion=motion,

@@ -238,7 +238,9 @@ def _compared(
     """A trial's marker fit, compared with its markers."""
     markers, match, skeleton = capture.markers, groundwork.match, groundwork.skeleton
     model_markers = marker_positions(skeleton, q)
-    errors, notes = marker_errors(match.model, model_markers, match.observed(markers), settings.kinematics)
+    errors, notes = marker_errors(
+        skeleton, match.model, model_markers, match.observed(markers), settings.kinematics
+    )
     return TrialFit(
         capture=capture,
         motion=Motion(skeleton.dofs, q, markers.rate, markers.start_time),

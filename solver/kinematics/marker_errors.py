@@ -7,7 +7,9 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.kinematics.settings import KinematicsSettings
+from solver.kinematics.shoulder_markers import shoulder_markers, shrugged
 from solver.runs import runs
+from solver.skeleton.skeleton import Skeleton
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,7 @@ class MarkerErrors:
 
 
 def marker_errors(
+    skeleton: Skeleton,
     names: Sequence[str],
     model_ground: Float[np.ndarray, "frames markers 3"],
     measured_ground: Float[np.ndarray, "frames markers 3"],
@@ -61,20 +64,26 @@ def marker_errors(
     """Distances of every shared marker, and a note on each that looks slipped, swapped or mislabelled.
 
     Args:
+        skeleton: the fitted one.
         names: of the shared markers, the model's.
-        model_ground: of the fitted skeleton [m].
+        model_ground: of the fitted skeleton [m], y up.
         measured_ground: as recorded, NaN where unseen [m].
         settings: from which distance on a marker is suspect.
     """
     distance = np.linalg.norm(model_ground - measured_ground, axis=2)
+    on_shoulders = shoulder_markers(skeleton)
+    shoulders = [i for i, name in enumerate(names) if name in on_shoulders]
     notes = []
     for i, name in enumerate(names):
         far = distance[:, i] > settings.robust_scale_m
         if not far.any():
             continue
         stretches = ", ".join(f"{start}-{end - 1}" for start, end in runs(far))
+        why = "slipped, swapped or mislabelled?"
+        if i in shoulders and shrugged(i, shoulders, model_ground[far], measured_ground[far]):
+            why = "the shoulder rose? The model has no shoulder girdle."
         notes.append(
             f"marker {name} is up to {100 * np.nanmax(distance[:, i]):.0f} cm off in frames {stretches}: "
-            "slipped, swapped or mislabelled? It had little weight there"
+            f"{why} It had little weight there"
         )
     return MarkerErrors(tuple(names), distance), tuple(notes)
