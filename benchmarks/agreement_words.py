@@ -1,14 +1,15 @@
 """The figures of two fits' agreement as lines of a table."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from benchmarks.fit_agreement import ANGLES, JOINTS, Agreement, rms
+from benchmarks.fit_agreement import ANGLES, Agreement, rms
+from benchmarks.leg_joints import JOINTS
 
 HEADER = (
     "hip° knee° ankle° (offset off)  by landmarks   hip knee ankle cm   "
-    "off the functional centre (the model's own fit) hip knee ankle cm"
+    "off the turning point (the model's own fit) hip knee ankle cm"
 )
 
 
@@ -18,33 +19,39 @@ def figures(found: Agreement) -> str:
 
 
 def apart(found: Agreement) -> str:
-    """Angles [°], also without each side's offset and by landmarks; centres and off functional ones [cm]."""
-    angles = " ".join(f"{found.angle_rms_deg[a]:5.1f}" for a in ANGLES)
+    """Angles [°], also without each side's offset and by landmarks; centres and off turning points [cm]."""
     free = " ".join(f"{found.angle_rms_without_offset_deg[a]:4.1f}" for a in ANGLES)
-    by_landmarks = " ".join(_or_dash(found.anatomical_rms_deg[a]) for a in ANGLES)
-    centres = " ".join(f"{100 * found.centre_rms_m[j]:4.1f}" for j in JOINTS)
-    functional = (found.off_functional_m[j] for j in JOINTS)
-    off = "  ".join(
-        "  – (  –)" if pair is None else f"{100 * pair[0]:3.1f} ({100 * pair[1]:3.1f})" for pair in functional
+    return (
+        f"{_row(found.angle_rms_deg[a] for a in ANGLES)}  ({free})  "
+        f"{_row(found.anatomical_rms_deg[a] for a in ANGLES)}   "
+        f"{_row(100 * found.centre_rms_m[j] for j in JOINTS)}   "
+        f"{'  '.join(_pair(found.off_turning_point_m[j]) for j in JOINTS)}"
     )
-    return f"{angles}  ({free})  {by_landmarks}   {centres}   {off}"
-
-
-def _or_dash(value: float | None) -> str:
-    return "   –" if value is None else f"{value:4.1f}"
 
 
 def together(found: Sequence[Agreement]) -> str:
     """RMS over recordings of each figure, where it is known."""
-    angles = [rms(np.array([f.angle_rms_deg[a] for f in found])) for a in ANGLES]
-    marked = [[f.anatomical_rms_deg[a] for f in found if f.anatomical_rms_deg[a] is not None] for a in ANGLES]
-    centres = [100 * rms(np.array([f.centre_rms_m[j] for f in found])) for j in JOINTS]
-    told = [[f.off_functional_m[j] for f in found if f.off_functional_m[j] is not None] for j in JOINTS]
-    off = [100 * np.sqrt(np.mean(np.square(pairs), axis=0)) for pairs in told]
-    figures = (
-        "angles " + " ".join(f"{v:.1f}" for v in angles),
-        "by landmarks " + " ".join(f"{rms(np.array(v)):.1f}" for v in marked),
-        "centres " + " ".join(f"{v:.1f}" for v in centres),
-        "off the functional ones " + " ".join(f"{a:.1f} (model {m:.1f})" for a, m in off),
-    )
-    return "RMS over recordings: " + "; ".join(figures)
+    angles = _row(_pooled([f.angle_rms_deg[a] for f in found]) for a in ANGLES)
+    marked = _row(_pooled([f.anatomical_rms_deg[a] for f in found]) for a in ANGLES)
+    centres = _row(_pooled([100 * f.centre_rms_m[j] for f in found]) for j in JOINTS)
+    off = "  ".join(_pair(_pooled_pair([f.off_turning_point_m[j] for f in found])) for j in JOINTS)
+    return f"RMS over recordings: angles {angles}; by landmarks {marked}; centres {centres}; off {off}"
+
+
+def _pooled(values: Sequence[float | None]) -> float | None:
+    known = [v for v in values if v is not None]
+    return rms(np.array(known)) if known else None
+
+
+def _pooled_pair(pairs: Sequence[tuple[float, float] | None]) -> tuple[float, float] | None:
+    known = np.array([pair for pair in pairs if pair is not None])
+    return (rms(known[:, 0]), rms(known[:, 1])) if len(known) else None
+
+
+def _row(values: Iterable[float | None]) -> str:
+    return " ".join("   –" if v is None else f"{v:4.1f}" for v in values)
+
+
+def _pair(pair: tuple[float, float] | None) -> str:
+    """Distances in cm, the model's own fit in brackets."""
+    return "  – (  –)" if pair is None else f"{100 * pair[0]:3.1f} ({100 * pair[1]:3.1f})"

@@ -1,9 +1,10 @@
-"""Joint angles between segments whose axes come from anatomical landmarks, not from a model's bone frames.
+"""Joint angles with the segments' axes laid through anatomical landmarks, not along a model's bone frames.
 
 Where two models pitch the pelvis differently in its bone, their hip angles differ by that constant whatever
-the person does. Axes by landmarks need no such convention: the pelvis' from its spines, thigh and shank along
-the lines of their joint centres (as the ISB recommends: Wu et al., J Biomech 2002; 35: 543-548), the foot's
-from the heel to the heads of the metatarsals (Leardini et al., Gait Posture 2007; 25: 453-462).
+the person does. Clinical angles have no such constant: the pelvis' axis comes from its spines (as the ISB
+recommends: Wu et al., J Biomech 2002; 35: 543-548), the foot's from the heel to the heads of the metatarsals
+(Leardini et al., Gait Posture 2007; 25: 453-462), thigh's and shank's from the fit's joint centres. Two fits
+that follow the same markers agree about the first two: what is compared is where thigh and shank lie to them.
 """
 
 from collections.abc import Mapping
@@ -13,7 +14,6 @@ from jaxtyping import Float
 
 from solver.fit import Fit
 from solver.markers.understanding import understand
-from solver.skeleton.forward import body_poses
 
 FRONT_OF_FOOT = ("mt1_head", "mt2_head", "mt5_head")
 Points = Mapping[str, Float[np.ndarray, "frames 3"]]  # landmark to its places on the fitted skeleton [m]
@@ -39,13 +39,6 @@ def landmark_places(fit: Fit, labels: Mapping[str, str]) -> dict[str, Float[np.n
     return {mark: places[:, column[label]] for mark, label in labels.items() if label in column}
 
 
-def joint_centres(fit: Fit, side: str) -> dict[str, Float[np.ndarray, "frames 3"]]:
-    """Centres of hip, knee and ankle in the ground frame [m]."""
-    _, p = body_poses(fit.skeleton, fit.trials[0].motion.q)
-    bodies = {"hip": "femur", "knee": "tibia", "ankle": "talus"}
-    return {joint: p[:, fit.skeleton.body_index(f"{body}_{side}")] for joint, body in bodies.items()}
-
-
 def anatomical_angles(
     marks: Points, centres: Points, side: str
 ) -> dict[str, Float[np.ndarray, " frames"] | None]:
@@ -60,28 +53,23 @@ def anatomical_angles(
         side: "r" or "l".
     """
     thigh, shank = centres["knee"] - centres["hip"], centres["ankle"] - centres["knee"]
-    pelvis, foot = _pelvis(marks), _foot(marks, side)
-    if pelvis is None:
+    if not {"asis_r", "asis_l"} <= marks.keys():
         return dict.fromkeys(("hip", "knee", "ankle"))
-    forwards, right = pelvis
+    right = _unit(marks["asis_r"] - marks["asis_l"])
+    forwards, foot = _forwards(marks, right), _foot(marks, side)
     return {
-        "hip": _angle(forwards, thigh, right),
+        "hip": None if forwards is None else _angle(forwards, thigh, right),
         "knee": _angle(thigh, shank, right),
         "ankle": None if foot is None else _angle(shank, foot, right),
     }
 
 
-def _pelvis(marks: Points) -> tuple[Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 3"]] | None:
-    """Axes forwards and to the right, in the ground frame."""
-    if not {"asis_r", "asis_l"} <= marks.keys():
-        return None
-    back = [name for name in ("psis_r", "psis_l") if name in marks]
-    back = back if len(back) == 2 else ["sacrum"]
-    if back[0] not in marks:
-        return None
-    right = _unit(marks["asis_r"] - marks["asis_l"])
+def _forwards(marks: Points, right: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, "frames 3"] | None:
+    """From the posterior spines, or the sacrum, to the anterior ones; across the way to the right."""
+    choices = (("psis_r", "psis_l"), ("sacrum",))
+    back = next(([marks[m] for m in names] for names in choices if marks.keys() >= set(names)), None)
     front = (marks["asis_r"] + marks["asis_l"]) / 2
-    return _across(front - np.mean([marks[name] for name in back], axis=0), right), right
+    return _across(front - np.mean(back, axis=0), right) if back is not None else None
 
 
 def _foot(marks: Points, side: str) -> Float[np.ndarray, "frames 3"] | None:

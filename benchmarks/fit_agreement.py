@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from benchmarks.anatomical_angles import anatomical_angles, joint_centres, landmark_places, landmarks_of
-from benchmarks.functional_centres import off_functional_centre
+from benchmarks.anatomical_angles import anatomical_angles, landmark_places, landmarks_of
+from benchmarks.functional_centres import off_turning_point
+from benchmarks.leg_joints import JOINTS, joint_centres
 from solver.fit import Fit
 from solver.skeleton.forward import body_poses
 
@@ -15,7 +16,6 @@ ANGLES = ("hip", "knee", "ankle")
 # the bodies before and behind each joint, and the axis of the latter that turns in the sagittal plane of the
 # former: bones point down, feet forwards
 SEGMENTS = {"hip": ("pelvis", "femur", 1), "knee": ("femur", "tibia", 1), "ankle": ("tibia", "calcn", 0)}
-JOINTS = {"hip": "femur", "knee": "tibia", "ankle": "talus"}
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Agreement:
     angle_rms_without_offset_deg: dict[str, float]  # each side's mean difference taken off
     anatomical_rms_deg: dict[str, float | None]  # between axes by landmarks; None where these are not marked
     centre_rms_m: dict[str, float]
-    off_functional_m: dict[str, tuple[float, float] | None]  # fit without, model's fit; None: cannot be told
+    off_turning_point_m: dict[str, tuple[float, float] | None]  # fit without, model's fit; None: not told
     markers_used: int
     marker_rms_m: float
 
@@ -47,15 +47,16 @@ def compared(alone: Fit, with_model: Fit, renamed: Mapping[str, str] | None = No
         angles[name] = rms(np.concatenate(difference))
         offset_free[name] = rms(np.concatenate([d - d.mean() for d in difference]))
     centres = {}
-    for joint, body in JOINTS.items():
-        apart = [_origin(alone, f"{body}_{s}") - _origin(with_model, f"{body}_{s}") for s in "rl"]
+    ours, theirs = ([joint_centres(fit, side) for side in "rl"] for fit in (alone, with_model))
+    for joint in JOINTS:
+        apart = [a[joint] - b[joint] for a, b in zip(ours, theirs, strict=True)]
         centres[joint] = rms(np.linalg.norm(np.concatenate(apart), axis=1))
     return Agreement(
         angles,
         offset_free,
         _anatomical(alone, with_model, renamed),
         centres,
-        {joint: _off_functional(alone, with_model, joint) for joint in JOINTS},
+        {joint: _off_turning_point(alone, with_model, joint) for joint in JOINTS},
         *_marker_figures(alone),
     )
 
@@ -80,12 +81,10 @@ def _anatomical(alone: Fit, with_model: Fit, renamed: Mapping[str, str] | None) 
     return {name: rms(np.concatenate(found)) if found else None for name, found in apart.items()}
 
 
-def _off_functional(alone: Fit, with_model: Fit, joint: str) -> tuple[float, float] | None:
-    """RMS over both sides of how far each fit's centre lies from the functional one [m]."""
-    pairs = [
-        [off_functional_centre(fit, with_model, joint, side) for fit in (alone, with_model)] for side in "rl"
-    ]
-    told = np.array([pair for pair in pairs if None not in pair], dtype=float)
+def _off_turning_point(alone: Fit, with_model: Fit, joint: str) -> tuple[float, float] | None:
+    """RMS over the sides of how far each fit lies from the raw markers' turning point [m]."""
+    sides = [off_turning_point((alone, with_model), with_model, joint, side) for side in "rl"]
+    told = np.array([pair for pair in sides if pair is not None])
     return (rms(told[:, 0]), rms(told[:, 1])) if len(told) else None
 
 
@@ -119,11 +118,6 @@ def _sagittal(fit: Fit, joint: str, side: str) -> Float[np.ndarray, " frames"]:
 def _turned(angle: Float[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
     """Within half a turn [rad]."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
-
-
-def _origin(fit: Fit, body: str) -> Float[np.ndarray, "frames 3"]:
-    _, p = body_poses(fit.skeleton, fit.trials[0].motion.q)
-    return p[:, fit.skeleton.body_index(body)]
 
 
 def rms(values: np.ndarray) -> float:

@@ -2,8 +2,9 @@
 
 `python -m benchmarks.marker_knockout` prints, for recordings with a model, how far joint angles and joint
 centres of the fit on the default body lie from those of the model's fit, and how well the confidence of a
-label separates labels on their own trajectory from labels that were shuffled. `--marker-set` hides only the
-model's marker set: its bodies stay, and the labels are placed on them.
+label separates labels on their own trajectory from labels that were shuffled; first for recordings that some
+limits were chosen on, then for others. `--marker-set` hides only the model's marker set: its bodies stay, and
+the labels are placed on them.
 `--nonsense` gives every marker a label that means nothing, in any order, and compares the same, with the
 bodies that the markers were attached to. `--everyone` prints, for every recording of a person, what the whole
 fit makes of its labels alone, forces and all.
@@ -206,25 +207,26 @@ def roc_area(judged: Sequence[tuple[float, bool]]) -> float:
     return float(higher)
 
 
-def _print_knockout(recordings: Sequence[tuple[str, str]], first_seed: int = 0) -> None:
+def _print_knockout() -> None:
     print(f"recording                       markers   RMS cm  {HEADER}   ROC")
-    everything: list[tuple[float, bool]] = []
     agreements = []
-    for folder, trial in recordings:
-        subject = open_subject(data_folder() / folder)
-        found = agreement(subject, trial)
-        agreements.append(found)
-        markers = recordings_of(subject, trial)[0]
-        seeds = range(first_seed, first_seed + DRAWS)
-        judged = [row for seed in seeds for row in judged_labels(markers, WRONG_SHARE, seed)]
-        everything += judged
-        print(
-            f"{folder[:22] + '/' + trial[:14]:38s} {figures(found)}   {roc_area(judged):.3f}",
-            flush=True,
-        )
+    for recordings, first_seed in ((RECORDINGS, 0), (_first_trials(HELD_OUT), HELD_OUT_SEED)):
+        everything: list[tuple[float, bool]] = []
+        for folder, trial in recordings:
+            subject = open_subject(data_folder() / folder)
+            found = agreement(subject, trial)
+            agreements.append(found)
+            markers = recordings_of(subject, trial)[0]
+            seeds = range(first_seed, first_seed + DRAWS)
+            judged = [row for seed in seeds for row in judged_labels(markers, WRONG_SHARE, seed)]
+            everything += judged
+            print(
+                f"{folder[:22] + '/' + trial[:14]:38s} {figures(found)}   {roc_area(judged):.3f}",
+                flush=True,
+            )
+        wrong = sum(not good for _, good in everything)
+        print(f"ROC area over these: {roc_area(everything):.3f} ({wrong} wrong labels)")
     print(together(agreements))
-    wrong = sum(not good for _, good in everything)
-    print(f"ROC area over all: {roc_area(everything):.3f} ({wrong} wrong labels)")
 
 
 def _print_on_model(recordings: Sequence[tuple[str, str]]) -> None:
@@ -245,17 +247,22 @@ def _print_nonsense() -> None:
     print(f"recording                           right of used of all   {HEADER}   reading s")
     everything: list[tuple[float, bool]] = []
     as_one: list[tuple[float, bool]] = []
+    agreements, right = [], 0
     for folder in sorted(p.parent.name for p in data_folder().glob("*/subject.toml")):
         subject = open_subject(data_folder() / folder)
         for files in subject.trials if subject.model is not None else ():
             found = nonsense(subject, files.name, seed=0)
             everything += found.judged
             as_one += found.judged_as_one
+            agreements.append(found.agreement)
+            right += found.used_right
             print(
                 f"{folder[:22] + '/' + files.name[:14]:38s} {found.used_right:3d} {found.used:3d} "
                 f"{len(found.judged):3d}   {apart(found.agreement)}   {found.seconds:.1f}",
                 flush=True,
             )
+    print(together(agreements))
+    print(f"used and on the right body: {right} of {len(everything)}")
     for what, judged in (("", everything), (", bodies that the model cannot tell apart being one", as_one)):
         wrong = sum(not good for _, good in judged)
         print(f"ROC area over all{what}: {roc_area(judged):.3f} ({wrong} of {len(judged)} on another body)")
@@ -267,7 +274,6 @@ def main() -> None:
     parser.add_argument("--nonsense", action="store_true", help="labels that mean nothing, in any order")
     parser.add_argument("--marker-set", action="store_true", help="hide the model's markers, not the model")
     parser.add_argument("--everyone", action="store_true", help="every recording of a person, forces and all")
-    parser.add_argument("--held-out", action="store_true", help="recordings that no limit was chosen on")
     given = parser.parse_args(sys.argv[1:])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -277,10 +283,8 @@ def main() -> None:
             _print_on_model([*RECORDINGS, *_first_trials(HELD_OUT)])
         elif given.everyone:
             print_everyone()
-        elif given.held_out:
-            _print_knockout(_first_trials(HELD_OUT), HELD_OUT_SEED)
         else:
-            _print_knockout(RECORDINGS)
+            _print_knockout()
 
 
 if __name__ == "__main__":

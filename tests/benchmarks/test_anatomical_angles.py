@@ -52,13 +52,28 @@ def test_the_hip_is_that_of_the_spines_line():
     np.testing.assert_allclose(np.degrees(turned), 10.0, atol=1e-9)
 
 
-def test_what_is_not_marked_has_no_angle():
+def test_a_sacrum_stands_for_the_posterior_spines():
     marks, centres = person()
     sacrum = {**marks, "sacrum": (marks["psis_r"] + marks["psis_l"]) / 2}
     del sacrum["psis_r"]
-    whole = anatomical_angles(marks, centres, "r")
-    np.testing.assert_allclose(anatomical_angles(sacrum, centres, "r")["hip"], whole["hip"], atol=1e-12)
-    del sacrum["sacrum"]
-    assert anatomical_angles(sacrum, centres, "r") == {"hip": None, "knee": None, "ankle": None}
-    del marks["heel_r"]
-    assert anatomical_angles(marks, centres, "r")["ankle"] is None
+    expected = anatomical_angles(marks, centres, "r")["hip"]
+    np.testing.assert_allclose(anatomical_angles(sacrum, centres, "r")["hip"], expected, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("missing", "joints"),
+    [("psis_r", ("hip",)), ("heel_r", ("ankle",)), ("asis_l", ("hip", "knee", "ankle"))],
+)
+def test_what_is_not_marked_has_no_angle(missing, joints):
+    marks, centres = person()
+    del marks[missing]
+    found = anatomical_angles(marks, centres, "r")
+    assert tuple(name for name, angle in found.items() if angle is None) == joints
+
+
+def test_the_foot_points_to_the_middle_of_its_metatarsal_heads():
+    marks, centres = person()
+    before = anatomical_angles(marks, centres, "r")["ankle"]
+    marks["mt5_head_r"] = marks["mt5_head_r"] + np.array([0.0, 0.02, 0.0])
+    raised = np.degrees(anatomical_angles(marks, centres, "r")["ankle"] - before)
+    np.testing.assert_allclose(raised, np.degrees(np.arctan2(0.01, 0.17)), atol=0.01)

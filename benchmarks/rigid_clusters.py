@@ -1,0 +1,49 @@
+"""Poses of a group of markers that keep their distances, from whichever of them a frame shows."""
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.skeleton.rotations import nearest_rotation
+
+FEWEST_MARKERS = 3
+ROUNDS = 3  # of shape and poses in turn
+
+
+def cluster_poses(
+    markers: Float[np.ndarray, "frames markers 3"],
+) -> tuple[Float[np.ndarray, "frames 3 3"], Float[np.ndarray, "frames 3"]]:
+    """Rotation and origin of a cluster against its mean shape; NaN where fewer than three are seen.
+
+    Args:
+        markers: in the ground frame [m], NaN where unseen.
+    """
+    seen = np.isfinite(markers).all(axis=2)
+    first = markers[np.argmax(seen.sum(axis=1))]
+    shape = first - np.nanmean(first, axis=0)
+    for _ in range(ROUNDS):
+        R, p = _laid_on(shape, markers)
+        in_cluster = np.einsum("tji,tmj->tmi", R, markers - p[:, None])
+        known = np.isfinite(in_cluster).all(axis=2).any(axis=0)
+        shape[known] = np.nanmean(in_cluster[:, known], axis=0)
+        shape -= np.nanmean(shape, axis=0)
+    return _laid_on(shape, markers)
+
+
+def _laid_on(
+    shape: Float[np.ndarray, "markers 3"], markers: Float[np.ndarray, "frames markers 3"]
+) -> tuple[Float[np.ndarray, "frames 3 3"], Float[np.ndarray, "frames 3"]]:
+    """The shape's pose on each frame (Kabsch), NaN where too little is seen."""
+    both = np.isfinite(markers).all(axis=2) & np.isfinite(shape).all(axis=1)
+    weight = both[:, :, None].astype(float)
+    count = weight.sum(axis=1)
+    enough = count[:, 0] >= FEWEST_MARKERS
+    x, s = np.where(weight > 0, markers, 0.0), np.where(weight > 0, shape, 0.0)
+    with np.errstate(invalid="ignore"):
+        x_mean, s_mean = x.sum(axis=1) / count, s.sum(axis=1) / count
+    R = np.full((len(markers), 3, 3), np.nan)
+    p = np.full((len(markers), 3), np.nan)
+    x_centred = (x - x_mean[:, None])[enough] * weight[enough]
+    s_centred = (s - s_mean[:, None])[enough] * weight[enough]
+    R[enough] = nearest_rotation(np.einsum("tmi,tmj->tij", x_centred, s_centred))
+    p[enough] = x_mean[enough] - np.einsum("tij,tj->ti", R[enough], s_mean[enough])
+    return R, p
