@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from benchmarks.fit_agreement import ANGLES, Agreement, rms
+from benchmarks.fit_agreement import Agreement, rms
 from benchmarks.leg_joints import JOINTS
 
 HEADER = (
@@ -20,10 +20,10 @@ def figures(found: Agreement) -> str:
 
 def apart(found: Agreement) -> str:
     """Angles [°], also without each side's offset and by landmarks; centres and off turning points [cm]."""
-    free = " ".join(f"{found.angle_rms_without_offset_deg[a]:4.1f}" for a in ANGLES)
+    free = " ".join(f"{found.angle_rms_without_offset_deg[a]:4.1f}" for a in JOINTS)
     return (
-        f"{_row(found.angle_rms_deg[a] for a in ANGLES)}  ({free})  "
-        f"{_row(found.anatomical_rms_deg[a] for a in ANGLES)}   "
+        f"{_row(found.angle_rms_deg[a] for a in JOINTS)}  ({free})  "
+        f"{_row(found.anatomical_rms_deg[a] for a in JOINTS)}   "
         f"{_row(100 * found.centre_rms_m[j] for j in JOINTS)}   "
         f"{'  '.join(_pair(found.off_turning_point_m[j]) for j in JOINTS)}"
     )
@@ -31,8 +31,8 @@ def apart(found: Agreement) -> str:
 
 def together(found: Sequence[Agreement]) -> str:
     """RMS over recordings of each figure, where it is known."""
-    angles = _row(_pooled([f.angle_rms_deg[a] for f in found]) for a in ANGLES)
-    marked = _row(_pooled([f.anatomical_rms_deg[a] for f in found]) for a in ANGLES)
+    angles = _row(_pooled([f.angle_rms_deg[a] for f in found]) for a in JOINTS)
+    marked = _row(_pooled([f.anatomical_rms_deg[a] for f in found]) for a in JOINTS)
     centres = _row(_pooled([100 * f.centre_rms_m[j] for f in found]) for j in JOINTS)
     off = "  ".join(_pair(_pooled_pair([f.off_turning_point_m[j] for f in found])) for j in JOINTS)
     return f"RMS over recordings: angles {angles}; by landmarks {marked}; centres {centres}; off {off}"

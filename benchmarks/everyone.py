@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.fit_agreement import marker_errors, rms
+from benchmarks.fit_agreement import marker_distances, rms
 from benchmarks.recordings import data_folder, recordings_of, without_model
 from solver.capture.capture import Subject
 from solver.capture.subject import open_subject
@@ -51,7 +51,7 @@ def _row(subject: Subject, trial: str) -> str:
         fit = solve(subject, Settings(), trials=[trial])
     except SolverError as error:
         return f"| {name} | {family} | 0 of {len(seen.names)} | {str(error)[:60]} |"
-    errors = marker_errors(fit)
+    errors = marker_distances(fit)
     used = int(np.isfinite(errors).any(axis=0).sum())
     return (
         f"| {name} | {family} | {used} of {len(seen.names)} | {100 * np.sqrt(np.nanmean(errors**2)):.2f} | "

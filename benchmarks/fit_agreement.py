@@ -8,14 +8,11 @@ from jaxtyping import Float
 
 from benchmarks.anatomical_angles import anatomical_angles, landmark_places, landmarks_of
 from benchmarks.functional_centres import off_turning_point
-from benchmarks.leg_joints import JOINTS, joint_centres
+from benchmarks.leg_joints import JOINTS, joint_centres, segments
 from solver.fit import Fit
 from solver.skeleton.forward import body_poses
 
-ANGLES = ("hip", "knee", "ankle")
-# the bodies before and behind each joint, and the axis of the latter that turns in the sagittal plane of the
-# former: bones point down, feet forwards
-SEGMENTS = {"hip": ("pelvis", "femur", 1), "knee": ("femur", "tibia", 1), "ankle": ("tibia", "calcn", 0)}
+POINTING = {"hip": 1, "knee": 1, "ankle": 0}  # axis of the bone behind: thigh and shank down, feet forwards
 
 
 @dataclass(frozen=True)
@@ -40,7 +37,7 @@ def compared(alone: Fit, with_model: Fit, renamed: Mapping[str, str] | None = No
         renamed: what each label is called in the fit without; None if as ever.
     """
     angles, offset_free = {}, {}
-    for name in ANGLES:
+    for name in JOINTS:
         difference = [
             np.degrees(_turned(_sagittal(alone, name, s) - _sagittal(with_model, name, s))) for s in "rl"
         ]
@@ -69,13 +66,13 @@ def _anatomical(alone: Fit, with_model: Fit, renamed: Mapping[str, str] | None) 
         alone, labels if renamed is None else {mark: renamed[label] for mark, label in labels.items()}
     )
     shared = ours.keys() & theirs.keys()
-    apart: dict[str, list[np.ndarray]] = {name: [] for name in ANGLES}
+    apart: dict[str, list[np.ndarray]] = {name: [] for name in JOINTS}
     for side in "rl":
         a, b = (
             anatomical_angles({m: places[m] for m in shared}, joint_centres(fit, side), side)
             for fit, places in ((alone, ours), (with_model, theirs))
         )
-        for name in ANGLES:
+        for name in JOINTS:
             if a[name] is not None and b[name] is not None:
                 apart[name].append(np.degrees(_turned(a[name] - b[name])))
     return {name: rms(np.concatenate(found)) if found else None for name, found in apart.items()}
@@ -89,11 +86,11 @@ def _off_turning_point(alone: Fit, with_model: Fit, joint: str) -> tuple[float, 
 
 
 def _marker_figures(fit: Fit) -> tuple[int, float]:
-    errors = marker_errors(fit)
+    errors = marker_distances(fit)
     return int(np.isfinite(errors).any(axis=0).sum()), float(np.sqrt(np.nanmean(errors**2)))
 
 
-def marker_errors(fit: Fit) -> Float[np.ndarray, "frames markers"]:
+def marker_distances(fit: Fit) -> Float[np.ndarray, "frames markers"]:
     """Distance of each shared marker of the first trial from the model's [m]."""
     assert fit.groundwork is not None
     trial, match = fit.trials[0], fit.groundwork.match
@@ -107,11 +104,9 @@ def _sagittal(fit: Fit, joint: str, side: str) -> Float[np.ndarray, " frames"]:
     Of the segments, not a coordinate of the model: models turn ankles about different axes, and where one has
     a subtalar joint, another one has locked it.
     """
-    before, behind, axis = SEGMENTS[joint]
+    before, behind = (fit.skeleton.body_index(name) for name in segments(joint, side))
     R, _ = body_poses(fit.skeleton, fit.trials[0].motion.q)
-    index = {name: i for i, name in enumerate(fit.skeleton.body_names)}
-    parent = R[:, index.get(f"{before}_{side}", index.get(before, 0))]
-    direction = np.einsum("tji,tj->ti", parent, R[:, index[f"{behind}_{side}"], :, axis])
+    direction = np.einsum("tji,tj->ti", R[:, before], R[:, behind, :, POINTING[joint]])
     return np.arctan2(direction[:, 1], direction[:, 0])
 
 

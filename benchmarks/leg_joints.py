@@ -7,6 +7,14 @@ from solver.fit import Fit
 from solver.skeleton.forward import body_poses
 
 JOINTS = {"hip": "femur", "knee": "tibia", "ankle": "talus"}  # to the body whose origin is its centre
+# the segments before and behind each; between shank and foot the subtalar joint turns as well
+SEGMENTS = {"hip": ("pelvis", "femur"), "knee": ("femur", "tibia"), "ankle": ("tibia", "calcn")}
+
+
+def segments(joint: str, side: str) -> tuple[str, str]:
+    """Names of the bodies before and behind a joint."""
+    before, behind = SEGMENTS[joint]
+    return before if before == "pelvis" else f"{before}_{side}", f"{behind}_{side}"
 
 
 def joint_centres(fit: Fit, side: str) -> dict[str, Float[ndarray, "frames 3"]]:

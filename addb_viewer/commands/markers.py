@@ -18,10 +18,11 @@ from solver.capture.subject import MARKER_MAP, open_subject
 from solver.capture.trial import read_static, read_trial
 from solver.kinematics.bare_model import is_bare
 from solver.kinematics.label_reading import read_labels
+from solver.kinematics.marker_naming import checked_map, strangers
 from solver.kinematics.own_model_naming import own_names
 from solver.markers.atlas import atlas
 from solver.markers.mapping_file import read_map, remark, write_map
-from solver.markers.understanding import Understanding, understand
+from solver.markers.understanding import Understanding, UnderstoodLabel, understand
 from solver.results.store import write_json
 from solver.settings import Settings, settings_for
 from solver.skeleton.default_body import default_skeleton
@@ -66,10 +67,14 @@ def markers(
         on_model = _on_model(who, recordings)
         understood = _understood(recordings, on_model)
         file = map_ or subject / MARKER_MAP
-        kept = _corrected(read_map(file), understood, on_model) if file.is_file() else {}
+        written = read_map(file) if file.is_file() else {}
+        notes = _checked(written, who, recordings)
+        kept = _corrected(written, understood, on_model)
         if json is not None:
             write_json(json, _figures(understood, kept))
         _print(understood, kept)
+        for note in notes:
+            typer.echo(f"note: {note}")
         if not no_write:
             write_map(file, understood, kept, on_model)
             typer.echo(f"{file}: correct it, then fit again")
@@ -93,6 +98,13 @@ def _on_model(subject: Subject, recordings: Sequence[Markers]) -> dict[str, str]
         return None
     model = load_skeleton(subject.model)
     return None if is_bare(model) else own_names(model, recordings)
+
+
+def _checked(written: dict[str, str], subject: Subject, recordings: Sequence[Markers]) -> tuple[str, ...]:
+    """Notes on a map that a fit would make as well; what a fit would refuse is refused here."""
+    model = default_skeleton() if subject.model is None else load_skeleton(subject.model)
+    word = checked_map(written, model, recordings, default_body=subject.model is None)
+    return strangers(word, {name for m in recordings for name in m.names})
 
 
 def _corrected(
@@ -132,20 +144,25 @@ def _figures(understood: Understanding, kept: dict[str, str]) -> dict[str, objec
 
 
 def _print(understood: Understanding, kept: dict[str, str]) -> None:
-    used = sum(row.used for row in understood.labels)
+    used = sum(bool(kept.get(row.label, "said" if row.used else "")) for row in understood.labels)
     said = f", most of them {understood.family}" if understood.family else ""
     typer.echo(f"{used} of {len(understood.labels)} labels understood{said}")
+    cells = [_cells(row, kept) for row in understood.labels]
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for head in ("label", "landmark", "body", "sure", "because"):
-        table.add_column(head, no_wrap=True)
-    for row in understood.labels:
-        if row.label in kept:
-            table.add_row(row.label, kept[row.label] or "left out", "", "", "the map says so")
-            continue
-        landmark = row.landmark if row.used else f"({row.landmark or 'unknown'})"
-        because = row.why if row.used else f"{row.why}; {remark(row)}"
-        table.add_row(row.label, landmark, row.body or "", f"{row.confidence:.2f}", because)
+    for i, head in enumerate(("label", "landmark", "body", "sure")):
+        table.add_column(head, no_wrap=True, min_width=max(len(row[i]) for row in cells))
+    table.add_column("because", overflow="fold")
+    for row in cells:
+        table.add_row(*row)
     Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH_OF_A_PIPE).print(table)
+
+
+def _cells(row: UnderstoodLabel, kept: dict[str, str]) -> tuple[str, str, str, str, str]:
+    if row.label in kept:
+        return row.label, kept[row.label] or "left out", "", "", "the map says so"
+    landmark = str(row.landmark) if row.used else f"({row.landmark or 'unknown'})"
+    because = row.why if row.used else f"{row.why}; {remark(row)}"
+    return row.label, landmark, row.body or "", f"{row.confidence:.2f}", because
 
 
 def _print_landmarks() -> None:

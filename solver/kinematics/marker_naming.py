@@ -1,13 +1,14 @@
 """Recorded labels and the model's markers: who is who, by names, by the atlas, and by a person's word."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from difflib import get_close_matches
 
 from solver.capture.capture import Markers
 from solver.errors import FitError
 from solver.kinematics.bare_model import is_bare
-from solver.kinematics.default_body_naming import NamedMarkers, on_default_body
-from solver.kinematics.marker_matching import match_markers
+from solver.kinematics.default_body_naming import NamedMarkers, on_default_body, seen_together
+from solver.kinematics.marker_matching import LEFT_OUT, match_markers
 from solver.kinematics.own_model_naming import in_own_model
 from solver.markers.atlas import atlas
 from solver.markers.understanding import understand
@@ -33,18 +34,53 @@ def name_markers(
     Raises:
         FitError: too few markers are shared, or `chosen` names what neither atlas nor model has.
     """
-    word = _checked(chosen or {}, generic, default_body)
-    if not default_body:
-        generic, named, notes = in_own_model(generic, recordings, word)
-        try:
-            return NamedMarkers(generic, match_markers(generic, recordings, named=named, notes=notes))
-        except FitError as error:
-            raise FitError(f"{error} Without any model it is fitted on the default body.") from error
-    return on_default_body(generic, recordings, word)
+    labels = {name for markers in recordings for name in markers.names}
+    word = checked_map(chosen or {}, generic, recordings, default_body=default_body)
+    try:
+        found = _named(generic, recordings, {k: v for k, v in word.items() if k in labels}, default_body)
+    except FitError as error:
+        gone = sum(target == LEFT_OUT for target in word.values())
+        raise FitError(f"{error} The marker map leaves out {gone} labels." if gone else str(error)) from error
+    notes = (*found.match.notes, *strangers(word, labels))
+    return replace(found, match=replace(found.match, notes=notes))
 
 
-def _checked(chosen: Mapping[str, str], generic: Skeleton, default_body: bool) -> dict[str, str]:
-    """A person's word, in which landmarks of a subject's own model are replaced by its markers."""
+def strangers(word: Mapping[str, str], labels: Collection[str]) -> tuple[str, ...]:
+    """A note on lines of a map that speak of labels which no recording has."""
+    lines = []
+    for label in word:
+        if label not in labels:
+            near = get_close_matches(label, sorted(labels), n=1)
+            lines.append(f"{label!r}" + (f" (nearest: {near[0]!r})" if near else ""))
+    return (f"the marker map speaks of labels that no recording has: {', '.join(lines)}",) if lines else ()
+
+
+def _named(
+    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str], default_body: bool
+) -> NamedMarkers:
+    if default_body:
+        return on_default_body(generic, recordings, word)
+    generic, named, notes = in_own_model(generic, recordings, word)
+    try:
+        return NamedMarkers(generic, match_markers(generic, recordings, named=named, notes=notes))
+    except FitError as error:
+        raise FitError(f"{error} Without any model it is fitted on the default body.") from error
+
+
+def checked_map(
+    chosen: Mapping[str, str], generic: Skeleton, recordings: Sequence[Markers], *, default_body: bool
+) -> dict[str, str]:
+    """A person's word, in which landmarks of a subject's own model are replaced by its markers.
+
+    Args:
+        chosen: label to landmark or marker, "" to leave the label out.
+        generic: the model.
+        recordings: of the subject.
+        default_body: whether `generic` is ours.
+
+    Raises:
+        FitError: it names what neither atlas nor model has, or gives one bony place to two labels.
+    """
     word = {}
     by_landmark = default_body or is_bare(generic)
     of_marker = {} if default_body else _markers_by_landmark(generic)
@@ -55,7 +91,20 @@ def _checked(chosen: Mapping[str, str], generic: Skeleton, default_body: bool) -
             word[label] = of_marker[target]
         else:
             raise FitError(_unknown(label, target, generic, by_landmark))
+    _require_distinct(word, recordings)
     return word
+
+
+def _require_distinct(word: Mapping[str, str], recordings: Sequence[Markers]) -> None:
+    """One marker of the model, or one bony landmark, is one label on each frame."""
+    for label, target in word.items():
+        if target == LEFT_OUT or (target in atlas() and atlas()[target].tracks_only):
+            continue
+        for other, same in word.items():
+            if label < other and target == same and seen_together(label, other, recordings):
+                raise FitError(
+                    f"The marker map gives '{target}' to both {label} and {other}. Leave one of them out: ''."
+                )
 
 
 def _unknown(label: str, target: str, generic: Skeleton, by_landmark: bool) -> str:

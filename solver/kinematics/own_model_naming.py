@@ -6,7 +6,7 @@ from dataclasses import replace
 from solver.capture.capture import Markers
 from solver.errors import FitError
 from solver.kinematics.bare_model import is_bare, placed_on_model
-from solver.kinematics.default_body_naming import on_default_body, seen_together
+from solver.kinematics.default_body_naming import on_default_body
 from solver.kinematics.label_reading import read_labels
 from solver.kinematics.marker_matching import FEWEST_SHARED, LEFT_OUT, known_by_name, similar_names
 from solver.kinematics.nonsense_on_own_model import carried_over
@@ -41,7 +41,6 @@ def in_own_model(
         The model with markers added for labels it had none for; label to marker; how that is known.
     """
     own = set(generic.marker_names)
-    _require_distinct({label: target for label, target in word.items() if target in own}, recordings)
     named = _other_names(generic, recordings, word)
     found = {label: name for label, name in named.items() if label not in word}
     notes = (f"markers that the model has under other names: {_listed(found)}",) if found else ()
@@ -158,16 +157,6 @@ def _by_landmarks(
 
 def _listed(pairs: Mapping[str, str]) -> str:
     return ", ".join(f"{label} = {name}" for label, name in pairs.items())
-
-
-def _require_distinct(word: Mapping[str, str], recordings: Sequence[Markers]) -> None:
-    for label, target in word.items():
-        for other, same in word.items():
-            if label < other and target == same != LEFT_OUT and seen_together(label, other, recordings):
-                raise FitError(
-                    f"The marker map gives the model's marker '{target}' to both {label} and {other}. "
-                    "Leave one of them out: ''."
-                )
 
 
 def _landmark(row: UnderstoodLabel) -> frozenset[str | None]:

@@ -13,7 +13,9 @@ from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
 
 NEAR_SHOULDER_M = 0.12  # the acromion's skin lies 3 to 8 cm above the joint's centre
-SHRUG = 0.8  # least cosine between where a marker went and up and inwards at 45°
+FURTHEST_M = 0.13  # a shoulder goes no further; at 19 cm from the acromion is C7, then the head
+LEAST_WIDTH_M = 0.06  # from a shoulder to the middle of both; nearer, nobody knows what is inside
+SHRUG = 0.8  # least cosine between where a marker went and up and inwards at 45°: within 37° of it
 
 
 def shoulder_markers(skeleton: Skeleton) -> frozenset[str]:
@@ -39,6 +41,8 @@ def shrugged(
 ) -> bool:
     """Whether a marker on a shoulder lies above and inside the model's, as where the arm is lifted overhead.
 
+    Above in the ground frame: of somebody who bends over it says no. The arm itself is not looked at.
+
     Args:
         marker: which one.
         shoulders: it and the others on both shoulders; of one alone nobody knows what is inside.
@@ -49,11 +53,11 @@ def shrugged(
     inwards = model_ground[:, shoulders].mean(axis=1) - model_ground[:, marker]
     inwards[:, 1] = 0.0
     width = np.linalg.norm(inwards, axis=1, keepdims=True)
-    if width.min() < NEAR_SHOULDER_M / 2:
+    far = np.linalg.norm(went, axis=1)
+    if width.min() < LEAST_WIDTH_M or far.max() > FURTHEST_M:
         return False
     expected = (inwards / width + [0.0, 1.0, 0.0]) / np.sqrt(2)
-    along = (went * expected).sum(axis=1) / np.linalg.norm(went, axis=1)
-    return bool(np.median(along) > SHRUG)
+    return bool(np.median((went * expected).sum(axis=1) / far) > SHRUG)
 
 
 def _carries_both(skeleton: Skeleton, body: int) -> bool:

@@ -8,7 +8,9 @@ RIGHT = frozenset(("r", "right", "rt", "rx", "rgt", "dx"))
 LEFT = frozenset(("l", "left", "lt", "lx", "lft", "sx"))
 
 _PIECES = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
+_SEPARATOR = re.compile(r"[-_. |/]")
 _TWIN = re.compile(r"#\d+$")  # the reader's mark of a name that occurs twice
+ON_BOTH_SIDES = 0.25  # of the labels; so many with a twin, and a shared beginning is no side
 SURE, INSIDE, GLUED_BEHIND, TWIN, NO_TWIN = 1.0, 0.9, 0.6, 0.3, 0.8
 
 
@@ -66,6 +68,8 @@ def _sided(words: tuple[str, ...]) -> Iterator[Reading]:
 def without_common_start(labels: tuple[str, ...]) -> dict[str, str]:
     """Each label without a beginning that all of them share ("Sub01_RASI"), up to a separator.
 
+    A beginning that is a side stays where it is the only one: of "L_Heel" and "L_Knee" all are left.
+
     Args:
         labels: of one or more recordings; those with a colon lose what stands before it.
     """
@@ -76,8 +80,25 @@ def without_common_start(labels: tuple[str, ...]) -> dict[str, str]:
     shared = 0
     while shared < min(len(texts[0]), len(texts[-1])) and texts[0][shared] == texts[-1][shared]:
         shared += 1
-    cut = max((texts[0].rfind(sign, 0, shared) for sign in "_-. |/"), default=-1) + 1
-    return {label: text[cut:] for label, text in short.items()}
+    cuts = [found.end() for found in _SEPARATOR.finditer(texts[0][:shared])]
+    for cut in reversed(cuts):
+        rest = [text[cut:] for text in texts]
+        if not _names_a_side(texts[0][:cut]) or _on_both_sides(rest):
+            return {label: text[cut:] for label, text in short.items()}
+    return short
+
+
+def _names_a_side(beginning: str) -> bool:
+    return any(word.lower() in RIGHT | LEFT for word in _SEPARATOR.split(beginning))
+
+
+def _on_both_sides(texts: list[str]) -> bool:
+    """Whether enough of these labels have a twin that differs in its side."""
+    sides = [{(r.side, r.key) for r in readings(text) if r.side and r.ease == SURE} for text in texts]
+    known = set().union(*sides)
+    mirrored = {"r": "l", "l": "r"}
+    twins = sum(any((mirrored[side], key) in known for side, key in own) for own in sides)
+    return twins > ON_BOTH_SIDES * len(texts)
 
 
 def spelling(label: str) -> frozenset[tuple[str | None, str]]:

@@ -40,9 +40,19 @@ def read_map(path: Path) -> dict[str, str]:
     if strange or not isinstance(rows, dict):
         raise CaptureError(f'{path}: one table [{TABLE}] is needed with lines like "LASI" = "asis_l".')
     for label, target in rows.items():
+        if isinstance(target, dict):
+            raise CaptureError(
+                f'{path}: a label with dots or spaces needs quotes: "{_dotted(label, target)}" = "landmark".'
+            )
         if not isinstance(target, str):
             raise CaptureError(f"{path}: {label} = {target!r}: the name of a landmark in quotes is needed.")
     return {label: target.strip() for label, target in rows.items()}
+
+
+def _dotted(label: str, rest: Mapping[str, object]) -> str:
+    """The label that TOML took apart at its dots."""
+    inner, value = next(iter(rest.items()), ("", ""))
+    return f"{label}.{_dotted(inner, value) if isinstance(value, dict) else inner}"
 
 
 def chosen_for(subject: Subject) -> dict[str, str]:

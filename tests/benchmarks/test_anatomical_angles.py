@@ -58,6 +58,8 @@ def test_a_sacrum_stands_for_the_posterior_spines():
     del sacrum["psis_r"]
     expected = anatomical_angles(marks, centres, "r")["hip"]
     np.testing.assert_allclose(anatomical_angles(sacrum, centres, "r")["hip"], expected, atol=1e-12)
+    beside = {**marks, "sacrum": marks["psis_r"] + np.array([0.0, 0.05, 0.0])}
+    np.testing.assert_array_equal(anatomical_angles(beside, centres, "r")["hip"], expected)
 
 
 @pytest.mark.parametrize(

@@ -49,6 +49,22 @@ def test_two_markers_have_no_pose(moving):
     assert np.isfinite(p[[9, 12]]).all()
 
 
+def test_markers_in_a_line_have_no_pose(moving):
+    R, p, markers = moving
+    in_line = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.2, 0.002, 0.0]])
+    markers[:, :3] = p[:, None] + np.einsum("tij,mj->tmi", R, in_line)
+    markers[30:, 3:] = np.nan
+    found = cluster_poses(markers)
+    assert np.isfinite(found[1][:30]).all()
+    assert np.isnan(found[1][30:]).all()
+
+
+def test_markers_never_seen_have_no_pose():
+    R, p = cluster_poses(np.full((5, 4, 3), np.nan))
+    assert np.isnan(R).all()
+    assert np.isnan(p).all()
+
+
 def test_the_shape_is_the_mean_of_all_frames(moving):
     """One bent frame has a sixtieth of the say in where the frames lie that lack a marker."""
     _, _, markers = moving

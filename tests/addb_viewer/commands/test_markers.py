@@ -63,6 +63,41 @@ def test_a_broken_map_is_one_line(folder):
     assert "markers.toml" in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ('"RKNE" = "knee_latral_r"', "Nearest: knee_lateral_r"),
+        ('"RKNE" = "knee_lateral_r"\n"M17" = "knee_lateral_r"', "both M17 and RKNE"),
+        ('R.Knee.Lat = "knee_lateral_r"', '"R.Knee.Lat" = "landmark"'),
+    ],
+)
+def test_what_a_fit_would_refuse_is_refused_here(folder, line, said):
+    (folder / "markers.toml").write_text(f"[markers]\n{line}\n")
+    done = run("markers", folder)
+    assert done.exit_code == 1
+    assert said in " ".join(done.stderr.split())
+    assert (folder / "markers.toml").read_text() == f"[markers]\n{line}\n"
+
+
+def test_a_label_that_no_recording_has_is_named(folder):
+    (folder / "markers.toml").write_text('[markers]\n"RKNEE" = "knee_lateral_r"\n')
+    done = run("markers", folder)
+    assert done.exit_code == 0
+    assert "'RKNEE' (nearest: 'RKNE')" in done.output
+
+
+def test_what_the_map_leaves_out_is_not_counted(folder):
+    (folder / "markers.toml").write_text('[markers]\n"RKNE" = ""\n')
+    assert "9 of 11 labels understood" in run("markers", folder).output
+
+
+def test_long_reasons_leave_room_for_the_labels(folder, monkeypatch):
+    monkeypatch.setattr("addb_viewer.commands.markers.WIDTH_OF_A_PIPE", 80)
+    lines = run("markers", folder).output.splitlines()
+    for label, landmark in (("LKNE", "knee_lateral_l"), ("C7", "c7")):
+        assert any(line.split()[:2] == [label, landmark] for line in lines)
+
+
 def test_landmarks_are_listed_without_a_subject():
     done = run("markers", "--landmarks")
     assert done.exit_code == 0

@@ -1,10 +1,13 @@
 """Notes on markers that lie far off: what they ask about."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from solver.kinematics.marker_errors import marker_errors
 from solver.kinematics.settings import KinematicsSettings
+from solver.kinematics.shoulder_markers import shoulder_markers
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import marker_positions
 
@@ -43,6 +46,9 @@ def test_a_shoulder_that_rises(standing, marker, inwards):
     ("marker", "moved"),
     [
         ("RSHO", (0.0, 0.06, 0.05)),  # outwards
+        ("RSHO", (0.0, 0.08, 0.0)),  # straight up
+        ("RSHO", (0.0, 0.0, -0.08)),  # straight inwards
+        ("RSHO", (0.0, 0.11, -0.11)),  # too far
         ("RSHO", (0.0, -0.06, -0.05)),  # downwards
         ("RSHO", (0.08, 0.0, 0.0)),
         ("C7", (0.0, 0.08, 0.0)),
@@ -54,8 +60,46 @@ def test_what_else_is_far_off_may_have_slipped(standing, marker, moved):
     assert "slipped, swapped or mislabelled?" in note
 
 
+@pytest.mark.parametrize("other", ["C7", "RFHD", "LBHD"])
+def test_a_shoulder_on_another_trajectory_may_be_mislabelled(other):
+    skeleton = default_skeleton()
+    by_name = {m.name: m for m in skeleton.markers}
+    names = ("RSHO", "LSHO", other)
+    skeleton = skeleton.with_markers([by_name[name] for name in names])
+    model = marker_positions(skeleton, np.tile(skeleton.default_q, (40, 1)))
+    measured = model.copy()
+    measured[FRAMES, 0] = model[FRAMES, 2]
+    _, notes = marker_errors(skeleton, names, model, measured, KinematicsSettings())
+    assert "slipped, swapped or mislabelled?" in notes[0]
+
+
+def test_a_shoulder_that_rises_on_few_of_its_far_frames(standing):
+    """Most of them say what is asked."""
+    skeleton, model = standing
+    measured = model.copy()
+    measured[FRAMES, 0] += [0.0, 0.0, 0.08]
+    measured[10:13, 0] = model[10:13, 0] + [0.0, 0.06, -0.05]
+    _, notes = marker_errors(skeleton, NAMES, model, measured, KinematicsSettings())
+    assert "slipped, swapped or mislabelled?" in notes[0]
+
+
 def test_near_markers_have_no_note(standing):
     assert notes_of(standing, "RSHO", (0.0, 0.03, -0.03)) == ()
+
+
+def test_shoulder_markers_are_those_on_the_trunk_beside_the_joints():
+    found = shoulder_markers(default_skeleton())
+    assert {"RSHO", "LSHO", "R_Shoulder", "RACR"} <= found
+    assert not found & {"C7", "CLAV", "RUPA", "RELB", "STRN"}
+
+
+def test_a_trunk_with_one_arm_tells_no_shoulders():
+    """As where a shoulder blade carries each arm."""
+    skeleton = default_skeleton()
+    left = next(i for i, name in enumerate(skeleton.body_names) if name == "humerus_l")
+    joints = list(skeleton.joints)
+    joints[left] = replace(joints[left], parent=skeleton.body_index("pelvis"))
+    assert shoulder_markers(replace(skeleton, joints=tuple(joints))) == frozenset()
 
 
 def test_one_shoulder_alone_tells_no_inside(standing):

@@ -178,3 +178,33 @@ def test_what_is_said_of_a_model_of_ones_own_changes_nothing_when_said_to_it(bod
     assert "VERTEX" not in word
     said = name_markers(model, [markers], default_body=False, chosen=word)
     assert sorted(said.match.model) == sorted(by_itself.match.model)
+
+
+def test_a_map_that_speaks_of_labels_nobody_has_is_noted(body):
+    markers = recording(body, both_sides("{0}{1}".format))
+    word = {"RFLEE": "knee_lateral_r", "RFAX": ""}
+    match = name_markers(body, [markers], default_body=True, chosen=word).match
+    (note,) = [n for n in match.notes if "no recording has" in n]
+    assert "'RFLEE' (nearest: 'RFLE')" in note
+    assert "RFAX" not in note
+    assert not any("explains" in n and "RFLEE" in n for n in match.notes)
+
+
+def test_one_bony_place_for_two_labels_is_refused(body):
+    markers = recording(body, both_sides("{0}{1}".format))
+    word = {"RFLE": "knee_lateral_r", "RFAL": "knee_lateral_r"}
+    with pytest.raises(FitError, match="'knee_lateral_r' to both RFAL and RFLE"):
+        name_markers(body, [markers], default_body=True, chosen=word)
+
+
+def test_tracking_markers_may_share_a_place_in_the_map(body):
+    markers = recording(body, both_sides("{0}{1}".format) | {"A": "thigh_cluster_r", "B": "thigh_cluster_r"})
+    word = {"A": "thigh_cluster_r", "B": "thigh_cluster_r"}
+    match = name_markers(body, [markers], default_body=True, chosen=word).match
+    assert {"A", "B"} <= {name for names in match.measured for name in names}
+
+
+def test_a_map_that_leaves_out_too_much_is_blamed(body):
+    markers = recording(body, both_sides("{0}{1}".format))
+    with pytest.raises(FitError, match=r"The marker map leaves out 18 labels\.$"):
+        name_markers(body, [markers], default_body=True, chosen=dict.fromkeys(markers.names[:18], ""))

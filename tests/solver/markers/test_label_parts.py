@@ -43,6 +43,19 @@ def test_a_common_start_is_taken_off_up_to_a_separator():
     assert without_common_start(("RASI", "RKNE", "RANK"))["RASI"] == "RASI"
 
 
+@pytest.mark.parametrize("start", ["L_", "L.", "Left_", "left "])
+def test_a_side_that_all_share_stays(start):
+    labels = tuple(start + name for name in ("Heel", "Knee_Lat", "Ankle_Lat", "Toe"))
+    assert without_common_start(labels) == {label: label for label in labels}
+    behind_a_subject = tuple(f"S01_{label}" for label in labels)
+    assert without_common_start(behind_a_subject) == dict(zip(behind_a_subject, labels, strict=True))
+
+
+def test_a_subject_called_like_a_side_is_taken_off():
+    labels = ("R_RASI", "R_LASI", "R_RKNE", "R_LKNE", "R_C7")
+    assert without_common_start(labels) == {label: label[2:] for label in labels}
+
+
 def test_two_spellings_of_a_name_share_one():
     assert spelling("L_thigh1") & spelling("thigh1.l")
     assert not spelling("L_thigh1") & spelling("R_thigh1")
