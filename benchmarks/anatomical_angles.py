@@ -12,18 +12,11 @@ from collections.abc import Mapping
 import numpy as np
 from jaxtyping import Float
 
+from benchmarks.leg_joints import JOINTS
 from solver.fit import Fit
-from solver.markers.understanding import understand
 
 FRONT_OF_FOOT = ("mt1_head", "mt2_head", "mt5_head")
 Points = Mapping[str, Float[np.ndarray, "frames 3"]]  # landmark to its places on the fitted skeleton [m]
-
-
-def landmarks_of(fit: Fit) -> dict[str, str]:
-    """Landmark to the label that means it in the fit's first recording."""
-    markers = fit.trials[0].capture.markers
-    rows = understand(list(markers.names), [markers]).labels
-    return {row.landmark: row.label for row in rows if row.landmark is not None and row.used}
 
 
 def landmark_places(fit: Fit, labels: Mapping[str, str]) -> dict[str, Float[np.ndarray, "frames 3"]]:
@@ -54,7 +47,7 @@ def anatomical_angles(
     """
     thigh, shank = centres["knee"] - centres["hip"], centres["ankle"] - centres["knee"]
     if not {"asis_r", "asis_l"} <= marks.keys():
-        return dict.fromkeys(("hip", "knee", "ankle"))
+        return dict.fromkeys(JOINTS)
     right = _unit(marks["asis_r"] - marks["asis_l"])
     forwards, foot = _forwards(marks, right), _foot(marks, side)
     return {

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.fit_agreement import marker_distances, rms
-from benchmarks.recordings import data_folder, recordings_of, without_model
+from benchmarks.recordings import data_folder, described_folders, recordings_of, without_model
 from solver.capture.capture import Subject
 from solver.capture.subject import open_subject
 from solver.errors import SolverError
@@ -19,8 +19,7 @@ from solver.settings import Settings
 def _everyone() -> Iterator[Path]:
     """Folders with recordings of a person."""
     root = data_folder()
-    described = {p.parent for name in ("subject.toml", "_subject.json") for p in root.rglob(name)}
-    yield from sorted(described)
+    yield from described_folders()
     yield from sorted(p for p in (root / "c3d_conformance").iterdir() if p.is_dir())
     yield root / "format_trc_mot"
 

@@ -1,16 +1,17 @@
 """How far two fits of one recording lie apart: angles between segments, and joint centres."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
-from benchmarks.anatomical_angles import anatomical_angles, landmark_places, landmarks_of
+from benchmarks.anatomical_angles import anatomical_angles, landmark_places
 from benchmarks.functional_centres import off_turning_point
-from benchmarks.leg_joints import JOINTS, joint_centres, segments
+from benchmarks.labels_of_fit import raw_columns, understood_labels
+from benchmarks.leg_joints import JOINTS, PosedFit, posed
 from solver.fit import Fit
-from solver.skeleton.forward import body_poses
+from solver.markers.understanding import UnderstoodLabel
 
 POINTING = {"hip": 1, "knee": 1, "ankle": 0}  # axis of the bone behind: thigh and shank down, feet forwards
 
@@ -36,53 +37,59 @@ def compared(alone: Fit, with_model: Fit, renamed: Mapping[str, str] | None = No
         with_model: the model's own.
         renamed: what each label is called in the fit without; None if as ever.
     """
-    angles, offset_free = {}, {}
-    for name in JOINTS:
-        difference = [
-            np.degrees(_turned(_sagittal(alone, name, s) - _sagittal(with_model, name, s))) for s in "rl"
-        ]
-        angles[name] = rms(np.concatenate(difference))
-        offset_free[name] = rms(np.concatenate([d - d.mean() for d in difference]))
-    centres = {}
-    ours, theirs = ([joint_centres(fit, side) for side in "rl"] for fit in (alone, with_model))
+    ours, theirs = posed(alone), posed(with_model)
+    rows = understood_labels(with_model)
+    angles, offset_free, centres = {}, {}, {}
     for joint in JOINTS:
-        apart = [a[joint] - b[joint] for a, b in zip(ours, theirs, strict=True)]
+        turned = [
+            np.degrees(_turned(_sagittal(ours, joint, side) - _sagittal(theirs, joint, side)))
+            for side in "rl"
+        ]
+        angles[joint] = rms(np.concatenate(turned))
+        offset_free[joint] = rms(np.concatenate([d - d.mean() for d in turned]))
+        apart = [ours.joint_centres(side)[joint] - theirs.joint_centres(side)[joint] for side in "rl"]
         centres[joint] = rms(np.linalg.norm(np.concatenate(apart), axis=1))
     return Agreement(
         angles,
         offset_free,
-        _anatomical(alone, with_model, renamed),
+        _anatomical(ours, theirs, rows, renamed),
         centres,
-        {joint: _off_turning_point(alone, with_model, joint) for joint in JOINTS},
+        _off_turning_points(ours, theirs, rows),
         *_marker_figures(alone),
     )
 
 
-def _anatomical(alone: Fit, with_model: Fit, renamed: Mapping[str, str] | None) -> dict[str, float | None]:
+def _anatomical(
+    ours: PosedFit, theirs: PosedFit, rows: Sequence[UnderstoodLabel], renamed: Mapping[str, str] | None
+) -> dict[str, float | None]:
     """RMS difference of each angle, by the landmarks that both fits use [°]."""
-    labels = landmarks_of(with_model)
-    theirs = landmark_places(with_model, labels)
-    ours = landmark_places(
-        alone, labels if renamed is None else {mark: renamed[label] for mark, label in labels.items()}
-    )
-    shared = ours.keys() & theirs.keys()
-    apart: dict[str, list[np.ndarray]] = {name: [] for name in JOINTS}
+    labels = {row.landmark: row.label for row in rows if row.landmark is not None and row.used}
+    called = labels if renamed is None else {mark: renamed[label] for mark, label in labels.items()}
+    places = landmark_places(ours.fit, called), landmark_places(theirs.fit, labels)
+    shared = places[0].keys() & places[1].keys()
+    apart: dict[str, list[np.ndarray]] = {joint: [] for joint in JOINTS}
     for side in "rl":
         a, b = (
-            anatomical_angles({m: places[m] for m in shared}, joint_centres(fit, side), side)
-            for fit, places in ((alone, ours), (with_model, theirs))
+            anatomical_angles({m: marks[m] for m in shared}, fit.joint_centres(side), side)
+            for fit, marks in zip((ours, theirs), places, strict=True)
         )
-        for name in JOINTS:
-            if a[name] is not None and b[name] is not None:
-                apart[name].append(np.degrees(_turned(a[name] - b[name])))
-    return {name: rms(np.concatenate(found)) if found else None for name, found in apart.items()}
+        for joint in JOINTS:
+            if a[joint] is not None and b[joint] is not None:
+                apart[joint].append(np.degrees(_turned(a[joint] - b[joint])))
+    return {joint: rms(np.concatenate(found)) if found else None for joint, found in apart.items()}
 
 
-def _off_turning_point(alone: Fit, with_model: Fit, joint: str) -> tuple[float, float] | None:
-    """RMS over the sides of how far each fit lies from the raw markers' turning point [m]."""
-    sides = [off_turning_point((alone, with_model), with_model, joint, side) for side in "rl"]
-    told = np.array([pair for pair in sides if pair is not None])
-    return (rms(told[:, 0]), rms(told[:, 1])) if len(told) else None
+def _off_turning_points(
+    ours: PosedFit, theirs: PosedFit, rows: Sequence[UnderstoodLabel]
+) -> dict[str, tuple[float, float] | None]:
+    """RMS over the sides of how far each fit lies from the raw markers' turning points [m]."""
+    markers, columns = theirs.fit.trials[0].capture.markers, raw_columns(theirs.fit, rows)
+    found: dict[str, tuple[float, float] | None] = {}
+    for joint in JOINTS:
+        sides = [off_turning_point((ours, theirs), markers, columns, joint, side) for side in "rl"]
+        told = np.array([pair for pair in sides if pair is not None])
+        found[joint] = (rms(told[:, 0]), rms(told[:, 1])) if len(told) else None
+    return found
 
 
 def _marker_figures(fit: Fit) -> tuple[int, float]:
@@ -98,15 +105,14 @@ def marker_distances(fit: Fit) -> Float[np.ndarray, "frames markers"]:
     return np.linalg.norm(apart, axis=2)
 
 
-def _sagittal(fit: Fit, joint: str, side: str) -> Float[np.ndarray, " frames"]:
+def _sagittal(fit: PosedFit, joint: str, side: str) -> Float[np.ndarray, " frames"]:
     """Angle [rad] of a joint in the sagittal plane of the segment before it.
 
     Of the segments, not a coordinate of the model: models turn ankles about different axes, and where one has
     a subtalar joint, another one has locked it.
     """
-    before, behind = (fit.skeleton.body_index(name) for name in segments(joint, side))
-    R, _ = body_poses(fit.skeleton, fit.trials[0].motion.q)
-    direction = np.einsum("tji,tj->ti", R[:, before], R[:, behind, :, POINTING[joint]])
+    (R_before, _), (R_behind, _) = fit.segments(joint, side)
+    direction = np.einsum("tji,tj->ti", R_before, R_behind[:, :, POINTING[joint]])
     return np.arctan2(direction[:, 1], direction[:, 0])
 
 

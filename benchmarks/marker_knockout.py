@@ -25,6 +25,7 @@ import numpy as np
 from benchmarks.agreement_words import HEADER, apart, figures, together
 from benchmarks.everyone import print_everyone
 from benchmarks.fit_agreement import Agreement, compared
+from benchmarks.labels_of_fit import bodies_of_labels
 from benchmarks.recordings import data_folder, recordings_of, without_model
 from solver.capture.capture import Markers, Subject
 from solver.capture.subject import open_subject
@@ -118,7 +119,7 @@ def nonsense(subject: Subject, trial: str, seed: int) -> Nonsense:
     start = time.process_time()
     rows = read_labels(default_skeleton(), [hidden.markers]).understanding.labels
     seconds = time.process_time() - start
-    bodies = _bodies_of_labels(with_model)
+    bodies = bodies_of_labels(with_model)
     truth = {labels[i]: bodies.get(capture.markers.names[k]) for i, k in enumerate(order)}
     rows_of_model = [row for row in rows if truth[row.label] is not None]
     judged = tuple((row.confidence, row.body == truth[row.label]) for row in rows_of_model)
@@ -130,18 +131,6 @@ def nonsense(subject: Subject, trial: str, seed: int) -> Nonsense:
     renamed = {capture.markers.names[k]: labels[i] for i, k in enumerate(order)}
     found = compared(alone, with_model, renamed)
     return Nonsense(found, judged, as_one, right, len(used), seconds)
-
-
-def _bodies_of_labels(fit: Fit) -> dict[str, str]:
-    """The body of the fit's model that each of its labels is on."""
-    assert fit.groundwork is not None
-    skeleton, match = fit.groundwork.skeleton, fit.groundwork.match
-    body = {marker.name: skeleton.bodies[marker.body].name for marker in skeleton.markers}
-    return {
-        label: body[name]
-        for name, labels in zip(match.model, match.measured, strict=True)
-        for label in labels
-    }
 
 
 def _moving_alike(fit: Fit) -> dict[str, set[str]]:

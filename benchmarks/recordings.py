@@ -18,11 +18,15 @@ def data_folder() -> Path:
     return Path(os.environ.get("ADDB_DATA", beside))
 
 
+def described_folders() -> list[Path]:
+    """Every folder that describes a subject."""
+    return sorted({p.parent for name in ("subject.toml", "_subject.json") for p in data_folder().rglob(name)})
+
+
 def subjects() -> Iterator[tuple[str, Subject | SolverError]]:
     """Name and subject of every folder that describes one, or why it does not open."""
     root = data_folder()
-    described = {p.parent for name in ("subject.toml", "_subject.json") for p in root.rglob(name)}
-    for folder in sorted(described):
+    for folder in described_folders():
         try:
             yield str(folder.relative_to(root)), open_subject(folder)
         except SolverError as error:

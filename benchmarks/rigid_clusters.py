@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
+from benchmarks.leg_joints import Poses
 from solver.skeleton.rotations import nearest_rotation
 
 FEWEST_MARKERS = 3
@@ -12,7 +13,7 @@ ROUNDS = 3  # of shape and poses in turn
 
 def cluster_poses(
     markers: Float[np.ndarray, "frames markers 3"],
-) -> tuple[Float[np.ndarray, "frames 3 3"], Float[np.ndarray, "frames 3"]]:
+) -> Poses:
     """Rotation and origin of a cluster against its mean shape; NaN where too few are seen, or all in a line.
 
     Args:
@@ -32,9 +33,7 @@ def cluster_poses(
     return _laid_on(shape, markers)
 
 
-def _laid_on(
-    shape: Float[np.ndarray, "markers 3"], markers: Float[np.ndarray, "frames markers 3"]
-) -> tuple[Float[np.ndarray, "frames 3 3"], Float[np.ndarray, "frames 3"]]:
+def _laid_on(shape: Float[np.ndarray, "markers 3"], markers: Float[np.ndarray, "frames markers 3"]) -> Poses:
     """The shape's pose on each frame (Kabsch), NaN where too little is seen."""
     both = np.isfinite(markers).all(axis=2) & np.isfinite(shape).all(axis=1)
     weight = both[:, :, None].astype(float)

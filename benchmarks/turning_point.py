@@ -6,9 +6,9 @@ c₁ and c₂ by least squares (the symmetrical centre of rotation estimation: E
 2798-2809). The same is done with the poses of a fit's bodies, since a knee that glides turns about another
 point than its child's origin. Along the direction that the motion tells least of nothing is compared.
 
-Soft tissue moves the point by centimetres, one marker more
-or less likewise, and noise of the poses draws it towards the clusters where the joint turns little: it says
-something where fits lie several centimetres apart. At the ankle it is a compromise with the subtalar joint.
+Soft tissue moves the point by centimetres, one marker more or less likewise, and noise of the poses draws it
+towards the clusters where the joint turns little: it says something where fits lie several centimetres apart.
+At the ankle it is a compromise with the subtalar joint.
 """
 
 from collections.abc import Sequence
@@ -17,14 +17,14 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from benchmarks.leg_joints import Poses
+
 FEWEST_FRAMES = 20
 MOST_FRAMES = 400  # more tell nothing new
 INDEPENDENT_S = 0.1  # errors of markers last so long
 LARGEST_ERROR_M = 0.01  # standard error by white noise alone, from which on a point says nothing
 LEAST_TURN_RAD = np.radians(5)  # RMS about the directions that count
 UNTOLD = 1e-6  # of the largest information; a direction with less is left as it is
-
-Poses = tuple[Float[np.ndarray, "frames 3 3"], Float[np.ndarray, "frames 3"]]
 
 
 @dataclass(frozen=True)

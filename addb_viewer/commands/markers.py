@@ -27,6 +27,7 @@ from solver.results.store import write_json
 from solver.settings import Settings, settings_for
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.osim import load_skeleton
+from solver.skeleton.skeleton import Skeleton
 
 WIDTH_OF_A_PIPE = 250  # [characters] where no terminal says how wide it is
 
@@ -64,11 +65,12 @@ def markers(
         check_folder(subject)
         who = open_subject(subject)
         recordings = _recordings(who, settings_for(subject, settings))
-        on_model = _on_model(who, recordings)
+        model = None if who.model is None else load_skeleton(who.model)
+        on_model = None if model is None or is_bare(model) else own_names(model, recordings)
         understood = _understood(recordings, on_model)
         file = map_ or subject / MARKER_MAP
         written = read_map(file) if file.is_file() else {}
-        notes = _checked(written, who, recordings)
+        notes = _checked(written, model, recordings)
         kept = _corrected(written, understood, on_model)
         if json is not None:
             write_json(json, _figures(understood, kept))
@@ -92,18 +94,11 @@ def _recordings(subject: Subject, settings: Settings) -> list[Markers]:
     return [*found, read_static(subject.static, settings.reading).markers] if subject.static else found
 
 
-def _on_model(subject: Subject, recordings: Sequence[Markers]) -> dict[str, str] | None:
-    """The marker of the subject's own model for each label that it knows by name; None without such a set."""
-    if subject.model is None:
-        return None
-    model = load_skeleton(subject.model)
-    return None if is_bare(model) else own_names(model, recordings)
-
-
-def _checked(written: dict[str, str], subject: Subject, recordings: Sequence[Markers]) -> tuple[str, ...]:
+def _checked(
+    written: dict[str, str], model: Skeleton | None, recordings: Sequence[Markers]
+) -> tuple[str, ...]:
     """Notes on a map that a fit would make as well; what a fit would refuse is refused here."""
-    model = default_skeleton() if subject.model is None else load_skeleton(subject.model)
-    word = checked_map(written, model, recordings, default_body=subject.model is None)
+    word = checked_map(written, model or default_skeleton(), recordings, default_body=model is None)
     return strangers(word, {name for m in recordings for name in m.names})
 
 
@@ -144,7 +139,7 @@ def _figures(understood: Understanding, kept: dict[str, str]) -> dict[str, objec
 
 
 def _print(understood: Understanding, kept: dict[str, str]) -> None:
-    used = sum(bool(kept.get(row.label, "said" if row.used else "")) for row in understood.labels)
+    used = sum(kept[row.label] != "" if row.label in kept else row.used for row in understood.labels)
     said = f", most of them {understood.family}" if understood.family else ""
     typer.echo(f"{used} of {len(understood.labels)} labels understood{said}")
     cells = [_cells(row, kept) for row in understood.labels]

@@ -71,13 +71,12 @@ def marker_errors(
         settings: from which distance on a marker is suspect.
     """
     distance = np.linalg.norm(model_ground - measured_ground, axis=2)
-    on_shoulders = shoulder_markers(skeleton)
+    suspect = distance > settings.robust_scale_m
+    on_shoulders = shoulder_markers(skeleton) if suspect.any() else frozenset()
     shoulders = [i for i, name in enumerate(names) if name in on_shoulders]
     notes = []
-    for i, name in enumerate(names):
-        far = distance[:, i] > settings.robust_scale_m
-        if not far.any():
-            continue
+    for i in np.flatnonzero(suspect.any(axis=0)).tolist():
+        name, far = names[i], suspect[:, i]
         stretches = ", ".join(f"{start}-{end - 1}" for start, end in runs(far))
         why = "slipped, swapped or mislabelled?"
         if i in shoulders and shrugged(i, shoulders, model_ground[far], measured_ground[far]):

@@ -1,11 +1,12 @@
 """A label taken apart: its words and digits, and the ways in which it may name a side."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 RIGHT = frozenset(("r", "right", "rt", "rx", "rgt", "dx"))
 LEFT = frozenset(("l", "left", "lt", "lx", "lft", "sx"))
+OTHER_SIDE = {"r": "l", "l": "r"}
 
 _PIECES = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
 _SEPARATOR = re.compile(r"[-_. |/]")
@@ -94,11 +95,27 @@ def _names_a_side(beginning: str) -> bool:
 
 def _on_both_sides(texts: list[str]) -> bool:
     """Whether enough of these labels have a twin that differs in its side."""
-    sides = [{(r.side, r.key) for r in readings(text) if r.side and r.ease == SURE} for text in texts]
-    known = set().union(*sides)
-    mirrored = {"r": "l", "l": "r"}
-    twins = sum(any((mirrored[side], key) in known for side, key in own) for own in sides)
-    return twins > ON_BOTH_SIDES * len(texts)
+    return len(twins({text: readings(text) for text in texts}, SURE)) > ON_BOTH_SIDES * len(texts)
+
+
+def twins(read: Mapping[str, list[Reading]], least_ease: float) -> dict[str, str]:
+    """Labels that differ in their side alone, each with the other.
+
+    Args:
+        read: the ways to read each label.
+        least_ease: of the ways that count.
+    """
+    owner = {
+        (r.side, r.key): label
+        for label, found in read.items()
+        for r in found
+        if r.side and r.ease >= least_ease
+    }
+    return {
+        label: other
+        for (side, key), label in owner.items()
+        if (other := owner.get((OTHER_SIDE[side], key))) not in (None, label)
+    }
 
 
 def spelling(label: str) -> frozenset[tuple[str | None, str]]:

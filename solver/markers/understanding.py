@@ -16,7 +16,15 @@ from solver.markers.label_families import (
     meanings_in,
     meanings_in_words,
 )
-from solver.markers.label_parts import INSIDE, NO_TWIN, Reading, readings, without_common_start
+from solver.markers.label_parts import (
+    INSIDE,
+    NO_TWIN,
+    OTHER_SIDE,
+    Reading,
+    readings,
+    twins,
+    without_common_start,
+)
 
 SURE_ENOUGH = 0.5  # below it a label is left out and its alternatives are listed
 BY_TABLE = 0.97  # what a family's own table leaves to doubt: people misplace and exchange markers
@@ -97,15 +105,15 @@ def understand(labels: Sequence[str], recordings: Sequence[Markers] = ()) -> Und
     names = tuple(dict.fromkeys(labels))
     short = without_common_start(names)
     read = {label: _with_twins(readings(short[label]), short, label) for label in names}
-    twins = _twins(read)
-    meanings = {label: _meanings(read[label], label in twins) for label in names}
+    paired = twins(read, INSIDE)
+    meanings = {label: _meanings(read[label], label in paired) for label in names}
     explained = {f: _explained(f, meanings) for f in families()}
     most = max(explained.values(), default=0.0)
     weights = {f: (n / most) ** 2 if most else 0.0 for f, n in explained.items()} | {WORDS: WORDS_WEIGHT}
     covered = min(1.0, most / max(1.0, COVERED * len(names)))
     candidates = {label: _candidates(meanings[label], weights, covered) for label in names}
     beliefs = weighed({label: found for label, found in candidates.items() if found}, recordings)
-    beliefs = _alike_on_both_sides(beliefs, twins)
+    beliefs = _alike_on_both_sides(beliefs, paired)
     rows = [_row(label, candidates[label], beliefs.get(label), bool(recordings)) for label in names]
     counted = sorted(((f, round(n)) for f, n in explained.items() if n >= 1), key=lambda item: -item[1])
     return Understanding(_once_each(rows), tuple(counted))
@@ -114,9 +122,8 @@ def understand(labels: Sequence[str], recordings: Sequence[Markers] = ()) -> Und
 def _with_twins(found: list[Reading], short: dict[str, str], label: str) -> list[Reading]:
     """Sides are believed less where nothing on the other side is called alike."""
     others = {(r.side, r.key) for other, text in short.items() if other != label for r in readings(text)}
-    mirrored = {"r": "l", "l": "r"}
     return [
-        r if r.side is None or (mirrored[r.side], r.key) in others else replace(r, ease=r.ease * NO_TWIN)
+        r if r.side is None or (OTHER_SIDE[r.side], r.key) in others else replace(r, ease=r.ease * NO_TWIN)
         for r in found
     ]
 
@@ -131,19 +138,6 @@ def _meanings(found: list[Reading], has_twin: bool) -> list[Meaning]:
         drop = {m.landmark for m in of_a_side} if has_twin and reading.side is None else set()
         meanings += [m for m in said if m.landmark not in drop]
     return meanings
-
-
-def _twins(read: dict[str, list[Reading]]) -> dict[str, str]:
-    """Labels that differ in their side alone."""
-    owner = {
-        (r.side, r.key): label for label, found in read.items() for r in found if r.side and r.ease >= INSIDE
-    }
-    mirrored = {"r": "l", "l": "r"}
-    return {
-        label: other
-        for (side, key), label in owner.items()
-        if (other := owner.get((mirrored[side], key))) not in (None, label)
-    }
 
 
 def _alike_on_both_sides(
@@ -164,7 +158,7 @@ def _alike_on_both_sides(
 
 
 def _mirror(name: str) -> str:
-    return name[:-1] + {"r": "l", "l": "r"}[name[-1]] if name[-2:] in ("_r", "_l") else name
+    return name[:-1] + OTHER_SIDE[name[-1]] if name[-2:] in ("_r", "_l") else name
 
 
 def _explained(family: str, meanings: dict[str, list[Meaning]]) -> float:

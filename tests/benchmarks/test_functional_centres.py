@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.functional_centres import raw_columns
+from benchmarks.labels_of_fit import raw_columns, understood_labels
 from benchmarks.marker_knockout import agreement, markers_alone
 from solver.capture.subject import open_subject
 from solver.pipeline import solve
@@ -23,7 +23,7 @@ def test_computed_joint_centres_are_no_raw_markers(real_data):
     subject = open_subject(real_data / "opencap_subject4")
     fit = solve(subject, markers_alone(), trials=["walking1"])
     names = fit.trials[0].capture.markers.names
-    on_thigh = {names[c] for c in raw_columns(fit, "femur_r")}
+    on_thigh = {names[c] for c in raw_columns(fit, understood_labels(fit))["femur_r"]}
     assert {"r_knee", "r_thigh1"} <= on_thigh
     assert "R_HJC" in names
     assert "R_HJC" not in on_thigh
