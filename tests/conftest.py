@@ -1,7 +1,11 @@
 """What all tests share: where the real recordings lie, and saying so when they are missing."""
 
 import os
-from dataclasses import replace
+import shutil
+import subprocess
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +30,37 @@ def real_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"real recordings not found in {folder}; set ADDB_DATA to their folder")
     return folder
+
+
+@dataclass(frozen=True)
+class SmallDisk:
+    """A file system of one megabyte, so that it can be filled."""
+
+    folder: Path
+
+    def fill(self, but: int = 0) -> None:
+        """Write until no more than `but` bytes are free, to a page."""
+        with (self.folder / "filler").open("ab", buffering=0) as file, suppress(OSError):
+            while (room := shutil.disk_usage(self.folder).free - but) > 0:
+                file.write(bytes(min(65536, room)))
+
+    def empty(self) -> None:
+        """Free what `fill` took."""
+        (self.folder / "filler").unlink()
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[SmallDisk]:
+    """A disk that can be filled; skipped where this account may not mount one."""
+    place = tmp_path / "small disk"
+    place.mkdir()
+    command = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(place)]
+    try:
+        subprocess.run(command, check=True, capture_output=True, text=True)
+    except (OSError, subprocess.CalledProcessError) as error:
+        pytest.skip(f"no disk of its own can be mounted here ({getattr(error, 'stderr', error)})")
+    yield SmallDisk(place)
+    subprocess.run(["umount", "--lazy", str(place)], check=True)
 
 
 @pytest.fixture

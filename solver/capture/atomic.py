@@ -1,13 +1,26 @@
-"""Files that appear whole or not at all."""
+"""Files and folders that appear whole or not at all.
+
+They are written beside their place under a hidden name, as drafts, and moved there once they are on the disk.
+A draft is locked by its writer; one that a killed run left behind is nobody's, and the next run that writes in
+the folder removes it.
+"""
 
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import BinaryIO
 
+from solver.capture.disk_errors import writing_failed
+from solver.capture.file_lock import HAS_LOCKS, abandoned, taken
 from solver.errors import CaptureError
+
+DRAFT = ".addb-draft-"  # how the names of drafts begin
+OWNER = ".owner"  # in a folder that is a draft: locked by its writer
+_PATIENCE_S = 5.0  # [s] that somebody may take to see that a draft is not an abandoned one
 
 
 def write_whole(path: Path, text: str) -> None:
@@ -36,23 +49,120 @@ def whole_file(path: Path) -> Iterator[BinaryIO]:
         CaptureError: the folder is missing or cannot be written to, or the disk is full.
     """
     path = Path(path)
+    clear_drafts_once(path.parent.absolute())
+    name: Path | None = None
     try:
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as draft:
-            try:
-                yield draft  # type: ignore[misc]
-            except BaseException:
-                draft.close()
-                os.unlink(draft.name)
-                raise
+        draft, name = _begun(path.parent)
+        with draft:
+            yield draft
+            on_disk(draft)
+            os.chmod(name, 0o644)  # a temporary file starts out private to its writer
+            if not HAS_LOCKS:
+                draft.close()  # Windows moves no open file
+            _moved(name, path)
+    except BaseException as error:
+        if name is not None:
+            name.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise CaptureError(_told(path, name, error)) from error
+        raise
+
+
+@contextmanager
+def draft_folder(beside: Path) -> Iterator[Path]:
+    """A new hidden folder to write into; the block moves it to where it belongs, or it is removed.
+
+    Nobody else removes it while the block runs, unless this file system has no locks and a day passes.
+
+    Args:
+        beside: the folder that it is made in; must exist.
+
+    Raises:
+        CaptureError: it cannot be made.
+    """
+    clear_drafts(beside)
+    try:
+        draft = Path(tempfile.mkdtemp(dir=beside, prefix=DRAFT))
+        os.chmod(draft, 0o755)  # a temporary folder starts out private to its writer
+        owner = os.open(draft / OWNER, os.O_WRONLY | os.O_CREAT, 0o644)
+    except OSError as error:
+        raise CaptureError(writing_failed(beside, error)) from error
+    try:
+        taken(owner, _PATIENCE_S)
+        yield draft
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)
+        os.close(owner)
+
+
+def move_draft_folder(draft: Path, place: Path) -> None:
+    """Give the folder of a `draft_folder` its name.
+
+    Raises:
+        OSError: something else is there already.
+    """
+    with suppress(OSError):
+        (draft / OWNER).unlink()  # its lock holds on: the file is still open
+    draft.rename(place)
+
+
+def clear_drafts(folder: Path) -> None:
+    """Remove the drafts in a folder that killed runs left behind; those of living ones stay."""
+    with suppress(OSError):  # a folder that cannot be read: whoever writes into it will be told
+        drafts = [Path(entry.path) for entry in os.scandir(folder) if entry.name.startswith(DRAFT)]
+        for draft in drafts:
+            with suppress(OSError):  # one that cannot be opened or removed stays
+                _clear(draft)
+
+
+clear_drafts_once = cache(clear_drafts)  # a thousand files into one folder: looked at with the first
+
+
+def on_disk(file: BinaryIO) -> None:
+    """Wait until what was written is on the disk: a disk that is full, or a quota, is heard of here at last."""
+    file.flush()
+    os.fsync(file.fileno())
+
+
+def _begun(folder: Path) -> tuple[BinaryIO, Path]:
+    """A locked draft; one that somebody took for abandoned before it was locked is begun anew."""
+    while True:
+        handle, name = tempfile.mkstemp(dir=folder, prefix=DRAFT)
+        draft = os.fdopen(handle, "wb")
+        taken(handle, _PATIENCE_S)
+        if not HAS_LOCKS or os.fstat(handle).st_nlink:
+            return draft, Path(name)
+        draft.close()
+
+
+def _clear(draft: Path) -> None:
+    """Remove a draft if nobody holds its lock; a folder without one is about to be locked, or to be moved."""
+    is_folder = draft.is_dir()
+    owner = draft / OWNER if is_folder else draft
+    handle = os.open(owner, os.O_WRONLY) if owner.exists() else None
+    try:
+        held = None if handle is None else taken(handle)
+        if held or (held is None and abandoned(draft)):
+            if is_folder:
+                shutil.rmtree(draft, ignore_errors=True)
+            else:
+                draft.unlink(missing_ok=True)
+    finally:
+        if handle is not None:
+            os.close(handle)
+
+
+def _moved(draft: Path, path: Path) -> None:
+    try:
+        os.replace(draft, path)
     except OSError as error:
         raise CaptureError(
-            f"{path}: cannot write here ({error.strerror}); choose another output folder."
+            f"{path}: cannot be replaced ({error.strerror}); close the program that has it open, or move it away."
         ) from error
-    try:
-        os.chmod(draft.name, 0o644)  # a temporary file starts out private to its writer
-        os.replace(draft.name, path)
-    except OSError as error:
-        os.unlink(draft.name)
-        raise CaptureError(
-            f"{path}: cannot be replaced ({error.strerror}); close the program that has it open."
-        ) from error
+
+
+def _told(path: Path, draft: Path | None, error: OSError) -> str:
+    """Names the file that was meant, or another one that the block met trouble with."""
+    if isinstance(error.filename, str | Path) and (draft is None or Path(error.filename) != draft):
+        return writing_failed(path if Path(error.filename).parent == path.parent else Path(error.filename), error)
+    return writing_failed(path, error)

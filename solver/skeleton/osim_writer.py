@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 from jaxtyping import Float
 
+from solver.capture.atomic import write_whole
 from solver.errors import ModelError
 from solver.skeleton.functions import (
     Constant,
@@ -30,13 +31,10 @@ def write_skeleton(skeleton: Skeleton, path: Path | str) -> None:
     Joints become custom or weld joints, since scaling can leave any joint in need of its own axes.
 
     Raises:
-        ModelError: a function of the skeleton has no form in OpenSim, or the file cannot be written.
+        ModelError: a function of the skeleton has no form in OpenSim.
+        CaptureError: the file cannot be written.
     """
-    text = skeleton_text(skeleton)
-    try:
-        Path(path).write_text(text, encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise ModelError(f"{path}: cannot be written ({error.strerror}).") from error
+    write_whole(Path(path), skeleton_text(skeleton))
 
 
 def skeleton_text(skeleton: Skeleton) -> str:

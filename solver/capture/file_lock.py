@@ -1,0 +1,54 @@
+"""Locks on open files that end with the process that holds them, however it ends.
+
+They hold between processes, and on network file systems that pass them on (NFS 4, SMB) between machines. Where
+there are none, as on some network shares and on Windows, `taken` says so, and the caller goes by age instead.
+"""
+
+import errno
+import time
+from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
+HAS_LOCKS = fcntl is not None
+UNOWNED_S = 86400.0  # [s] without locks, what nobody has touched for a day is nobody's; no write takes so long
+AGAIN_S = 0.01  # [s] between two tries; a lock is held for as long as it takes to rename and write one file
+
+_HELD_BY_ANOTHER = {errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES}
+
+
+def taken(handle: int, patience_s: float = 0.0) -> bool | None:
+    """Lock an open file for this process alone; closing it lets it go.
+
+    Args:
+        handle: open for writing.
+        patience_s: how long to wait while somebody else holds it [s].
+
+    Returns:
+        Whether it is held now; None where this file system has no locks.
+    """
+    if fcntl is None:
+        return None
+    end = time.monotonic() + patience_s
+    while True:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            if error.errno not in _HELD_BY_ANOTHER:
+                return None
+            if time.monotonic() >= end:
+                return False
+            time.sleep(AGAIN_S)
+        else:
+            return True
+
+
+def abandoned(path: Path) -> bool:
+    """Whether nobody has touched a file or folder for so long that it is nobody's, locks or not."""
+    try:
+        return time.time() - path.stat().st_mtime > UNOWNED_S
+    except OSError:
+        return False  # somebody removes it just now
