@@ -4,7 +4,8 @@
     results/solves/3/made.json            who asked for it, when, what became of it; written last
 
 A solve without made.json was never finished: it is not shown. Keeping one puts a copy of it in the place of
-the subject's fit, in one step, and the fit that was there among the solves.
+the subject's fit, in one step, and the fit that was there among the solves. No other program changes the
+results folder meanwhile, and nothing that another one may be writing is removed.
 """
 
 import contextlib
@@ -21,6 +22,7 @@ from typing import Any
 from solver.errors import ResultsError
 from solver.fit import Fit
 from solver.results.store import has_fit, load_fit, save_fit, write_json
+from solver.results.writing import writing
 
 FOLDER, MADE = "solves", "made.json"
 ABANDONED_S = 600.0  # unfinished for so long: writing one takes seconds, on a slow share perhaps a minute
@@ -106,10 +108,12 @@ def keep(solve: Solve, results: Path, subject_folder: Path) -> Solve:
         ResultsError: the solve cannot be read, or the results folder cannot be written to.
     """
     fit = load_fit(solve.folder, subject_folder)
-    _put_aside(results)
-    save_fit(fit, results)
-    _forget_old(results, solve.number)
-    return _marked(solve, KEPT)
+    with writing(results):
+        put_aside(results)
+        save_fit(fit, results)
+        kept = _marked(solve, KEPT)
+        _forget_old(results, solve.number)
+    return kept
 
 
 def discard(solve: Solve) -> Solve:
@@ -117,9 +121,19 @@ def discard(solve: Solve) -> Solve:
     return _marked(solve, DISCARDED)
 
 
-def current(results: Path) -> Solve | None:
-    """The solve that is the subject's fit; None where the app has not made it."""
-    return next((solve for solve in reversed(solves(results)) if solve.state == KEPT), None)
+def put_aside(results: Path) -> Path | None:
+    """Put the subject's fit among the solves, before another one takes its place.
+
+    One that lies there already only changes its state.
+
+    Returns:
+        Where it lies now; None where there is no fit.
+
+    Raises:
+        ResultsError: it cannot be copied.
+    """
+    with writing(results):
+        return _put_aside(results) if has_fit(results) else None
 
 
 def prune(results: Path) -> None:
@@ -138,15 +152,13 @@ def _marked(solve: Solve, state: str) -> Solve:
     return replace(solve, state=state)
 
 
-def _put_aside(results: Path) -> None:
-    """The fit that is about to be replaced; one that lies among the solves already only changes its state."""
-    was = current(results)
-    if was is not None:
-        _marked(was, REPLACED)
-        return
-    if not has_fit(results):
-        return
+def _put_aside(results: Path) -> Path:
     head = json.loads((results / "fit.json").read_text(encoding="utf-8"))
+    kept = [solve for solve in solves(results) if solve.state == KEPT]
+    for solve in kept:
+        _marked(solve, REPLACED)
+    if kept and _same_fit(kept[-1].figures, head):
+        return kept[-1].folder
     when = datetime.fromtimestamp((results / "fit.json").stat().st_mtime, UTC)
     folder = new_folder(results)
     try:
@@ -157,10 +169,17 @@ def _put_aside(results: Path) -> None:
         raise ResultsError(f"{results}: the present fit cannot be put aside ({error}).") from error
     told = {"by": "before this app", "when": when.isoformat(), "seconds": None, "state": REPLACED}
     write_json(folder / MADE, told)
+    return folder
+
+
+def _same_fit(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    """Whether two `fit.json` are of one fit; else another program has replaced the one that was kept here."""
+    places = {"solve": None, "files": None}
+    return {**one, **places} == {**other, **places}
 
 
 def _forget_old(results: Path, but: int) -> None:
-    numbers = [number for number in _numbers(results) if number != but]
+    numbers = [solve.number for solve in solves(results) if solve.number != but]
     for number in numbers[: max(0, len(numbers) - (MOST - 1))]:
         folder = results / FOLDER / str(number)
         with contextlib.suppress(OSError):  # then it stays, whole

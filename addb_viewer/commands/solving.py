@@ -20,6 +20,7 @@ from solver.pipeline import can_resolve, resolve, solve
 from solver.progress import Progress, part
 from solver.provenance import provenance_of
 from solver.results.store import check_place, default_folder, files_of_fit, has_fit, load_fit, save_fit
+from solver.results.writing import writing
 from solver.review_stage import predicting_withheld
 from solver.settings import Settings, as_dict, settings_for
 
@@ -116,16 +117,35 @@ def solved(job: Job, *, force: bool = False) -> Solved:
         job: what is wanted.
         force: solve from the beginning whatever is kept.
     """
-    check_place(job.results)
-    kept = None if force else last_fit(job)
+    kept, before = None if force else last_fit(job), _written(job.results)
     if kept is not None and _is_current(kept, job):
         files = files_of_fit(job.results)
         when = datetime.fromtimestamp(files[0].stat().st_mtime).astimezone()
         said = f"unchanged: kept fit of {when:%Y-%m-%d %H:%M} in {files[0]}; --force solves it again"
         return Solved(kept, files, False, said)
+    check_place(job.results)
     with terminal_progress() as progress:
         fit, said = computed(job, kept, progress)
-    return Solved(fit, save_fit(fit, job.results), True, said)
+    with writing(job.results):
+        if _written(job.results) not in (before, None):
+            said = f"{said}; {_put_aside(job.results)}".removeprefix("; ")
+        return Solved(fit, save_fit(fit, job.results), True, said)
+
+
+def _written(results: Path) -> tuple[int, int] | None:
+    """Which `fit.json` lies there and when it was written [ns]; None where there is none."""
+    try:
+        file = (results / "fit.json").stat()
+    except OSError:
+        return None
+    return file.st_ino, file.st_mtime_ns
+
+
+def _put_aside(results: Path) -> str:
+    """Keep what another program wrote while this one solved, and say where."""
+    from addb_viewer.app.solves import put_aside  # noqa: PLC0415 (rarely needed)
+
+    return f"another program fitted this subject meanwhile; its fit is kept in {put_aside(results)}"
 
 
 def computed(job: Job, kept: Fit | None, progress: Progress) -> tuple[Fit, str]:

@@ -1,8 +1,8 @@
 """Files and folders that appear whole or not at all.
 
-They are written beside their place under a hidden name, as drafts, and moved there once they are on the disk.
-A draft is locked by its writer; one that a killed run left behind is nobody's, and the next run that writes in
-the folder removes it.
+They are written beside their place under a hidden name, as drafts, and moved there once they are on the
+disk. A draft is locked by its writer; one that a killed run left behind is nobody's, and the next run that
+writes in the folder removes it.
 """
 
 import os
@@ -119,7 +119,7 @@ clear_drafts_once = cache(clear_drafts)  # a thousand files into one folder: loo
 
 
 def on_disk(file: BinaryIO) -> None:
-    """Wait until what was written is on the disk: a disk that is full, or a quota, is heard of here at last."""
+    """Wait until what was written is on the disk; one that is full, or a quota, is heard of by now."""
     file.flush()
     os.fsync(file.fileno())
 
@@ -157,12 +157,13 @@ def _moved(draft: Path, path: Path) -> None:
         os.replace(draft, path)
     except OSError as error:
         raise CaptureError(
-            f"{path}: cannot be replaced ({error.strerror}); close the program that has it open, or move it away."
+            f"{path}: cannot be replaced ({error.strerror}); close the program that has it open, or move it "
+            "away."
         ) from error
 
 
 def _told(path: Path, draft: Path | None, error: OSError) -> str:
     """Names the file that was meant, or another one that the block met trouble with."""
-    if isinstance(error.filename, str | Path) and (draft is None or Path(error.filename) != draft):
-        return writing_failed(path if Path(error.filename).parent == path.parent else Path(error.filename), error)
-    return writing_failed(path, error)
+    named = Path(error.filename) if isinstance(error.filename, str | Path) else draft
+    is_other = named is not None and named != draft and named.parent != path.parent
+    return writing_failed(named if named is not None and is_other else path, error)

@@ -27,8 +27,8 @@ def writing_failed(path: Path, error: OSError) -> str:
         return f"{path}: cannot write here ({why}{left}); free some space, or choose another output folder."
     if error.errno == errno.EFBIG:
         return (
-            f"{path}: cannot write here ({why}: this account or file system limits the size of a file); raise "
-            "the limit (ulimit -f), or choose another output folder."
+            f"{path}: cannot write here ({why}: this account or file system limits the size of a file); "
+            "raise the limit (ulimit -f), or choose another output folder."
         )
     if error.errno in _NOT_ALLOWED:
         return f"{path}: cannot write here ({why}); make it writable, or choose another output folder."
@@ -61,7 +61,8 @@ def check_room(folder: Path, needed: float, what: str) -> None:
     if room is not None and room < needed:
         raise CaptureError(
             f"{folder}: the disk has {room / _MEGABYTE:.1f} MB free, and {what} will take about "
-            f"{needed / _MEGABYTE:.1f} MB; free some space, or choose another output folder. Nothing was begun."
+            f"{needed / _MEGABYTE:.1f} MB; free some space, or choose another output folder. Nothing was "
+            "begun."
         )
 
 

@@ -1,7 +1,7 @@
 """Locks on open files that end with the process that holds them, however it ends.
 
-They hold between processes, and on network file systems that pass them on (NFS 4, SMB) between machines. Where
-there are none, as on some network shares and on Windows, `taken` says so, and the caller goes by age instead.
+They hold between processes, and on network file systems that pass them on (NFS 4, SMB) between machines.
+Where there are none, as on some network shares and on Windows, `taken` says so, and the caller goes by age.
 """
 
 import errno
@@ -14,8 +14,8 @@ except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
 HAS_LOCKS = fcntl is not None
-UNOWNED_S = 86400.0  # [s] without locks, what nobody has touched for a day is nobody's; no write takes so long
-AGAIN_S = 0.01  # [s] between two tries; a lock is held for as long as it takes to rename and write one file
+UNOWNED_S = 86400.0  # [s] without locks, what nobody has touched for a day is nobody's: no write takes that
+AGAIN_S = 0.01  # [s] between two tries; a lock is held while a file is written and a folder renamed
 
 _HELD_BY_ANOTHER = {errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES}
 

@@ -7,6 +7,7 @@ The last decision holds. A line is on the disk after the wrenches that it names;
 unfinished was never made.
 """
 
+import errno
 import io
 import json
 import os
@@ -20,9 +21,11 @@ from typing import Any
 import numpy as np
 
 from solver.capture.atomic import whole_file
+from solver.capture.disk_errors import writing_failed
 from solver.dynamics.extension import Cause, Extension
 from solver.errors import ResultsError
 from solver.results.codec import Decoder, Encoder
+from solver.results.writing import writing
 
 FILE = "extension_log.jsonl"
 ACCEPT, REJECT = "accept", "reject"
@@ -63,17 +66,17 @@ def accept(
         ResultsError: the log cannot be read.
         CaptureError: the folder cannot be written to.
     """
-    results.mkdir(parents=True, exist_ok=True)
-    name = f"extension-{len(decisions(results)) + 1}.npz"
     encoder = Encoder(results)
     tree = json.dumps(encoder.encode(extension), allow_nan=False)
     packed = io.BytesIO()
     np.savez_compressed(packed, allow_pickle=False, **{_TREE: np.array(tree)}, **encoder.arrays)
-    with whole_file(results / name) as file:
-        file.write(packed.getvalue())
-    return _appended(
-        results, Decision(ACCEPT, extension.named, by, datetime.now(UTC), made_of, left_out, name)
-    )
+    with writing(results):
+        name = _next_name(results)
+        with whole_file(results / name) as file:
+            file.write(packed.getvalue())
+        return _appended(
+            results, Decision(ACCEPT, extension.named, by, datetime.now(UTC), made_of, left_out, name)
+        )
 
 
 def reject(results: Path, causes: tuple[Cause, ...], *, by: str, made_of: Mapping[str, str]) -> Decision:
@@ -88,9 +91,9 @@ def reject(results: Path, causes: tuple[Cause, ...], *, by: str, made_of: Mappin
     Raises:
         ResultsError: the log cannot be read.
     """
-    results.mkdir(parents=True, exist_ok=True)
-    decisions(results)
-    return _appended(results, Decision(REJECT, causes, by, datetime.now(UTC), made_of))
+    with writing(results):
+        decisions(results)
+        return _appended(results, Decision(REJECT, causes, by, datetime.now(UTC), made_of))
 
 
 def decisions(results: Path) -> tuple[Decision, ...]:
@@ -135,6 +138,14 @@ def accepted(results: Path) -> tuple[Decision, Extension] | None:
         ) from error
 
 
+def _next_name(results: Path) -> str:
+    """A file that no decision has; without locks, another program may have taken a number already."""
+    number = len(decisions(results)) + 1
+    while (results / f"extension-{number}.npz").exists():
+        number += 1
+    return f"extension-{number}.npz"
+
+
 def _appended(results: Path, decision: Decision) -> Decision:
     """Write one line in one go, on a line of its own even after one that was left unfinished."""
     path = results / FILE
@@ -146,12 +157,13 @@ def _appended(results: Path, decision: Decision) -> Decision:
     try:
         handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
         try:
-            os.write(handle, line.encode())
+            if os.write(handle, line.encode()) < len(line.encode()):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))  # the next decision removes the half
             os.fsync(handle)
         finally:
             os.close(handle)
     except OSError as error:
-        raise ResultsError(f"{path}: cannot be written ({error.strerror}); choose another --out.") from error
+        raise ResultsError(writing_failed(path, error)) from error
     return decision
 
 

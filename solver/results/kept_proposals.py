@@ -2,7 +2,7 @@
 
 import json
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -11,7 +11,7 @@ import numpy as np
 from solver.contact.proposals import Proposal
 from solver.errors import ResultsError
 from solver.results.codec import Decoder
-from solver.results.store import files_of_fit, has_fit
+from solver.results.store import has_fit, read_whole
 
 _REMEMBERED = 1024  # trials
 
@@ -28,12 +28,15 @@ def kept_proposals(folder: Path) -> Mapping[str, tuple[Proposal, ...]]:
     if not has_fit(folder):
         return {}
     try:
-        trials = [path for path in files_of_fit(folder) if path.suffix == ".npz"]
-        return dict(_read(path, path.stat().st_mtime_ns) for path in trials)
+        return read_whole(folder, lambda head: _of_trials([folder / name for name in head["files"]]))
     except (OSError, ValueError, KeyError, EOFError, TypeError, zipfile.BadZipFile) as error:
         raise ResultsError(
             f"{folder}: cannot be read ({error}). Fit the subject again: addb-viewer fit"
         ) from error
+
+
+def _of_trials(files: Sequence[Path]) -> dict[str, tuple[Proposal, ...]]:
+    return dict(_read(path, path.stat().st_mtime_ns) for path in files if path.suffix == ".npz")
 
 
 @lru_cache(_REMEMBERED)

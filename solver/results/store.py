@@ -6,8 +6,10 @@
                                      begins
     results/solve-3/trials/NAME.npz  one trial's arrays
 
-`fit.json` is replaced in one step after everything else lies on the disk, so a run killed half-way leaves the
-previous fit whole. Only folders named solve-N are ever removed: whatever else lies there stays.
+A solve is written into a hidden folder of its own. It gets its name, and `fit.json` is replaced in one
+step, after everything else lies on the disk: a run killed half-way leaves the previous fit whole. Writers
+take turns (`solver.results.writing`); who reads meanwhile gets the fit before or after. Only folders named
+solve-N are ever removed: whatever else lies there stays.
 """
 
 import json
@@ -15,16 +17,19 @@ import os
 import re
 import shutil
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
-from solver.capture.atomic import write_whole
+from solver.capture.atomic import draft_folder, move_draft_folder, on_disk, write_whole
+from solver.capture.disk_errors import writing_failed
+from solver.capture.file_lock import abandoned
 from solver.errors import ResultsError
 from solver.fit import Fit, TrialFit
 from solver.results.codec import Arrays, Decoder, Encoder, Tree
+from solver.results.writing import writing
 from solver.summary import summary
 
 FORMAT = 2  # of everything below the results folder; raised when an old reader would misread it
@@ -38,6 +43,7 @@ _SUBJECT_FIELDS = (
     "groundwork",
     "heldout_due",
 )
+Read = TypeVar("Read")
 _TREE = "tree"  # the array in a trial's file that says what the others are
 
 
@@ -77,21 +83,48 @@ def save_fit(fit: Fit, folder: Path) -> list[Path]:
         The files written, `fit.json` first.
     """
     made = [parent for parent in (folder, *folder.parents) if not parent.exists()]
-    folder.mkdir(parents=True, exist_ok=True)
-    solve = folder / f"solve-{max(_numbers(folder), default=0) + 1}"
     try:
-        solve.mkdir()
-        written = _write_solve(fit, solve)
-        names = [path.relative_to(folder).as_posix() for path in written]
-        head = {"format": FORMAT, "solve": solve.name, **summary(fit, files=["fit.json", *names])}
-        write_json(folder / "fit.json", head)
-    except BaseException:
-        shutil.rmtree(solve, ignore_errors=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        with draft_folder(folder) as draft:
+            names = [path.relative_to(draft) for path in _write_solve(fit, draft)]
+            return _put_in_place(fit, draft, names, folder)
+    except BaseException as error:
         for parent in made:
             _remove_if_empty(parent)
+        if isinstance(error, OSError):
+            raise ResultsError(f"{writing_failed(folder, error)} Nothing was changed there.") from error
         raise
-    _remove_other_solves(folder, solve)
+
+
+def _put_in_place(fit: Fit, draft: Path, names: Sequence[Path], folder: Path) -> list[Path]:
+    """Let the solve in a draft be the fit of a results folder."""
+    with writing(folder) as alone:
+        solve = _next_solve(draft, folder)
+        try:
+            written = [solve / name for name in names]
+            files = ["fit.json", *(path.relative_to(folder).as_posix() for path in written)]
+            head = {"format": FORMAT, "solve": solve.name, **summary(fit, files=files)}
+            write_json(folder / "fit.json", head)
+        except BaseException:
+            shutil.rmtree(solve, ignore_errors=True)
+            raise
+        _remove_other_solves(folder, solve, alone)
     return [folder / "fit.json", *written]
+
+
+def _next_solve(draft: Path, folder: Path) -> Path:
+    """The draft under its name; where there are no locks, another program may take a number first."""
+    number = max(_numbers(folder), default=0) + 1
+    while True:
+        solve = folder / f"solve-{number}"
+        try:
+            move_draft_folder(draft, solve)
+        except OSError:
+            if not solve.exists():
+                raise
+            number += 1
+        else:
+            return solve
 
 
 def load_fit(folder: Path, subject_folder: Path) -> Fit:
@@ -104,7 +137,32 @@ def load_fit(folder: Path, subject_folder: Path) -> Fit:
     Raises:
         ResultsError: there is no fit, only half of one, or one of another version.
     """
-    head = _read_json(folder / "fit.json")
+    return read_whole(folder, lambda head: _read_fit(head, folder, subject_folder))
+
+
+def read_whole(folder: Path, read: Callable[[Mapping[str, Any]], Read]) -> Read:
+    """Read what belongs to the fit of a results folder; again if another fit takes its place meanwhile.
+
+    Args:
+        folder: the results folder.
+        read: from the content of its `fit.json`.
+
+    Returns:
+        What `read` returned, all of it of one fit.
+
+    Raises:
+        ResultsError: there is no fit, or `read` found only half of one.
+    """
+    while True:
+        head = _read_json(folder / "fit.json")
+        try:
+            return read(head)
+        except (ResultsError, OSError):
+            if _read_json(folder / "fit.json") == head:
+                raise
+
+
+def _read_fit(head: Mapping[str, Any], folder: Path, subject_folder: Path) -> Fit:
     if head.get("format") != FORMAT:
         raise ResultsError(
             f"{folder / 'fit.json'}: written in format {head.get('format')}, this version reads {FORMAT}. "
@@ -152,7 +210,9 @@ def _write_trial(trial: TrialFit, path: Path, base: Path) -> None:
     encoder = Encoder(base)
     tree = json.dumps(encoder.encode(trial), allow_nan=False)
     arrays: Arrays = {_TREE: np.array(tree), **encoder.arrays}
-    np.savez(path, allow_pickle=False, **arrays)
+    with path.open("wb") as file:
+        np.savez(file, allow_pickle=False, **arrays)
+        on_disk(file)
 
 
 def _read_trial(path: Path, base: Path) -> TrialFit:
@@ -198,10 +258,11 @@ def _numbers(folder: Path) -> list[int]:
     return [int(match[1]) for match in matches if match]
 
 
-def _remove_other_solves(folder: Path, current: Path) -> None:
+def _remove_other_solves(folder: Path, current: Path, alone: bool) -> None:
+    """Without locks, another program may be about to name its solve in `fit.json`: a young one stays."""
     for number in _numbers(folder):
         solve = folder / f"solve-{number}"
-        if solve != current:
+        if solve != current and (alone or abandoned(solve)):
             shutil.rmtree(solve, ignore_errors=True)
 
 
