@@ -1,11 +1,20 @@
 """AddBiomechanics' upload layout: _subject.json, and a folder of files for each trial."""
 
-import re
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from solver.capture.capture import TrialFiles
 from solver.capture.description import Description, read_json
-from solver.capture.loose_files import files_in, is_static, natural_order
+from solver.capture.loose_files import (
+    FoundTrials,
+    files_in,
+    is_recording,
+    is_static,
+    natural_order,
+    reviews_in,
+    trials_among,
+)
 from solver.capture.trial_ranges import KEY as RANGES
 from solver.capture.trial_ranges import trial_ranges
 
@@ -43,9 +52,12 @@ def read_subject_json(path: Path) -> Description:
     )
 
 
-def trials_of(folder: Path) -> Description:
-    """Trials and static trial in SUBJECT/trials/NAME/."""
-    trials, notes, static = [], [], None
+def trials_of(folder: Path) -> FoundTrials:
+    """Trials and static trial in SUBJECT/trials/NAME/: markers.trc or .c3d, with grf.mot; else any names."""
+    trials: list[TrialFiles] = []
+    notes: list[str] = []
+    left: dict[Path, str] = {}
+    static: Path | None = None
     for place in sorted((p for p in folder.iterdir() if p.is_dir()), key=lambda p: natural_order(p.name)):
         if place.name.startswith("."):
             continue
@@ -53,21 +65,31 @@ def trials_of(folder: Path) -> Description:
         forces = next((files[name] for name in ("grf.mot", "grf.sto") if name in files), None)
         by_need = ("markers.trc", "markers.c3d") if forces else ("markers.c3d", "markers.trc")
         markers = next((files[name] for name in by_need if name in files), None)
-        if markers is None:
-            notes.append(f"{folder.name}/{place.name}: no markers.trc or markers.c3d; left out")
+        if markers is None and not is_static(place.name):
+            found = trials_among(place, [place])
+            trials += _named_after(place, found.trials)
+            notes += found.notes
+            left |= found.left
+            static = static or found.static
+            if not found.trials:
+                notes.append(f"{folder.name}/{place.name}: no markers.trc or markers.c3d; left out")
         elif is_static(place.name):
-            if static is None:
+            markers = markers or next((p for p in files.values() if is_recording(p)), None)
+            if markers is None:
+                notes.append(f"{folder.name}/{place.name}: no markers.trc or markers.c3d; left out")
+            elif static is None:
                 static = markers
             else:
-                notes.append(
-                    f"{folder.name}/{place.name}: another static trial; {static.parent.name} is used"
-                )
+                left[markers] = f"another static trial; {static.parent.name} is used"
+                notes.append(f"{folder.name}/{place.name}: {left[markers]}")
         else:
-            trials.append(TrialFiles(place.name, markers, forces, _reviews(place)))
-    return Description(trials=tuple(trials) or None, static=static, notes=tuple(notes))
+            assert markers is not None
+            trials.append(TrialFiles(place.name, markers, forces, reviews_in(place)))
+    return FoundTrials(tuple(trials), static, tuple(notes), left)
 
 
-def _reviews(place: Path) -> tuple[Path, ...]:
-    segments = [p for p in place.glob("segment_*") if re.fullmatch(r"segment_\d+", p.name)]
-    reviews = [p / "review.json" for p in sorted(segments, key=lambda p: natural_order(p.name))]
-    return tuple(review for review in reviews if review.is_file())
+def _named_after(place: Path, trials: Sequence[TrialFiles]) -> list[TrialFiles]:
+    """Trials with their folder's name; where it holds several, their own behind it."""
+    if len(trials) == 1:
+        return [replace(trials[0], name=place.name)]
+    return [replace(trial, name=f"{place.name}_{trial.name}") for trial in trials]

@@ -87,6 +87,15 @@ class TrialFiles:
 
 
 @dataclass(frozen=True)
+class UnusedFile:
+    """A file of a subject's folder that no fit of it reads."""
+
+    file: str  # from the subject's folder; of a folder of others, with a slash behind
+    reason: str
+    harm: int  # 0: what is lost matters most (forces), then markers, models, reviews, the rest
+
+
+@dataclass(frozen=True)
 class Subject:
     """One person's folder: who, which model, which trials. Nothing is loaded yet but the description."""
 
@@ -102,6 +111,7 @@ class Subject:
     foot_bodies: tuple[str, ...] = ("calcn_r", "calcn_l")
     tags: tuple[str, ...] = ()
     notes: tuple[str, ...] = field(default=())
+    unused: tuple[UnusedFile, ...] = ()  # the most harmful first
 
     @property
     def name(self) -> str:

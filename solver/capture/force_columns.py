@@ -2,8 +2,11 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
 
 from solver.capture.storage import Storage
 from solver.errors import CaptureError
@@ -90,6 +93,17 @@ def find_plates(storage: Storage) -> tuple[tuple[PlateColumns, ...], tuple[str, 
     }
     ignored = [text for k, text in enumerate(storage.labels) if k not in used]
     return tuple(found), _notes(storage.path.name, found, ignored)
+
+
+def turned(storage: Storage, R_ground_lab: Float[np.ndarray, "3 3"]) -> Storage:
+    """The table with forces, centres of pressure and moments turned by a rotation."""
+    values = storage.values.copy()
+    for plate in find_plates(storage)[0]:
+        for columns in (plate.force, plate.point, plate.moment):
+            xyz = [column for column in columns or () if column is not None]
+            if len(xyz) == 3:
+                values[:, xyz] = storage.values[:, xyz] @ R_ground_lab.T
+    return replace(storage, values=values)
 
 
 def _parse(text: str, column: int) -> _Label | None:

@@ -1,15 +1,32 @@
-"""Files that lie side by side: X.trc with X_grf.mot, X_forces.mot or X.mot; X.c3d; and a model among them."""
+"""Marker files and force tables in folders: which are trials, which belong together, which are left."""
 
 import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from solver.capture.capture import TrialFiles
-from solver.capture.description import Description
 from solver.capture.force_columns import find_plates
-from solver.capture.storage import read_storage
+from solver.capture.force_pairing import holds_forces, pair_forces
+from solver.capture.same_motion import twins_among
+from solver.capture.storage import read_columns
+from solver.capture.trial_names import name_tokens
 from solver.errors import CaptureError
 
 FORCE_ENDINGS = ("_grf", "_forces", "")
+TABLES = (".mot", ".sto")
+RECORDINGS = (".trc", ".c3d")
+STATIC = r"static|statisch|statique|estatic|calib|kalib|(?<![a-z])[nt]-?_?pose"
+
+
+@dataclass(frozen=True)
+class FoundTrials:
+    """What lies in the folders of a subject."""
+
+    trials: tuple[TrialFiles, ...]
+    static: Path | None
+    notes: tuple[str, ...]
+    left: Mapping[Path, str]  # marker files and tables that are not used, and why
 
 
 def files_in(folder: Path) -> list[Path]:
@@ -26,73 +43,148 @@ def natural_order(name: str) -> tuple[tuple[int, str], ...]:
 
 def is_static(name: str) -> bool:
     """Whether a trial of that name is a standing calibration, not a motion."""
-    return bool(re.search(r"static|calib|(?<![a-z])[nt]-?_?pose", name.lower()))
+    return bool(re.search(STATIC, name.lower()))
 
 
-def loose_trials(folder: Path) -> Description:
-    """Trials and static trial among the files of a folder."""
-    files = files_in(folder)
-    by_name = {p.name.lower(): p for p in files}
-    trials: list[TrialFiles] = []
-    notes: list[str] = []
-    static: Path | None = None
-    for markers in files:
-        kind = markers.suffix.lower()
-        if kind not in (".trc", ".c3d"):
-            continue
-        forces, force_notes = _forces(markers, by_name)
-        notes += force_notes
-        twin = by_name.get(markers.stem.lower() + (".c3d" if kind == ".trc" else ".trc"))
-        if twin is not None and kind == (".trc" if forces is None else ".c3d"):
-            notes.append(f"{markers.name}: left out, the trial is read from {twin.name}")
-        elif is_static(markers.stem):
-            if static is not None:
-                notes.append(f"{markers.name}: another static trial; {static.name} is used")
-            static = static or markers
-        elif kind == ".c3d" and forces is not None:
-            notes.append(
-                f"{forces.name}: left out, {markers.name} holds its own forces; a subject.toml may say else"
-            )
-            trials.append(TrialFiles(markers.stem, markers))
-        else:
-            trials.append(TrialFiles(markers.stem, markers, forces))
-    return Description(trials=tuple(trials) or None, static=static, notes=tuple(notes))
+def is_recording(path: Path) -> bool:
+    """Whether a file holds markers, by its ending."""
+    return path.suffix.lower() in RECORDINGS
 
 
-def find_model(folder: Path) -> Path | None:
-    """unscaled_generic.osim, else the only *_scaled.osim, else the only .osim; None where there is none.
+def is_static_file(path: Path, folder: Path) -> bool:
+    """Whether a marker file of a subject is a standing calibration, by its name or that of its place."""
+    return is_static(path.stem) or (path.parent != folder and is_static(path.parent.name))
 
-    Raises:
-        CaptureError: there are several, and nothing says which.
+
+def trials_among(folder: Path, places: Sequence[Path]) -> FoundTrials:
+    """Trials and static trial among the files of a subject's folders.
+
+    Args:
+        folder: of the subject.
+        places: it, and those below it that are the subject's.
     """
+    files = [path for place in places for path in files_in(place)]
+    recordings = [p for p in files if is_recording(p)]
+    moving = [p for p in recordings if not is_static_file(p, folder)]
+    statics = [p for p in recordings if is_static_file(p, folder)]
+    claimed, notes = _by_exact_name(moving, files)
+    twins = _twins(moving)
+    tables = [p for p in files if p.suffix.lower() in TABLES and _holds_force_columns(p)]
+    paired = pair_forces(
+        folder,
+        [p for p in moving if p not in claimed and p not in twins.values()],
+        [p for p in tables if p not in claimed.values()],
+    )
+    forces = {**claimed, **paired.forces}
+    left = dict(paired.left)
+    notes += paired.notes
+    kept: list[tuple[Path, Path | None]] = []
+    table_of = {recording: table for table, recording in twins.items()}
+    for markers in moving:
+        table, recording = table_of.get(markers), twins.get(markers)
+        if table is not None and table in forces:
+            left[markers] = f"the same motion as {table.name}, which is read with {forces[table].name}"
+            notes += (f"{markers.name}: left out, the trial is read from {table.name}",)
+        elif recording is not None and markers not in forces:
+            left[markers] = f"the same motion as {recording.name}, which is read"
+            notes += (f"{markers.name}: left out, the trial is read from {recording.name}",)
+        elif markers in forces and holds_forces(markers):
+            reason = f"{markers.name} holds its own forces; a subject.toml may say else"
+            left[forces[markers]] = reason
+            notes += (f"{forces[markers].name}: left out, {reason}",)
+            kept.append((markers, None))
+        else:
+            kept.append((markers, forces.get(markers)))
+    for other in statics[1:]:
+        left[other] = f"another static trial; {statics[0].name} is used"
+        notes += (f"{other.name}: {left[other]}",)
+    trials = tuple(
+        TrialFiles(name, markers, table, _reviews(markers.parent, kept))
+        for name, (markers, table) in zip(_names(folder, [m for m, _ in kept]), kept, strict=True)
+    )
+    return FoundTrials(trials, statics[0] if statics else None, notes, left)
+
+
+def find_models(folder: Path) -> list[Path]:
+    """unscaled_generic.osim, else each *_scaled.osim, else each .osim; of several nothing says which."""
     models = [p for p in files_in(folder) if p.suffix.lower() == ".osim"]
     for belongs in (
         [p for p in models if p.name.lower() == "unscaled_generic.osim"],
         [p for p in models if p.stem.lower().endswith("_scaled")],
-        models,
     ):
-        if len(belongs) == 1:
-            return belongs[0]
         if belongs:
-            raise CaptureError(
-                f"{folder}: several models: {', '.join(p.name for p in belongs)}. Say which in subject.toml, "
-                f'as in model = "{belongs[0].name}".'
-            )
-    return None
+            return belongs
+    return models
 
 
-def _forces(markers: Path, by_name: dict[str, Path]) -> tuple[Path | None, tuple[str, ...]]:
-    """The force file beside a marker file; X.mot only where it holds forces, not joint angles."""
-    for ending in FORCE_ENDINGS:
-        for suffix in (".mot", ".sto"):
-            forces = by_name.get(f"{markers.stem}{ending}{suffix}".lower())
-            if forces is None:
+def reviews_in(place: Path) -> tuple[Path, ...]:
+    """review.json of the segments of the one trial that lies in a folder, in order."""
+    segments = [p for p in place.glob("segment_*") if re.fullmatch(r"segment_\d+", p.name)]
+    reviews = [p / "review.json" for p in sorted(segments, key=lambda p: natural_order(p.name))]
+    return tuple(review for review in reviews if review.is_file())
+
+
+def _by_exact_name(
+    recordings: Iterable[Path], files: Sequence[Path]
+) -> tuple[dict[Path, Path], tuple[str, ...]]:
+    """X_grf.mot, X_forces.mot, or X.mot where it holds forces, beside X.trc; and notes on what holds none."""
+    beside = {(p.parent, p.name.lower()): p for p in files}
+    found: dict[Path, Path] = {}
+    notes: tuple[str, ...] = ()
+    for markers in recordings:
+        for name in (f"{markers.stem}{ending}{suffix}" for ending in FORCE_ENDINGS for suffix in TABLES):
+            table = beside.get((markers.parent, name.lower()))
+            if table is None:
                 continue
-            if ending:
-                return forces, ()
+            if table.stem.lower() != markers.stem.lower():
+                found[markers] = table
+                break
             try:
-                find_plates(read_storage(forces))
+                find_plates(read_columns(table))
             except CaptureError as error:
-                return None, (f"{forces.name}: no forces of {markers.name} ({error})",)
-            return forces, ()
-    return None, ()
+                notes += (f"{table.name}: no forces of {markers.name} ({error})",)
+            else:
+                found[markers] = table
+                break
+    return found, notes
+
+
+def _twins(recordings: Sequence[Path]) -> dict[Path, Path]:
+    """Which .c3d holds the same motion as which .trc: by a common name, else by what they hold."""
+    tables = [p for p in recordings if p.suffix.lower() == ".trc"]
+    c3ds = {(p.parent, p.stem.lower()): p for p in recordings if p.suffix.lower() == ".c3d"}
+    named = {
+        table: c3ds.pop((table.parent, table.stem.lower()))
+        for table in tables
+        if (table.parent, table.stem.lower()) in c3ds
+    }
+    return named | twins_among([p for p in tables if p not in named], list(c3ds.values()))
+
+
+def _holds_force_columns(table: Path) -> bool:
+    try:
+        find_plates(read_columns(table))
+    except CaptureError:
+        return False
+    return True
+
+
+def _names(folder: Path, recordings: Sequence[Path]) -> list[str]:
+    """A name for each trial: its file's, or its folder's where that says more; each one once."""
+    alone = {
+        place for place in {p.parent for p in recordings} if sum(p.parent == place for p in recordings) == 1
+    }
+    names: list[str] = []
+    for path in recordings:
+        of_place = path.parent != folder and path.parent in alone and not name_tokens(path.stem)
+        name = path.parent.name if of_place else path.stem
+        if name in names and path.parent != folder:
+            name = f"{path.parent.name}_{path.stem}"
+        if name in names:
+            name = path.name
+        names.append(name)
+    return names
+
+
+def _reviews(place: Path, kept: Sequence[tuple[Path, Path | None]]) -> tuple[Path, ...]:
+    return reviews_in(place) if sum(markers.parent == place for markers, _ in kept) == 1 else ()

@@ -115,6 +115,19 @@ def read_storage(path: Path) -> Storage:
     )
 
 
+def read_columns(path: Path) -> Storage:
+    """The column names of a .mot or .sto file, without its numbers.
+
+    Raises:
+        CaptureError: the file is empty, or has no line of names.
+    """
+    path = Path(path)
+    text = read_text(path)
+    labels, _ = _split_labels(text.lines[_label_line(path, text)[0]])
+    names = tuple(label for label in unique_names(labels)[0] if not TIME_LABEL.fullmatch(label))
+    return Storage(path, names, np.zeros(0), np.zeros((0, len(names))), np.nan)
+
+
 def write_storage(
     path: Path,
     labels: Sequence[str],

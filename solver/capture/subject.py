@@ -1,23 +1,29 @@
 """A subject's folder, in AddBiomechanics' layout, with a subject.toml, or with files side by side."""
 
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from solver.capture.addbiomechanics_folder import read_subject_json, trials_of
 from solver.capture.capture import Subject
 from solver.capture.description import Description
-from solver.capture.loose_files import files_in, find_model, loose_trials
+from solver.capture.loose_files import FoundTrials, files_in, find_models, is_recording, trials_among
+from solver.capture.subject_layout import Layout, layout_of
 from solver.capture.subject_toml import read_subject_toml
 from solver.capture.trial_ranges import with_ranges
+from solver.capture.unused_files import read_with, unused_files
 from solver.errors import CaptureError
 
+LISTED = 5  # folders in a message
 MARKER_MAP = "markers.toml"  # in the subject's folder: what its labels mean
 
 
 def open_subject(folder: Path) -> Subject:
-    """Find out who was recorded, with which model, in which trials. Recordings are not read yet.
+    """Find out who was recorded, with which model, in which trials. Files are read where names do not say.
 
     A subject.toml says it all; _subject.json fills in what it leaves out; where neither names trials, they
-    are looked for in trials/NAME/, else among the folder's own files.
+    are looked for in trials/NAME/, else among the files of the folder and of those below it that are the
+    subject's. What is not used is listed.
 
     Raises:
         CaptureError: no such folder, no trial in it, or a description that is broken or names missing files.
@@ -33,45 +39,87 @@ def open_subject(folder: Path) -> Subject:
             described = described.or_else(read_subject_toml(by_hand))
         if uploaded.is_file():
             described = described.or_else(read_subject_json(uploaded))
+        layout, found = Layout((folder,), {}), FoundTrials((), None, (), {})
         if described.trials is None:
-            described = described.or_else(_trials(folder))
-        model = described.model or (None if by_hand.is_file() else find_model(folder))
-        unused = [p.name for p in files_in(folder) if p.suffix.lower() == ".osim" and model is None]
+            layout, found = _found(folder)
+            described = described.or_else(
+                Description(
+                    trials=found.trials or None, static=found.static, notes=layout.notes + found.notes
+                )
+            )
+        models = [] if by_hand.is_file() else find_models(folder)
+        model = described.model or (models[0] if len(models) == 1 else None)
+        if described.trials is None:
+            raise CaptureError(f"{folder}: no trials. {_what_was_sought(folder, layout)}")
+        trials, range_notes = with_ranges(described.trials, described.ranges)
+        left = dict(found.left)
+        if len(models) > 1:
+            left |= dict.fromkeys(models, _which_model(models))
+        subject = Subject(
+            folder=folder,
+            trials=trials,
+            mass_kg=described.mass_kg,
+            height_m=described.height_m,
+            sex=described.sex,
+            age_years=described.age_years,
+            model=model,
+            static=described.static,
+            marker_map=folder / MARKER_MAP if (folder / MARKER_MAP).is_file() else None,
+            foot_bodies=described.foot_bodies or Subject.foot_bodies,
+            tags=described.tags or (),
+            notes=described.notes + range_notes + _model_notes(folder, model, models, by_hand.is_file()),
+        )
+        silent = "subject.toml does not name it" if by_hand.is_file() and not found.trials else ""
+        unused = unused_files(folder, _used(subject), left, layout.others, silent)
     except PermissionError as error:
         raise CaptureError(f"{error.filename}: cannot be read ({error.strerror}).") from error
-    if described.trials is None:
-        raise CaptureError(f"{folder}: no trials. {_what_was_sought(folder)}")
-    trials, range_notes = with_ranges(described.trials, described.ranges)
-    notes = described.notes + range_notes
-    if unused:
-        notes += (f"subject.toml names no model: {', '.join(unused)} not used, the default body is",)
-    return Subject(
-        folder=folder,
-        trials=trials,
-        mass_kg=described.mass_kg,
-        height_m=described.height_m,
-        sex=described.sex,
-        age_years=described.age_years,
-        model=model,
-        static=described.static,
-        marker_map=folder / MARKER_MAP if (folder / MARKER_MAP).is_file() else None,
-        foot_bodies=described.foot_bodies or Subject.foot_bodies,
-        tags=described.tags or (),
-        notes=notes,
+    return replace(subject, unused=unused)
+
+
+def _found(folder: Path) -> tuple[Layout, FoundTrials]:
+    if (folder / "trials").is_dir():
+        in_trials = trials_of(folder / "trials")
+        if in_trials.trials:
+            return Layout((folder,), {}), in_trials
+    layout = layout_of(folder)
+    return layout, trials_among(folder, layout.places)
+
+
+def _used(subject: Subject) -> Iterator[Path]:
+    yield from (p for p in (subject.model, subject.static, subject.marker_map) if p is not None)
+    for trial in subject.trials:
+        yield trial.markers
+        if trial.forces is not None:
+            yield trial.forces
+        yield from read_with(trial.reviews)
+
+
+def _model_notes(folder: Path, model: Path | None, models: list[Path], by_hand: bool) -> tuple[str, ...]:
+    if len(models) > 1:
+        return (f"{', '.join(p.name for p in models)}: {_which_model(models)}",)
+    unused = [p.name for p in files_in(folder) if p.suffix.lower() == ".osim"]
+    if model is None and by_hand and unused:
+        return (f"subject.toml names no model: {', '.join(unused)} not used, the default body is",)
+    return ()
+
+
+def _which_model(models: list[Path]) -> str:
+    return (
+        "several models and nothing says which, so the default body is used; say which in subject.toml, as "
+        f'in model = "{models[0].name}"'
     )
 
 
-def _trials(folder: Path) -> Description:
-    if (folder / "trials").is_dir():
-        in_trials = trials_of(folder / "trials")
-        if in_trials.trials is not None:
-            return in_trials
-    return loose_trials(folder)
-
-
-def _what_was_sought(folder: Path) -> str:
-    below = sum(p.suffix.lower() in (".trc", ".c3d") and p.parent != folder for p in folder.rglob("*"))
+def _what_was_sought(folder: Path, layout: Layout) -> str:
+    """Where trials may lie, and what lies here instead."""
+    people = [f"{place.relative_to(folder).as_posix()} ({why})" for place, why in layout.others.items()]
+    below = sum(is_recording(p) and p.parent != folder for p in folder.rglob("*"))
     found = f" {below} marker files lie elsewhere in it." if below else ""
+    if people:
+        more = f" and {len(people) - LISTED} more" if len(people) > LISTED else ""
+        found += (
+            f" Folders in it: {', '.join(people[:LISTED])}{more}. Give one of them, or write a subject.toml."
+        )
     return (
         "Put files into trials/NAME/markers.trc, or X.trc beside X_grf.mot, or X.c3d, or name them in a "
         f"subject.toml.{found}"

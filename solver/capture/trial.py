@@ -15,7 +15,8 @@ from solver.capture.axes import (
 )
 from solver.capture.c3d import read_c3d, read_c3d_markers
 from solver.capture.capture import Capture, ForcePlate, Markers, TrialFiles
-from solver.capture.force_columns import find_plates
+from solver.capture.force_columns import find_plates, turned
+from solver.capture.loads_under_feet import UNDER_FEET, best_lag_s, feet_of, loads_of, under_feet
 from solver.capture.marker_cleaning import clean_markers
 from solver.capture.moment_convention import plates_from_storage
 from solver.capture.reading_settings import READING, ReadingSettings
@@ -51,6 +52,7 @@ def read_trial(files: TrialFiles, settings: ReadingSettings = READING) -> Captur
         *cleaning_notes,
         *_overlap_notes(recording),
         *_distance_notes(recording, settings),
+        *_contradiction(recording, files),
     )
     return Capture(
         name=files.name,
@@ -178,7 +180,7 @@ def _turned(
 ) -> _Recording:
     """Markers and forces turned to y up, each from its own axes."""
     assert files.forces is not None
-    upright = _storage_y_up(storage, ups[1])
+    upright = turned(storage, ups[1].R_ground_lab)
     plates, plate_notes = plates_from_storage(
         upright,
         moment_convention=files.moments,
@@ -197,17 +199,6 @@ def _turned(
             f"{files.forces.name}: {names}: forces point downwards, on the plate; their sign is turned",
         )
     return _Recording(markers_y_up(lab.markers, ups[0]), plates, notes)
-
-
-def _storage_y_up(storage: Storage, up: VerticalAxis) -> Storage:
-    """The table with forces, centres of pressure and moments turned to y up."""
-    values = storage.values.copy()
-    for plate in find_plates(storage)[0]:
-        for columns in (plate.force, plate.point, plate.moment):
-            xyz = [column for column in columns or () if column is not None]
-            if len(xyz) == 3:
-                values[:, xyz] = storage.values[:, xyz] @ up.R_ground_lab.T
-    return replace(storage, values=values)
 
 
 def _reversed(plate: ForcePlate) -> ForcePlate:
@@ -232,6 +223,24 @@ def _distance_notes(recording: _Recording, settings: ReadingSettings) -> tuple[s
     return (
         f"the centres of pressure are {distance:.1f} m from the nearest marker: are markers and forces in "
         "the same axes, and do the files belong together?",
+    )
+
+
+def _contradiction(recording: _Recording, files: TrialFiles) -> tuple[str, ...]:
+    """Said of a force file whose loads do not lie under the feet that the markers show."""
+    loads = loads_of(recording.plates)
+    if files.forces is None or loads is None:
+        return ()
+    feet = feet_of(recording.markers)
+    found = under_feet(feet, loads)
+    if found.log_odds > UNDER_FEET.contradiction:
+        return ()
+    lag_s = best_lag_s(feet, loads)
+    moved = f" They would fit {abs(lag_s):.2f} s {'later' if lag_s > 0 else 'earlier'}." if lag_s else ""
+    return (
+        f"{files.forces.name}: its loads do NOT lie under the feet of {files.markers.name} (typically "
+        f"{100 * found.off_m:.0f} cm off): are they of another trial or clock, or in other axes?{moved} "
+        "Check which files belong together before you use any torque.",
     )
 
 

@@ -245,10 +245,14 @@ def test_choice_of_the_model(folder, models, chosen):
     assert (model and model.name) == chosen
 
 
-def test_several_models(folder):
+def test_of_several_models_none_is_taken_and_that_is_said(folder):
     put(folder, "a.trc", "a.osim", "b.osim")
-    with pytest.raises(CaptureError, match=r"several models: a\.osim, b\.osim.*subject\.toml"):
-        open_subject(folder)
+    subject = open_subject(folder)
+    assert subject.model is None
+    assert any(
+        "a.osim, b.osim: several models" in note and 'model = "a.osim"' in note for note in subject.notes
+    )
+    assert [file.file for file in subject.unused] == ["a.osim", "b.osim"]
 
 
 def test_no_folder_no_trials(folder):

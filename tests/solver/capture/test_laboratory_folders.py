@@ -1,0 +1,343 @@
+"""Folders as laboratories leave them, without a subject.toml: right pairs, no wrong one, all else told."""
+
+import shutil
+import unicodedata
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from solver.capture.capture import Markers
+from solver.capture.storage import read_storage, write_storage
+from solver.capture.subject import open_subject
+from solver.capture.trc import read_trc, write_trc
+from solver.capture.trial import read_trial
+from solver.errors import CaptureError
+
+WALK, WALK_FORCES = "opencap_subject4/MarkerData/walking1.trc", "opencap_subject4/ForceData/walking1_grf.mot"
+LIKE_WALK = "opencap_subject4/MarkerData/walkingTO1.trc"  # cut at the same steps of a like walk
+LIKE_FORCES = "opencap_subject4/ForceData/walkingTO1_grf.mot"
+JUMP, JUMP_FORCES = "opencap_subject4/MarkerData/DJ1.trc", "opencap_subject4/ForceData/DJ1_grf.mot"
+SQUATS, SQUAT_FORCES = "opencap_subject4/MarkerData/squats1.trc", "opencap_subject4/ForceData/squats1_grf.mot"
+CHAIR_FORCES = "opencap_subject4/ForceData/STS1_grf.mot"
+STATIC, MODEL = "opencap_subject4/MarkerData/static1.trc", "opencap_subject4/unscaled_generic.osim"
+ANGLES = "opencap_subject4/reference/walking1_ik.mot"
+OTHER_WALK, OTHER_FORCES = "opencap_subject6/walking1.trc", "opencap_subject6/walking1_forces.mot"
+OTHER_STATIC = "opencap_subject6/static1.trc"
+BELT, BELT_FORCES = (
+    "walk_gait2354_subject01/subject01_walk1.trc",
+    "walk_gait2354_subject01/subject01_walk1_grf.mot",
+)
+RUN, RUN_FORCES = (
+    "run_treadmill_hamner2013_subject04/run400/markers.trc",
+    "run_treadmill_hamner2013_subject04/run400/grf.mot",
+)
+SPRINT, SPRINT_C3D = (f"sprint_overground_dorn2012_JA1_9ms/{n}" for n in ("run0900cms.trc", "JA1Gait35.c3d"))
+SPRINT_FORCES = "sprint_overground_dorn2012_JA1_9ms/sprint_grf.mot"
+WALKWAY, WALKWAY_FORCES = (
+    f"overground_camargo2021_AB06/levelground_ccw_fast_01_01{n}" for n in (".trc", "_grf.mot")
+)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A stretch of a recording, on its own clock or on another."""
+
+    source: str
+    start: float = -np.inf  # [s]
+    end: float = np.inf
+    later: float = 0.0  # [s] added to its times
+
+
+@dataclass(frozen=True)
+class Folder:
+    """What lies in a folder, by name, and what is right about it."""
+
+    files: dict[str, object]
+    pairs: dict[str, str | None]  # forces of each marker file
+    left: dict[str, str] = field(default_factory=dict)  # a word of the reason, of files worth checking
+    static: str | None = None
+
+
+NFD = unicodedata.normalize("NFD", "Läufer schnell Kräfte.mot")
+
+FOLDERS = {
+    "words before": Folder(
+        {"motion_capture_run.trc": RUN, "grf_run.mot": RUN_FORCES}, {"motion_capture_run.trc": "grf_run.mot"}
+    ),
+    "kinetics": Folder(
+        {"WALK01.trc": BELT, "WALK01_kinetics.mot": BELT_FORCES}, {"WALK01.trc": "WALK01_kinetics.mot"}
+    ),
+    "kine and grf": Folder(
+        {"trans_1_kine.trc": WALK, "trans_1_grf.mot": WALK_FORCES}, {"trans_1_kine.trc": "trans_1_grf.mot"}
+    ),
+    "no common name": Folder(
+        {"run0350cms.trc": SPRINT, "jog_grf.mot": SPRINT_FORCES}, {"run0350cms.trc": "jog_grf.mot"}
+    ),
+    "no common name, treadmill": Folder(
+        {"jog.trc": RUN, "plates 4 m_s.mot": RUN_FORCES}, {"jog.trc": "plates 4 m_s.mot"}
+    ),
+    "walk1 and walk10": Folder(
+        {
+            "Walk1.trc": WALK,
+            "Walk10.trc": LIKE_WALK,
+            "walk-10 forces.mot": LIKE_FORCES,
+            "walk_1-plates.mot": WALK_FORCES,
+        },
+        {"Walk1.trc": "walk_1-plates.mot", "Walk10.trc": "walk-10 forces.mot"},
+    ),
+    "forces of another trial, alike": Folder(
+        {"walk1.trc": WALK, "walk2_grf.mot": LIKE_FORCES},
+        {"walk1.trc": None},
+        {"walk2_grf.mot": "no trial here"},
+    ),
+    "forces of another trial, alike, names silent": Folder(
+        {"gait.trc": WALK, "plates.mot": LIKE_FORCES}, {"gait.trc": None}, {"plates.mot": "against"}
+    ),
+    "forces of another person": Folder(
+        {"run0350cms.trc": OTHER_WALK, "plates.mot": WALK_FORCES},
+        {"run0350cms.trc": None},
+        {"plates.mot": "against"},
+    ),
+    "feet that stay where they are": Folder(
+        {"squats.trc": SQUATS, "session_b.mot": CHAIR_FORCES},
+        {"squats.trc": None},
+        {"session_b.mot": "no trial here"},
+    ),
+    "one force file for several trials": Folder(
+        {
+            "session_out.trc": Part(WALKWAY, end=6.0),
+            "session_back.trc": Part(WALKWAY, start=8.0),
+            "session_forceplates.mot": WALKWAY_FORCES,
+        },
+        {"session_back.trc": "session_forceplates.mot", "session_out.trc": "session_forceplates.mot"},
+    ),
+    "one force file that is of one trial only": Folder(
+        {"walk.trc": WALK, "drop.trc": JUMP, "plates.mot": JUMP_FORCES},
+        {"drop.trc": "plates.mot", "walk.trc": None},
+    ),
+    "joint angles": Folder(
+        {"walk.trc": WALK, "walk.mot": ANGLES, "walk_GRF_filtered.mot": WALK_FORCES},
+        {"walk.trc": "walk_GRF_filtered.mot"},
+        {"walk.mot": "joint angles"},
+    ),
+    "upper case": Folder(
+        {"GAIT01.TRC": OTHER_WALK, "GAIT01_GRF.MOT": OTHER_FORCES, "GAIT01_STATIC.TRC": OTHER_STATIC},
+        {"GAIT01.TRC": "GAIT01_GRF.MOT"},
+        static="GAIT01_STATIC.TRC",
+    ),
+    "umlauts, written in two ways": Folder(
+        {"Laeufer_schnell_Marker.trc": RUN, NFD: RUN_FORCES}, {"Laeufer_schnell_Marker.trc": NFD}
+    ),
+    "a folder per trial": Folder(
+        {
+            "generic.osim": MODEL,
+            "static.trc": STATIC,
+            "Gehen/markers.trc": WALK,
+            "Gehen/forces.mot": WALK_FORCES,
+            "Sprung/markers.trc": JUMP,
+            "Sprung/grf.mot": JUMP_FORCES,
+        },
+        {"Gehen/markers.trc": "Gehen/forces.mot", "Sprung/markers.trc": "Sprung/grf.mot"},
+        static="static.trc",
+    ),
+    "a folder per kind": Folder(
+        {
+            "Markers/walk 1.trc": WALK,
+            "Markers/walk 2.trc": LIKE_WALK,
+            "Markers/static.trc": STATIC,
+            "Force Plates/walk 1.mot": WALK_FORCES,
+            "Force Plates/walk 2.mot": LIKE_FORCES,
+        },
+        {"Markers/walk 1.trc": "Force Plates/walk 1.mot", "Markers/walk 2.trc": "Force Plates/walk 2.mot"},
+        static="Markers/static.trc",
+    ),
+    "one motion as C3D and as TRC": Folder(
+        {"JA1Gait35.c3d": SPRINT_C3D, "run0900cms.trc": SPRINT, "sprint_grf.mot": SPRINT_FORCES},
+        {"run0900cms.trc": "sprint_grf.mot"},
+        {"JA1Gait35.c3d": "the same motion as run0900cms.trc"},
+    ),
+    "one motion twice, forces in the C3D": Folder(
+        {"JA1Gait35.c3d": SPRINT_C3D, "run0900cms.trc": SPRINT},
+        {"JA1Gait35.c3d": None},
+        {"run0900cms.trc": "the same motion as JA1Gait35.c3d"},
+    ),
+    "forces that start late": Folder(
+        {"walk_mocap.trc": BELT, "walk_analog.mot": Part(BELT_FORCES, start=0.9)},
+        {"walk_mocap.trc": "walk_analog.mot"},
+    ),
+    "forces of another clock": Folder(
+        {"walk_mocap.trc": BELT, "walk_analog.mot": Part(BELT_FORCES, later=100.0)},
+        {"walk_mocap.trc": None},
+        {"walk_analog.mot": "recorded at other times"},
+    ),
+    "forces that come half a second late": Folder(
+        {"walk_mocap.trc": WALK, "walk_analog.mot": Part(WALK_FORCES, later=0.5)},
+        {"walk_mocap.trc": None},
+        {"walk_analog.mot": "against"},
+    ),
+    "raw and filtered": Folder(
+        {"walk_kine.trc": WALK, "walk_kinetics_raw.mot": WALK_FORCES, "walk_kinetics_filt.mot": WALK_FORCES},
+        {"walk_kine.trc": None},
+        {"walk_kinetics_raw.mot": "comes into question as well", "walk_kinetics_filt.mot": "as well"},
+    ),
+    "other kinds of files": Folder(
+        {
+            "walk.trc": WALK,
+            "walk_grf.mot": WALK_FORCES,
+            "walk.csv": "a,b\n",
+            "emg.mat": "x",
+            "Protokoll.docx": "x",
+        },
+        {"walk.trc": "walk_grf.mot"},
+        {"walk.csv": "not read here", "emg.mat": "not read here", "Protokoll.docx": "no recording"},
+    ),
+    "AddBiomechanics' folders, names of the laboratory's own": Folder(
+        {
+            "trials/walk/run7.trc": WALK,
+            "trials/walk/kinetics7.mot": WALK_FORCES,
+            "trials/jump/markers.trc": JUMP,
+        },
+        {"trials/walk/run7.trc": "trials/walk/kinetics7.mot", "trials/jump/markers.trc": None},
+    ),
+}
+
+
+@pytest.fixture
+def lay_out(real_data, tmp_path):
+    """Put files into a folder: a recording of the shared data, a part of one, or a text."""
+
+    def put(files):
+        for name, source in files.items():
+            path = tmp_path / "Proband" / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            if isinstance(source, Part):
+                write_part(real_data / source.source, path, source)
+            elif (real_data / source).is_file():
+                shutil.copyfile(real_data / source, path)
+            else:
+                path.write_text(source)
+        return tmp_path / "Proband"
+
+    return put
+
+
+def write_part(recording, path, part):
+    if path.suffix == ".trc":
+        markers = read_trc(recording).markers
+        kept = (markers.times >= part.start) & (markers.times <= part.end)
+        start = float(markers.times[kept][0]) + part.later
+        write_trc(path, Markers(markers.names, markers.positions_ground[kept], markers.rate, start))
+    else:
+        table = read_storage(recording)
+        kept = (table.times >= part.start) & (table.times <= part.end)
+        write_storage(path, table.labels, table.times[kept] + part.later, table.values[kept])
+
+
+@pytest.mark.parametrize("name", FOLDERS)
+def test_right_pairs_no_wrong_one_and_every_file_told(lay_out, name):
+    wanted = FOLDERS[name]
+    folder = lay_out(wanted.files)
+    subject = open_subject(folder)
+
+    def named(path):
+        return None if path is None else path.relative_to(folder).as_posix()
+
+    assert {named(trial.markers): named(trial.forces) for trial in subject.trials} == wanted.pairs
+    assert named(subject.static) == wanted.static
+    assert len({trial.name for trial in subject.trials}) == len(subject.trials)
+    used = {named(path) for trial in subject.trials for path in (trial.markers, trial.forces)}
+    told = {file.file: file.reason for file in subject.unused}
+    assert set(told) == set(wanted.files) - used - {wanted.static, named(subject.model)}
+    for file, word in wanted.left.items():
+        assert word in told[file]
+    harms = [file.harm for file in subject.unused]
+    assert harms == sorted(harms)
+
+
+def test_a_clear_name_holds_but_contents_that_contradict_it_are_said_loudly(lay_out):
+    folder = lay_out({"walk.trc": WALK, "walk_grf.mot": SQUAT_FORCES})
+    (trial,) = open_subject(folder).trials
+    assert trial.forces == folder / "walk_grf.mot"
+    said = [note for note in read_trial(trial).notes if "do NOT lie under the feet" in note]
+    assert len(said) == 1
+    assert "walk_grf.mot" in said[0]
+
+
+def test_a_late_clock_is_told_with_the_moment_that_would_fit(lay_out):
+    folder = lay_out({"walk.trc": WALKWAY, "walk_grf.mot": Part(WALKWAY_FORCES, later=1.5)})
+    (trial,) = open_subject(folder).trials
+    said = " ".join(read_trial(trial).notes)
+    assert "do NOT lie under the feet" in said
+    earlier = float(said.split("They would fit ")[1].split(" s earlier")[0])
+    assert earlier == pytest.approx(1.5, abs=0.16)  # moments are tried every 0.15 s of these 15 s
+
+
+def test_no_right_pair_is_called_a_contradiction(real_data):
+    folders = {path.parent for name in ("subject.toml", "_subject.json") for path in real_data.rglob(name)}
+    trials = [
+        trial for folder in folders for trial in open_subject(folder).trials if trial.forces is not None
+    ]
+    assert len(trials) >= 15
+    for trial in trials:
+        assert not any("NOT lie under" in note for note in read_trial(trial).notes), trial
+
+
+def test_forces_are_used_wherever_a_recording_has_them_without_any_description(real_data, tmp_path):
+    """Every subject of the shared data without its subject.toml pairs what that said."""
+    compared = 0
+    for described in sorted(real_data.rglob("subject.toml")):
+        folder = tmp_path / described.parent.name
+        shutil.copytree(described.parent, folder, ignore=shutil.ignore_patterns("subject.toml"))
+        wanted = {
+            trial.markers.relative_to(described.parent): trial.forces
+            and trial.forces.relative_to(described.parent)
+            for trial in open_subject(described.parent).trials
+        }
+        subject = open_subject(folder)
+        found = {
+            trial.markers.relative_to(folder): trial.forces and trial.forces.relative_to(folder)
+            for trial in subject.trials
+        }
+        same_motion = {file.file for file in subject.unused if file.reason.startswith("the same motion")}
+        for markers, forces in wanted.items():
+            if markers.as_posix() not in same_motion:
+                assert found[markers] == forces, markers
+                compared += forces is not None
+    assert compared >= 15
+
+
+def test_two_people_side_by_side_are_two_subjects(lay_out):
+    folder = lay_out({"Anna/walk.trc": WALK, "Anna/jump.trc": JUMP, "Bea/walk.trc": OTHER_WALK})
+    with pytest.raises(CaptureError, match=r"no trials.*Folders in it: Anna \(a subject of its own.*Bea"):
+        open_subject(folder)
+    assert [trial.name for trial in open_subject(folder / "Anna").trials] == ["jump", "walk"]
+
+
+def test_two_people_that_share_a_model_are_two_subjects_since_their_lengths_differ(lay_out):
+    folder = lay_out({"generic.osim": MODEL, "S1/walk.trc": WALK, "S2/walk.trc": OTHER_WALK})
+    with pytest.raises(CaptureError, match=r"generic\.osim is shared, lengths of the body are not"):
+        open_subject(folder)
+
+
+def test_folders_of_one_person_with_the_same_lengths_are_trials_and_a_note_says_so(lay_out):
+    folder = lay_out({"generic.osim": MODEL, "day 1/walk.trc": WALK, "day 2/walk.trc": LIKE_WALK})
+    subject = open_subject(folder)
+    assert [trial.name for trial in subject.trials] == ["walk", "day 2_walk"]
+    assert any(
+        "day 1, day 2: trials of one person" in note and "generic.osim" in note for note in subject.notes
+    )
+
+
+def test_names_that_are_clear_are_not_looked_into(lay_out, monkeypatch):
+    folder = lay_out(
+        {"walk.trc": WALK, "walk_grf.mot": WALK_FORCES, "static.trc": STATIC, "generic.osim": MODEL}
+    )
+
+    def refuse(*_arguments, **_more):
+        raise AssertionError("a recording was read although the names say everything")
+
+    for place in ("force_pairing.read_storage", "force_pairing.read_trc", "same_motion.read_trc"):
+        monkeypatch.setattr(f"solver.capture.{place}", refuse)
+    (trial,) = open_subject(folder).trials
+    assert trial.forces == folder / "walk_grf.mot"
