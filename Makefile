@@ -4,7 +4,7 @@ BIN := .venv/bin
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 WORKERS := 2
 
-.PHONY: help setup demo test lint format bench bench-diagnosis lock clean
+.PHONY: help setup demo test lint format bench bench-diagnosis bench-truth lock clean
 
 help:
 	@echo "make setup   .venv with the locked versions"
@@ -12,6 +12,7 @@ help:
 	@echo "make test    all tests            make lint    ruff, import-linter, mypy"
 	@echo "make bench   speed and accuracy   make format  ruff's formatter"
 	@echo "make bench-diagnosis   hidden effects: named, missed, falsely alarmed; CASES, REAL, OUT, SEED"
+	@echo "make bench-truth       fits against known and experts' motions; TRUTH_OUT"
 
 setup: .venv/installed
 
@@ -47,6 +48,12 @@ bench-diagnosis: setup
 	  $(if $(SEED),--seed $(SEED))
 	$(ONE_THREAD) $(BIN)/python -m benchmarks.diagnosis run --out $(OUT) $(ARGS)
 	$(ONE_THREAD) $(BIN)/python -m benchmarks.diagnosis score --out $(OUT) --page benchmarks/DIAGNOSIS.md
+
+# Picks up where it was stopped; a change of the solver makes all figures anew.
+TRUTH_OUT := $(CURDIR)/build/truth
+bench-truth: setup
+	$(ONE_THREAD) $(BIN)/python -m benchmarks.truth --out $(TRUTH_OUT) --workers $(WORKERS) \
+	  --page benchmarks/TRUTH.md $(ARGS)
 
 # Needs uv on PATH. One set of versions for Python 3.11 to 3.13; OpenSim apart, since not every platform has its wheel.
 lock:

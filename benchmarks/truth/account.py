@@ -1,0 +1,146 @@
+"""What the figures say, in sentences that are made from them."""
+
+from collections.abc import Sequence
+
+from benchmarks.truth.figures import FLEXION
+from benchmarks.truth.pooling import JOINTS, Run, best_cutoff, geometric_mean, grouped, pooled
+from benchmarks.truth.tables import ratio_of_best
+from benchmarks.truth.ways import LABORATORY, MARKER_FIT, OURS
+
+SMALL_MM, LARGE_MM = (0.0, 0.1, 0.3, 1.0), (3.0, 5.0, 10.0)
+REPORTED = ("pelvis", "hip flexion", "hip adduction", "hip rotation", "knee", "ankle")
+ANGLES = tuple(dof for joint in REPORTED for dof in JOINTS[joint])
+TOLD_HZ = {"walk": 4.0, "run": 6.0, "sprint": 6.0, "jump": 6.0, "squat": 2.0, "sit": 2.0}  # bands of 2 Hz
+
+
+def account(known: Sequence[Run], own_markers: Sequence[Run], references: Sequence[Run]) -> str:
+    """Short plain sentences; those without figures are left out."""
+    own = [r for r in known if r["model"] == "own"]
+    sentences = [
+        *_exact(own),
+        *_against_best(own),
+        *_smoothly(own),
+        *_gains(own_markers),
+        *_experts(references),
+        *_masses(known, own_markers),
+    ]
+    return "\n".join(["## What it shows", "", *(f"- {s}" for s in sentences)])
+
+
+def _exact(own: Sequence[Run]) -> list[str]:
+    found = []
+    for (activity,), group in grouped([r for r in own if r["skin_mm"] == 0.0], "activity").items():
+        angle = [pooled(group, way, "angle") for way in (OURS, MARKER_FIT)]
+        torque = [pooled(group, way, "torque") for way in (OURS, MARKER_FIT)]
+        if None not in angle + torque:
+            found.append(
+                f"{activity} {angle[0]:.2f}° and {torque[0]:.1f} N·m (marker fit {angle[1]:.2f}° and "
+                f"{torque[1]:.1f} N·m)"
+            )
+    return [f"**Exact markers, own model.** Our errors: {'; '.join(found)}."] if found else []
+
+
+def _against_best(own: Sequence[Run]) -> list[str]:
+    """The first bar of all: ours over the marker fit at its best cut-off."""
+    sentences = []
+    for name, sizes in (("0 to 1 mm", SMALL_MM), ("3 to 10 mm", LARGE_MM)):
+        ratios = {}
+        for (activity,), runs in grouped([r for r in own if r["skin_mm"] in sizes], "activity").items():
+            each = [
+                ratio_of_best(group, kind)
+                for group in grouped(runs, "skin_mm").values()
+                for kind in ("acceleration", "torque")
+            ]
+            told = [r for r in each if r is not None]
+            if told:
+                ratios[activity] = geometric_mean(told)
+        if ratios:
+            listed = ", ".join(f"{activity} {ratio:.2f}" for activity, ratio in ratios.items())
+            sentences.append(
+                f"**Skin movement of {name}, own model**: our errors of accelerations and torques over those "
+                f"of the marker fit at its best cut-off, geometric mean: "
+                f"{geometric_mean(list(ratios.values())):.2f} ({listed})."
+            )
+    laboratory = [r for r in own if r["skin_mm"] in LARGE_MM]
+    ours = {k: (pooled(laboratory, OURS, k), pooled(laboratory, LABORATORY, k)) for k in ("angle", "torque")}
+    if laboratory and None not in ours["angle"] + ours["torque"]:
+        sentences.append(
+            f"**Against the laboratory's way** at 3 to 10 mm, all activities: angles {ours['angle'][0]:.2f}° "
+            f"where it has {ours['angle'][1]:.2f}°, torques {ours['torque'][0]:.1f} N·m where it has "
+            f"{ours['torque'][1]:.1f} N·m."
+        )
+    return sentences
+
+
+def _smoothly(own: Sequence[Run]) -> list[str]:
+    """How the error of the torques grows with the noise."""
+    found = []
+    for (activity,), runs in grouped(own, "activity").items():
+        course = []
+        for (size,), group in grouped(runs, "skin_mm").items():
+            ours, best = pooled(group, OURS, "torque"), best_cutoff(group, "torque")
+            if ours is not None and best is not None and size in (0.0, 1.0, 3.0, 10.0):
+                course.append(f"{ours:.1f} ({best[1]:.1f})")
+        if course:
+            found.append(f"{activity} {', '.join(course)}")
+    return (
+        [
+            "**Torques as the skin moves more** (0, 1, 3, 10 mm; in brackets the marker fit at its best), "
+            f"N·m: {'; '.join(found)}."
+        ]
+        if found
+        else []
+    )
+
+
+def _gains(own_markers: Sequence[Run]) -> list[str]:
+    sentences = []
+    for activity, low in TOLD_HZ.items():
+        found = [
+            band["gain"]
+            for run in own_markers
+            if run["activity"] == activity and run["fitted_to_forces"]
+            for joint in FLEXION
+            for band in run["gains"][OURS].get(joint, [])  # type: ignore[index]
+            if band["low_Hz"] == low
+        ]
+        if found:
+            sentences.append(f"{activity} {min(found):.2f} to {max(found):.2f} at {low:g}–{low + 2:g} Hz")
+    if not sentences:
+        return []
+    listed = "; ".join(sentences)
+    return [f"**Gain on real recordings** against their own marker fit, hip, knee and ankle: {listed}."]
+
+
+def _experts(references: Sequence[Run]) -> list[str]:
+    by_hand = [r for r in references if "engine" not in str(r["whose"])]
+    each = [_off(by_hand, way) for way in (OURS, MARKER_FIT, LABORATORY)]
+    if None in each:
+        return []
+    pairs = [(_off([r], OURS), _off([r], MARKER_FIT)) for r in by_hand]
+    worse = sum(ours is not None and markers is not None and ours > markers + 0.2 for ours, markers in pairs)
+    return [
+        f"**People's angles** ({len(by_hand)} sets, offsets removed, pelvis and legs): ours {each[0]:.2f}°, "
+        f"marker fit {each[1]:.2f}°, laboratory {each[2]:.2f}°. On {worse} of them ours is more than 0.2° "
+        "worse than the marker fit."
+    ]
+
+
+def _off(runs: Sequence[Run], way: str) -> float | None:
+    return pooled(runs, way, "angle", ANGLES, "rms_without_offset")
+
+
+def _masses(known: Sequence[Run], own_markers: Sequence[Run]) -> list[str]:
+    sentences = []
+    for name, runs in (
+        ("against the true ones, simulated and synthetic", known),
+        ("against the scaled model's, real recordings", [r for r in own_markers if r["fitted_to_forces"]]),
+    ):
+        found = []
+        for part in ("trunk", "thigh", "shank", "foot"):
+            ratios = [r["mass_ratios"][part] for r in runs if part in r["mass_ratios"]]  # type: ignore[index,operator]
+            if ratios:
+                found.append(f"{part} {min(ratios):.2f} to {max(ratios):.2f}")
+        if found:
+            sentences.append(f"**Segment masses** {name}: {', '.join(found)}.")
+    return sentences

@@ -1,0 +1,167 @@
+"""How far a course is from the truth: errors, peaks, lag, ranges; gain and phase by frequency."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.signal import csd, welch
+
+from benchmarks.truth.course import Course
+
+TURNING = (
+    *("pelvis_tilt", "pelvis_list", "pelvis_rotation"),
+    *("lumbar_extension", "lumbar_bending", "lumbar_rotation"),
+    *(
+        f"{stem}_{side}"
+        for stem in (
+            *("hip_flexion", "hip_adduction", "hip_rotation"),
+            *("knee_angle", "ankle_angle", "subtalar_angle"),
+        )
+        for side in "rl"
+    ),
+)  # coordinates of pelvis, trunk and legs; arms and toes are no concern of the bench
+DEGREES = 180 / np.pi
+UNITS = {"angle": DEGREES, "speed": DEGREES, "acceleration": 1.0, "torque": 1.0}  # °, °/s, rad/s², N·m
+BANDS_HZ = ((0.5, 2.0), (2.0, 4.0), (4.0, 6.0), (6.0, 8.0), (8.0, 10.0), (10.0, 15.0))
+FLEXION = {"hip": "hip_flexion", "knee": "knee_angle", "ankle": "ankle_angle"}
+FINER = 8  # bins an hertz of a second's segment, so that a band holds what lies between its edges
+LARGEST_LAG_S = 0.06
+ALIKE = 0.5  # correlation below which a lag means nothing
+ENDS_S = 0.1  # at both ends of a trial: filters and splines know no motion beyond
+
+Figures = dict[str, dict[str, dict[str, float | None]]]
+
+
+def inner(frames: int, rate: float) -> Bool[np.ndarray, " frames"]:
+    """Frames away from the ends of a trial."""
+    cut = round(ENDS_S * rate)
+    kept = np.zeros(frames, dtype=bool)
+    kept[cut : frames - cut] = True
+    return kept
+
+
+def figures(estimate: Course, truth: Course, forces_count: Bool[np.ndarray, " frames"]) -> Figures:
+    """Figures by kind and coordinate, for those that both have.
+
+    Args:
+        estimate: of a way.
+        truth: on the same frames; NaN where it says nothing.
+        forces_count: frames on which torques are compared.
+    """
+    kept = inner(len(truth.angle), truth.rate)
+    found: Figures = {}
+    for kind, unit in UNITS.items():
+        ours, true = getattr(estimate, kind), getattr(truth, kind)
+        if ours is None or true is None:
+            continue
+        found[kind] = {}
+        for dof in (d for d in TURNING if d in truth.dofs and d in estimate.dofs):
+            a, b = unit * ours[:, estimate.dofs.index(dof)], unit * true[:, truth.dofs.index(dof)]
+            on = kept & np.isfinite(b) & (forces_count if kind == "torque" else True)
+            if on.sum() > 2:
+                found[kind][dof] = _compared(a[on], b[on], truth.rate, level=kind == "angle")
+    return found
+
+
+def _compared(
+    ours: Float[np.ndarray, " frames"], true: Float[np.ndarray, " frames"], rate: float, *, level: bool
+) -> dict[str, float | None]:
+    """Of one coordinate. `level`: peaks are counted from the mean, as an angle's zero is the model's."""
+    error = ours - true
+    zero = (ours.mean(), true.mean()) if level else (0.0, 0.0)
+    peak = float(np.abs(true - zero[1]).max())
+    return {
+        "rms": _rms(error),
+        "rms_without_offset": _rms(error - error.mean()),
+        "worst": float(np.abs(error).max()),
+        "peak": peak,
+        "peak_excess": float(np.abs(ours - zero[0]).max()) - peak,
+        "range": float(np.ptp(true)),
+        "range_excess": float(np.ptp(ours) - np.ptp(true)),
+        "lag_ms": lag_ms(ours, true, rate),
+    }
+
+
+def lag_ms(
+    ours: Float[np.ndarray, " frames"], true: Float[np.ndarray, " frames"], rate: float
+) -> float | None:
+    """By how much the first comes later than the second: where their correlation is greatest.
+
+    Over the frames that overlap at each shift, between frames by a parabola. None where they are not alike,
+    or hardly move.
+    """
+    most = min(round(LARGEST_LAG_S * rate), len(ours) // 4)
+    if most < 1 or not (np.ptp(ours) and np.ptp(true)):
+        return None
+    lags = np.arange(-most, most + 1)
+    alike = np.array([_alike(ours[max(k, 0) :], true[max(-k, 0) :]) for k in lags])
+    best = int(np.argmax(alike))
+    if alike[best] < ALIKE:
+        return None
+    between = 0.0
+    if 0 < best < len(lags) - 1:
+        before, at, after = alike[best - 1 : best + 2]
+        bend = before - 2 * at + after
+        between = 0.5 * (before - after) / bend if bend < 0 else 0.0
+    return float(1000 * (lags[best] + between) / rate)
+
+
+def _alike(later: Float[np.ndarray, " some"], earlier: Float[np.ndarray, " others"]) -> float:
+    """Correlation of two curves over the frames that both have."""
+    both = min(len(later), len(earlier))
+    a, b = later[:both] - later[:both].mean(), earlier[:both] - earlier[:both].mean()
+    size = np.sqrt(np.sum(a**2) * np.sum(b**2))
+    return float(np.sum(a * b) / size) if size > 0 else 0.0
+
+
+def gains(course: Course, marker_fit: Course) -> dict[str, list[dict[str, float]]]:
+    """Gain and phase of a course against the marker fit by joint and frequency band, both sides together.
+
+    Gain is the cross-spectrum over the marker fit's spectrum (Welch, Hann, segments of a second or the whole
+    trial, half overlapping). Phase is positive where the course leads. `content` is the marker fit's own
+    root mean square in the band [°]: where it is tiny, gain is that of noise.
+    """
+    return {
+        joint: _gain(
+            [course.angle[:, course.dofs.index(d)] for d in _both(stem, course)],
+            [marker_fit.angle[:, marker_fit.dofs.index(d)] for d in _both(stem, course)],
+            course.rate,
+        )
+        for joint, stem in FLEXION.items()
+        if _both(stem, course)
+    }
+
+
+def _both(stem: str, course: Course) -> list[str]:
+    return [d for d in (f"{stem}_r", f"{stem}_l") if d in course.dofs]
+
+
+def _gain(
+    ours: Sequence[Float[np.ndarray, " frames"]], theirs: Sequence[Float[np.ndarray, " frames"]], rate: float
+) -> list[dict[str, float]]:
+    length = min(len(ours[0]), round(rate))
+    options = {"fs": rate, "nperseg": length, "nfft": FINER * length, "detrend": "linear"}
+    frequency, _ = welch(theirs[0], **options)
+    own = np.sum([welch(x, **options)[1] for x in theirs], axis=0)
+    cross = np.sum([csd(x, y, **options)[1] for x, y in zip(theirs, ours, strict=True)], axis=0)
+    found = []
+    for low, high in BANDS_HZ:
+        band = (frequency >= low - 1e-9) & (frequency < high - 1e-9)
+        if not band.any() or own[band].sum() == 0:
+            continue
+        ratio = cross[band].sum() / own[band].sum()
+        content = DEGREES * np.sqrt(own[band].sum() * (frequency[1] - frequency[0]) / len(ours))
+        found.append(
+            {
+                "low_Hz": low,
+                "high_Hz": high,
+                "gain": float(np.abs(ratio)),
+                "phase_deg": float(DEGREES * np.angle(ratio)),
+                "content_deg": float(content),
+            }
+        )
+    return found
+
+
+def _rms(values: Float[np.ndarray, " frames"]) -> float:
+    return float(np.sqrt(np.mean(values**2)))

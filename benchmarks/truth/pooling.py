@@ -1,0 +1,81 @@
+"""Figures of several runs and coordinates as one number."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from benchmarks.truth.figures import TURNING
+from benchmarks.truth.ways import CUTOFFS_HZ, at_cutoff
+
+Run = Mapping[str, object]
+KINDS = ("angle", "speed", "acceleration", "torque")
+BODY = tuple(d for d in TURNING if not d.startswith("pelvis"))  # legs and trunk
+JOINTS = {
+    "pelvis": ("pelvis_tilt", "pelvis_list", "pelvis_rotation"),
+    "trunk": ("lumbar_extension", "lumbar_bending", "lumbar_rotation"),
+    "hip flexion": ("hip_flexion_r", "hip_flexion_l"),
+    "hip adduction": ("hip_adduction_r", "hip_adduction_l"),
+    "hip rotation": ("hip_rotation_r", "hip_rotation_l"),
+    "knee": ("knee_angle_r", "knee_angle_l"),
+    "ankle": ("ankle_angle_r", "ankle_angle_l"),
+}
+
+
+def values(runs: Sequence[Run], way: str, kind: str, figure: str, dofs: Iterable[str] = BODY) -> list[float]:
+    """One figure of every run and coordinate that has it."""
+    found = []
+    for run in runs:
+        table = run["ways"].get(way, {}).get(kind, {})  # type: ignore[attr-defined]
+        found += [table[d][figure] for d in dofs if d in table and table[d][figure] is not None]
+    return found
+
+
+def pooled(
+    runs: Sequence[Run], way: str, kind: str, dofs: Iterable[str] = BODY, figure: str = "rms"
+) -> float | None:
+    """Root mean square of that figure over runs and coordinates; None where there is none."""
+    found = values(runs, way, kind, figure, dofs)
+    return float(np.sqrt(np.mean(np.square(found)))) if found else None
+
+
+def best_cutoff(
+    runs: Sequence[Run], kind: str, dofs: Iterable[str] = BODY, figure: str = "rms"
+) -> tuple[float, float] | None:
+    """The cut-off [Hz] at which the marker fit comes nearest to the truth, and how near."""
+    tried = [(pooled(runs, at_cutoff(hertz), kind, dofs, figure), hertz) for hertz in CUTOFFS_HZ]
+    known = [(value, hertz) for value, hertz in tried if value is not None]
+    if not known:
+        return None
+    value, hertz = min(known)
+    return hertz, value
+
+
+def grouped(runs: Iterable[Run], *keys: str) -> dict[tuple, list[Run]]:
+    """Runs by these labels, in the order in which they come."""
+    found: dict[tuple, list[Run]] = {}
+    for run in runs:
+        found.setdefault(tuple(run[k] for k in keys), []).append(run)
+    return found
+
+
+def peak_percent(runs: Sequence[Run], way: str, kind: str, dofs: Iterable[str]) -> float | None:
+    """How much the peak is exceeded (or missed, below zero), in per cent of the true one; the mean."""
+    excess, peak = values(runs, way, kind, "peak_excess", dofs), values(runs, way, kind, "peak", dofs)
+    return 100 * float(np.sum(excess) / np.sum(peak)) if peak else None
+
+
+def range_percent(runs: Sequence[Run], way: str, dofs: Iterable[str]) -> float | None:
+    """How much the range of motion is exceeded, in per cent of the true one; the mean."""
+    excess, true = values(runs, way, "angle", "range_excess", dofs), values(runs, way, "angle", "range", dofs)
+    return 100 * float(np.sum(excess) / np.sum(true)) if true else None
+
+
+def lag(runs: Sequence[Run], way: str, kind: str, dofs: Iterable[str]) -> float | None:
+    """Mean lag [ms]."""
+    found = values(runs, way, kind, "lag_ms", dofs)
+    return float(np.mean(found)) if found else None
+
+
+def geometric_mean(ratios: Sequence[float]) -> float:
+    """Of positive numbers."""
+    return float(np.exp(np.mean(np.log(ratios))))
