@@ -85,7 +85,6 @@ def _times(browser: PaperBrowser, first: int) -> dict[str, list[float]]:
         first: frame of the first range that is painted.
     """
     browser.until(lambda: "worst first" in browser.html(), "the page")
-    browser.put("Your name", "Zoë")
     times: dict[str, list[float]] = {"step": [], "seek": [], "paint": []}
     browser.put("Go to", "5")
     _wait(browser, "frame 5 ·")
@@ -281,10 +280,9 @@ def _copy_recordings(demo: Path, folder: Path) -> None:
 
 
 def _play(port: int) -> None:
-    browsers = [PaperBrowser(port) for _ in range(TRIALS)]
+    browsers = [PaperBrowser(port, name=f"player {k}") for k in range(TRIALS)]
     for k, browser in enumerate(browsers):
         browser.until(lambda browser=browser: "worst first" in browser.html(), "the page")
-        browser.put("Your name", f"player {k}")
         name = f"long walk {k + 1}"
         browser.put("Trial", name)
         browser.until(lambda browser=browser, name=name: name in str(browser.storage), name)

@@ -15,6 +15,7 @@ from addb_viewer.app.camera import first_sight
 from addb_viewer.app.door import Door, is_loopback
 from addb_viewer.app.house import House
 from addb_viewer.app.memory import Remembered
+from addb_viewer.app.next_trial import next_trial
 from addb_viewer.app.notices import Notices, log_error
 from addb_viewer.app.playback import Pace
 from addb_viewer.app.room import SubjectRoom
@@ -44,7 +45,7 @@ class ReviewApp:
             server: listening.
             house: the subjects.
             first: name of the subject that browsers begin with.
-            login: who decides, unless they say otherwise; None: whoever is logged in here.
+            login: name that is suggested to who has not said one; None: whoever is logged in here.
             door: that the server asks.
         """
         sys.setswitchinterval(SWITCH_S)
@@ -70,11 +71,14 @@ class ReviewApp:
         self.server.stop()
 
     def _join(self, client: viser.ClientHandle) -> None:
+        people = self.house.people
         try:
             memory = Remembered(client, self._login)
-            room, trial = self._beginning(memory)
+            people.arrive(client.client_id, memory.author, memory.browser)
+            room, trial = self._beginning(client.client_id, memory)
             session = Session(client, self.house, room, self.pace, memory)
         except Exception as error:  # a browser that left at once, or a subject that broke meanwhile
+            people.leave(client.client_id)
             Notices(client).error("Opening the page", error)
             return
         with self._lock:
@@ -86,14 +90,17 @@ class ReviewApp:
             return
         session.notices.do("Opening the subject", lambda: session.enter(trial))
 
-    def _beginning(self, memory: Remembered) -> tuple[SubjectRoom, str | None]:
-        """Where a browser begins: where it was, else at the worst trial that nobody has finished."""
+    def _beginning(self, page: int, memory: Remembered) -> tuple[SubjectRoom, str | None]:
+        """Where a browser begins: where it was, else at the worst trial that waits and that nobody is on."""
         if memory.place is not None and memory.place[0] in self.house.root.names:
             with contextlib.suppress(SolverError):  # it may have broken meanwhile
                 return self.house.room(memory.place[0]), memory.place[1]
-        room = self.house.room(self._first)
-        rows = [row for row in self.house.rows() if row.subject == self._first and not row.finished]
-        return room, rows[0].trial if rows else None
+        rows = self.house.rows()
+        row = self.house.people.offer(page, lambda taken: next_trial(rows, None, taken))
+        if row is not None:
+            with contextlib.suppress(SolverError):  # it may have broken meanwhile
+                return self.house.room(row.subject), row.trial
+        return self.house.room(self._first), None
 
     def _leave(self, client: viser.ClientHandle) -> None:
         with self._lock:

@@ -66,6 +66,7 @@ class Controls:
     play: viser.GuiButtonHandle
     move: viser.GuiButtonGroupHandle
     speed: viser.GuiDropdownHandle[str]
+    banner: viser.GuiHtmlHandle
     summary: viser.GuiHtmlHandle
     notes: viser.GuiHtmlHandle
     show: Show
@@ -94,6 +95,7 @@ def build_controls(gui: viser.GuiApi, views: tuple[str, ...], *, dark: bool) -> 
     play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY, hint="Key Space")
     move = gui.add_button_group("Move", tuple(MOVES))
     speed = gui.add_dropdown("Speed", tuple(SPEED_NAMES), initial_value="1×")
+    banner = gui.add_html("", visible=False)
     tabs = gui.add_tab_group()
     review, queue = tabs.add_tab("Review"), tabs.add_tab("Queue")
     solve = tabs.add_tab("Solve")
@@ -103,7 +105,9 @@ def build_controls(gui: viser.GuiApi, views: tuple[str, ...], *, dark: bool) -> 
         summary = gui.add_html("")
         with gui.add_folder("Notes"):
             notes = gui.add_html("")
-    return Controls(trial, frame, go_to, play, move, speed, summary, notes, show, Tabs(review, queue, solve))
+    return Controls(
+        trial, frame, go_to, play, move, speed, banner, summary, notes, show, Tabs(review, queue, solve)
+    )
 
 
 def _show(gui: viser.GuiApi, views: tuple[str, ...], dark: bool) -> Show:

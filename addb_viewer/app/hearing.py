@@ -26,6 +26,7 @@ class Hearing:
         self.session, self.pace = session, pace
         self._lock = threading.Lock()
         self._unheard: list[Edit] = []
+        self._queue_waits = False
 
     def edited(self, edits: Sequence[Edit]) -> None:
         """Somebody recorded edits."""
@@ -69,9 +70,23 @@ class Hearing:
         """Something happened that all should know."""
         self.session.notices.tell(title, body, "yellow")
 
+    def queue_changed(self) -> None:
+        """Rows of the queue, or who is where, are others now."""
+        with self._lock:
+            waits, self._queue_waits = self._queue_waits, True
+        if not waits:
+            self.session.notices.do("Showing the queue", self._show_queue)
+
     def log_changed(self) -> None:
         """The session's log began or ended."""
         self.session.notices.do("Showing the log", self.session.recording.show)
+
+    def _show_queue(self) -> None:
+        with self._lock:
+            self._queue_waits = False
+        with self.pace.turn():
+            self.session.queue.draw()
+            self.session.show_banner()
 
     def _show_in_turn(self) -> None:
         with self.pace.turn():

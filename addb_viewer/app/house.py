@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from addb_viewer.app.library import Library, library_of
+from addb_viewer.app.people import People
 from addb_viewer.app.queue_rows import Row, order, subject_rows
 from addb_viewer.app.room import SubjectRoom
 from addb_viewer.app.root_folder import RootFolder
@@ -34,6 +35,7 @@ class House:
         if log is not None and not log.absolute().parent.is_dir():
             raise ResultsError(f"{log}: no such folder; name the log in one that is there")
         self.root, self._results, self._log = root, results, log
+        self.people = People()
         self._subject: Callable[[str], Subject] = root.subject
         self._lock = threading.RLock()
         self._rooms: dict[str, SubjectRoom] = {}  # in the order in which they were last entered
@@ -46,7 +48,7 @@ class House:
         folder = library.subject.folder
         house = cls(RootFolder(folder.resolve(), (".",)), library.results_folder)
         house._subject = lambda name: library.subject
-        house._rooms["."] = SubjectRoom(".", library)
+        house._rooms["."] = SubjectRoom(".", library, house.people)
         return house
 
     @property
@@ -69,7 +71,7 @@ class House:
         with self._lock:
             room = self._rooms.pop(name, None)
             if room is None:
-                room = SubjectRoom(name, library_of(self._subject(name), self._results))
+                room = SubjectRoom(name, library_of(self._subject(name), self._results), self.people)
                 if self._log is not None:
                     room.begin_log(self._log_file(name, self._log))
             self._rooms[name] = room

@@ -9,9 +9,11 @@ import viser
 
 from addb_viewer.app.notices import Notices
 from addb_viewer.app.page import boxed
+from addb_viewer.app.question import Questions
 from annotations.reasons import REASON_KEYS
 
 Action = Callable[[], None]
+ANSWERS = ("yes", "no")  # actions
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,7 @@ class Command:
             "end": "End",
             "enter": "Enter",
             "backspace": "Backspace",
+            "escape": "Esc",
         }
         key = names.get(self.key or "", self.key or "")
         return f"Shift {key}" if self.shift else key
@@ -64,6 +67,8 @@ COMMANDS = (
     Command("Reject the proposal", "reject_proposal", "backspace"),
     Command("Undo", "undo", "U"),
     Command("Redo", "redo", "R"),
+    Command("Yes, to the question", "yes", "Y"),
+    Command("No, to the question", "no", "escape"),
     Command("Solve again", "solve", "G"),
     Command("Diagnose", "diagnose", "X"),
     Command("Compare with the previous solve", "compare", "M"),
@@ -84,17 +89,29 @@ COMMANDS = (
     Command("View from the top", "view_top"),
     Command("Reset the view", "view_reset"),
     Command("Dark or light", "theme"),
+    Command("Change your name", "rename"),
 )
 
 
-def register(gui: viser.GuiApi, actions: Mapping[str, Action], notices: Notices) -> None:
+def register(
+    gui: viser.GuiApi, actions: Mapping[str, Action], notices: Notices, questions: Questions
+) -> None:
     """Bind every command to its action; they are done in the order of the keys.
 
     Args:
         gui: of the browser.
         actions: one for each command.
         notices: told what fails.
+        questions: while one waits, nothing but its answer is done.
     """
+
+    def unless_asked(command: Command) -> Action:
+        def act() -> None:
+            if command.action in ANSWERS or not questions.waits:
+                actions[command.action]()
+
+        return act
+
     for command in COMMANDS:
         handle = gui.add_command(
             command.label,
@@ -102,7 +119,7 @@ def register(gui: viser.GuiApi, actions: Mapping[str, Action], notices: Notices)
             hotkey=cast(Any, command.key),
             modifier="shift" if command.key and command.shift else None,
         )
-        handle.on_trigger(notices.in_order(command.label, actions[command.action]))
+        handle.on_trigger(notices.in_order(command.label, unless_asked(command)))
 
 
 def help_html() -> str:
@@ -125,5 +142,6 @@ def page_html() -> str:
         "typed, keys type; Enter or a click into the scene gives them back.</p>"
         "<p><b>Timeline:</b> a click goes to a frame, a drag selects a range, a number key paints it. "
         "<b>Scene:</b> drag turns, wheel zooms. <b>Lists:</b> a click goes there.</p>"
-        "<p>Every decision is on the disk before you see it; nothing asks back, because U takes it back.</p>"
+        "<p>Every decision is on the disk before you see it; labels do not ask back, as U takes them back. "
+        "Questions take Y for yes and Esc for no.</p>"
     )

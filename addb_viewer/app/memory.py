@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import secrets
 
 import viser
 
@@ -12,22 +13,31 @@ PATIENCE_S = 3.0  # for the browser's answer
 class Remembered:
     """One browser's memory."""
 
-    def __init__(self, client: viser.ClientHandle, login: str) -> None:
+    def __init__(self, client: viser.ClientHandle, suggested: str) -> None:
         """Ask the browser.
 
         Args:
             client: the browser.
-            login: the name to begin with where it knows none.
+            suggested: name for who has not said one yet.
         """
-        self._client = client
+        self._client, self.suggested = client, suggested
         kept = self._kept()
-        self._author = str(kept.get("reviewer") or login)
+        self._author = str(kept.get("reviewer") or "")
+        self._browser = str(kept.get("browser") or "")
         self._dark = kept.get("dark") is True
         place = kept.get("place")
         known = isinstance(place, list) and len(place) == 2 and all(isinstance(part, str) for part in place)
         self._place: tuple[str, str] | None = (
             (place[0], place[1]) if known and isinstance(place, list) else None
         )
+        if not self._browser:
+            self._browser = secrets.token_hex(8)
+            self._keep()
+
+    @property
+    def browser(self) -> str:
+        """A random name of the browser itself: two of its pages have the same one."""
+        return self._browser
 
     @property
     def author(self) -> str:
@@ -62,7 +72,12 @@ class Remembered:
             self._keep()
 
     def _keep(self) -> None:
-        kept = {"reviewer": self._author, "dark": self._dark, "place": self._place}
+        kept = {
+            "reviewer": self._author,
+            "browser": self._browser,
+            "dark": self._dark,
+            "place": self._place,
+        }
         self._client.local_storage.set_item(ITEM, json.dumps(kept))
 
     def _kept(self) -> dict[str, object]:

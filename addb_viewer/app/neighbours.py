@@ -1,4 +1,4 @@
-"""What a reviewer is told of others' edits: those that touch the same frames."""
+"""What reviewers are told of each other's edits: disagreements, and those that touch the same frames."""
 
 from collections.abc import Iterator, Sequence
 
@@ -11,7 +11,7 @@ from annotations.events import (
     RejectProposal,
     SetActivity,
 )
-from annotations.trial_review import TrialReview
+from annotations.trial_review import Conflict, TrialReview
 from annotations.wording import said_by
 
 
@@ -23,17 +23,35 @@ def news(
     Args:
         edits: new ones of this trial.
         review: with them.
-        mine: name of the one who is told.
+        mine: name of the one who is told; of a disagreement everybody hears by `disagreements`.
         chosen: the range that they have selected.
     """
     for edit in edits:
         if edit.author == mine:
             continue
         clashes = [c for c in review.conflicts_of(edit.number) if mine in (c.earlier.author, c.later.author)]
-        if clashes:
-            yield "You disagree", str(clashes[0])
-        elif _touches(edit.event, review, mine, chosen):
+        if not clashes and _touches(edit.event, review, mine, chosen):
             yield f"{edit.author}, in the same place", said_by(edit.event)
+
+
+def disagreements(before: TrialReview, now: TrialReview) -> Iterator[tuple[str, str, str]]:
+    """Name, title and text of each note: everybody hears of a disagreement that they have a part in, once.
+
+    Args:
+        before: the state of a trial's review.
+        now: the state after some edits.
+    """
+    known = {(c.earlier.edit, c.later.edit) for c in before.conflicts}
+    new: dict[tuple[str, ...], list[Conflict]] = {}
+    for conflict in now.conflicts:
+        if (conflict.earlier.edit, conflict.later.edit) not in known:
+            pair = tuple(sorted((conflict.earlier.author, conflict.later.author)))
+            new.setdefault(pair, []).append(conflict)
+    for pair, conflicts in new.items():
+        more = f"; and {len(conflicts) - 1} more ranges" if len(conflicts) > 1 else ""
+        for name in pair:
+            (other,) = set(pair) - {name}
+            yield name, f"You and {other} disagree", f"{now.trial}, {conflicts[0]}{more}"
 
 
 def _touches(event: Event, review: TrialReview, mine: str | None, chosen: tuple[int, int] | None) -> bool:

@@ -3,6 +3,7 @@
 import contextlib
 import logging
 import threading
+from collections import deque
 from collections.abc import Callable, Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
@@ -10,11 +11,13 @@ from typing import Any
 
 import viser
 
+from addb_viewer.app.people import NameNeededError
 from annotations.errors import ReviewError
 from solver.errors import SolverError
 
 LOG = logging.getLogger("addb_viewer")
 ASIDE_S, IMPORTANT_S = 4.0, 12.0  # how long a word stays; failures stay until they are closed
+MOST_IMPORTANT = 3  # at a time
 
 
 class Notices:
@@ -33,7 +36,9 @@ class Notices:
         self._name = f"browser {client.client_id}_"
         self._hand = ThreadPoolExecutor(max_workers=1, thread_name_prefix=self._name)
         self._closed = False
+        self.unnamed: Callable[[Callable[[], None]], None] | None = None  # asks for a name, then does it
         self._last: viser.NotificationHandle | None = None
+        self._important: deque[viser.NotificationHandle] = deque()
         self._failures: dict[tuple[str, str], viser.NotificationHandle] = {}
 
     def close(self) -> None:
@@ -58,6 +63,12 @@ class Notices:
         """Tell that something is done, or that somebody else did something."""
         if self._closed:
             return
+        if color == "yellow":  # stays in spite of what is said aside meanwhile
+            told = self.client.add_notification(title, body, color=color, auto_close_seconds=IMPORTANT_S)
+            self._important.append(told)
+            if len(self._important) > MOST_IMPORTANT:
+                self._important.popleft().remove()
+            return
         if self._last is not None:  # one at a time: they lie over the scene
             self._last.remove()
         seconds = ASIDE_S if color == "teal" else IMPORTANT_S
@@ -69,6 +80,11 @@ class Notices:
         def guarded(*arguments: Any) -> None:
             try:
                 action(*arguments)
+            except NameNeededError as error:
+                if self.unnamed is None:
+                    self.error(doing, error)
+                else:
+                    self.unnamed(lambda: self.do(doing, lambda: action(*arguments)))
             except Exception as error:  # whatever it is, a person should see it
                 self.error(doing, error)
 

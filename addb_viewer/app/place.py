@@ -25,11 +25,19 @@ class Place(Protocol):
     def frame(self) -> int:
         """The cursor."""
 
+    @property
+    def page(self) -> int:
+        """The number that the server gave the browser's page."""
+
+    @property
+    def name(self) -> str:
+        """Who is here; empty where nobody has said."""
+
     def author(self) -> str:
         """Who decides here.
 
         Raises:
-            SolverError: nobody has said.
+            NameNeededError: nobody has said; the page asks, and does then what was asked for.
         """
 
     def seek(self, frame: int) -> None:

@@ -1,15 +1,17 @@
 """The Queue panel of one browser: all trials of the root, worst first; a click opens one."""
 
 import html
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import viser
 
 from addb_viewer.app.house import House
+from addb_viewer.app.next_trial import next_trial, to_review
 from addb_viewer.app.notices import Notices
 from addb_viewer.app.page import boxed
+from addb_viewer.app.people import TrialPlace
 from addb_viewer.app.place import Place
-from addb_viewer.app.queue_rows import Filter, Row, next_to_review, shown
+from addb_viewer.app.queue_rows import Filter, Row, shown
 from annotations.events import Status
 from solver.errors import SolverError
 
@@ -51,10 +53,10 @@ class QueueDesk:
         done = sum(row.finished for row in trials)
         self._rows = shown(rows, Filter(self.which.value), self.words.value)[:MOST]
         count = boxed(f"<b>Reviewed {done} of {len(trials)}</b>, worst first")
-        replay = self.place.replay
-        here = (self.place.room.name, replay.name if replay else "")
-        notes = (*self.house.root.notes,)
-        table = rows_html(self._rows, here, several=self.house.several, notes=notes)
+        people = self.house.people.others(self.place.page)
+        table = rows_html(
+            self._rows, self.here, several=self.house.several, notes=self.house.root.notes, people=people
+        )
         if self.count.content != count:
             self.count.content = count
         if self.table.content != table:
@@ -73,13 +75,32 @@ class QueueDesk:
             raise SolverError(row.error)
         self.place.open(row.subject, row.trial)
 
-    def next(self) -> Row | None:
-        """The trial to go on with; None: all are finished."""
+    @property
+    def here(self) -> TrialPlace:
+        """Subject and trial on the screen."""
         replay = self.place.replay
-        return next_to_review(self.house.rows(), self.place.room.name, replay.name if replay else "")
+        return self.place.room.name, replay.name if replay else ""
+
+    def offer(self) -> Row | None:
+        """The trial to go on with, offered to nobody else; None: there is none."""
+        rows, here = self.house.rows(), self.here
+        return self.house.people.offer(self.place.page, lambda taken: next_trial(rows, here, taken))
+
+    def taken(self) -> list[str]:
+        """In words, who is on the trials that wait."""
+        people = self.house.people.others(self.place.page)
+        waiting = [(row.subject, row.trial) for row in to_review(self.house.rows(), self.here)]
+        return [f"{', '.join(people[place])} on {place[1]}" for place in waiting if place in people]
 
 
-def rows_html(rows: Sequence[Row], here: tuple[str, str], *, several: bool, notes: Sequence[str] = ()) -> str:
+def rows_html(
+    rows: Sequence[Row],
+    here: TrialPlace,
+    *,
+    several: bool,
+    notes: Sequence[str] = (),
+    people: Mapping[TrialPlace, Sequence[str]] | None = None,
+) -> str:
     """The queue as a table.
 
     Args:
@@ -87,8 +108,12 @@ def rows_html(rows: Sequence[Row], here: tuple[str, str], *, several: bool, note
         here: subject and trial on the screen.
         several: whether the root has several subjects.
         notes: on what was left out.
+        people: names of the others, by where they are.
     """
-    body = "".join(_row_html(i, row, here, several) for i, row in enumerate(rows))
+    body = "".join(
+        _row_html(i, row, here, several, (people or {}).get((row.subject, row.trial), ()))
+        for i, row in enumerate(rows)
+    )
     head = "<tr style='opacity:.75'><td></td><td>trial</td>"
     head += "".join(f"<td style='{FIGURE}'>{words}</td>" for words in HEADINGS) + "</tr>"
     told = "".join(f"<div>⚠ {html.escape(note)}</div>" for note in notes)
@@ -100,11 +125,13 @@ def rows_html(rows: Sequence[Row], here: tuple[str, str], *, several: bool, note
     )
 
 
-def _row_html(index: int, row: Row, here: tuple[str, str], several: bool) -> str:
+def _row_html(index: int, row: Row, here: TrialPlace, several: bool, people: Sequence[str]) -> str:
     marked = "background:rgba(128,128,128,.25);" if (row.subject, row.trial) == here else ""
     name = f"<b>{html.escape(row.trial)}</b>" if row.trial else ""
     if several:
         name += f"<div style='opacity:.75'>{html.escape(row.subject)}</div>"
+    if people:
+        name += f"<div>{html.escape(' and '.join(people))} {'is' if len(people) == 1 else 'are'} here</div>"
     if row.error:
         return (
             f"<tr data-addb-wish='#{index}' style='cursor:pointer'><td>⚠</td><td colspan='4'>"

@@ -109,16 +109,6 @@ def shown(rows: Sequence[Row], which: Filter, words: str = "") -> list[Row]:
     ]
 
 
-def next_to_review(rows: Sequence[Row], subject: str, trial: str) -> Row | None:
-    """The next trial that is not finished, from the top again at the end; None: all are done."""
-    places = [i for i, row in enumerate(rows) if (row.subject, row.trial) == (subject, trial)]
-    after = places[0] + 1 if places else 0
-    for row in (*rows[after:], *rows[:after]):
-        if not row.finished and not row.error and (row.subject, row.trial) != (subject, trial):
-            return row
-    return None
-
-
 def subject_rows(name: str, subject: Subject, results: Path | None = None) -> list[Row]:
     """The trials of one subject, in its own order.
 

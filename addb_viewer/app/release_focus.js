@@ -1,5 +1,6 @@
 // Gives the keyboard back to the review keys after a click: the page ignores them while an input has the focus,
-// and a checkbox or a list keeps it. People who move by keyboard keep their focus where it is.
+// and a checkbox or a list keeps it. People who move by keyboard keep their focus where it is. In a dialog the focus
+// stays, and Enter and Escape press its buttons.
 (() => {
   if (window.addbViewerReleasesFocus) return;
   window.addbViewerReleasesFocus = true;
@@ -30,5 +31,11 @@
   document.addEventListener("keydown", (event) => {
     const typed = event.target instanceof HTMLInputElement && event.target.type !== "checkbox";
     if (typed && (event.key === "Enter" || event.key === "Escape")) release();
+    // Enter in a dialog of ours is its first button, Escape its last. The page sends one message in 50 ms and drops what
+    // comes between: what was typed last has to be away before.
+    const dialog = typed && event.target.closest("[role=dialog]:has([data-addb-dialog])");
+    const buttons = dialog ? dialog.querySelectorAll("button") : [];
+    const pressed = { Enter: buttons[0], Escape: buttons[buttons.length - 1] }[event.key];
+    if (pressed) setTimeout(() => pressed.click(), 150);
   });
 })();

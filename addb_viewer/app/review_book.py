@@ -61,6 +61,11 @@ class ReviewBook:
                 return self._live.review(trial)
         return folded(trial, self._imported(trial), self.subject.foot_bodies)
 
+    def before(self, trial: str, edit: int) -> TrialReview:
+        """The state of a trial's review before an edit of that number."""
+        earlier = [e for e in self.history(trial) if e.number < edit] or self._imported(trial)
+        return folded(trial, earlier, self.subject.foot_bodies)
+
     def history(self, trial: str) -> tuple[Edit, ...]:
         """The trial's edits in order."""
         with self._lock:

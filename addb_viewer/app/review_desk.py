@@ -229,8 +229,7 @@ class ReviewDesk:
     def heard(self, edits: Sequence[Edit]) -> None:
         """Somebody recorded edits; those of others that touch this reviewer's frames are told."""
         here = [edit for edit in edits if edit.trial == self._trial()]
-        mine = self.panel.author.value.strip() or None
-        for title, body in news(here, self.review, mine, self.chosen):
+        for title, body in news(here, self.review, self.place.name or None, self.chosen):
             self.notices.tell(title, body, "yellow")
         self.show()
 

@@ -125,6 +125,12 @@ def ranges_html(review: TrialReview) -> str:
     return boxed("".join(rows) + conflicts) if rows or conflicts else boxed("Every force counts.")
 
 
+def name_html(name: str) -> str:
+    """Whose decisions are made here."""
+    who = f"You decide as <b>{html.escape(name)}</b>." if name else "You are asked when you first decide."
+    return boxed(f"Your name stands by every decision that you make. {who}")
+
+
 def history_html(edits: Sequence[Edit]) -> str:
     """The last edits, newest first."""
     rows = "".join(

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import viser
 
 from addb_viewer.app.feet import foot_words
-from addb_viewer.app.page import boxed
 from addb_viewer.app.review_html import reasons_html
 from annotations.activities import ACTIVITIES
 from annotations.reasons import OTHER_WORDS
@@ -19,7 +18,8 @@ WHOLE = "whole trial"
 class ReviewPanel:
     """Handles of the panel."""
 
-    author: viser.GuiTextHandle
+    author: viser.GuiHtmlHandle
+    rename: viser.GuiButtonHandle
     status: viser.GuiHtmlHandle
     finish: viser.GuiButtonGroupHandle
     foot: viser.GuiDropdownHandle[str]
@@ -38,16 +38,13 @@ class ReviewPanel:
     history: viser.GuiHtmlHandle
 
 
-def build_review(
-    gui: viser.GuiApi, tab: viser.GuiTabHandle, feet: tuple[str, ...], author: str
-) -> ReviewPanel:
+def build_review(gui: viser.GuiApi, tab: viser.GuiTabHandle, feet: tuple[str, ...]) -> ReviewPanel:
     """Lay out the panel; nothing is bound to anything yet.
 
     Args:
         gui: of the browser.
         tab: where.
         feet: of the subject.
-        author: who decides, unless they say otherwise.
     """
     with tab:
         status = gui.add_html("")
@@ -77,12 +74,12 @@ def build_review(
                 "Label the selection", color="gray", hint="The whole trial where nothing is selected"
             )
         with gui.add_folder("Who did what"):
-            gui.add_html(boxed("Your name stands by every decision that you make."))
-            name = gui.add_text("Your name", author)
+            author = gui.add_html("")
+            rename = gui.add_button("Change your name", color="gray")
             history = gui.add_html("")
     return ReviewPanel(
-        name, status, finish, foot, selection, note, proposals, decide, ranges, edits, what_if, answer,
-        reason, paint, activity, label, history,
+        author, rename, status, finish, foot, selection, note, proposals, decide, ranges, edits, what_if,
+        answer, reason, paint, activity, label, history,
     )  # fmt: skip
 
 

@@ -1,5 +1,6 @@
 """A subject as all browsers share it: its fits and replays, its review, and what is at work for it."""
 
+import contextlib
 import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -8,11 +9,14 @@ from typing import Protocol
 from addb_viewer.app.fit_watch import FitWatch
 from addb_viewer.app.library import Library, library_of
 from addb_viewer.app.live_log import LiveLog
+from addb_viewer.app.neighbours import disagreements
+from addb_viewer.app.people import People
 from addb_viewer.app.review_book import ReviewBook
 from addb_viewer.app.solves import NEW, Solve, discard, keep, prune, solves
 from addb_viewer.app.what_if import WhatIf
 from addb_viewer.app.work import Outcome
 from addb_viewer.app.workbench import PROGRAM, Progress, Task, Workbench
+from annotations.errors import ReviewError
 from annotations.events import Edit
 from solver.capture.capture import Capture
 from solver.errors import SolverError
@@ -50,13 +54,15 @@ class Visitor(Protocol):
 class SubjectRoom:
     """One subject of the root."""
 
-    def __init__(self, name: str, library: Library) -> None:
+    def __init__(self, name: str, library: Library, people: People | None = None) -> None:
         """Begin to look after a subject.
 
         Args:
             name: in the root.
             library: its kept fit.
+            people: everybody at a page, also those who look at other subjects.
         """
+        self._people = people or People()
         self.name, self.subject = name, library.subject
         self.library = library  # on the screen
         self.other: Library | None = None  # that is compared with
@@ -291,6 +297,13 @@ class SubjectRoom:
         self._tell(lambda visitor: visitor.fit_changed())
 
     def _edited(self, edits: Sequence[Edit]) -> None:
+        for trial in dict.fromkeys(edit.trial for edit in edits):
+            first = min(edit.number for edit in edits if edit.trial == trial)
+            with contextlib.suppress(ReviewError):  # the state cannot be told: every page says why
+                for name, title, body in disagreements(
+                    self.book.before(trial, first), self.book.review(trial)
+                ):
+                    self._people.tell(name, title, body)
         self._tell(lambda visitor: visitor.edited(edits))
         if self._log is not None:
             self._log.edited()

@@ -7,18 +7,22 @@ from collections.abc import Sequence
 import viser
 
 from addb_viewer.app import keys
+from addb_viewer.app.banner import banner_html
 from addb_viewer.app.camera import VIEWS, look
 from addb_viewer.app.controls import build_controls, speed_name
 from addb_viewer.app.diagnosis_desk import DiagnosisDesk
+from addb_viewer.app.finishing import Finishing
 from addb_viewer.app.handles import put
 from addb_viewer.app.hearing import Hearing
 from addb_viewer.app.house import House
 from addb_viewer.app.layout import Layout, fitted
 from addb_viewer.app.memory import Remembered
+from addb_viewer.app.naming import Naming
 from addb_viewer.app.notices import Notices
 from addb_viewer.app.page_script import send_scripts
 from addb_viewer.app.panels import legend_html, notes_html, summary_html
 from addb_viewer.app.playback import Pace, Playback, Position
+from addb_viewer.app.question import Questions
 from addb_viewer.app.queue_desk import QueueDesk
 from addb_viewer.app.record_desk import RecordDesk
 from addb_viewer.app.replay import Replay
@@ -30,8 +34,6 @@ from addb_viewer.app.session_actions import actions_of, bind
 from addb_viewer.app.solve_desk import SolveDesk
 from addb_viewer.app.solve_panel import build_solve
 from addb_viewer.app.timeline_desk import TimelineDesk
-from annotations.events import Status
-from solver.errors import SolverError
 
 READOUT_EVERY = 0.1  # [s] while playing: slider and time
 SCRUBBING = 0.3  # [s] for so long the slider under a person's hand is not moved from here
@@ -55,6 +57,7 @@ class Session:
         self.client, self.house, self._room = client, house, room
         self.notices = Notices(client, pace.first)
         self.memory = memory
+        self.questions, self.finishing = Questions(client.gui, self.notices), Finishing(self)
         self._drawing = threading.RLock()  # the scene belongs to one thread at a time
         self.hearing = Hearing(self, pace)
         self._replay: Replay | None = None
@@ -82,11 +85,15 @@ class Session:
         panel.dock_right()
         panel.set_width(self.layout.timeline_width)
         tabs, feet = self.controls.tabs, room.subject.foot_bodies
-        self.review = ReviewDesk(self, build_review(gui, tabs.review, feet, self.memory.author), self.notices)
+        self.review = ReviewDesk(self, build_review(gui, tabs.review, feet), self.notices)
+        author = self.review.panel.author
+        self.naming = Naming(memory, self.questions, house.people, self.page, author)
+        self.notices.unnamed = self.naming.ask
         self.queue = QueueDesk(gui, tabs.queue, house, self, self.notices)
         self.solving = SolveDesk(self, build_solve(gui, tabs.solve), self.notices)
         bind(self)
-        keys.register(gui, actions_of(self), self.notices)
+        keys.register(gui, actions_of(self), self.notices, self.questions)
+        house.people.listen(self.page, self.hearing)
         self.playback.start()
 
     @property
@@ -109,17 +116,23 @@ class Session:
         """The name of the trial on the screen."""
         return None if self._replay is None else self._replay.name
 
+    @property
+    def page(self) -> int:
+        """The number that the server gave the browser's page."""
+        return self.client.client_id
+
+    @property
+    def name(self) -> str:
+        """Who is here; empty where nobody has said."""
+        return self.naming.name
+
     def author(self) -> str:
         """Who decides here.
 
         Raises:
-            SolverError: nobody has said.
+            NameNeededError: nobody has said; the page asks, and does then what was asked for.
         """
-        name = str(self.review.panel.author.value).strip()
-        if not name:
-            raise SolverError("say who you are, in 'Your name' under Review")
-        self.memory.author = name
-        return name
+        return self.naming.author()
 
     def trials(self) -> Sequence[str]:
         """Names of the subject's trials."""
@@ -181,8 +194,10 @@ class Session:
             self.timeline.show()
             self.review.open(self._room.subject.foot_bodies)
             self.diagnosis.show_trial(replay)
-            self.queue.draw()
             self.memory.place = (self._room.name, name)
+            self.house.people.go(self.page, self.memory.place)
+            self.queue.draw()
+            self.show_banner()
             self._room.opened(name)
             self.review.warm_up()
             if not self._looked:  # later trials are seen from where the reviewer went
@@ -217,17 +232,14 @@ class Session:
         """Show what has changed in the lanes."""
         self.timeline.draw_lanes()
 
-    def finish(self) -> None:
-        """T: the trial is finished; on to the next."""
-        self.review.set_status(Status.FINISHED)
-        self.house.refresh(self._room.name)
-        row = self.queue.next()
-        if row is None:
-            self.queue.draw()
-            self.notices.tell("All finished", "Every trial of the queue has been reviewed.")
-            return
-        self.notices.tell("Finished", f"Next: {row.subject if self.house.several else ''} {row.trial}")
-        self.open(row.subject, row.trial)
+    def show_banner(self) -> None:
+        """Put above the tabs what everybody at this trial should see."""
+        others = self.house.people.others(self.page).get(self.queue.here, ())
+        banner, content = self.controls.banner, banner_html(others)
+        if banner.content != content:
+            banner.content = content
+        if banner.visible != bool(content):
+            banner.visible = bool(content)
 
     def set_dark(self, dark: bool) -> None:
         """Turn the theme."""
@@ -247,6 +259,7 @@ class Session:
             return
         self._closed = True
         self._room.leave(self.hearing)
+        self.house.people.leave(self.page)
         self.notices.close()
         self.playback.stop()
         self.house.tidy()

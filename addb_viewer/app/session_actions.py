@@ -41,7 +41,7 @@ def actions_of(session: "Session") -> Mapping[str, Action]:
         "keep": solving.keep,
         "discard": solving.discard,
         "cancel": solving.cancel,
-        "finish": s.finish,
+        "finish": s.finishing.finish,
         "report": partial(s.recording.write, ".html"),
         "record_rrd": partial(s.recording.write, ".rrd"),
         "record_mcap": partial(s.recording.write, ".mcap"),
@@ -50,6 +50,9 @@ def actions_of(session: "Session") -> Mapping[str, Action]:
         "accept": s.diagnosis.accept,
         "reject": s.diagnosis.reject,
         **{f"view_{name.lower()}": partial(s.view, name) for name in VIEWS},
+        "yes": s.questions.yes,
+        "no": s.questions.no,
+        "rename": s.naming.ask,
         "theme": lambda: s.set_dark(not s.memory.dark),
     }
 
@@ -115,9 +118,10 @@ def _bind_review(s: "Session") -> None:
     )
     _bind_group(s, p.edits, "Undoing", dict(zip(EDITS, (review.undo, review.redo), strict=True)))
     second_look = partial(review.set_status, Status.SECOND_LOOK)
-    _bind_group(s, p.finish, "Finishing", dict(zip(FINISH, (s.finish, second_look), strict=True)))
+    _bind_group(s, p.finish, "Finishing", dict(zip(FINISH, (s.finishing.finish, second_look), strict=True)))
     p.paint.on_click(in_order("Flagging", lambda: review.flag(reason_named(str(p.reason.value)))))
     p.label.on_click(in_order("Labelling", review.label))
+    p.rename.on_click(in_order("Changing your name", s.naming.ask))
     p.what_if.on_click(in_order("Asking what if", review.what_if))
 
 

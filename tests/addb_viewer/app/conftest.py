@@ -1,5 +1,6 @@
 """Replays and diagnoses made by hand, without any solver; and the app in a browser."""
 
+import json
 import time
 
 import numpy as np
@@ -25,6 +26,8 @@ from solver.contact.proposals import Proposal
 from tests.addb_viewer.app.paper_browser import PaperBrowser
 from tests.addb_viewer.made_up_residual import residual, size, trial
 
+REMEMBERED = """localStorage.getItem("viser-user:addb-viewer") ??
+localStorage.setItem("viser-user:addb-viewer", %s);"""  # who is at the browser
 PATIENCE = 60.0  # [s] software rendering on a busy machine
 
 
@@ -146,9 +149,9 @@ def enter():
     """Opens an app in a browser without a picture, which carries its session; left at the end."""
     browsers = []
 
-    def entered(app, trial=True):
+    def entered(app, trial=True, name="Zoë", at=None):
         before = set(app.sessions)
-        browser = PaperBrowser(app.server.get_port())
+        browser = PaperBrowser(app.server.get_port(), name=name, at=at and [".", at])
         browsers.append(browser)
         (client,) = browser.until(lambda: set(app.sessions) - before, "the session")
         browser.session = app.sessions[client]
@@ -167,9 +170,11 @@ def enter():
 def open_page(browser):
     """Opens an app in a page that is ready for clicks; errors of its scripts gather in `errors`."""
 
-    def opened(app, size=(1280, 800)):
+    def opened(app, size=(1280, 800), name="Zoë"):
         before = set(app.sessions)
         page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+        if name is not None:
+            page.add_init_script(REMEMBERED % json.dumps(json.dumps({"reviewer": name})))
         page.errors = []
         page.on("pageerror", lambda error: page.errors.append(str(error)))
         page.goto(f"http://127.0.0.1:{app.server.get_port()}")

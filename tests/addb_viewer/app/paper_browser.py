@@ -1,5 +1,6 @@
 """A browser without a picture: speaks the page's language, so that whole sessions are tested quickly."""
 
+import json
 import threading
 import time
 
@@ -14,8 +15,10 @@ PATIENCE = 60.0  # [s] a report is written within half of it beside the other te
 class PaperBrowser:
     """One connection to the app. What the server sent is in `commands`, `gui` and `notices`."""
 
-    def __init__(self, port, headers=None):
-        self.storage = {}
+    def __init__(self, port, headers=None, name="Zoë", at=None):
+        """The browser remembers name and place (subject and trial); None: it has never been here."""
+        self.storage = {} if name is None else {"addb-viewer": json.dumps({"reviewer": name, "place": at})}
+        self.questions = {}
         self.commands, self.gui, self.notices = {}, {}, []
         self.messages = 0
         self._heard = threading.Condition()
@@ -50,6 +53,19 @@ class PaperBrowser:
         uuid = self.until(lambda: self._field(label), label)
         self._say("GuiUpdateMessage", uuid=uuid, updates={"value": value})
 
+    def click(self, label):
+        """On a button, which bears these words or begins with them."""
+        self._say(
+            "GuiUpdateMessage", uuid=self.until(lambda: self._button(label), label), updates={"value": True}
+        )
+
+    def asked(self, words):
+        """Whether a dialog is open whose title or text says this."""
+        with self._heard:
+            return bool(self.questions) and any(
+                words in text for text in (*self.questions.values(), self.html())
+            )
+
     def html(self):
         """All texts on the page."""
         with self._heard:
@@ -72,9 +88,17 @@ class PaperBrowser:
         self._socket.close()
         self._thread.join(5.0)
 
+    def field(self, label):
+        """What the page knows of a field."""
+        return self.gui[self.until(lambda: self._field(label), label)]
+
     def _field(self, label):
         with self._heard:
             return next((uuid for uuid, props in self.gui.items() if props.get("label") == label), None)
+
+    def _button(self, label):
+        with self._heard:
+            return next((uuid for uuid, p in self.gui.items() if str(p.get("label")).startswith(label)), None)
 
     def _say(self, kind, **content):
         self._socket.send(msgspec.msgpack.encode({"type": kind, **content}))
@@ -108,9 +132,15 @@ class PaperBrowser:
             )
         elif kind == "LocalStorageSetItemMessage":
             self.storage[message["key"]] = message["value"]
+        elif kind == "GuiModalMessage":
+            self.questions[message["uuid"]] = message["title"]
+        elif kind == "GuiCloseModalMessage":
+            self.questions.pop(message["uuid"], None)
+        elif kind == "GuiRemoveMessage":
+            self.gui.pop(message["uuid"], None)
         elif kind == "NotificationShowMessage":
             self.notices.append((message["props"]["title"], message["props"]["body"]))
         elif kind == "GuiUpdateMessage":
             self.gui.get(message["uuid"], {}).update(message["updates"])
         elif kind.startswith("Gui") and "props" in message:
-            self.gui[message["uuid"]] = dict(message["props"])
+            self.gui[message["uuid"]] = {**message["props"], "value": message.get("value")}

@@ -36,7 +36,7 @@ def app(tmp_path_factory, make_replay, make_app):
 
 @pytest.fixture(scope="module")
 def page(open_page, app):
-    page = open_page(app)
+    page = open_page(app, name=SPITEFUL)
     yield page
     page.close()
 

@@ -79,10 +79,10 @@ def test_a_torn_diagnosis_is_told_and_the_app_goes_on(browser):
     assert browser.session.scene.causes.one_by_one == []
 
 
-def test_nobody_decides_without_a_name(browser):
-    browser.put("Your name", " ")
+def test_nobody_decides_without_a_name(app, enter):
+    browser = enter(app, name=None)
     browser.press("Accept the named causes")
-    browser.until(lambda: browser.told("Your name"))
+    browser.until(lambda: browser.asked("Who is reviewing?"))
     assert not browser.session.room.bench.work.running
 
 

@@ -42,7 +42,6 @@ def test_nothing_acknowledged_is_lost_and_the_database_is_sound(subject):
         browser = PaperBrowser(port)
         try:
             browser.until(lambda browser=browser: "worst first" in browser.html(), "the page")
-            browser.put("Your name", "Zoë")
             for k in range(rng.integers(2, MOST)):
                 note = f"edit {seen + 1}"
                 browser.put("Note", note)

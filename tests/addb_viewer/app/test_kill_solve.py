@@ -100,7 +100,6 @@ def test_a_solve_killed_with_its_app_leaves_the_fit_and_a_sound_history(subject)
         browser = PaperBrowser(port)
         try:
             browser.until(lambda browser=browser: "worst first" in browser.html(), "the page")
-            browser.put("Your name", "Zoë")
             browser.press("Solve again")
             browser.until(lambda browser=browser: "s so far" in browser.html(), "the solve")
             time.sleep(rng.uniform(*RUNNING))

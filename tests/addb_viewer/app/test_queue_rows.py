@@ -4,7 +4,7 @@ from dataclasses import replace
 import pytest
 
 from addb_viewer.app.queue_desk import rows_html
-from addb_viewer.app.queue_rows import Filter, Row, next_to_review, order, shown, subject_rows
+from addb_viewer.app.queue_rows import Filter, Row, order, shown, subject_rows
 from addb_viewer.review_store import as_proposal, open_log
 from annotations.events import IMPORTED, RejectProposal, SetStatus, Status
 from solver.capture.capture import Subject, TrialFiles
@@ -44,13 +44,6 @@ def test_worst_first_and_finished_last():
     assert names == ["never fitted", "bad", "nobody decided", "half left out", "good", "done"]
 
 
-def test_the_next_one_comes_after_this_one_and_then_from_the_top():
-    rows = [row("a"), row("b", status=Status.FINISHED), row("c"), Row("S2", "", error="broken")]
-    assert next_to_review(rows, "S1", "a").trial == "c"
-    assert next_to_review(rows, "S1", "c").trial == "a"
-    assert next_to_review(rows[1:2], "S1", "b") is None
-
-
 def test_filters_let_through_what_they_say():
     rows = [row("walk 1"), row("walk 2", status=Status.FINISHED), row("run", status=Status.SECOND_LOOK)]
     assert [r.trial for r in shown(rows, Filter.TO_DO)] == ["walk 1", "run"]
@@ -80,6 +73,11 @@ def test_status_and_figures_are_read_from_the_subjects_folder(tmp_path):
 def test_names_from_files_stay_text():
     rows = [row(SPITEFUL), Row(SPITEFUL, "", error=SPITEFUL), Row(SPITEFUL, "x", by=SPITEFUL)]
     assert "<script>" not in rows_html(rows, ("", ""), several=True, notes=(SPITEFUL,))
+
+
+def test_a_row_says_who_is_there():
+    here = rows_html([row("walk")], ("", ""), several=False, people={("S1", "walk"): ("Bo", SPITEFUL)})
+    assert "Bo and &lt;script&gt;alert(1)&lt;/script&gt; are here" in here
 
 
 def test_open_proposals_put_a_trial_higher_until_they_are_decided(small_fit):

@@ -32,7 +32,6 @@ def test_proposals_accepted_by_key_finish_the_trial(folder, enter):
     app = start(folder, port=0)
     try:
         browser = enter(app)
-        browser.put("Your name", "Zoë")
         session, keys = browser.session, 0
 
         def press(label, until, awaited):

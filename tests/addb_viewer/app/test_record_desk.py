@@ -116,7 +116,6 @@ def test_a_log_on_the_command_line_survives_a_kill(tmp_path):
             assert str(file) in process.stdout.readline()
             browser = PaperBrowser(port)
             browser.until(lambda browser=browser: "worst first" in browser.html(), "the page")
-            browser.put("Your name", "Zoë")
             for j in range(5):
                 note = f"edit {5 * k + j}"
                 browser.put("Note", note)

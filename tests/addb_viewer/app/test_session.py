@@ -1,6 +1,7 @@
 """Sessions of several browsers on one app, spoken to as a page would, without a picture."""
 
 import gc
+import json
 import threading
 import time
 import weakref
@@ -36,7 +37,7 @@ def flags(review):
 
 
 def test_every_browser_has_its_own_trial_cursor_and_camera(app, enter):
-    one, other = enter(app), enter(app)
+    one, other = enter(app), enter(app, at="walk")
     one.press("1 s on")
     one.until(lambda: one.session.frame == 100)
     other.put("Trial", "run")
@@ -153,25 +154,65 @@ def test_edits_of_others_show_within_a_second_with_a_note_where_both_worked(app,
 
 
 def test_two_browsers_see_each_other_at_once(app, enter, stored):
-    one, other = enter(app), enter(app)
-    other.put("Your name", "Bo")
+    one, other = enter(app), enter(app, name="Bo", at="walk")
     one.put("Go to", "30:50")
     one.press("Flag: moment wrong")
     other.until(lambda: "30–49" in other.html())
     other.put("Go to", "40:60")
     other.press("Flag: force wrong")
-    one.until(lambda: one.told("You disagree"))
+    one.until(lambda: one.told("You and Bo disagree"))
     assert {f[-1] for f in flags(stored())} == {"Zoë", "Bo"}
 
 
-def test_nobody_decides_without_a_name_and_a_name_is_remembered(app, enter):
+def test_a_name_is_asked_for_once_before_the_first_decision_which_is_then_done(app, enter, stored):
+    browser = enter(app, name=None)
+    browser.press("One frame on")
+    browser.press("Flag: force wrong")
+    browser.until(lambda: browser.asked("Who is reviewing?"))
+    assert browser.field("Your name")["value"] == "Zoë"  # who runs the server: a suggestion
+    browser.press("Flag: other")  # keys are for nobody while a dialog waits
+    for name, why in [
+        (" ", "a decision needs a name"),
+        ("imported", "labels from files"),
+        ("n" * 61, "at most 60"),
+    ]:
+        browser.put("Your name", name)
+        browser.click("Decide under this name")
+        browser.until(lambda why=why: why in browser.html())
+    assert flags(stored()) == []
+    browser.put("Your name", "  Ada  Byron ")
+    browser.click("Decide under this name")
+    browser.until(lambda: flags(stored()) == [(0, 60, "calcn_r", "forceDiscrepancy", "Ada Byron")])
+    assert not browser.questions
+    assert json.loads(browser.storage["addb-viewer"])["reviewer"] == "Ada Byron"
+    browser.press("Flag: other")
+    browser.until(lambda: flags(stored()) == [(0, 60, "calcn_r", "manualReview", "Ada Byron")])
+    assert not browser.questions
+
+
+def test_who_does_not_say_a_name_decides_nothing_and_is_asked_again(app, enter, stored):
+    browser = enter(app, name=None)
+    for _ in range(2):
+        browser.press("Flag: force wrong")
+        browser.until(lambda: browser.asked("Who is reviewing?"))
+        browser.press("No, to the question")
+        browser.until(lambda: not browser.questions)
+    assert flags(stored()) == []
+
+
+def test_a_name_is_changed_at_any_time_and_later_decisions_bear_it(app, enter, stored):
     browser = enter(app)
-    browser.put("Your name", " ")
     browser.press("Flag: force wrong")
-    browser.until(lambda: browser.told("say who you are"))
+    browser.until(lambda: [f[-1] for f in flags(stored())] == ["Zoë"])
+    browser.press("Change your name")
+    browser.until(lambda: browser.asked("Who is reviewing?"))
     browser.put("Your name", "Ada")
-    browser.press("Flag: force wrong")
-    browser.until(lambda: "Ada" in browser.storage.get("addb-viewer", ""))
+    browser.click("Decide under this name")
+    browser.until(lambda: "You decide as <b>Ada</b>" in browser.html())
+    browser.press("Undo")
+    browser.until(lambda: browser.told("nothing of Ada's to undo"))
+    browser.press("Flag: other")
+    browser.until(lambda: [f[-1] for f in flags(stored())] == ["Ada"])
 
 
 def test_everything_is_there_again_after_a_restart(app, enter, stored, make_replay, make_app):

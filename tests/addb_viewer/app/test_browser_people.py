@@ -1,0 +1,78 @@
+"""Dialogs in a real browser: typed, answered by key, and out of the way of what lies below."""
+
+import pytest
+
+from addb_viewer.review_store import open_log
+from annotations.events import FlagRange, Status
+
+pytestmark = pytest.mark.browser
+
+FEET = ("calcn_r", "calcn_l")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("people")
+
+
+@pytest.fixture(scope="module")
+def app(folder, make_replay, make_app):
+    app = make_app(folder, [make_replay(), make_replay("run", 180)], login="ada")
+    yield app
+    app.close()
+
+
+@pytest.fixture
+def stored(folder):
+    def read(trial="walk"):
+        with open_log(folder) as log:
+            return log.review(trial, FEET)
+
+    return read
+
+
+def test_the_name_is_typed_and_entered_and_the_key_before_is_obeyed(app, open_page, stored, until):
+    page = open_page(app, name=None)
+    try:
+        page.keyboard.press("1")
+        page.get_by_text("Who is reviewing?").wait_for()
+        box = page.get_by_role("dialog").get_by_role("textbox")
+        assert box.input_value() == "ada"
+        page.keyboard.press("Escape")
+        until(lambda: page.get_by_role("dialog").count() == 0, "the dialog to go")
+        page.keyboard.press("1")
+        page.get_by_text("Who is reviewing?").wait_for()
+        page.keyboard.press("Control+a")  # the box has the focus
+        page.keyboard.type("Zoë 1")  # with a key of ours in it
+        page.keyboard.press("Enter")
+        until(lambda: [f.author for f in stored().flags] == ["Zoë 1"])
+        until(lambda: page.get_by_role("dialog").count() == 0, "the dialog to go")
+        page.reload()
+        page.locator("[data-addb-cursor]").first.wait_for(state="attached")
+        page.get_by_text("Zoë 1").first.wait_for()
+        assert page.errors == []
+    finally:
+        page.close()
+
+
+def test_a_question_is_answered_by_key(app, folder, open_page, stored, until):
+    with open_log(folder) as log:
+        for author, reason in (("Bo", "notOverForcePlate"), ("Eve", "forceDiscrepancy")):
+            log.append("walk", FlagRange(30, 50, reason), author)
+    page = open_page(app)
+    try:
+        session = page.session
+        assert session.shown == "walk"
+        for answer in ("Escape", "y"):
+            page.keyboard.press("t")
+            page.get_by_text("Finish this trial all the same?").wait_for()
+            page.keyboard.press("t")
+            page.keyboard.press("Enter")
+            assert stored().status is not Status.FINISHED
+            page.keyboard.press(answer)
+            until(lambda: page.get_by_role("dialog").count() == 0, "the dialog to go")
+        until(lambda: stored().status is Status.FINISHED)
+        until(lambda: session.shown == "run")
+        assert page.errors == []
+    finally:
+        page.close()
