@@ -1,4 +1,8 @@
-"""Who may come in: pages of this server alone, and, when the network can reach it, only who has the token."""
+"""Who may come in: pages of this server alone, and, when the network can reach it, only who has the token.
+
+There is one page, and it takes nothing from its address: viser's page would listen to any server named there
+(`?websocket=`, `?playbackPath=`), and run what that one sends.
+"""
 
 import contextlib
 import hmac
@@ -14,6 +18,7 @@ from websockets.datastructures import Headers
 
 WILDCARDS = ("0.0.0.0", "::", "")
 TOKEN_BYTES = 32
+PAGE = "/"
 _LOOPBACK_NAMES = ("localhost", "127.0.0.1", "::1")
 
 
@@ -54,7 +59,7 @@ class Door:
         if why is not None:
             return Answer(http.HTTPStatus.FORBIDDEN, why)
         if self.token is None or self._is_token(_cookie(headers, port)):
-            return None
+            return None if websocket else _only_the_page(path)
         brought = parse_qs(urlsplit(path).query).get("token", [""])[0]
         if not self._is_token(brought):
             return Answer(
@@ -64,7 +69,7 @@ class Door:
         if websocket:
             return None
         kept = f"{_cookie_name(port)}={self.token}; HttpOnly; SameSite=Lax; Path=/"
-        return Answer(http.HTTPStatus.SEE_OTHER, "", (("Location", "/"), ("Set-Cookie", kept)))
+        return Answer(http.HTTPStatus.SEE_OTHER, "", (("Location", PAGE), ("Set-Cookie", kept)))
 
     def _foreign(self, headers: Headers, *, websocket: bool) -> str | None:
         """Why a request is turned away: it asks for another machine, a rebound name, or another page sent it.
@@ -92,6 +97,16 @@ class Door:
     def _is_token(self, brought: str) -> bool:
         assert self.token is not None
         return hmac.compare_digest(brought.encode(), self.token.encode())
+
+
+def _only_the_page(path: str) -> Answer | None:
+    """The page itself, without anything in its address; None where just that is asked for."""
+    place, _, options = path.partition("?")
+    if place not in (PAGE, "/index.html"):
+        return Answer(http.HTTPStatus.NOT_FOUND, "There is nothing here. The app is at the address's root.")
+    if place == PAGE and not options:
+        return None
+    return Answer(http.HTTPStatus.SEE_OTHER, "", (("Location", PAGE),))
 
 
 def is_loopback(host: str) -> bool:

@@ -12,6 +12,7 @@ import websockets.asyncio.server
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
+from addb_viewer.app import page_policy
 from addb_viewer.app.door import WILDCARDS, Door
 from solver.errors import SolverError
 
@@ -34,8 +35,10 @@ def open_server(host: str = "127.0.0.1", port: int = 8080, door: Door | None = N
 
     Raises:
         AddressError: the host is no address of this machine, or the port no port.
+        PageError: viser's page is not the one that this app knows.
     """
     _check_address(host, port)
+    page_policy.script_hashes()  # an unknown page is an error here, not in the browser
     with _PATCHING, _doorkeeper(door or Door.of(host)), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=port, label="addb-viewer", verbose=False)
     server.request_share_url = _refuse_to_share  # type: ignore[method-assign]
@@ -76,10 +79,15 @@ def _doorkeeper(door: Door) -> Iterator[None]:
             websocket = request.headers.get("Upgrade", "").lower() == "websocket"
             port = connection.local_address[1]
             answer = door.answer(request.headers, request.path, port, websocket=websocket)
-            if answer is None:
-                return process_request(connection, request)
-            response = connection.respond(answer.status, answer.text + "\n")
-            for name, value in answer.headers:
+            extra = page_policy.headers(request.headers.get("Host", ""))
+            if answer is not None:
+                response = connection.respond(answer.status, answer.text + "\n")
+                extra += answer.headers
+            elif (passed := process_request(connection, request)) is None:
+                return None
+            else:
+                response = passed
+            for name, value in extra:
                 response.headers[name] = value
             return response
 

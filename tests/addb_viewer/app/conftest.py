@@ -168,7 +168,7 @@ def enter():
 
 @pytest.fixture(scope="session")
 def open_page(browser):
-    """Opens an app in a page that is ready for clicks; errors of its scripts gather in `errors`."""
+    """Opens an app in a page ready for clicks; errors of its scripts and refusals gather in `errors`."""
 
     def opened(app, size=(1280, 800), name="Zoë"):
         before = set(app.sessions)
@@ -177,6 +177,7 @@ def open_page(browser):
             page.add_init_script(REMEMBERED % json.dumps(json.dumps({"reviewer": name})))
         page.errors = []
         page.on("pageerror", lambda error: page.errors.append(str(error)))
+        page.on("console", lambda said: said.type == "error" and page.errors.append(said.text))
         page.goto(f"http://127.0.0.1:{app.server.get_port()}")
         page.wait_for_selector("canvas", timeout=1000 * PATIENCE)
         (client,) = _until(lambda: set(app.sessions) - before, "the session")

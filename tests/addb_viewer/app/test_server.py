@@ -1,6 +1,7 @@
 """The door: who may come in. Spoken to as a browser would, byte by byte."""
 
 import base64
+import http.client
 import os
 import socket
 
@@ -114,6 +115,42 @@ def test_the_token_is_exchanged_for_a_cookie_that_opens_page_and_connection(guar
     assert ask(port, with_cookie, websocket=False) == 200
     assert ask(port, with_cookie | {"Origin": f"http://127.0.0.1:{port}"}, websocket=True) == 101
     assert ask(port, with_cookie | {"Origin": "http://evil.example"}, websocket=True) == 403
+
+
+@pytest.mark.parametrize(
+    "path", ["/" + 5000 * "a", "/%00", "/../pyproject.toml", "/%2e%2e/x", "/assets", "//x", "//x?y"]
+)
+def test_there_is_nothing_but_the_page(server, path):
+    port = server.get_port()
+    assert ask(port, {"Host": f"127.0.0.1:{port}"}, websocket=False, path=path) == 404
+
+
+@pytest.mark.parametrize("path", ["/?websocket=ws://x", "/?x", "/index.html", "/index.html?x"])
+def test_nothing_in_the_address_reaches_the_page(server, path):
+    status, headers = told(server.get_port(), path)
+    assert (status, headers["location"]) == (303, "/")
+
+
+def test_every_answer_tells_the_browser_to_stay_here(server):
+    port = server.get_port()
+    for path in ("/", "/nothing", "/?x"):
+        _, headers = told(port, path)
+        policy = dict(part.split(" ", 1) for part in headers["content-security-policy"].split("; "))
+        assert policy["default-src"] == "'none'"
+        assert policy["connect-src"] == f"'self' ws://127.0.0.1:{port} wss://127.0.0.1:{port} data: blob:"
+        assert policy["frame-ancestors"] == "'none'"
+        assert "'unsafe-inline'" not in policy["script-src"]
+        assert headers["x-content-type-options"] == "nosniff"
+
+
+def told(port, path):
+    """Status and headers of a page."""
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+    connection.request("GET", path)
+    response = connection.getresponse()
+    response.read()
+    connection.close()
+    return response.status, {name.lower(): value for name, value in response.getheaders()}
 
 
 def test_other_hosts_than_the_loopback_get_a_token_by_themselves():

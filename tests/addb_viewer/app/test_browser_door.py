@@ -1,0 +1,210 @@
+"""The page against strangers, in a real browser: it listens to its own server alone, and nobody frames it."""
+
+import contextlib
+import http.server
+import threading
+
+import msgspec
+import pytest
+import viser
+import zstandard
+from websockets.sync.server import serve
+
+from addb_viewer.app.app import ReviewApp
+from addb_viewer.app.door import Door
+from addb_viewer.app.house import House
+from addb_viewer.app.server import address, open_server
+
+pytestmark = pytest.mark.browser
+
+NO_FRAGMENT = "Fragment identifiers are not allowed"  # Chromium, of the page's own address as a server's
+SCRIPT = "window.hacked = 1; document.title = 'hacked'"
+
+
+@pytest.fixture(scope="module", params=[None, "right-token"], ids=["loopback", "token"])
+def guarded(request, tmp_path_factory, make_replay, make_library):
+    """An app on the loopback, or one that asks for a token as on the network."""
+    door = Door("127.0.0.1", request.param)
+    library = make_library(tmp_path_factory.mktemp("subject"), [make_replay()])
+    app = ReviewApp(open_server(port=0, door=door), House.of(library), door=door)
+    yield app
+    app.close()
+
+
+@pytest.fixture
+def let_in(browser, guarded):
+    """A reviewer's browser, which has been in the app and keeps the cookie."""
+    context = browser.new_context()
+    page = context.new_page()
+    page.said = []
+    page.on("console", lambda said: page.said.append(said.text))
+    assert page.goto(address(guarded.server, guarded.door)).status == 200
+    page.goto("about:blank")
+    yield page
+    context.close()
+
+
+@pytest.fixture
+def hostile():
+    """A stranger's server of viser's protocol, which sends JavaScript to whoever connects."""
+    visits = []
+    content = msgspec.msgpack.encode(
+        {
+            "messages": ({"type": "RunJavascriptMessage", "source": SCRIPT},),
+            "timestampSec": 0.0,
+            "binaryBufferLengths": (),
+        }
+    )
+    packed = zstandard.ZstdCompressor().compress(content)
+    frame = len(content).to_bytes(8, "little") + len(packed).to_bytes(8, "little") + packed
+
+    def greet(connection):
+        visits.append(connection.request.path)
+        connection.send(frame + bytes(-len(frame) % 8))
+        for _ in connection:
+            pass
+
+    with serve(greet, "127.0.0.1", 0, subprotocols=[f"viser-v{viser.__version__}"]) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield server.socket.getsockname()[1], visits
+        server.shutdown()
+
+
+@pytest.fixture
+def strange_pages(tmp_path):
+    """A stranger's web server with files, open to every page; and the paths that were asked for."""
+    asked = []
+
+    class Handler(http.server.SimpleHTTPRequestHandler):
+        def __init__(self, *args):
+            super().__init__(*args, directory=str(tmp_path))
+
+        def end_headers(self):
+            self.send_header("Access-Control-Allow-Origin", "*")
+            super().end_headers()
+
+        def log_message(self, *args):
+            asked.append(self.path)
+
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield server.server_address[1], tmp_path, asked
+        server.shutdown()
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        "?websocket={there}",
+        "?%77eb%73ocket={there}",
+        "?a=1&websocket={there}&websocket=ws://127.0.0.1",
+        "?WebSocket={there}&websocket={there}",
+        "index.html?websocket={there}",
+        "?websocket={there}#websocket={there}",
+        "#?websocket={there}",
+    ],
+)
+def test_the_page_listens_to_no_server_that_a_link_names(guarded, let_in, hostile, until, options):
+    port, visits = hostile
+    before = set(guarded.sessions)
+    home = f"http://127.0.0.1:{guarded.server.get_port()}/"
+    let_in.goto(home + options.format(there=f"ws://127.0.0.1:{port}"))
+    until(lambda: visits or set(guarded.sessions) - before or _tried_in_vain(let_in), "a connection")
+    assert visits == []
+    assert let_in.evaluate("window.hacked") is None
+
+
+def _tried_in_vain(page):
+    page.evaluate("0")  # lets playwright hear what was said meanwhile
+    return any(NO_FRAGMENT in text for text in page.said)
+
+
+def test_the_page_plays_no_recording_that_a_link_names(guarded, let_in, strange_pages, until):
+    port, folder, asked = strange_pages
+    (folder / "evil.viser").write_bytes(_recording())
+    before = set(guarded.sessions)
+    home = f"http://127.0.0.1:{guarded.server.get_port()}/"
+    for name in ("playbackPath", "%70laybackPath"):
+        let_in.goto(f"{home}?{name}=http://127.0.0.1:{port}/evil.viser")
+        until(lambda: asked or set(guarded.sessions) - before, "a connection or a download")
+        assert asked == []
+        assert let_in.evaluate("window.hacked") is None
+
+
+def _recording():
+    messages = ((0.0, {"type": "RunJavascriptMessage", "source": SCRIPT}),)
+    content = msgspec.msgpack.encode(
+        {
+            "durationSeconds": 1.0,
+            "messages": messages,
+            "viserVersion": viser.__version__,
+            "binaryBufferLengths": (),
+        }
+    )
+    inner = len(content).to_bytes(8, "little") + content
+    inner += bytes(-len(inner) % 8)
+    return len(inner).to_bytes(8, "little") + zstandard.ZstdCompressor().compress(inner)
+
+
+def test_even_a_script_in_the_page_reaches_nobody_else(guarded, let_in, hostile, strange_pages):
+    port, visits = hostile
+    pages, folder, asked = strange_pages
+    (folder / "file.txt").write_text("")
+    let_in.goto(f"http://127.0.0.1:{guarded.server.get_port()}/")
+    tried = let_in.evaluate(
+        """async ([port, pages]) => {
+            const there = `http://127.0.0.1:${pages}/file.txt`;
+            const tell = (object) => new Promise(done => {
+                object.onopen = object.onload = () => done("reached");
+                object.onerror = () => done("refused");
+            });
+            const socket = () => tell(new WebSocket(`ws://127.0.0.1:${port}`, "viser-v1.1.1"));
+            const image = () => { const i = new Image(); i.src = there; return tell(i); };
+            const script = () => {
+                const s = Object.assign(document.createElement("script"), { src: there });
+                document.head.append(s);
+                return tell(s);
+            };
+            const fetched = () => fetch(there).then(() => "reached", () => "refused");
+            return Promise.all([socket, image, script, fetched].map(async (f) => {
+                try { return await f(); } catch { return "refused"; }
+            }));
+        }""",
+        [port, pages],
+    )
+    assert tried == ["refused"] * 4
+    assert visits == []
+    assert asked == []
+
+
+def test_what_is_put_into_the_page_does_not_run(guarded, let_in, until):
+    let_in.goto(f"http://127.0.0.1:{guarded.server.get_port()}/")
+    let_in.evaluate(
+        """() => {
+            window.refused = [];
+            document.addEventListener("securitypolicyviolation", (e) => refused.push(e.effectiveDirective));
+            const inline = document.createElement("script");
+            inline.textContent = "window.hacked = 1";
+            document.body.append(inline);
+            document.body.insertAdjacentHTML("beforeend", "<img src='data:,' onerror='window.hacked = 2'>");
+        }"""
+    )
+    until(lambda: len(let_in.evaluate("refused")) == 2, "two refusals")
+    assert sorted(let_in.evaluate("refused")) == ["script-src-attr", "script-src-elem"]
+    assert let_in.evaluate("window.hacked") is None
+
+
+def test_no_other_page_shows_it_in_a_frame(guarded, let_in, strange_pages, until):
+    port, folder, _ = strange_pages
+    home = f"http://127.0.0.1:{guarded.server.get_port()}/"
+    (folder / "frame.html").write_text(f"<iframe src='{home}'></iframe>")
+    before = set(guarded.sessions)
+    let_in.goto(f"http://127.0.0.1:{port}/frame.html")
+    until(lambda: set(guarded.sessions) - before or _refused(let_in), "the frame")
+    assert _refused(let_in)
+
+
+def _refused(page):
+    with contextlib.suppress(IndexError):
+        return page.frames[1].url.startswith("chrome-error:")
+    return False
