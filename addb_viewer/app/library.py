@@ -103,11 +103,11 @@ def library_of(subject: Subject, results: Path | None = None, solve: Path | None
     """
     folder = solve or results or default_folder(subject.folder)
     if not has_fit(folder):
-        notes = (*subject.notes, "Not fitted yet: markers and forces as measured.")
+        notes = (*subject.notes, *_unused(subject), "Not fitted yet: markers and forces as measured.")
         return Library(subject, notes=notes, results_folder=results)
     fit, written_ns = load_fit(folder, subject.folder), (folder / "fit.json").stat().st_mtime_ns
     bones = body_meshes(fit.skeleton, subject.folder / "Geometry")
-    notes = (*subject.notes, *fit.skeleton.notes, *fit.notes, *bones.notes)
+    notes = (*subject.notes, *_unused(subject), *fit.skeleton.notes, *fit.notes, *bones.notes)
     return Library(
         subject,
         fit,
@@ -117,6 +117,10 @@ def library_of(subject: Subject, results: Path | None = None, solve: Path | None
         fit_folder=folder,
         fit_time_ns=written_ns,
     )
+
+
+def _unused(subject: Subject) -> tuple[str, ...]:
+    return tuple(f"Not used: {file.file}: {file.reason}" for file in subject.unused)
 
 
 def open_library(subject_folder: Path, results: Path | None = None) -> Library:

@@ -1,5 +1,8 @@
 """`addb-viewer fit`: kinematics and dynamics of a subject; the results are kept and summed up."""
 
+from dataclasses import replace
+from typing import Annotated
+
 import typer
 
 from addb_viewer.commands.errors import errors_as_lines
@@ -17,8 +20,13 @@ from addb_viewer.commands.options import (
 )
 from addb_viewer.commands.solving import job_for, solved
 from addb_viewer.commands.summary_table import print_summary
+from addb_viewer.commands.unused_files import print_unused
 from solver.results.store import write_json
 from solver.summary import summary
+
+Notes = Annotated[
+    bool, typer.Option("--notes", help="List every file of the folder that is not used, and why.")
+]
 
 
 def fit(
@@ -31,6 +39,7 @@ def fit(
     without_extension: WithoutExtension = False,
     force: Force = False,
     json: JsonFile = None,
+    notes: Notes = False,
     debug: Debug = False,
 ) -> None:
     """Fit the skeleton to a subject's recordings, keep the results and print the summary.
@@ -50,9 +59,11 @@ def fit(
             without_extension=without_extension,
         )
         done = solved(job, force=force)
-        figures = summary(done.fit, files=[str(path) for path in done.files])
+        fit = replace(done.fit, subject=replace(done.fit.subject, unused=job.subject.unused))
+        figures = summary(fit, files=[str(path) for path in done.files])
         if json is not None:
             write_json(json, figures)
         print_summary(figures if done.new else figures | {"files": []})
+        print_unused(job.subject.unused, whole=notes)
         if done.said:
             typer.echo(done.said)

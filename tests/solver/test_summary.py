@@ -145,7 +145,7 @@ def test_notes_name_their_trial_and_come_once(small_fit):
 
 def test_the_contract_has_all_its_fields(small_fit):
     figures = summary(small_fit, files=["fit.json"])
-    assert set(figures) == {"subject", "model", "trials", "files", "notes"}
+    assert set(figures) == {"subject", "model", "trials", "files", "notes", "unused"}
     assert figures["model"] == {"bodies": 1, "dofs": 1}
     assert figures["files"] == ["fit.json"]
     assert set(figures["trials"][0]) == {

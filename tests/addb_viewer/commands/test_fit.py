@@ -28,7 +28,7 @@ def test_json_is_the_contract(command_line, tmp_path):
     target = tmp_path / "figures.json"
     assert command_line("fit", command_line.subject.folder, "--json", target).exit_code == 0
     figures = json.loads(target.read_text(encoding="utf-8"))
-    assert set(figures) == {"subject", "model", "trials", "files", "notes"}
+    assert set(figures) == {"subject", "model", "trials", "files", "notes", "unused"}
     assert [trial["name"] for trial in figures["trials"]] == ["walk", "no/forces"]
     assert figures["trials"][0]["linear_residual"]["rms_N"] == pytest.approx(7.50555, rel=1e-6)
     results = command_line.subject.folder / "results"
