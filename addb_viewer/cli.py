@@ -17,6 +17,7 @@ from addb_viewer.commands.export import export
 from addb_viewer.commands.fit import fit
 from addb_viewer.commands.flag import flag
 from addb_viewer.commands.flags import flags
+from addb_viewer.commands.init import init
 from addb_viewer.commands.label import label
 from addb_viewer.commands.mark import mark
 from addb_viewer.commands.markers import markers
@@ -39,6 +40,7 @@ app = typer.Typer(
 )
 app.command(name="demo")(demo)
 app.command(name="open")(open_subject)
+app.command(name="init")(init)
 app.command(name="fit")(fit)
 app.command(name="markers")(markers)
 app.command(name="detect")(detect)

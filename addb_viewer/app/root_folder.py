@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from solver.capture.capture import Subject
-from solver.capture.subject import open_subject
+from solver.capture.subject import open_subject, subjects_in
 from solver.errors import CaptureError
 
 
@@ -35,7 +35,7 @@ class RootFolder:
 
 
 def open_root(folder: Path) -> RootFolder:
-    """The subjects of a folder: itself, if it is one, else the folders in it that are.
+    """The subjects of a folder: itself, if it is one, else the folders below it that are.
 
     Raises:
         CaptureError: no such folder, no subject in it, or a file of the subject lies outside.
@@ -43,12 +43,21 @@ def open_root(folder: Path) -> RootFolder:
     if not folder.is_dir():
         raise CaptureError(f"{folder}: no such folder; give a subject's folder, or one that holds several")
     path = folder.resolve()
-    try:
-        subject = open_subject(path)
-    except CaptureError as error:
-        return _several(path, error)
-    check_inside(path, subject)
-    return RootFolder(path, (".",))
+    subjects, left_out = subjects_in(path)
+    names, notes = [], list(left_out)
+    for subject in subjects:
+        name = subject.folder.relative_to(path).as_posix()
+        try:
+            check_inside(path, subject)
+        except OutsideError as error:
+            if subject.folder == path:
+                raise
+            notes.append(f"{name} is left out: {error}")
+        else:
+            names.append(name)
+    if not names:
+        raise OutsideError(f"{path}: no subject in it whose files lie inside. {' '.join(notes)}")
+    return RootFolder(path, tuple(names), tuple(notes))
 
 
 def check_inside(root: Path, subject: Subject) -> None:
@@ -67,17 +76,3 @@ def check_inside(root: Path, subject: Subject) -> None:
                 f"{file}: leads out of {inside}, to {file.resolve()}. Copy it into the folder, or open the "
                 "folder that holds both"
             )
-
-
-def _several(path: Path, alone: CaptureError) -> RootFolder:
-    names, notes = [], []
-    for folder in sorted(p for p in path.iterdir() if p.is_dir() and not p.name.startswith(".")):
-        try:
-            check_inside(path, open_subject(folder))
-        except CaptureError as error:
-            notes.append(f"{folder.name} is left out: {error}")
-        else:
-            names.append(folder.name)
-    if not names:
-        raise CaptureError(f"{alone} Nor is any folder in it a subject's.")
-    return RootFolder(path, tuple(names), tuple(notes))

@@ -12,7 +12,7 @@ from addb_viewer.commands.errors import FAILED, errors_as_lines
 from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, SettingsFile
 from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.commands.solving import check_folder, check_trials, current_fit, job_for
-from addb_viewer.recordings.recording import recording_of
+from addb_viewer.recordings.recording import file_of, recording_of
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.diagnosis_shown import diagnosis_shown
 from addb_viewer.report.figures import pages_written
@@ -115,7 +115,7 @@ def _each(root: RootFolder, out: Path | None, wishes: _Wishes) -> list[Entry]:
         out.mkdir(parents=True, exist_ok=True)
     entries = []
     for name in root.names:
-        file = out / f"{name}.html" if out else default_folder(root.path / name) / PAGE
+        file = out / f"{file_of(name)}.html" if out else default_folder(root.path / name) / PAGE
         try:
             _, made = _one(root.path / name, file, wishes)
         except Cancelled:

@@ -8,7 +8,14 @@ from solver.capture.addbiomechanics_folder import read_subject_json, trials_of
 from solver.capture.capture import Subject
 from solver.capture.description import Description
 from solver.capture.loose_files import FoundTrials, files_in, find_models, is_recording, trials_among
-from solver.capture.subject_layout import Layout, layout_of
+from solver.capture.subject_layout import (
+    DEEPEST,
+    DESCRIBED_BY_HAND,
+    DESCRIPTIONS,
+    Layout,
+    folders_below,
+    layout_of,
+)
 from solver.capture.subject_toml import read_subject_toml
 from solver.capture.trial_ranges import with_ranges
 from solver.capture.unused_files import read_with, unused_files
@@ -33,7 +40,7 @@ def open_subject(folder: Path) -> Subject:
         mend = f"Give its folder: {folder.parent}." if folder.is_file() else "Check the spelling of the path."
         raise CaptureError(f"{folder}: no folder of that name. {mend}")
     described = Description()
-    by_hand, uploaded = folder / "subject.toml", folder / "_subject.json"
+    by_hand, uploaded = folder / DESCRIBED_BY_HAND, folder / "_subject.json"
     try:
         if by_hand.is_file():
             described = described.or_else(read_subject_toml(by_hand))
@@ -74,6 +81,33 @@ def open_subject(folder: Path) -> Subject:
     except PermissionError as error:
         raise CaptureError(f"{error.filename}: cannot be read ({error.strerror}).") from error
     return replace(subject, unused=unused)
+
+
+def subjects_in(folder: Path, deepest: int = DEEPEST) -> tuple[tuple[Subject, ...], tuple[str, ...]]:
+    """The subjects of a folder: itself, if it is one, else those below it; and why others are left out.
+
+    Raises:
+        CaptureError: no such folder, or neither it nor any folder below is a subject's.
+    """
+    try:
+        return (open_subject(folder),), ()
+    except CaptureError as error:
+        if not folder.is_dir() or any((folder / name).is_file() for name in DESCRIPTIONS):
+            raise
+        alone = error
+    found: list[Subject] = []
+    notes: list[str] = []
+    for place in folders_below(folder, 1):
+        try:
+            subjects, more = subjects_in(place, deepest - 1) if deepest > 1 else ((open_subject(place),), ())
+        except CaptureError as error:
+            notes.append(f"{place.name} is left out: {error}")
+        else:
+            found += subjects
+            notes += (f"{place.name}/{note}" for note in more)
+    if not found:
+        raise CaptureError(f"{alone} Nor is any folder in it a subject's.")
+    return tuple(found), tuple(notes)
 
 
 def _found(folder: Path) -> tuple[Layout, FoundTrials]:

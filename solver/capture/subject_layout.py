@@ -14,7 +14,8 @@ from solver.capture.loose_files import TABLES, files_in, is_recording, is_static
 from solver.capture.same_motion import markers_of
 from solver.capture.trial_names import name_tokens
 
-DESCRIPTIONS = ("subject.toml", "_subject.json")
+DESCRIBED_BY_HAND = "subject.toml"
+DESCRIPTIONS = (DESCRIBED_BY_HAND, "_subject.json")
 OWN_FOLDERS = frozenset({"results", "geometry"})
 SET_ASIDE = frozenset(
     {"old", "backup", "archive", "reference", "references", "trash", "tmp", "temp", "unused", "alt"}

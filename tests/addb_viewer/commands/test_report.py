@@ -6,7 +6,6 @@ from types import SimpleNamespace
 
 import pytest
 
-from addb_viewer.app import root_folder
 from solver.errors import CaptureError
 
 
@@ -26,7 +25,7 @@ def opening(command_line, monkeypatch):
             trial.markers.write_text("markers")
         return replace(command_line.subject, folder=folder, trials=trials)
 
-    monkeypatch.setattr(root_folder, "open_subject", opened)
+    monkeypatch.setattr("solver.capture.subject.open_subject", opened)
     monkeypatch.setattr("addb_viewer.commands.solving.open_subject", opened)
     return command_line
 

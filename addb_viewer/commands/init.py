@@ -1,0 +1,71 @@
+"""`addb-viewer init`: a subject.toml that says what was understood of a folder."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from addb_viewer.commands.errors import errors_as_lines
+from addb_viewer.commands.options import Debug
+from addb_viewer.commands.solving import check_folder
+from solver.capture.atomic import write_whole
+from solver.capture.capture import Subject
+from solver.capture.subject import open_subject, subjects_in
+from solver.capture.subject_layout import DESCRIBED_BY_HAND
+from solver.capture.subject_toml_writing import described_as_toml
+from solver.errors import CaptureError
+
+Folder = Annotated[
+    Path, typer.Argument(metavar="FOLDER", help="Folder of the recordings, or of several subjects.")
+]
+Recursive = Annotated[
+    bool, typer.Option("--recursive", help="One for each subject in the folder, however deep.")
+]
+
+
+def init(folder: Folder, recursive: Recursive = False, debug: Debug = False) -> None:
+    """Write a subject.toml that says what was understood, commented, for you to correct.
+
+    One that is there already is never written over.
+    """
+    with errors_as_lines(debug):
+        check_folder(folder)
+        if not recursive:
+            _refuse_existing(folder)
+            _describe(open_subject(folder))
+            return
+        subjects, notes = subjects_in(folder)
+        for subject in subjects:
+            if _file(subject.folder).exists():
+                typer.echo(f"{_file(subject.folder)}: there already; left as it is")
+            else:
+                _describe(subject)
+        for note in notes:
+            typer.echo(f"note: {note}")
+
+
+def _file(folder: Path) -> Path:
+    return folder / DESCRIBED_BY_HAND
+
+
+def _refuse_existing(folder: Path) -> None:
+    if _file(folder).exists():
+        raise CaptureError(
+            f"{_file(folder)}: there already, and never written over. Correct it, or move it away."
+        )
+
+
+def _describe(subject: Subject) -> None:
+    text = described_as_toml(subject)
+    try:
+        text.encode()
+    except UnicodeEncodeError as error:
+        raise CaptureError(
+            f"{subject.folder}: a file in it has a name that is not UTF-8, which a subject.toml cannot hold. "
+            "Rename it."
+        ) from error
+    write_whole(_file(subject.folder), text)
+    forces = sum(trial.forces is not None for trial in subject.trials)
+    trials = f"{len(subject.trials)} trial{'s' * (len(subject.trials) != 1)}"
+    said = f"{trials}, {forces} with a force file; {len(subject.unused)} files not used"
+    typer.echo(f"{_file(subject.folder)}: {said}")

@@ -1,0 +1,93 @@
+"""A subject.toml that says what was understood of a folder, with reasons as comments, to be corrected."""
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from solver.capture.capture import Subject, TrialFiles
+
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+_HEAD = """\
+# What addb-viewer understood of this folder. Correct what is wrong: from now on this file counts, and what it
+# does not name is not used. Paths are seen from here. All keys: docs/command-line.md, The subject's folder.
+"""
+
+
+def described_as_toml(subject: Subject) -> str:
+    """The text of a subject.toml that `open_subject` reads as this subject."""
+    return (
+        "\n".join([_HEAD, *_person(subject), *_files(subject), *_trials(subject), *_comments(subject)]) + "\n"
+    )
+
+
+def _person(subject: Subject) -> Iterator[str]:
+    for key, value, without in (
+        ("mass_kg", subject.mass_kg, "70.0  # unknown: from the forces, else the height"),
+        ("height_m", subject.height_m, "1.75  # unknown: from the scaled model"),
+        ("sex", subject.sex, '"female"'),
+        ("age_years", subject.age_years, None),
+    ):
+        if value is not None:
+            yield f"{key} = {json.dumps(value)}"
+        elif without is not None:
+            yield f"# {key} = {without}"
+    yield f"foot_bodies = {json.dumps(list(subject.foot_bodies))}"
+    if subject.tags:
+        yield f"tags = {_text(list(subject.tags))}"
+
+
+def _files(subject: Subject) -> Iterator[str]:
+    if subject.model is not None:
+        yield f"model = {_path(subject, subject.model)}"
+    else:
+        yield '# model = "scaled.osim"  # without it: the default full body'
+    if subject.static is not None:
+        yield f"static = {_path(subject, subject.static)}"
+    else:
+        yield '# static = "static.trc"  # without it: scaled by the trials'
+
+
+def _trials(subject: Subject) -> Iterator[str]:
+    for trial in subject.trials:
+        yield ""
+        yield f"[trials.{trial.name if _BARE_KEY.fullmatch(trial.name) else _text(trial.name)}]"
+        yield f"markers = {_path(subject, trial.markers)}"
+        yield from _forces(subject, trial)
+        if trial.reviews:
+            yield f"review = [{', '.join(_path(subject, review) for review in trial.reviews)}]"
+        for key in ("up", "moments"):
+            if getattr(trial, key) is not None:
+                yield f"{key} = {_text(getattr(trial, key))}"
+
+
+def _forces(subject: Subject, trial: TrialFiles) -> Iterator[str]:
+    if trial.forces is not None:
+        yield f"forces = {_path(subject, trial.forces)}"
+    elif trial.markers.suffix.lower() == ".c3d":
+        yield "# forces: those in the C3D file, if it has any"
+    else:
+        yield '# forces = "forces.mot"  # none was found'
+
+
+def _comments(subject: Subject) -> Iterator[str]:
+    if subject.notes:
+        yield "\n# Notes"
+        yield from (f"# - {_line(note)}" for note in subject.notes)
+    if subject.unused:
+        yield "\n# Not used"
+        yield from (f"# - {_line(file.file)}: {_line(file.reason)}" for file in subject.unused)
+
+
+def _path(subject: Subject, path: Path) -> str:
+    return _text(path.relative_to(subject.folder).as_posix())
+
+
+def _text(value: object) -> str:
+    """A string or a list of strings; JSON's are TOML's."""
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _line(text: str) -> str:
+    """A comment ends with its line, and holds no other control character."""
+    return re.sub(r"[\x00-\x1f\x7f]+", " ", text)
