@@ -2,17 +2,24 @@
 
 import os
 from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
 
 from annotations.database import Database, is_url
 from annotations.errors import ReviewError
 from annotations.events import IMPORTED, Edit, Event, ImportTable, Proposal
+from annotations.folding import folded
 from annotations.log import ReviewLog
-from annotations.review_json import FINISHED, import_labels
+from annotations.review_json import FINISHED, import_labels, labels_of
+from annotations.trial_review import TrialReview
 from solver.capture.capture import Capture, Subject, TrialFiles
+from solver.contact.force_review import ForceLabel, ForceReview
+from solver.contact.mask import ERRONEOUS
 from solver.contact.proposals import Proposal as Found
-from solver.contact.wrenches import MissingRange
+from solver.results.kept_proposals import kept_proposals
+from solver.results.store import default_folder
+from solver.settings import settings_for
 
 PROGRAM = "addb-viewer"
 FILE = "annotations.sqlite"
@@ -78,8 +85,7 @@ def subject_key(subject_folder: Path) -> str:
 def record(log: ReviewLog, files: TrialFiles, capture: Capture, event: Event, author: str) -> int:
     """Record a person's edit of a trial, on top of what its review.json says.
 
-    As soon as a person has decided anything, the log alone says which forces count; so the labels of the
-    trial's review.json are taken into it first.
+    The labels of the trial's review.json are taken into the log first, so that it holds all that was said.
 
     Args:
         log: the subject's.
@@ -95,8 +101,8 @@ def record(log: ReviewLog, files: TrialFiles, capture: Capture, event: Event, au
         ReviewError: it cannot be recorded.
     """
     if capture.imported_missing_force is not None:
-        finished = all((review.parent / FINISHED).exists() for review in files.reviews)
-        import_labels(log, files.name, capture.imported_missing_force, finished)
+        missing, reviewed = capture.imported_missing_force, capture.imported_reviewed
+        import_labels(log, files.name, missing, _finished(files), reviewed)
     return log.append(files.name, event, author)
 
 
@@ -141,9 +147,94 @@ def as_proposal(found: Found, provenance: Mapping[str, str]) -> Proposal:
     return Proposal(start, end, found.reason, found.foot, found.confidence, dict(found.evidence), detector)
 
 
+def force_review(review: TrialReview) -> ForceReview:
+    """What a trial's review says about forces, as the solver takes it.
+
+    Args:
+        review: its present state.
+    """
+    said = [
+        *((flag.author, ForceLabel(flag.start, flag.end, flag.foot, flag.reason)) for flag in review.flags),
+        *((c.author, ForceLabel(c.start, c.end, c.foot, None)) for c in review.cleared),
+        *(
+            (a.author, ForceLabel(a.start, a.end, None, ERRONEOUS))
+            for a in review.activities
+            if a.activity == ERRONEOUS
+        ),
+    ]
+    counts = [ForceLabel(start, end, None, None) for start, end in review.file_counts or ()]
+    stays_out = review.stays_out
+    return ForceReview(
+        by_people=tuple(label for author, label in said if author != IMPORTED),
+        by_file=(*counts, *(label for author, label in said if author == IMPORTED))
+        if review.is_imported
+        else None,
+        stays_out=None if stays_out is None else tuple((f.start, f.end, f.foot, f.reason) for f in stays_out),
+    )
+
+
+def left_undecided(
+    review: TrialReview, found: Sequence[Found], frames: int, confidence: float, provenance: Mapping[str, str]
+) -> tuple[Proposal, ...]:
+    """What detection leaves out of a trial and neither a person nor a file has decided.
+
+    Args:
+        review: of the trial, its review.json included.
+        found: what detection proposes.
+        frames: of the trial.
+        confidence: from which on a proposal is left out (`[detection] confidence`).
+        provenance: of the fit that detection looked at.
+    """
+    judged = review.judged(frames, by_files=True)
+
+    def is_undecided(proposal: Found) -> bool:
+        lane = slice(None) if proposal.foot is None else review.feet.index(proposal.foot)
+        return not judged[slice(*proposal.range), lane].all()
+
+    ours = [p for p in found if p.confidence >= confidence and (p.foot is None or p.foot in review.feet)]
+    return tuple(as_proposal(p, provenance) for p in ours if is_undecided(p))
+
+
+def undecided(
+    subject: Subject, files: TrialFiles, capture: Capture, history: Sequence[Edit]
+) -> tuple[Proposal, ...] | None:
+    """Likewise, as the kept fit's detection has it; None where the trial has not been fitted.
+
+    Args:
+        subject: whose.
+        files: of the trial.
+        capture: the trial as read from them.
+        history: the trial's edits.
+
+    Raises:
+        SolverError: the fit, or the subject's settings.toml, cannot be read.
+    """
+    found = kept_proposals(default_folder(subject.folder))
+    if files.name not in found:
+        return None
+    review = folded(files.name, with_own_file(files, capture, history), subject.foot_bodies)
+    confidence = settings_for(subject.folder).detection.confidence
+    return left_undecided(review, found[files.name], capture.markers.frames, confidence, {})
+
+
+def with_own_file(files: TrialFiles, capture: Capture, history: Sequence[Edit]) -> tuple[Edit, ...]:
+    """A trial's edits, and before them its review.json as long as no import is among them.
+
+    Args:
+        files: of the trial.
+        capture: the trial as read from them.
+        history: its edits.
+    """
+    missing = capture.imported_missing_force
+    if missing is None or any(edit.author == IMPORTED for edit in history):
+        return tuple(history)
+    labels = labels_of(missing, finished=_finished(files), reviewed=capture.imported_reviewed)
+    return (Edit(0, files.name, IMPORTED, datetime.now(UTC), labels), *history)
+
+
 def reviews_for_solve(
     subject: Subject, trials: Sequence[TrialFiles]
-) -> tuple[dict[str, tuple[MissingRange, ...]], tuple[str, ...]]:
+) -> tuple[dict[str, ForceReview], tuple[str, ...]]:
     """What people decided about trials, as the solver takes it, and what they should know about it.
 
     Args:
@@ -151,8 +242,8 @@ def reviews_for_solve(
         trials: those to be solved.
 
     Returns:
-        Ranges of missing force by trial, only of trials on which a person has decided something; and notes:
-        where reviewers disagree, and edits that are not used.
+        What they say by trial, only of trials about whose forces they say something; and notes: where
+        reviewers disagree, and edits that are not used.
 
     Raises:
         ReviewError: the log cannot be read, or is about a foot that the subject does not have.
@@ -169,7 +260,13 @@ def reviews_for_solve(
         notes.append(
             f"{FILE}: not used, because reviews are kept in a shared database; `share` copies it there"
         )
-    return {review.trial: review.missing_ranges for review in reviews if review.decided}, tuple(notes)
+    said = {review.trial: force_review(review) for review in reviews}
+    return {trial: review for trial, review in said.items() if review != ForceReview()}, tuple(notes)
+
+
+def _finished(files: TrialFiles) -> bool:
+    """Whether somebody has finished the review beside the recording."""
+    return all((review.parent / FINISHED).exists() for review in files.reviews)
 
 
 def _place() -> str:

@@ -37,10 +37,16 @@ KINDS: dict[str, type[Any]] = {
 }
 _KIND_OF = {event: kind for kind, event in KINDS.items()}
 
+_BEFORE = {"status": {"left_out": ()}}
+"""By kind, what edits mean that were written before there was such a field. People alone decided about the
+forces of a trial that they had finished: nothing else stayed left out."""
+
 _READ: dict[str, Callable[[Any], object]] = {
     "proposal": lambda content: Proposal(**content),
     "status": lambda status: None if status is None else Status(status),
+    "left_out": lambda found: None if found is None else tuple(Proposal(**content) for content in found),
     "missing": lambda ranges: tuple((start, end) for start, end in ranges),
+    "unreviewed": lambda ranges: tuple((start, end) for start, end in ranges),
     "ranges": lambda ranges: tuple(
         FlagRange(**content) if "reason" in content else ClearRange(**content) for content in ranges
     ),
@@ -66,8 +72,9 @@ def decoded(kind: str, content: Mapping[str, Any]) -> Event:
     """
     if kind not in KINDS:
         raise ReviewError(f"edits of the kind '{kind}' are unknown to this version; update addb-viewer")
+    written = {**_BEFORE.get(kind, {}), **content}
     try:
-        fields = {name: _READ.get(name, _as_it_is)(value) for name, value in content.items()}
+        fields = {name: _READ.get(name, _as_it_is)(value) for name, value in written.items()}
         event: Event = KINDS[kind](**fields)
     except (TypeError, ValueError) as error:
         raise ReviewError(

@@ -109,6 +109,9 @@ class SetStatus:
 
     status: Status
     note: str = ""
+    left_out: tuple[Proposal, ...] | None = None
+    """Of a finished trial: what a detector left out and nobody had decided; it stays left out. None: nothing
+    had been detected yet, and what will be stays left out."""
 
 
 @dataclass(frozen=True)
@@ -118,6 +121,7 @@ class ImportLabels:
     missing: tuple[tuple[int, int], ...]  # ranges of frames without force, all feet
     frames: int  # of the trial that they are about
     finished: bool  # a person had finished that review
+    unreviewed: tuple[tuple[int, int], ...] = ()  # ranges that the review is not about
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,11 @@
 
 Each reviewer has a layer: that reviewer's last decision on every frame and foot. The latest of all persons'
 decisions counts; imported labels count where no person has decided. Where two persons' layers disagree the
-state says so.
+state says so. A finished trial also knows what a detector had left out and nobody had decided.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -28,13 +29,14 @@ from annotations.events import (
     FlagRange,
     ImportLabels,
     ImportTable,
+    Proposal,
     RejectProposal,
     SetActivity,
     SetStatus,
     Status,
 )
 from annotations.reasons import FORCE_COUNTS
-from annotations.runs import labelled_runs
+from annotations.runs import labelled_runs, true_runs
 from annotations.trial_review import (
     ActivityRange,
     ClearedRange,
@@ -66,7 +68,7 @@ def folded(trial: str, edits: Sequence[Edit], feet: Sequence[str]) -> TrialRevie
     activities = _Layers(trial, kept, activity_decisions, ())
     status, status_author, status_note = _status(kept)
     labelled = forces.in_effect()
-    return TrialReview(
+    review = TrialReview(
         trial=trial,
         feet=lanes,
         status=status,
@@ -79,7 +81,9 @@ def folded(trial: str, edits: Sequence[Edit], feet: Sequence[str]) -> TrialRevie
         conflicts=(*forces.conflicts(), *activities.conflicts()),
         accepted=tuple(e.event.proposal for e in kept if isinstance(e.event, AcceptProposal)),
         rejected=tuple(e.event.proposal for e in kept if isinstance(e.event, RejectProposal)),
+        file_counts=_file_counts(kept),
     )
+    return replace(review, stays_out=_stays_out(kept, review))
 
 
 class _Layers:
@@ -200,6 +204,67 @@ def _flag(run: Run, foot: str | None, decision: Decision) -> FlaggedRange:
 
 def _cleared(run: Run, foot: str | None, decision: Decision) -> ClearedRange:
     return ClearedRange(run[0], run[1], foot, decision.source, decision.author, decision.edit, decision.note)
+
+
+def _file_counts(kept: Sequence[Edit]) -> tuple[Run, ...] | None:
+    """Where the last import says that every force counts; a table says so with ranges of its own."""
+    imports = [edit.event for edit in kept if isinstance(edit.event, ImportLabels | ImportTable)]
+    match imports[-1:]:
+        case [ImportLabels(missing, frames, unreviewed=unreviewed)]:
+            counts = np.ones(frames, dtype=bool)
+            for start, end in (*missing, *unreviewed):
+                counts[start:end] = False
+            return tuple(true_runs(counts))
+        case [ImportTable()]:
+            return ()
+        case _:
+            return None
+
+
+def _stays_out(kept: Sequence[Edit], review: TrialReview) -> tuple[FlaggedRange, ...] | None:
+    """What was undecided when the trial was finished and is so still; None where detection is asked."""
+    if review.status is not Status.FINISHED:
+        return None
+    persons = [e for e in kept if e.author != IMPORTED and isinstance(e.event, SetStatus)]
+    if not persons:
+        return () if any(isinstance(e.event, ImportTable) for e in kept) else None
+    finishing = persons[-1]
+    assert isinstance(finishing.event, SetStatus)
+    if finishing.event.left_out is None:
+        return None
+    found = [
+        FlaggedRange(
+            start=start,
+            end=end,
+            foot=foot,
+            reason=p.reason,
+            source=Source.UNDECIDED,
+            author=finishing.author,
+            edit=finishing.number,
+            confidence=p.confidence,
+            detector=p.detector,
+        )
+        for p in finishing.event.left_out
+        for (start, end), foot in _undecided(p, review)
+    ]
+    return tuple(sorted(found, key=lambda flag: (flag.start, flag.end)))
+
+
+def _undecided(proposal: Proposal, review: TrialReview) -> list[tuple[Run, str | None]]:
+    """Where nobody has decided about a proposal; one range where that is the same for all feet."""
+    judged = review.judged(proposal.end, by_files=True)[proposal.start :]
+    feet = review.feet if proposal.foot is None else (proposal.foot,)
+    by_foot = {
+        foot: [
+            (proposal.start + start, proposal.start + end)
+            for start, end in true_runs(~judged[:, review.feet.index(foot)])
+        ]
+        for foot in feet
+    }
+    first = by_foot[feet[0]]
+    if proposal.foot is None and all(runs == first for runs in by_foot.values()):
+        return [(run, None) for run in first]
+    return [(run, foot) for foot, runs in by_foot.items() for run in runs]
 
 
 def _activities(layers: _Layers) -> tuple[ActivityRange, ...]:

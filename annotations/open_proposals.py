@@ -9,22 +9,22 @@ SAME = 0.5  # of two ranges' frames in common, from which on they are one findin
 
 
 def open_proposals(proposals: Sequence[Proposal], review: TrialReview) -> tuple[Proposal, ...]:
-    """The proposals that no person has settled, by deciding on every frame or on the same finding.
+    """The proposals that no person has settled, by deciding on every frame or by accepting the same finding.
 
-    A detector that runs again after an edit places its findings a few frames off; those are not asked again.
+    A detector that runs again after an edit places its findings a few frames off; what was accepted is not
+    asked again. What was rejected is: its new frames would be left out, and nobody has said so.
 
     Args:
         proposals: a detector's, of one trial.
         review: of the same trial.
     """
     judged = review.judged(max((proposal.end for proposal in proposals), default=0))
-    settled = (*review.accepted, *review.rejected)
 
     def is_open(proposal: Proposal) -> bool:
         lane = slice(None) if proposal.foot is None else review.feet.index(proposal.foot)
         return not (
             judged[proposal.start : proposal.end, lane].all()
-            or any(_same(proposal, other) for other in settled)
+            or any(_same(proposal, other) for other in review.accepted)
         )
 
     return tuple(proposal for proposal in proposals if is_open(proposal))

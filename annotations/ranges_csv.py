@@ -66,8 +66,9 @@ def tables_from_csv(
 
 
 def _rows(review: TrialReview) -> list[Row]:
-    ranges: list[FlaggedRange | ClearedRange | ActivityRange]
-    ranges = sorted([*review.flags, *review.cleared, *review.activities], key=lambda labelled: labelled.start)
+    said: list[FlaggedRange | ClearedRange | ActivityRange]
+    said = [*review.flags, *(review.stays_out or ()), *review.cleared, *review.activities]
+    ranges = sorted(said, key=lambda labelled: labelled.start)
     rows = [{"trial": review.trial, **_row(labelled)} for labelled in ranges]
     if review.status_author is not None:
         rows.append(

@@ -25,7 +25,11 @@ FINISHED = "REVIEWED"
 
 
 def import_labels(
-    log: ReviewLog, trial: str, missing: Bool[np.ndarray, " frames"], finished: bool
+    log: ReviewLog,
+    trial: str,
+    missing: Bool[np.ndarray, " frames"],
+    finished: bool,
+    reviewed: Bool[np.ndarray, " frames"] | None = None,
 ) -> int | None:
     """Record the labels of a trial's review.json, unless they are the ones that were imported last.
 
@@ -36,15 +40,24 @@ def import_labels(
         trial: its name.
         missing: of the whole trial, its segments put together: true where the force is missing.
         finished: whether a file REVIEWED lay beside each of them.
+        reviewed: frames that they are about; None: all.
 
     Returns:
         The edit's number; None where there was nothing new.
     """
-    labels = ImportLabels(tuple(true_runs(missing)), len(missing), finished)
+    labels = labels_of(missing, finished, reviewed)
     last = log.last_import(trial, ImportLabels)
     if last is not None and last.event == labels:
         return None
     return log.append(trial, labels, IMPORTED)
+
+
+def labels_of(
+    missing: Bool[np.ndarray, " frames"], finished: bool, reviewed: Bool[np.ndarray, " frames"] | None
+) -> ImportLabels:
+    """A trial's review.json as an edit; arguments as for `import_labels`."""
+    unreviewed = () if reviewed is None else tuple(true_runs(~reviewed))
+    return ImportLabels(tuple(true_runs(missing)), len(missing), finished, unreviewed)
 
 
 def export_labels(review: TrialReview, frames: int, folder: Path) -> list[Path]:

@@ -20,6 +20,7 @@ class Source(StrEnum):
     IMPORTED = "imported"
     ACCEPTED = "accepted proposal"
     REJECTED = "rejected proposal"
+    UNDECIDED = "undecided proposal"  # of a finished trial: it stays left out
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +106,7 @@ class TrialReview:
     feet: tuple[str, ...]
     status: Status
     status_author: str | None  # None while nobody has said anything
-    decided: bool  # a person has judged forces, or taken the trial in hand
+    decided: bool  # a person, or a table that one took in, has judged forces or taken the trial in hand
     status_note: str = ""
     flags: tuple[FlaggedRange, ...] = ()  # a foot's ranges do not overlap
     cleared: tuple[ClearedRange, ...] = ()  # nor do these, nor the two with each other
@@ -113,13 +114,23 @@ class TrialReview:
     conflicts: tuple[Conflict, ...] = ()
     accepted: tuple[Proposal, ...] = ()
     rejected: tuple[Proposal, ...] = ()
+    stays_out: tuple[FlaggedRange, ...] | None = None
+    """Of a finished trial: what a detector left out and nobody decided. None: detection is still asked."""
+    file_counts: tuple[tuple[int, int], ...] | None = None
+    """Where an imported review.json says that every force counts; None: none was imported."""
 
     @property
     def missing_ranges(self) -> tuple[MissingRange, ...]:
-        """Where forces must not be used: what is flagged, and whole stretches that are erroneous."""
-        flagged = [(flag.start, flag.end, flag.foot, flag.reason) for flag in self.flags]
+        """Where forces must not be used, as far as is known here: flags, erroneous, what stays out."""
+        left_out = (*self.flags, *(self.stays_out or ()))
+        flagged = [(flag.start, flag.end, flag.foot, flag.reason) for flag in left_out]
         erroneous = [(a.start, a.end, None, ERRONEOUS) for a in self.activities if a.activity == ERRONEOUS]
         return tuple(sorted([*flagged, *erroneous], key=lambda missing: missing[:2]))
+
+    @property
+    def is_imported(self) -> bool:
+        """Whether labels came from a file: a review.json or a table."""
+        return self.file_counts is not None
 
     def missing(self, frames: int) -> Bool[np.ndarray, "frames feet"]:
         """True where a foot's force is missing or wrong.
@@ -136,17 +147,20 @@ class TrialReview:
             missing[start:end, self._lane(foot)] = True
         return missing
 
-    def judged(self, frames: int) -> Bool[np.ndarray, "frames feet"]:
+    def judged(self, frames: int, *, by_files: bool = False) -> Bool[np.ndarray, "frames feet"]:
         """True where a person has decided whether a foot's force counts, in whichever way.
 
         Args:
             frames: of the trial; labels beyond its end are left out.
+            by_files: likewise where an imported review has.
         """
         judged = np.zeros((frames, len(self.feet)), dtype=bool)
         labels: tuple[FlaggedRange | ClearedRange, ...] = (*self.flags, *self.cleared)
         for label in labels:
-            if label.author != IMPORTED:
+            if by_files or label.author != IMPORTED:
                 judged[label.start : label.end, self._lane(label.foot)] = True
+        for start, end in (self.file_counts or ()) if by_files else ():
+            judged[start:end] = True
         return judged
 
     def activity_labels(self, frames: int) -> Shaped[np.ndarray, " frames"]:

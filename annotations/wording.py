@@ -38,8 +38,8 @@ def said_by(event: Event) -> str:
             line = f"frames {start} to {end - 1}: {' '.join(filter(None, (activity, subclass)))}"
         case ClearActivity(start, end):
             line = f"frames {start} to {end - 1}: activity taken back"
-        case SetStatus(status):
-            line = str(status)
+        case SetStatus(status, left_out=left_out):
+            line = str(status) + (f", {len(left_out)} undecided proposals stay left out" if left_out else "")
         case ImportLabels(missing):
             labelled = sum(end - start for start, end in missing)
             line = f"review.json taken in, {labelled} frames without force"

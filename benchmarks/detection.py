@@ -156,7 +156,7 @@ class Case:
         skeleton = self.fit.skeleton
         if self.fit.subject.mass_kg is not None:
             return skeleton
-        mask = frame_mask(contacts, self._tracked, None)
+        mask = frame_mask(contacts, self._tracked)
         data = com_data(skeleton, self.trial.motion, contacts, mask)
         estimate = mass_from_forces([data], Settings().com)
         return skeleton if estimate is None else with_mass(skeleton, estimate.mass_kg)

@@ -11,7 +11,7 @@ from solver.capture.conditioning import condition
 from solver.capture.trial import read_static, read_trial
 from solver.clock import Clock
 from solver.contact.assignment import assign
-from solver.contact.wrenches import MissingRange
+from solver.contact.force_review import ForceReview
 from solver.dynamics.extension import Extension
 from solver.errors import FitError
 from solver.fit import Fit, Groundwork, TrialFit
@@ -39,7 +39,7 @@ def solve(
     settings: Settings,
     *,
     trials: Sequence[str] | None = None,
-    reviews: Mapping[str, Sequence[MissingRange]] | None = None,
+    reviews: Mapping[str, ForceReview] | None = None,
     captures: Mapping[str, Capture] | None = None,
     extension: Extension | None = None,
     progress: Progress = silent,
@@ -50,8 +50,8 @@ def solve(
         subject: as `open_subject` found it.
         settings: of every stage.
         trials: names of the trials to solve; None for all.
-        reviews: by trial, where people say that forces are missing; a trial that they reviewed and found
-            whole has an empty one, a trial that is not named is left to its review.json.
+        reviews: by trial, what people say about the forces; where they say nothing, the trial's review.json
+            decides, and where that says nothing detection.
         captures: recordings in place of those that the files hold, by trial; repaired markers, say.
         extension: causes that a diagnosis found and a person accepted: what acts beside the recorded forces,
             and which labels are exchanged.
@@ -124,7 +124,7 @@ def solve(
 
 def resolve(
     previous: Fit,
-    reviews: Mapping[str, Sequence[MissingRange]],
+    reviews: Mapping[str, ForceReview],
     settings: Settings,
     progress: Progress = silent,
     *,

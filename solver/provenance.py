@@ -9,7 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from solver.capture.capture import Subject, TrialFiles
-from solver.contact.wrenches import MissingRange
+from solver.contact.force_review import ForceReview, as_plain
 from solver.dynamics.extension import Extension
 
 _PACKAGES = ("addb-viewer", "numpy", "scipy", "pin", "ezc3d")
@@ -23,7 +23,7 @@ _DESCRIPTION = ("mass_kg", "height_m", "sex", "age_years", "foot_bodies")
 def provenance_of(
     subject: Subject,
     trials: Sequence[TrialFiles],
-    reviews: Mapping[str, Sequence[MissingRange]] | None = None,
+    reviews: Mapping[str, ForceReview] | None = None,
     extension: Extension | None = None,
 ) -> dict[str, str]:
     """Versions, the subject's description, and the SHA-256 of all that a fit of these trials reads.
@@ -31,7 +31,7 @@ def provenance_of(
     Args:
         subject: the opened folder.
         trials: those to be fitted.
-        reviews: by trial, what people flagged in it.
+        reviews: by trial, what people say about its forces.
         extension: what acts beside the recorded forces.
     """
     made_with = {name: _version(name) for name in _PACKAGES}
@@ -84,8 +84,8 @@ def _sha256(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _sha256_of(review: Sequence[MissingRange]) -> str:
-    return hashlib.sha256(json.dumps(list(review)).encode()).hexdigest()
+def _sha256_of(review: ForceReview) -> str:
+    return hashlib.sha256(json.dumps(as_plain(review)).encode()).hexdigest()
 
 
 def _version(package: str) -> str:

@@ -8,8 +8,9 @@ from jaxtyping import Bool
 
 from solver.capture.capture import Subject
 from solver.contact.detection import detect
-from solver.contact.mask import ERRONEOUS, frame_mask
-from solver.contact.proposals import Proposal, within
+from solver.contact.force_review import ForceReview
+from solver.contact.mask import ERRONEOUS, frame_mask, with_own_file
+from solver.contact.proposals import sure_ranges, within
 from solver.contact.wrenches import MissingRange
 from solver.dynamics.com_data import com_data
 from solver.dynamics.extension import Extension
@@ -26,7 +27,7 @@ from solver.settings import Settings, as_dict
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
 
-Reviews = Mapping[str, Sequence[MissingRange]]
+Reviews = Mapping[str, ForceReview]
 
 
 def obeying_reviews(
@@ -47,7 +48,7 @@ def obeying_reviews(
         fits: the trials' marker fits, their forces given to feet. Proposals of a previous fit stand as long
             as the mass and the erroneous stretches of its mask do, which they were judged with.
         settings: of every stage.
-        reviews: by trial, where people say that forces are missing.
+        reviews: by trial, what people say about the forces.
         progress: told the stage and the fraction done; may raise `Cancelled`.
         extension: what acts beside the recorded forces, as a person accepted it.
 
@@ -65,7 +66,13 @@ def obeying_reviews(
         for fit, before in zip(fits, judged_without, strict=True)
     ]
     fits = [
-        _masked(fit, settings, reviews.get(fit.capture.name), _sure(fit.proposals, settings)) for fit in fits
+        _masked(
+            fit,
+            settings,
+            reviews.get(fit.capture.name),
+            sure_ranges(fit.proposals, settings.detection.confidence),
+        )
+        for fit in fits
     ]
     obeying = obeying_forces(fits, groundwork, skeleton, settings, progress, extension=extension)
     solved = tuple(
@@ -126,8 +133,8 @@ def _extension_notes(extension: Extension | None, names: set[str]) -> tuple[str,
 def _masked(
     fit: TrialFit,
     settings: Settings,
-    review: Sequence[MissingRange] | None,
-    proposed: Sequence[MissingRange] | None = None,
+    review: ForceReview | None,
+    proposed: Sequence[MissingRange] = (),
 ) -> TrialFit:
     """The trial with the forces that count."""
     if fit.contacts is None:
@@ -136,8 +143,7 @@ def _masked(
         mask = frame_mask(
             fit.contacts,
             _tracked_frames(fit, settings),
-            fit.capture.imported_missing_force,
-            review,
+            with_own_file(review or ForceReview(), fit.capture),
             proposed,
             outside=fit.capture.outside_ranges,
         )
@@ -173,11 +179,6 @@ def _erroneous(fit: TrialFit) -> list[tuple[int, int]]:
     """Stretches that a person said must not be used at all."""
     reasons = fit.mask.reasons if fit.mask else ()
     return [(start, end) for start, end, _, reason in reasons if reason == ERRONEOUS]
-
-
-def _sure(proposals: Sequence[Proposal], settings: Settings) -> list[MissingRange]:
-    """Proposals that a mask obeys where nobody reviewed the trial."""
-    return [(*p.range, p.foot, p.reason) for p in proposals if p.confidence >= settings.detection.confidence]
 
 
 def _tracked_frames(fit: TrialFit, settings: Settings) -> Bool[np.ndarray, " frames"]:

@@ -1,10 +1,24 @@
 """Which forces the solve on the screen counted, and which the next one will."""
 
+import numpy as np
+
 from addb_viewer.app.feet import foot_words
-from addb_viewer.app.replay import Replay
+from addb_viewer.app.replay import ForceUse, Replay
 from addb_viewer.app.stops import Stop
+from addb_viewer.review_store import force_review
 from annotations.trial_review import TrialReview
-from solver.contact.wrenches import MissingRange
+from solver.contact.mask import (
+    NOT_RECORDED,
+    OUTSIDE_RANGES,
+    TOO_FEW_MARKERS,
+    TWO_FEET_ON_ONE_PLATE,
+    mask_of,
+)
+from solver.contact.proposals import sure_ranges
+from solver.contact.wrenches import RECORDING, FrameMask, MissingRange
+from solver.errors import FitError
+
+_OF_THE_RECORDING = (NOT_RECORDED, OUTSIDE_RANGES, TOO_FEW_MARKERS, TWO_FEET_ON_ONE_PLATE)
 
 
 def contacts_at(replay: Replay, frame: int, foot: str | None) -> list[Stop]:
@@ -23,17 +37,37 @@ def contact_words(contacts: list[Stop]) -> str:
     return " and ".join(f"{foot_words(foot)} {start}–{end - 1}" for start, end, foot in contacts)
 
 
-def left_out(replay: Replay, review: TrialReview) -> tuple[MissingRange, ...]:
-    """What the next solve leaves out, as far as people and detection say."""
-    if review.decided:
-        return review.missing_ranges
-    return tuple(m for m in replay.forces.missing if m[2] is None or m[2] in review.feet)
+def mask_now(replay: Replay, review: TrialReview) -> FrameMask | None:
+    """The mask that the next solve obeys, as far as the present fit tells: detection may look again.
+
+    Args:
+        replay: the trial, fitted.
+        review: what people decided, its review.json included.
+
+    Returns:
+        None where the trial has no forces, or where a label does not fit the recording.
+    """
+    forces = replay.forces
+    if forces.counts is None or set(review.feet) - set(replay.feet):
+        return None
+    sure = sure_ranges(forces.proposals, forces.confidence)
+    try:
+        return mask_of(replay.feet, len(forces.counts), gaps_of(forces), force_review(review), sure)
+    except FitError:  # a solve says which and what to do
+        return None
+
+
+def gaps_of(forces: ForceUse) -> tuple[MissingRange, ...]:
+    """What the recording has no force for, whatever anybody says."""
+    if forces.sources:
+        return tuple(m for m, by in zip(forces.missing, forces.sources, strict=True) if by == RECORDING)
+    return tuple(m for m in forces.missing if m[3] in _OF_THE_RECORDING)  # a fit of an earlier version
 
 
 def stale(replay: Replay, review: TrialReview) -> bool:
-    """Whether the fit on the screen was made with other flags."""
-    if replay.residual is None or not review.decided:
+    """Whether the next solve counts other forces than the fit on the screen did."""
+    now = mask_now(replay, review)
+    used = replay.forces.counts
+    if now is None or used is None or replay.residual is None:
         return False
-    used = {(a, b, foot) for a, b, foot, _ in replay.forces.missing}
-    wanted = {(a, b, foot) for a, b, foot, _ in review.missing_ranges}
-    return replay.forces.source != "review" or not wanted <= used
+    return not np.array_equal(now.counts, used)

@@ -6,13 +6,18 @@ from typing import Any
 
 from addb_viewer.app.effect_pictures import Figures
 from addb_viewer.app.feet import foot_letter
+from addb_viewer.app.forces_in_use import mask_now
 from addb_viewer.app.palette import BLUE, CAUSE, GREEN, GREY, ORANGE, Rgb, foot_color, reason_color
 from addb_viewer.app.proposals import Pending, State
 from addb_viewer.app.replay import Replay
 from addb_viewer.diagnosis_vocabulary import ranges_of, title
 from annotations.reasons import key_of, reason_words
 from annotations.trial_review import TrialReview
+from solver.contact.wrenches import DETECTION, RECORDING
 from solver.kinematics.label_faults.fault import EXCHANGED, LabelFault
+
+_NO_FORCE = "the recording has no force for the foot here"
+_UNDECIDED = "left out by detection, decided by nobody yet"
 
 
 @dataclass(frozen=True)
@@ -95,26 +100,39 @@ def _contacts(replay: Replay, foot: int) -> tuple[Block, ...]:
 
 
 def _missing(replay: Replay, review: TrialReview, foot: str) -> tuple[Block, ...]:
-    """What people decided; where nobody did, what the last solve left out by itself."""
-    if review.decided:
-        return tuple(
-            Block(
-                flag.start,
-                flag.end,
-                key_of(flag.reason),
-                ": ".join(filter(None, (reason_words(flag.reason), flag.author, flag.source, flag.note))),
-                reason_color(flag.reason),
-                hatched=flag.source == "imported",
-            )
-            for flag in review.flags
-            if flag.foot in (None, foot)
+    """What the next solve leaves out: of the recording's own, by detection, by files, by people."""
+    flags = (*review.flags, *(review.stays_out or ()))
+    mask = mask_now(replay, review)
+    told = [
+        Block(
+            flag.start,
+            flag.end,
+            key_of(flag.reason),
+            ": ".join(filter(None, (reason_words(flag.reason), flag.author, flag.source, flag.note))),
+            reason_color(flag.reason),
+            hatched=flag.source in ("imported", "undecided proposal"),
         )
-    by = f"left out of the fit by {replay.forces.source}, decided by nobody yet"
-    return tuple(
-        Block(start, end, key_of(reason), f"{reason_words(reason)}: {by}", reason_color(reason), hatched=True)
-        for start, end, of_foot, reason in replay.forces.missing
-        if of_foot in (None, foot)
-    )
+        for flag in flags
+        if flag.foot in (None, foot)
+    ]
+    if mask is None:
+        return tuple(told)
+    known = {RECORDING: _NO_FORCE}
+    if review.stays_out is None:
+        known[DETECTION] = _UNDECIDED
+    others = [
+        Block(
+            start,
+            end,
+            key_of(reason),
+            f"{reason_words(reason)}: {known[source]}",
+            reason_color(reason),
+            hatched=True,
+        )
+        for (start, end, of_foot, reason), source in zip(mask.reasons, mask.sources, strict=True)
+        if of_foot in (None, foot) and source in known
+    ]
+    return (*others, *told)
 
 
 def _proposal(pending: Pending, current: bool) -> Block:

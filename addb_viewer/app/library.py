@@ -86,7 +86,7 @@ class Library:
             person = Person(self.fit.mass_kg, self.fit.height_m)
             for trial in self.fit.trials:
                 if trial.capture.name == name:
-                    return fitted_replay(trial, self.fit.skeleton, person)
+                    return fitted_replay(trial, self.fit.skeleton, person, self.fit.settings)
         return unfitted_replay(self.capture(name))
 
 

@@ -14,6 +14,7 @@ from annotations.folding import folded
 from annotations.trial_review import TrialReview
 from solver.capture.capture import Subject
 from solver.contact.proposals import Proposal as Detected
+from solver.contact.wrenches import DETECTION, NOBODY
 from solver.dynamics.thresholds import Thresholds
 from solver.errors import ResultsError, SolverError
 from solver.results.kept_proposals import kept_proposals
@@ -58,8 +59,11 @@ class Row:
 
     @property
     def undecided(self) -> bool:
-        """Whether a machine, and no person, said which forces count."""
-        return self.figures is not None and self.figures.get("mask_source") in ("proposals", "none")
+        """Whether a machine, or nobody, said of some frames which forces count."""
+        if self.figures is None:
+            return False
+        sources = str(self.figures.get("mask_source", NOBODY)).split(" + ")
+        return DETECTION in sources or NOBODY in sources
 
     @property
     def badness(self) -> float:

@@ -3,8 +3,10 @@
 Every array has one row a marker frame. Units are SI, the frame is the ground, y up; NaN means not measured.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -14,9 +16,10 @@ from addb_viewer.app.foot_forces import DemandedForce, demanded_forces
 from addb_viewer.app.marker_tracks import MarkerTracks, marker_tracks
 from solver.capture.capture import Capture, ForcePlate
 from solver.contact.contact_phases import ContactPhase, contact_phases
+from solver.contact.detection_settings import DetectionSettings
 from solver.contact.proposals import Proposal
 from solver.contact.settings import ContactSettings
-from solver.contact.wrenches import MissingRange
+from solver.contact.wrenches import NOBODY, MissingRange
 from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.fit import TrialFit
 from solver.kinematics.label_faults.fault import LabelFault
@@ -112,8 +115,15 @@ class ForceUse:
 
     contacts: tuple[ContactPhase, ...] = ()
     missing: tuple[MissingRange, ...] = ()  # left out, and why
-    source: str = "none"  # who decided: "review", "review.json", "proposals" or "none"
+    source: str = NOBODY  # who decided about the trial, as in `FrameMask`
     proposals: tuple[Proposal, ...] = ()
+    sources: tuple[str, ...] = ()  # who left each of `missing` out; empty: not known
+    counts: Bool[np.ndarray, "frames feet"] | None = None  # the fit's mask; None: the trial has no forces
+    confidence: float = DetectionSettings().confidence  # from which on a proposal is left out
+
+    def source_of(self, k: int) -> str:
+        """Who left the k-th of `missing` out."""
+        return self.sources[k] if self.sources else self.source
 
 
 @dataclass(frozen=True)
@@ -161,8 +171,26 @@ def unfitted_replay(capture: Capture) -> Replay:
     )
 
 
-def fitted_replay(trial: TrialFit, skeleton: Skeleton, person: Person) -> Replay:
-    """A fitted trial; frames of the recording outside the fit stay without a skeleton (NaN)."""
+def sure_from(settings: Mapping[str, Any]) -> float:
+    """From which confidence on a fit leaves a proposal out.
+
+    Args:
+        settings: of the fit.
+    """
+    return float(settings.get("detection", {}).get("confidence", DetectionSettings().confidence))
+
+
+def fitted_replay(
+    trial: TrialFit, skeleton: Skeleton, person: Person, settings: Mapping[str, Any] | None = None
+) -> Replay:
+    """A fitted trial; frames of the recording outside the fit stay without a skeleton (NaN).
+
+    Args:
+        trial: fitted.
+        skeleton: of the fit.
+        person: whom residuals are measured against.
+        settings: of the fit; None: the usual ones.
+    """
     bare = unfitted_replay(trial.capture)
     on_fit = _Clock(bare.times, trial.motion.start_time, trial.motion.rate, trial.motion.frames)
     feet: tuple[str, ...] = ()
@@ -185,7 +213,7 @@ def fitted_replay(trial: TrialFit, skeleton: Skeleton, person: Person) -> Replay
         residual=_residual(trial, person, on_fit),
         joints=_joints(trial, skeleton, on_fit),
         demanded=demanded_forces(trial, skeleton, on_fit.floats),
-        forces=_force_use(trial, skeleton),
+        forces=_force_use(trial, skeleton, sure_from(settings or {})),
         label_faults=trial.label_faults,
         notes=(*notes, *trial.notes),
     )
@@ -266,10 +294,10 @@ def _joints(trial: TrialFit, skeleton: Skeleton, on_fit: _Clock) -> JointReplay:
     return JointReplay(skeleton.dofs, rotates, on_fit.floats(trial.motion.q), torque)
 
 
-def _force_use(trial: TrialFit, skeleton: Skeleton) -> ForceUse:
+def _force_use(trial: TrialFit, skeleton: Skeleton, confidence: float) -> ForceUse:
     """The fit's frames are the markers': one clock."""
     if trial.contacts is None:
-        return ForceUse(proposals=trial.proposals)
+        return ForceUse(proposals=trial.proposals, confidence=confidence)
     R_ground_body, p_ground_body = body_poses(skeleton, trial.motion.q)
     phases = contact_phases(
         trial.contacts,
@@ -279,5 +307,7 @@ def _force_use(trial: TrialFit, skeleton: Skeleton) -> ForceUse:
         rate=trial.motion.rate,
         settings=ContactSettings(),
     )
-    missing, source = ((), "none") if trial.mask is None else (trial.mask.reasons, trial.mask.source)
-    return ForceUse(phases, missing, source, trial.proposals)
+    mask = trial.mask
+    if mask is None:
+        return ForceUse(phases, proposals=trial.proposals, confidence=confidence)
+    return ForceUse(phases, mask.reasons, mask.source, trial.proposals, mask.sources, mask.counts, confidence)

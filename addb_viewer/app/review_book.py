@@ -2,16 +2,13 @@
 
 import threading
 from collections.abc import Callable, Sequence
-from datetime import UTC, datetime
 
-from addb_viewer.review_store import has_log, open_log, record
-from annotations.events import IMPORTED, Edit, Event, ImportLabels
+from addb_viewer.review_store import has_log, open_log, record, with_own_file
+from annotations.events import Edit, Event
 from annotations.folding import folded
 from annotations.live_review import LiveReview
-from annotations.review_json import FINISHED
 from annotations.trial_review import TrialReview
 from solver.capture.capture import Capture, Subject, TrialFiles
-from solver.runs import runs
 
 LOOK_EVERY = 0.4  # [s] between two looks at what other programs recorded
 
@@ -146,13 +143,6 @@ class ReviewBook:
         return next(files for files in self.subject.trials if files.name == trial)
 
     def _imported(self, trial: str) -> tuple[Edit, ...]:
+        """A review.json that is not in the log yet."""
         files = next((files for files in self.subject.trials if files.name == trial), None)
-        if files is None or not files.reviews:
-            return ()
-        missing = self._capture(trial).imported_missing_force
-        if missing is None:
-            return ()
-        finished = all((review.parent / FINISHED).exists() for review in files.reviews)
-        ranges = tuple((int(start), int(end)) for start, end in runs(missing))
-        labels = ImportLabels(ranges, len(missing), finished)
-        return (Edit(0, trial, IMPORTED, datetime.now(UTC), labels),)
+        return with_own_file(files, self._capture(trial), ()) if files and files.reviews else ()

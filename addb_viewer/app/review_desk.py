@@ -20,6 +20,7 @@ from addb_viewer.app.review_panel import ReviewPanel, activity_named, feet_words
 from addb_viewer.app.selection import Selection
 from addb_viewer.app.stops import Stop, next_stop, place_of, stops_of
 from addb_viewer.app.what_if_desk import WhatIfDesk
+from addb_viewer.review_store import left_undecided
 from annotations.errors import ReviewError
 from annotations.events import (
     AcceptProposal,
@@ -27,6 +28,7 @@ from annotations.events import (
     Edit,
     Event,
     FlagRange,
+    Proposal,
     RejectProposal,
     SetActivity,
     SetStatus,
@@ -215,8 +217,18 @@ class ReviewDesk:
         self.notices.tell("Counts again", said_by(redone.event))
 
     def set_status(self, status: Status) -> None:
-        """Say how far the review is."""
-        self._record(SetStatus(status, self._note()))
+        """Say how far the review is; what is undecided when a trial is finished stays left out."""
+        left_out = self.left_out if status is Status.FINISHED else None
+        self._record(SetStatus(status, self._note(), left_out))
+
+    @property
+    def left_out(self) -> tuple[Proposal, ...] | None:
+        """What detection leaves out and nobody has decided; None where the trial has not been fitted."""
+        replay, fit = self.place.replay, self.place.room.library.fit
+        if replay is None or replay.bodies is None:
+            return None
+        forces, made_of = replay.forces, fit.provenance if fit else {}
+        return left_undecided(self.review, forces.proposals, replay.frames, forces.confidence, made_of)
 
     def warm_up(self) -> None:
         """Make the first answer to "what if" come soon."""

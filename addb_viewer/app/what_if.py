@@ -5,12 +5,11 @@ import json
 import subprocess
 import sys
 import threading
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from addb_viewer.app.work import PATIENCE_S, give_way
-from solver.contact.wrenches import MissingRange
+from solver.contact.force_review import ForceReview, as_plain
 from solver.errors import SolverError
 
 NICE = 3  # a person waits for the answer: after the page, before a solve
@@ -34,18 +33,18 @@ class WhatIf:
         self._process: subprocess.Popen[str] | None = None
         self._prepared, self._closed = "", False
 
-    def warm(self, trial: str | None = None, present: Sequence[MissingRange] = ()) -> None:
+    def warm(self, trial: str | None = None, present: ForceReview | None = None) -> None:
         """Start the worker, so that the first answer comes soon; never waits.
 
         Args:
             trial: that will be asked about; its present side is computed already. None: nobody knows yet.
-            present: its flags.
+            present: what people say about its forces.
         """
         if not self._lock.acquire(blocking=False):
             return  # it is at work already
         try:
             process = self._alive()
-            question = json.dumps({"prepare": trial, "present": list(present)})
+            question = json.dumps({"prepare": trial, "present": as_plain(present or ForceReview())})
             if trial is not None and question != self._prepared:
                 self._prepared = question
                 with contextlib.suppress(OSError, ValueError):  # it ended; whoever asks is told why
@@ -53,15 +52,13 @@ class WhatIf:
         finally:
             self._lock.release()
 
-    def ask(
-        self, trial: str, present: Sequence[MissingRange], instead: Sequence[MissingRange]
-    ) -> dict[str, Any]:
-        """The figures of a trial with the present flags and with others.
+    def ask(self, trial: str, present: ForceReview, instead: ForceReview) -> dict[str, Any]:
+        """The figures of a trial with the present decisions and with others.
 
         Raises:
             SolverError: it cannot be computed; why.
         """
-        question = json.dumps({"trial": trial, "present": list(present), "instead": list(instead)})
+        question = json.dumps({"trial": trial, "present": as_plain(present), "instead": as_plain(instead)})
         with self._lock:
             return _asked(self._alive(), question)
 

@@ -6,11 +6,12 @@ import threading
 import viser
 
 from addb_viewer.app.flipping import flipped
-from addb_viewer.app.forces_in_use import left_out
+from addb_viewer.app.forces_in_use import mask_now
 from addb_viewer.app.notices import Notices
 from addb_viewer.app.page import boxed
 from addb_viewer.app.place import Place
 from addb_viewer.app.review_html import what_if_html, what_if_words
+from addb_viewer.review_store import force_review
 from annotations.errors import ReviewError
 from annotations.trial_review import TrialReview
 from solver.errors import SolverError
@@ -31,7 +32,7 @@ class WhatIfDesk:
         """
         replay, room = self.place.replay, self.place.room
         if room.library.fit is not None and replay is not None and replay.residual is not None:
-            room.what_if.warm(replay.name, left_out(replay, review))
+            room.what_if.warm(replay.name, force_review(review))
 
     def ask(self, review: TrialReview, chosen: tuple[int, int] | None, foot: str | None) -> None:
         """The residual if the selected frames counted, or no longer did.
@@ -49,8 +50,10 @@ class WhatIfDesk:
             raise ReviewError("there is no fit with forces to ask; G solves")
         if chosen is None:
             raise ReviewError("select the range first: I and O, N, or drag over the timeline")
-        present = left_out(replay, review)
-        instead, words = flipped(present, chosen, foot, review.feet)
+        present, mask = force_review(review), mask_now(replay, review)
+        if mask is None:
+            raise ReviewError("a label does not fit this recording; G says which")
+        instead, words = flipped(present, mask, chosen, foot, replay.feet)
         self._asked += 1
         number, what_if, trial = self._asked, self.place.room.what_if, replay.name
         self.answer.content = boxed(f"<b>{html.escape(words)}</b><br>asking the solver …")

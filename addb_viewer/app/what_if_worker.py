@@ -1,8 +1,8 @@
 """What the residual would be with other flags: keeps a subject's fit in memory and answers lines of JSON.
 
-`python -m` this module with SUBJECT, RESULTS and the folder of the fit. Asked {"trial": …, "present":
-[[a, b, foot, reason], …], "instead": […]} it answers {"present": {…}, "instead": {…}, "seconds": …} or
-{"error": …}. Told {"prepare": trial, "present": […]} it computes that side and answers nothing.
+`python -m` this module with SUBJECT, RESULTS and the folder of the fit. Asked {"trial": …, "present": {…},
+"instead": {…}}, each a `ForceReview`, it answers {"present": {…}, "instead": {…}, "seconds": …} in figures,
+or {"error": …}. Told {"prepare": trial, "present": {…}} it computes that side and answers nothing.
 """
 
 import contextlib
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from addb_viewer.commands.solving import Job, job_for
-from solver.contact.wrenches import MissingRange
+from solver.contact.force_review import from_plain
 from solver.dynamics.extension import Extension
 from solver.errors import SolverError
 from solver.fit import Fit, TrialFit
@@ -46,12 +46,11 @@ class Asked:
         with contextlib.suppress(SolverError):
             self._figures(question["prepare"], question["present"])
 
-    def _figures(self, trial: str, ranges: list[list[Any]]) -> Figures:
-        key = json.dumps([trial, ranges])
+    def _figures(self, trial: str, said: dict[str, Any]) -> Figures:
+        key = json.dumps([trial, said])
         if key not in self.known:
-            missing: list[MissingRange] = [(int(a), int(b), foot, str(why)) for a, b, foot, why in ranges]
             alone = replace(self.fit, trials=tuple(t for t in self.fit.trials if t.capture.name == trial))
-            solved = resolve(alone, {trial: missing}, self.settings, extension=self.extension)
+            solved = resolve(alone, {trial: from_plain(said)}, self.settings, extension=self.extension)
             self.known[key] = figures_of(solved.trials[0])
         return self.known[key]
 

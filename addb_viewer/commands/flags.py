@@ -9,6 +9,7 @@ from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, SubjectFolder
 from addb_viewer.commands.reviewing import capture_of, described, subject_in, trial_of
 from addb_viewer.review_store import has_log, open_log
+from annotations.events import Status
 from annotations.folding import folded
 from annotations.ranges_csv import ranges_csv
 from annotations.review_json import export_labels, lost_in_review_json
@@ -59,6 +60,10 @@ def _export(subject: Subject, review: TrialReview, files: TrialFiles, folder: Pa
         return
     for path in export_labels(review, capture_of(subject, files).markers.frames, folder):
         typer.echo(path)
+    if review.status is not Status.FINISHED:
+        typer.echo(
+            f"note: {review.trial}: not finished; what detection alone leaves out is not in its review.json"
+        )
     lost = lost_in_review_json(review)
     if lost:
         typer.echo(f"note: {review.trial}: review.json has no place for {', '.join(lost)}; --csv has")
@@ -85,10 +90,11 @@ def _reviews(subject: Subject, trials: list[TrialFiles], history: bool) -> list[
 def _print(review: TrialReview, files: TrialFiles) -> None:
     about = ", ".join(filter(None, (review.status_author, review.status_note)))
     by = f" ({about})" if about else ""
-    nothing = "" if review.flags else ", nothing flagged"
-    decides = ", its review.json decides" if files.reviews and not review.decided else ""
+    flags = (*review.flags, *(review.stays_out or ()))
+    nothing = "" if flags else ", nothing flagged"
+    decides = ", its review.json decides" if files.reviews and not review.is_imported else ""
     typer.echo(f"{review.trial}: {review.status}{by}{nothing}{decides}")
-    rows = [_row(flag) for flag in review.flags]
+    rows = [_row(flag) for flag in flags]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         typer.echo("  " + "  ".join(map(str.ljust, row, widths)).rstrip())
@@ -117,20 +123,8 @@ def _figures(review: TrialReview) -> dict[str, Any]:
         "status": review.status.value,
         "status_author": review.status_author,
         "status_note": review.status_note,
-        "missing": [
-            {
-                "range": [flag.start, flag.end],
-                "foot": flag.foot,
-                "reason": flag.reason,
-                "source": flag.source.value,
-                "author": flag.author,
-                "edit": flag.edit,
-                "note": flag.note,
-                "confidence": flag.confidence,
-                "detector": flag.detector,
-            }
-            for flag in review.flags
-        ],
+        "missing": [_flag(flag) for flag in review.flags],
+        "stays_out": None if review.stays_out is None else [_flag(flag) for flag in review.stays_out],
         "cleared": [
             {
                 "range": [cleared.start, cleared.end],
@@ -154,4 +148,18 @@ def _figures(review: TrialReview) -> dict[str, Any]:
             for activity in review.activities
         ],
         "conflicts": [str(conflict) for conflict in review.conflicts],
+    }
+
+
+def _flag(flag: FlaggedRange) -> dict[str, Any]:
+    return {
+        "range": [flag.start, flag.end],
+        "foot": flag.foot,
+        "reason": flag.reason,
+        "source": flag.source.value,
+        "author": flag.author,
+        "edit": flag.edit,
+        "note": flag.note,
+        "confidence": flag.confidence,
+        "detector": flag.detector,
     }

@@ -11,7 +11,7 @@ from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.review_store import reviews_for_solve
 from solver.capture.capture import Subject, TrialFiles
 from solver.capture.subject import open_subject
-from solver.contact.wrenches import MissingRange
+from solver.contact.force_review import ForceReview
 from solver.dynamics.extension import Extension
 from solver.errors import CaptureError, ResultsError
 from solver.fit import Fit
@@ -35,7 +35,7 @@ class Job:
     settings: Settings
     trials: tuple[str, ...] | None  # None: all
     results: Path
-    reviews: Mapping[str, Sequence[MissingRange]]  # by trial, what people flagged
+    reviews: Mapping[str, ForceReview]  # by trial, what people flagged
     extension: Extension | None = None  # what a person accepted as acting beside the recorded forces
 
 
@@ -215,6 +215,6 @@ def _wanted(subject: Subject, trials: Sequence[str] | None) -> list[TrialFiles]:
 
 
 def _without_reviews(subject: Subject) -> Subject:
-    note = "reviews are ignored: forces that people flagged count as measured"
+    note = "reviews are ignored: detection alone says which forces count"
     trials = tuple(replace(trial, reviews=()) for trial in subject.trials)
     return replace(subject, trials=trials, notes=(*subject.notes, note))

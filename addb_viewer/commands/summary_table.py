@@ -77,7 +77,8 @@ def _honesty(trials: list[dict[str, Any]]) -> Iterator[Text]:
     for trial in trials:
         parts = []
         if trial["mask_source"] != "none":
-            parts.append(f"frames chosen by {_MASKS[trial['mask_source']]}")
+            chose = [_MASKS[source] for source in trial["mask_source"].split(" + ")]
+            parts.append(f"frames chosen by {' and '.join(chose)}")
         heldout = trial["heldout"]
         if heldout is not None:
             linear, angular = heldout["linear_residual"], heldout["angular_residual"]

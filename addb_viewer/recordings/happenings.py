@@ -95,12 +95,11 @@ def lines_of(record: TrialRecord, recording: Recording) -> tuple[Line, ...]:
     others = [other.replay.name for other in recording.trials if other is not record]
     notes = [note for note in recording.notes if not note.startswith(tuple(f"{o}: " for o in others))]
     lines = [Line(0, "note", note.removeprefix(f"{name}: ")) for note in notes]
-    source = record.replay.forces.source
-    for start, end, foot, reason in record.replay.forces.missing:
+    for k, (start, end, foot, reason) in enumerate(record.replay.forces.missing):
         feet = foot or "all feet"
         words = reason_words(reason)
         why = words if words == reason else f"{words} ({reason})"
-        text = f"frames {start} to {end - 1}, {feet}: {why}, decided by {source}"
+        text = f"frames {start} to {end - 1}, {feet}: {why}, left out by {record.replay.forces.source_of(k)}"
         lines.append(Line(start, "flag", text, is_warning=True))
     for effect, frames in _causes(record, recording.diagnosis):
         told = [title(effect), *amounts(effect)]

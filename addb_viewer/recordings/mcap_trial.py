@@ -112,9 +112,9 @@ def write_fit(
         for time_ns, update in zip(times, force_arrows(replay, times), strict=True):
             file.message(topics.topic("forces"), time_ns, update)
     _write_residual(topics, record)
-    for start, end, foot, reason in replay.forces.missing:
+    for k, (start, end, foot, reason) in enumerate(replay.forces.missing):
         flag = {"trial": replay.name, "range": [start, end], "foot": foot, "reason": reason}
-        file.record(topics.topic("flags"), times[start], FLAG, flag | {"source": replay.forces.source})
+        file.record(topics.topic("flags"), times[start], FLAG, flag | {"source": replay.forces.source_of(k)})
     for line in lines:
         write_line(topics, line)
     figures = {"trial": replay.name, "figures": dict(record.figures)}

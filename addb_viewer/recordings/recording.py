@@ -87,7 +87,7 @@ def recording_of(
         before = None if earlier is None or previous is None else _of_previous(earlier, previous)
         if previous is None:
             before, name = _of_markers_alone(trial, fit), MARKERS_ALONE
-        replay = fitted_replay(trial, fit.skeleton, _person(fit))
+        replay = fitted_replay(trial, fit.skeleton, _person(fit), fit.settings)
         records.append(TrialRecord(replay, before, name, its_figures, _missing(trial), trial.costs))
     return Recording(
         fit=fit,
@@ -109,7 +109,7 @@ def _person(fit: Fit) -> Person:
 
 
 def _of_previous(trial: TrialFit, fit: Fit) -> Replay:
-    return fitted_replay(trial, fit.skeleton, _person(fit))
+    return fitted_replay(trial, fit.skeleton, _person(fit), fit.settings)
 
 
 def _of_markers_alone(trial: TrialFit, fit: Fit) -> Replay | None:
@@ -129,7 +129,7 @@ def _of_markers_alone(trial: TrialFit, fit: Fit) -> Replay | None:
         contacts=None,  # forces are drawn once, with the present fit
         mask=None,
     )
-    return fitted_replay(bare, skeleton, _person(fit))
+    return fitted_replay(bare, skeleton, _person(fit), fit.settings)
 
 
 def _body_before(fit: Fit) -> Skeleton:

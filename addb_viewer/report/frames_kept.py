@@ -16,6 +16,7 @@ from solver.contact.mask import (
     TOO_FEW_MARKERS,
     TWO_FEET_ON_ONE_PLATE,
 )
+from solver.contact.wrenches import DETECTION, FILE, NOBODY, PERSON
 from solver.runs import runs
 
 TRIAL_ENDS = "ends of the recording"
@@ -50,12 +51,21 @@ MEANINGS = {
 
 _WORDS = {"manualReview": "flagged by a person"}  # where its key's "other" says less
 
-DECIDED_BY = {
-    "review": "the review in this program",
-    "review.json": "an imported review (review.json)",
-    "proposals": "automatic detection; no person has reviewed it",
-    "none": "nobody: every recorded force counts",
+_DECIDED_BY = {
+    PERSON: "the review in this program",
+    FILE: "an imported review (a review.json or a table)",
+    DETECTION: "automatic detection, which no person has confirmed",
+    NOBODY: "nobody: every recorded force counts",
 }
+
+
+def decided_by(mask_source: str) -> str:
+    """Who decided which frames count, in words.
+
+    Args:
+        mask_source: as in the figures of a fit.
+    """
+    return "; elsewhere ".join(_DECIDED_BY.get(source, source) for source in mask_source.split(" + "))
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from jaxtyping import Float
 from addb_viewer.app.palette import GREEN, reason_color
 from addb_viewer.recordings.recording import TrialRecord
 from addb_viewer.report.frames_kept import (
-    DECIDED_BY,
     Kept,
+    decided_by,
     duration_s,
     frames_words,
     seconds_words,
@@ -53,7 +53,7 @@ def frames_part(record: TrialRecord, kept: Kept, index: int) -> Safe:
     if kept.contacts is not None:
         measured, of = kept.contacts
         said.append(f"Plates carry the foot in {measured} of the {of} times that one stands on the ground.")
-    said.append(f"Who decided: {DECIDED_BY.get(str(record.figures['mask_source']), 'unknown')}.")
+    said.append(f"Who decided: {decided_by(str(record.figures['mask_source']))}.")
     head = ("Frames are …", "Foot", "Frames", "Time", "Where: frames, seconds on the recording's clock")
     return joined((element("p", " ".join(said)), table(head, rows, "frames")))
 

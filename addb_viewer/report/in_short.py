@@ -8,9 +8,10 @@ from addb_viewer.diagnosis_vocabulary import listed
 from addb_viewer.diagnosis_words import verdict
 from addb_viewer.recordings.recording import TrialRecord
 from addb_viewer.report.content import SubjectReport
-from addb_viewer.report.frames_kept import DECIDED_BY, Kept, frames_words, in_all, seconds_words
+from addb_viewer.report.frames_kept import Kept, decided_by, frames_words, in_all, seconds_words
 from addb_viewer.report.markup import Safe, element, joined
 from addb_viewer.report.quality import LARGEST_MARKER, SOURCE, judged_figures
+from solver.contact.wrenches import DETECTION
 
 FEW = 0.5  # share of frames below which figures say little about the whole trial
 MOST_REASONS, MOST_RANGES, MOST_STRIPS = 3, 4, 6
@@ -127,9 +128,10 @@ def _frames(report: SubjectReport) -> Safe:
     if any(len(trial.causes) > 1 for trial in kept):
         lines.append("A frame is usable when the forces of both feet are; so reasons overlap.")
     sources = dict.fromkeys(str(record.figures["mask_source"]) for record in report.recording.trials)
-    who = listed([DECIDED_BY.get(source, source) for source in sources])
+    who = listed([decided_by(source) for source in sources])
     lines.append(f"Who decided: {who}.")
-    kind = BAD if not count else DOUBT if count < FEW * frames or "proposals" in sources else GOOD
+    unconfirmed = any(DETECTION in source for source in sources)
+    kind = BAD if not count else DOUBT if count < FEW * frames or unconfirmed else GOOD
     return _card(kind, frames_sentence(kept), lines)
 
 

@@ -9,7 +9,7 @@ from urllib.parse import quote
 
 from addb_viewer.recordings.recording import TrialRecord
 from addb_viewer.report.content import SubjectReport
-from addb_viewer.report.frames_kept import DECIDED_BY, Kept, in_all
+from addb_viewer.report.frames_kept import Kept, decided_by, in_all
 from addb_viewer.report.in_short import frames_sentence
 from addb_viewer.report.markup import Safe, element, joined
 from addb_viewer.report.page import page_html
@@ -110,6 +110,7 @@ def _rows(entry: Entry, file: Path) -> list[Safe]:
 def _row(entry: Entry, address: str, record: TrialRecord, kept: Kept) -> Safe:
     assert entry.report is not None
     source = str(record.figures["mask_source"])
+    short = ", ".join(DECIDED_SHORT.get(one, one) for one in source.split(" + "))
     diagnosis = entry.report.diagnosis.figures
     share = kept.count / max(kept.frames, 1)
     usable = joined((f"{kept.count} ", element("small", f"{100 * share:.0f} %")))
@@ -119,7 +120,7 @@ def _row(entry: Entry, address: str, record: TrialRecord, kept: Kept) -> Safe:
         element("td", record.replay.name),
         _sorted(str(kept.frames), kept.frames),
         _sorted(usable, share),
-        element("td", DECIDED_SHORT.get(source, source), title=DECIDED_BY.get(source, source)),
+        element("td", short, title=decided_by(source)),
         *(_judged(judged) for judged in judged_figures(record.figures)),
         element("td", "not asked" if diagnosis is None else str(diagnosis["verdict"])),
     )

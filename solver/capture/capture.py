@@ -68,6 +68,7 @@ class Capture:
     notes: tuple[str, ...] = ()  # what was assumed, converted or ignored on the way in
     files: tuple[Path, ...] = ()
     imported_missing_force: Bool[np.ndarray, " frames"] | None = None  # review.json: true = force missing
+    imported_reviewed: Bool[np.ndarray, " frames"] | None = None  # frames that it is about; None: all
     outside_ranges: Bool[np.ndarray, " frames"] | None = (
         None  # true: in no range of the trial; None: all counts
     )

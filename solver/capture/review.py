@@ -28,7 +28,7 @@ class _Segment:
 
 def imported_review(
     reviews: Sequence[Path], markers: Markers
-) -> tuple[Bool[np.ndarray, " frames"] | None, tuple[str, ...]]:
+) -> tuple[Bool[np.ndarray, " frames"] | None, Bool[np.ndarray, " frames"] | None, tuple[str, ...]]:
     """Labels of a whole trial: true where a person said that the force is missing.
 
     A segment lies where the timestamps of its data.csv say; without them, segments follow one another from
@@ -39,13 +39,14 @@ def imported_review(
         markers: the trial that they are about.
 
     Returns:
-        One boolean a frame, or None without reviews; and what was assumed.
+        One boolean a frame, or None without reviews; which frames have a review, None where all have; and
+        what was assumed.
 
     Raises:
         CaptureError: a review.json is broken.
     """
     if not reviews:
-        return None, ()
+        return None, None, ()
     mask, covered = np.zeros(markers.frames, bool), np.zeros(markers.frames, bool)
     notes: list[str] = []
     end, previous = 0, None
@@ -66,8 +67,8 @@ def imported_review(
         if not (segment.place / "REVIEWED").exists():
             notes.append(f"{name}: no file REVIEWED beside it: perhaps nobody has finished the review")
     if not covered.all():
-        notes.append(f"{int((~covered).sum())} frames have no review; their forces count as measured")
-    return mask, tuple(notes)
+        notes.append(f"{int((~covered).sum())} frames have no review: detection decides about them")
+    return mask, None if covered.all() else covered, tuple(notes)
 
 
 def _first_frame(segment: _Segment, follows: int, markers: Markers) -> int:

@@ -45,7 +45,7 @@ def read_trial(files: TrialFiles, settings: ReadingSettings = READING) -> Captur
     """
     recording = _recording(files, settings)
     markers, cleaning_notes = _cleaned(recording.markers, files.markers, settings)
-    mask, review_notes = imported_review(files.reviews, markers)
+    mask, reviewed, review_notes = imported_review(files.reviews, markers)
     outside, range_notes = outside_ranges(files.ranges, markers)
     notes = (
         *recording.notes,
@@ -61,6 +61,7 @@ def read_trial(files: TrialFiles, settings: ReadingSettings = READING) -> Captur
         notes=(*notes, *review_notes, *range_notes),
         files=tuple(path for path in (files.markers, files.forces, *files.reviews) if path is not None),
         imported_missing_force=mask,
+        imported_reviewed=reviewed,
         outside_ranges=outside,
     )
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Bool
 
+from solver.contact.wrenches import MissingRange
 from solver.runs import runs
 
 # The B3D format's words.
@@ -46,6 +47,11 @@ def missing_force(
             feet = slice(None) if proposal.foot is None else list(foot_bodies).index(proposal.foot)
             missing[slice(*proposal.range), feet] = True
     return missing
+
+
+def sure_ranges(proposals: Sequence[Proposal], confidence: float) -> tuple[MissingRange, ...]:
+    """What is left out of a fit as long as nobody has decided: proposals at least this sure."""
+    return tuple((*p.range, p.foot, p.reason) for p in proposals if p.confidence >= confidence)
 
 
 def within(proposals: Sequence[Proposal], used: Bool[np.ndarray, " frames"]) -> tuple[Proposal, ...]:

@@ -40,6 +40,11 @@ class ContactWrenches:
         return self.wrench_ground.shape[0]
 
 
+PERSON, FILE, DETECTION = "review", "review.json", "proposals"  # who decided, as figures name them
+NOBODY, RECORDING = "none", "recording"  # nothing was decided; the recording itself has no force for a foot
+SOURCES = (NOBODY, DETECTION, FILE, PERSON)  # a later one is heard before an earlier one
+
+
 @dataclass(frozen=True)
 class FrameMask:
     """Per foot: True where the force counts. `reasons` says why not; frame `end` is the first after a range.
@@ -49,7 +54,27 @@ class FrameMask:
 
     counts: Bool[np.ndarray, "frames feet"]
     reasons: tuple[MissingRange, ...] = ()
-    source: str = "none"  # "review", "review.json", "proposals" or "none"
+    source: str = NOBODY  # all of those of `SOURCES` that decided anything, joined by " + "
+    decided_by: Int[np.ndarray, "frames feet"] | None = None  # places in `SOURCES`; None: not known
+    sources: tuple[str, ...] = ()  # of each of the reasons: of `SOURCES`, or RECORDING
+
+    def source_of(self, k: int) -> str:
+        """Who gave a reason; where that was not kept, who decided about the trial.
+
+        Args:
+            k: its place in `reasons`.
+        """
+        return self.sources[k] if self.sources else self.source
+
+    def decided(self, *sources: str) -> Bool[np.ndarray, "frames feet"]:
+        """Frames and feet about which one of these has decided.
+
+        Args:
+            sources: of `SOURCES`.
+        """
+        if self.decided_by is None:
+            return np.full(self.counts.shape, self.source in sources)
+        return np.isin(self.decided_by, [SOURCES.index(source) for source in sources])
 
     @property
     def all_feet(self) -> Bool[np.ndarray, " frames"]:

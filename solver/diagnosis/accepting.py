@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.capture import Subject
-from solver.contact.wrenches import MissingRange
+from solver.contact.force_review import ForceReview
 from solver.diagnosis.balance import Solved
 from solver.diagnosis.diagnose import repaired_balance
 from solver.diagnosis.extension import causes_of, extension_of
@@ -46,7 +46,7 @@ def extension_for(
     causes: Set[tuple[str, str]],
     *,
     trials: Sequence[str] | None = None,
-    reviews: Mapping[str, Sequence[MissingRange]] | None = None,
+    reviews: Mapping[str, ForceReview] | None = None,
     progress: Progress = silent,
 ) -> FoundAgain:
     """Fit the causes that a diagnosis named once more, none but them, and take them into an extension.

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from solver.capture.capture import Capture, Subject
 from solver.capture.subject import open_subject
-from solver.contact.wrenches import MissingRange
+from solver.contact.force_review import ForceReview
 from solver.diagnosis.balance import Balance
 from solver.diagnosis.conclusion import conclude
 from solver.diagnosis.detectable import detectable
@@ -34,7 +34,7 @@ def diagnose(
     settings: Settings,
     *,
     trials: Sequence[str] | None = None,
-    reviews: Mapping[str, Sequence[MissingRange]] | None = None,
+    reviews: Mapping[str, ForceReview] | None = None,
     diagnosis: DiagnosisSettings = DIAGNOSIS,
     progress: Progress = silent,
 ) -> Diagnosis:
@@ -91,7 +91,7 @@ def repaired_balance(
     diagnosis: DiagnosisSettings,
     *,
     trials: Sequence[str] | None,
-    reviews: Mapping[str, Sequence[MissingRange]],
+    reviews: Mapping[str, ForceReview],
     progress: Progress,
 ) -> tuple[Balance, SeenInMarkers, Fit]:
     """Fit the markers alone, repair them, and set up the wrench balance.

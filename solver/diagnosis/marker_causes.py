@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solver.capture.capture import Capture
-from solver.contact.wrenches import MissingRange
+from solver.contact.force_review import ForceReview
 from solver.diagnosis.scenes import SceneAndPosterior, scenes_of
 from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects import marker_slip, marker_swap, soft_tissue
@@ -34,7 +34,7 @@ def with_markers_repaired(
     fitted: Callable[[Mapping[str, Capture]], Fit],
     settings: Settings,
     diagnosis: DiagnosisSettings,
-    reviews: Mapping[str, Sequence[MissingRange]],
+    reviews: Mapping[str, ForceReview],
 ) -> tuple[Fit, SceneAndPosterior, SeenInMarkers]:
     """Fit, look at the markers, repair them, and fit again until nothing more is found.
 

@@ -8,6 +8,8 @@ from jaxtyping import Bool, Float
 
 from solver.capture.capture import ForcePlate
 from solver.capture.conditioning import plate_loads
+from solver.contact.force_review import ForceReview
+from solver.contact.mask import mask_of, with_own_file
 from solver.contact.sole import independent_feet, soles
 from solver.contact.wrenches import MissingRange
 from solver.diagnosis.own_model import size_against_own_model
@@ -18,7 +20,6 @@ from solver.dynamics.material_acceleration import material_accelerations
 from solver.dynamics.root_wrench import centre_of_mass
 from solver.effects.scene import MarkerScene, PlateScene, Scene
 from solver.fit import Fit, TrialFit
-from solver.runs import runs
 from solver.settings import Settings
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
@@ -104,7 +105,7 @@ def scenes_of(
     fit: Fit,
     settings: Settings,
     diagnosis: DiagnosisSettings,
-    reviews: Mapping[str, Sequence[MissingRange]],
+    reviews: Mapping[str, ForceReview],
 ) -> SceneAndPosterior:
     """All trials of a fit that have forces."""
     size = size_against_own_model(fit)
@@ -120,14 +121,11 @@ def scenes_of(
     ]
 
 
-def flagged_by_people(fit: TrialFit, reviews: Mapping[str, Sequence[MissingRange]]) -> Sequence[MissingRange]:
-    """A trial's flags in the store, else in an imported review."""
-    if fit.capture.name in reviews:
-        return reviews[fit.capture.name]
-    imported = fit.capture.imported_missing_force
-    if imported is None:
-        return ()
-    return [(start, end, None, "manualReview") for start, end in runs(imported)]
+def flagged_by_people(fit: TrialFit, reviews: Mapping[str, ForceReview]) -> Sequence[MissingRange]:
+    """What people, and an imported review, leave out of a trial; what only detection does is a hypothesis."""
+    review = with_own_file(reviews.get(fit.capture.name) or ForceReview(), fit.capture)
+    feet = fit.contacts.foot_bodies if fit.contacts else ()
+    return mask_of(feet, fit.motion.frames, (), replace(review, stays_out=())).reasons
 
 
 def _plate(k: int, plate: ForcePlate, fit: TrialFit, settings: Settings) -> PlateScene:

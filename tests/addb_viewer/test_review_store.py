@@ -12,6 +12,7 @@ from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange, Proposal
 from solver.contact.proposals import Proposal as Found
 from tests.annotations.postgresql_server import postgresql  # noqa: F401 (a fixture)
+from tests.flagged import flagged
 
 FLAG = FlagRange(1, 3, "notOverForcePlate", "thigh")
 
@@ -43,7 +44,7 @@ def test_a_subject_keeps_its_own_file_by_default(subject):
         log.append("walk", FLAG, "anna")
     assert (subject.folder / FILE).is_file()
     assert reviews_for_solve(subject, subject.trials) == (
-        {"walk": ((1, 3, "thigh", "notOverForcePlate"),)},
+        {"walk": flagged((1, 3, "thigh", "notOverForcePlate"))},
         (),
     )
 
@@ -57,7 +58,7 @@ def test_a_shared_database_is_used_where_it_is_named(subject, shared):
     with open_log(subject.folder.parent / "another") as log:
         assert log.history() == ()
     reviews, notes = reviews_for_solve(subject, subject.trials)
-    assert reviews == {"walk": ((1, 3, "thigh", "notOverForcePlate"),)}
+    assert reviews == {"walk": flagged((1, 3, "thigh", "notOverForcePlate"))}
     assert notes == ()
 
 

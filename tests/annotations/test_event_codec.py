@@ -31,7 +31,9 @@ EVENTS = (
     SetActivity(0, 200, "run", "treadmill", "speeds up"),
     ClearActivity(0, 200),
     SetStatus(Status.SECOND_LOOK, "who stood on plate 2?"),
+    SetStatus(Status.FINISHED, left_out=(PROPOSAL,)),
     ImportLabels(((0, 61), (175, 238)), 238, True),
+    ImportLabels(((0, 61),), 238, True, ((61, 70),)),
     ImportTable(
         "S04.csv",
         "ben",
@@ -73,7 +75,11 @@ def test_what_the_first_version_wrote_is_still_read():
         "evidence": {},
     }
     assert decoded("accept proposal", {"proposal": proposal}) == AcceptProposal(Proposal(3, 9, "missingBlip"))
-    assert decoded("status", {"status": "in work"}) == SetStatus(Status.IN_WORK)
+    assert decoded("status", {"status": "in work"}) == SetStatus(Status.IN_WORK, left_out=())
+    # People alone decided about a trial that they had finished: it means that for good.
+    assert decoded("status", {"status": "finished"}) == SetStatus(Status.FINISHED, left_out=())
+    labels = {"missing": [[0, 3]], "frames": 9, "finished": True}
+    assert decoded("import", labels) == ImportLabels(((0, 3),), 9, True)
     activity = {"start": 0, "end": 5, "activity": "walk", "subclass": None}
     assert decoded("activity", activity) == SetActivity(0, 5, "walk")
 

@@ -21,6 +21,7 @@ from solver.simulate.laboratory import MeasurementSettings, measure, plates_unde
 from solver.simulate.person import Person, body_of
 from solver.simulate.subject_folder import write_subject
 from solver.simulate.trial import Scenario, simulate_trial
+from tests.flagged import flagged
 
 DURATION_S = 4.0
 FIRST, LAST = 1.0, 3.5  # [s] trialRanges
@@ -134,7 +135,7 @@ def test_an_erroneous_stretch_is_left_out_by_name_and_is_no_evidence(fit):
     (trial,) = fit.trials
     (start, end) = next(p.range for p in trial.proposals)
     stretch = (start - 5, end + 5, None, ERRONEOUS)
-    again = resolve(fit, {"walk": (stretch,)}, MARKERS_ALONE)
+    again = resolve(fit, {"walk": flagged(stretch)}, MARKERS_ALONE)
     (without,) = again.trials
     assert stretch in without.mask.reasons
     assert not without.forces_known[start - 5 : end + 5].any()
@@ -152,7 +153,7 @@ def test_forces_of_an_erroneous_stretch_teach_nothing_about_the_rest_of_the_cont
     capture = read_trial(files)
     times = capture.markers.times[[start, wrong - 1]]
     spoilt = {"walk": replace(capture, plates=tuple(_twofold(plate, times) for plate in capture.plates))}
-    reviews = {"walk": ((start - 3, wrong + 3, None, ERRONEOUS),)}
+    reviews = {"walk": flagged((start - 3, wrong + 3, None, ERRONEOUS))}
 
     def proposed_after(**given):
         (solved,) = solve(open_subject(folder), MARKERS_ALONE, captures=spoilt, **given).trials

@@ -22,6 +22,7 @@ from solver.simulate.laboratory import MeasurementSettings, measure, plates_unde
 from solver.simulate.person import Person, body_of
 from solver.simulate.subject_folder import write_subject
 from solver.simulate.trial import Scenario, simulate_trial
+from tests.flagged import flagged
 
 FORCE_N, MOMENT_NM, TORQUE_NM = 0.5, 0.5, 2.0
 ANGLE_RAD = 0.002
@@ -68,8 +69,8 @@ def case(request) -> Case:
     used = np.flatnonzero(trial.dynamics.used)
     start = int(used[len(used) // 2])
     after = (*before, (start, start + 25, trial.contacts.foot_bodies[0], "manualReview"))
-    reviews = {name: before}
-    return Case(solve(subject, SETTINGS, reviews=reviews), reviews, {name: after})
+    reviews = {name: flagged(*before)}
+    return Case(solve(subject, SETTINGS, reviews=reviews), reviews, {name: flagged(*after)})
 
 
 def assert_agree(first: Fit, second: Fit) -> None:
@@ -91,24 +92,24 @@ def assert_agree(first: Fit, second: Fit) -> None:
 
 
 @pytest.fixture(scope="module")
-def flagged(case) -> Fit:
+def reviewed(case) -> Fit:
     return resolve(case.first, case.after, SETTINGS)
 
 
-def test_a_new_flag_gives_what_a_solve_from_the_beginning_gives(case, flagged):
-    (trial,) = flagged.trials
+def test_a_new_flag_gives_what_a_solve_from_the_beginning_gives(case, reviewed):
+    (trial,) = reviewed.trials
     assert trial.mask.reasons != case.first.trials[0].mask.reasons
-    assert_agree(flagged, case.cold(case.after))
+    assert_agree(reviewed, case.cold(case.after))
 
 
-def test_taking_it_back_gives_the_first_fit_again(case, flagged):
-    assert_agree(resolve(flagged, case.before, SETTINGS), case.first)
+def test_taking_it_back_gives_the_first_fit_again(case, reviewed):
+    assert_agree(resolve(reviewed, case.before, SETTINGS), case.first)
 
 
-def test_the_withheld_blocks_are_due_and_then_those_of_a_solve_from_the_beginning(case, flagged):
-    assert flagged.heldout_due
-    assert flagged.trials[0].heldout is None
-    ours = predicting_withheld(flagged, SETTINGS, silent)
+def test_the_withheld_blocks_are_due_and_then_those_of_a_solve_from_the_beginning(case, reviewed):
+    assert reviewed.heldout_due
+    assert reviewed.trials[0].heldout is None
+    ours = predicting_withheld(reviewed, SETTINGS, silent)
     cold = case.cold(case.after)
     assert not ours.heldout_due
     np.testing.assert_array_equal(ours.trials[0].heldout.frames, cold.trials[0].heldout.frames)
@@ -117,11 +118,11 @@ def test_the_withheld_blocks_are_due_and_then_those_of_a_solve_from_the_beginnin
     )
 
 
-def test_a_fit_from_the_disk_is_as_good_a_start(case, flagged, tmp_path):
+def test_a_fit_from_the_disk_is_as_good_a_start(case, reviewed, tmp_path):
     save_fit(case.first, tmp_path)
     kept = load_fit(tmp_path, case.first.subject.folder)
     again = resolve(kept, case.after, SETTINGS)
-    np.testing.assert_allclose(again.trials[0].motion.q, flagged.trials[0].motion.q, atol=1e-12)
+    np.testing.assert_allclose(again.trials[0].motion.q, reviewed.trials[0].motion.q, atol=1e-12)
 
 
 def test_the_search_begins_where_the_last_one_ended(case):
@@ -144,14 +145,14 @@ def test_what_can_be_resolved(case, tmp_path):
 
 def test_a_review_of_another_recording_is_refused(case):
     (name,) = case.after
-    with pytest.raises(FitError, match=rf"{name}: Frames 9000 to 9099 are flagged"):
-        resolve(case.first, {name: ((9000, 9100, None, "manualReview"),)}, SETTINGS)
+    with pytest.raises(FitError, match=rf"{name}: Frames 9000 to 9099 are reviewed"):
+        resolve(case.first, {name: flagged((9000, 9100, None, "manualReview"))}, SETTINGS)
 
 
 def test_so_many_flags_that_nothing_is_left_leave_the_markers_motion(case):
     (name,) = case.after
     frames = case.first.trials[0].motion.frames
-    reviews = {name: ((0, frames, None, "manualReview"),)}
+    reviews = {name: flagged((0, frames, None, "manualReview"))}
     alone = resolve(case.first, reviews, SETTINGS)
     assert alone.trials[0].kinematics_only is None
     np.testing.assert_array_equal(alone.trials[0].motion.q, case.first.trials[0].kinematics_only.motion.q)

@@ -9,6 +9,7 @@ from solver.contact.wrenches import FrameMask
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.pipeline import solve
 from solver.settings import Settings
+from tests.flagged import flagged
 
 pytestmark = pytest.mark.real
 
@@ -21,19 +22,21 @@ OUTSIDE = ((0, 45, None, OUTSIDE_RANGES), (201, 238, None, OUTSIDE_RANGES))  # t
 def walk(real_data):
     """The fit of the trial, whose review.json flags frames 0 to 60 and 175 to 237."""
     subject = open_subject(real_data / "walk_rajagopal2015")
-    return solve(subject, Settings(), trials=["walk"], reviews={"walk": REVIEW})
+    return solve(subject, Settings(), trials=["walk"], reviews={"walk": flagged(*REVIEW)})
 
 
-def test_the_persons_review_alone_decides(walk):
+def test_the_person_decides_on_their_frames_and_the_imported_review_on_the_others(walk):
     (trial,) = walk.trials
-    assert trial.mask.source == "review"
-    assert trial.mask.reasons == (OUTSIDE[0], *REVIEW, OUTSIDE[1])
+    assert trial.mask.source == "review + review.json"
+    imported = [(0, 61, None, "manualReview"), (175, 238, None, "manualReview")]
+    assert sorted(trial.mask.reasons[:2]) == sorted((OUTSIDE[0], imported[0]))
+    assert trial.mask.reasons[2:] == (*REVIEW, imported[1], OUTSIDE[1])
     assert not trial.mask.all_feet[FLAGGED].any()
-    assert not trial.mask.all_feet[:45].any()
-    assert not trial.mask.all_feet[201:].any()
-    assert trial.mask.all_feet[45:201].sum() == 201 - 45 - (FLAGGED.stop - FLAGGED.start)
+    assert not trial.mask.all_feet[:61].any()
+    assert not trial.mask.all_feet[175:].any()
+    assert trial.mask.all_feet[61:175].sum() == 175 - 61 - (FLAGGED.stop - FLAGGED.start)
     assert not trial.dynamics.used[FLAGGED].any()
-    assert trial.dynamics.used[[45, 87, 98, 200]].all()
+    assert trial.dynamics.used[[61, 87, 98, 174]].all()
 
 
 def test_the_other_foots_measured_force_still_enters_the_torques(walk):
@@ -57,7 +60,7 @@ def walk_on_plates(real_data):
     """Only frames on which both feet are on plates or in the air count, but for the flagged foot."""
     subject = open_subject(real_data / "walk_rajagopal2015")
     off_plates = [(0, 61, None, "notOverForcePlate"), (175, 238, None, "notOverForcePlate")]
-    return solve(subject, Settings(), reviews={"walk": [*off_plates, *REVIEW]})
+    return solve(subject, Settings(), reviews={"walk": flagged(*off_plates, *REVIEW)})
 
 
 def test_the_flagged_foot_gets_what_the_motion_demands_of_it(walk_on_plates):

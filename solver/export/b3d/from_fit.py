@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float
 
 from solver.capture.conditioning import shared_cutoff
 from solver.capture.force_settings import ConditioningSettings
+from solver.contact.wrenches import FILE, PERSON
 from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.export.b3d.model import dofs_in_order, joints_in_order, unlocked
 from solver.export.b3d.pass_frames import ContactForces, pass_frames
@@ -147,7 +148,8 @@ def _header(
 
 def _trial_header(trial: TrialFit, passes: Sequence[PassHeader]) -> TrialHeader:
     markers, frames = trial.capture.markers, trial.motion.frames
-    reviewed = trial.mask is not None and trial.mask.source in ("review", "review.json")
+    mask = trial.mask
+    reviewed = np.zeros((frames, 1), dtype=bool) if mask is None else mask.decided(PERSON, FILE)
     return TrialHeader(
         name=trial.capture.name,
         missing_GRF_reason=reasons_per_frame(trial.mask, frames),
@@ -160,7 +162,7 @@ def _trial_header(trial: TrialFit, passes: Sequence[PassHeader]) -> TrialHeader:
         original_end_frame=frames,
         original_start_time=markers.start_time,
         original_end_time=markers.start_time + frames / markers.rate,
-        has_manual_GRF_annotation=np.full(frames, reviewed),
+        has_manual_GRF_annotation=np.any(reviewed, axis=1),
         trial_type=TrialType.OTHER,  # nobody has said where it was
     )
 

@@ -11,7 +11,7 @@ from solver.contact.mask import (
     TOO_FEW_MARKERS,
     TWO_FEET_ON_ONE_PLATE,
 )
-from solver.contact.wrenches import FrameMask
+from solver.contact.wrenches import RECORDING, SOURCES, FrameMask
 
 REASONS = (
     "notMissingGRF",
@@ -52,7 +52,10 @@ def reason_number(reason: str) -> int:
 
 
 def reasons_per_frame(mask: FrameMask | None, frames: int) -> Int[np.ndarray, " frames"]:
-    """Zero where every foot's force counts, else the number of the reason; a person's goes before all others.
+    """Zero where every foot's force counts, else the number of the reason.
+
+    A person's reason goes before a file's, that before detection's, and all before what the recording itself
+    has no force for.
 
     Args:
         mask: of the trial; None where it has no forces.
@@ -61,10 +64,14 @@ def reasons_per_frame(mask: FrameMask | None, frames: int) -> Int[np.ndarray, " 
     if mask is None:
         return np.full(frames, reason_number(NOT_RECORDED), np.int32)
     numbers = np.zeros(frames, np.int32)
-    by_person = REASONS.index(REVIEWED)
-    for start, end, _foot, reason in mask.reasons:
-        number, stretch = reason_number(reason), numbers[start:end]
-        stretch[(stretch == 0) | (number == by_person)] = number
+    heard = np.zeros(frames, np.int32)  # place of the source that gave the number, from 1
+    order = (RECORDING, *SOURCES)
+    for k, (start, end, _foot, reason) in enumerate(mask.reasons):
+        number, stretch, before = reason_number(reason), numbers[start:end], heard[start:end]
+        by_person = number == REASONS.index(REVIEWED)  # as far as a fit that kept no sources tells
+        rank = 1 + order.index(mask.sources[k]) if mask.sources else 1 + by_person
+        taken = rank > before
+        stretch[taken], before[taken] = number, rank
     numbers[~mask.all_feet & (numbers == 0)] = REASONS.index(UNNAMED)
     numbers[mask.all_feet] = 0
     return numbers

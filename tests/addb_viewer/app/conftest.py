@@ -82,8 +82,11 @@ def _plate(i, frames, x):
 
 
 def _forces(frames):
-    """Right on the ground on frames 0 to 59, left on 60 to 119; three proposals."""
-    missing = ((150, min(170, frames), "calcn_r", "notOverForcePlate"),) if frames > 150 else ()
+    """Right on the ground on frames 0 to 59, left on 60 to 119; three proposals, one sure enough."""
+    missing = ((60, 80, "calcn_l", "footContactDetectedButNoForce"),) if frames > 150 else ()
+    counts = np.ones((frames, 2), dtype=bool)
+    for start, end, *_ in missing:
+        counts[start:end, 1] = False
     return ForceUse(
         contacts=(ContactPhase(0, 0, 60, 1.0), ContactPhase(1, 60, 120, 0.2)),
         missing=missing,
@@ -95,6 +98,9 @@ def _forces(frames):
         )
         if frames > 150
         else (),
+        sources=("proposals",) * len(missing),
+        counts=counts,
+        confidence=0.8,
     )
 
 

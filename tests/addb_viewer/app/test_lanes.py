@@ -8,7 +8,7 @@ from addb_viewer.app.lanes_html import lanes_html, timeline_html
 from addb_viewer.app.proposals import pending
 from addb_viewer.app.review_html import history_html, proposals_html, ranges_html, selection_html, status_html
 from addb_viewer.app.span import Span
-from annotations.events import AcceptProposal, Edit, FlagRange, Proposal, SetActivity
+from annotations.events import AcceptProposal, ClearRange, Edit, FlagRange, Proposal, SetActivity
 from annotations.folding import folded
 from solver.kinematics.label_faults.fault import EXCHANGED, MASKED, LabelFault
 
@@ -40,19 +40,21 @@ def test_contacts_stand_in_their_foots_lane_and_unmeasured_ones_are_hatched(lane
     assert (left.start, left.end, left.hatched, left.text) == (60, 120, True, "?")
 
 
-def test_what_the_fit_left_out_by_itself_is_hatched_until_somebody_decides(lanes):
-    (alone,) = lanes()["missing R"]
+def test_what_detection_leaves_out_is_hatched_until_somebody_decides_about_it(lanes):
+    (alone,) = lanes()["missing L"]
     assert alone.hatched
     assert "decided by nobody" in alone.told
-    decided = lanes(FlagRange(30, 50, "forceDiscrepancy", "calcn_l", "odd"))
-    assert decided["missing R"] == ()
-    (flag,) = decided["missing L"]
+    decided = lanes(
+        FlagRange(30, 50, "forceDiscrepancy", "calcn_l", "odd"), ClearRange(60, 70, "calcn_l", "seen")
+    )
+    flag, rest = sorted(decided["missing L"], key=lambda block: block.start)
+    assert (rest.start, rest.end, rest.hatched) == (70, 80, True)
     assert (flag.start, flag.end, flag.text, flag.hatched) == (30, 50, "5", False)
     assert "Zoë" in flag.told
 
 
 def test_a_flag_of_both_feet_stands_in_both_lanes(lanes):
-    found = lanes(FlagRange(30, 50, "manualReview"))
+    found = lanes(FlagRange(30, 80, "manualReview"))
     assert [b.start for b in found["missing R"]] == [b.start for b in found["missing L"]] == [30]
 
 

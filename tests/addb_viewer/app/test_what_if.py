@@ -8,11 +8,13 @@ import pytest
 
 from addb_viewer.app.what_if import WhatIf
 from solver.capture.subject import open_subject
+from solver.contact.force_review import ForceReview
 from solver.errors import SolverError
 from solver.pipeline import resolve, solve
 from solver.results.store import load_fit, save_fit
 from solver.settings import Settings
 from solver.simulate.demo import write_demo_subject
+from tests.flagged import flagged
 
 
 @pytest.fixture(scope="module")
@@ -32,29 +34,29 @@ def what_if(folder):
 
 
 def test_it_answers_both_sides_and_the_second_time_at_once(what_if, folder):
-    instead = [(40, 60, "calcn_r", "manualReview")]
-    told = what_if.ask("squat", [], instead)
+    instead = flagged((40, 60, "calcn_r", "manualReview"))
+    told = what_if.ask("squat", ForceReview(), instead)
     fit = load_fit(folder / "results", folder)
-    for side, flags in (("present", []), ("instead", instead)):
+    for side, flags in (("present", ForceReview()), ("instead", instead)):
         trial = resolve(replace(fit), {"squat": flags}, Settings()).trials[0]
         force = np.linalg.norm(trial.dynamics.residual_root[trial.dynamics.used, :3], axis=1)
         assert told[side]["force_N"] == pytest.approx(np.sqrt(np.mean(force**2)), rel=1e-6)
         assert told[side]["frames"] == trial.dynamics.used.sum()
     assert told["present"]["frames"] - told["instead"]["frames"] == 20
     began = time.monotonic()
-    assert what_if.ask("squat", [], instead)["instead"] == told["instead"]
+    assert what_if.ask("squat", ForceReview(), instead)["instead"] == told["instead"]
     assert time.monotonic() - began < 0.5
 
 
 def test_what_cannot_be_asked_is_one_clear_error_and_the_worker_lives_on(what_if):
     with pytest.raises(SolverError, match="flagged, but the trial has"):
-        what_if.ask("squat", [], [(0, 10**6, None, "manualReview")])
-    assert what_if.ask("squat", [], [])["seconds"] < 30
+        what_if.ask("squat", ForceReview(), flagged((0, 10**6, None, "manualReview")))
+    assert what_if.ask("squat", ForceReview(), ForceReview())["seconds"] < 30
 
 
 def test_without_a_fit_it_says_so(tmp_path):
     write_demo_subject(tmp_path, np.random.default_rng(1), trials=("static",))
     asked = WhatIf(tmp_path, tmp_path / "results")
     with pytest.raises(SolverError, match="fit"):
-        asked.ask("static", [], [])
+        asked.ask("static", ForceReview(), ForceReview())
     asked.close()

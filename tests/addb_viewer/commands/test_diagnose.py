@@ -22,6 +22,7 @@ from solver.effects.effect import Estimate, Range
 from solver.errors import FitError, ResultsError
 from solver.settings import Settings
 from solver.simulate.demo import write_demo_subject
+from tests.flagged import flagged
 
 LATE = NamedEffect(
     id="clock_offset",
@@ -167,9 +168,7 @@ def test_trials_settings_and_notes_are_handed_over(command_line, finder, tmp_pat
 
 
 def test_a_note_is_told_once(command_line, finder, tmp_path):
-    finder.found = replace(
-        CLEAN, notes=("reviews are ignored: forces that people flagged count as measured",)
-    )
+    finder.found = replace(CLEAN, notes=("reviews are ignored: detection alone says which forces count",))
     target = tmp_path / "answer.json"
     command_line("diagnose", command_line.subject.folder, "--ignore-review", "--json", target)
     notes = json.loads(target.read_text(encoding="utf-8"))["notes"]
@@ -185,7 +184,7 @@ def test_frames_are_told_in_seconds_with_the_diagnosis_own_rates(command_line, f
 
 
 def test_people_s_flags_reach_the_finder(command_line, finder, monkeypatch):
-    flags = {"walk": ((1, 3, "calcn_r", "notOverForcePlate"),)}
+    flags = {"walk": flagged((1, 3, "calcn_r", "notOverForcePlate"))}
     monkeypatch.setattr("addb_viewer.commands.solving.reviews_for_solve", lambda *_: (flags, ()))
     command_line("diagnose", command_line.subject.folder)
     assert finder.calls[0][3] == flags

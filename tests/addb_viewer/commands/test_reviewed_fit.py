@@ -8,9 +8,11 @@ from addb_viewer.commands import solving
 from addb_viewer.commands.solving import job_for
 from addb_viewer.review_store import open_log
 from annotations.events import ClearRange, FlagRange, SetStatus, Status
+from solver.contact.force_review import ForceReview
 from solver.fit import Groundwork
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.provenance import provenance_of
+from tests.flagged import flagged
 
 FLAG = FlagRange(1, 3, "notOverForcePlate", "thigh")
 
@@ -31,10 +33,14 @@ def test_only_trials_that_a_person_decided_on_are_handed_over(command_line, revi
     command_line("fit", folder)
     reviewed.append("walk", FLAG, "anna")
     command_line("fit", folder)
-    reviewed.append("no/forces", SetStatus(Status.FINISHED), "anna")
+    reviewed.append("no/forces", SetStatus(Status.FINISHED, left_out=()), "anna")
     command_line("fit", folder)
-    flagged = ((1, 3, "thigh", "notOverForcePlate"),)
-    assert command_line.reviews == [{}, {"walk": flagged}, {"walk": flagged, "no/forces": ()}]
+    flag = flagged((1, 3, "thigh", "notOverForcePlate"))
+    assert command_line.reviews == [
+        {},
+        {"walk": flag},
+        {"walk": flag, "no/forces": ForceReview(stays_out=())},
+    ]
 
 
 def test_an_edit_makes_the_fit_stale_and_its_undo_current_again(command_line, reviewed, monkeypatch):
@@ -84,7 +90,7 @@ def test_where_only_flags_changed_the_search_begins_at_the_kept_fit(command_line
     assert len(command_line.solves) == 1
     ((previous, reviews),) = begun
     assert previous.groundwork is not None
-    assert reviews == {"walk": ((1, 3, "thigh", "notOverForcePlate"),)}
+    assert reviews == {"walk": flagged((1, 3, "thigh", "notOverForcePlate"))}
     assert "unchanged" in command_line("fit", folder).stdout
     command_line("fit", folder, "--force")
     assert (len(command_line.solves), len(begun)) == (2, 1)

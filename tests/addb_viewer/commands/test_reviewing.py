@@ -12,6 +12,7 @@ from addb_viewer.cli import app
 from addb_viewer.commands.reviewing import foot_named
 from annotations.events import AcceptProposal, ImportLabels, Proposal, RejectProposal, SetActivity
 from annotations.log import ReviewLog
+from solver.contact.proposals import Proposal as Found
 
 FRAMES = 40
 
@@ -318,3 +319,39 @@ def test_a_log_of_a_newer_version_stops_every_command_with_one_line(run, folder)
     raw.close()
     for command in (("flags",), ("flag", "run", "0:5"), ("undo", "run"), ("fit",)):
         assert "made by a newer version of addb-viewer" in run(*command, status=1)
+
+
+@pytest.fixture
+def detected(monkeypatch):
+    """A kept fit whose detection is sure of two findings in each trial, and unsure of a third."""
+    found = (
+        Found((20, 25), None, "missingBlip", 0.9),
+        Found((30, 35), "calcn_r", "forceDiscrepancy", 0.9),
+        Found((36, 39), None, "forceDiscrepancy", 0.1),
+    )
+    monkeypatch.setattr("addb_viewer.review_store.kept_proposals", lambda _: {"run": found, "walk": found})
+
+
+def test_finishing_over_what_nobody_decided_is_refused_or_said(run, folder, detected):
+    run("flag", "run", "20:25", "--clear", "--author", "anna")
+    result = run("mark", "run", "finished", "--author", "anna", status=1)
+    assert "frames 30 to 34, calcn_r, force wrong" in result
+    assert "frames 20" not in result
+    said = run("mark", "run", "finished", "--author", "anna", "--undecided-stay-out")
+    assert "frames 30 to 34, calcn_r, force wrong was decided by nobody and stays left out" in said
+    listed = run("flags", "run")
+    assert "30:35  calcn_r  forceDiscrepancy  undecided proposal 0.90 (anna, edit 2)" in listed
+    run("flag", "run", "32:35", "--clear", "--author", "ben")
+    run("flags", "run", "--json", str(folder / "flags.json"), "--csv", str(folder / "flags.csv"))
+    (trial,) = json.loads((folder / "flags.json").read_text(encoding="utf-8"))["trials"]
+    assert [flag["range"] for flag in trial["stays_out"]] == [[30, 32]]
+    assert "run,30,32,calcn_r,forceDiscrepancy" in (folder / "flags.csv").read_text(encoding="utf-8")
+
+
+def test_where_an_imported_review_decides_nothing_is_undecided(run, detected):
+    assert run("mark", "walk", "finished", "--author", "anna") == "walk: finished (edit 2)\n"
+
+
+def test_finishing_what_was_never_fitted_says_who_decides_then(run):
+    said = run("mark", "run", "finished", "--author", "anna")
+    assert "run: not fitted yet; what detection will leave out stays left out" in said

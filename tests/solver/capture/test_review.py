@@ -25,7 +25,7 @@ def segment(folder, number, labels, times=None, *, finished=True, header="timest
 
 
 def test_no_review():
-    assert imported_review((), markers()) == (None, ())
+    assert imported_review((), markers()) == (None, None, ())
 
 
 def test_segments_follow_one_another_without_timestamps(tmp_path):
@@ -33,9 +33,9 @@ def test_segments_follow_one_another_without_timestamps(tmp_path):
         segment(tmp_path, 1, [True] * 5 + [False] * 5),
         segment(tmp_path, 2, [False] * 4 + [True] * 6, range(10), header="Header A,Header B"),
     ]
-    mask, notes = imported_review(reviews, markers())
+    mask, reviewed, notes = imported_review(reviews, markers())
     assert np.flatnonzero(mask).tolist() == [0, 1, 2, 3, 4, 14, 15, 16, 17, 18, 19]
-    assert notes == ()
+    assert (reviewed, notes) == (None, ())
 
 
 def test_timestamps_place_a_segment(tmp_path):
@@ -43,9 +43,10 @@ def test_timestamps_place_a_segment(tmp_path):
         segment(tmp_path, 1, [True, True, False], [0.52, 0.53, 0.54]),
         segment(tmp_path, 2, [False, True], [0.6, 0.61]),
     ]
-    mask, notes = imported_review(reviews, markers())
+    mask, reviewed, notes = imported_review(reviews, markers())
     assert np.flatnonzero(mask).tolist() == [2, 3, 11]
-    assert "15 frames have no review" in notes[0]
+    assert "15 frames have no review: detection decides" in notes[0]
+    assert np.flatnonzero(reviewed).tolist() == [2, 3, 4, 10, 11]
 
 
 @pytest.mark.parametrize(
@@ -53,7 +54,7 @@ def test_timestamps_place_a_segment(tmp_path):
 )
 def test_unusable_timestamps_are_not_used(tmp_path, times):
     reviews = [segment(tmp_path, 1, [False, False]), segment(tmp_path, 2, [True, False, True], times)]
-    mask, _ = imported_review(reviews, markers())
+    mask, _, _ = imported_review(reviews, markers())
     assert np.flatnonzero(mask).tolist() == [2, 4]
 
 
@@ -61,19 +62,19 @@ def test_a_segment_without_review_still_takes_its_place(tmp_path):
     first = segment(tmp_path, 1, [True, False])
     segment(tmp_path, 2, None, ["x"] * 4)
     third = segment(tmp_path, 3, [True])
-    mask, _ = imported_review([first, third], markers())
+    mask, _, _ = imported_review([first, third], markers())
     assert np.flatnonzero(mask).tolist() == [0, 6]
 
 
 def test_more_labels_than_frames(tmp_path):
-    mask, notes = imported_review([segment(tmp_path, 1, [True] * 25)], markers())
+    mask, _, notes = imported_review([segment(tmp_path, 1, [True] * 25)], markers())
     assert mask.all()
     assert len(mask) == 20
     assert "the trial has only 20" in notes[0]
 
 
 def test_an_unfinished_review_is_said(tmp_path):
-    _, notes = imported_review([segment(tmp_path, 1, [True] * 20, finished=False)], markers())
+    _, _, notes = imported_review([segment(tmp_path, 1, [True] * 20, finished=False)], markers())
     assert "REVIEWED" in notes[0]
 
 

@@ -117,7 +117,7 @@ def test_two_feet_standing_on_one_plate(standing):
     assert (found.plate == TWO_FEET).all()
     assert not found.in_contact.any()
     np.testing.assert_array_equal(found.wrench_ground, 0.0)
-    mask = frame_mask(found, np.ones(found.frames, dtype=bool), None)
+    mask = frame_mask(found, np.ones(found.frames, dtype=bool))
     assert not mask.counts.any()
     assert mask.reasons == ((0, 100, None, TWO_FEET_ON_ONE_PLATE),)
 
@@ -170,7 +170,7 @@ def test_frames_whose_load_goes_to_no_foot_do_not_count(standing):
     chair, load = np.tile([-0.6, 0.4, 0.0], (100, 1)), np.zeros(100)
     load[30:60] = 300.0
     found = standing.assigned(standing.plate("chair", [(load, chair)]))
-    mask = frame_mask(found, np.ones(found.frames, dtype=bool), None)
+    mask = frame_mask(found, np.ones(found.frames, dtype=bool))
     np.testing.assert_array_equal(mask.all_feet, load == 0)
     assert mask.reasons == ((30, 60, None, UNDER_NO_FOOT),)
 
@@ -178,7 +178,7 @@ def test_frames_whose_load_goes_to_no_foot_do_not_count(standing):
 def test_what_lies_on_a_plate_all_along_is_nobodys_force(standing):
     box = standing.plate("box", [(np.full(100, 60.0), np.tile([-0.6, 0.0, 0.0], (100, 1)))])
     found = standing.assigned(box)
-    assert frame_mask(found, np.ones(found.frames, dtype=bool), None).counts.all()
+    assert frame_mask(found, np.ones(found.frames, dtype=bool)).counts.all()
     assert any("plate box" in note and "no foot" in note for note in found.notes)
 
 
@@ -227,7 +227,7 @@ def test_frames_without_recording_have_no_force_and_do_not_count(walk):
     found = walk.assigned(replace(plate, loaded=loaded, observed=observed, **gapped))
     np.testing.assert_array_equal(found.wrench_ground[missing], 0.0)
     assert np.isfinite(found.wrench_ground).all()
-    mask = frame_mask(found, np.ones(found.frames, dtype=bool), None)
+    mask = frame_mask(found, np.ones(found.frames, dtype=bool))
     np.testing.assert_array_equal(np.flatnonzero(~mask.all_feet), np.arange(30, 40))
     assert mask.reasons == ((30, 40, None, NOT_RECORDED),)
 

@@ -18,6 +18,7 @@ from solver.simulate.laboratory import MeasurementSettings, measure, plates_unde
 from solver.simulate.person import Person, body_of
 from solver.simulate.subject_folder import write_subject
 from solver.simulate.trial import Scenario, simulate_trial
+from tests.flagged import flagged
 
 LATE_S = 0.025
 CLOCK = {("clock_offset", "all")}
@@ -87,7 +88,7 @@ def test_the_fit_says_that_it_is_extended(subject, extension, plain, extended):
 def test_a_resolve_goes_on_with_the_same_extension(subject, extension, extended):
     assert can_resolve(extended, subject, subject.trials, SETTINGS, extension=extension)
     assert not can_resolve(extended, subject, subject.trials, SETTINGS)
-    reviews = {"walk": ((90, 110, None, "manualReview"),)}
+    reviews = {"walk": flagged((90, 110, None, "manualReview"))}
     ours = predicting_withheld(
         resolve(extended, reviews, SETTINGS, extension=extension), SETTINGS, silent, extension
     )

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Subject
+from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.wrenches import FrameMask
 from solver.diagnosis.scenes import flagged_by_people, observed_markers, scene_of, scenes_of
 from solver.diagnosis.settings import DIAGNOSIS
@@ -16,6 +17,7 @@ from solver.kinematics.marker_errors import MarkerErrors
 from solver.settings import Settings
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import measure, plates_under
+from tests.flagged import flagged
 from tests.solver.effects.conftest import NOISELESS
 
 SETTINGS = Settings()
@@ -47,7 +49,7 @@ def seen(trial, short_scene) -> Scene:
     fit = Fit(
         Subject(Path("someone"), ()), short_scene.skeleton, (replace(trial, contacts=None), trial), 68.0, 1.72
     )
-    ((scene, _),) = scenes_of(fit, SETTINGS, DIAGNOSIS, {trial.capture.name: [REVIEWED]})
+    ((scene, _),) = scenes_of(fit, SETTINGS, DIAGNOSIS, {trial.capture.name: flagged(REVIEWED)})
     return scene
 
 
@@ -135,6 +137,8 @@ def test_flags_in_the_store_come_before_those_in_a_file(trial):
     assert flagged_by_people(trial, {}) == ()
     assert [(start, end) for start, end, *_ in flagged_by_people(reviewed, {})] == [(3, 9)]
     name = trial.capture.name
-    assert flagged_by_people(reviewed, {name: [REVIEWED]}) == [REVIEWED]
-    assert flagged_by_people(reviewed, {name: []}) == []  # somebody looked and took all flags back
-    assert len(flagged_by_people(reviewed, {"another": [REVIEWED]})) == 1
+    both = flagged_by_people(reviewed, {name: flagged(REVIEWED)})
+    assert both == ((3, 9, None, "manualReview"), REVIEWED)
+    taken_back = ForceReview(by_people=(ForceLabel(0, 9, None, None),))
+    assert flagged_by_people(reviewed, {name: taken_back}) == ()
+    assert len(flagged_by_people(reviewed, {"another": flagged(REVIEWED)})) == 1

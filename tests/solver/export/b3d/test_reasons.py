@@ -7,7 +7,7 @@ import numpy as np
 
 from annotations import reasons as spoken
 from solver.contact import mask as contact_mask
-from solver.contact.wrenches import FrameMask
+from solver.contact.wrenches import DETECTION, PERSON, RECORDING, SOURCES, FrameMask
 from solver.export.b3d.reasons import NEAREST, REASONS, reason_number, reasons_per_frame
 
 
@@ -38,6 +38,7 @@ def test_people_choose_from_the_same_list():
 
 def test_every_reason_of_the_mask_has_a_number():
     own = {value for name, value in vars(contact_mask).items() if name.isupper() and isinstance(value, str)}
+    own -= {*SOURCES, RECORDING}  # who says so, not why
     assert own <= set(REASONS) | set(NEAREST)
     assert set(NEAREST.values()) <= set(REASONS)
 
@@ -59,6 +60,19 @@ def test_frame_by_frame():
         ),
     )
     assert reasons_per_frame(mask, 8).tolist() == [0, 5, 5, 5, 10, 16, 0, 2]
+
+
+def test_a_persons_reason_goes_before_detections_and_the_recordings_own():
+    mask = FrameMask(
+        np.zeros((4, 2), dtype=bool),
+        (
+            (0, 4, None, "hasNoForcePlateData"),
+            (1, 4, "calcn_r", "forceDiscrepancy"),
+            (2, 3, "calcn_l", "notOverForcePlate"),
+        ),
+        sources=(RECORDING, DETECTION, PERSON),
+    )
+    assert reasons_per_frame(mask, 4).tolist() == [14, 4, 5, 4]
 
 
 def test_without_forces():
