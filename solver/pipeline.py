@@ -65,7 +65,7 @@ def solve(
     with clock("load"):
         generic = _generic(subject)
         instead = captures or {}
-        recorded = [instead.get(files.name) or _read(files, settings, progress) for files in chosen]
+        recorded = [instead.get(files.name) or _read(files, subject, settings, progress) for files in chosen]
         static = read_static(subject.static, settings.reading) if subject.static else None
     named = name_markers(
         generic,
@@ -207,9 +207,9 @@ def _chosen(subject: Subject, names: Sequence[str] | None) -> list[TrialFiles]:
     return [known[name] for name in dict.fromkeys(names)] if names else list(subject.trials)
 
 
-def _read(files: TrialFiles, settings: Settings, progress: Progress) -> Capture:
+def _read(files: TrialFiles, subject: Subject, settings: Settings, progress: Progress) -> Capture:
     progress(f"reading {files.name}", 0.0)
-    return read_trial(files, settings.reading)
+    return read_trial(files, settings.reading, subject.mass_kg)
 
 
 def _generic(subject: Subject) -> Skeleton:

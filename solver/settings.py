@@ -16,6 +16,7 @@ from solver.capture.force_platform import ForcePlatformSettings
 from solver.capture.force_settings import ConditioningSettings, ForceTableSettings
 from solver.capture.length_units import LengthUnitSettings
 from solver.capture.marker_cleaning import MarkerCleaningSettings
+from solver.capture.plate_sign_settings import PlateSignSettings
 from solver.capture.platform_wrench import PlatformUnitSettings
 from solver.capture.reading_settings import PairingSettings, ReadingSettings
 from solver.contact.detection_settings import DetectionSettings
@@ -41,6 +42,7 @@ class Settings:
     force_tables: ForceTableSettings = field(default_factory=ForceTableSettings)
     platforms: ForcePlatformSettings = field(default_factory=ForcePlatformSettings)
     platform_units: PlatformUnitSettings = field(default_factory=PlatformUnitSettings)
+    plate_signs: PlateSignSettings = field(default_factory=PlateSignSettings)
     pairing: PairingSettings = field(default_factory=PairingSettings)
     label_repair: LabelRepairSettings = field(default_factory=LabelRepairSettings)
     kinematics: KinematicsSettings = field(default_factory=KinematicsSettings)

@@ -71,7 +71,9 @@ class Library:
                 if trial.capture.name == name:
                     return trial.capture
         if name not in self.captures:
-            self.captures[name] = read_trial(next(t for t in self.subject.trials if t.name == name))
+            self.captures[name] = read_trial(
+                next(t for t in self.subject.trials if t.name == name), mass_kg=self.subject.mass_kg
+            )
         return self.captures[name]
 
     def figures(self, name: str) -> dict[str, Any]:

@@ -54,7 +54,7 @@ def capture_of(subject: Subject, files: TrialFiles) -> Capture:
         CaptureError: its files cannot be read.
         SettingsError: the subject's settings.toml cannot be used.
     """
-    return read_trial(files, settings_for(subject.folder).reading)
+    return read_trial(files, settings_for(subject.folder).reading, subject.mass_kg)
 
 
 def author_named(name: str | None) -> str:

@@ -140,16 +140,6 @@ def vertical_axis(
     return VerticalAxis(axis, sign, tuple(said), certain)
 
 
-def points_down(
-    force: Float[np.ndarray, "samples 3"], up: Float[np.ndarray, "3"], settings: AxesSettings = AxesSettings()
-) -> bool:
-    """Whether a plate's loaded force points downwards: then it is the one on the plate, not on the person."""
-    vertical = np.nan_to_num(force @ up)
-    largest = float(np.abs(vertical).max(initial=0.0))
-    loaded = np.abs(vertical) > max(settings.loaded_N, settings.loaded_share * largest)
-    return bool(loaded.sum() >= settings.fewest_samples and np.median(vertical[loaded]) < 0)
-
-
 def markers_y_up(markers: Markers, up: VerticalAxis) -> Markers:
     """The markers in axes of which y points up."""
     return replace(markers, positions_ground=markers.positions_ground @ up.R_ground_lab.T)

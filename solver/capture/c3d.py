@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.axes import VerticalAxis, points_down, vertical_axis
+from solver.capture.axes import VerticalAxis, vertical_axis
 from solver.capture.c3d_contents import C3dContents, open_c3d
 from solver.capture.capture import ForcePlate, Markers
 from solver.capture.centre_of_pressure import Surface, centre_of_pressure
@@ -24,7 +24,7 @@ COMPUTED_GROUPS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTION
 class C3dFile:
     """One C3D file: metres, newtons, NaN where not seen; axes as the laboratory has them.
 
-    Forces are those on the person. The first stored frame is at 0 s, whatever number it has.
+    Forces have the file's sign. The first stored frame is at 0 s, whatever number it has.
     """
 
     markers: Markers
@@ -51,14 +51,9 @@ def read_c3d(path: Path, up: VerticalAxis | None = None, settings: ReadingSettin
     if up is None:
         up = _upwards(contents, markers, platforms, settings)
     rate = contents.rate * contents.samples_per_frame
-    plates, sign_notes = [], []
-    for platform in platforms:
-        plate, note = _on_the_person(platform, up, rate, settings)
-        plates.append(plate)
-        if note:
-            sign_notes.append(f"{path.name}: {platform.name}: {note}")
-    notes += (*_rate_notes(contents, rate if platforms else 0.0), *platform_notes, *sign_notes)
-    return C3dFile(markers, tuple(plates), up, notes)
+    plates = tuple(_force_plate(platform, up, rate, settings) for platform in platforms)
+    notes += (*_rate_notes(contents, rate if platforms else 0.0), *platform_notes)
+    return C3dFile(markers, plates, up, notes)
 
 
 def read_c3d_markers(
@@ -131,18 +126,15 @@ def _rate_notes(contents: C3dContents, rate: float) -> tuple[str, ...]:
     return ()
 
 
-def _on_the_person(
-    platform: Platform, up: VerticalAxis, rate: float, settings: ReadingSettings
-) -> tuple[ForcePlate, str | None]:
-    """The plate with the sign of the force on the person, which is upwards."""
-    force, moment, note = platform.force_lab, platform.moment_lab, None
-    if points_down(force, up.up_lab, settings.axes):
-        force, moment = -force, -moment
-        note = "its forces point downwards: they are those on the plate, and their sign is turned"
+def _force_plate(platform: Platform, up: VerticalAxis, rate: float, settings: ReadingSettings) -> ForcePlate:
+    """The plate with the file's sign, and centres of pressure, which are the same for either."""
+    force, moment = platform.force_lab, platform.moment_lab
     normal = plate_axes(platform.corners_lab)[:, 2]
     normal = normal * (np.sign(normal @ up.up_lab) or 1.0)
-    centre = centre_of_pressure(force, moment, Surface(platform.corners_lab.mean(axis=0), normal))
-    known = force @ up.up_lab >= settings.platforms.centre_known_N
+    pressing = np.sign(force @ normal)[:, None]
+    surface = Surface(platform.corners_lab.mean(axis=0), normal)
+    centre = centre_of_pressure(pressing * force, pressing * moment, surface)
+    known = np.abs(force @ up.up_lab) >= settings.platforms.centre_known_N
     return ForcePlate(
         name=platform.name,
         force_ground=force,
@@ -150,4 +142,4 @@ def _on_the_person(
         cop_ground=np.where(known[:, None], centre, np.nan),
         rate=rate,
         corners_ground=platform.corners_lab,
-    ), note
+    )

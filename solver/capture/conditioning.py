@@ -1,7 +1,7 @@
 """From a plate as recorded to the wrench that the solver uses, on the markers' clock.
 
-In this order: short gaps filled, turned to act on the foot, zero level taken off, unloaded samples set to
-zero, and only then filtered: force and moment about the ground origin alike, both with the filter of the
+In this order: short gaps filled, zero level taken off, unloaded samples set to zero, and only then filtered:
+force and moment about the ground origin alike, both with the filter of the
 kinematics. The centre of pressure comes last, from the filtered wrench; filtering it as such would average
 numbers without meaning.
 """
@@ -47,7 +47,7 @@ def condition(
     """Clean, filter and resample one plate.
 
     Args:
-        plate: as recorded, at its own rate and start.
+        plate: force on the foot, at its own rate and start.
         times: the markers' frames, equally spaced [s], on the same clock.
         settings: thresholds and filter.
     """
@@ -57,7 +57,9 @@ def condition(
     raw = resample(loads.raw_ground, plate.rate, plate.start_time, times)
     recorded = loads.recorded
 
-    observed = _at(recorded, plate, times) & covered(plate.rate, plate.start_time, plate.samples, times)
+    observed = at_nearest_samples(recorded, plate, times) & covered(
+        plate.rate, plate.start_time, plate.samples, times
+    )
     filtered[~observed] = np.nan
     raw[~observed] = np.nan
     surface = surface_of(plate, settings)
@@ -66,7 +68,7 @@ def condition(
     loaded = (
         observed
         & (pressing >= settings.threshold_N)
-        & _at(_widened(loads.carrying, spread_s * plate.rate), plate, times)
+        & at_nearest_samples(_widened(loads.carrying, spread_s * plate.rate), plate, times)
     )
     cop = centre_of_pressure(filtered[:, :3], filtered[:, 3:], surface)
     return ConditionedPlate(
@@ -98,14 +100,13 @@ class PlateLoads:
 
 
 def plate_loads(plate: ForcePlate, settings: ConditioningSettings = CONDITIONING) -> PlateLoads:
-    """Gaps filled, turned to act on the foot, zero level off, unloaded samples set to zero."""
+    """Gaps filled, zero level off, unloaded samples set to zero."""
     whole, recorded, gap_notes = gaps_filled(plate, settings)
-    whole, sign_notes = upright(whole, settings)
     tared, zero_notes = zeroed(whole, settings)
     wrench = np.concatenate([tared.force_ground, tared.moment_ground], axis=1)
     carrying = contact_samples(tared, settings) & recorded
     masked = np.where(carrying[:, None], wrench, 0.0)
-    return PlateLoads(masked, wrench, carrying, recorded, (*gap_notes, *sign_notes, *zero_notes))
+    return PlateLoads(masked, wrench, carrying, recorded, (*gap_notes, *zero_notes))
 
 
 def at_frames(
@@ -138,7 +139,7 @@ def resampled(
     """
     wrench = np.concatenate([plate.force_ground, plate.moment_ground], axis=1)
     values = resample(wrench, plate.rate, plate.start_time, times)
-    pressed = _at(np.isfinite(plate.cop_ground).all(axis=1), plate, times)
+    pressed = at_nearest_samples(np.isfinite(plate.cop_ground).all(axis=1), plate, times)
     cop = centre_of_pressure(values[:, :3], values[:, 3:], surface_of(plate, settings))
     rate = rate_of(times)
     moved = replace(
@@ -151,24 +152,6 @@ def resampled(
         point_ground=None,
     )
     return moved, covered(plate.rate, plate.start_time, plate.samples, times)
-
-
-def upright(
-    plate: ForcePlate, settings: ConditioningSettings = CONDITIONING
-) -> tuple[ForcePlate, tuple[str, ...]]:
-    """The plate with forces as they act on the foot: upwards. Some files hold the force on the plate."""
-    vertical = plate.force_ground[:, 1]
-    up = float(vertical[vertical > settings.sign_N].sum())
-    down = float(-vertical[vertical < -settings.sign_N].sum())
-    if down > settings.one_sided * up:
-        flipped = replace(plate, force_ground=-plate.force_ground, moment_ground=-plate.moment_ground)
-        return flipped, (f"{plate.name}: pulls down on the foot; force and moment are turned round",)
-    if down > up / settings.one_sided:
-        return plate, (
-            f"{plate.name}: pushes and pulls alike (vertically up to {vertical.max():.0f} and "
-            f"{vertical.min():.0f} N); left as it is. Is y its vertical axis?",
-        )
-    return plate, ()
 
 
 def gaps_filled(
@@ -227,7 +210,7 @@ def contact_samples(
     return above
 
 
-def _at(
+def at_nearest_samples(
     mask: Bool[np.ndarray, " samples"], plate: ForcePlate, times: Float[np.ndarray, " frames"]
 ) -> Bool[np.ndarray, " frames"]:
     """The mask at the sample nearest to each time."""

@@ -68,10 +68,6 @@ class ConditioningSettings:
         unit="N",
         why="landings and long jumps stay below 12 kN a foot; beyond is a spike or an overflow",
     )
-    sign_N: float = setting(50.0, unit="N", why="forces beyond it tell which way the plate counts")
-    one_sided: float = setting(
-        5.0, unit="", why="impulse one way over the other from which on a plate's sign is clear"
-    )
     zero_largest_N: float = setting(
         40.0,
         unit="N",

@@ -8,6 +8,7 @@ from solver.capture.force_platform import ForcePlatformSettings
 from solver.capture.force_settings import ForceTableSettings
 from solver.capture.length_units import LengthUnitSettings
 from solver.capture.marker_cleaning import MarkerCleaningSettings
+from solver.capture.plate_sign_settings import PlateSignSettings
 from solver.capture.platform_wrench import PlatformUnitSettings
 from solver.settings_field import setting
 
@@ -42,6 +43,7 @@ class ReadingSettings:
     force_tables: ForceTableSettings = field(default_factory=ForceTableSettings)
     platforms: ForcePlatformSettings = field(default_factory=ForcePlatformSettings)
     platform_units: PlatformUnitSettings = field(default_factory=PlatformUnitSettings)
+    plate_signs: PlateSignSettings = field(default_factory=PlateSignSettings)
     pairing: PairingSettings = field(default_factory=PairingSettings)
 
 

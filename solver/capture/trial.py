@@ -9,7 +9,6 @@ from solver.capture.axes import (
     VerticalAxis,
     markers_y_up,
     plate_y_up,
-    points_down,
     vertical_axis,
     vertical_axis_named,
 )
@@ -19,6 +18,7 @@ from solver.capture.force_columns import find_plates, turned
 from solver.capture.loads_under_feet import UNDER_FEET, best_lag_s, feet_of, loads_of, under_feet
 from solver.capture.marker_cleaning import clean_markers
 from solver.capture.moment_convention import plates_from_storage
+from solver.capture.plate_levels import levelled
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.review import imported_review
 from solver.capture.storage import Storage, read_storage
@@ -31,7 +31,9 @@ MARKER_KINDS = (".trc", ".c3d")
 FORCE_KINDS = (".mot", ".sto", ".c3d")
 
 
-def read_trial(files: TrialFiles, settings: ReadingSettings = READING) -> Capture:
+def read_trial(
+    files: TrialFiles, settings: ReadingSettings = READING, mass_kg: float | None = None
+) -> Capture:
     """Read one trial: metres, newtons, y up, forces on the person, NaN where a marker was not seen.
 
     A force file that is named beside a C3D file of markers wins over the forces inside that.
@@ -39,6 +41,7 @@ def read_trial(files: TrialFiles, settings: ReadingSettings = READING) -> Captur
     Args:
         files: where it lies, and what a person said about axes and moments.
         settings: thresholds.
+        mass_kg: the person's, where it was entered: it helps to tell signs and zero levels of the plates.
 
     Raises:
         CaptureError: a file cannot be read, or not be understood without a guess.
@@ -47,9 +50,13 @@ def read_trial(files: TrialFiles, settings: ReadingSettings = READING) -> Captur
     markers, cleaning_notes = _cleaned(recording.markers, files.markers, settings)
     mask, reviewed, review_notes = imported_review(files.reviews, markers)
     outside, range_notes = outside_ranges(files.ranges, markers)
+    plates, level_notes = levelled(recording.plates, markers, mass_kg, settings.plate_signs)
+    recording = replace(recording, plates=plates)
+    source = (files.forces or files.markers).name
     notes = (
         *recording.notes,
         *cleaning_notes,
+        *(f"{source}: {note}" for note in level_notes),
         *_overlap_notes(recording),
         *_distance_notes(recording, settings),
         *_contradiction(recording, files),
@@ -57,7 +64,7 @@ def read_trial(files: TrialFiles, settings: ReadingSettings = READING) -> Captur
     return Capture(
         name=files.name,
         markers=markers,
-        plates=recording.plates,
+        plates=plates,
         notes=(*notes, *review_notes, *range_notes),
         files=tuple(path for path in (files.markers, files.forces, *files.reviews) if path is not None),
         imported_missing_force=mask,
@@ -188,22 +195,10 @@ def _turned(
         settings=settings.force_tables,
         clock_settings=settings.clock,
     )
-    y = np.array([0.0, 1.0, 0.0])
-    down = [points_down(plate.force_ground, y, settings.axes) for plate in plates]
-    plates = tuple(_reversed(p) if is_down else p for p, is_down in zip(plates, down, strict=True))
-    names = ", ".join(plate.name for plate, is_down in zip(plates, down, strict=True) if is_down)
     notes = (*lab.notes, *ups[0].notes(files.markers.name), *plate_notes)
     if ups[0] != ups[1]:
         notes += ups[1].notes(files.forces.name)
-    if names:
-        notes += (
-            f"{files.forces.name}: {names}: forces point downwards, on the plate; their sign is turned",
-        )
     return _Recording(markers_y_up(lab.markers, ups[0]), plates, notes)
-
-
-def _reversed(plate: ForcePlate) -> ForcePlate:
-    return replace(plate, force_ground=-plate.force_ground, moment_ground=-plate.moment_ground)
 
 
 def _overlap_notes(recording: _Recording) -> tuple[str, ...]:
@@ -251,7 +246,7 @@ def _distance(recording: _Recording, settings: ReadingSettings) -> float:
     for plate in recording.plates:
         frames = np.round((plate.times - markers.start_time) * markers.rate).astype(int)
         known = np.isfinite(plate.cop_ground).all(axis=1) & (frames >= 0) & (frames < markers.frames)
-        loaded = np.flatnonzero(known & (plate.force_ground[:, 1] > settings.axes.loaded_N))
+        loaded = np.flatnonzero(known & (np.abs(plate.force_ground[:, 1]) > settings.axes.loaded_N))
         sample = loaded[:: max(1, len(loaded) // settings.pairing.judged_samples)]
         away = np.linalg.norm(
             markers.positions_ground[frames[sample]] - plate.cop_ground[sample, None], axis=2

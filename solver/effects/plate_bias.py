@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.capture import ForcePlate
-from solver.capture.conditioning import contact_samples, gaps_filled, upright
+from solver.capture.conditioning import contact_samples, gaps_filled
 from solver.capture.zero_level import unloaded_stretches
 from solver.effects.effect import Candidate, Corrected, Estimate, Eta, Signature
 from solver.effects.scene import PlateScene, Scene, force_at
@@ -144,7 +144,7 @@ def _found(scene: Scene, target: str) -> PlateScene | None:
 def _untared(plate: PlateScene) -> tuple[ForcePlate, Bool[np.ndarray, " samples"]]:
     """The plate conditioned but for its zero level, and which samples were recorded."""
     whole, recorded, _ = gaps_filled(plate.plate, plate.conditioning)
-    return upright(whole, plate.conditioning)[0], recorded
+    return whole, recorded
 
 
 def _wrench(plate: ForcePlate) -> Float[np.ndarray, "samples 6"]:

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.capture import Capture, ForcePlate, Markers
-from solver.capture.conditioning import gaps_filled, resampled, upright
+from solver.capture.conditioning import gaps_filled, resampled
 from solver.export.b3d.schema import SensorFrames
 from solver.skeleton.forward import cross
 
@@ -54,8 +54,7 @@ def _wrench_at_frames(
 ) -> tuple[Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 3"]]:
     """Centre of pressure [m], moment about it [N·m] and force [N]."""
     whole, _, _ = gaps_filled(plate)
-    on_person, _ = upright(whole)
-    at_frames, covered = resampled(on_person, times)
+    at_frames, covered = resampled(whole, times)
     cop = np.nan_to_num(at_frames.cop_ground)
     torque = at_frames.moment_ground - cross(cop, at_frames.force_ground)
     outside = ~covered[:, None]

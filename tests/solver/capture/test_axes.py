@@ -9,7 +9,6 @@ from solver.capture.axes import (
     VerticalAxis,
     markers_y_up,
     plate_y_up,
-    points_down,
     vertical_axis,
     vertical_axis_named,
 )
@@ -141,17 +140,6 @@ def test_turning_a_plate_keeps_the_wrench(name, seed):
     up = vertical_axis_named(name).up_lab
     np.testing.assert_allclose(turned.force_ground[:, 1], force @ up, atol=1e-12)
     np.testing.assert_allclose(turned.corners_ground[:, 1], plate.corners_ground @ up, atol=1e-12)
-
-
-def test_points_down():
-    up = np.array([0.0, 0.0, 1.0])
-    force = np.zeros((100, 3))
-    assert not points_down(force, up)
-    force[40:80, 2] = -500
-    assert points_down(force, up)
-    assert not points_down(-force, up)
-    force[:, 2] = np.random.default_rng(0).normal(-10, 3, 100)
-    assert not points_down(force, up)
 
 
 def test_certain_by_default():

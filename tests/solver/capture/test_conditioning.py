@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import ForcePlate
-from solver.capture.conditioning import condition, gaps_filled, resampled, shared_cutoff, upright
+from solver.capture.conditioning import condition, gaps_filled, resampled, shared_cutoff
 from solver.capture.force_settings import ConditioningSettings
 from solver.capture.moment_convention import plates_from_storage
 from solver.capture.storage import read_storage
@@ -112,24 +112,6 @@ def test_an_untared_plate_gives_the_tared_one():
     assert (expected.loaded ^ result.loaded).sum() <= 2
     np.testing.assert_allclose(result.cop_ground[both], expected.cop_ground[both], atol=0.01)
     assert any("zero level" in note for note in result.notes)
-
-
-def test_a_plate_that_holds_the_foots_force_is_turned():
-    plate = stance()
-    below = replace(plate, force_ground=-plate.force_ground, moment_ground=-plate.moment_ground)
-    expected, result = condition(plate, TIMES), condition(below, TIMES)
-    np.testing.assert_allclose(result.force_ground, expected.force_ground)
-    np.testing.assert_allclose(result.cop_ground, expected.cop_ground)
-    assert any("turned round" in note for note in result.notes)
-
-
-def test_a_plate_that_pushes_and_pulls_alike_is_left_and_noted():
-    plate = stance()
-    force = plate.force_ground.copy()
-    force[1050:1500] *= -1
-    turned, notes = upright(replace(plate, force_ground=force))
-    np.testing.assert_array_equal(turned.force_ground, force)
-    assert "Is y its vertical axis?" in notes[0]
 
 
 def test_short_gaps_are_bridged_and_long_ones_not_observed():

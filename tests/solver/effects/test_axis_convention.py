@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.capture.conditioning import upright
 from solver.effects.axis_convention import AxisConvention, candidates
 
 
@@ -35,7 +34,13 @@ def test_a_wrong_vertical_sign_leaves_wrong_horizontal_ones_once_the_plate_is_up
         crisp, plates=tuple(refiled(p, lambda f, point, free: (f, point, 0 * free)) for p in crisp.plates)
     )
     down = misread(without_free, (0, 1, 2), (1, -1, 1), refiled)
-    turned = replace(down, plates=tuple(upright(plate)[0] for plate in down.plates))
+    turned = replace(
+        down,
+        plates=tuple(
+            replace(plate, force_ground=-plate.force_ground, moment_ground=-plate.moment_ground)
+            for plate in down.plates
+        ),
+    )
     scene = seen(turned)
     fixed = AxisConvention("y").signature(scene, ()).fixed
     np.testing.assert_allclose(scene.measured_ground + fixed, seen(without_free).measured_ground, atol=1e-8)

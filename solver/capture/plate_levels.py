@@ -1,0 +1,158 @@
+"""Plates with the sign and the zero level that the whole recording tells, and a sentence on each."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from solver.capture.capture import ForcePlate, Markers
+from solver.capture.centre_of_pressure import centre_of_pressure, surface_of
+from solver.capture.plate_sign import PlateWitness, weigh_signs
+from solver.capture.plate_sign_settings import PLATE_SIGN, PlateSignSettings
+from solver.capture.vertical_momentum import vertical_momentum
+from solver.runs import runs
+
+LOAD_N = 150.0  # [N] a step departs at least as far from the zero level; less may be one foot at rest
+CENTRE_KNOWN_N = 20.0  # [N] below it a centre of pressure is noise: gait laboratories' contact threshold
+
+
+def plate_witnesses(
+    plates: Sequence[ForcePlate],
+    markers: Markers,
+    mass_kg: float | None = None,
+    settings: PlateSignSettings = PLATE_SIGN,
+) -> tuple[PlateWitness, ...]:
+    """What a recording says of each plate's sign and zero level, without a model of the body.
+
+    Args:
+        plates: as read, y up, whichever way they count.
+        markers: of the same recording, y up.
+        mass_kg: as entered, if it was.
+        settings: what is known beforehand.
+    """
+    samples = vertical_momentum(plates, markers, settings)
+    held = [_held_level(plate, settings) for plate in plates]
+    return weigh_signs(
+        samples.readings_N,
+        samples.acceleration,
+        samples.agitation,
+        held_N=held,
+        mass_kg=mass_kg,
+        settings=settings,
+    )
+
+
+def levelled(
+    plates: Sequence[ForcePlate],
+    markers: Markers,
+    mass_kg: float | None = None,
+    settings: PlateSignSettings = PLATE_SIGN,
+) -> tuple[tuple[ForcePlate, ...], tuple[str, ...]]:
+    """The plates as forces on the person; turned and relieved of a zero level only where that is clear.
+
+    Returns:
+        The plates, and a note on each that was changed, or that may have to be.
+    """
+    if not plates:
+        return (), ()
+    witnesses = plate_witnesses(plates, markers, mass_kg, settings)
+    settled, notes = [], []
+    for plate, witness in zip(plates, witnesses, strict=True):
+        resting = _resting(plate, witness, settings)
+        may_lower = bool(
+            witness.has_known_level(settings)
+            and resting.any()
+            and np.nanmax(np.abs(plate.force_ground[:, 1] - witness.zero_N)) > LOAD_N
+        )
+        changed = plate
+        if may_lower and witness.is_untared(settings) and not witness.is_undecided(settings):
+            changed = _lowered(changed, resting)
+        if witness.is_turned(settings):
+            changed = replace(
+                changed, force_ground=-changed.force_ground, moment_ground=-changed.moment_ground
+            )
+        if changed is not plate and changed.point_ground is None:
+            wrench = (changed.force_ground, changed.moment_ground)
+            known = changed.force_ground[:, 1] >= CENTRE_KNOWN_N
+            centre = centre_of_pressure(*wrench, surface_of(plate))
+            changed = replace(changed, cop_ground=np.where(known[:, None], centre, np.nan))
+        settled.append(changed)
+        notes += _sentences(plate, witness, lowered=may_lower, settings=settings)
+    return tuple(settled), tuple(notes)
+
+
+def _sentences(
+    plate: ForcePlate, witness: PlateWitness, *, lowered: bool, settings: PlateSignSettings
+) -> list[str]:
+    if not witness.used:
+        return []
+    if witness.is_undecided(settings):
+        return [
+            f"{plate.name}: which way its force counts cannot be told from this recording (it reads "
+            f"{np.nanmin(plate.force_ground[:, 1]):.0f} to {np.nanmax(plate.force_ground[:, 1]):.0f} N "
+            "upwards); left as it is. If that is not the force on the person, or if the plate was tared "
+            "under a load, export it again with the right sign and zero level"
+        ]
+    said = []
+    if witness.is_turned(settings):
+        said.append(
+            f"{plate.name}: forces point downwards, on the plate; their sign is turned: only so do the "
+            "plates carry what the person's weight and motion ask for"
+        )
+    if not witness.is_untared(settings) or (witness.has_known_level(settings) and not lowered):
+        return said
+    level = f"{plate.name}: its zero level is off: unloaded it would read {witness.zero_N:.0f} N"
+    if lowered:
+        said.append(
+            f"{level}, as while nobody stands on it; taken off. Was it tared under a load, or not at all?"
+        )
+    else:
+        known = f" (± {witness.zero_std_N:.0f} N)" if np.isfinite(witness.zero_std_N) else ""
+        said.append(
+            f"{level}{known}. Was it tared while something stood on it? It never rests unloaded here, so "
+            "nothing is taken off, and its forces are wrong by that much: tare it empty and record again, or "
+            "leave its forces out"
+        )
+    return said
+
+
+def _held_level(plate: ForcePlate, settings: PlateSignSettings) -> float | None:
+    """The vertical reading that a program gave to unloaded samples: zero, or held alike in two places [N]."""
+    wrench = np.concatenate([plate.force_ground, plate.moment_ground], axis=1)
+    alike = np.r_[False, (np.diff(wrench, axis=0) == 0).all(axis=1)]
+    fewest = max(4, round(settings.held_s * plate.rate))
+    levels = [wrench[start] for start, end in runs(alike) if end - start >= fewest]
+    zeros = [level for level in levels if not level.any()]
+    if zeros:
+        return 0.0
+    for k, level in enumerate(levels):
+        if any((level == other).all() for other in levels[k + 1 :]):
+            return float(level[1])
+    return None
+
+
+def _resting(
+    plate: ForcePlate, witness: PlateWitness, settings: PlateSignSettings
+) -> Bool[np.ndarray, " samples"]:
+    """Samples at the zero level, in stretches long enough to be no passage through it."""
+    with np.errstate(invalid="ignore"):
+        near = np.abs(plate.force_ground[:, 1] - witness.zero_N) <= settings.tare_N
+    near &= np.isfinite(plate.moment_ground).all(axis=1)
+    for start, end in runs(near):
+        if end - start < settings.rest_s * plate.rate:
+            near[start:end] = False
+    return near
+
+
+def _lowered(plate: ForcePlate, resting: Bool[np.ndarray, " samples"]) -> ForcePlate:
+    """The plate less what it reads at rest, all six components; centres of pressure follow from the rest."""
+    level: Float[np.ndarray, "2 3"] = np.median(
+        np.stack([plate.force_ground[resting], plate.moment_ground[resting]]), axis=1
+    )
+    return replace(
+        plate,
+        force_ground=plate.force_ground - level[0],
+        moment_ground=plate.moment_ground - level[1],
+        point_ground=None,
+    )
