@@ -57,6 +57,7 @@ class ReviewApp:
         self._closed = False
         server.gui.configure_theme(show_logo=False, show_share_button=False)
         first_sight(server)
+        house.watch()
         server.on_client_connect(self._join)
         server.on_client_disconnect(self._leave)
 

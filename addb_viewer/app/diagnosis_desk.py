@@ -10,6 +10,7 @@ from addb_viewer.app.notices import Notices
 from addb_viewer.app.place import Place
 from addb_viewer.app.replay import Replay
 from addb_viewer.app.room import DIAGNOSING, RECORDING, SOLVING
+from addb_viewer.app.solve_desk import stop
 from addb_viewer.app.work import Outcome
 from addb_viewer.app.workbench import Progress, Task
 from addb_viewer.diagnosis_words import verdict
@@ -90,7 +91,7 @@ class DiagnosisDesk:
         self.notices.tell(f"{task.doing}: done", self._told_in_short(task))
 
     def _cancel(self) -> None:
-        self.place.room.bench.cancel()
+        stop(self.place)
 
     def _fit(self) -> None:
         self.place.room.solve(self.place.author())

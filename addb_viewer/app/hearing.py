@@ -48,6 +48,7 @@ class Hearing:
         self.session.solving.progressed(progress)
         self.session.diagnosis.progressed(progress)
         self.session.recording.progressed(progress)
+        self.session.show_banner()
 
     def ended(self, task: Task, outcome: Outcome) -> None:
         """Nothing is at work any more."""
@@ -59,6 +60,7 @@ class Hearing:
             session.recording.ended(task, outcome)
             session.explain()
             session.compare_changed()
+            session.show_banner()
 
         session.notices.do("Showing what came of it", conclude)
 

@@ -7,12 +7,15 @@ from pathlib import Path
 
 from addb_viewer.app.library import Library, library_of
 from addb_viewer.app.people import People
+from addb_viewer.app.progress_html import in_words
 from addb_viewer.app.queue_rows import Row, order, subject_rows
+from addb_viewer.app.queue_watch import QueueWatch, Signature, signature
 from addb_viewer.app.room import SubjectRoom
 from addb_viewer.app.root_folder import RootFolder
 from addb_viewer.recordings.recording import file_of
 from solver.capture.capture import Subject
 from solver.errors import ResultsError
+from solver.results.store import default_folder
 
 EMPTY_ROOMS = 1  # subjects kept in memory that nobody looks at: a page that is reloaded comes back at once
 
@@ -41,6 +44,8 @@ class House:
         self._rooms: dict[str, SubjectRoom] = {}  # in the order in which they were last entered
         self._rows: list[Row] = []
         self._seen: dict[str, int] = {}  # by subject, the revision of its review that the rows know
+        self._signatures: dict[str, Signature] = {}  # by subject, of what the rows were read from
+        self._watch: QueueWatch | None = None
 
     @classmethod
     def of(cls, library: Library) -> "House":
@@ -80,9 +85,7 @@ class House:
     def tidy(self) -> None:
         """Close the rooms that nobody has been in for longest, but for the last."""
         with self._lock:
-            empty = [
-                name for name, room in self._rooms.items() if not room.visited and not room.bench.progress
-            ]
+            empty = [name for name, room in self._rooms.items() if not room.visited and not room.bench.busy]
             gone = [self._rooms.pop(name) for name in empty[: max(0, len(empty) - EMPTY_ROOMS)]]
         for room in gone:
             room.close()
@@ -107,9 +110,35 @@ class House:
                 return self.rows()
             if revision is not None:
                 self._seen[subject] = revision
-            others = [row for row in self.rows() if row.subject != subject]
+            before = self.rows()
+            others = [row for row in before if row.subject != subject]
             self._rows = sorted([*others, *self._rows_of(subject)], key=order)
-            return list(self._rows)
+            now = list(self._rows)
+        if now != before:
+            self.people.queue_changed()
+        return now
+
+    def watch(self) -> None:
+        """Notice from now on what other programs do to any subject."""
+        with self._lock:
+            if self._watch is None:
+                self._watch = QueueWatch(self.root.names, self._look_at)
+
+    def at_work(self) -> dict[str, str]:
+        """What is at work, in words, by subject."""
+        found = ((room.name, room.bench.progress) for room in self.rooms)
+        return {name: in_words(progress.task) for name, progress in found if progress is not None}
+
+    def _look_at(self, name: str) -> None:
+        with self._lock:
+            known = self._signatures.get(name)
+        if known is not None and known != self._signature(name):
+            self.refresh(name)
+
+    def _signature(self, name: str) -> Signature:
+        folder = self.root.path / name
+        in_memory = any(room.name == name for room in self.rooms)  # it looks at its review itself
+        return signature(folder, self._results or default_folder(folder), review=not in_memory)
 
     def _log_file(self, name: str, wished: Path) -> Path:
         """A file that is not there yet: what was logged before is never written over."""
@@ -119,6 +148,7 @@ class House:
         return next(file for file in files if not file.exists())
 
     def _rows_of(self, name: str) -> list[Row]:
+        self._signatures[name] = self._signature(name)  # before it is read: what is written meanwhile is new
         try:
             return subject_rows(name, self._subject(name), self._results)
         except Exception as error:  # one broken subject is a row that says so, and hides no other
@@ -128,5 +158,8 @@ class House:
         """Close all rooms."""
         with self._lock:
             rooms, self._rooms = list(self._rooms.values()), {}
+            watch, self._watch = self._watch, None
+        if watch is not None:
+            watch.close()
         for room in rooms:
             room.close()

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from addb_viewer.app.notices import Notices
+from addb_viewer.app.question import Questions
 from addb_viewer.app.replay import Replay
 from addb_viewer.app.room import SubjectRoom
 
@@ -12,6 +13,7 @@ class Place(Protocol):
     """A session, as its desks see it."""
 
     notices: Notices
+    questions: Questions
 
     @property
     def room(self) -> SubjectRoom:

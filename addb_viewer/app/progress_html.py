@@ -3,7 +3,7 @@
 import html
 
 from addb_viewer.app.page import boxed
-from addb_viewer.app.workbench import Progress
+from addb_viewer.app.workbench import Progress, Task
 
 TOLD_FROM, TOLD_AFTER_S = 0.02, 3.0  # share done, and [s] at work, from which the time left is worth telling
 
@@ -15,4 +15,10 @@ def progress_html(progress: Progress) -> str:
     if fraction is not None and fraction > TOLD_FROM and seconds > TOLD_AFTER_S:
         said.append(f"about {seconds * (1 - fraction) / fraction:.0f} s left")
     by = f" <span style='opacity:.75'>for {html.escape(progress.task.by)}</span>" if progress.task.by else ""
-    return boxed(" · ".join(said) + by)
+    after = "".join(f"<div>then: {in_words(task)}</div>" for task in progress.waiting)
+    return boxed(" · ".join(said) + by + after)
+
+
+def in_words(task: Task) -> str:
+    """What is done for whom, as safe HTML."""
+    return html.escape(f"{task.doing} for {task.by}" if task.by else task.doing)

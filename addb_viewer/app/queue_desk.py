@@ -53,9 +53,13 @@ class QueueDesk:
         done = sum(row.finished for row in trials)
         self._rows = shown(rows, Filter(self.which.value), self.words.value)[:MOST]
         count = boxed(f"<b>Reviewed {done} of {len(trials)}</b>, worst first")
-        people = self.house.people.others(self.place.page)
         table = rows_html(
-            self._rows, self.here, several=self.house.several, notes=self.house.root.notes, people=people
+            self._rows,
+            self.here,
+            several=self.house.several,
+            notes=self.house.root.notes,
+            people=self.house.people.others(self.place.page),
+            at_work=self.house.at_work(),
         )
         if self.count.content != count:
             self.count.content = count
@@ -100,6 +104,7 @@ def rows_html(
     several: bool,
     notes: Sequence[str] = (),
     people: Mapping[TrialPlace, Sequence[str]] | None = None,
+    at_work: Mapping[str, str] | None = None,
 ) -> str:
     """The queue as a table.
 
@@ -109,9 +114,10 @@ def rows_html(
         several: whether the root has several subjects.
         notes: on what was left out.
         people: names of the others, by where they are.
+        at_work: what is at work, by subject; safe HTML.
     """
     body = "".join(
-        _row_html(i, row, here, several, (people or {}).get((row.subject, row.trial), ()))
+        _row_html(i, row, here, several, _told(rows[:i], row, people or {}, at_work or {}))
         for i, row in enumerate(rows)
     )
     head = "<tr style='opacity:.75'><td></td><td>trial</td>"
@@ -125,13 +131,31 @@ def rows_html(
     )
 
 
-def _row_html(index: int, row: Row, here: TrialPlace, several: bool, people: Sequence[str]) -> str:
+def _told(
+    above: Sequence[Row],
+    row: Row,
+    people: Mapping[TrialPlace, Sequence[str]],
+    at_work: Mapping[str, str],
+) -> str:
+    """Below a trial's name: who is there; and what is about the whole subject, at its first row only."""
+    here = people.get((row.subject, row.trial), ())
+    lines = [f"{html.escape(' and '.join(here))} {'is' if len(here) == 1 else 'are'} here"] if here else []
+    if not any(other.subject == row.subject for other in above):
+        if row.subject in at_work:
+            lines.append(at_work[row.subject])
+        if row.waiting:
+            lines.append(
+                f"New solve of {html.escape(' and of '.join(row.waiting))} waits: keep or discard it"
+            )
+    return "".join(f"<div>{line}</div>" for line in lines)
+
+
+def _row_html(index: int, row: Row, here: TrialPlace, several: bool, told: str) -> str:
     marked = "background:rgba(128,128,128,.25);" if (row.subject, row.trial) == here else ""
     name = f"<b>{html.escape(row.trial)}</b>" if row.trial else ""
     if several:
         name += f"<div style='opacity:.75'>{html.escape(row.subject)}</div>"
-    if people:
-        name += f"<div>{html.escape(' and '.join(people))} {'is' if len(people) == 1 else 'are'} here</div>"
+    name += told
     if row.error:
         return (
             f"<tr data-addb-wish='#{index}' style='cursor:pointer'><td>⚠</td><td colspan='4'>"

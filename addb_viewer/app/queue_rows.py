@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from addb_viewer.app.proposals import Pending, State, pending
+from addb_viewer.app.solves import solves
+from addb_viewer.app.solves import waiting as waiting_solves
 from addb_viewer.review_store import has_log, open_log
 from annotations.events import IMPORTED, Status
 from annotations.folding import folded
@@ -32,6 +34,7 @@ class Row:
     figures: Mapping[str, Any] | None = None  # in the shape of `fit --json`, of the trial; None: no fit
     proposed: int = 0  # proposals of the detection that nobody has decided
     doubtful: float = 0.0  # share of the frames that they cover, each weighted by how sure it is
+    waiting: tuple[str, ...] = ()  # whose new solves wait to be kept or discarded
     error: str = ""  # why nothing is known
 
     @property
@@ -127,6 +130,7 @@ def subject_rows(name: str, subject: Subject, results: Path | None = None) -> li
     """
     folder = results or default_folder(subject.folder)
     figures, proposals = _figures(folder / "fit.json"), _proposals(folder)
+    whose = tuple(solve.by for solve in waiting_solves(solves(folder)))
     reviews: dict[str, TrialReview] = {}
     if has_log(subject.folder):
         with open_log(subject.folder) as log:
@@ -142,7 +146,7 @@ def subject_rows(name: str, subject: Subject, results: Path | None = None) -> li
         seen = review or folded(files.name, (), subject.foot_bodies)
         waiting = [p for p in pending(found, seen, {}) if p.state is State.OPEN]
         row = Row(name, files.name, status, by, figures.get(files.name), len(waiting))
-        rows.append(replace(row, doubtful=_doubtful(waiting, row)))
+        rows.append(replace(row, doubtful=_doubtful(waiting, row), waiting=whose))
     return rows
 
 

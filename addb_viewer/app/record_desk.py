@@ -11,7 +11,7 @@ from addb_viewer.app.place import Place
 from addb_viewer.app.record_html import log_html, written_html
 from addb_viewer.app.record_panel import SHOWN, build_record
 from addb_viewer.app.room import RECORDING
-from addb_viewer.app.solve_desk import show_progress
+from addb_viewer.app.solve_desk import show_progress, stop
 from addb_viewer.app.work import Outcome
 from addb_viewer.app.workbench import Progress, Task
 from addb_viewer.recordings.recording import file_of
@@ -100,7 +100,7 @@ class RecordDesk:
             self.notices.tell("Written", f"{name}: listed in Record, with its folder and a download.")
 
     def _cancel(self) -> None:
-        self.place.room.bench.cancel()
+        stop(self.place)
 
     def _file(self, kind: str, trial: str | None) -> Path:
         room = self.place.room

@@ -12,7 +12,7 @@ from addb_viewer.app.live_log import LiveLog
 from addb_viewer.app.neighbours import disagreements
 from addb_viewer.app.people import People
 from addb_viewer.app.review_book import ReviewBook
-from addb_viewer.app.solves import NEW, Solve, discard, keep, prune, solves
+from addb_viewer.app.solves import NEW, Solve, discard, keep, prune, solves, waiting
 from addb_viewer.app.what_if import WhatIf
 from addb_viewer.app.work import Outcome
 from addb_viewer.app.workbench import PROGRAM, Progress, Task, Workbench
@@ -20,6 +20,7 @@ from annotations.errors import ReviewError
 from annotations.events import Edit
 from solver.capture.capture import Capture
 from solver.errors import SolverError
+from solver.results.store import has_fit
 
 DIAGNOSING, SOLVING, RECORDING = "Diagnosing", "Solving", "Recording"
 DIAGNOSE_WORKER, SOLVE_WORKER = "addb_viewer.app.diagnose_worker", "addb_viewer.app.solve_worker"
@@ -67,6 +68,7 @@ class SubjectRoom:
         self.library = library  # on the screen
         self.other: Library | None = None  # that is compared with
         self.new: Solve | None = None  # on the screen, waiting to be kept or discarded
+        self.behind: tuple[Solve, ...] = ()  # other people's solves that wait for the one on the screen
         self._visitors: list[Visitor] = []
         self._opened: set[str] = set()  # trials that somebody has looked at
         self._log: LiveLog | None = None
@@ -106,37 +108,44 @@ class SubjectRoom:
     def close(self) -> None:
         """End what is at work, and forget the subject."""
         self._watch.close()
-        self.bench.cancel()
+        self.bench.close()
         self.what_if.close()
         self.end_log()
         self.book.close()
 
     def solve(self, author: str) -> None:
-        """Solve again with the present flags and decisions; the kept fit stays until the new one is kept.
+        """Solve again with the flags and decisions of when it begins; the kept fit stays until one is kept.
 
         Raises:
-            BusyError: something is at work.
+            BusyError: that waits its turn already.
         """
         arguments = (*self._places(), author)
-        self.bench.start(Task(SOLVING, "starting", SOLVE_WORKER, arguments, author))
+        self._start(Task(SOLVING, "starting", SOLVE_WORKER, arguments, author))
 
     def diagnose(self, author: str) -> None:
         """Look at all trials together.
 
         Raises:
-            BusyError: something is at work.
+            BusyError: that waits its turn already.
         """
-        self.bench.start(Task(DIAGNOSING, "starting", DIAGNOSE_WORKER, self._places(), author))
+        self._start(Task(DIAGNOSING, "starting", DIAGNOSE_WORKER, self._places(), author))
+
+    def cancel(self, author: str) -> None:
+        """End what is at work; who asked for it is told, where that is somebody else."""
+        task = self.bench.task
+        self.bench.cancel()
+        if task is not None and task.by != author:
+            self._people.tell(task.by, f"{author} has cancelled what you asked for", f"{task.doing}.")
 
     def decide(self, doing: str, command: str, stage: str, author: str) -> None:
         """Accept or reject the causes that the diagnosis named.
 
         Raises:
-            BusyError: something is at work.
+            BusyError: that waits its turn already.
         """
         folder, results = self._places()
         arguments = (command, folder, "--out", results, "--author", author)
-        self.bench.start(Task(doing, stage, PROGRAM, arguments, author))
+        self._start(Task(doing, stage, PROGRAM, arguments, author))
 
     def record(self, files: Sequence[Path], trial: str | None, author: str) -> None:
         """Write the fit on the screen as a report, or with the one that it is compared with as recordings.
@@ -147,7 +156,7 @@ class SubjectRoom:
             author: who asked.
 
         Raises:
-            BusyError: something is at work.
+            BusyError: that waits its turn already.
             SolverError: nothing has been fitted yet.
         """
         if self.library.fit_folder is None:
@@ -158,7 +167,7 @@ class SubjectRoom:
             arguments += ["--previous", str(self.other.fit_folder)]
         if trial is not None:
             arguments += ["--trial", trial]
-        self.bench.start(Task(RECORDING, "starting", RECORD_WORKER, tuple(arguments), author))
+        self._start(Task(RECORDING, "starting", RECORD_WORKER, tuple(arguments), author))
 
     @property
     def log(self) -> LiveLog | None:
@@ -201,31 +210,41 @@ class SubjectRoom:
             if self._log is not None:
                 self._log.opened(trial, self.library, self.other)
 
-    def keep(self) -> None:
-        """Make the new solve the subject's fit.
+    def keep(self, author: str) -> None:
+        """Make the new solve the subject's fit; the next one that waits comes on the screen.
 
         Raises:
             SolverError: none waits.
         """
         with self._lock:
+            solve = self._waiting()
             with self._watch.own_fit():
-                keep(self._waiting(), self.results, self.subject.folder)
+                keep(solve, self.results, self.subject.folder, author)
             self.new = None
-        self._note("the new solve is kept")
-        self._fit_replaced()
+            if waiting(solves(self.results)):
+                self.library = library_of(self.subject, self.library.results_folder)
+            self._show_waiting()
+        self._decided(solve, "kept", "It is the subject's fit now.", author)
 
-    def discard(self) -> None:
-        """Go back to the kept fit.
+    def discard(self, author: str, number: int | None = None) -> None:
+        """Go back to the kept fit; the next one that waits comes on the screen.
+
+        Args:
+            author: who does.
+            number: of the solve that is meant; None: the one on the screen.
 
         Raises:
-            SolverError: none waits.
+            SolverError: none waits, or another one.
         """
         with self._lock:
-            discard(self._waiting())
+            solve = self._waiting()
+            if number is not None and solve.number != number:
+                raise SolverError(f"solve {number} does not wait any more")
+            discard(solve, author)
             self.new = None
             self.library, self.other = library_of(self.subject, self.library.results_folder), None
-        self._note("the new solve is discarded")
-        self._fit_replaced()
+            self._show_waiting()
+        self._decided(solve, "discarded", "The subject's fit is as it was.", author)
 
     def compare_with(self, solve: Solve | None) -> None:
         """Put another solve beside the one on the screen; None: the kept fit, beside a new one.
@@ -250,19 +269,46 @@ class SubjectRoom:
     def _places(self) -> tuple[str, str]:
         return str(Path(self.subject.folder).absolute()), str(self.results.absolute())
 
+    def _start(self, task: Task) -> None:
+        before = self.bench.start(task)
+        if before:
+            names = ", ".join(f"{t.doing} for {t.by}" if t.by else t.doing for t in before)
+            self._people.tell(task.by, "It waits its turn", f"{task.doing} begins by itself after: {names}.")
+        self._people.queue_changed()
+
+    def _decided(self, solve: Solve, what: str, then: str, author: str) -> None:
+        self._note(f"the new solve is {what}")
+        self._fit_replaced()
+        if solve.by != author:
+            self._people.tell(solve.by, f"{author} has {what} your solve {solve.number}", then)
+
     def _show_waiting(self) -> None:
-        """A solve that nobody decided about before the app ended is shown again."""
-        made = solves(self.results)
-        if made and made[-1].state == NEW:
-            self._show_new(made[-1])
+        """The first solve that nobody has decided about, also before the app ended, is on the screen."""
+        found = waiting(solves(self.results))
+        if found:
+            self._show_new(found[0])
+        self.behind = found[1:]
+
+    def _take_in(self, solve: Solve) -> None:
+        """A solve has come: on the screen, unless somebody else's waits there; kept where it is the first."""
+        with self._lock:
+            if not has_fit(self.results):
+                with self._watch.own_fit():
+                    keep(solve, self.results, self.subject.folder)
+                self.library, self.other = library_of(self.subject, self.library.results_folder), None
+            elif self.new is None or self.new.by == solve.by:
+                self._show_new(solve)
+            for old in solves(self.results):  # the same person's last one is the one that waits
+                if old.state == NEW and old.by == solve.by and old.number < solve.number:
+                    discard(old)
+            shown = -1 if self.new is None else self.new.number
+            self.behind = tuple(s for s in waiting(solves(self.results)) if s.number != shown)
 
     def _show_new(self, solve: Solve) -> None:
         library = library_of(self.subject, self.library.results_folder, solve.folder)
         with self._lock:
             kept = self.library if self.new is None else self.other
             self.other = kept if kept is not None and kept.fit is not None else None
-            if self.new is not None:
-                discard(self.new)
             self.library, self.new = library, solve
 
     def _fit_came(self) -> None:
@@ -324,7 +370,7 @@ class SubjectRoom:
         if outcome.succeeded and task.doing == SOLVING:
             try:
                 number = outcome.said.split()[-1]
-                self._show_new(next(s for s in solves(self.results) if s.folder.name == number))
+                self._take_in(next(s for s in solves(self.results) if s.folder.name == number))
             except Exception as error:  # the answer cannot be read: told like any failure of the solve
                 outcome = Outcome(False, False, outcome.said, str(error) or "the solve cannot be found")
             else:
@@ -334,6 +380,7 @@ class SubjectRoom:
             if outcome.succeeded and task.doing == DIAGNOSING:
                 self._log.diagnosed(self.results)
         self._tell(lambda visitor: visitor.ended(task, outcome))
+        self._people.queue_changed()
 
     def _tell(self, what: Callable[[Visitor], None]) -> None:
         for visitor in self._visitors:

@@ -235,7 +235,7 @@ class Session:
     def show_banner(self) -> None:
         """Put above the tabs what everybody at this trial should see."""
         others = self.house.people.others(self.page).get(self.queue.here, ())
-        banner, content = self.controls.banner, banner_html(others)
+        banner, content = self.controls.banner, banner_html(self._room, others)
         if banner.content != content:
             banner.content = content
         if banner.visible != bool(content):

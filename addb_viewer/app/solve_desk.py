@@ -12,7 +12,13 @@ from addb_viewer.app.place import Place
 from addb_viewer.app.progress_html import progress_html
 from addb_viewer.app.replay import Replay
 from addb_viewer.app.room import SOLVING
-from addb_viewer.app.solve_html import comparison_html, history_html, settings_html, solve_words
+from addb_viewer.app.solve_html import (
+    comparison_html,
+    history_html,
+    settings_html,
+    solve_words,
+    verdict_html,
+)
 from addb_viewer.app.solve_panel import BEFORE, SolvePanel
 from addb_viewer.app.solves import Solve, solves
 from addb_viewer.app.work import Outcome
@@ -44,19 +50,29 @@ class SolveDesk:
 
     def cancel(self) -> None:
         """End what is at work."""
-        self.place.room.bench.cancel()
+        stop(self.place)
 
     def keep(self) -> None:
         """The new solve becomes the subject's fit."""
-        self.place.author()
-        self.place.room.keep()
+        self.place.room.keep(self.place.author())
         self.notices.tell("Kept", "The solve on the screen is the subject's fit now.")
 
     def discard(self) -> None:
         """The fit before stays."""
-        self.place.author()
-        self.place.room.discard()
-        self.notices.tell("Discarded", "The subject's fit is as it was.")
+        room, author = self.place.room, self.place.author()
+        if room.new is None or room.new.by == author:
+            self._discard(author, None)
+            return
+        solve, by = room.new, room.new.by
+        self.place.questions.ask(
+            f"Discard {by}'s solve {solve.number}?",
+            [
+                f"{by} has not decided about it. It is of {solve.when.astimezone():%d %b %H:%M}.",
+                f"It stays in the list of solves, and {by} is told.",
+            ],
+            "Discard",
+            lambda: self._discard(author, solve.number),
+        )
 
     def toggle(self) -> None:
         """M."""
@@ -94,13 +110,10 @@ class SolveDesk:
         self._listed = {solve_words(s): s for s in reversed(made) if s.number != shown}
         if panel.other.options != (BEFORE, *self._listed):
             panel.other.options = (BEFORE, *self._listed)
-        waiting = room.new is not None
-        panel.keep.visible = panel.discard.visible = panel.verdict.visible = waiting
+        waits = room.new is not None
+        panel.keep.visible = panel.discard.visible = panel.verdict.visible = waits
         if room.new is not None:
-            panel.verdict.content = boxed(
-                "<b>A new solve is on the screen.</b> Keep it or discard it; "
-                "M compares it with the one before."
-            )
+            panel.verdict.content = verdict_html(room.new, room.behind)
         self._progress(room.bench.progress)
         self.comparing = self.comparing and room.other is not None
         put(panel.compare, self.comparing)
@@ -122,9 +135,22 @@ class SolveDesk:
             self.notices.tell("Cancelled", "Solving was cancelled; the fit is as it was.", "gray")
         elif not outcome.succeeded:
             self.notices.failed("Solving", outcome.error or "it ended without a word")
+            return
+        room = self.place.room
+        self.comparing = room.other is not None
+        if room.new is None:
+            self.notices.tell("Fitted", "The subject's first fit is kept and on the screen.")
+        elif room.new.by != task.by:
+            self.notices.tell(
+                "Solved",
+                f"The solve for {task.by} waits until {room.new.by}'s is kept or discarded.",
+            )
         else:
-            self.comparing = self.place.room.other is not None
             self.notices.tell("Solved", "The new solve is on the screen; keep it or discard it.")
+
+    def _discard(self, author: str, number: int | None) -> None:
+        self.place.room.discard(author, number)
+        self.notices.tell("Discarded", "The subject's fit is as it was.")
 
     def _before(self) -> bool:
         """Put the fit before beside the one on the screen.
@@ -149,9 +175,27 @@ class SolveDesk:
     def _progress(self, progress: Progress | None) -> None:
         panel, busy = self.panel, progress is not None
         panel.cancel.visible = panel.bar.visible = panel.status.visible = busy
-        panel.solve.visible = not busy
         if progress is not None:
             show_progress(panel.bar, panel.status, progress)
+
+
+def stop(place: Place) -> None:
+    """End what is at work for this person, else forget what waits for them, else ask about another's."""
+    room, author, progress = place.room, place.author(), place.room.bench.progress
+    by = "" if progress is None else progress.task.by
+    if progress is None or by in ("", author):
+        room.cancel(author)
+        return
+    dropped = room.bench.drop(author)
+    if dropped is not None:
+        place.notices.tell("Cancelled", f"{dropped.doing} does not wait any more.", "gray")
+        return
+    place.questions.ask(
+        f"Cancel what {by} has asked for?",
+        [f"{progress.task.doing} for {by} is at work. Nothing of it stays, and {by} is told."],
+        "Cancel it",
+        lambda: room.cancel(author) if room.bench.task is progress.task else None,
+    )
 
 
 def show_progress(bar: Any, status: viser.GuiHtmlHandle, progress: Progress) -> None:

@@ -51,6 +51,20 @@ def solve_words(solve: Solve) -> str:
     return f"{solve.number} · {solve.when.astimezone():%d %b %H:%M} · {solve.by}"
 
 
+def verdict_html(new: Solve, behind: Sequence[Solve]) -> str:
+    """What is to be decided.
+
+    Args:
+        new: on the screen.
+        behind: those that wait for it.
+    """
+    after = "".join(f"<div>After it: {html.escape(solve_words(solve))}</div>" for solve in behind)
+    return boxed(
+        f"<b>A new solve is on the screen.</b> {html.escape(new.by)} asked for it. Keep it or discard it; "
+        f"M compares it with the one before.{after}"
+    )
+
+
 def history_html(made: Sequence[Solve], trial: str) -> str:
     """The solves on the disk, newest first, with the figures of the trial on the screen."""
     if not made:
@@ -64,10 +78,17 @@ def history_html(made: Sequence[Solve], trial: str) -> str:
         took = "" if solve.seconds is None else f" · {solve.seconds:.0f} s"
         rows.append(
             f"<div style='margin:.25em 0'><b>{html.escape(solve_words(solve))}</b>{took}"
-            f"<div style='opacity:.8'>{_STATES[solve.state]} · {_shown(linear.get('rms_N'))} N · "
-            f"{_shown(angular.get('rms_Nm'))} N·m</div></div>"
+            f"<div style='opacity:.8'>{_STATES[solve.state]}{_decided(solve)} · "
+            f"{_shown(linear.get('rms_N'))} N · {_shown(angular.get('rms_Nm'))} N·m</div></div>"
         )
     return boxed("".join(rows))
+
+
+def _decided(solve: Solve) -> str:
+    """By whom, where it was not the one who asked for the solve."""
+    if solve.state == NEW or solve.decided_by in (None, solve.by):
+        return ""
+    return html.escape(f" (decided by {solve.decided_by})")
 
 
 def settings_html(settings: Mapping[str, Any], standard: Mapping[str, Any]) -> str:

@@ -13,7 +13,7 @@ import json
 import os
 import shutil
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -41,6 +41,7 @@ class Solve:
     seconds: float | None  # that it took; None where the app did not make it
     state: str  # NEW, KEPT, DISCARDED or REPLACED
     figures: Mapping[str, Any]  # in the shape of `fit --json`
+    decided_by: str | None = None  # who kept or discarded it
 
 
 def solves(results: Path) -> tuple[Solve, ...]:
@@ -52,11 +53,30 @@ def solves(results: Path) -> tuple[Solve, ...]:
             made = json.loads((folder / MADE).read_text(encoding="utf-8"))
             figures = json.loads((folder / "fit.json").read_text(encoding="utf-8"))
             when = datetime.fromisoformat(made["when"])
-            solve = Solve(number, folder, made["by"], when, made["seconds"], made["state"], figures)
+            solve = Solve(
+                number,
+                folder,
+                made["by"],
+                when,
+                made["seconds"],
+                made["state"],
+                figures,
+                made.get("decided_by"),
+            )
         except (OSError, ValueError, KeyError, TypeError):
             continue
         found.append(solve)
     return tuple(found)
+
+
+def waiting(made: Sequence[Solve]) -> tuple[Solve, ...]:
+    """Those that nobody has decided about, oldest first; of one person's only the last.
+
+    Args:
+        made: oldest first.
+    """
+    last = {solve.by: solve for solve in made if solve.state == NEW}
+    return tuple(solve for solve in made if last.get(solve.by) is solve)
 
 
 def add(fit: Fit, results: Path, *, by: str, seconds: float) -> int:
@@ -101,8 +121,14 @@ def finish(folder: Path, *, by: str, seconds: float | None, state: str = NEW) ->
     write_json(folder / MADE, told)
 
 
-def keep(solve: Solve, results: Path, subject_folder: Path) -> Solve:
+def keep(solve: Solve, results: Path, subject_folder: Path, by: str | None = None) -> Solve:
     """Make a solve the subject's fit; the one before is put among the solves.
+
+    Args:
+        solve: which.
+        results: folder of the subject's fit.
+        subject_folder: of the recordings.
+        by: who decided so; None: nobody was asked.
 
     Raises:
         ResultsError: the solve cannot be read, or the results folder cannot be written to.
@@ -111,14 +137,19 @@ def keep(solve: Solve, results: Path, subject_folder: Path) -> Solve:
     with writing(results):
         put_aside(results)
         save_fit(fit, results)
-        kept = _marked(solve, KEPT)
+        kept = _marked(solve, KEPT, by)
         _forget_old(results, solve.number)
     return kept
 
 
-def discard(solve: Solve) -> Solve:
-    """Leave the subject's fit as it is; the solve stays in the history."""
-    return _marked(solve, DISCARDED)
+def discard(solve: Solve, by: str | None = None) -> Solve:
+    """Leave the subject's fit as it is; the solve stays in the history.
+
+    Args:
+        solve: which.
+        by: who decided so; None: a newer one of the same person took its place.
+    """
+    return _marked(solve, DISCARDED, by)
 
 
 def put_aside(results: Path) -> Path | None:
@@ -146,10 +177,11 @@ def prune(results: Path) -> None:
                 shutil.rmtree(folder, ignore_errors=True)
 
 
-def _marked(solve: Solve, state: str) -> Solve:
+def _marked(solve: Solve, state: str, by: str | None = None) -> Solve:
+    decided_by = by or solve.decided_by
     told = {"by": solve.by, "when": solve.when.isoformat(), "seconds": solve.seconds, "state": state}
-    write_json(solve.folder / MADE, told)
-    return replace(solve, state=state)
+    write_json(solve.folder / MADE, {**told, "decided_by": decided_by})
+    return replace(solve, state=state, decided_by=decided_by)
 
 
 def _put_aside(results: Path) -> Path:

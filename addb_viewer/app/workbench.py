@@ -1,4 +1,7 @@
-"""What is at work for a subject: one command at a time, in a process of its own, seen by all its browsers."""
+"""What is at work for a subject: one command at a time, in a process of its own, seen by all its browsers.
+
+What is asked for meanwhile waits its turn.
+"""
 
 import threading
 import time
@@ -13,7 +16,7 @@ PROGRAM = "addb_viewer"
 
 
 class BusyError(SolverError):
-    """Something is at work already."""
+    """The very same waits its turn already."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,7 @@ class Progress:
     stage: str
     fraction: float | None  # None where the work does not say
     seconds: float  # since it began
+    waiting: tuple[Task, ...] = ()  # that come after it, in order
 
 
 class Workbench:
@@ -52,6 +56,8 @@ class Workbench:
         self._progressed, self._told_end = progressed, ended
         self.work = Work(self._heard, self._ended)
         self.task: Task | None = None
+        self._lock = threading.RLock()
+        self._waiting: list[Task] = []
         self._began, self._said = 0.0, ("", -1.0)
 
     @property
@@ -61,23 +67,86 @@ class Workbench:
         if task is None or not self.work.running:
             return None
         stage, fraction = self._said
-        return Progress(task, stage, fraction if fraction >= 0 else None, time.monotonic() - self._began)
+        seconds = time.monotonic() - self._began
+        return Progress(task, stage, fraction if fraction >= 0 else None, seconds, self.waiting)
 
-    def start(self, task: Task) -> None:
-        """Begin a task.
+    @property
+    def waiting(self) -> tuple[Task, ...]:
+        """What waits its turn, in order."""
+        with self._lock:
+            return tuple(self._waiting)
+
+    @property
+    def busy(self) -> bool:
+        """Whether anything is at work or waits."""
+        return bool(self._waiting) or self.work.running
+
+    def start(self, task: Task) -> tuple[Task, ...]:
+        """Begin a task, or let it wait its turn.
+
+        Returns:
+            What comes before it; nothing where it has begun.
 
         Raises:
-            BusyError: another one is at work.
+            BusyError: the same person's same task waits already.
         """
-        if not self.work.start(task.module, task.arguments):
-            doing = self.task.doing if self.task is not None else "something else"
-            raise BusyError(f"{doing} is at work; one thing at a time: wait for it, or cancel it.")
-        self.task, self._began, self._said = task, time.monotonic(), (task.stage, -1.0)
-        threading.Thread(target=self._tick, args=(task,), name="clock of the work", daemon=True).start()
+        with self._lock:
+            if task in self._waiting:
+                raise BusyError(
+                    f"{task.doing} waits its turn already, and begins with what is decided by then"
+                )
+            if not self._waiting and self._begin(task):
+                return ()
+            present = () if self.task is None else (self.task,)
+            before = (*present, *self._waiting)
+            self._waiting.append(task)
+        self._tell()
+        return before
+
+    def drop(self, by: str) -> Task | None:
+        """Forget what a person asked for last that still waits; None: nothing does."""
+        with self._lock:
+            task = next((task for task in reversed(self._waiting) if task.by == by), None)
+            if task is not None:
+                self._waiting.remove(task)
+        self._tell()
+        return task
 
     def cancel(self) -> None:
-        """End the task; it leaves nothing behind."""
+        """End the task; it leaves nothing behind, and what waits begins."""
         self.work.cancel()
+
+    def close(self) -> None:
+        """End the task, and forget what waits."""
+        with self._lock:
+            self._waiting.clear()
+        self.work.cancel()
+
+    def _begin(self, task: Task) -> bool:
+        if not self.work.start(task.module, task.arguments):
+            return False
+        self.task, self._began, self._said = task, time.monotonic(), (task.stage, -1.0)
+        threading.Thread(target=self._tick, args=(task,), name="clock of the work", daemon=True).start()
+        return True
+
+    def _begin_next(self) -> None:
+        with self._lock:
+            task = self._waiting.pop(0) if self._waiting else None
+            if task is None:
+                return
+            try:
+                if not self._begin(task):  # somebody was quicker
+                    self._waiting.insert(0, task)
+                return
+            except OSError as error:
+                outcome = Outcome(False, False, "", f"it cannot be begun ({error})")
+        self._told_end(task, outcome)
+        self._begin_next()
+
+    def _tell(self) -> None:
+        progress = self.progress
+        if progress is not None:
+            self._progressed(progress)
 
     def _tick(self, task: Task) -> None:
         while self.work.running and self.task is task:
@@ -93,5 +162,9 @@ class Workbench:
             self._progressed(progress)
 
     def _ended(self, outcome: Outcome) -> None:
-        if self.task is not None:
-            self._told_end(self.task, outcome)
+        task = self.task
+        try:
+            if task is not None:
+                self._told_end(task, outcome)
+        finally:
+            self._begin_next()

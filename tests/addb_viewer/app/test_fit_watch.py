@@ -70,7 +70,7 @@ def test_a_new_solve_that_waits_stays_on_the_screen(room, small_fit):
     assert visitor.heard.wait(5.0)
     assert opened.library.fit.mass_kg == 90.0
     assert "Discard" in visitor.said[-1]
-    opened.discard()
+    opened.discard("Zoë")
     assert opened.library.fit.mass_kg == 77.0
 
 
@@ -85,7 +85,7 @@ def test_half_a_fit_is_told_and_the_present_one_stays(room, small_fit):
 def test_keeping_a_solve_is_no_news(room, small_fit):
     add(replace(small_fit, mass_kg=90.0), small_fit.subject.folder / "results", by="Zoë", seconds=1.0)
     opened, visitor = room()
-    opened.keep()
+    opened.keep("Zoë")
     assert not visitor.heard.wait(10 * SOON)
 
 
