@@ -22,6 +22,7 @@ from solver.kinematics.marker_errors import marker_errors
 from solver.kinematics.marker_naming import name_markers
 from solver.kinematics.motion import Motion
 from solver.markers.mapping_file import chosen_for
+from solver.markers.people import people_notes
 from solver.progress import Progress, part, silent
 from solver.provenance import provenance_of, without_reviews
 from solver.review_stage import obeying_reviews, predicting_withheld
@@ -101,7 +102,11 @@ def solve(
             mass_kg=subject.mass_kg,
             progress=part(progress, 0.0, SCALED),
         )
-    groundwork = Groundwork(calibration.skeleton, match, (*match.notes, *calibration.notes))
+    whose = people_notes(
+        {c.name: c.markers for c in recorded}
+        | ({f"{static.name} (static)": static.markers} if static else {})
+    )
+    groundwork = Groundwork(calibration.skeleton, match, (*whose, *match.notes, *calibration.notes))
     shared = {stage: seconds / len(recorded) for stage, seconds in clock.seconds.items()}
     share = (TRACKED - SCALED) / len(recorded)
     fits = []

@@ -1,5 +1,6 @@
 """`addb-viewer init`: a subject.toml that says what was understood of a folder."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -10,10 +11,12 @@ from addb_viewer.commands.options import Debug
 from addb_viewer.commands.solving import check_folder
 from solver.capture.atomic import write_whole
 from solver.capture.capture import Subject
+from solver.capture.same_motion import markers_of
 from solver.capture.subject import open_subject, subjects_in
 from solver.capture.subject_layout import DESCRIBED_BY_HAND
 from solver.capture.subject_toml_writing import described_as_toml
 from solver.errors import CaptureError
+from solver.markers.people import people_notes
 
 Folder = Annotated[
     Path, typer.Argument(metavar="FOLDER", help="Folder of the recordings, or of several subjects.")
@@ -56,6 +59,11 @@ def _refuse_existing(folder: Path) -> None:
 
 
 def _describe(subject: Subject) -> None:
+    named = {trial.name: trial.markers for trial in subject.trials}
+    if subject.static is not None:
+        named[f"{subject.static.stem} (static)"] = subject.static
+    read = {name: markers for name, path in named.items() if (markers := markers_of(path)) is not None}
+    subject = replace(subject, notes=(*people_notes(read), *subject.notes))
     text = described_as_toml(subject)
     try:
         text.encode()
@@ -69,3 +77,5 @@ def _describe(subject: Subject) -> None:
     trials = f"{len(subject.trials)} trial{'s' * (len(subject.trials) != 1)}"
     said = f"{trials}, {forces} with a force file; {len(subject.unused)} files not used"
     typer.echo(f"{_file(subject.folder)}: {said}")
+    for note in subject.notes:
+        typer.echo(f"note: {note}")

@@ -159,6 +159,13 @@ def _pair_evidence(
     return np.where(np.isfinite(total) & (owner[:, None] != owner[None, :]), total, 0.0)
 
 
+def posture_scatter_m(one: str, other: str) -> float:
+    """How far the distance of two landmarks of the default body scatters over postures [m]."""
+    i, j = _order()[one], _order()[other]
+    spread = [mark.spread_m for mark in atlas().values()]
+    return float(np.sqrt(max(0.0, _expected()[1][i, j] ** 2 - spread[i] ** 2 - spread[j] ** 2)))
+
+
 @cache
 def _order() -> dict[str, int]:
     return {name: i for i, name in enumerate(atlas())}

@@ -1,0 +1,94 @@
+"""Lengths of the body tell people apart, and not one person's recordings."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.capture.same_motion import markers_of
+from solver.capture.subject import open_subject
+from solver.markers.people import people_notes
+
+FOUR, SIX = "opencap_subject4/MarkerData/", "opencap_subject6/"
+MIXTURES = {
+    "two walks": ({"a": FOUR + "walking1.trc", "b": SIX + "walking1.trc"}, "two people: a | b"),
+    "one among six": (
+        {name: f"{FOUR}{name}.trc" for name in ("DJ1", "STS1", "squats1", "walking1", "static1")}
+        | {"stranger": SIX + "walking1.trc"},
+        "two people: DJ1, STS1, squats1, walking1, static1 | stranger",
+    ),
+    "another's static trial": (
+        {"jump": FOUR + "DJ1.trc", "walk": FOUR + "walking1.trc", "static": SIX + "static1.trc"},
+        "two people: jump, walk | static",
+    ),
+    "three people": (
+        {
+            "a": FOUR + "walking1.trc",
+            "b": SIX + "walking1.trc",
+            "a's static": FOUR + "static1.trc",
+            "c": "opencap_reviewed/trials/DJ1/markers.trc",
+        },
+        "three people: a, a's static | b | c",
+    ),
+    "two laboratories, one label set": (
+        {
+            "walk": "c3d_lab_trials/lasem_FAILT01/FAILT01_Walk01.c3d",
+            "run": "sprint_overground_dorn2012_JA1_9ms/run0900cms.trc",
+        },
+        "two people: walk | run",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MIXTURES)
+def test_several_people_are_told_with_the_names_of_their_trials(real_data, name):
+    files, told = MIXTURES[name]
+    (note,) = people_notes({trial: markers_of(real_data / file) for trial, file in files.items()})
+    assert f"these trials seem to be of {told} (" in note
+
+
+def test_recordings_of_one_person_raise_no_alarm(real_data):
+    folders = {path.parent for name in ("subject.toml", "_subject.json") for path in real_data.rglob(name)}
+    compared = 0
+    for folder in folders:
+        subject = open_subject(folder)
+        paths = {trial.name: trial.markers for trial in subject.trials}
+        paths |= {"static": subject.static} if subject.static else {}
+        read = {name: markers for name, path in paths.items() if (markers := markers_of(path)) is not None}
+        assert people_notes(read) == (), folder
+        compared += len(read) > 1
+    assert compared >= 8
+
+
+def test_markers_that_were_placed_again_are_no_other_person(real_data):
+    """On one who stands, a shift of a marker is one on the body: 6 mm along each axis, 1 cm in all."""
+    standing = markers_of(real_data / FOUR / "static1.trc")
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        shift = rng.normal(0.0, 0.006, (1, len(standing.names), 3))
+        again = replace(standing, positions_ground=standing.positions_ground + shift)
+        assert people_notes({"first day": standing, "second day": again}) == ()
+
+
+def test_a_child_with_the_same_proportions_is_another_person(real_data):
+    adult = markers_of(real_data / FOUR / "walking1.trc")
+    child = replace(adult, positions_ground=0.85 * adult.positions_ground)
+    (note,) = people_notes({"adult": adult, "child": child})
+    assert "two people: adult | child" in note
+    assert (
+        people_notes(
+            {
+                "adult": adult,
+                "scaled by a hair": replace(adult, positions_ground=1.005 * adult.positions_ground),
+            }
+        )
+        == ()
+    )
+
+
+def test_what_cannot_be_compared_raises_no_alarm(real_data):
+    walk = markers_of(real_data / FOUR / "walking1.trc")
+    renamed = replace(walk, names=tuple(f"{name}_{k}" for k, name in enumerate(walk.names)))
+    assert people_notes({"a": walk, "b": renamed}) == ()
+    assert people_notes({"a": walk}) == ()
+    assert people_notes({}) == ()
