@@ -9,6 +9,7 @@ from typing import Any
 import trimesh
 
 from addb_viewer.app.replay import Person, Replay, fitted_replay, unfitted_replay
+from addb_viewer.app.root_folder import check_recorded
 from solver.capture.capture import Capture, Subject
 from solver.capture.subject import open_subject
 from solver.capture.trial import read_trial
@@ -102,12 +103,14 @@ def library_of(subject: Subject, results: Path | None = None, solve: Path | None
 
     Raises:
         ResultsError: there is half a fit, or one of another version.
+        OutsideError: it was made of files outside the subject's folder.
     """
     folder = solve or results or default_folder(subject.folder)
     if not has_fit(folder):
         notes = (*subject.notes, *_unused(subject), "Not fitted yet: markers and forces as measured.")
         return Library(subject, notes=notes, results_folder=results)
     fit, written_ns = load_fit(folder, subject.folder), (folder / "fit.json").stat().st_mtime_ns
+    check_recorded(subject, fit)
     bones = body_meshes(fit.skeleton, subject.folder / "Geometry")
     notes = (*subject.notes, *_unused(subject), *fit.skeleton.notes, *fit.notes, *bones.notes)
     return Library(

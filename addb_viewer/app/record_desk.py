@@ -11,6 +11,7 @@ from addb_viewer.app.place import Place
 from addb_viewer.app.record_html import log_html, written_html
 from addb_viewer.app.record_panel import SHOWN, build_record
 from addb_viewer.app.room import RECORDING
+from addb_viewer.app.root_folder import leads_out
 from addb_viewer.app.solve_desk import show_progress, stop
 from addb_viewer.app.work import Outcome
 from addb_viewer.app.workbench import Progress, Task
@@ -47,7 +48,7 @@ class RecordDesk:
     def download(self) -> None:
         """Send the chosen file to the browser."""
         file = self._listed.get(str(self.panel.which.value))
-        if file is None or not file.is_file():
+        if file is None or not file.is_file() or leads_out(file, self.place.room.results):
             self.show()
             raise SolverError("the file is not there any more")
         self.notices.client.send_file_download(file.name, file.read_bytes(), save_immediately=True)
@@ -69,9 +70,10 @@ class RecordDesk:
     def show(self) -> None:
         """Put what lies on the disk, and what is being written, on the screen."""
         panel, room = self.panel, self.place.room
-        found = _newest_first(room.results / FOLDER)
+        lying = _newest_first(room.results / FOLDER)
+        found = [file for file in lying if not leads_out(file, room.results)]
         self._listed = {file.name: file for file in found}
-        panel.written.content = written_html(found)
+        panel.written.content = written_html(found, [file for file in lying if file not in found])
         panel.which.visible = panel.download.visible = bool(found)
         names = tuple(self._listed) or ("–",)
         if panel.which.options != names:
@@ -124,4 +126,6 @@ def _newest_first(folder: Path) -> list[Path]:
     if not folder.is_dir():
         return []
     files = [file for file in folder.iterdir() if file.suffix in KINDS and not file.name.startswith(".")]
-    return sorted(files, key=lambda file: file.stat().st_mtime, reverse=True)
+    return sorted(
+        (file for file in files if file.is_file()), key=lambda file: file.lstat().st_mtime, reverse=True
+    )

@@ -16,10 +16,19 @@ MEGABYTE = 1e6
 BREAKS = "overflow-wrap:anywhere"
 
 
-def written_html(files: Sequence[Path]) -> str:
-    """The files on the disk, newest first: where, when, how large, and what opens them."""
+def written_html(files: Sequence[Path], refused: Sequence[Path] = ()) -> str:
+    """The files on the disk, newest first: where, when, how large, and what opens them.
+
+    Args:
+        files: of the folder, newest first.
+        refused: links in it that lead elsewhere.
+    """
+    links = "".join(
+        boxed(f"<div style='{BREAKS}'>{html.escape(link.name)} leads out of the folder: not sent.</div>")
+        for link in refused
+    )
     if not files:
-        return boxed("No files yet.")
+        return boxed("No files yet.") + links
     rows = []
     for file in files:
         about = file.stat()
@@ -30,7 +39,7 @@ def written_html(files: Sequence[Path]) -> str:
             f"<div>{when:%d %b %H:%M} · {about.st_size / MEGABYTE:.1f} MB · {opened}</div></div>"
         )
     place = html.escape(str(files[0].parent))
-    return boxed(f"<div style='{BREAKS}'>In {place}:</div>{''.join(rows)}")
+    return boxed(f"<div style='{BREAKS}'>In {place}:</div>{''.join(rows)}") + links
 
 
 def log_html(file: Path | None, ended: Path | None) -> str:

@@ -1,11 +1,13 @@
 """What may be opened: one subject, or a folder of subjects, and nothing outside it."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
 from solver.capture.capture import Subject
 from solver.capture.subject import open_subject, subjects_in
 from solver.errors import CaptureError
+from solver.fit import Fit
 
 
 class OutsideError(CaptureError):
@@ -29,6 +31,7 @@ class RootFolder:
         """
         if name not in self.names:
             raise OutsideError(f"{self.path}: has no subject '{name}'")
+        check_links(self.path, self.path / name)
         subject = open_subject(self.path / name)
         check_inside(self.path, subject)
         return subject
@@ -48,6 +51,7 @@ def open_root(folder: Path) -> RootFolder:
     for subject in subjects:
         name = subject.folder.relative_to(path).as_posix()
         try:
+            check_links(path, subject.folder)
             check_inside(path, subject)
         except OutsideError as error:
             if subject.folder == path:
@@ -60,6 +64,30 @@ def open_root(folder: Path) -> RootFolder:
     return RootFolder(path, tuple(names), tuple(notes))
 
 
+def check_links(root: Path, folder: Path) -> None:
+    """Refuse a folder in which a link leads out of the root: sooner or later something would read it.
+
+    Raises:
+        OutsideError: names the link.
+    """
+    inside = root.resolve()
+    for here, folders, files in os.walk(folder):  # which does not follow links
+        for path in (Path(here, name) for name in (*folders, *files)):
+            if path.is_symlink() and leads_out(path, inside):
+                raise OutsideError(
+                    f"{path}: leads out of {inside}. Replace the link by what it leads to, move it away, or "
+                    "open the folder that holds both"
+                )
+
+
+def leads_out(path: Path, folder: Path) -> bool:
+    """Whether a path, with its links followed, ends outside a folder; a link to itself ends nowhere."""
+    try:
+        return not path.resolve().is_relative_to(folder.resolve())
+    except (OSError, RuntimeError):
+        return False
+
+
 def check_inside(root: Path, subject: Subject) -> None:
     """Refuse a subject whose files lie outside the root, by `..` or by a link.
 
@@ -67,12 +95,35 @@ def check_inside(root: Path, subject: Subject) -> None:
         OutsideError: names the file.
     """
     inside = root.resolve()
-    files = [subject.folder, subject.model, subject.static]
-    for trial in subject.trials:
-        files += [trial.markers, trial.forces, *trial.reviews]
-    for file in files:
-        if file is not None and not file.resolve().is_relative_to(inside):
+    for file in (subject.folder, *_files(subject)):
+        if not file.resolve().is_relative_to(inside):
             raise OutsideError(
                 f"{file}: leads out of {inside}, to {file.resolve()}. Copy it into the folder, or open the "
                 "folder that holds both"
             )
+
+
+def check_recorded(subject: Subject, fit: Fit) -> None:
+    """Refuse a fit that says it was made of files elsewhere: a diagnosis or a solve would read them.
+
+    Args:
+        subject: opened, so that no link in its folder leads out.
+        fit: as kept.
+
+    Raises:
+        OutsideError: names the file.
+    """
+    captures = (file for trial in fit.trials for file in trial.capture.files)
+    for file in (*_files(fit.subject), *captures):
+        if not Path(os.path.normpath(file)).is_relative_to(subject.folder):
+            raise OutsideError(
+                f"{subject.folder}: its fit says that it was made of {file}, outside the folder. "
+                "Fit it again: addb-viewer fit"
+            )
+
+
+def _files(subject: Subject) -> tuple[Path, ...]:
+    files = [subject.model, subject.static, subject.marker_map]
+    for trial in subject.trials:
+        files += [trial.markers, trial.forces, *trial.reviews]
+    return tuple(file for file in files if file is not None)

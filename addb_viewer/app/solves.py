@@ -21,6 +21,7 @@ from typing import Any
 
 from solver.errors import ResultsError
 from solver.fit import Fit
+from solver.results.named import named_in
 from solver.results.store import has_fit, load_fit, save_fit, write_json
 from solver.results.writing import writing
 
@@ -194,8 +195,12 @@ def _put_aside(results: Path) -> Path:
     when = datetime.fromtimestamp((results / "fit.json").stat().st_mtime, UTC)
     folder = new_folder(results)
     try:
-        shutil.copytree(results / str(head["solve"]), folder / str(head["solve"]))
+        present = named_in(results, head["solve"], results / "fit.json")
+        shutil.copytree(present, folder / present.name)
         shutil.copy2(results / "fit.json", folder / "fit.json")
+    except ResultsError:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
     except OSError as error:
         shutil.rmtree(folder, ignore_errors=True)
         raise ResultsError(f"{results}: the present fit cannot be put aside ({error}).") from error

@@ -5,12 +5,14 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from solver.contact.proposals import Proposal
 from solver.errors import ResultsError
 from solver.results.codec import Decoder
+from solver.results.named import named_in
 from solver.results.store import has_fit, read_whole
 
 _REMEMBERED = 1024  # trials
@@ -28,11 +30,15 @@ def kept_proposals(folder: Path) -> Mapping[str, tuple[Proposal, ...]]:
     if not has_fit(folder):
         return {}
     try:
-        return read_whole(folder, lambda head: _of_trials([folder / name for name in head["files"]]))
+        return read_whole(folder, lambda head: _of_trials(_files(folder, head)))
     except (OSError, ValueError, KeyError, EOFError, TypeError, zipfile.BadZipFile) as error:
         raise ResultsError(
             f"{folder}: cannot be read ({error}). Fit the subject again: addb-viewer fit"
         ) from error
+
+
+def _files(folder: Path, head: Mapping[str, Any]) -> list[Path]:
+    return [named_in(folder, name, folder / "fit.json") for name in head["files"]]
 
 
 def _of_trials(files: Sequence[Path]) -> dict[str, tuple[Proposal, ...]]:

@@ -29,6 +29,7 @@ from solver.capture.file_lock import abandoned
 from solver.errors import ResultsError
 from solver.fit import Fit, TrialFit
 from solver.results.codec import Arrays, Decoder, Encoder, Tree
+from solver.results.named import named_in
 from solver.results.writing import writing
 from solver.summary import summary
 
@@ -135,7 +136,8 @@ def load_fit(folder: Path, subject_folder: Path) -> Fit:
         subject_folder: where the measured files lie now.
 
     Raises:
-        ResultsError: there is no fit, only half of one, or one of another version.
+        ResultsError: there is no fit, only half of one, or one of another version; or it names a file
+            that lies elsewhere.
     """
     return read_whole(folder, lambda head: _read_fit(head, folder, subject_folder))
 
@@ -168,14 +170,15 @@ def _read_fit(head: Mapping[str, Any], folder: Path, subject_folder: Path) -> Fi
             f"{folder / 'fit.json'}: written in format {head.get('format')}, this version reads {FORMAT}. "
             "Fit the subject again: addb-viewer fit"
         )
-    solve = folder / str(head.get("solve"))
+    solve = named_in(folder, head.get("solve"), folder / "fit.json")
     about = _read_json(solve / "subject.json")
     members = {
         name: _decoded(solve / "subject.json", Decoder(subject_folder), about.get(name))
         for name in _SUBJECT_FIELDS
     }
     skeleton = _decoded(solve / "skeleton.json", Decoder(subject_folder), _read_json(solve / "skeleton.json"))
-    trials = tuple(_read_trial(solve / name, subject_folder) for name in about.get("trials", ()))
+    files = [named_in(solve, name, solve / "subject.json") for name in about.get("trials", ())]
+    trials = tuple(_read_trial(file, subject_folder) for file in files)
     return Fit(skeleton=skeleton, trials=trials, **members)
 
 
@@ -185,7 +188,8 @@ def files_of_fit(folder: Path) -> list[Path]:
     Raises:
         ResultsError: there is no fit.
     """
-    return [folder / name for name in _read_json(folder / "fit.json")["files"]]
+    file = folder / "fit.json"
+    return [named_in(folder, name, file) for name in _read_json(file)["files"]]
 
 
 def write_json(path: Path, content: Mapping[str, object]) -> None:

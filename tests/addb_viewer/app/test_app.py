@@ -7,10 +7,12 @@ import pytest
 
 from addb_viewer.app import app as app_module
 from addb_viewer.app.app import serve, start
+from addb_viewer.app.library import library_of
 from addb_viewer.app.server import open_server
 from solver.capture.capture import Markers
 from solver.capture.trc import write_trc
 from solver.errors import CaptureError, SolverError
+from solver.results.store import save_fit
 
 
 def write_subject(folder):
@@ -134,6 +136,50 @@ def test_files_outside_the_root_are_refused(tmp_path):
         app.close()
 
 
+@pytest.mark.parametrize(
+    "place",
+    [
+        "results",
+        "results/recordings",
+        "results/recordings/notes.html",
+        "results/solves/3",
+        "results/diagnosis.json",
+        "results/solve-1/trials/first.npz",
+        "annotations.sqlite",
+        "settings.toml",
+        "markers.toml",
+        "Geometry",
+        "trials/first/notes.txt",
+        "trials/third",
+    ],
+)
+def test_a_subject_with_a_link_out_of_the_folder_is_refused(tmp_path, place):
+    (tmp_path / "outside").mkdir()
+    inside = write_subject(tmp_path / "S1")
+    (inside / place).parent.mkdir(parents=True, exist_ok=True)
+    (inside / place).symlink_to(tmp_path / "outside")
+    with pytest.raises(CaptureError, match=f"{place}: leads out of"):
+        start(inside, port=0)
+
+
+def test_links_within_the_opened_folder_are_followed(tmp_path, opened, enter):
+    root = tmp_path / "root"
+    root.mkdir()
+    for name in ("A", "B"):
+        write_subject(root / name)
+    (root / "disk").mkdir()
+    (root / "A" / "results").symlink_to(root / "disk")
+    (root / "B" / "trials" / "first" / "itself").symlink_to("itself")
+    app = opened(root)
+    assert app.house.root.names == ("A", "B")
+
+
+def test_a_results_folder_elsewhere_is_read_where_the_user_names_it(tmp_path, opened, enter):
+    (tmp_path / "elsewhere").mkdir()
+    app = opened(write_subject(tmp_path / "S1"), results=tmp_path / "elsewhere")
+    assert enter(app).session.shown == "first"
+
+
 def test_serving_prints_the_real_address_and_ends_with_ctrl_c(subject, capsys, monkeypatch):
     monkeypatch.setattr(app_module, "_has_display", lambda: False)
 
@@ -156,3 +202,16 @@ def test_on_the_network_the_printed_address_holds_the_token_and_nobody_is_anybod
     app = opened(subject, host="0.0.0.0")
     assert app.door.token
     assert app._login == ""
+
+
+@pytest.mark.parametrize("place", ["../outside.osim", "/etc/passwd"])
+def test_a_fit_made_of_files_elsewhere_is_refused(small_fit, place):
+    folder = small_fit.subject.folder
+    save_fit(small_fit, folder / "results")
+    library_of(small_fit.subject)
+    (about,) = (folder / "results").glob("solve-*/subject.json")
+    content = json.loads(about.read_text())
+    content["subject"]["fields"]["model"] = {"path": place}
+    about.write_text(json.dumps(content))
+    with pytest.raises(CaptureError, match="outside the folder"):
+        library_of(small_fit.subject)

@@ -18,7 +18,7 @@ from addb_viewer.recordings.mcap_recovery import recover
 from addb_viewer.recordings.restoring import edits_in
 from addb_viewer.review_store import open_log
 from solver.capture.subject import open_subject
-from solver.errors import ResultsError
+from solver.errors import ResultsError, SolverError
 from solver.pipeline import solve
 from solver.results.store import save_fit
 from solver.settings import Settings
@@ -175,3 +175,27 @@ def test_a_log_is_whole_when_the_program_is_ended_kindly(tmp_path):
     browser.close()
     assert recover(file, tmp_path / "copy.mcap").is_whole
     assert "/first/markers" in topics(file)
+
+
+def test_a_link_out_of_the_folder_is_told_and_neither_listed_nor_sent(tmp_path, enter):
+    secret = tmp_path / "secret.html"
+    secret.write_text("secret")
+    folder = write_subject(tmp_path / "S1")
+    app = start(folder, port=0)
+    try:
+        recordings = folder / "results" / "recordings"
+        recordings.mkdir(parents=True)
+        (recordings / "mine.html").write_text("mine")
+        (recordings / "link.html").symlink_to(secret)
+        (recordings / "also mine.html").symlink_to("mine.html")
+        browser = enter(app)
+        browser.until(lambda: "link.html leads out of the folder" in browser.html())
+        desk = browser.session.recording
+        assert sorted(desk._listed) == ["also mine.html", "mine.html"]
+        (recordings / "mine.html").unlink()
+        (recordings / "mine.html").symlink_to(secret)  # after it was listed
+        desk.panel.which.value = "mine.html"
+        with pytest.raises(SolverError, match="not there any more"):
+            desk.download()
+    finally:
+        app.close()

@@ -1,5 +1,6 @@
 """Proposals of a kept fit, read without its arrays."""
 
+import json
 from dataclasses import replace
 
 import pytest
@@ -37,3 +38,14 @@ def test_no_fit_has_none_and_half_a_fit_is_an_error(fit, tmp_path):
     next(tmp_path.glob("solve-*/trials/walk.npz")).unlink()
     with pytest.raises(ResultsError, match="Fit the subject again"):
         kept_proposals(tmp_path)
+
+
+def test_files_elsewhere_are_not_read(fit, tmp_path):
+    results = tmp_path / "results"
+    save_fit(fit, results)
+    next(results.glob("solve-*/trials/walk.npz")).rename(tmp_path / "walk.npz")
+    head = json.loads((results / "fit.json").read_text())
+    head["files"] = ["../walk.npz"]
+    (results / "fit.json").write_text(json.dumps(head))
+    with pytest.raises(ResultsError, match=r"fit\.json.*names"):
+        kept_proposals(results)

@@ -187,3 +187,48 @@ def test_no_fit_is_no_fit(tmp_path):
     assert not has_fit(tmp_path)
     with pytest.raises(ResultsError, match=r"fit\.json: missing.*addb-viewer fit"):
         load_fit(tmp_path, tmp_path)
+
+
+def moved_out(folder):
+    """The folder of the fit's arrays, moved to where nobody opened anything."""
+    (solve,) = folder.glob("solve-*")
+    outside = folder.parent.parent / "outside"
+    solve.rename(outside)
+    return solve, outside
+
+
+@pytest.mark.parametrize("told", ["../../outside", "absolute", "solve-1/../../../outside", None, ["solve-1"]])
+def test_a_fit_that_names_a_folder_elsewhere_is_not_followed(small_fit, folder, told):
+    save_fit(small_fit, folder)
+    _, outside = moved_out(folder)
+    head = json.loads((folder / "fit.json").read_text())
+    head["solve"] = str(outside) if told == "absolute" else told
+    (folder / "fit.json").write_text(json.dumps(head))
+    with pytest.raises(ResultsError, match=r"fit\.json.*names"):
+        load_fit(folder, small_fit.subject.folder)
+
+
+def test_a_link_to_a_fit_elsewhere_is_not_followed(small_fit, folder):
+    save_fit(small_fit, folder)
+    solve, outside = moved_out(folder)
+    solve.symlink_to(outside)
+    with pytest.raises(ResultsError, match=r"fit\.json.*names.*outside"):
+        load_fit(folder, small_fit.subject.folder)
+
+
+def test_a_trial_elsewhere_is_not_followed(small_fit, folder):
+    save_fit(small_fit, folder)
+    (solve,) = folder.glob("solve-*")
+    (solve / "trials" / "walk.npz").rename(folder.parent / "walk.npz")
+    about = json.loads((solve / "subject.json").read_text())
+    about["trials"][0] = "../../walk.npz"
+    (solve / "subject.json").write_text(json.dumps(about))
+    with pytest.raises(ResultsError, match=r"subject\.json.*names.*walk\.npz"):
+        load_fit(folder, small_fit.subject.folder)
+
+
+def test_a_results_folder_may_be_a_link_that_the_user_made(small_fit, folder, tmp_path):
+    save_fit(small_fit, tmp_path / "large disk")
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    folder.symlink_to(tmp_path / "large disk")
+    assert load_fit(folder, small_fit.subject.folder).mass_kg == 100.0
