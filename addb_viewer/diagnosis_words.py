@@ -21,9 +21,9 @@ from addb_viewer.diagnosis_vocabulary import (
     title,
 )
 from addb_viewer.gain_words import (
-    CERTAIN_NATS,
     NOW_AND_THEN,
     changes_in_words,
+    is_certain,
     is_lead,
 )
 from addb_viewer.holding_up_words import what_it_gains
@@ -107,7 +107,7 @@ def _how_surely(figures: Figures) -> str:
     nats = figures.get("evidence_nats")
     if not nats:
         return ""
-    return "certainly " if nats >= CERTAIN_NATS else "very likely " if nats >= LIKELY_NATS else "probably "
+    return "certainly " if is_certain(figures) else "very likely " if nats >= LIKELY_NATS else "probably "
 
 
 def _only_a_lead(figures: Figures) -> str:

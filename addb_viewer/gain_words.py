@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from addb_viewer.residual_words import in_markers, put_right
-from solver.diagnosis.settings import DIAGNOSIS
+from solver.diagnosis_settings import DiagnosisSettings
 
-CERTAIN_NATS = DIAGNOSIS.certain_gain
 AS_BEFORE = 0.05  # relative: less than that is no difference
 NOW_AND_THEN = ("off_plate_step", "external_contact")  # each time with a force of its own
 WEIGHTS = (  # what masses, adjusted to the rest of the recording, take in whether named or not
@@ -69,8 +68,13 @@ def is_lead(figures: Figures) -> bool:
         or only_weights(figures)
     ):
         return False
-    certain = (figures.get("evidence_nats") or 0.0) >= CERTAIN_NATS
-    return any(c.rises for c in told) or not (certain or any(c.surely_falls for c in told))
+    return any(c.rises for c in told) or not (is_certain(figures) or any(c.surely_falls for c in told))
+
+
+def is_certain(figures: Figures) -> bool:
+    """Whether something is wrong beyond doubt, by the threshold of the diagnosis' own settings."""
+    least = figures.get("certain_nats", DiagnosisSettings.certain_gain)
+    return bool((figures.get("evidence_nats") or 0.0) >= least)
 
 
 def now_and_then(figures: Figures) -> bool:

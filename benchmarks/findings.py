@@ -13,7 +13,7 @@ import json
 import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,6 @@ from benchmarks.recordings import data_folder, subjects
 from solver.capture.capture import Subject
 from solver.diagnosis.diagnose import diagnose
 from solver.diagnosis.report import as_json
-from solver.diagnosis.settings import DIAGNOSIS
 from solver.errors import SolverError
 from solver.provenance import provenance_of
 from solver.results.store import write_json
@@ -100,7 +99,7 @@ def answer(case: Case, keep: Path, deadline: float) -> dict[str, Any]:
 
 def _fingerprint(job: Job) -> str:
     chosen = [t for t in job.subject.trials if job.trials is None or t.name in job.trials]
-    made_of = (provenance_of(job.subject, chosen, job.reviews), as_dict(job.settings), asdict(DIAGNOSIS))
+    made_of = (provenance_of(job.subject, chosen, job.reviews), as_dict(job.settings))
     return hashlib.sha256(json.dumps(made_of, default=str).encode()).hexdigest()
 
 

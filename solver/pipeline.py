@@ -26,7 +26,7 @@ from solver.markers.people import people_notes
 from solver.progress import Progress, part, silent
 from solver.provenance import provenance_of, without_reviews
 from solver.review_stage import obeying_reviews, predicting_withheld
-from solver.settings import Settings, as_dict
+from solver.settings import Settings, decide_the_same_fit
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import body_poses, marker_positions
 from solver.skeleton.osim import load_skeleton
@@ -73,6 +73,7 @@ def solve(
         [c.markers for c in ([*recorded, static] if static else recorded)],
         default_body=subject.model is None,
         chosen=chosen_for(subject),
+        settings=settings.naming,
     )
     match, body = named.match, named.match.skeleton(named.skeleton)
     with clock("load"):
@@ -153,7 +154,7 @@ def resolve(
             its trial.
     """
     groundwork = previous.groundwork
-    if groundwork is None or previous.settings != as_dict(settings):
+    if groundwork is None or not decide_the_same_fit(previous.settings, settings):
         raise FitError(
             f"{previous.subject.folder}: the kept fit was made with other settings or by an older version; "
             "fit the subject anew: addb-viewer fit --force"
@@ -183,7 +184,7 @@ def can_resolve(
     """
     return (
         previous.groundwork is not None
-        and previous.settings == as_dict(settings)
+        and decide_the_same_fit(previous.settings, settings)
         and without_reviews(previous.provenance) == provenance_of(subject, trials, extension=extension)
     )
 

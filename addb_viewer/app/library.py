@@ -15,6 +15,7 @@ from solver.capture.subject import open_subject
 from solver.capture.trial import read_trial
 from solver.fit import Fit
 from solver.results.store import default_folder, has_fit, load_fit
+from solver.settings import settings_for
 from solver.skeleton.bones import body_meshes
 from solver.summary import summary
 
@@ -72,9 +73,9 @@ class Library:
                 if trial.capture.name == name:
                     return trial.capture
         if name not in self.captures:
-            self.captures[name] = read_trial(
-                next(t for t in self.subject.trials if t.name == name), mass_kg=self.subject.mass_kg
-            )
+            files = next(t for t in self.subject.trials if t.name == name)
+            reading = settings_for(self.subject.folder).reading
+            self.captures[name] = read_trial(files, reading, mass_kg=self.subject.mass_kg)
         return self.captures[name]
 
     def figures(self, name: str) -> dict[str, Any]:

@@ -6,7 +6,6 @@ Every array has one row a marker frame. Units are SI, the frame is the ground, y
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -18,11 +17,11 @@ from solver.capture.capture import Capture, ForcePlate
 from solver.contact.contact_phases import ContactPhase, contact_phases
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.proposals import Proposal
-from solver.contact.settings import ContactSettings
 from solver.contact.wrenches import NOBODY, MissingRange
 from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.fit import TrialFit
 from solver.kinematics.label_faults.fault import LabelFault
+from solver.settings import Settings, from_dict
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
 from solver.summary import STANDARD_GRAVITY, Thresholds
@@ -119,7 +118,7 @@ class ForceUse:
     proposals: tuple[Proposal, ...] = ()
     sources: tuple[str, ...] = ()  # who left each of `missing` out; empty: not known
     counts: Bool[np.ndarray, "frames feet"] | None = None  # the fit's mask; None: the trial has no forces
-    confidence: float = DetectionSettings().confidence  # from which on a proposal is left out
+    confidence: float = DetectionSettings.confidence  # from which on a proposal is left out
 
     def source_of(self, k: int) -> str:
         """Who left the k-th of `missing` out."""
@@ -171,17 +170,8 @@ def unfitted_replay(capture: Capture) -> Replay:
     )
 
 
-def sure_from(settings: Mapping[str, Any]) -> float:
-    """From which confidence on a fit leaves a proposal out.
-
-    Args:
-        settings: of the fit.
-    """
-    return float(settings.get("detection", {}).get("confidence", DetectionSettings().confidence))
-
-
 def fitted_replay(
-    trial: TrialFit, skeleton: Skeleton, person: Person, settings: Mapping[str, Any] | None = None
+    trial: TrialFit, skeleton: Skeleton, person: Person, settings: Mapping[str, object]
 ) -> Replay:
     """A fitted trial; frames of the recording outside the fit stay without a skeleton (NaN).
 
@@ -189,7 +179,7 @@ def fitted_replay(
         trial: fitted.
         skeleton: of the fit.
         person: whom residuals are measured against.
-        settings: of the fit; None: the usual ones.
+        settings: of the fit, as it keeps them.
     """
     bare = unfitted_replay(trial.capture)
     on_fit = _Clock(bare.times, trial.motion.start_time, trial.motion.rate, trial.motion.frames)
@@ -213,7 +203,7 @@ def fitted_replay(
         residual=_residual(trial, person, on_fit),
         joints=_joints(trial, skeleton, on_fit),
         demanded=demanded_forces(trial, skeleton, on_fit.floats),
-        forces=_force_use(trial, skeleton, sure_from(settings or {})),
+        forces=_force_use(trial, skeleton, from_dict(settings)),
         label_faults=trial.label_faults,
         notes=(*notes, *trial.notes),
     )
@@ -294,8 +284,9 @@ def _joints(trial: TrialFit, skeleton: Skeleton, on_fit: _Clock) -> JointReplay:
     return JointReplay(skeleton.dofs, rotates, on_fit.floats(trial.motion.q), torque)
 
 
-def _force_use(trial: TrialFit, skeleton: Skeleton, confidence: float) -> ForceUse:
+def _force_use(trial: TrialFit, skeleton: Skeleton, settings: Settings) -> ForceUse:
     """The fit's frames are the markers': one clock."""
+    confidence = settings.detection.confidence  # from which on a fit leaves a proposal out
     if trial.contacts is None:
         return ForceUse(proposals=trial.proposals, confidence=confidence)
     R_ground_body, p_ground_body = body_poses(skeleton, trial.motion.q)
@@ -305,7 +296,7 @@ def _force_use(trial: TrialFit, skeleton: Skeleton, confidence: float) -> ForceU
         p_ground_body,
         skeleton=skeleton,
         rate=trial.motion.rate,
-        settings=ContactSettings(),
+        settings=settings.contact,
     )
     mask = trial.mask
     if mask is None:

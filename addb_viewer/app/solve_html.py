@@ -7,6 +7,7 @@ from typing import Any
 from addb_viewer.app.comparison import Comparison
 from addb_viewer.app.page import boxed, clickable, table
 from addb_viewer.app.solves import DISCARDED, KEPT, NEW, REPLACED, Solve
+from solver.settings import by_name
 
 TEN = 10.0  # from which on a number has its two digits before the point
 _STATES = {
@@ -93,12 +94,11 @@ def _decided(solve: Solve) -> str:
 
 def settings_html(settings: Mapping[str, Any], standard: Mapping[str, Any]) -> str:
     """Which settings the fit on the screen was made with, as far as they are not the usual ones."""
+    usual = by_name(standard)
     changed = [
-        f"{stage}.{name} = {value}"
-        for stage, members in settings.items()
-        if isinstance(members, Mapping)
-        for name, value in members.items()
-        if isinstance(standard.get(stage), Mapping) and standard[stage].get(name) != value
+        f"{name} = {value}"
+        for name, value in by_name(settings).items()
+        if name in usual and value != usual[name]
     ]
     if not changed:
         return boxed("Usual settings. A settings.toml in the subject's folder changes them.")

@@ -12,6 +12,7 @@ from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, SettingsFile, SubjectFolder, Trials
 from addb_viewer.commands.solving import job_for, judged
 from solver.contact.detection import detect as proposals_for
+from solver.contact.detection_settings import DetectionSettings
 from solver.contact.proposals import missing_force
 from solver.fit import Fit, TrialFit
 from solver.results.store import write_json
@@ -33,20 +34,21 @@ def detect(
     with errors_as_lines(debug):
         job = job_for(subject, trials=trial, settings_file=settings)
         fit = judged(job)
-        confidence = job.settings.detection.confidence
-        figures = [_figures(t, fit, confidence) for t in fit.trials]
+        figures = [_figures(t, fit, job.settings.detection) for t in fit.trials]
         if json is not None:
             write_json(json, {"trials": figures})
         for figure in figures:
             _print(figure)
 
 
-def _figures(trial: TrialFit, fit: Fit, confidence: float) -> dict[str, Any]:
+def _figures(trial: TrialFit, fit: Fit, settings: DetectionSettings) -> dict[str, Any]:
     """In the shape of `detect --json`."""
     feet = trial.contacts.foot_bodies if trial.contacts else fit.subject.foot_bodies
     without_plates = trial.contacts is None  # a fit has nothing to judge there
-    proposals = proposals_for(fit.skeleton, trial.motion, None, ()) if without_plates else trial.proposals
-    missing = missing_force(proposals, feet, trial.motion.frames, confidence)
+    proposals = trial.proposals
+    if without_plates:
+        proposals = proposals_for(fit.skeleton, trial.motion, None, (), settings=settings)
+    missing = missing_force(proposals, feet, trial.motion.frames, settings.confidence)
     return {
         "name": trial.capture.name,
         "frames": trial.motion.frames,

@@ -64,10 +64,11 @@ def markers(
     with errors_as_lines(debug):
         check_folder(subject)
         who = open_subject(subject)
-        recordings = _recordings(who, settings_for(subject, settings))
+        chosen = settings_for(subject, settings)
+        recordings = _recordings(who, chosen)
         model = None if who.model is None else load_skeleton(who.model)
         on_model = None if model is None or is_bare(model) else own_names(model, recordings)
-        understood = _understood(recordings, on_model)
+        understood = _understood(recordings, on_model, chosen)
         file = map_ or subject / MARKER_MAP
         written = read_map(file) if file.is_file() else {}
         notes = _checked(written, model, recordings)
@@ -82,10 +83,12 @@ def markers(
             typer.echo(f"{file}: correct it, then fit again")
 
 
-def _understood(recordings: Sequence[Markers], on_model: dict[str, str] | None) -> Understanding:
+def _understood(
+    recordings: Sequence[Markers], on_model: dict[str, str] | None, settings: Settings
+) -> Understanding:
     """By name; without a marker set of the subject's own, also by the motion where names say nothing."""
     if on_model is None:
-        return read_labels(default_skeleton(), recordings).understanding
+        return read_labels(default_skeleton(), recordings, settings=settings.naming).understanding
     return understand([name for m in recordings for name in m.names], recordings)
 
 

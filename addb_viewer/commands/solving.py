@@ -22,7 +22,7 @@ from solver.provenance import provenance_of
 from solver.results.store import check_place, default_folder, files_of_fit, has_fit, load_fit, save_fit
 from solver.results.writing import writing
 from solver.review_stage import predicting_withheld
-from solver.settings import Settings, as_dict, settings_for
+from solver.settings import Settings, decide_the_same_fit, settings_for
 
 RESOLVED = 0.4  # share of a re-solve's work before the withheld blocks
 
@@ -207,7 +207,9 @@ def last_fit(job: Job) -> Fit | None:
 def _is_current(fit: Fit, job: Job) -> bool:
     """Whether a fit is that of these files, flags, settings and versions, and whole."""
     inputs = provenance_of(job.subject, _wanted(job.subject, job.trials), job.reviews, job.extension)
-    return fit.provenance == inputs and fit.settings == as_dict(job.settings) and not fit.heldout_due
+    return (
+        fit.provenance == inputs and decide_the_same_fit(fit.settings, job.settings) and not fit.heldout_due
+    )
 
 
 def _wanted(subject: Subject, trials: Sequence[str] | None) -> list[TrialFiles]:

@@ -11,7 +11,7 @@ from addb_viewer.recordings.happenings import lines_of
 from addb_viewer.recordings.mcap_file import McapFile
 from addb_viewer.recordings.mcap_schemas import EDIT, PROGRESS
 from addb_viewer.recordings.mcap_trial import TrialTopics, write_capture, write_causes, write_fit
-from addb_viewer.recordings.recording import Recording, TrialRecord, file_of, settings_of
+from addb_viewer.recordings.recording import Recording, TrialRecord, file_of
 from addb_viewer.recordings.solver_steps import SolverStep, stages_of
 from annotations.event_codec import encoded
 from annotations.events import Edit
@@ -19,7 +19,7 @@ from annotations.review_json import KEY
 from solver.capture.atomic import whole_file
 from solver.errors import ModelError
 from solver.fit import Fit
-from solver.settings import as_toml
+from solver.settings import as_toml, from_dict
 from solver.skeleton.osim_writer import skeleton_text
 from solver.summary import summary
 
@@ -96,7 +96,7 @@ def write_step(mcap: McapFile, step: SolverStep, time_ns: int) -> None:
 
 def attach_fit(mcap: McapFile, fit: Fit, time_ns: int) -> None:
     """Put a fit's settings, model, figures and provenance into the file."""
-    mcap.attach("settings.toml", "application/toml", as_toml(settings_of(fit)), time_ns)
+    mcap.attach("settings.toml", "application/toml", as_toml(from_dict(fit.settings)), time_ns)
     try:
         mcap.attach("model.osim", "application/xml", skeleton_text(fit.skeleton), time_ns)
     except ModelError as error:

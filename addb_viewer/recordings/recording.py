@@ -1,7 +1,7 @@
 """What a recording says about a subject: each trial's present fit, the one before, flags, causes, steps."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from annotations.events import Edit
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics_stage import before_forces, filtered
 from solver.fit import Fit, TrialFit
-from solver.settings import Settings
+from solver.settings import from_dict
 from solver.skeleton.bones import Bones, body_meshes
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.scaling import with_mass
@@ -116,7 +116,7 @@ def _of_markers_alone(trial: TrialFit, fit: Fit) -> Replay | None:
     """The motion that the forces have not touched, with the body that it was fitted with."""
     if trial.kinematics_only is None:
         return None
-    skeleton, settings = _body_before(fit), settings_of(fit)
+    skeleton, settings = _body_before(fit), from_dict(fit.settings)
     before = before_forces(trial)
     dynamics = None
     if trial.contacts is not None and trial.mask is not None:
@@ -137,20 +137,6 @@ def _body_before(fit: Fit) -> Skeleton:
     if work is None or work.mass_kg is None:
         return fit.skeleton
     return with_mass(work.skeleton, work.mass_kg)
-
-
-def settings_of(fit: Fit) -> Settings:
-    """The settings that a fit was made with; what it does not name has its default."""
-    defaults = Settings()
-    tables = {f.name: _table(getattr(defaults, f.name), fit.settings.get(f.name)) for f in fields(defaults)}
-    return replace(defaults, **tables)
-
-
-def _table(defaults: Any, kept: object) -> Any:
-    if not isinstance(kept, Mapping):
-        return defaults
-    known = {f.name for f in fields(defaults)}
-    return replace(defaults, **{name: value for name, value in kept.items() if name in known})
 
 
 def _shared_markers(trial: TrialFit, skeleton: Skeleton) -> Float[np.ndarray, "frames markers 3"]:

@@ -2,12 +2,10 @@
 
 import html
 import re
-from collections.abc import Mapping
-from dataclasses import fields
 
-from addb_viewer.recordings.recording import Recording, settings_of
+from addb_viewer.recordings.recording import Recording
 from addb_viewer.report.markup import Safe, element, joined, pairs, table
-from solver.settings import Settings, as_dict, as_toml
+from solver.settings import Settings, as_dict, as_toml, by_name, from_dict
 
 HASH = re.compile(r"[0-9a-f]{64}")
 OF = "sha256 "
@@ -16,7 +14,7 @@ OF = "sha256 "
 def repeat_part(recording: Recording) -> Safe:
     """Versions, input files by their hashes, settings that differ from the defaults, all settings."""
     fit = recording.fit
-    settings = settings_of(fit)
+    settings = from_dict(fit.settings)
     hashes = {k: v for k, v in fit.provenance.items() if HASH.fullmatch(v)}
     rest = {k: v for k, v in fit.provenance.items() if k not in hashes}
     changed = differing(settings)
@@ -55,11 +53,6 @@ def _readable(value: str) -> str:
 
 def differing(settings: Settings) -> list[tuple[str, str, str]]:
     """Name, value and default of each setting that is not at its default."""
-    rows = []
-    here, defaults = as_dict(settings), as_dict(Settings())
-    for stage in (f.name for f in fields(settings)):
-        own, usual = here[stage], defaults[stage]
-        assert isinstance(own, Mapping)
-        assert isinstance(usual, Mapping)
-        rows += [(f"{stage}.{k}", str(v), str(usual[k])) for k, v in own.items() if v != usual[k]]
-    return rows
+    usual = by_name(as_dict(Settings()))
+    here = by_name(as_dict(settings))
+    return [(name, str(value), str(usual[name])) for name, value in here.items() if value != usual[name]]

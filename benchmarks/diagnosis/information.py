@@ -19,7 +19,6 @@ import numpy as np
 from solver.capture.subject import open_subject
 from solver.diagnosis.balance import Balance
 from solver.diagnosis.diagnose import repaired_balance
-from solver.diagnosis.settings import DIAGNOSIS
 from solver.progress import silent
 from solver.settings import settings_for
 from tests.hidden_effects.hider.cases import CasePlan, write_case
@@ -134,4 +133,4 @@ def balance_as_it_is(folder: Path) -> Balance:
 
 def _balance(folder: Path) -> Balance:
     subject, settings = open_subject(folder), settings_for(folder)
-    return repaired_balance(subject, settings, DIAGNOSIS, trials=None, reviews={}, progress=silent)[0]
+    return repaired_balance(subject, settings, trials=None, reviews={}, progress=silent)[0]

@@ -10,6 +10,7 @@ from solver.capture.length_units import LengthUnitSettings
 from solver.capture.marker_cleaning import MarkerCleaningSettings
 from solver.capture.plate_sign_settings import PlateSignSettings
 from solver.capture.platform_wrench import PlatformUnitSettings
+from solver.capture.trajectory_joining import JoiningSettings
 from solver.settings_field import setting
 
 
@@ -40,6 +41,7 @@ class ReadingSettings:
     clock: ClockSettings = field(default_factory=ClockSettings)
     axes: AxesSettings = field(default_factory=AxesSettings)
     cleaning: MarkerCleaningSettings = field(default_factory=MarkerCleaningSettings)
+    joining: JoiningSettings = field(default_factory=JoiningSettings)
     force_tables: ForceTableSettings = field(default_factory=ForceTableSettings)
     platforms: ForcePlatformSettings = field(default_factory=ForcePlatformSettings)
     platform_units: PlatformUnitSettings = field(default_factory=PlatformUnitSettings)

@@ -149,7 +149,7 @@ def _cleaned(markers: Markers, path: Path, settings: ReadingSettings) -> tuple[M
     cleaned, notes = clean_markers(markers, settings.cleaning)
     if not cleaned.names:
         raise CaptureError(f"{path}: no marker was ever seen. Export the trial with its trajectories.")
-    joined, joining_notes = join_trajectories(cleaned)
+    joined, joining_notes = join_trajectories(cleaned, settings.joining)
     return joined, tuple(f"{path.name}: {note}" for note in (*notes, *joining_notes))
 
 

@@ -33,7 +33,7 @@ def detect(
     plates: Sequence[ForcePlate],
     *,
     tracked: Bool[np.ndarray, " frames"] | None = None,
-    settings: DetectionSettings | None = None,
+    settings: DetectionSettings,
 ) -> tuple[Proposal, ...]:
     """Propose the ranges of frames on which a foot's force is missing or wrong.
 
@@ -43,12 +43,11 @@ def detect(
         contacts: forces given to feet; None where the trial has no plates.
         plates: as recorded, in the order of `contacts.plate`.
         tracked: frames that show enough markers for a pose; None: all.
-        settings: thresholds; None: the defaults.
+        settings: thresholds.
 
     Returns:
         In order of time. Ranges of different reasons may overlap.
     """
-    settings = settings or DetectionSettings()
     if contacts is None or not contacts.observed.any():
         return (Proposal((0, motion.frames), None, NO_PLATE_DATA, 1.0),)
     tracked = np.ones(motion.frames, dtype=bool) if tracked is None else tracked

@@ -12,7 +12,6 @@ from solver.diagnosis.balance import Solved
 from solver.diagnosis.diagnose import repaired_balance
 from solver.diagnosis.extension import causes_of, extension_of
 from solver.diagnosis.selection import select
-from solver.diagnosis.settings import DIAGNOSIS
 from solver.dynamics.extension import Cause, Extension
 from solver.effects.catalogue import catalogue
 from solver.effects.effect import Candidate, Corrected
@@ -65,7 +64,6 @@ def extension_for(
     balance, _, fit = repaired_balance(
         subject,
         settings,
-        DIAGNOSIS,
         trials=trials,
         reviews=reviews or {},
         progress=part(progress, 0.0, FITTED),

@@ -20,7 +20,7 @@ from scipy.linalg import cho_solve, cholesky, solve_triangular
 from solver.diagnosis.laboratory import laboratory_errors, usual_std
 from solver.diagnosis.ladder import Covariances, Ladder, Rung
 from solver.diagnosis.rows import TrialRows
-from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.effect import Candidate, Estimate, Eta
 from solver.effects.scene import Scene
 

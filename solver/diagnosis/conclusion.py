@@ -25,9 +25,9 @@ from solver.diagnosis.put_right import PutRight
 from solver.diagnosis.remainder import UnknownForce
 from solver.diagnosis.residual_description import described
 from solver.diagnosis.selection import Selection
-from solver.diagnosis.settings import DiagnosisSettings
 from solver.diagnosis.unexplained import kept_beside_the_unknown, position, size_N
 from solver.diagnosis.unknown_course import dependence
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.effect import Estimate
 from solver.effects.marker_effect import MarkerFinding
 
@@ -76,6 +76,7 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
         trials=tuple(s.name for s in balance.scenes),
         residual=described(balance, solved, selection.uncorrected),
         evidence_nats=_evidence(selection, solved if left is None else left.solved, seen, settings),
+        certain_nats=settings.certain_gain,
         rates_Hz={s.name: s.rate for s in balance.scenes},
         starts_s={s.name: s.motion.start_time for s in balance.scenes},
     )

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.diagnosis.balance import Solved, Term
-from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.effect import Candidate
 
 

@@ -17,7 +17,7 @@ from solver.diagnosis.report import as_json
 from solver.diagnosis.rows import trial_rows
 from solver.diagnosis.scenes import SceneAndPosterior
 from solver.diagnosis.selection import Selection, select
-from solver.diagnosis.settings import DIAGNOSIS, DiagnosisSettings
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.catalogue import catalogue
 from solver.errors import FitError
 from solver.fit import Fit
@@ -35,7 +35,6 @@ def diagnose(
     *,
     trials: Sequence[str] | None = None,
     reviews: Mapping[str, ForceReview] | None = None,
-    diagnosis: DiagnosisSettings = DIAGNOSIS,
     progress: Progress = silent,
 ) -> Diagnosis:
     """Say what is wrong with a subject's recordings, and why.
@@ -44,10 +43,9 @@ def diagnose(
 
     Args:
         subject: as `open_subject` found it.
-        settings: of the solve.
+        settings: of the solve; its table `diagnosis` has noise, model errors and thresholds.
         trials: names of the trials to look at together; None for all.
         reviews: by trial, what people flagged.
-        diagnosis: noise, model errors and thresholds.
         progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
 
     Raises:
@@ -57,7 +55,6 @@ def diagnose(
     balance, seen, fit = repaired_balance(
         subject,
         settings,
-        diagnosis,
         trials=trials,
         reviews=reviews or {},
         progress=part(progress, 0.0, FITTED),
@@ -88,7 +85,6 @@ def causes_of(balance: Balance, progress: Progress = silent) -> tuple[Balance, S
 def repaired_balance(
     subject: Subject,
     settings: Settings,
-    diagnosis: DiagnosisSettings,
     *,
     trials: Sequence[str] | None,
     reviews: Mapping[str, ForceReview],
@@ -117,8 +113,8 @@ def repaired_balance(
             progress=progress,
         )
 
-    fit, scenes, seen = with_markers_repaired(fitted, settings, diagnosis, reviews)
-    return balance_of(fit, scenes, diagnosis), seen, fit
+    fit, scenes, seen = with_markers_repaired(fitted, settings, reviews)
+    return balance_of(fit, scenes, settings.diagnosis), seen, fit
 
 
 def balance_of(fit: Fit, pairs: SceneAndPosterior, diagnosis: DiagnosisSettings) -> Balance:
@@ -135,5 +131,5 @@ def balance_of(fit: Fit, pairs: SceneAndPosterior, diagnosis: DiagnosisSettings)
 
 
 def diagnose_subject(folder: Path) -> dict[str, object]:
-    """The diagnosis of a folder with default settings, in the shape of `diagnose --json`."""
+    """The diagnosis of a folder with its own settings, in the shape of `diagnose --json`."""
     return as_json(diagnose(open_subject(folder), settings_for(folder)))

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from solver.diagnosis.force_courses import ForceCourse
 from solver.diagnosis.residual_description import ResidualDescription
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.effect import Estimate, Range
 
 EXPLAINED, CLEAN, UNEXPLAINED = "explained", "clean", "unexplained"
@@ -88,6 +89,7 @@ class Diagnosis:
     trials: tuple[str, ...]
     residual: ResidualDescription | None = None  # without any cause
     evidence_nats: float = 0.0  # of all that was found, named or not, against nothing being wrong
+    certain_nats: float = DiagnosisSettings.certain_gain  # from which on that is certain
     rates_Hz: Mapping[str, float] = field(default_factory=dict)  # of the markers' frames, by trial
     starts_s: Mapping[str, float] = field(default_factory=dict)  # of frame 0 on the recording's clock
     notes: tuple[str, ...] = field(default=())

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.diagnosis.rows import TrialRows
-from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects import plate_bias, plate_position
 from solver.effects.effect import Candidate, Corrected
 

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from scipy.linalg import cholesky, solve_triangular
 from scipy.linalg.lapack import dpotri
 
-from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis_settings import DiagnosisSettings
 
 # of slack and of model error: each up and down, and one for the other
 STEPS = ((0, -1), (0, 1), (1, 0), (-1, 0), (1, -1), (-1, 1))

@@ -8,7 +8,6 @@ import numpy as np
 from solver.capture.capture import Capture
 from solver.contact.force_review import ForceReview
 from solver.diagnosis.scenes import SceneAndPosterior, scenes_of
-from solver.diagnosis.settings import DiagnosisSettings
 from solver.effects import marker_slip, marker_swap, soft_tissue
 from solver.effects.marker_effect import MarkerFinding
 from solver.effects.scene import Scene
@@ -33,15 +32,13 @@ NOTHING_SEEN = SeenInMarkers()
 def with_markers_repaired(
     fitted: Callable[[Mapping[str, Capture]], Fit],
     settings: Settings,
-    diagnosis: DiagnosisSettings,
     reviews: Mapping[str, ForceReview],
 ) -> tuple[Fit, SceneAndPosterior, SeenInMarkers]:
     """Fit, look at the markers, repair them, and fit again until nothing more is found.
 
     Args:
         fitted: fits the subject with some trials' recordings in place of the files'.
-        settings: of the solve.
-        diagnosis: of the diagnosis.
+        settings: of solve and diagnosis.
         reviews: by trial, what people flagged.
 
     Returns:
@@ -52,7 +49,7 @@ def with_markers_repaired(
     found: list[MarkerFinding] = []
     repaired: dict[str, Capture] = {}
     for _ in range(ROUNDS):
-        seen = scenes_of(fit, settings, diagnosis, reviews)
+        seen = scenes_of(fit, settings, reviews)
         fresh = {scene.name: _repairable(scene) for scene, _ in seen}
         for trial in fit.trials:
             name = trial.capture.name
@@ -64,7 +61,7 @@ def with_markers_repaired(
         found += [finding for own in fresh.values() for finding in own]
         fit = fitted(repaired)
     else:
-        seen = scenes_of(fit, settings, diagnosis, reviews)
+        seen = scenes_of(fit, settings, reviews)
     tissue = [finding for scene, _ in seen for finding in soft_tissue.findings(scene)]
     return fit, seen, SeenInMarkers((*found, *tissue), before, _rms(fit))
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float
 
-from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.dynamics.inertia_parameters import demanded_wrench, pseudo_inertia
 from solver.dynamics.windows import Windows
 from solver.effects.scene import Scene

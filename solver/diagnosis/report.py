@@ -50,6 +50,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, object]:
         "starts_s": dict(diagnosis.starts_s),
         "notes": list(diagnosis.notes),
         "evidence_nats": _finite(diagnosis.evidence_nats),
+        "certain_nats": diagnosis.certain_nats,
         "detectable": [asdict(one) for one in diagnosis.detectable],
         "residual": None if diagnosis.residual is None else _residual(diagnosis.residual),
     }

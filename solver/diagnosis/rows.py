@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 
 from solver.diagnosis.model_errors import mass_change, model_error, nuisances, soft_tissue
 from solver.diagnosis.plate_noise import plates_noise
-from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.dynamics.marker_posterior import MarkerPosterior
 from solver.dynamics.windows import Windows, windows_over
 from solver.effects.scene import Scene

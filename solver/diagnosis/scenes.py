@@ -13,7 +13,6 @@ from solver.contact.mask import mask_of, with_own_file
 from solver.contact.sole import independent_feet, soles
 from solver.contact.wrenches import MissingRange
 from solver.diagnosis.own_model import size_against_own_model
-from solver.diagnosis.settings import DiagnosisSettings
 from solver.dynamics.inertia_parameters import demanded_wrench, pseudo_inertia
 from solver.dynamics.marker_posterior import MarkerPosterior, marker_posterior
 from solver.dynamics.material_acceleration import material_accelerations
@@ -42,7 +41,6 @@ def scene_of(
     fit: TrialFit,
     skeleton: Skeleton,
     settings: Settings,
-    diagnosis: DiagnosisSettings,
     flagged: Sequence[MissingRange] = (),
 ) -> tuple[Scene, MarkerPosterior]:
     """One trial with forces.
@@ -50,16 +48,15 @@ def scene_of(
     Args:
         fit: of the markers; its contacts and proposals are of use, its mask is not.
         skeleton: scaled, with the entered mass.
-        settings: of the solve.
-        diagnosis: of the diagnosis.
+        settings: of solve and diagnosis.
         flagged: what a person took out; only a person does.
     """
     assert fit.contacts is not None
     start = fit.kinematics_only.motion if fit.kinematics_only else fit.motion
     observed = observed_markers(fit, skeleton)
-    posterior = marker_posterior(skeleton, observed, start, diagnosis.markers, settings.trajectory)
+    posterior = marker_posterior(skeleton, observed, start, settings.diagnosis.markers, settings.trajectory)
     kinematics = ForwardKinematics(skeleton)
-    motion = posterior.motion.low_passed(diagnosis.signature_cutoff_Hz)
+    motion = posterior.motion.low_passed(settings.diagnosis.signature_cutoff_Hz)
     v, a = motion.velocity, motion.acceleration
     poses = kinematics.poses(motion.q)
     material, _ = material_accelerations(kinematics, poses, motion.q, v, a)
@@ -82,6 +79,7 @@ def scene_of(
         contacts=fit.contacts,
         proposals=fit.proposals,
         counts=_counts(fit, settings, flagged),
+        contact_settings=settings.contact,
         notes=fit.capture.notes,
     )
     return scene, posterior
@@ -104,13 +102,12 @@ def _demanded(kinematics: ForwardKinematics, posterior: MarkerPosterior) -> Floa
 def scenes_of(
     fit: Fit,
     settings: Settings,
-    diagnosis: DiagnosisSettings,
     reviews: Mapping[str, ForceReview],
 ) -> SceneAndPosterior:
     """All trials of a fit that have forces."""
     size = size_against_own_model(fit)
     pairs = [
-        scene_of(trial, fit.skeleton, settings, diagnosis, flagged_by_people(trial, reviews))
+        scene_of(trial, fit.skeleton, settings, flagged_by_people(trial, reviews))
         for trial in fit.trials
         if trial.contacts is not None
     ]

@@ -61,7 +61,7 @@ class BorderedFactor:
         for part in trials:
             factor = part.band.factorized_in_place(damping)
             half = factor.half_solve_in_place(part.border)
-            flat = half.reshape(-1, half.shape[2])
+            flat = half.reshape(half.shape[0] * half.shape[1], half.shape[2])
             self.corner += part.corner - flat.T @ flat
             self.factors.append(factor)
             self.half_borders.append(half)
@@ -71,7 +71,7 @@ class BorderedFactor:
         shared_gradient, foretold, halves = gradient.shared.copy(), 0.0, []
         for factor, border, own in zip(self.factors, self.half_borders, gradient.coefficients, strict=True):
             half = factor.half_solve_in_place(own[:, :, None].copy())
-            shared_gradient -= border.reshape(half.size, -1).T @ half.ravel()
+            shared_gradient -= border.reshape(half.size, border.shape[2]).T @ half.ravel()
             foretold += float((half**2).sum())
             halves.append(half)
         shared = np.zeros(0)

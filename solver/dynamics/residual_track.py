@@ -33,7 +33,7 @@ class ResidualLinearization:
     @property
     def shared_gradient(self) -> Float[np.ndarray, " shared"]:
         """Of half the cost, by φ and x."""
-        return self.by_shared.reshape(-1, self.by_shared.shape[2]).T @ self.value.ravel()
+        return self.by_shared.reshape(self.value.size, self.by_shared.shape[2]).T @ self.value.ravel()
 
 
 class ResidualTrack:

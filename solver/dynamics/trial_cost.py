@@ -126,7 +126,7 @@ class TrialCost:
             rows = self.residuals.linearized(model, states, with_inertias=with_inertias)
             jacobians = rows.by_q, rows.by_v, rows.by_a
             band.add_residual_rows(first, jacobians, rows.by_shared, border, self.per_frame)
-            flat = rows.by_shared.reshape(-1, width)
+            flat = rows.by_shared.reshape(rows.value.size, width)
             corner += self.per_frame * flat.T @ flat
             shared += self.per_frame * rows.shared_gradient
             cost += rows.cost + self._pull(states)

@@ -13,6 +13,7 @@ from solver.capture.conditioning import PlateLoads, shared_cutoff
 from solver.capture.force_settings import ConditioningSettings
 from solver.capture.resampling import rate_of
 from solver.contact.proposals import Proposal
+from solver.contact.settings import ContactSettings
 from solver.contact.sole import Sole
 from solver.contact.wrenches import ContactWrenches
 from solver.filters import low_pass
@@ -110,6 +111,7 @@ class Scene:
     contacts: ContactWrenches
     proposals: tuple[Proposal, ...]
     counts: Bool[np.ndarray, " frames"]  # recorded, tracked and not flagged by a person
+    contact_settings: ContactSettings  # of the solve
     notes: tuple[str, ...] = field(default=())
     size_against_own_model: float | None = None  # logarithm; None where the model is nobody's
     weighed: bool = True  # the person's mass was entered; otherwise it is what the forces carry

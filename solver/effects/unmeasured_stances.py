@@ -16,7 +16,6 @@ from solver.contact.proposals import (
     UNMEASURED_EXTERNAL_FORCE,
     ZERO_WHILE_ACCELERATING,
 )
-from solver.contact.settings import ContactSettings
 from solver.effects.scene import Scene
 from solver.effects.time_course import Stretch, joined, stretch_of
 from solver.filters import low_pass
@@ -95,7 +94,7 @@ def seems_to_stand(scene: Scene, foot: int) -> Bool[np.ndarray, " frames"]:
         scene.p_ground_body,
         skeleton=scene.skeleton,
         rate=scene.rate,
-        settings=ContactSettings(),
+        settings=scene.contact_settings,
     )
     for phase in phases:
         if phase.foot == column:

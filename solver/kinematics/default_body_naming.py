@@ -9,7 +9,7 @@ from solver.capture.capture import Markers
 from solver.kinematics.flat_foot import on_flat_feet
 from solver.kinematics.label_reading import read_labels
 from solver.kinematics.marker_matching import LEFT_OUT, MarkerMatch, known_by_name, match_markers
-from solver.kinematics.settings import KinematicsSettings
+from solver.kinematics.unnamed.settings import NAMING, NamingSettings
 from solver.kinematics.upright_pelvis import on_upright_pelvis
 from solver.markers.atlas import atlas, landmark_marker
 from solver.markers.label_parts import spelling
@@ -26,7 +26,11 @@ class NamedMarkers:
 
 
 def on_default_body(
-    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str]
+    generic: Skeleton,
+    recordings: Sequence[Markers],
+    word: Mapping[str, str],
+    *,
+    settings: NamingSettings = NAMING,
 ) -> NamedMarkers:
     """The default body with a marker for every label that is understood.
 
@@ -34,24 +38,25 @@ def on_default_body(
         generic: the default body, unscaled.
         recordings: of one subject.
         word: a person's: label to landmark or marker of the body, "" to leave the label out.
+        settings: of naming.
 
     Raises:
         FitError: too few labels are understood.
     """
-    skeleton, named, notes = _named(generic, recordings, word)
+    skeleton, named, notes = _named(generic, recordings, word, settings)
     match = match_markers(skeleton, recordings, named=named, notes=notes)
-    skeleton = on_flat_feet(skeleton, match, recordings, KinematicsSettings())
+    skeleton = on_flat_feet(skeleton, match, recordings, settings.kinematics)
     return NamedMarkers(on_upright_pelvis(skeleton, match, recordings), match)
 
 
 def _named(
-    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str]
+    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str], settings: NamingSettings
 ) -> tuple[Skeleton, dict[str, str], tuple[str, ...]]:
-    read = read_labels(generic, recordings)
+    read = read_labels(generic, recordings, settings=settings)
     by_itself = {r.label: r.landmark if r.used else LEFT_OUT for r in read.understanding.labels}
     word = {label: target for label, target in word.items() if target != by_itself.get(label)}
     if word and read.found:
-        read = read_labels(generic, recordings, word)
+        read = read_labels(generic, recordings, word, settings=settings)
     rows = read.understanding.labels
     known = known_by_name(generic, recordings)
     own = {marker.name: marker for marker in generic.markers}

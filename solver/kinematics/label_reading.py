@@ -12,6 +12,7 @@ from solver.kinematics.scale_prior import stature
 from solver.kinematics.unnamed.landmark_mixture import landmark_mixture
 from solver.kinematics.unnamed.recognition import FoundMarker, recognise
 from solver.kinematics.unnamed.same_labels import disagreeing
+from solver.kinematics.unnamed.settings import NAMING, NamingSettings
 from solver.markers.atlas import atlas, place_on
 from solver.markers.understanding import SURE_ENOUGH, Understanding, UnderstoodLabel, understand
 from solver.skeleton.skeleton import Marker, Skeleton
@@ -44,7 +45,11 @@ class ReadLabels:
 
 
 def read_labels(
-    body: Skeleton, recordings: Sequence[Markers], known: Mapping[str, str] | None = None
+    body: Skeleton,
+    recordings: Sequence[Markers],
+    known: Mapping[str, str] | None = None,
+    *,
+    settings: NamingSettings = NAMING,
 ) -> ReadLabels:
     """Read all labels of a subject's recordings.
 
@@ -55,6 +60,7 @@ def read_labels(
         body: the default body, unscaled, with its own markers.
         recordings: of one subject.
         known: a person's word: label to landmark or marker of the body, "" to leave it out.
+        settings: of the search for labels that no table has.
 
     Raises:
         FitError: the labels mean nothing, and not the same in all recordings.
@@ -84,7 +90,9 @@ def read_labels(
                 f"The labels mean nothing, and not the same markers in all recordings: {unlike}. "
                 "Fit the trials one at a time, without a static trial, or name the labels in a marker map."
             )
-    recognition = recognise(looked_at, pinned, search=not holds or len(unknown) > FEW * len(pinned))
+    recognition = recognise(
+        looked_at, pinned, search=not holds or len(unknown) > FEW * len(pinned), settings=settings
+    )
     if recognition is None or not (holds or recognition.person):
         return ReadLabels(understood, {})
     sought = unknown if holds else set(wanted)
@@ -92,7 +100,7 @@ def read_labels(
     if holds:  # what nobody asked for need not be listed as ambiguous: a label of no marker, mostly
         found = {label: f for label, f in found.items() if f.confidence >= SURE_ENOUGH}
     rows = tuple(_row(found[row.label]) if row.label in found else row for row in understood.labels)
-    ratio = (stature(body) or 1.0) / (stature(landmark_mixture().skeleton) or 1.0)
+    ratio = (stature(body) or 1.0) / (stature(landmark_mixture(settings).skeleton) or 1.0)
     return ReadLabels(
         Understanding(rows, understood.families if holds else ()),
         {label: _marker(f, body, ratio) for label, f in found.items()},

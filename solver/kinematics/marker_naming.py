@@ -10,6 +10,7 @@ from solver.kinematics.bare_model import is_bare
 from solver.kinematics.default_body_naming import NamedMarkers, on_default_body, seen_together
 from solver.kinematics.marker_matching import LEFT_OUT, match_markers
 from solver.kinematics.own_model_naming import in_own_model
+from solver.kinematics.unnamed.settings import NAMING, NamingSettings
 from solver.markers.atlas import atlas
 from solver.markers.understanding import understand
 from solver.skeleton.skeleton import Skeleton
@@ -21,6 +22,7 @@ def name_markers(
     *,
     default_body: bool,
     chosen: Mapping[str, str] | None = None,
+    settings: NamingSettings = NAMING,
 ) -> NamedMarkers:
     """Pair the recordings' labels with the model's markers; the default body gets those it lacks.
 
@@ -30,6 +32,7 @@ def name_markers(
         default_body: whether `generic` is ours, so that the atlas knows its landmarks; a model of the
             subject's own keeps its markers, and gets others only where these are too few.
         chosen: a person's word: label to landmark or marker of the model, "" to leave the label out.
+        settings: of naming.
 
     Raises:
         FitError: too few markers are shared, or `chosen` names what neither atlas nor model has.
@@ -37,7 +40,8 @@ def name_markers(
     labels = {name for markers in recordings for name in markers.names}
     word = checked_map(chosen or {}, generic, recordings, default_body=default_body)
     try:
-        found = _named(generic, recordings, {k: v for k, v in word.items() if k in labels}, default_body)
+        of_labels = {k: v for k, v in word.items() if k in labels}
+        found = _named(generic, recordings, of_labels, default_body, settings)
     except FitError as error:
         gone = sum(target == LEFT_OUT for target in word.values())
         raise FitError(f"{error} The marker map leaves out {gone} labels." if gone else str(error)) from error
@@ -56,11 +60,15 @@ def strangers(word: Mapping[str, str], labels: Collection[str]) -> tuple[str, ..
 
 
 def _named(
-    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str], default_body: bool
+    generic: Skeleton,
+    recordings: Sequence[Markers],
+    word: Mapping[str, str],
+    default_body: bool,
+    settings: NamingSettings,
 ) -> NamedMarkers:
     if default_body:
-        return on_default_body(generic, recordings, word)
-    generic, named, notes = in_own_model(generic, recordings, word)
+        return on_default_body(generic, recordings, word, settings=settings)
+    generic, named, notes = in_own_model(generic, recordings, word, settings)
     try:
         return NamedMarkers(generic, match_markers(generic, recordings, named=named, notes=notes))
     except FitError as error:

@@ -10,6 +10,7 @@ from solver.kinematics.default_body_naming import on_default_body
 from solver.kinematics.label_reading import read_labels
 from solver.kinematics.marker_matching import FEWEST_SHARED, LEFT_OUT, known_by_name, similar_names
 from solver.kinematics.nonsense_on_own_model import carried_over
+from solver.kinematics.unnamed.settings import NamingSettings
 from solver.markers.atlas import atlas
 from solver.markers.label_parts import spelling
 from solver.markers.understanding import UnderstoodLabel, understand
@@ -28,7 +29,7 @@ def own_names(model: Skeleton, recordings: Sequence[Markers]) -> dict[str, str]:
 
 
 def in_own_model(
-    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str]
+    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str], settings: NamingSettings
 ) -> tuple[Skeleton, dict[str, str], tuple[str, ...]]:
     """Labels that the model knows by name; where these are too few, by the motion or by landmarks.
 
@@ -36,6 +37,7 @@ def in_own_model(
         generic: the subject's own model, unscaled.
         recordings: of one subject.
         word: a person's: label to marker of the model, "" to leave the label out.
+        settings: of naming.
 
     Returns:
         The model with markers added for labels it had none for; label to marker; how that is known.
@@ -47,8 +49,8 @@ def in_own_model(
     known = known_by_name(generic, recordings) | named
     paired = {label: name for label, name in known.items() if name in own}
     if len(paired) < FEWEST_SHARED:
-        by_motion = None if is_bare(generic) else _by_the_motion(generic, recordings, word)
-        elsewhere = by_motion or _by_landmarks(generic, recordings, word, paired)
+        by_motion = None if is_bare(generic) else _by_the_motion(generic, recordings, word, settings)
+        elsewhere = by_motion or _by_landmarks(generic, recordings, word, paired, settings)
         if elsewhere is not None:
             return elsewhere
     return generic, {label: name for label, name in named.items() if name in (LEFT_OUT, *own)}, notes
@@ -81,7 +83,7 @@ def _other_names(generic: Skeleton, recordings: Sequence[Markers], word: Mapping
 
 
 def _by_the_motion(
-    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str]
+    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str], settings: NamingSettings
 ) -> tuple[Skeleton, dict[str, str], tuple[str, ...]] | None:
     """Labels that mean nothing: found on the default body, and paired with the model's markers by landmark.
 
@@ -89,7 +91,7 @@ def _by_the_motion(
     None where too few are found.
     """
     default = default_skeleton()
-    read = read_labels(default, recordings)
+    read = read_labels(default, recordings, settings=settings)
     places = {
         row.label: _landmark(row)
         for row in read.understanding.labels
@@ -114,7 +116,11 @@ def _by_the_motion(
 
 
 def _by_landmarks(
-    generic: Skeleton, recordings: Sequence[Markers], word: Mapping[str, str], paired: Mapping[str, str]
+    generic: Skeleton,
+    recordings: Sequence[Markers],
+    word: Mapping[str, str],
+    paired: Mapping[str, str],
+    settings: NamingSettings,
 ) -> tuple[Skeleton, dict[str, str], tuple[str, ...]] | None:
     """A model without markers for the labels gets them where the default body has them, as it would be read.
 
@@ -124,7 +130,7 @@ def _by_landmarks(
     default = default_skeleton()
     of_its_own = {label: LEFT_OUT for label, target in word.items() if label in paired}
     try:
-        read = on_default_body(default, recordings, {**word, **of_its_own})
+        read = on_default_body(default, recordings, {**word, **of_its_own}, settings=settings)
     except FitError:
         return None
     wanted = [

@@ -13,7 +13,6 @@ from solver.capture.capture import Markers
 from solver.capture.subject import open_subject
 from solver.capture.trial import read_trial
 from solver.diagnosis.diagnose import repaired_balance
-from solver.diagnosis.settings import DIAGNOSIS
 from solver.dynamics.extension import Extension
 from solver.kinematics.label_faults.fault import EXCHANGED, MASKED, Exchange
 from solver.pipeline import resolve, solve
@@ -129,9 +128,7 @@ def test_a_persons_word_alone_exchanges_back(folders, fits):
 
 
 def test_the_diagnosis_names_the_exchange_as_if_no_fit_repaired_it(folders):
-    _, seen, fit = repaired_balance(
-        folders[1], Settings(), DIAGNOSIS, trials=None, reviews={}, progress=silent
-    )
+    _, seen, fit = repaired_balance(folders[1], Settings(), trials=None, reviews={}, progress=silent)
     (swap,) = [f for f in seen.findings if f.id == "marker_swap"]
     assert set(swap.target.split("+")) == set(PAIR)
     assert (swap.frames.start, swap.frames.end) == SWAPPED

@@ -1,14 +1,31 @@
 """Settings: the printed file reads back, and a slip of the pen is named with its mend."""
 
+import json
 import tomllib
-from dataclasses import fields, replace
+from dataclasses import fields, is_dataclass, replace
 
 import pytest
 
 from solver.errors import SettingsError
-from solver.settings import FILE_NAME, Settings, as_dict, as_toml, read_settings, settings_for
+from solver.settings import (
+    FILE_NAME,
+    Settings,
+    as_dict,
+    as_toml,
+    by_name,
+    decide_the_same_fit,
+    from_dict,
+    read_settings,
+    settings_for,
+    tables,
+)
 
-STAGES = [(stage.name, f) for stage in fields(Settings) for f in fields(getattr(Settings(), stage.name))]
+STAGES = [
+    (name, f)
+    for name, table in tables(Settings())
+    for f in fields(table)
+    if not is_dataclass(getattr(table, f.name))
+]
 
 
 def written(folder, text):
@@ -67,6 +84,10 @@ def test_whole_numbers_pass_for_numbers(tmp_path):
         ("[kinematics]\nmarker_std_m = nan\n", "expected a number"),
         ("[kinematics]\niterations = 2.5\n", "expected a whole number"),
         ("kinematics = 3\n", "must be a table"),
+        ("[diagnosis]\nmarkers = 3\n", r"'markers' in \[diagnosis\] must be a table: \[diagnosis.markers\]"),
+        ("[diagnosis.markers]\ntime = 0.2\n", r"'time' in \[diagnosis.markers\]; nearest: time_s"),
+        ("[diagnosis]\nhandicaps = [['drag']]\n", "each a list of a text, a number"),
+        ("[unnamed]\nplausible_size = [0.5]\n", "a list of a number, a number"),
         ("[kinematics\n", "not a TOML file"),
     ],
 )
@@ -93,3 +114,47 @@ def test_a_named_file_comes_before_the_subjects_and_that_before_the_defaults(tmp
 
 def test_the_printed_file_is_toml_with_a_table_a_stage():
     assert set(tomllib.loads(as_toml(Settings()))) == {f.name for f in fields(Settings)}
+
+
+CHANGED = """
+[unnamed]
+plausible_size = [0.4, 1]
+[joining]
+rigid_m = 0.004
+[diagnosis]
+least_gain = 9
+handicaps = [["drag", 4], ["plate_gain", 1.5]]
+[diagnosis.markers]
+time_s = 0.2
+"""
+
+
+def test_tables_of_diagnosis_and_unnamed_markers_are_read(tmp_path):
+    changed, usual = read_settings(written(tmp_path, CHANGED)), Settings()
+    assert changed.unnamed.plausible_size == (0.4, 1.0)
+    assert changed.reading.joining.rigid_m == 0.004
+    assert changed.naming.unnamed == changed.unnamed
+    assert changed.diagnosis == replace(
+        usual.diagnosis,
+        least_gain=9.0,
+        handicaps=(("drag", 4.0), ("plate_gain", 1.5)),
+        markers=replace(usual.diagnosis.markers, time_s=0.2),
+    )
+
+
+def test_what_a_fit_keeps_is_what_json_gives_back(tmp_path):
+    changed = read_settings(written(tmp_path, CHANGED))
+    kept = as_dict(changed)
+    assert json.loads(json.dumps(kept)) == kept
+    assert from_dict(kept) == changed
+    assert by_name(kept)["diagnosis.markers.time_s"] == 0.2
+    assert from_dict({"kinematics": {"iterations": 7}}).kinematics == replace(
+        Settings().kinematics, iterations=7
+    )
+
+
+def test_a_fit_stays_that_of_its_settings_when_only_the_diagnosis_changes():
+    usual = Settings()
+    kept = as_dict(usual)
+    assert decide_the_same_fit(kept, replace(usual, diagnosis=replace(usual.diagnosis, least_gain=9.0)))
+    assert not decide_the_same_fit(kept, replace(usual, unnamed=replace(usual.unnamed, frames=12)))

@@ -1,6 +1,6 @@
 """A fit as a .b3d file."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,6 +34,7 @@ from solver.fit import Fit, TrialFit
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
 from solver.kinematics.root_joint import root_joint
+from solver.settings import from_dict
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.osim_writer import skeleton_text
 from solver.skeleton.skeleton import Skeleton
@@ -71,7 +72,7 @@ def fit_to_b3d(fit: Fit) -> B3dFile:
         passes = _passes(trial)
         frames = tuple(pass_frames(fit.skeleton, one.motion, contact) for one in passes)
         headers = [_pass_header(fit, trial, one, own) for one, own in zip(passes, frames, strict=True)]
-        sensors = sensor_frames(trial.capture, names, plates)
+        sensors = sensor_frames(trial.capture, names, plates, from_dict(fit.settings).conditioning)
         trials.append(B3dTrial(_trial_header(trial, headers), sensors, frames))
     types = sorted({about.type for trial in trials for about in trial.header.processing_pass_header})
     return B3dFile(_header(fit, bodies, names, types, trials), tuple(trials))
@@ -216,5 +217,4 @@ def _observed(skeleton: Skeleton, errors: MarkerErrors) -> Bool[np.ndarray, " do
 
 def _conditioning(fit: Fit) -> ConditioningSettings | None:
     """The filter and thresholds that the fit was made with."""
-    stage = fit.settings.get("conditioning")
-    return ConditioningSettings(**stage) if isinstance(stage, Mapping) else None
+    return from_dict(fit.settings).conditioning if "conditioning" in fit.settings else None

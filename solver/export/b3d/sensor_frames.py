@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from solver.capture.capture import Capture, ForcePlate, Markers
 from solver.capture.conditioning import gaps_filled, resampled
+from solver.capture.force_settings import ConditioningSettings
 from solver.export.b3d.schema import SensorFrames
 from solver.skeleton.forward import cross
 
@@ -16,7 +17,9 @@ def marker_names(captures: Sequence[Capture]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for capture in captures for name in capture.markers.names))
 
 
-def sensor_frames(capture: Capture, names: Sequence[str], plates: int) -> SensorFrames:
+def sensor_frames(
+    capture: Capture, names: Sequence[str], plates: int, settings: ConditioningSettings
+) -> SensorFrames:
     """Markers in the order of `names`, NaN where unseen; plates, and zeros up to as many as `plates`.
 
     Force and moment are resampled to the markers' frames, and turned to act on the person; nothing else is
@@ -26,7 +29,7 @@ def sensor_frames(capture: Capture, names: Sequence[str], plates: int) -> Sensor
     frames = capture.markers.frames
     cop, torque, force = np.zeros((3, frames, plates, 3))
     for k, plate in enumerate(capture.plates):
-        cop[:, k], torque[:, k], force[:, k] = _wrench_at_frames(plate, capture.markers.times)
+        cop[:, k], torque[:, k], force[:, k] = _wrench_at_frames(plate, capture.markers.times, settings)
     return SensorFrames(
         marker_obs=_observed(capture.markers, names).reshape(frames, -1),
         raw_force_plate_cop=cop.reshape(frames, -1),
@@ -50,11 +53,11 @@ def _observed(markers: Markers, names: Sequence[str]) -> Float[np.ndarray, "fram
 
 
 def _wrench_at_frames(
-    plate: ForcePlate, times: Float[np.ndarray, " frames"]
+    plate: ForcePlate, times: Float[np.ndarray, " frames"], settings: ConditioningSettings
 ) -> tuple[Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 3"]]:
     """Centre of pressure [m], moment about it [N·m] and force [N]."""
-    whole, _, _ = gaps_filled(plate)
-    at_frames, covered = resampled(whole, times)
+    whole, _, _ = gaps_filled(plate, settings)
+    at_frames, covered = resampled(whole, times, settings)
     cop = np.nan_to_num(at_frames.cop_ground)
     torque = at_frames.moment_ground - cross(cop, at_frames.force_ground)
     outside = ~covered[:, None]

@@ -8,7 +8,8 @@ from jaxtyping import Bool, Float, Int
 
 from solver.kinematics.marker_terms import MarkerTerms
 from solver.kinematics.root_joint import RootJoint, root_joint
-from solver.kinematics.unnamed.settings import SETTINGS, UnnamedSettings
+from solver.kinematics.settings import KinematicsSettings
+from solver.kinematics.unnamed.settings import NAMING, NamingSettings, UnnamedSettings
 from solver.markers.atlas import Landmark, atlas, landmark_marker
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import ForwardKinematics
@@ -41,6 +42,7 @@ class LandmarkMixture:
 
     skeleton: Skeleton
     settings: UnnamedSettings
+    pose_settings: KinematicsSettings
 
     @cached_property
     def landmarks(self) -> tuple[Landmark, ...]:
@@ -175,8 +177,8 @@ class LandmarkMixture:
 
 
 @cache
-def landmark_mixture() -> LandmarkMixture:
+def landmark_mixture(settings: NamingSettings = NAMING) -> LandmarkMixture:
     """Of the default body at its default size."""
     body = default_skeleton()
     marks = [landmark_marker(mark, mark.name, body) for mark in atlas().values()]
-    return LandmarkMixture(body.with_markers(marks), SETTINGS)
+    return LandmarkMixture(body.with_markers(marks), settings.unnamed, settings.kinematics)

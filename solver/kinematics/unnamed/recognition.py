@@ -12,6 +12,7 @@ from solver.kinematics.unnamed.attachment import Seen
 from solver.kinematics.unnamed.landmark_mixture import LandmarkMixture, landmark_mixture
 from solver.kinematics.unnamed.landmark_shapes import BodyShape, by_shape
 from solver.kinematics.unnamed.neighbours import weighed_against_neighbours
+from solver.kinematics.unnamed.settings import NAMING, NamingSettings
 from solver.kinematics.unnamed.single_frame import lay_over
 from solver.kinematics.unnamed.whole_recording import Followed, follow, forwards, with_segments_scaled
 from solver.markers.atlas import Landmark
@@ -48,7 +49,11 @@ class Recognition:
 
 
 def recognise(
-    recordings: Sequence[Markers], known: Mapping[str, str], *, search: bool = True
+    recordings: Sequence[Markers],
+    known: Mapping[str, str],
+    *,
+    search: bool = True,
+    settings: NamingSettings = NAMING,
 ) -> Recognition | None:
     """Find the markers on the default body.
 
@@ -61,6 +66,7 @@ def recognise(
         recordings: of one person; a label means the same marker in all of them.
         known: landmarks of the labels whose names are understood.
         search: False where the known ones tell the pose, so that no frame need be searched.
+        settings: of the search.
 
     Returns:
         None where there is nothing to look at.
@@ -69,11 +75,11 @@ def recognise(
         cloud = _cloud(recordings)
         if cloud is None:
             return None
-        mixture = landmark_mixture()
+        mixture = landmark_mixture(settings)
         allowed = _allowed(cloud.labels, known, mixture)
-        settings = mixture.settings
-        prior = (float(np.log(settings.height_m / mixture.crown_m)), settings.height_scatter)
-        frames = _well_seen(cloud.points, settings.frames, settings.well_seen)
+        search_for = mixture.settings
+        prior = (float(np.log(search_for.height_m / mixture.crown_m)), search_for.height_scatter)
+        frames = _well_seen(cloud.points, search_for.frames, search_for.well_seen)
         seen = Seen(cloud.points[frames], allowed)
         known_guess = [] if search else [_by_known(cloud, known, mixture)]
         guesses = known_guess or _guesses(cloud, allowed, mixture, prior)
@@ -86,7 +92,7 @@ def recognise(
         )
         if not followed:
             return None
-        scaled = [with_segments_scaled(seen, f, mixture, prior) for f in followed[: settings.rivals]]
+        scaled = [with_segments_scaled(seen, f, mixture, prior) for f in followed[: search_for.rivals]]
         score = np.array([f.log_likelihood + forwards(f, cloud.recording[frames], mixture) for f in scaled])
         return _judged(cloud.labels, scaled, score, seen, mixture)
 

@@ -35,7 +35,7 @@ class Followed:
     def own(self, mixture: LandmarkMixture) -> LandmarkMixture:
         """The landmarks on the body whose segments were scaled."""
         assert self.factors is not None
-        return LandmarkMixture(scaled(mixture.skeleton, self.factors), mixture.settings)
+        return replace(mixture, skeleton=scaled(mixture.skeleton, self.factors))
 
 
 def follow(
@@ -101,9 +101,9 @@ def with_segments_scaled(
     body, expected, variance = followed.attachment.expected(mixture)
     spread = np.sqrt(variance + settings.proportions_m**2)
     marked = _marked(mixture.skeleton, body, expected, spread)
-    weight = np.full(len(seen.points), KinematicsSettings().effective_frames / len(seen.points))
-    calibration = calibrate(marked, CalibrationFrames(shrunk.points, weight), KinematicsSettings())
-    own = LandmarkMixture(scaled(mixture.skeleton, calibration.factors), settings)
+    weight = np.full(len(seen.points), mixture.pose_settings.effective_frames / len(seen.points))
+    calibration = calibrate(marked, CalibrationFrames(shrunk.points, weight), mixture.pose_settings)
+    own = replace(mixture, skeleton=scaled(mixture.skeleton, calibration.factors))
     problem = PoseProblem(calibration.skeleton, shrunk.points, _loose_poses(mixture), settings.robust_m)
     q, _ = solve_frames(problem, followed.q, np.arange(len(followed.q)))
     tolerance = Tolerance(settings.rigid_m, settings.scaled_proportions_m)
@@ -171,7 +171,7 @@ def pose_problem(
 
 
 def _loose_poses(mixture: LandmarkMixture) -> KinematicsSettings:
-    return replace(KinematicsSettings(), pose_std_rad=mixture.settings.pull_std_rad)
+    return replace(mixture.pose_settings, pose_std_rad=mixture.settings.pull_std_rad)
 
 
 def _marked(

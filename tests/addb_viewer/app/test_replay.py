@@ -49,7 +49,7 @@ def test_without_a_fit_there_are_no_errors_and_no_bodies():
 
 
 def test_a_fit_brings_bodies_model_markers_residuals_and_limits(small_fit):
-    replay = fitted_replay(small_fit.trials[0], small_fit.skeleton, PERSON)
+    replay = fitted_replay(small_fit.trials[0], small_fit.skeleton, PERSON, small_fit.settings)
     assert replay.bodies is not None
     assert replay.bodies.names == ("thigh",)
     rotations = Rotation.from_quat(replay.bodies.wxyz[:, 0][:, [1, 2, 3, 0]])
@@ -67,7 +67,7 @@ def test_a_fit_brings_bodies_model_markers_residuals_and_limits(small_fit):
 
 
 def test_a_trial_without_forces_has_no_residual(small_fit):
-    replay = fitted_replay(small_fit.trials[1], small_fit.skeleton, PERSON)
+    replay = fitted_replay(small_fit.trials[1], small_fit.skeleton, PERSON, small_fit.settings)
     assert replay.residual is None
     assert replay.plates == ()
     assert replay.bodies is not None
@@ -80,7 +80,7 @@ def test_feet_of_plates_are_those_of_the_fit(small_fit):
         capture=replace(trial.capture, plates=(force_plate(start=0.2),)),
         contacts=replace(trial.contacts, plate=np.array([[0], [-1], [0], [0]])),
     )
-    replay = fitted_replay(with_plate, small_fit.skeleton, PERSON)
+    replay = fitted_replay(with_plate, small_fit.skeleton, PERSON, small_fit.settings)
     assert replay.feet == ("thigh",)
     assert replay.plates[0].foot.tolist() == [0, -1, 0, 0]
 
@@ -88,7 +88,7 @@ def test_feet_of_plates_are_those_of_the_fit(small_fit):
 def test_frames_outside_the_fit_have_no_skeleton(small_fit):
     trial = small_fit.trials[0]
     later = replace(trial, motion=replace(trial.motion, start_time=0.27))
-    replay = fitted_replay(later, small_fit.skeleton, PERSON)
+    replay = fitted_replay(later, small_fit.skeleton, PERSON, small_fit.settings)
     assert replay.frames == 4
     assert np.isnan(replay.bodies.position[:2]).all()
     assert np.isnan(replay.markers.model[:2]).all()

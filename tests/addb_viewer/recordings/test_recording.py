@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addb_viewer.recordings.recording import MARKERS_ALONE, PREVIOUS_FIT, file_of, recording_of, settings_of
+from addb_viewer.recordings.recording import MARKERS_ALONE, PREVIOUS_FIT, file_of, recording_of
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics_stage import filtered
-from solver.settings import Settings, as_dict
+from solver.settings import Settings, as_dict, from_dict
 from solver.skeleton.forward import body_poses, marker_positions
 
 
@@ -60,7 +60,7 @@ def test_only_the_trials_that_are_wanted(make_fit):
 def test_settings_come_back_as_they_were_kept(make_fit):
     changed = replace(Settings(), dynamics=replace(Settings().dynamics), com=replace(Settings().com))
     fit = replace(make_fit("walk"), settings={**as_dict(changed), "unknown": {"x": 1}})
-    assert settings_of(fit) == changed
+    assert from_dict(fit.settings) == changed
 
 
 @pytest.mark.parametrize(("name", "told"), [("walk 1", "walk 1"), ("no/forces", "no%2fforces"), ("ä", "ä")])

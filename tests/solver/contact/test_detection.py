@@ -54,7 +54,7 @@ class Walk:
             times=self.motion.times,
             settings=ContactSettings(),
         )
-        found = detect(skeleton, self.motion, contacts, recorded)
+        found = detect(skeleton, self.motion, contacts, recorded, settings=DetectionSettings())
         return [p for p in found if p.confidence >= DetectionSettings().confidence]
 
     def lost(self, keep: tuple[Plate, ...]) -> np.ndarray:
@@ -201,7 +201,7 @@ def test_a_recording_of_forces_that_ends_early(walk):
 
 
 def test_no_plates_at_all(walk):
-    found = the_one(detect(walk.trial.body.skeleton, walk.motion, None, ()))
+    found = the_one(detect(walk.trial.body.skeleton, walk.motion, None, (), settings=DetectionSettings()))
     assert (found.range, found.foot) == ((0, walk.motion.frames), None)
     assert (found.reason, found.confidence) == ("hasNoForcePlateData", 1.0)
 

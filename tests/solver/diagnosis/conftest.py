@@ -9,7 +9,7 @@ import pytest
 from solver.diagnosis.balance import Balance
 from solver.diagnosis.model_errors import mass_change, model_error, nuisances, soft_tissue
 from solver.diagnosis.rows import TrialRows
-from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.dynamics.windows import windows_over
 from solver.effects.scene import Scene
 from solver.simulate.demo import MARKERS

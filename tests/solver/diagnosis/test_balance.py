@@ -9,7 +9,7 @@ from scipy.stats import multivariate_normal
 from solver.diagnosis.balance import Balance, Term
 from solver.diagnosis.laboratory import laboratory_errors
 from solver.diagnosis.ladder import Rung
-from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.plate_bias import candidates as biases
 from solver.effects.plate_gain import PlateGain

@@ -11,7 +11,7 @@ from solver.diagnosis.diagnosis import CLEAN, EXPLAINED, UNEXPLAINED
 from solver.diagnosis.heldout import block_scores, blocks
 from solver.diagnosis.marker_causes import SeenInMarkers
 from solver.diagnosis.selection import Selection, select
-from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.effect import Estimate, Range
 from solver.effects.marker_effect import MarkerFinding
 from solver.effects.plate_gain import PlateGain

@@ -20,7 +20,7 @@ from solver.diagnosis.extension import causes_of, extension_of
 from solver.diagnosis.refinement import refined
 from solver.diagnosis.report import extended_gain_json
 from solver.diagnosis.scenes import scenes_of
-from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.dynamics.extension import BodyWrench, Extension, TrialExtension
 from solver.dynamics.trajectory_fit import TrialData
 from solver.effects.carried_mass import CarriedMass

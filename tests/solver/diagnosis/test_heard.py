@@ -8,7 +8,7 @@ import pytest
 from solver.diagnosis.diagnose import causes_of
 from solver.diagnosis.heard import without_the_unheard
 from solver.diagnosis.selection import select
-from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import measure, plates_under

@@ -6,7 +6,7 @@ from scipy.stats import multivariate_normal
 
 from solver.diagnosis.balance import Balance
 from solver.diagnosis.heldout import BlockScores, block_scores, blocks, heldout_gain, short_blocks
-from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.plate_gain import PlateGain
 

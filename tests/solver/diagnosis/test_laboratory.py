@@ -6,7 +6,7 @@ import pytest
 from solver.diagnosis.balance import with_the_usual
 from solver.diagnosis.laboratory import MODULES, laboratory_errors, usual_std
 from solver.diagnosis.selection import select
-from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.carried_mass import CarriedMass
 from solver.effects.catalogue import catalogue
 from solver.effects.plate_bias import PlateBias

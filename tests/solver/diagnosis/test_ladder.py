@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.diagnosis.ladder import Covariances, Ladder, Rung
-from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis_settings import DiagnosisSettings
 
 SETTINGS = DiagnosisSettings()
 

@@ -11,7 +11,6 @@ from solver.capture.capture import Capture, Markers, Subject
 from solver.diagnosis import marker_causes
 from solver.diagnosis.marker_causes import ROUNDS, with_markers_repaired
 from solver.diagnosis.scenes import observed_markers
-from solver.diagnosis.settings import DIAGNOSIS
 from solver.effects.scene import MarkerScene, Scene
 from solver.fit import Fit, TrialFit
 from solver.kinematics.inverse_kinematics import inverse_kinematics
@@ -69,7 +68,7 @@ class Laboratory:
             return [(replace(self.scenes[name][1], name=name), None) for name in names]
 
         monkeypatch.setattr(marker_causes, "scenes_of", scenes_of)
-        return with_markers_repaired(self.fitted, Settings(), DIAGNOSIS, {})
+        return with_markers_repaired(self.fitted, Settings(), {})
 
 
 def tracked(base: Scene, observed_ground: np.ndarray) -> Scene:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.diagnosis.model_errors import model_error, nuisances, soft_tissue
-from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.dynamics.windows import windows_over
 from solver.simulate.other_masses import with_segment_masses
 

@@ -9,7 +9,7 @@ from solver.contact.wrenches import TWO_FEET
 from solver.diagnosis.balance import Balance
 from solver.diagnosis.laboratory import laboratory_errors
 from solver.diagnosis.residual_description import WORST_S, described
-from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.plate_gain import PlateGain
 from tests.solver.diagnosis.conftest import trial_rows_of, with_demand
 

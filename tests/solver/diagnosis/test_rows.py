@@ -7,7 +7,7 @@ import pytest
 
 from solver.diagnosis.plate_noise import plates_noise
 from solver.diagnosis.rows import trial_rows
-from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.dynamics.marker_posterior import marker_posterior
 from solver.dynamics.root_wrench import centre_of_mass
 from solver.dynamics.trajectory_settings import TrajectorySettings

@@ -10,7 +10,6 @@ from solver.capture.capture import Subject
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.wrenches import FrameMask
 from solver.diagnosis.scenes import flagged_by_people, observed_markers, scene_of, scenes_of
-from solver.diagnosis.settings import DIAGNOSIS
 from solver.effects.scene import Scene
 from solver.fit import Fit, KinematicsOnly, TrialFit
 from solver.kinematics.marker_errors import MarkerErrors
@@ -49,7 +48,7 @@ def seen(trial, short_scene) -> Scene:
     fit = Fit(
         Subject(Path("someone"), ()), short_scene.skeleton, (replace(trial, contacts=None), trial), 68.0, 1.72
     )
-    ((scene, _),) = scenes_of(fit, SETTINGS, DIAGNOSIS, {trial.capture.name: flagged(REVIEWED)})
+    ((scene, _),) = scenes_of(fit, SETTINGS, {trial.capture.name: flagged(REVIEWED)})
     return scene
 
 
@@ -70,7 +69,7 @@ def altered(trial, short_scene) -> Scene:
         motion=replace(trial.motion, q=trial.motion.q + 0.3),
         kinematics_only=KinematicsOnly(trial.motion, trial.marker_errors),
     )
-    return scene_of(other, short_scene.skeleton, SETTINGS, DIAGNOSIS)[0]
+    return scene_of(other, short_scene.skeleton, SETTINGS)[0]
 
 
 def test_the_demand_is_that_of_the_true_motion(seen, demands, short_scene):

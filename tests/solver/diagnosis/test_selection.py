@@ -16,7 +16,7 @@ from solver.diagnosis.contenders import (
 )
 from solver.diagnosis.heldout import blocks, heldout_gain
 from solver.diagnosis.selection import select
-from solver.diagnosis.settings import DiagnosisSettings
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.effect import Candidate, Corrected, Estimate, Signature
 from solver.effects.external_contact import ExternalContact

@@ -9,8 +9,8 @@ from solver.diagnosis.balance import Balance
 from solver.diagnosis.contenders import Contender, Found
 from solver.diagnosis.remainder import UnknownForce
 from solver.diagnosis.selection import Selection, select
-from solver.diagnosis.settings import DiagnosisSettings
 from solver.diagnosis.unexplained import kept_beside_the_unknown
+from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.effect import Candidate, Estimate, Signature
 from solver.effects.plate_gain import PlateGain
 from solver.effects.scene import force_at

@@ -42,6 +42,13 @@ def test_a_silent_plate_under_a_standing_foot_is_gross(scene):
     assert abs(found.stretch.end - end) <= 8
 
 
+def test_the_subjects_settings_say_how_a_foot_stands(scene):
+    silent = silenced(scene, a_whole_stance(scene))
+    never = replace(silent.contact_settings, touch_height_m=0.0, touch_speed_m_s=0.0)
+    assert unmeasured_stances([silent]) != []
+    assert unmeasured_stances([replace(silent, contact_settings=never)]) == []
+
+
 def test_a_deficit_that_is_short_for_a_stance_is_none(scene):
     start, _ = a_whole_stance(scene)
     assert unmeasured_stances([silenced(scene, (start + 20, start + 32))]) == []

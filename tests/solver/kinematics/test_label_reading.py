@@ -6,6 +6,7 @@ import pytest
 from solver.errors import FitError
 from solver.kinematics.label_reading import read_labels
 from solver.kinematics.marker_naming import name_markers
+from solver.kinematics.unnamed.settings import NamingSettings
 from solver.skeleton.default_body import default_skeleton
 
 
@@ -52,6 +53,16 @@ def test_a_person_may_say_what_a_label_is(walker, body):
     at = {m.name: m for m in named.skeleton.markers}
     assert named.skeleton.bodies[at[c7].body].name == "torso"
     assert any("marker map" in note and c7 in note for note in named.match.notes)
+
+
+def test_the_subjects_settings_say_how_many_markers_make_a_person(walker, body):
+    markers, _ = walker
+    usual = NamingSettings()
+    more = replace(usual, unnamed=replace(usual.unnamed, fewest_markers=len(markers.names) + 1))
+    assert read_labels(body, [markers], settings=usual).found
+    assert not read_labels(body, [markers], settings=more).found
+    with pytest.raises(FitError):
+        name_markers(body, [markers], default_body=True, settings=more)
 
 
 def test_labels_given_anew_in_another_recording_are_refused(walker, body):

@@ -244,6 +244,3 @@ class DiagnosisSettings:
     tolerated_share: float = setting(
         0.05, unit="", why="of what named causes took away; a contact is never described to the last newton"
     )
-
-
-DIAGNOSIS = DiagnosisSettings()

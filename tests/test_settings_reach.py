@@ -1,0 +1,164 @@
+"""A changed setting reaches what obeys it: no product code makes settings afresh, or falls back on them."""
+
+import ast
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+from solver.settings import Settings, tables
+
+PROJECT = Path(__file__).parents[1]
+PRODUCT = sorted(file for room in ("solver", "addb_viewer") for file in (PROJECT / room).rglob("*.py"))
+
+# Where defaults are meant, and why.
+MADE_HERE = {
+    ("solver/settings.py", "Settings"): "the defaults that a settings.toml changes",
+    ("solver/settings.py", "ReadingSettings"): "put together from the subject's tables",
+    ("solver/settings.py", "NamingSettings"): "likewise",
+    ("addb_viewer/commands/settings.py", "Settings"): "prints the defaults",
+    ("addb_viewer/report/repeat.py", "Settings"): "what the fit's settings are compared with",
+    ("addb_viewer/app/solve_desk.py", "Settings"): "likewise",
+    ("addb_viewer/commands/ablation_setup.py", "AblationSettings"): "made of the command's options",
+    (
+        "solver/simulate/trajectory_fit.py",
+        "FitSettings",
+    ): "of made-up recordings, which no subject's file changes",
+    ("solver/simulate/demo.py", "MeasurementSettings"): "likewise",
+    (
+        "solver/skeleton/bones.py",
+        "CapsuleSettings",
+    ): "how bones without a mesh look; nothing is computed from it",
+}
+FALLS_BACK = {
+    ("solver/capture/plate_levels.py", "surface_of"): "decided on reading, before the conditioning of these",
+    ("solver/capture/vertical_momentum.py", "gaps_filled"): "likewise",
+    (
+        "solver/capture/storage.py",
+        "find_clock",
+    ): "a table's rate, to be shown; reading forces finds their clock",
+}
+
+OPENS_FOLDERS = (  # which files belong together is found out before any settings are read
+    "solver/capture/force_pairing.py",
+    "solver/capture/same_motion.py",
+    "solver/capture/subject_layout.py",
+)
+CHANGEABLE = {type(table).__name__ for _, table in tables(Settings())} | {
+    "Settings",
+    "ReadingSettings",
+    "NamingSettings",
+}
+
+
+def _name(node: ast.expr | None) -> str:
+    if isinstance(node, ast.BinOp):
+        return _name(node.left)
+    return node.id if isinstance(node, ast.Name) else node.attr if isinstance(node, ast.Attribute) else ""
+
+
+def _calls(tree: ast.AST) -> Iterator[ast.Call]:
+    return (node for node in ast.walk(tree) if isinstance(node, ast.Call))
+
+
+def _place(file: Path) -> str:
+    return file.relative_to(PROJECT).as_posix()
+
+
+def _module_names(tree: ast.AST) -> set[str]:
+    """What a file imports by name or defines at its top: calls of them are not of something local."""
+    nodes = list(ast.iter_child_nodes(tree))
+    imported = {alias.name for n in nodes if isinstance(n, ast.ImportFrom) for alias in n.names}
+    return imported | {n.name for n in nodes if isinstance(n, ast.FunctionDef)}
+
+
+def _defines(tree: ast.AST, name: str) -> bool:
+    """Whether a settings class and the instance beside it are of this file."""
+    return any(isinstance(node, ast.ClassDef) and node.name == name for node in ast.walk(tree))
+
+
+@cache
+def _trees() -> dict[str, ast.AST]:
+    return {_place(file): ast.parse(file.read_text(encoding="utf-8")) for file in PRODUCT}
+
+
+def made_afresh(trees: dict[str, ast.AST]) -> set[tuple[str, str]]:
+    """File and class of every settings object that is made where its class is not defined."""
+    return {
+        (file, _name(call.func))
+        for file, tree in trees.items()
+        for call in _calls(tree)
+        if _name(call.func).endswith("Settings") and not _defines(tree, _name(call.func))
+    } | {
+        (file, _name(call.func))
+        for file, tree in trees.items()
+        for function in ast.walk(tree)
+        if isinstance(function, ast.FunctionDef)
+        for statement in function.body
+        for call in _calls(statement)
+        if _name(call.func).endswith("Settings")
+    }
+
+
+def _settings_argument(function: ast.FunctionDef) -> tuple[str, int | None] | None:
+    """Name and position of the parameter whose settings have a default; None where there is none."""
+    positional = [*function.args.posonlyargs, *function.args.args]
+    first = len(positional) - len(function.args.defaults)
+    options = [(a, i) for i, a in enumerate(positional) if i >= first]
+    options += [
+        (a, None)
+        for a, default in zip(function.args.kwonlyargs, function.args.kw_defaults, strict=True)
+        if default is not None
+    ]
+    for argument, place in options:
+        if _name(argument.annotation) in CHANGEABLE:
+            return argument.arg, place
+    return None
+
+
+def falling_back(trees: dict[str, ast.AST]) -> set[tuple[str, str]]:
+    """File and function of every call of a function without the settings that it has defaults for them."""
+    optional = {
+        node.name: argument
+        for tree in trees.values()
+        for node in ast.iter_child_nodes(tree)
+        if isinstance(node, ast.FunctionDef) and (argument := _settings_argument(node))
+    }
+    found = set()
+    for file, tree in trees.items():
+        if file in OPENS_FOLDERS:
+            continue
+        known = _module_names(tree)
+        for call in _calls(tree):
+            if _name(call.func) not in known or (asked := optional.get(_name(call.func))) is None:
+                continue
+            name, place = asked
+            given = any(k.arg in (name, None) for k in call.keywords)
+            given |= place is not None and (
+                len(call.args) > place or any(isinstance(a, ast.Starred) for a in call.args)
+            )
+            if not given:
+                found.add((file, _name(call.func)))
+    return found
+
+
+def test_settings_are_made_where_they_are_meant_and_nowhere_else():
+    assert made_afresh(_trees()) - MADE_HERE.keys() == set()
+
+
+def test_no_call_leaves_out_the_subjects_settings():
+    assert falling_back(_trees()) - FALLS_BACK.keys() == set()
+
+
+def test_the_lists_of_places_hold_no_others():
+    assert MADE_HERE.keys() - made_afresh(_trees()) == set()
+    assert FALLS_BACK.keys() - falling_back(_trees()) == set()
+
+
+def test_both_ways_of_losing_settings_are_seen():
+    tree = ast.parse(
+        "def follow(x, settings: KinematicsSettings = KINEMATICS): ...\n"
+        "def other(*, settings: KinematicsSettings | None = None): ...\n"
+        "def walk(s):\n    follow(1)\n    follow(1, s)\n    other(settings=s)\n    KinematicsSettings()\n"
+    )
+    assert falling_back({"a.py": tree}) == {("a.py", "follow")}
+    assert made_afresh({"a.py": tree}) == {("a.py", "KinematicsSettings")}
