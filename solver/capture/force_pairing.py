@@ -10,7 +10,7 @@ import numpy as np
 from solver.capture.axes import markers_y_up, vertical_axis
 from solver.capture.c3d import read_c3d
 from solver.capture.force_columns import find_plates, turned
-from solver.capture.loads_under_feet import Evidence, Feet, Loads, evidence, feet_of, loads_of
+from solver.capture.loads_under_feet import NOTHING, Evidence, Feet, Loads, evidence, feet_of, loads_of
 from solver.capture.moment_convention import plates_from_storage
 from solver.capture.storage import read_storage
 from solver.capture.trc import read_trc
@@ -94,7 +94,7 @@ def _weighed(
     if min(last, loads.end) - max(first, loads.start) < LEAST_OVERLAP * shorter:
         times = f"{loads.start:g} to {loads.end:g} s, the markers of {markers.name} {first:g} to {last:g} s"
         return _Candidate(markers, table, -np.inf, f"recorded at other times: {times}")
-    found = evidence(feet, loads)
+    found = _evidence(markers, _stamp(markers), table, _stamp(table))
     slack = SPAN_FRAMES / feet.rate
 
     def together(span: tuple[float, float] | None) -> bool:
@@ -164,6 +164,13 @@ def _stamp(path: Path) -> tuple[int, int]:
 def _span(path: Path) -> tuple[float, float] | None:
     feet = _feet(path, _stamp(path))
     return None if feet is None else (float(feet.times[0]), float(feet.times[-1]))
+
+
+@lru_cache(maxsize=4096)
+def _evidence(markers: Path, _: tuple[int, int], table: Path, __: tuple[int, int]) -> Evidence:
+    """Weighed again when the stamp of a file has changed."""
+    feet, loads = _feet(markers, _stamp(markers)), _loads(table, _stamp(table))
+    return NOTHING if feet is None or isinstance(loads, str) else evidence(feet, loads)
 
 
 @lru_cache(maxsize=64)

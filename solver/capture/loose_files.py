@@ -1,8 +1,9 @@
 """Marker files and force tables in folders: which are trials, which belong together, which are left."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from solver.capture.capture import TrialFiles
@@ -16,6 +17,7 @@ from solver.errors import CaptureError
 FORCE_ENDINGS = ("_grf", "_forces", "")
 TABLES = (".mot", ".sto")
 RECORDINGS = (".trc", ".c3d")
+LEADS_OUT = "a link that leads out of the folder: copy the file into it, or name it in subject.toml"
 STATIC = r"static|statisch|statique|estatic|calib|kalib|(?<![a-z])[nt]-?_?pose"
 
 
@@ -46,6 +48,11 @@ def is_static(name: str) -> bool:
     return bool(re.search(STATIC, name.lower()))
 
 
+def leads_out(path: Path, folder: Path) -> bool:
+    """Whether a file is a link to somewhere else; such a one is never looked into."""
+    return path.is_symlink() and not path.resolve().is_relative_to(folder.resolve())
+
+
 def is_recording(path: Path) -> bool:
     """Whether a file holds markers, by its ending."""
     return path.suffix.lower() in RECORDINGS
@@ -64,15 +71,16 @@ def trials_among(folder: Path, places: Sequence[Path]) -> FoundTrials:
         places: it, and those below it that are the subject's.
     """
     files = [path for place in places for path in files_in(place)]
+    inside = {path for path in files if not leads_out(path, folder)}
     recordings = [p for p in files if is_recording(p)]
     moving = [p for p in recordings if not is_static_file(p, folder)]
     statics = [p for p in recordings if is_static_file(p, folder)]
     claimed, notes = _by_exact_name(moving, files)
-    twins = _twins(moving)
-    tables = [p for p in files if p.suffix.lower() in TABLES and _holds_force_columns(p)]
+    twins = _twins(moving, inside)
+    tables = [p for p in files if p in inside and p.suffix.lower() in TABLES and holds_force_columns(p)]
     paired = pair_forces(
         folder,
-        [p for p in moving if p not in claimed and p not in twins.values()],
+        [p for p in moving if p in inside and p not in claimed and p not in twins.values()],
         [p for p in tables if p not in claimed.values()],
     )
     forces = {**claimed, **paired.forces}
@@ -88,7 +96,7 @@ def trials_among(folder: Path, places: Sequence[Path]) -> FoundTrials:
         elif recording is not None and markers not in forces:
             left[markers] = f"the same motion as {recording.name}, which is read"
             notes += (f"{markers.name}: left out, the trial is read from {recording.name}",)
-        elif markers in forces and holds_forces(markers):
+        elif markers in forces and markers in inside and holds_forces(markers):
             reason = f"{markers.name} holds its own forces; a subject.toml may say else"
             left[forces[markers]] = reason
             notes += (f"{forces[markers].name}: left out, {reason}",)
@@ -149,8 +157,13 @@ def _by_exact_name(
     return found, notes
 
 
-def _twins(recordings: Sequence[Path]) -> dict[Path, Path]:
-    """Which .c3d holds the same motion as which .trc: by a common name, else by what they hold."""
+def _twins(recordings: Sequence[Path], inside: Collection[Path]) -> dict[Path, Path]:
+    """Which .c3d holds the same motion as which .trc: by a common name, else by what they hold.
+
+    Args:
+        recordings: marker files.
+        inside: which of them may be looked into.
+    """
     tables = [p for p in recordings if p.suffix.lower() == ".trc"]
     c3ds = {(p.parent, p.stem.lower()): p for p in recordings if p.suffix.lower() == ".c3d"}
     named = {
@@ -158,15 +171,24 @@ def _twins(recordings: Sequence[Path]) -> dict[Path, Path]:
         for table in tables
         if (table.parent, table.stem.lower()) in c3ds
     }
-    return named | twins_among([p for p in tables if p not in named], list(c3ds.values()))
+    others = [p for p in tables if p not in named and p in inside]
+    return named | twins_among(others, [p for p in c3ds.values() if p in inside])
 
 
-def _holds_force_columns(table: Path) -> bool:
+def holds_force_columns(table: Path) -> bool:
+    """Whether a .mot or .sto file has columns of ground forces."""
+    status = table.stat()
+    return _without_forces(table, (status.st_mtime_ns, status.st_size)) is None
+
+
+@lru_cache(maxsize=4096)
+def _without_forces(table: Path, stamp: tuple[int, int]) -> str | None:
+    """Why a table holds no forces; None where it does. Read again when its time or size has changed."""
     try:
         find_plates(read_columns(table))
-    except CaptureError:
-        return False
-    return True
+    except CaptureError as error:
+        return str(error)
+    return None
 
 
 def _names(folder: Path, recordings: Sequence[Path]) -> list[str]:

@@ -22,6 +22,7 @@ from solver.capture.text_table import (
 )
 from solver.errors import CaptureError
 
+HEAD_BYTES = 1_000_000  # header, names and some rows of the widest table
 TIME_LABEL = re.compile(r"time.*|t|t ?[(\[]s[)\]]", re.IGNORECASE)
 
 
@@ -122,7 +123,7 @@ def read_columns(path: Path) -> Storage:
         CaptureError: the file is empty, or has no line of names.
     """
     path = Path(path)
-    text = read_text(path)
+    text = read_text(path, HEAD_BYTES)
     labels, _ = _split_labels(text.lines[_label_line(path, text)[0]])
     names = tuple(label for label in unique_names(labels)[0] if not TIME_LABEL.fullmatch(label))
     return Storage(path, names, np.zeros(0), np.zeros((0, len(names))), np.nan)

@@ -7,18 +7,39 @@ subject of its own. A folder whose name says nothing but a kind of data, MarkerD
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from solver.capture.body_lengths import Lengths, body_lengths, odds_for_two
-from solver.capture.loose_files import TABLES, files_in, is_recording, is_static_file, natural_order
+from solver.capture.loose_files import (
+    TABLES,
+    files_in,
+    is_recording,
+    is_static_file,
+    leads_out,
+    natural_order,
+)
 from solver.capture.same_motion import markers_of
 from solver.capture.trial_names import name_tokens
 
 DESCRIBED_BY_HAND = "subject.toml"
 DESCRIPTIONS = (DESCRIBED_BY_HAND, "_subject.json")
-OWN_FOLDERS = frozenset({"results", "geometry"})
+MADE_HERE = ("fit.json", "diagnosis.json")  # what a folder of results holds
+MESHES = "geometry"
 SET_ASIDE = frozenset(
-    {"old", "backup", "archive", "reference", "references", "trash", "tmp", "temp", "unused", "alt"}
+    {
+        "old",
+        "backup",
+        "archive",
+        "reference",
+        "references",
+        "trash",
+        "tmp",
+        "temp",
+        "unused",
+        "alt",
+        "results",
+    }
 )
 DEEPEST = 3  # folders below the subject's that are looked into
 TWO_PEOPLE = 3.0  # [log odds] 20 to 1, of body lengths
@@ -58,7 +79,8 @@ def folders_below(folder: Path, deepest: int = DEEPEST) -> Iterator[Path]:
     """Folders in a folder that may hold recordings, in natural order, each before those in it."""
     inside = (p for p in folder.iterdir() if p.is_dir() and not p.name.startswith("."))
     for place in sorted(inside, key=lambda p: natural_order(p.name)):
-        if place.name.lower() in OWN_FOLDERS or (place / "fit.json").is_file() or place.is_symlink():
+        made_here = any((place / name).is_file() for name in MADE_HERE)
+        if place.name.lower() == MESHES or made_here or place.is_symlink():
             continue
         yield place
         if deepest > 1:
@@ -83,7 +105,10 @@ def _of_one_person(
             (),
             dict.fromkeys(named, "a subject of its own: no static trial or model beside it"),
         )
-    recordings = {place: [p for p in files_in(place) if is_recording(p)] for place in (folder, *own, *named)}
+    recordings = {
+        place: [p for p in files_in(place) if is_recording(p) and not leads_out(p, folder)]
+        for place in (folder, *own, *named)
+    }
     everyone = [path for paths in recordings.values() for path in paths]
     if len([place for place in named if recordings[place]]) == 1 and len(everyone) == len(
         recordings[named[0]]
@@ -104,11 +129,8 @@ def _of_one_person(
 
 def people(recordings: Sequence[Path]) -> int | None:
     """How many people marker files show, by lengths of their bodies; None where these cannot be compared."""
-    lengths: list[Lengths] = []
-    for path in recordings:
-        markers = markers_of(path)
-        if markers is not None:
-            lengths.append(body_lengths(markers))
+    found = [_lengths(path, (path.stat().st_mtime_ns, path.stat().st_size)) for path in recordings]
+    lengths = [each for each in found if each is not None]
     groups = list(range(len(lengths)))
     compared = False
     for i in range(len(lengths)):
@@ -118,6 +140,13 @@ def people(recordings: Sequence[Path]) -> int | None:
             if odds is not None and odds < 0:
                 groups = [groups[j] if group == groups[i] else group for group in groups]
     return len(set(groups)) if compared else None
+
+
+@lru_cache(maxsize=1024)
+def _lengths(path: Path, stamp: tuple[int, int]) -> Lengths | None:
+    """The lengths in a file; read again when its time or size has changed. None where it cannot be read."""
+    markers = markers_of(path)
+    return None if markers is None else body_lengths(markers)
 
 
 def _set_aside(place: Path, folder: Path) -> bool:

@@ -45,14 +45,19 @@ class Dialect:
         return [cell.strip() for cell in line.split(self.separator)]
 
 
-def read_text(path: Path) -> Text:
+def read_text(path: Path, most_bytes: int = -1) -> Text:
     """Read a text file in any encoding and with any line ends that capture software writes.
+
+    Args:
+        path: the file.
+        most_bytes: stop after so many; all of them by default.
 
     Raises:
         CaptureError: the file is missing, unreadable, empty, or not text.
     """
     try:
-        data = Path(path).read_bytes()
+        with Path(path).open("rb") as file:
+            data = file.read(most_bytes)
     except OSError as error:
         raise CaptureError(f"{path}: cannot be read ({error.strerror}).") from error
     if not data.strip():

@@ -5,11 +5,15 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from solver.capture.capture import UnusedFile
-from solver.capture.force_columns import find_plates
-from solver.capture.loose_files import TABLES, files_in, is_recording
-from solver.capture.storage import read_columns
+from solver.capture.loose_files import (
+    LEADS_OUT,
+    TABLES,
+    files_in,
+    holds_force_columns,
+    is_recording,
+    leads_out,
+)
 from solver.capture.subject_layout import folders_below
-from solver.errors import CaptureError
 
 FORCES, MARKERS, MODEL, REVIEW, ANGLES, DATA, OTHER = range(7)  # how much is lost: the forces first
 OWN = re.compile(
@@ -56,7 +60,8 @@ def unused_files(
             continue
         for path in files_in(place):
             if path not in known and not OWN.fullmatch(path.name):
-                harm, reason = _judged(path, left.get(path), silent)
+                link = LEADS_OUT if leads_out(path, folder) else None
+                harm, reason = _judged(path, left.get(path, link), silent)
                 found.append(UnusedFile(path.relative_to(folder).as_posix(), reason, harm))
     return tuple(sorted(found, key=lambda file: file.harm))
 
@@ -74,9 +79,7 @@ def _judged(path: Path, reason: str | None, silent: str) -> tuple[int, str]:
     if kind in TABLES:
         if reason is not None:
             return FORCES, reason
-        try:
-            find_plates(read_columns(path))
-        except CaptureError:
+        if not holds_force_columns(path):
             return ANGLES, "no columns of ground forces: joint angles or other results"
         return FORCES, f"forces; {silent or 'in a folder that is not searched for forces'}"
     if is_recording(path):

@@ -329,6 +329,29 @@ def test_folders_of_one_person_with_the_same_lengths_are_trials_and_a_note_says_
     )
 
 
+def test_what_a_link_leads_to_is_never_looked_into_for_a_partner(lay_out, tmp_path, real_data):
+    folder = lay_out({"run0350cms.trc": SPRINT})
+    outside = tmp_path / "elsewhere.mot"
+    shutil.copyfile(real_data / SPRINT_FORCES, outside)
+    (folder / "jog_grf.mot").symlink_to(outside)
+    subject = open_subject(folder)
+    assert [trial.forces for trial in subject.trials] == [None]
+    assert [(file.file, "a link that leads out" in file.reason) for file in subject.unused] == [
+        ("jog_grf.mot", True)
+    ]
+    (folder / "run0350cms_grf.mot").symlink_to(outside)  # by its name it is this trial's, wherever it lies
+    assert [trial.forces for trial in open_subject(folder).trials] == [folder / "run0350cms_grf.mot"]
+
+
+def test_results_are_passed_over_and_a_laboratory_s_own_are_told(lay_out):
+    folder = lay_out({"walk.trc": WALK, "results/fit.json": "{}", "results/solve-1/walk.trc": WALK})
+    assert open_subject(folder).unused == ()
+    (folder / "results" / "fit.json").unlink()
+    told = open_subject(folder).unused
+    assert [file.file for file in told] == ["results/solve-1/"]
+    assert [trial.name for trial in open_subject(folder).trials] == ["walk"]
+
+
 def test_names_that_are_clear_are_not_looked_into(lay_out, monkeypatch):
     folder = lay_out(
         {"walk.trc": WALK, "walk_grf.mot": WALK_FORCES, "static.trc": STATIC, "generic.osim": MODEL}
