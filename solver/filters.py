@@ -12,6 +12,9 @@ def low_pass(
 ) -> Float[np.ndarray, "samples *columns"]:
     """Zero-phase Butterworth low-pass along the first axis (filtered forwards and backwards).
 
+    Ends are continued by the series turned about its last value; a series of a few samples by as many as it
+    has. A cutoff at or above the Nyquist frequency leaves everything: there is nothing above it.
+
     Args:
         values: one row a sample; no NaN.
         rate: [Hz].
@@ -19,9 +22,10 @@ def low_pass(
         order: of the single pass (the paper's supplement: 3).
     """
     padding = 3 * (2 * ((order + 1) // 2) + 1)
-    if cutoff_Hz >= rate / 2 or values.shape[0] <= padding:
+    if cutoff_Hz >= rate / 2 or values.shape[0] < 2:
         return values
-    return sosfiltfilt(_sections(order, cutoff_Hz, rate), values, axis=0)
+    padding = min(padding, values.shape[0] - 1)
+    return sosfiltfilt(_sections(order, cutoff_Hz, rate), values, axis=0, padlen=padding)
 
 
 @lru_cache(maxsize=256)

@@ -12,6 +12,7 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from solver.capture.axes import AxesSettings
 from solver.capture.clock import ClockSettings
+from solver.capture.edge_zeros import EdgeZeroSettings
 from solver.capture.force_platform import ForcePlatformSettings
 from solver.capture.force_settings import ConditioningSettings, ForceTableSettings
 from solver.capture.length_units import LengthUnitSettings
@@ -47,6 +48,7 @@ class Settings:
     force_tables: ForceTableSettings = field(default_factory=ForceTableSettings)
     platforms: ForcePlatformSettings = field(default_factory=ForcePlatformSettings)
     platform_units: PlatformUnitSettings = field(default_factory=PlatformUnitSettings)
+    edge_zeros: EdgeZeroSettings = field(default_factory=EdgeZeroSettings)
     plate_signs: PlateSignSettings = field(default_factory=PlateSignSettings)
     pairing: PairingSettings = field(default_factory=PairingSettings)
     label_repair: LabelRepairSettings = field(default_factory=LabelRepairSettings)

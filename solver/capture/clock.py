@@ -1,4 +1,4 @@
-"""The uniform clock behind a printed time column: rounded, with rows missing or repeated, or unusable."""
+"""The uniform clock behind a time column: rounded, jittering, with rows missing or repeated, or unusable."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,8 +6,10 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.interpolate import CubicSpline
 
 from solver.errors import CaptureError
+from solver.runs import runs
 from solver.settings_field import setting
 
 
@@ -21,11 +23,22 @@ class ClockSettings:
     jitter: float = setting(
         0.05, unit="samples", why="how far a time may be off beyond its rounding: clocks are that good"
     )
+    largest_jitter: float = setting(
+        0.45,
+        unit="samples",
+        why="rows off the uniform clock by less are moved onto it; from a half on, which is which is a guess",
+    )
     rate_tolerance: float = setting(
         5e-4, unit="", why="header and time column that differ by less say the same"
     )
+    fewest_jittering: int = setting(
+        10, unit="rows", why="that jitter about a clock: fewer lie near the beats of many a clock by chance"
+    )
+    single_steps: float = setting(
+        0.8, unit="", why="share of steps by one sample in a recording that jitters; events come at any time"
+    )
     gap_limit: float = setting(
-        1.0, unit="", why="missing rows per present row; with more, two recordings are in one file"
+        10.0, unit="", why="missing rows per present row; with more, two recordings are in one file"
     )
 
 
@@ -37,7 +50,7 @@ class Clock:
     """Where each row of a file lies on a uniform clock.
 
     `sample[i]` is the index of row i; rows with `keep` False repeat the row before them. Indices without a
-    row are gaps.
+    row are gaps. Where rows were taken at irregular moments, `moments` says when, in samples.
     """
 
     rate: float  # [Hz]
@@ -45,6 +58,7 @@ class Clock:
     sample: Int[np.ndarray, " rows"]
     keep: Bool[np.ndarray, " rows"]
     notes: tuple[str, ...] = ()
+    moments: Float[np.ndarray, " rows"] | None = None
 
     @property
     def samples(self) -> int:
@@ -52,9 +66,28 @@ class Clock:
         return int(self.sample[-1]) + 1
 
     def placed(self, values: Float[np.ndarray, "rows *columns"]) -> Float[np.ndarray, "samples *columns"]:
-        """The rows at their places on the clock; NaN in the gaps."""
+        """The rows at their places on the clock, as they were taken; NaN in the gaps."""
         result = np.full((self.samples, *values.shape[1:]), np.nan)
         result[self.sample[self.keep]] = values[self.keep]
+        return result
+
+    def moved(self, placed: Float[np.ndarray, "samples *columns"]) -> Float[np.ndarray, "samples *columns"]:
+        """What was taken between two samples, moved onto them by cubic splines; gaps stay gaps.
+
+        Args:
+            placed: on the clock, numbers that mean "none" already NaN; each stretch without NaN has a spline
+                of its own.
+        """
+        if self.moments is None:
+            return placed
+        result = placed.copy()
+        taken = self.placed(self.moments)
+        for column in result.reshape(self.samples, -1).T:
+            for start, end in runs(np.isfinite(column)):
+                if end - start > 1:
+                    spline = CubicSpline(taken[start:end], column[start:end], bc_type="natural")
+                    wanted = np.clip(np.arange(start, end), taken[start], taken[end - 1])
+                    column[start:end] = spline(wanted)
         return result
 
 
@@ -78,7 +111,8 @@ def find_clock(
         settings: what counts as uniform.
 
     Raises:
-        CaptureError: times run backwards, or step irregularly, or there is no rate at all.
+        CaptureError: times run backwards, or step so irregularly that no uniform clock is behind them, or
+            there is no rate at all.
     """
     rows = len(times)
     if rows == 1 or not np.isfinite(times).any() or np.ptp(times[np.isfinite(times)]) == 0:
@@ -88,10 +122,12 @@ def find_clock(
         raise CaptureError(f"{path}: line {line}, column 'time': the time is missing. Fill it in.")
     steps = np.diff(times)
     if steps.min() < 0:
-        k = int(np.argmin(steps >= 0))
+        back = np.flatnonzero(steps < 0)
+        k = int(back[0])
+        others = f" (likewise {_listed([lines[i + 1] for i in back[1:]])})" if len(back) > 1 else ""
         raise CaptureError(
-            f"{path}: line {lines[k + 1]}: time runs backwards, from {times[k]:g} to {times[k + 1]:g} s. "
-            "Are these two recordings in one file? Export them one by one."
+            f"{path}: line {lines[k + 1]}: time runs backwards, from {times[k]:g} to {times[k + 1]:g} s"
+            f"{others}. Are these two recordings in one file? Export them one by one."
         )
     if header_rate and abs(header_rate - 1) > 0.5 and np.allclose(steps, 1, rtol=0, atol=1e-9):
         note = (
@@ -101,13 +137,23 @@ def find_clock(
 
     resolution = _resolution(times, settings.finest_decimals)
     sample = np.arange(rows)
+    jittering = False
     if not _fits(times, sample, resolution, settings) or _hides_gaps(times, resolution, header_rate):
-        sample = _with_gaps(times, resolution=resolution, path=path, lines=lines, settings=settings)
+        stepped = _with_gaps(times, resolution, settings)
+        if stepped is None:
+            stepped = _off_beat(times, header_rate, settings)
+            jittering = stepped is not None
+        if stepped is None:
+            raise _irregular(times, path, lines)
+        sample = stepped
+        _refuse_two_recordings(times, sample, path, lines, settings)
     keep = np.r_[True, np.diff(sample) > 0]
-    notes = _gap_notes(times, sample, keep, path.name)
+    notes = _gap_notes(times, sample, keep, lines, path.name)
 
     span = float(times[-1] - times[0])
     rate = round(float(sample[-1]) / span, settings.finest_decimals)
+    if jittering:
+        rate = round(float(np.polyfit(times[keep], sample[keep], 1)[0]), settings.finest_decimals)
     if header_rate and abs(header_rate - rate) <= max(1e-9, rate * resolution / span):
         rate = header_rate  # the same within what rounding of the times can tell
     elif header_rate and abs(header_rate / rate - 1) > settings.rate_tolerance:
@@ -115,7 +161,17 @@ def find_clock(
             f"{path.name}: the header says {header_rate:g} Hz, the time column {rate:.6g} Hz; "
             "the time column is used",
         )
-    return Clock(rate, float(times[0]), sample, keep, notes)
+    if not jittering:
+        return Clock(rate, float(times[0]), sample, keep, notes)
+    start_time = float(np.mean(times[keep] - sample[keep] / rate))
+    moments = (times - start_time) * rate
+    off = np.abs(moments - sample)
+    worst = int(np.argmax(off))
+    notes += (
+        f"{path.name}: the time steps are irregular (up to {off[worst]:.2f} of a step of "
+        f"{1000 / rate:.4g} ms off, line {lines[worst]}); resampled at {rate:.6g} Hz",
+    )
+    return Clock(rate, start_time, sample, keep, notes, moments)
 
 
 def _header_clock(times: Float[np.ndarray, " rows"], path: Path, header_rate: float | None) -> Clock:
@@ -174,41 +230,89 @@ def _hides_gaps(times: Float[np.ndarray, " rows"], resolution: float, header_rat
 
 
 def _with_gaps(
-    times: Float[np.ndarray, " rows"],
-    *,
-    resolution: float,
-    path: Path,
-    lines: Sequence[int],
-    settings: ClockSettings,
-) -> Int[np.ndarray, " rows"]:
+    times: Float[np.ndarray, " rows"], resolution: float, settings: ClockSettings
+) -> Int[np.ndarray, " rows"] | None:
+    """The sample of each row, where steps are whole multiples of one period; None where they are not."""
     steps = np.diff(times)
     median = float(np.median(steps))
     single = steps[(steps > 0.5 * median) & (steps < 1.5 * median)]
     if not len(single):
-        raise CaptureError(f"{path}: most rows repeat the time of the row before. Export it again.")
+        return None
     period = float(single.mean())
     jumps = np.round(steps / period).astype(int)
-    error = np.abs(steps - jumps * period)
-    k = int(np.argmax(error))
-    if error[k] > 1.01 * resolution + settings.jitter * period:
-        raise CaptureError(
-            f"{path}: line {lines[k + 1]}: the time steps are irregular ({steps.min():.6g} to "
-            f"{steps.max():.6g} s; here from {times[k]:.6g} to {times[k + 1]:.6g} s). "
-            "Export at a constant rate."
-        )
-    k = int(np.argmax(jumps))
-    if jumps.sum() + 1 > (1 + settings.gap_limit) * len(times):
+    if np.abs(steps - jumps * period).max() > 1.01 * resolution + settings.jitter * period:
+        return None
+    return np.r_[0, np.cumsum(jumps)]
+
+
+def _off_beat(
+    times: Float[np.ndarray, " rows"], header_rate: float | None, settings: ClockSettings
+) -> Int[np.ndarray, " rows"] | None:
+    """The sample of each row, where rows lie about a uniform clock by less than half a step; else None."""
+    moving = np.diff(times, prepend=-np.inf) > 0
+    own = times[moving]
+    if len(own) < settings.fewest_jittering:
+        return None
+    median = float(np.median(np.diff(own)))
+    periods = [median * (1 + percent / 100) for percent in range(-6, 7)]
+    periods += [1 / header_rate] if header_rate else []
+    best, least = None, settings.largest_jitter
+    for period in periods:
+        sample, off = _settled(own, period)
+        steps = np.diff(sample)
+        if off <= least and (steps > 0).all() and (steps == 1).mean() >= settings.single_steps:
+            best, least = sample, off
+    return None if best is None else (best - best[0])[np.cumsum(moving) - 1]
+
+
+def _settled(times: Float[np.ndarray, " rows"], period: float) -> tuple[Int[np.ndarray, " rows"], float]:
+    """Samples of a clock fitted to ever longer beginnings, and how far the worst row is off [samples]."""
+    offset, used = float(times[0]), min(16, len(times))
+    while True:
+        for _ in range(4):
+            sample = np.round((times[:used] - offset) / period).astype(int)
+            if sample[-1] <= sample[0]:
+                return sample, np.inf
+            period, offset = (float(x) for x in np.polyfit(sample, times[:used], 1))
+        if used == len(times):
+            return sample, float(np.abs((times - offset) / period - sample).max())
+        used = min(2 * used, len(times))
+
+
+def _irregular(times: Float[np.ndarray, " rows"], path: Path, lines: Sequence[int]) -> CaptureError:
+    steps = np.diff(times)
+    median = float(np.median(steps))
+    if median == 0:
+        return CaptureError(f"{path}: most rows repeat the time of the row before. Export it again.")
+    whole = np.maximum(np.round(steps / median), 1)
+    k = int(np.argmax(np.abs(steps - whole * median)))
+    return CaptureError(
+        f"{path}: line {lines[k + 1]}: the time steps are irregular ({steps.min():.6g} to "
+        f"{steps.max():.6g} s; here from {times[k]:.6g} to {times[k + 1]:.6g} s): no uniform clock is within "
+        "half a step of all rows. Export at a constant rate."
+    )
+
+
+def _refuse_two_recordings(
+    times: Float[np.ndarray, " rows"],
+    sample: Int[np.ndarray, " rows"],
+    path: Path,
+    lines: Sequence[int],
+    settings: ClockSettings,
+) -> None:
+    k = int(np.argmax(np.diff(sample)))
+    if sample[-1] + 1 > (1 + settings.gap_limit) * len(times):
         raise CaptureError(
             f"{path}: line {lines[k + 1]}: time jumps from {times[k]:.6g} to {times[k + 1]:.6g} s. "
             "Are these two recordings in one file? Export them one by one."
         )
-    return np.r_[0, np.cumsum(jumps)]
 
 
 def _gap_notes(
     times: Float[np.ndarray, " rows"],
     sample: Int[np.ndarray, " rows"],
     keep: Bool[np.ndarray, " rows"],
+    lines: Sequence[int],
     source: str,
 ) -> tuple[str, ...]:
     notes: tuple[str, ...] = ()
@@ -220,9 +324,17 @@ def _gap_notes(
             f"{int((jumps > 1).sum())} places (first after {first:g} s); nothing is known there",
         )
     if not keep.all():
-        repeated = times[int(np.argmin(keep))]
+        repeated = np.flatnonzero(~keep)
+        where = _listed([lines[int(i)] for i in repeated])
         notes += (
-            f"{source}: {int((~keep).sum())} rows repeat the time before them (first at {repeated:g} s); "
-            "the first of each is used",
+            f"{source}: {len(repeated)} rows repeat the time before them ({where}, "
+            f"first at {times[repeated[0]]:g} s); the first of each is used",
         )
     return notes
+
+
+def _listed(lines: Sequence[int]) -> str:
+    """As in "line 7", or "lines 7, 9, 12 and 30 more"."""
+    shown = ", ".join(str(line) for line in lines[:5])
+    more = f" and {len(lines) - 5} more" if len(lines) > 5 else ""
+    return f"line{'s' if len(lines) > 1 else ''} {shown}{more}"

@@ -82,7 +82,7 @@ def condition(
         moment_raw_ground=raw[:, 3:],
         notes=(
             *loads.notes,
-            *_cutoff_notes(plate.name, cutoff, settings),
+            *_cutoff_notes(plate, cutoff, settings),
             *_coverage_notes(plate.name, observed, times),
         ),
     )
@@ -223,11 +223,17 @@ def _widened(mask: Bool[np.ndarray, " samples"], by: float) -> Bool[np.ndarray, 
     return np.convolve(mask, np.ones(2 * reach + 1), mode="same") > 0.5 if reach else mask
 
 
-def _cutoff_notes(name: str, cutoff: float, settings: ConditioningSettings) -> tuple[str, ...]:
+def _cutoff_notes(plate: ForcePlate, cutoff: float, settings: ConditioningSettings) -> tuple[str, ...]:
+    if cutoff >= plate.rate / 2:
+        return (
+            f"{plate.name}: not low-passed at {cutoff:.3g} Hz: at {plate.rate:g} samples a second it holds "
+            f"nothing above {plate.rate / 2:g} Hz, and contacts are blurred by as much",
+        )
     if cutoff == settings.cutoff_Hz:
         return ()
     return (
-        f"{name}: low-passed at {cutoff:.3g} Hz instead of {settings.cutoff_Hz:g}: the markers are too slow",
+        f"{plate.name}: low-passed at {cutoff:.3g} Hz instead of {settings.cutoff_Hz:g}: the markers are too "
+        "slow",
     )
 
 

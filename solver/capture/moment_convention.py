@@ -18,7 +18,7 @@ from jaxtyping import Bool, Float
 
 from solver.capture.capture import ForcePlate
 from solver.capture.centre_of_pressure import LEVEL_GROUND, centre_of_pressure
-from solver.capture.clock import CLOCK, ClockSettings, find_clock
+from solver.capture.clock import CLOCK, Clock, ClockSettings, find_clock
 from solver.capture.force_columns import PlateColumns, find_plates
 from solver.capture.force_settings import FORCE_TABLES, ForceTableSettings
 from solver.capture.storage import Storage
@@ -78,7 +78,7 @@ def plates_from_storage(
     plates, unit_notes = _in_metres(plates, storage.path.name, settings)
     origins, convention_notes = _origins(plates, storage, moment_convention, settings)
     built = tuple(
-        _force_plate(plate, origin, clock.rate, clock.start_time, settings)
+        _moved(_force_plate(plate, origin, clock.rate, clock.start_time, settings), clock)
         for plate, origin in zip(plates, origins, strict=True)
     )
     return built, storage.notes + notes + unit_notes + convention_notes
@@ -286,6 +286,13 @@ def _force_plate(
     cop = np.where(pressed[:, None], centre, np.nan)
     columns = None if plate.point is None else centre
     return ForcePlate(plate.name, plate.force, moment, cop, rate, start_time, point_ground=columns)
+
+
+def _moved(plate: ForcePlate, clock: Clock) -> ForcePlate:
+    """The wrench at the clock's samples; centres of pressure, half a sample off at most, stay as they are."""
+    return replace(
+        plate, force_ground=clock.moved(plate.force_ground), moment_ground=clock.moved(plate.moment_ground)
+    )
 
 
 def _written(point: Float[np.ndarray, "samples 3"]) -> Bool[np.ndarray, " samples"]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from solver.capture.axes import AxesSettings
 from solver.capture.clock import ClockSettings
+from solver.capture.edge_zeros import EdgeZeroSettings
 from solver.capture.force_platform import ForcePlatformSettings
 from solver.capture.force_settings import ForceTableSettings
 from solver.capture.length_units import LengthUnitSettings
@@ -45,6 +46,7 @@ class ReadingSettings:
     force_tables: ForceTableSettings = field(default_factory=ForceTableSettings)
     platforms: ForcePlatformSettings = field(default_factory=ForcePlatformSettings)
     platform_units: PlatformUnitSettings = field(default_factory=PlatformUnitSettings)
+    edge_zeros: EdgeZeroSettings = field(default_factory=EdgeZeroSettings)
     plate_signs: PlateSignSettings = field(default_factory=PlateSignSettings)
     pairing: PairingSettings = field(default_factory=PairingSettings)
 

@@ -54,13 +54,13 @@ def read_trc(path: Path, settings: ReadingSettings = READING) -> MarkerFile:
     written = clock.placed(np.stack([table[:, column : column + 3] for column in columns], axis=1))
     seen, unseen_notes = unseen_as_nan(written, names, path.name)
     scale, unit_notes = metres_per_unit(header.units, seen, path, settings=settings.length_units)
-    positions, far_notes = far_as_nan(seen * scale, names, path.name, settings.cleaning.farthest_m)
+    near, far_notes = far_as_nan(seen * scale, names, path.name, settings.cleaning.farthest_m)
     notes = (
         *_count_notes(path.name, header, len(table), len(names)),
         *clock.notes,
         *(row_notes + name_notes + unit_notes + unseen_notes + far_notes),
     )
-    return MarkerFile(Markers(names, positions, clock.rate, clock.start_time), notes)
+    return MarkerFile(Markers(names, clock.moved(near), clock.rate, clock.start_time), notes)
 
 
 def write_trc(path: Path, markers: Markers, units: str = "mm") -> None:

@@ -14,6 +14,7 @@ from solver.capture.axes import (
 )
 from solver.capture.c3d import read_c3d, read_c3d_markers
 from solver.capture.capture import Capture, ForcePlate, Markers, TrialFiles
+from solver.capture.edge_zeros import without_edge_zeros
 from solver.capture.force_columns import find_plates, turned
 from solver.capture.loads_under_feet import UNDER_FEET, best_lag_s, feet_of, loads_of, under_feet
 from solver.capture.marker_cleaning import clean_markers
@@ -50,7 +51,9 @@ def read_trial(
     markers, cleaning_notes = _cleaned(recording.markers, files.markers, settings)
     mask, reviewed, review_notes = imported_review(files.reviews, markers)
     outside, range_notes = outside_ranges(files.ranges, markers)
-    plates, level_notes = levelled(recording.plates, markers, mass_kg, settings.plate_signs)
+    measured = [without_edge_zeros(plate, settings.edge_zeros) for plate in recording.plates]
+    plates, level_notes = levelled([plate for plate, _ in measured], markers, mass_kg, settings.plate_signs)
+    level_notes = (*(note for _, notes in measured for note in notes), *level_notes)
     recording = replace(recording, plates=plates)
     source = (files.forces or files.markers).name
     notes = (

@@ -60,6 +60,6 @@ class Motion:
     def low_passed(self, cutoff_Hz: float, order: int = 3) -> "Motion":
         """The motion after a zero-phase Butterworth filter; forces must pass the same one.
 
-        A cutoff at or above the Nyquist frequency, or a trial too short to filter, leaves it as it is.
+        A cutoff at or above the Nyquist frequency leaves it as it is.
         """
         return replace(self, q=low_pass(self.q, self.rate, cutoff_Hz, order))

@@ -119,8 +119,51 @@ def test_a_missing_time_names_the_line():
 
 def test_irregular_steps_name_the_line():
     times = np.arange(100) / 100
-    times[40] += 0.004
-    with pytest.raises(CaptureError, match=r"line 4[678]: the time steps are irregular"):
+    times[40:] += 0.0053 * np.sin(np.arange(60))
+    with pytest.raises(CaptureError, match=r"line \d+: the time steps are irregular"):
+        clock_of(times)
+
+
+@pytest.mark.parametrize("header_rate", [None, 100.0])
+@pytest.mark.parametrize("lost", [(), (60, 61, 62, 200)])
+def test_jitter_below_half_a_step_is_resampled_with_a_note(header_rate, lost):
+    rng = np.random.default_rng(5)
+    kept = np.delete(np.arange(300), lost)
+    times = 2.0 + (kept + rng.uniform(-0.4, 0.4, len(kept))) / 100
+    clock = clock_of(times, header_rate)
+    assert clock.rate == pytest.approx(100, rel=2e-3)
+    assert clock.samples == 300
+    note = next(note for note in clock.notes if "irregular" in note)
+    assert "resampled at" in note
+    moved = clock.moved(clock.placed(np.sin(9 * times)[:, None]))[:, 0]
+    uniform = clock.start_time + np.arange(300) / clock.rate
+    assert np.isnan(moved[list(lost)]).all()
+    known = np.isfinite(moved)
+    assert known.sum() == len(kept)
+    inner = known & (np.arange(300) > 0) & (np.arange(300) < 299)
+    np.testing.assert_allclose(moved[inner], np.sin(9 * uniform)[inner], atol=4e-3)
+    unmoved = np.full(300, np.nan)
+    unmoved[kept] = np.sin(9 * times)
+    assert np.nanmax(np.abs(unmoved - np.sin(9 * uniform))) > 0.03
+
+
+def test_a_gap_off_the_beat_stays_a_gap():
+    """The camera paused for 12.4 frames: rows are seen before and after it, and nothing is filled in."""
+    times = np.r_[np.arange(50) / 100, 0.49 + 0.134 + np.arange(50) / 100]
+    clock = clock_of(times)
+    placed = clock.moved(clock.placed(np.arange(100.0)[:, None]))[:, 0]
+    missing = np.isnan(placed)
+    assert 11 <= missing.sum() <= 13
+    assert missing[50 : 50 + missing.sum()].all()
+    assert any("rows are missing" in note for note in clock.notes)
+
+
+def test_repeated_and_backward_rows_are_all_named():
+    times = np.arange(60) / 100 + 0.0004
+    times[[20, 40]] = times[[19, 39]]
+    assert any("lines 27, 47" in note for note in clock_of(times).notes)
+    times[[10, 30]] = times[[8, 28]]
+    with pytest.raises(CaptureError, match=r"line 17: time runs backwards, .*\(likewise line 37\)"):
         clock_of(times)
 
 

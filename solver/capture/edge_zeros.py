@@ -1,0 +1,72 @@
+"""Rows of zeros at a recording's ends beside a loaded row: written by programs, not measured."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solver.capture.capture import ForcePlate
+from solver.settings_field import setting
+
+
+@dataclass(frozen=True)
+class EdgeZeroSettings:
+    """When zeros at an end are not an unloaded plate."""
+
+    longest_s: float = setting(
+        0.1,
+        unit="s",
+        why="filters, delays and resampling leave so much empty; longer, somebody may stand off",
+    )
+    loaded_N: float = setting(100.0, unit="N", why="the row beside carries at least that")
+    loaded_share: float = setting(
+        0.2, unit="", why="of the plate's largest force: hard strikes begin with less within one sample"
+    )
+    steadiness: float = setting(
+        3.0,
+        unit="",
+        why="by which the step from zero exceeds those after it: a foot that lands goes on rising",
+    )
+
+
+EDGE_ZEROS = EdgeZeroSettings()
+
+
+def without_edge_zeros(
+    plate: ForcePlate, settings: EdgeZeroSettings = EDGE_ZEROS
+) -> tuple[ForcePlate, tuple[str, ...]]:
+    """The plate with such rows unmeasured (NaN), and a note on each end that has them."""
+    first = _zeros_before_a_load(plate.force_ground, plate.rate, settings)
+    last = _zeros_before_a_load(plate.force_ground[::-1], plate.rate, settings)
+    if not first + last:
+        return plate, ()
+    unmeasured = np.zeros(plate.samples, dtype=bool)
+    unmeasured[:first] = True
+    unmeasured[plate.samples - last :] = True
+    said = " and ".join(
+        f"the {end} {count} rows" for end, count in (("first", first), ("last", last)) if count
+    )
+    note = (
+        f"{plate.name}: {said} hold zero force beside a row under load; nobody steps on or off a plate so "
+        "fast: they count as not measured"
+    )
+    known = np.where(unmeasured, np.nan, 1.0)[:, None]
+    return replace(
+        plate,
+        force_ground=plate.force_ground * known,
+        moment_ground=plate.moment_ground * known,
+        cop_ground=plate.cop_ground * known,
+    ), (note,)
+
+
+def _zeros_before_a_load(force: np.ndarray, rate: float, settings: EdgeZeroSettings) -> int:
+    """How many zero rows the force begins with, if it then jumps to a load and stays there; else 0."""
+    zero = (force == 0).all(axis=1)
+    if not len(zero) or not zero[0] or zero.all():
+        return 0
+    count = int(np.argmin(zero))
+    after = np.linalg.norm(force[count : count + 4], axis=1)
+    if count > max(1.0, settings.longest_s * rate) or len(after) < 4 or not np.isfinite(after).all():
+        return 0
+    least = max(settings.loaded_N, settings.loaded_share * float(np.nanmax(np.linalg.norm(force, axis=1))))
+    is_steady = np.abs(np.diff(after)).max() * settings.steadiness < after[0]
+    return count if after[0] >= least and is_steady else 0

@@ -1,0 +1,57 @@
+"""Zeros that a program wrote at the ends of a recording are not an unloaded plate."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.capture.capture import TrialFiles
+from solver.capture.conditioning import condition
+from solver.capture.edge_zeros import without_edge_zeros
+from solver.capture.moment_convention import plates_from_storage
+from solver.capture.storage import read_storage, write_storage
+from solver.capture.trial import read_trial
+
+
+def zeroed_ends(table, first, last):
+    values = table.values.copy()
+    values[:first] = 0.0
+    values[len(values) - last :] = 0.0
+    return replace(table, values=values)
+
+
+@pytest.mark.real
+@pytest.mark.parametrize(("first", "last"), [(1, 1), (3, 0), (0, 6)])
+def test_zeros_beside_a_loaded_row_are_not_measured(real_data, tmp_path, first, last):
+    """Squats, both feet on plates all the time; a filter's delay left rows of zeros."""
+    folder = real_data / "opencap_subject4"
+    table = zeroed_ends(read_storage(folder / "ForceData/squats1_grf.mot"), first, last)
+    write_storage(tmp_path / "f.mot", table.labels, table.times, table.values)
+    capture = read_trial(TrialFiles("squats", folder / "MarkerData/squats1.trc", tmp_path / "f.mot"))
+    notes = [note for note in capture.notes if "zero force beside a row under load" in note]
+    assert [note.split(": ")[1] for note in notes] == ["ground_force_1", "ground_force_2"]
+    plate = condition(capture.plates[0], capture.markers.times)
+    lost = np.r_[np.arange(first), np.arange(len(plate.observed) - last, len(plate.observed))]
+    np.testing.assert_array_equal(np.flatnonzero(~plate.observed), lost)
+    inside = plate.force_ground[plate.observed, 1]
+    assert inside.min() > 150  # no dip towards the zeros
+
+
+@pytest.mark.real
+def test_no_real_recording_here_loses_a_row(real_data):
+    checked = 0
+    for path in real_data.rglob("*.mot"):
+        if path.parent.name != "reference":
+            for plate in plates_from_storage(read_storage(path))[0]:
+                assert without_edge_zeros(plate)[0] is plate, path
+                checked += 1
+    assert checked > 20
+
+
+@pytest.mark.real
+def test_a_foot_that_lands_within_the_first_rows_is_measured(real_data):
+    """A drop jump at 100 Hz, cut two rows before the landing: 0, 0, 160, 564 N."""
+    table = read_storage(real_data / "opencap_subject4/ForceData/DJ1_grf.mot")
+    landing = replace(table, values=table.values[140:], times=table.times[140:], lines=table.lines[140:])
+    for plate in plates_from_storage(landing)[0]:
+        assert without_edge_zeros(plate)[1] == ()
