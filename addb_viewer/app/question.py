@@ -30,7 +30,16 @@ class Questions:
         """Whether a dialog is open: keys other than its own are for nobody."""
         return self._open is not None
 
-    def ask(self, title: str, reasons: Sequence[str], yes: str, then: Then, no: str = "Go back") -> None:
+    def ask(
+        self,
+        title: str,
+        reasons: Sequence[str],
+        yes: str,
+        then: Then,
+        *,
+        no: str = "Go back",
+        also: tuple[str, Then] | None = None,
+    ) -> None:
         """Ask whether to go on; Escape and the first button leave everything as it is.
 
         Args:
@@ -39,6 +48,7 @@ class Questions:
             yes: what the other button says.
             then: done on yes, after all that was asked for before.
             no: what the first button says.
+            also: a third button, and what it does.
         """
         self.no()
         modal = self._gui.add_modal(title)
@@ -46,8 +56,11 @@ class Questions:
             self._gui.add_html(boxed("".join(f"<p>{html.escape(reason)}</p>" for reason in reasons)))
             stay = self._gui.add_button(f"{no} (Esc)", color="gray")  # the first one has the focus
             go = self._gui.add_button(f"{yes} (Y)")
+            third = None if also is None else self._gui.add_button(also[0])
         stay.on_click(self._notices.in_order("Answering", self.no))
         go.on_click(self._notices.in_order(yes, self.yes))
+        if third is not None and also is not None:
+            third.on_click(self._notices.in_order(also[0], lambda: self._instead(modal, also[1])))
         self._open, self._then = modal, then
 
     def ask_name(self, suggested: str, then: Callable[[str], None]) -> None:
@@ -93,6 +106,11 @@ class Questions:
         """Do what was asked about; nothing where a name is asked for, or nothing at all."""
         then = self._then
         if then is not None:
+            self._close()
+            then()
+
+    def _instead(self, modal: "GuiModalHandle", then: Then) -> None:
+        if self._open is modal:
             self._close()
             then()
 

@@ -51,7 +51,7 @@ class QueueDesk:
         rows = self.house.rows()
         trials = [row for row in rows if not row.error]
         done = sum(row.finished for row in trials)
-        self._rows = shown(rows, Filter(self.which.value), self.words.value)[:MOST]
+        self._rows = self._let_through()[:MOST]
         count = boxed(f"<b>Reviewed {done} of {len(trials)}</b>, worst first")
         table = rows_html(
             self._rows,
@@ -86,14 +86,22 @@ class QueueDesk:
         return self.place.room.name, replay.name if replay else ""
 
     def offer(self) -> Row | None:
-        """The trial to go on with, offered to nobody else; None: there is none."""
-        rows, here = self.house.rows(), self.here
+        """The trial to go on with by filter and order, offered to nobody else; None: there is none."""
+        rows, here = self._let_through(), self.here
         return self.house.people.offer(self.place.page, lambda taken: next_trial(rows, here, taken))
+
+    def outside(self) -> int:
+        """How many trials wait for a person that the filter does not let through."""
+        waiting = len(to_review(self.house.rows(), self.here))
+        return waiting - len(to_review(self._let_through(), self.here))
+
+    def _let_through(self) -> list[Row]:
+        return shown(self.house.rows(), Filter(self.which.value), self.words.value)
 
     def taken(self) -> list[str]:
         """In words, who is on the trials that wait."""
         people = self.house.people.others(self.place.page)
-        waiting = [(row.subject, row.trial) for row in to_review(self.house.rows(), self.here)]
+        waiting = [(row.subject, row.trial) for row in to_review(self._let_through(), self.here)]
         return [f"{', '.join(people[place])} on {place[1]}" for place in waiting if place in people]
 
 

@@ -2,6 +2,9 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+from jaxtyping import Bool
+
 from addb_viewer.app.feet import foot_words, next_foot
 from addb_viewer.app.forces_in_use import contact_words, contacts_at, stale
 from addb_viewer.app.handles import put
@@ -48,6 +51,7 @@ class ReviewDesk:
         self.foot: str | None = None
         self.selection = Selection()
         self.proposals: tuple[Pending, ...] = ()
+        self.recorded = 0  # edits made here
         self._stop: Stop | None = None  # the proposal or range that N and P have led to
 
     @property
@@ -230,6 +234,21 @@ class ReviewDesk:
         forces, made_of = replay.forces, fit.provenance if fit else {}
         return left_undecided(self.review, forces.proposals, replay.frames, forces.confidence, made_of)
 
+    @property
+    def unsure(self) -> tuple[Proposal, ...]:
+        """Open proposals that detection does not leave out, and no imported review has decided."""
+        replay = self.place.replay
+        if replay is None:
+            return ()
+        judged: Bool[np.ndarray, " frames"] = np.all(self.review.judged(replay.frames, by_files=True), axis=1)
+        return tuple(
+            p.proposal
+            for p in self.proposals
+            if p.state is State.OPEN
+            and p.proposal.confidence < replay.forces.confidence
+            and not judged[p.proposal.start : p.proposal.end].all()
+        )
+
     def warm_up(self) -> None:
         """Make the first answer to "what if" come soon."""
         self.asking.warm_up(self.review)
@@ -272,6 +291,7 @@ class ReviewDesk:
 
     def _record(self, event: Event) -> None:
         self.place.room.book.record(self._trial(), event, self.place.author())
+        self.recorded += 1
 
     def _note(self) -> str:
         """The note for the next edit, taken out of its box: what is typed next goes with the one after.

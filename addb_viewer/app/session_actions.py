@@ -32,7 +32,7 @@ def actions_of(session: "Session") -> Mapping[str, Action]:
         "previous": partial(review.step, -1),
         "accept_proposal": review.accept,
         "reject_proposal": review.reject,
-        "undo": review.undo,
+        "undo": s.finishing.undo,
         "redo": review.redo,
         "what_if": review.what_if,
         "second_look": partial(review.set_status, Status.SECOND_LOOK),
@@ -116,7 +116,7 @@ def _bind_review(s: "Session") -> None:
         "Deciding",
         dict(zip(DECIDE, (review.accept, review.reject, lambda: review.step(1)), strict=True)),
     )
-    _bind_group(s, p.edits, "Undoing", dict(zip(EDITS, (review.undo, review.redo), strict=True)))
+    _bind_group(s, p.edits, "Undoing", dict(zip(EDITS, (s.finishing.undo, review.redo), strict=True)))
     second_look = partial(review.set_status, Status.SECOND_LOOK)
     _bind_group(s, p.finish, "Finishing", dict(zip(FINISH, (s.finishing.finish, second_look), strict=True)))
     p.paint.on_click(in_order("Flagging", lambda: review.flag(reason_named(str(p.reason.value)))))

@@ -2,16 +2,18 @@
 
 from typing import Any
 
+import numpy as np
 import viser
 
 from addb_viewer.app.comparison import compared
+from addb_viewer.app.forces_in_use import mask_now
 from addb_viewer.app.handles import put
 from addb_viewer.app.notices import Notices
 from addb_viewer.app.page import boxed
 from addb_viewer.app.place import Place
 from addb_viewer.app.progress_html import progress_html
 from addb_viewer.app.replay import Replay
-from addb_viewer.app.room import SOLVING
+from addb_viewer.app.room import SOLVING, SubjectRoom
 from addb_viewer.app.solve_html import (
     comparison_html,
     history_html,
@@ -23,7 +25,9 @@ from addb_viewer.app.solve_panel import BEFORE, SolvePanel
 from addb_viewer.app.solves import Solve, solves
 from addb_viewer.app.work import Outcome
 from addb_viewer.app.workbench import Progress, Task
+from addb_viewer.commands.solving import job_for
 from solver.errors import SolverError
+from solver.pipeline import can_resolve
 from solver.settings import Settings, as_dict
 
 
@@ -45,8 +49,14 @@ class SolveDesk:
         return found if found.bodies is not None and found.frames == replay.frames else None
 
     def solve(self) -> None:
-        """G."""
-        self.place.room.solve(self.place.author())
+        """G: nothing is done where nothing would come out otherwise."""
+        author = self.place.author()
+        if nothing_to_solve(self.place.room):
+            self.notices.tell(
+                "Nothing to solve", "The same forces count, from the same files, as in the fit on the screen."
+            )
+            return
+        self.place.room.solve(author)
 
     def cancel(self) -> None:
         """End what is at work."""
@@ -196,6 +206,28 @@ def stop(place: Place) -> None:
         "Cancel it",
         lambda: room.cancel(author) if room.bench.task is progress.task else None,
     )
+
+
+def nothing_to_solve(room: SubjectRoom) -> bool:
+    """Whether a solve would only find the fit on the screen again: files, settings and masks are the same.
+
+    Args:
+        room: of the subject.
+
+    Raises:
+        SolverError: the subject's files cannot be read.
+    """
+    library = room.library
+    fit = library.fit
+    if fit is None or fit.heldout_due:
+        return False
+    for trial in fit.trials:
+        name, used = trial.capture.name, trial.mask
+        now = mask_now(library.replay(name), room.book.review(name)) if used is not None else None
+        if used is not None and (now is None or not np.array_equal(now.counts, used.counts)):
+            return False
+    job = job_for(room.subject.folder, out=room.results)
+    return can_resolve(fit, job.subject, job.subject.trials, job.settings, extension=job.extension)
 
 
 def show_progress(bar: Any, status: viser.GuiHtmlHandle, progress: Progress) -> None:

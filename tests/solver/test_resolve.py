@@ -145,7 +145,7 @@ def test_what_can_be_resolved(case, tmp_path):
 
 def test_a_review_of_another_recording_is_refused(case):
     (name,) = case.after
-    with pytest.raises(FitError, match=rf"{name}: Frames 9000 to 9099 are reviewed"):
+    with pytest.raises(FitError, match=rf"{name}: Frames 9000 to 9099 are flagged"):
         resolve(case.first, {name: flagged((9000, 9100, None, "manualReview"))}, SETTINGS)
 
 

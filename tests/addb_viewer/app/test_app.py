@@ -85,8 +85,11 @@ def test_a_root_shows_the_queue_of_all_subjects_and_goes_from_one_to_the_next(tm
     browser = enter(opened(tmp_path))
     assert "Reviewed 0 of 4" in browser.html()
     assert (browser.session.room.name, browser.session.shown) == ("A", "first")
-    for _ in range(2):
+    for name in ("first", "second"):
+        browser.until(lambda name=name: browser.session.shown == name)
         browser.press("Finish the trial, go to the next")
+        browser.until(lambda: browser.asked("Nothing has been fitted to this trial yet"))
+        browser.press("Yes, to the question")
     browser.until(lambda: browser.session.room.name == "B" and browser.session.shown == "first")
     browser.until(lambda: "Reviewed 2 of 4" in browser.html())
     assert (tmp_path / "A" / "annotations.sqlite").exists()

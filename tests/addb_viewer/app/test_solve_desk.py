@@ -8,7 +8,8 @@ from addb_viewer.app.app import ReviewApp
 from addb_viewer.app.house import House
 from addb_viewer.app.library import library_of
 from addb_viewer.app.server import open_server
-from addb_viewer.app.solves import add
+from addb_viewer.app.solves import add, solves
+from annotations.events import Status
 from solver.results.store import save_fit
 
 
@@ -33,3 +34,23 @@ def test_nothing_is_ticked_as_compared_once_the_new_solve_is_discarded(app, ente
         browser.until(lambda browser=browser: "Nothing is compared" in browser.html(), "the fit before")
         browser.until(lambda browser=browser: not browser.session.solving.panel.compare.value, "no tick")
         browser.until(lambda browser=browser: not browser.session.solving.comparing, "no comparison")
+
+
+@pytest.mark.parametrize(
+    ("answer", "state"), [("Keep it and finish", "kept"), ("Discard it and finish", "discarded")]
+)
+def test_finishing_while_a_solve_waits_asks_what_becomes_of_it(app, enter, answer, state):
+    browser = enter(app)
+    results = app.house.rooms[0].results
+    shown = browser.session.shown
+    browser.press("Finish the trial, go to the next")
+    browser.until(lambda: browser.asked("A new solve waits: keep it or discard it."))
+    browser.press("No, to the question")
+    browser.until(lambda: not browser.questions)
+    assert solves(results)[-1].state == "new"
+    assert app.house.rooms[0].book.review(shown).status is Status.UNSEEN
+    browser.press("Finish the trial, go to the next")
+    browser.until(lambda: browser.questions)
+    browser.click(answer)
+    browser.until(lambda: [solve.state for solve in solves(results) if solve.by == "Zoë"] == [state])
+    browser.until(lambda: app.house.rooms[0].book.review(shown).status is Status.FINISHED)

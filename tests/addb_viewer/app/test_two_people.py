@@ -32,6 +32,13 @@ def paint(browser, frames, label):
     browser.press(label)
 
 
+def finish(browser):
+    """T, and yes to what it asks: there are undecided proposals."""
+    browser.press("Finish the trial, go to the next")
+    browser.until(lambda: browser.questions, "the question")
+    browser.press("Yes, to the question")
+
+
 def test_everybody_begins_at_a_trial_of_their_own_and_sees_who_is_where(app, enter):
     zoe, bo = enter(app), enter(app, name="Bo")
     assert (zoe.session.shown, bo.session.shown) == ("walk", "run")
@@ -47,14 +54,14 @@ def test_everybody_begins_at_a_trial_of_their_own_and_sees_who_is_where(app, ent
 
 def test_the_next_trial_is_offered_to_one_person_only(app, enter, stored):
     zoe, bo = enter(app), enter(app, name="Bo")
-    zoe.press("Finish the trial, go to the next")
+    finish(zoe)
     zoe.until(lambda: zoe.session.shown == "jump")
-    bo.press("Finish the trial, go to the next")
+    finish(bo)
     bo.until(lambda: bo.told("Zoë on jump"))
     assert bo.session.shown == "run"
     assert stored("run").status is Status.FINISHED
     assert stored("jump").status is Status.UNSEEN
-    zoe.press("Finish the trial, go to the next")
+    finish(zoe)
     zoe.until(lambda: zoe.told("Every trial of the queue has been reviewed"))
 
 
