@@ -50,6 +50,19 @@ class PlateWitness:
         """Whether it has a zero level beyond what taring leaves, clearly."""
         return self.zero_nats >= settings.clear_nats and abs(self.zero_N) > settings.level_known_N
 
+    def sentence(self, settings: PlateSignSettings = PLATE_SIGN) -> str:
+        """The verdict in words, with its evidence."""
+        if not self.used:
+            return "it carried nobody, so nothing tells which way it counts"
+        way = "the force on the person" if self.sign > 0 else "the force on the plate"
+        said = f"it reads {way} ({self.sign_nats:.0f} nats ahead of the other sign)"
+        if self.is_undecided(settings):
+            said = f"which way it counts is open; {way} is likelier ({self.sign_nats:.0f} nats)"
+        if not self.is_untared(settings):
+            return said
+        known = f"{self.zero_N:.0f} ± {self.zero_std_N:.0f} N"
+        return f"{said}; unloaded it reads {known} ({self.zero_nats:.0f} nats ahead of a tared plate)"
+
     def has_known_level(self, settings: PlateSignSettings = PLATE_SIGN) -> bool:
         """Whether the recording tells how high its zero level is."""
         return self.zero_std_N <= settings.level_known_N

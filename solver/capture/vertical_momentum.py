@@ -58,12 +58,13 @@ def _acceleration(
 ) -> Float[np.ndarray, " inner_frames"]:
     """Median over the trunk's markers [m/s²]; over the upper ones, where names do not tell."""
     height = markers.positions_ground[:, :, 1]
-    trunk = np.array([bool(TRUNK.search(name)) for name in markers.names])
-    if trunk.sum() < 3:
-        typical = np.array(
-            [np.median(z[np.isfinite(z)]) if np.isfinite(z).any() else np.nan for z in height.T]
-        )
-        trunk = typical > np.nanmin(typical) + 0.4 * (np.nanmax(typical) - np.nanmin(typical))
+    seen_at_all = np.isfinite(height).any(axis=0)
+    trunk = np.array([bool(TRUNK.search(name)) for name in markers.names]) & seen_at_all
+    if trunk.sum() < 3 and seen_at_all.any():
+        typical = np.full(len(trunk), -np.inf)
+        typical[seen_at_all] = np.nanmedian(height[:, seen_at_all], axis=0)
+        low, high = typical[seen_at_all].min(), typical.max()
+        trunk = typical > low + 0.4 * (high - low)
     each = _slid(height[:, trunk], second)
     seen = np.isfinite(each).any(axis=1)
     middle = np.full(len(each), np.nan)

@@ -125,6 +125,26 @@ def test_no_right_plate_is_turned_and_no_wrong_one_left_without_a_word(recording
     assert decided >= 0.5 * total
 
 
+def contradictions(markers: Markers, mass_kg: float | None):
+    """Markers and masses that do not belong to the forces: of another clock, run backwards, unseen."""
+    yield "a heavier person", markers, 1.6 * (mass_kg or 70)
+    yield "a lighter person", markers, 0.6 * (mass_kg or 70)
+    yield "late", replace(markers, start_time=markers.start_time + 0.3), mass_kg
+    yield "early", replace(markers, start_time=markers.start_time - 0.25), mass_kg
+    yield "backwards", replace(markers, positions_ground=markers.positions_ground[::-1]), mass_kg
+    nowhere = np.full_like(markers.positions_ground, np.nan)
+    yield "unseen", replace(markers, positions_ground=nowhere), mass_kg
+
+
+@pytest.mark.real
+@pytest.mark.parametrize(("place", "trial"), CASES)
+def test_markers_or_a_mass_that_do_not_belong_change_no_plate(recording, place, trial):
+    capture, mass_kg = recording(place, trial)
+    for name, markers, mass in contradictions(capture.markers, mass_kg):
+        settled, _ = levelled(capture.plates, markers, mass)
+        assert all(a is b for a, b in zip(settled, capture.plates, strict=True)), name
+
+
 @pytest.mark.real
 @pytest.mark.parametrize(
     ("place", "trial"),
@@ -242,6 +262,14 @@ def test_quiet_standing_tells_which_plate_holds_the_force_on_the_plate():
     np.testing.assert_array_equal(settled[1].force_ground, plates[1].force_ground)
     assert settled[0] is plates[0]
     assert [note[:4] for note in notes] == ["fp2:"]
+
+
+def test_the_verdict_is_told_in_a_sentence_with_its_evidence():
+    plates, markers = standing()
+    first, second = plate_witnesses((plates[0], reversed_(plates[1])), markers, 65.0)
+    assert first.sentence().startswith("it reads the force on the person (")
+    assert second.sentence().startswith("it reads the force on the plate (")
+    assert "is open" in plate_witnesses((tared_under(plates[0], 1000.0), plates[1]), markers)[0].sentence()
 
 
 def test_a_constant_reading_of_one_plate_decides_nothing():
