@@ -24,6 +24,7 @@ from solver.capture.capture import Capture, Markers, Subject, TrialFiles
 from solver.contact.contact_phases import ContactPhase
 from solver.contact.proposals import Proposal
 from tests.addb_viewer.app.paper_browser import PaperBrowser
+from tests.addb_viewer.app.ten_trials import write_ten_trials
 from tests.addb_viewer.made_up_residual import residual, size, trial
 
 REMEMBERED = """localStorage.getItem("viser-user:addb-viewer") ??
@@ -178,7 +179,7 @@ def open_page(browser):
 
     def opened(app, size=(1280, 800), name="Zoë"):
         before = set(app.sessions)
-        page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+        page = browser.new_page(viewport={"width": size[0], "height": size[1]})  # a browser of its own
         if name is not None:
             page.add_init_script(REMEMBERED % json.dumps(json.dumps({"reviewer": name})))
         page.errors = []
@@ -195,6 +196,14 @@ def open_page(browser):
         return page
 
     return opened
+
+
+@pytest.fixture(scope="session")
+def ten_trials(real_data, tmp_path_factory):
+    """A folder of five subjects, ten short fitted trials of real recordings in all; to be copied."""
+    root = tmp_path_factory.mktemp("ten trials")
+    write_ten_trials(real_data, root)
+    return root
 
 
 @pytest.fixture(scope="session")
