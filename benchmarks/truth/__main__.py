@@ -17,6 +17,8 @@ from solver.capture.atomic import write_whole
 from solver.errors import SolverError
 
 HERE = Path(__file__).parent
+SOLVER = HERE.parents[1] / "solver"
+PARTS = ("synthetic", "simulated", "recorded")
 WORDS = ("__main__.py", "page.py", "tables.py", "account.py", "pooling.py")  # change no figure
 
 
@@ -24,7 +26,7 @@ WORDS = ("__main__.py", "page.py", "tables.py", "account.py", "pooling.py")  # c
 class Case:
     """Recordings that are made and measured together, in one file."""
 
-    part: str  # "synthetic", "simulated" or "recorded"
+    part: str  # one of PARTS
     of: str = ""  # activity or folder
     person: int = 0
 
@@ -66,25 +68,28 @@ def main() -> None:
     parser.add_argument("--any-version", action="store_true", help="keep figures that other code made")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
-    version = code_version()
+    versions = {part: code_version(part) for part in PARTS}
     chosen = [c for c in cases() if given.only in c.name]
-    due = [c for c in chosen if not _is_made(given.out, c, None if given.any_version else version)]
+    due = [c for c in chosen if not _is_made(given.out, c, None if given.any_version else versions[c.part])]
     started = time.time()
     with ProcessPoolExecutor(given.workers) as pool:
-        for name, seconds in pool.map(_made, due, [given.out] * len(due), [version] * len(due)):
+        for name, seconds in pool.map(_made, due, [given.out] * len(due), [versions[c.part] for c in due]):
             print(f"{name}: {seconds:.0f} s of CPU; {time.time() - started:.0f} s so far", flush=True)
     if given.page is not None:
         found = [
             json.loads(_file(given.out, c).read_text()) for c in cases() if _file(given.out, c).is_file()
         ]
-        write_whole(given.page, page(found, version))
+        write_whole(given.page, page(found, versions))
 
 
-def code_version() -> str:
-    """A hash of all code that figures rest on: other code, other figures."""
+def code_version(part: str) -> str:
+    """A hash of all code that a part's figures rest on: other code, other figures."""
     digest = hashlib.sha256()
     sources = [p for p in HERE.glob("*.py") if p.name not in WORDS]
-    for path in sorted([*sources, *(HERE.parents[1] / "solver").rglob("*.py")]):
+    sources += [
+        p for p in SOLVER.rglob("*.py") if part == "simulated" or SOLVER / "simulate" not in p.parents
+    ]
+    for path in sorted(sources):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:12]
 

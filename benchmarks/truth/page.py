@@ -100,7 +100,7 @@ RMS N·m (share of the peak); peak; lag. No truth: inverse dynamics at the other
 ### Ranges of motion · peak speeds against the recording's own markers
 
 Ours against the marker fit, low-passed without lag at 6 Hz (walks), 10 Hz (runs, sprints, jumps) or 4 Hz
-(squats, sitting). Masses: fitted over the scaled model's.
+(squats, sitting). Masses: each part's share of the body, fitted over the scaled model's.
 
 {own_markers}
 
@@ -120,12 +120,12 @@ Ours less theirs, mm. *As described*: the model that the recording comes with, s
 {faults}"""
 
 
-def page(cases: Sequence[Mapping], version: str) -> str:
+def page(cases: Sequence[Mapping], versions: Mapping[str, str]) -> str:
     """Everything as Markdown.
 
     Args:
         cases: as the files hold them.
-        version: of the code.
+        versions: of the code, by part.
     """
     known = [_named(run, case) for case in cases if case["part"] != "recorded" for run in case["runs"]]
     known.sort(key=_order)
@@ -136,7 +136,7 @@ def page(cases: Sequence[Mapping], version: str) -> str:
     return PAGE.format(
         date=f"{date.today():%Y-%m-%d}",
         python=platform.python_version(),
-        version=_versions(cases, version),
+        version=_versions(cases, versions),
         minutes=sum(case["cpu_seconds"] for case in cases) / 60,
         account=account(known, kinds["own markers"], references),
         referee=_referee(cases),
@@ -175,9 +175,11 @@ def _referee(cases: Sequence[Mapping]) -> str:
     return f"{found[0]:.2f}" if found else "(not measured)"
 
 
-def _versions(cases: Sequence[Mapping], version: str) -> str:
-    others = sorted({case["version"] for case in cases} - {version})
-    return f"{version}; some figures were made by {', '.join(others)}" if others else version
+def _versions(cases: Sequence[Mapping], versions: Mapping[str, str]) -> str:
+    """What the figures were made by: the solver as it is, or what else."""
+    told = " and ".join(sorted(set(versions.values())))
+    old = [case for case in cases if case["version"] != versions[case["part"]]]
+    return f"{told} ({len(old)} of {len(cases)} files of figures are of other code)" if old else told
 
 
 def _faults(cases: Sequence[Mapping]) -> str:

@@ -76,6 +76,12 @@ def lag(runs: Sequence[Run], way: str, kind: str, dofs: Iterable[str]) -> float 
     return float(np.mean(found)) if found else None
 
 
+def mass_shares(run: Run) -> dict[str, float]:
+    """Each part's share of the body's mass, fitted over the scaled model's."""
+    masses: dict[str, float] = run["mass_ratios"]  # type: ignore[assignment]
+    return {part: ratio / masses["body"] for part, ratio in masses.items() if part != "body"}
+
+
 def geometric_mean(ratios: Sequence[float]) -> float:
     """Of positive numbers."""
     return float(np.exp(np.mean(np.log(ratios))))

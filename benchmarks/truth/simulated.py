@@ -39,6 +39,8 @@ SCENARIOS = {
     "walk": (Scenario("walk", "walk", duration=2.4), 100.0),
     "run": (Scenario("run", "run", duration=1.6), 100.0),
     "squat": (Scenario("squat", "squat", duration=3.2), 100.0),
+    "sprint": (Scenario("sprint", "sprint", duration=1.0), 200.0),
+    "landing": (Scenario("landing", "landing", duration=1.0), 200.0),
 }  # with the cameras' rate [Hz]
 WHO = (
     Person(64.0, 1.68, "female"),

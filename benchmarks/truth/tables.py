@@ -10,6 +10,7 @@ from benchmarks.truth.pooling import (
     best_cutoff,
     grouped,
     lag,
+    mass_shares,
     peak_percent,
     pooled,
     range_percent,
@@ -201,7 +202,7 @@ def own_marker_table(runs: Sequence[Run]) -> str:
         for joint in FLEXIONS:
             spread = range_percent(group, OURS, JOINTS[joint])
             cells.append(f"{_signed(spread)} · {_signed(peak_percent(group, OURS, 'speed', JOINTS[joint]))}")
-        masses: dict[str, float] = run["mass_ratios"]  # type: ignore[assignment]
+        masses = mass_shares(run)
         cells += [f"{masses[p]:.2f}" if p in masses else "" for p in ("trunk", "thigh", "shank", "foot")]
         rows.append([*cells, "" if run["fitted_to_forces"] else "not fitted to forces"])
     return markdown(

@@ -56,6 +56,9 @@ class FitSettings:
     price: float = 10.0  # of flight's demand [1/N] against the cost, in choosing the step length
 
 
+QUICK = FitSettings(jerk_joint=15000.0, jerk_root=800.0)  # a sprinting leg, a landing
+
+
 def fit_trajectory(
     wish: Wish,
     model: RigidBodyModel,

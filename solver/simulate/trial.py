@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation
 from solver.kinematics.motion import Motion
 from solver.simulate.contacts import ContactPlan, about_vertical
 from solver.simulate.gait import (
-    RUNNING,
-    WALKING,
+    STYLES,
     at_pace,
     gait_contacts,
     gait_wish,
@@ -22,18 +21,21 @@ from solver.simulate.gait import (
 )
 from solver.simulate.ground_demand import GroundDemand
 from solver.simulate.ground_reactions import GroundReactions, share_demand
+from solver.simulate.landing import drop_of, landing_contacts, landing_wish, times_about_contact
 from solver.simulate.person import TrueBody
 from solver.simulate.posture import posture_wish, squat_depth, standing_contacts
 from solver.simulate.spline_motion import SplineMotion
-from solver.simulate.trajectory_fit import PLACE, Wish, fit_trajectory
+from solver.simulate.trajectory_fit import PLACE, QUICK, Wish, fit_trajectory
 from solver.skeleton.pinocchio_model import RigidBodyModel
 
 External = Callable[[SplineMotion, Float[np.ndarray, " times"]], Float[np.ndarray, "times 6"]]
 """What does not come from the ground, along a motion: force [N], moment about the ground origin [N·m]."""
 
-Activity = Literal["walk", "run", "squat", "stand"]
-GRID = 0.01  # [s] of the fit; knots lie on it, so that frames of 100 Hz and its multiples meet them
-KNOTS = {"walk": 0.03, "run": 0.01, "squat": 0.03, "stand": 0.05}  # [s] between knots
+Activity = Literal["walk", "run", "sprint", "squat", "stand", "landing"]
+GRID = {"sprint": 0.005, "landing": 0.005}  # [s] of the fit; of others:
+USUAL_GRID = 0.01  # [s]; knots lie on the grid, so that frames of 100 Hz and its multiples meet them
+KNOTS = {"walk": 0.03, "run": 0.01, "sprint": 0.005, "squat": 0.03, "stand": 0.05, "landing": 0.005}  # [s]
+SPEED = {"walk": 1.3, "run": 3.2, "sprint": 8.5}  # [m/s] where the scenario names none
 EXTERNAL_ROUNDS = 3  # of fitting to an external wrench that depends on the motion
 MARGIN = 0.3  # [s] simulated before and after the recording, where the ends of the spline are loose
 
@@ -45,7 +47,7 @@ class Scenario:
     name: str
     activity: Activity
     duration: float = 4.0  # [s]
-    speed: float | None = None  # [m/s] of walking or running; None: 1.3 and 3.2
+    speed: float | None = None  # [m/s] of walking, running or sprinting; None: 1.3, 3.2 and 8.5
     heading_deg: float = 0.0  # of progression, about +y from +x
     centre: tuple[float, float] = (0.0, 0.0)  # (x, z) that the person passes, or stands at [m]
     variation: float = 0.015  # step-to-step, relative
@@ -89,40 +91,70 @@ def simulate_trial(
             the person leans so that the ground still acts under the feet.
     """
     span = (-MARGIN, scenario.duration + MARGIN)
-    times = span[0] + GRID * np.arange(int(np.ceil((span[1] - span[0]) / GRID - 1e-9)) + 1)
-    on_foot = scenario.activity in ("walk", "run")
-    wish = _placed((_gait if on_foot else _posture)(scenario, body, times, rng), body, scenario)
+    grid = GRID.get(scenario.activity, USUAL_GRID)
+    times = span[0] + grid * np.arange(int(np.ceil((span[1] - span[0]) / grid - 1e-9)) + 1)
+    wish = _placed(_wish(scenario, body, times, rng), body, scenario)
     model, knots = RigidBodyModel(body.skeleton), KNOTS[scenario.activity]
-    motion = fit_trajectory(wish, model, knots)
+    settings = QUICK if scenario.activity in GRID else None
+    motion = fit_trajectory(wish, model, knots, settings)
     for _ in range(EXTERNAL_ROUNDS if external else 0):
         assert external
         motion = fit_trajectory(
-            replace(wish, external=external(motion, wish.times)), model, knots, start=motion
+            replace(wish, external=external(motion, wish.times)), model, knots, settings, start=motion
         )
     return SyntheticTrial(scenario, body, motion, wish.contacts, external)
 
 
+def _wish(scenario: Scenario, body: TrueBody, times: np.ndarray, rng: np.random.Generator) -> Wish:
+    if scenario.activity in STYLES:
+        return _gait(scenario, body, times, rng)
+    if scenario.activity == "landing":
+        return _landing(body, times, rng)
+    return _posture(scenario, body, times, rng)
+
+
 def _gait(scenario: Scenario, body: TrueBody, times: np.ndarray, rng: np.random.Generator) -> Wish:
-    running = scenario.activity == "run"
-    speed = scenario.speed if scenario.speed is not None else (3.2 if running else 1.3)
+    speed = scenario.speed if scenario.speed is not None else SPEED[scenario.activity]
     stature = stature_of(body.skeleton)
-    pace = natural_pace(speed, stature, running)
-    style = at_pace(RUNNING if running else WALKING, pace, stature)
+    pace = natural_pace(speed, stature, STYLES[scenario.activity])
+    style = at_pace(STYLES[scenario.activity], pace, stature)
     steps = plan_steps(style, pace, (times[0], times[-1]), rng, scenario.variation)
     middle = speed * scenario.duration / 2
     steps = replace(steps, positions=steps.positions - (middle, 0.0))
     contacts = gait_contacts(style, steps, body.sole, body.skeleton.mass, pace.step_time)
-    if running:
+    if scenario.activity == "run":
         times = _with_edges(times, contacts)
+    elif scenario.activity == "sprint":
+        times = _with_loading(times, contacts)
     return gait_wish(body.skeleton, style, steps, contacts, times)
 
 
 def _with_edges(times: np.ndarray, contacts: ContactPlan) -> np.ndarray:
     """The grid with the ends of flight, where the demand has to vanish too, but those next to its times."""
     edges = np.array([edge for stance in contacts.stances for edge in (stance.start, stance.end)])
-    edges = edges[(edges > times[0]) & (edges < times[-1])]
-    apart = np.abs(edges[:, None] - times).min(axis=1)
-    return np.union1d(times, edges[apart > 0.25 * GRID])
+    return _joined(times, edges)
+
+
+def _with_loading(times: np.ndarray, contacts: ContactPlan) -> np.ndarray:
+    """Also times, four to a grid interval, at which the load of a short stance begins and ends."""
+    near = (times[1] - times[0]) / 4 * np.arange(1, 12)
+    inside = [edge for s in contacts.stances for edge in (*(s.start + near), *(s.end - near))]
+    return _joined(_with_edges(times, contacts), np.array(inside), 0.25 * near[0])
+
+
+def _joined(times: np.ndarray, more: np.ndarray, apart: float | None = None) -> np.ndarray:
+    """Times with others between them, but those that are too near to one [s]; None: a quarter of a step."""
+    least = 0.25 * (times[1] - times[0]) if apart is None else apart
+    more = more[(more > times[0]) & (more < times[-1])]
+    return np.union1d(times, more[np.abs(more[:, None] - times).min(axis=1) > least])
+
+
+def _landing(body: TrueBody, times: np.ndarray, rng: np.random.Generator) -> Wish:
+    hip = body.skeleton.joints[body.skeleton.body_index("femur_r")].p_parent_frame
+    drop = drop_of(rng)
+    contacts = landing_contacts(drop, body.sole, body.skeleton.mass, 2.6 * hip[2], float(times[-1]))
+    looked_at = _joined(times, times_about_contact(drop), 1e-9)
+    return landing_wish(body.skeleton, contacts, drop, looked_at)
 
 
 def _posture(scenario: Scenario, body: TrueBody, times: np.ndarray, rng: np.random.Generator) -> Wish:
