@@ -143,5 +143,5 @@ def page_html() -> str:
         "<p><b>Timeline:</b> a click goes to a frame, a drag selects a range, a number key paints it. "
         "<b>Scene:</b> drag turns, wheel zooms. <b>Lists:</b> a click goes there.</p>"
         "<p>Every decision is on the disk before you see it; labels do not ask back, as U takes them back. "
-        "Questions take Y for yes and Esc for no.</p>"
+        "Questions take Y for yes and Esc for no; else Esc drops the selection and closes failures.</p>"
     )

@@ -16,7 +16,8 @@ from annotations.errors import ReviewError
 from solver.errors import SolverError
 
 LOG = logging.getLogger("addb_viewer")
-ASIDE_S, IMPORTANT_S = 4.0, 12.0  # how long a word stays; failures stay until they are closed
+ASIDE_S, IMPORTANT_S, FAILURE_S = 4.0, 12.0, 20.0  # how long a word stays; failures go with Esc as well
+MOST_FAILURES = 2  # likewise: more of them would hide the person
 MOST_IMPORTANT = 3  # at a time
 
 
@@ -57,7 +58,17 @@ class Notices:
             return
         if (doing, why) in self._failures:  # the same again: not twice on the screen
             self._failures.pop((doing, why)).remove()
-        self._failures[doing, why] = self.client.add_notification(f"{doing} failed", why, color="red")
+        while len(self._failures) >= MOST_FAILURES:
+            self._failures.pop(next(iter(self._failures))).remove()
+        self._failures[doing, why] = self.client.add_notification(
+            f"{doing} failed", why, color="red", auto_close_seconds=FAILURE_S
+        )
+
+    def dismiss(self) -> None:
+        """Take away what was told of failures."""
+        failures, self._failures = self._failures, {}
+        for handle in failures.values():
+            handle.remove()
 
     def tell(self, title: str, body: str, color: Any = "teal") -> None:
         """Tell that something is done, or that somebody else did something."""

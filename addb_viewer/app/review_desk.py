@@ -21,7 +21,7 @@ from addb_viewer.app.review_html import (
 )
 from addb_viewer.app.review_panel import ReviewPanel, activity_named, feet_words
 from addb_viewer.app.selection import Selection
-from addb_viewer.app.stops import Stop, next_stop, place_of, stops_of
+from addb_viewer.app.stops import Stop, next_stop, place_of, place_said, stops_of
 from addb_viewer.app.what_if_desk import WhatIfDesk
 from addb_viewer.review_store import left_undecided
 from annotations.errors import ReviewError
@@ -52,6 +52,7 @@ class ReviewDesk:
         self.selection = Selection()
         self.proposals: tuple[Pending, ...] = ()
         self.recorded = 0  # edits made here
+        self._of = ("", "")  # subject and trial that the chosen foot is about
         self._stop: Stop | None = None  # the proposal or range that N and P have led to
 
     @property
@@ -68,14 +69,12 @@ class ReviewDesk:
 
     @property
     def current(self) -> Pending | None:
-        """The proposal that Enter and Backspace are about."""
-        if self._stop is not None:
-            for p in self.proposals:
-                if place_of(p) == self._stop and p.state is State.OPEN:
-                    return p
-        frame = self.place.frame
-        covering = (p for p in self.proposals if p.proposal.start <= frame < p.proposal.end)
-        return next((p for p in covering if p.state is State.OPEN), None)
+        """The proposal that Enter and Backspace are about: that of the selection, else under the cursor."""
+        chosen, frame = self.chosen, self.place.frame
+        waiting = [p for p in self.proposals if p.state is State.OPEN]
+        if chosen is not None:
+            return next((p for p in waiting if place_of(p) == (*chosen, self.about)), None)
+        return next((p for p in waiting if p.proposal.start <= frame < p.proposal.end), None)
 
     @property
     def chosen(self) -> tuple[int, int] | None:
@@ -91,6 +90,8 @@ class ReviewDesk:
         if self.panel.foot.options != feet_words(feet):
             self.panel.foot.options = feet_words(feet)
             self.foot = None
+        if self._of != (self.place.room.name, self._trial()):
+            self.foot, self._of = None, (self.place.room.name, self._trial())
         put(self.panel.foot, foot_words(self.foot))
         self.asking.forget()
         self.show()
@@ -114,7 +115,7 @@ class ReviewDesk:
         replay = self.place.replay
         if replay is not None:
             self.panel.selection.content = selection_html(
-                self.chosen, self.about, replay.rate, contact_words(self._contacts())
+                self.chosen, self.about, replay.rate, contact_words(self._contacts()), self.current
             )
             put(self.panel.foot, foot_words(self.about))
             self.panel.proposals.content = proposals_html(self.proposals, self.current)
@@ -124,6 +125,16 @@ class ReviewDesk:
         left = self.selection.seen_from(self.place.frame)
         if left != self.selection:
             self.selection = left
+
+    def drop(self, *, only_whole: bool = False) -> None:
+        """Escape, or a click elsewhere: nothing is selected any more.
+
+        Args:
+            only_whole: a range that has one border yet, and waits for the other, stays.
+        """
+        if not (only_whole and not self.selection.is_whole):
+            self._stop = None
+            self._select(Selection())
 
     def range_start(self) -> None:
         """I."""
@@ -179,6 +190,7 @@ class ReviewDesk:
                 self._record(ClearRange(start, end, foot, note))
             else:
                 self._record(FlagRange(start, end, reason, foot, note))
+        self._note_went(note)
         if chosen is not None:
             self.selection = Selection(*chosen).spent(self.place.frame)
             self.show_selection()
@@ -189,7 +201,9 @@ class ReviewDesk:
         assert replay is not None
         start, end = self.chosen or (0, replay.frames)
         activity, subclass = activity_named(self.panel.activity.value)
-        self._record(SetActivity(start, end, activity, subclass, self._note()))
+        note = self._note()
+        self._record(SetActivity(start, end, activity, subclass, note))
+        self._note_went(note)
 
     def step(self, direction: int) -> None:
         """N and P: the next or previous open proposal or flagged range."""
@@ -214,6 +228,9 @@ class ReviewDesk:
         """U: the last own edit of the trial."""
         undone = self.place.room.book.undo(self._trial(), self.place.author())
         self.notices.tell("Undone", said_by(undone.event))
+        place = place_said(undone.event)
+        if place is not None:
+            self._go(place)
 
     def redo(self) -> None:
         """R."""
@@ -223,7 +240,9 @@ class ReviewDesk:
     def set_status(self, status: Status) -> None:
         """Say how far the review is; what is undecided when a trial is finished stays left out."""
         left_out = self.left_out if status is Status.FINISHED else None
-        self._record(SetStatus(status, self._note(), left_out))
+        note = self._note()
+        self._record(SetStatus(status, note, left_out))
+        self._note_went(note)
 
     @property
     def left_out(self) -> tuple[Proposal, ...] | None:
@@ -267,7 +286,8 @@ class ReviewDesk:
     def _decide(self, event: type[AcceptProposal] | type[RejectProposal]) -> None:
         found = self.current
         if found is None:
-            raise ReviewError("no open proposal here; N goes to the next")
+            where = "here" if self.chosen is None else "on the selected frames"
+            raise ReviewError(f"no open proposal {where}; N goes to the next")
         self._record(event(found.proposal))
         after = [place_of(p) for p in self.proposals if p.state is State.OPEN]
         onward = next_stop(after, place_of(found), 1)
@@ -294,15 +314,13 @@ class ReviewDesk:
         self.recorded += 1
 
     def _note(self) -> str:
-        """The note for the next edit, taken out of its box: what is typed next goes with the one after.
+        """The note for the next edit; it stays in its box until that is recorded."""
+        return str(self.panel.note.value).strip()
 
-        Raises:
-            SolverError: nobody has said who decides; the note stays.
-        """
-        self.place.author()
-        note = self.panel.note.value.strip()
-        put(self.panel.note, "")
-        return note
+    def _note_went(self, note: str) -> None:
+        """The edit is recorded: the box is empty again, unless something else was typed meanwhile."""
+        if str(self.panel.note.value).strip() == note:
+            put(self.panel.note, "")
 
     def _trial(self) -> str:
         if self.place.replay is None:

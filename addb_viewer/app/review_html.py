@@ -19,7 +19,13 @@ _SIGNS = {State.OPEN: "?", State.ACCEPTED: "✓", State.REJECTED: "✗"}
 EVIDENCE = {"_N": " N", "_m_s": " m/s", "_Nm": " N·m", "_m": " m", "_s": " s"}  # ending of a name: unit
 
 
-def selection_html(chosen: tuple[int, int] | None, foot: str | None, rate: float, contact: str) -> str:
+def selection_html(
+    chosen: tuple[int, int] | None,
+    foot: str | None,
+    rate: float,
+    contact: str,
+    at_hand: Pending | None = None,
+) -> str:
     """What the next key is about.
 
     Args:
@@ -27,14 +33,20 @@ def selection_html(chosen: tuple[int, int] | None, foot: str | None, rate: float
         foot: that flags are about; None for both.
         rate: of the trial [Hz].
         contact: in words, the contact that keys act on where nothing is selected.
+        at_hand: the proposal that Enter and Backspace act on; None: on none.
     """
     if chosen is None:
-        return boxed(f"<b>Nothing selected.</b> Keys 1–9 and 0 act on {html.escape(contact)}.")
+        told = f"<b>Nothing selected.</b> Keys 1–9 and 0 act on {html.escape(contact)}"
+        if at_hand is None:
+            return boxed(f"{told}.")
+        p = at_hand.proposal
+        words = f"{html.escape(foot_words(p.foot))} {p.start}–{p.end - 1}"
+        return boxed(f"{told}; Enter and Backspace on the proposal {words}.")
     start, end = chosen
     count = end - start
     return boxed(
         f"<b>Frames {start} to {end - 1}</b> · {count} frame{'s' * (count > 1)}, {count / rate:.2f} s · "
-        f"{html.escape(foot_words(foot))}"
+        f"{html.escape(foot_words(foot))}{'' if at_hand is None else ' · a proposal'}"
     )
 
 

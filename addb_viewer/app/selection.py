@@ -12,16 +12,23 @@ class Selection:
     spent_at: int | None = None  # frame at which it was painted: it holds until the cursor moves on
 
     def with_start(self, frame: int) -> "Selection":
-        """I: the range begins at a frame; an end before it is forgotten."""
-        end = self.end if self.spent_at is None and self.end is not None and self.end > frame else None
-        return Selection(frame, end)
+        """I: the range begins at a frame. An end before it becomes the start; of a whole range it goes."""
+        end = self.end if self.spent_at is None else None
+        if end is None or end > frame:
+            return Selection(frame, end)
+        return Selection(end - 1, frame + 1) if self.start is None else Selection(frame)
 
     def with_end(self, frame: int) -> "Selection":
-        """O: the range ends with a frame; a start after it is forgotten."""
-        start = (
-            self.start if self.spent_at is None and self.start is not None and self.start <= frame else None
-        )
-        return Selection(start, frame + 1)
+        """O: the range ends with a frame. A start after it becomes the end; of a whole range it goes."""
+        start = self.start if self.spent_at is None else None
+        if start is None or start <= frame:
+            return Selection(start, frame + 1)
+        return Selection(frame, start + 1) if self.end is None else Selection(None, frame + 1)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether both borders are set."""
+        return self.start is not None and self.end is not None
 
     def spent(self, frame: int) -> "Selection":
         """After it was painted at a frame: another key may still repaint it there."""

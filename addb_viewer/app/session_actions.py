@@ -9,9 +9,10 @@ import viser
 
 from addb_viewer.app.camera import VIEWS
 from addb_viewer.app.controls import MOVES, SPEED_NAMES
+from addb_viewer.app.handles import put
 from addb_viewer.app.keys import Action
 from addb_viewer.app.review_panel import DECIDE, EDITS, FINISH
-from addb_viewer.app.wishes import GoTo, OpenRow, Select, wish
+from addb_viewer.app.wishes import Drop, GoTo, OpenRow, Select, wish
 from annotations.events import Status
 from annotations.reasons import REASON_KEYS, reason_named
 
@@ -51,7 +52,7 @@ def actions_of(session: "Session") -> Mapping[str, Action]:
         "reject": s.diagnosis.reject,
         **{f"view_{name.lower()}": partial(s.view, name) for name in VIEWS},
         "yes": s.questions.yes,
-        "no": s.questions.no,
+        "no": partial(_escape, s),
         "rename": s.naming.ask,
         "theme": lambda: s.set_dark(not s.memory.dark),
     }
@@ -153,12 +154,25 @@ def _grant(s: "Session") -> None:
     """Do what was written into the box; while it is not whole, nothing."""
     match wish(s.controls.go_to.value):
         case GoTo(frame):
+            s.review.drop(only_whole=True)
             s.seek(frame)
+        case Drop():
+            put(s.controls.go_to, "")
+            s.review.drop(only_whole=True)
         case Select(start, end):
             s.review.select(start, end)
             s.review.warm_up()
         case OpenRow(row):
             s.queue.open_row(row)
+
+
+def _escape(s: "Session") -> None:
+    """Esc: no to the question; where none is asked, the selection and what was told of failures go."""
+    if s.questions.waits:
+        s.questions.no()
+    else:
+        s.notices.dismiss()
+        s.review.drop()
 
 
 def _scrub(s: "Session") -> None:

@@ -3,6 +3,15 @@
 from collections.abc import Sequence
 
 from addb_viewer.app.proposals import Pending, State
+from annotations.events import (
+    AcceptProposal,
+    ClearActivity,
+    ClearRange,
+    Event,
+    FlagRange,
+    RejectProposal,
+    SetActivity,
+)
 from annotations.trial_review import TrialReview
 
 Stop = tuple[int, int, str | None]  # start, end, foot
@@ -31,6 +40,19 @@ def next_stop(stops: Sequence[Stop], here: Stop, direction: int) -> Stop | None:
 def place_of(pending: Pending) -> Stop:
     """Where a proposal is."""
     return pending.proposal.start, pending.proposal.end, pending.proposal.foot
+
+
+def place_said(event: Event) -> Stop | None:
+    """Where an edit is about; None where it is about no frames."""
+    match event:
+        case FlagRange(start, end, foot=foot) | ClearRange(start, end, foot=foot):
+            return start, end, foot
+        case AcceptProposal(p) | RejectProposal(p):
+            return p.start, p.end, p.foot
+        case SetActivity(start, end) | ClearActivity(start, end):
+            return start, end, None
+        case _:
+            return None
 
 
 def order(stop: Stop) -> tuple[int, int, str]:

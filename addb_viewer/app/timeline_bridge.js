@@ -74,6 +74,26 @@
     },
     true,
   );
+  // A click into the scene that turns nothing drops the selection; while something is typed it only ends that.
+  let pressed = null;
+  document.addEventListener(
+    "pointerdown",
+    (event) => {
+      const typing = ["INPUT", "TEXTAREA"].includes(document.activeElement?.tagName);
+      const scene = event.button === 0 && event.target.tagName === "CANVAS" && !typing;
+      pressed = scene ? { x: event.clientX, y: event.clientY } : null;
+    },
+    true,
+  );
+  document.addEventListener(
+    "pointerup",
+    (event) => {
+      const moved = pressed && Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y);
+      if (pressed && moved < FEWEST_PIXELS) write("-");
+      pressed = null;
+    },
+    true,
+  );
   document.addEventListener("click", (event) => {
     const wish = event.target.closest?.("[data-addb-wish]");
     if (wish) write(wish.dataset.addbWish);

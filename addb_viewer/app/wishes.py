@@ -26,7 +26,12 @@ class OpenRow:
     row: int
 
 
-Wish = GoTo | Select | OpenRow
+@dataclass(frozen=True)
+class Drop:
+    """Nothing is to be selected any more."""
+
+
+Wish = GoTo | Select | OpenRow | Drop
 
 
 def wish(text: str) -> Wish | None:
@@ -39,4 +44,6 @@ def wish(text: str) -> Wish | None:
         return Select(start, end) if start < end else None
     if match := re.fullmatch(r"#(\d{1,9})", text):
         return OpenRow(int(match[1]))
+    if text == "-":
+        return Drop()
     return None

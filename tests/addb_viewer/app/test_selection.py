@@ -18,7 +18,7 @@ def test_an_open_range_reaches_to_the_cursor():
 
 def test_a_border_on_the_wrong_side_begins_anew():
     assert Selection().with_start(10).with_end(20).with_start(50).frames(60, 100) == (50, 61)
-    assert Selection().with_start(50).with_end(20).frames(5, 100) == (5, 21)
+    assert Selection().with_start(10).with_end(20).with_end(5).frames(5, 100) == (5, 6)
 
 
 def test_nothing_is_selected_at_first():
@@ -40,3 +40,8 @@ def test_a_range_always_has_frames_and_lies_in_the_trial(keys, first, second, cu
         selection = selection.with_start(frame) if key == "i" else selection.with_end(frame)
     start, end = selection.frames(cursor, 100)
     assert 0 <= start < end <= 100
+
+
+def test_the_borders_may_be_set_in_either_order():
+    assert Selection().with_start(50).with_end(20).frames(5, 100) == (20, 51)
+    assert Selection().with_end(20).with_start(50).frames(5, 100) == (20, 51)

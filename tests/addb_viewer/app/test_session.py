@@ -9,6 +9,7 @@ import weakref
 import pytest
 
 from addb_viewer.review_store import open_log
+from annotations.errors import ReviewError
 from annotations.events import FlagRange, SetStatus, Status
 
 FEET = ("calcn_r", "calcn_l")
@@ -345,3 +346,84 @@ def test_a_box_takes_frames_and_ranges_and_ignores_what_is_not_whole(app, enter)
     browser.until(lambda: browser.session.frame == 57)
     browser.put("Go to", "#99")
     browser.until(lambda: browser.told("the queue has changed"))
+
+
+def test_escape_and_a_click_elsewhere_drop_the_selection(app, enter):
+    browser = enter(app)
+    for dropped in (lambda: browser.press("No, to the question"), lambda: browser.put("Go to", "150")):
+        browser.put("Go to", "")
+        browser.put("Go to", "120:140")
+        browser.until(lambda: browser.session.review.chosen == (120, 140))
+        dropped()
+        browser.until(lambda: browser.session.review.chosen is None)
+    browser.until(lambda: browser.session.frame == 150)
+    browser.press("Start of a range")
+    browser.put("Go to", "170")  # a border that waits for the other one stays
+    browser.until(lambda: browser.session.frame == 170)
+    browser.press("End of a range")
+    browser.until(lambda: browser.session.review.chosen == (150, 171))
+
+
+def test_the_foot_does_not_stick_to_another_trial(app, enter):
+    browser = enter(app)
+    browser.press("Foot: right, left, both")
+    browser.until(lambda: browser.session.review.foot == "calcn_r")
+    browser.session.notices._hand.submit(browser.session.show_fit).result(30)
+    assert browser.session.review.foot == "calcn_r", "the same trial, as another solve has it"
+    browser.put("Trial", "run")
+    browser.until(lambda: browser.session.shown == "run" and browser.session.review.foot is None)
+    browser.until(lambda: browser.field("Foot")["value"] == "both")
+
+
+def test_enter_and_backspace_act_on_what_the_line_above_says(app, enter, stored):
+    browser = enter(app)
+    browser.put("Go to", "60:80")
+    browser.until(lambda: browser.session.review.chosen == (60, 80))
+    browser.until(lambda: "a proposal" in browser.html())
+    browser.put("Go to", "62:75")  # inside the same proposal, but other frames
+    browser.until(lambda: browser.session.review.chosen == (62, 75))
+    browser.press("Reject the proposal")
+    browser.until(lambda: browser.told("no open proposal on the selected frames"))
+    assert not stored().rejected
+    browser.press("No, to the question")
+    browser.until(lambda: "Enter and Backspace on the proposal left 60–79" in browser.html())
+    browser.press("Reject the proposal")
+    browser.until(lambda: [(p.start, p.end) for p in stored().rejected] == [(60, 80)])
+
+
+def test_what_u_took_back_is_selected(app, enter, stored):
+    browser = enter(app)
+    browser.put("Go to", "120:140")
+    browser.until(lambda: browser.session.review.chosen == (120, 140))
+    browser.press("Flag: force wrong")
+    browser.until(lambda: flags(stored()))
+    browser.press("First frame")
+    browser.until(lambda: browser.session.frame == 0 and browser.session.review.chosen is None)
+    browser.press("Undo")
+    browser.until(lambda: browser.session.review.chosen == (120, 140))
+    assert browser.session.frame == 120
+
+
+def test_a_failed_edit_keeps_its_note_and_escape_closes_what_was_told(app, enter, stored, monkeypatch):
+    browser = enter(app)
+    browser.put("Note", "seen on video")
+    browser.press("Last frame")
+    browser.press("Flag: force wrong")
+    browser.until(lambda: browser.told("no contact at frame 199"))
+
+    def busy(*_):
+        raise ReviewError("the review log is busy")
+
+    book = app.house.rooms[0].book
+    with monkeypatch.context() as patched:
+        patched.setattr(book, "record", busy)
+        browser.press("First frame")
+        browser.press("Flag: force wrong")
+        browser.until(lambda: browser.told("the review log is busy"))
+        assert browser.session.review.panel.note.value == "seen on video"
+    assert browser.session.notices._failures
+    browser.press("No, to the question")
+    browser.until(lambda: not browser.session.notices._failures)
+    browser.press("Flag: force wrong")
+    browser.until(lambda: [flag.note for flag in stored().flags] == ["seen on video"])
+    browser.until(lambda: browser.session.review.panel.note.value == "")
