@@ -64,7 +64,7 @@ def whole_file(path: Path) -> Iterator[BinaryIO]:
         if name is not None:
             name.unlink(missing_ok=True)
         if isinstance(error, OSError):
-            raise CaptureError(_told(path, name, error)) from error
+            raise CaptureError(_told(path, error)) from error
         raise
 
 
@@ -162,8 +162,8 @@ def _moved(draft: Path, path: Path) -> None:
         ) from error
 
 
-def _told(path: Path, draft: Path | None, error: OSError) -> str:
+def _told(path: Path, error: OSError) -> str:
     """Names the file that was meant, or another one that the block met trouble with."""
-    named = Path(error.filename) if isinstance(error.filename, str | Path) else draft
-    is_other = named is not None and named != draft and named.parent != path.parent
-    return writing_failed(named if named is not None and is_other else path, error)
+    named = Path(error.filename) if isinstance(error.filename, str | Path) else path
+    is_other = not named.name.startswith(DRAFT) and named.parent != path.parent
+    return writing_failed(named if is_other else path, error)

@@ -33,7 +33,8 @@ def writing_failed(path: Path, error: OSError) -> str:
     if error.errno in _NOT_ALLOWED:
         return f"{path}: cannot write here ({why}); make it writable, or choose another output folder."
     if error.errno == errno.ENOENT and not path.parent.is_dir():
-        return f"{path}: cannot write here (there is no folder {path.parent}); make it, or choose another."
+        why = f"there is no folder {path.parent}"
+        return f"{path}: cannot write here ({why}); make it, or choose another output folder."
     return f"{path}: cannot write here ({why}); choose another output folder."
 
 

@@ -25,6 +25,7 @@ from solver.simulate.person import Person, body_of
 from solver.simulate.subject_folder import write_subject
 from solver.simulate.trial import Scenario, simulate_trial
 from solver.summary import all_notes, summary
+from tests.flagged import flagged
 
 ALONE = replace(Settings(), trajectory=replace(Settings().trajectory, enabled=False))
 UNREPAIRED = replace(ALONE, label_repair=replace(ALONE.label_repair, enabled=False))
@@ -107,7 +108,7 @@ def test_kept_with_the_fit_and_through_an_edit(fits, tmp_path):
     save_fit(mended, tmp_path)
     kept = load_fit(tmp_path, mended.subject.folder)
     assert kept.trials[0].label_faults == mended.trials[0].label_faults
-    again = resolve(kept, {"walk": ((0, 20, None, "manualReview"),)}, ALONE)
+    again = resolve(kept, {"walk": flagged((0, 20, None, "manualReview"))}, ALONE)
     assert again.trials[0].label_faults == mended.trials[0].label_faults
     assert angles_apart_deg(again, mended) < SAME_DEG
 

@@ -7,6 +7,7 @@ import pytest
 
 from solver.capture.capture import Subject, TrialFiles
 from solver.provenance import provenance_of, without_reviews
+from tests.flagged import flagged
 
 
 @pytest.fixture
@@ -68,18 +69,18 @@ def test_a_review_of_a_fitted_trial_counts_down_to_foot_reason_and_frame(subject
     walk = subject.trials[:1]
     reviews = [
         None,
-        {"walk": ()},
-        {"walk": ((5, 9, None, "manualReview"),)},
-        {"walk": ((5, 9, "calcn_r", "manualReview"),)},
-        {"walk": ((5, 9, "calcn_r", "missingBlip"),)},
-        {"walk": ((5, 10, "calcn_r", "missingBlip"),)},
+        {"walk": flagged()},
+        {"walk": flagged((5, 9, None, "manualReview"))},
+        {"walk": flagged((5, 9, "calcn_r", "manualReview"))},
+        {"walk": flagged((5, 9, "calcn_r", "missingBlip"))},
+        {"walk": flagged((5, 10, "calcn_r", "missingBlip"))},
     ]
     records = [provenance_of(subject, walk, review) for review in reviews]
     assert all(one != other for k, one in enumerate(records) for other in records[:k])
-    assert provenance_of(subject, walk, {"walk": [(5, 9, None, "manualReview")]}) == records[2]
-    assert provenance_of(subject, walk, {"run": ((5, 9, None, "manualReview"),)}) == records[0]
+    assert provenance_of(subject, walk, {"walk": flagged((5, 9, None, "manualReview"))}) == records[2]
+    assert provenance_of(subject, walk, {"run": flagged((5, 9, None, "manualReview"))}) == records[0]
 
 
 def test_without_its_reviews_it_is_that_of_unreviewed_files(subject):
-    reviewed = provenance_of(subject, subject.trials, {"walk": ((5, 9, None, "manualReview"),)})
+    reviewed = provenance_of(subject, subject.trials, {"walk": flagged((5, 9, None, "manualReview"))})
     assert without_reviews(reviewed) == provenance_of(subject, subject.trials)

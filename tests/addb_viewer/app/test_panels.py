@@ -59,7 +59,7 @@ def test_the_keys_are_those_of_the_design():
     """In the order of its table."""
     keys = [c.shown for c in COMMANDS if c.key]
     moves = ["Space", ",", ".", "Shift Page up", "Shift Page down", "Page up", "Page down", "Home", "End"]
-    deciding = ["F", "N", "P", "Enter", "Backspace", "U", "R", "G", "X", "M", "T"]
+    deciding = ["F", "N", "P", "Enter", "Backspace", "U", "R", "Y", "Esc", "G", "X", "M", "T"]
     assert keys == [*moves, "J", "K", "L", "I", "O", *"1234567890", *deciding]
 
 

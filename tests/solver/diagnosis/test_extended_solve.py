@@ -107,10 +107,9 @@ def test_a_resolve_goes_on_with_the_same_extension(subject, extension, extended)
 
 def test_torques_go_on_where_a_force_is_flagged(subject, extension, extended):
     """Beyond a border of flagged frames torques are told by the motion, extra wrench and all."""
-    flagged = resolve(
-        extended, {"walk": ((100, 104, None, "manualReview"),)}, SETTINGS, extension=extension
-    ).trials[0]
-    torques = flagged.dynamics.joint_torques[:, 6:]
+    reviews = {"walk": flagged((100, 104, None, "manualReview"))}
+    edited = resolve(extended, reviews, SETTINGS, extension=extension).trials[0]
+    torques = edited.dynamics.joint_torques[:, 6:]
     own = np.abs(np.diff(extended.trials[0].dynamics.joint_torques[10:-10, 6:], axis=0)).max(axis=0)
     level = np.maximum(own, 0.1 * np.sqrt((own**2).mean()))
     for border in (100, 104):
