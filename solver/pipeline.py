@@ -20,7 +20,9 @@ from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.label_faults.repair import with_labels_repaired
 from solver.kinematics.marker_errors import marker_errors
 from solver.kinematics.marker_naming import name_markers
+from solver.kinematics.model_ownership import Ownership, whose_model
 from solver.kinematics.motion import Motion
+from solver.kinematics.walking_posture import posture_notes
 from solver.markers.mapping_file import chosen_for
 from solver.markers.people import people_notes
 from solver.progress import Progress, part, silent
@@ -95,10 +97,22 @@ def solve(
             match.observed(static.markers) if static else None,
             settings.kinematics,
         )
+        ownership = Ownership(is_scaled=False)
+        if subject.model is not None:
+            ownership = whose_model(
+                generic,
+                body,
+                frames,
+                settings.kinematics,
+                file_name=subject.model.name,
+                mass_kg=subject.mass_kg,
+                said=subject.model_is,
+            )
         calibration = calibrate(
             body,
             frames,
             settings.kinematics,
+            registered_std=ownership.offset_std(body, generic.marker_names, settings.kinematics),
             height_m=subject.height_m,
             mass_kg=subject.mass_kg,
             progress=part(progress, 0.0, SCALED),
@@ -107,7 +121,8 @@ def solve(
         {c.name: c.markers for c in recorded}
         | ({f"{static.name} (static)": static.markers} if static else {})
     )
-    groundwork = Groundwork(calibration.skeleton, match, (*whose, *match.notes, *calibration.notes))
+    notes = (*whose, *match.notes, *ownership.notes, *calibration.notes)
+    groundwork = Groundwork(calibration.skeleton, match, notes)
     shared = {stage: seconds / len(recorded) for stage, seconds in clock.seconds.items()}
     share = (TRACKED - SCALED) / len(recorded)
     fits = []
@@ -116,6 +131,13 @@ def solve(
         tracked = _tracked(capture, groundwork, settings, part(progress, start, start + share))
         tracked = replace(tracked, label_faults=faults, seconds=shared | tracked.seconds)
         fits.append(_with_contacts(tracked, groundwork, subject, settings))
+    if subject.model is not None:
+        leaning = [
+            f"{fit.capture.name}: {note}"
+            for fit in fits
+            for note in posture_notes(fit.motion, settings.kinematics)
+        ]
+        groundwork = replace(groundwork, notes=(*groundwork.notes, *leaning))
     fit = obeying_reviews(
         subject,
         groundwork,

@@ -17,7 +17,7 @@ _REVIEW = "sha256 of the review of "
 _EXTENSION = "sha256 of the accepted extension"
 _FILE = "sha256 "
 _RANGES = "ranges of "
-_DESCRIPTION = ("mass_kg", "height_m", "sex", "age_years", "foot_bodies")
+_DESCRIPTION = ("mass_kg", "height_m", "sex", "age_years", "foot_bodies", "model_is")
 
 
 def provenance_of(

@@ -107,6 +107,7 @@ class Subject:
     sex: str | None = None  # "male", "female" or None
     age_years: float | None = None
     model: Path | None = None  # None: the default full body
+    model_is: str | None = None  # "scaled": this person's own; "generic"; None: to be found out
     static: Path | None = None
     marker_map: Path | None = None  # what labels mean, as a person corrected it
     foot_bodies: tuple[str, ...] = ("calcn_r", "calcn_l")

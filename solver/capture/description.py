@@ -30,6 +30,7 @@ class Description:
     foot_bodies: tuple[str, ...] | None = None
     tags: tuple[str, ...] | None = None
     model: Path | None = None
+    model_is: str | None = None  # "scaled", "generic" or None
     static: Path | None = None
     trials: tuple[TrialFiles, ...] | None = None
     ranges: Mapping[str, tuple[tuple[float, float], ...]] | None = None  # [s] by trial, what counts of it

@@ -70,6 +70,7 @@ def open_subject(folder: Path) -> Subject:
             sex=described.sex,
             age_years=described.age_years,
             model=model,
+            model_is=described.model_is,
             static=described.static,
             marker_map=folder / MARKER_MAP if (folder / MARKER_MAP).is_file() else None,
             foot_bodies=described.foot_bodies or Subject.foot_bodies,

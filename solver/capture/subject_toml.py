@@ -7,7 +7,18 @@ from solver.capture.description import Description, Entries, read_toml
 from solver.capture.moment_convention import CONVENTIONS
 from solver.errors import CaptureError
 
-KEYS = ("mass_kg", "height_m", "sex", "age_years", "model", "foot_bodies", "static", "tags", "trials")
+KEYS = (
+    "mass_kg",
+    "height_m",
+    "sex",
+    "age_years",
+    "model",
+    "model_is",
+    "foot_bodies",
+    "static",
+    "tags",
+    "trials",
+)
 TRIAL_KEYS = ("markers", "forces", "review", "up", "moments")
 
 
@@ -32,6 +43,7 @@ def read_subject_toml(path: Path) -> Description:
         foot_bodies=entries.texts("foot_bodies"),
         tags=entries.texts("tags"),
         model=entries.file("model"),
+        model_is=entries.word("model_is", ("scaled", "generic")),
         static=entries.file("static"),
         trials=trials,
         notes=notes,

@@ -93,7 +93,7 @@ def repaired_balance(
     """Fit the markers alone, repair them, and set up the wrench balance.
 
     Labels are taken as recorded here, so that an exchange is found with its frames, whatever a fit mends by
-    itself.
+    itself; and a person's own model is scaled, since its size tells of the capture's (`own_model`).
 
     Arguments and errors as in `diagnose`. The fit that comes along is that of the repaired markers.
     """
@@ -101,6 +101,7 @@ def repaired_balance(
         settings,
         trajectory=replace(settings.trajectory, enabled=False),
         label_repair=replace(settings.label_repair, enabled=False),
+        kinematics=replace(settings.kinematics, keep_scaled_models=False),
     )
 
     def fitted(repaired: Mapping[str, Capture]) -> Fit:

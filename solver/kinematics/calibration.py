@@ -31,6 +31,7 @@ from solver.skeleton.skeleton import Skeleton
 
 MAX_STEPS = 40
 CONVERGED = 1e-4  # relative decrease of the cost
+KEPT_PRECISION = 1e12  # of log scales that stay: they move by nothing that shows
 
 
 @dataclass(frozen=True)
@@ -90,6 +91,7 @@ def calibrate(
     *,
     height_m: float | None = None,
     mass_kg: float | None = None,
+    registered_std: Float[np.ndarray, " markers"] | None = None,
     progress: Progress = silent,
 ) -> Calibration:
     """Fit scale factors and marker offsets.
@@ -100,23 +102,37 @@ def calibrate(
         settings: weights and thresholds.
         height_m: of the subject; None widens the prior of body size.
         mass_kg: of the subject; None keeps the model's.
+        registered_std: of a model that is this person's own, which keeps its scales: how far each marker may
+            lie from the model's place for it [m]; None where the model is to be scaled.
         progress: told the fraction done; may raise `Cancelled`.
     """
     with threadpool_limits(1):
         groups = scale_groups(generic)
         model_height = stature(generic)
-        sized = height_m is not None and model_height is not None
+        kept = registered_std is not None
+        sized = height_m is not None and model_height is not None and not kept
         mean = np.full(3 * groups.count, np.log(height_m / model_height) if sized else 0.0)  # type: ignore[operator]
         size_std = settings.height_scale_std if sized else settings.scale_std
-        solver = _BorderedSolver(generic, frames, groups, settings)
+        solver = _BorderedSolver(
+            generic,
+            frames,
+            groups,
+            settings,
+            offset_std(generic.markers, settings) if registered_std is None else registered_std,
+        )
         start = _Shared(mean.copy(), np.zeros((len(generic.markers), 3)))
         skeleton = solver.skeleton(start)
         problem = PoseProblem(skeleton, frames.observed_ground, settings, settings.calibration_robust_scale_m)
         every = np.arange(len(frames.observed_ground))
         progress("scaling", 0.02)
         q, _ = initial_poses(problem, root_joint(skeleton), every)
-        solver.prior(mean, log_scale_precision(groups, size_std, settings))
+        precision = log_scale_precision(groups, size_std, settings)
+        if kept:
+            precision = KEPT_PRECISION * np.eye(len(mean))
+        solver.prior(mean, precision)
         shared, q = solver.solve(start, q, progress)
+        if kept:
+            shared = _Shared(mean, shared.offsets)
         fitted = scaled(generic, groups.factors(shared.log_scale), mass_kg)
         return Calibration(
             skeleton=with_offsets(fitted, shared.offsets),
@@ -136,10 +152,15 @@ class _BorderedSolver:
     """Levenberg-Marquardt on poses and shared parameters together."""
 
     def __init__(
-        self, generic: Skeleton, frames: CalibrationFrames, groups: ScaleGroups, settings: KinematicsSettings
+        self,
+        generic: Skeleton,
+        frames: CalibrationFrames,
+        groups: ScaleGroups,
+        settings: KinematicsSettings,
+        std: Float[np.ndarray, " markers"],
     ) -> None:
         self.generic, self.frames, self.groups, self.settings = generic, frames, groups, settings
-        self.offset_precision = np.repeat(offset_std(generic.markers, settings), 3) ** -2
+        self.offset_precision = np.repeat(std, 3) ** -2
 
     def prior(
         self, mean: Float[np.ndarray, " scales"], precision: Float[np.ndarray, "scales scales"]

@@ -66,6 +66,49 @@ class KinematicsSettings:
     cluster_offset_std_m: float = setting(
         0.06, unit="m", why="tracking markers are put anywhere on the segment"
     )
+    keep_scaled_models: bool = setting(
+        True,
+        unit="",
+        why="a model that was scaled and registered for this person keeps its scales and marker places; "
+        "false scales every model",
+    )
+    registered_m: float = setting(
+        0.012,
+        unit="m",
+        why="median distance of a model's markers from their places, the model as it is, in the mean over "
+        "frames: 0 to 0.7 cm with six persons' own models, 1.9 to 5 cm with ten generic ones or others' own",
+    )
+    registered_odds: float = setting(
+        6.0, unit="nats", why="for each factor of e nearer or farther: half or twice that distance is clear"
+    )
+    same_mass_odds: float = setting(
+        1.0, unit="nats", why="for a model that weighs what was entered: programs scale the mass as well"
+    )
+    model_name_odds: float = setting(
+        1.0, unit="nats", why="for a name with 'scaled' or 'generic': files are copied and renamed"
+    )
+    registered_offset_std_m: float = setting(
+        0.002,
+        unit="m",
+        why="of a kept model's markers: what the recording tells of places that a laboratory registered is "
+        "mostly skin",
+    )
+    refuted_m: float = setting(
+        0.04, unit="m", why="a kept model's marker that is so far off on every frame was put on elsewhere"
+    )
+    least_walking_tilt_deg: float = setting(
+        -25.0,
+        unit="°",
+        why="mean pelvis tilt of a walk, negative forwards: 10° ± 5° forwards by the spines (Kadaba 1990), "
+        "which is about level in models whose pelvis stands level; experts' fits have −2° to 5°",
+    )
+    most_walking_tilt_deg: float = setting(12.0, unit="°", why="likewise backwards")
+    least_walking_lumbar_deg: float = setting(
+        -28.0,
+        unit="°",
+        why="mean lumbar extension of a walk, negative bent forwards: experts' fits have −19° to −3°",
+    )
+    most_walking_lumbar_deg: float = setting(15.0, unit="°", why="likewise bent backwards")
     scale_std: float = setting(0.1, unit="log", why="body size against the model when the height is unknown")
     height_scale_std: float = setting(0.03, unit="log", why="body size when the height is given")
     segment_scale_std: float = setting(

@@ -1,0 +1,171 @@
+"""Whose model it is: a generic one, to be scaled, or one that was scaled and registered for this person.
+
+A registered model has its markers where the person wore them. So with the model as it is, what is left of the
+markers' distances in their bodies' frames moves with the skin, about a place near zero; a generic model's
+markers, or those of another person's model, stay centimetres off all along.
+"""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from threadpoolctl import threadpool_limits
+
+from solver.kinematics.calibration import CalibrationFrames
+from solver.kinematics.frame_solver import PoseProblem, solve_frames
+from solver.kinematics.initial_pose import initial_poses
+from solver.kinematics.root_joint import root_joint
+from solver.kinematics.scale_prior import offset_std
+from solver.kinematics.settings import KinematicsSettings
+from solver.skeleton.skeleton import Skeleton
+
+FEWEST_OWN = 8  # markers of the model's own; fewer do not tell whether it fits
+SAME_MASS = 0.005  # relative: a model of a person weighs what was entered for them
+SCALED_WORDS = ("scaled",)
+GENERIC_WORDS = ("generic", "unscaled")
+
+
+@dataclass(frozen=True)
+class Ownership:
+    """Whether a model is this person's, and what follows for its markers."""
+
+    is_scaled: bool
+    refuted: tuple[str, ...] = ()  # markers of a kept model that sit elsewhere on every frame
+    notes: tuple[str, ...] = ()
+
+    def offset_std(
+        self, body: Skeleton, own: Collection[str], settings: KinematicsSettings
+    ) -> Float[np.ndarray, " markers"] | None:
+        """How far each marker may lie from the model's place for it [m]; None where it is to be scaled.
+
+        Args:
+            body: with the markers that the recordings share.
+            own: names of the model's own markers; others were added at a landmark's usual place.
+            settings: of the kinematics.
+        """
+        if not self.is_scaled:
+            return None
+        usual = offset_std(body.markers, settings)
+        kept = np.array([m.name in own and m.name not in self.refuted for m in body.markers])
+        return np.where(kept, np.minimum(usual, settings.registered_offset_std_m), usual)
+
+
+@dataclass(frozen=True)
+class AsItIs:
+    """How the markers lie about the model as it came, in the mean over frames and about that mean [m]."""
+
+    standing_m: Float[np.ndarray, " markers"]  # NaN where never seen
+    own: Bool[np.ndarray, " markers"]
+
+    @property
+    def typical_m(self) -> float:
+        """Median over the model's own markers; NaN where they are too few."""
+        told = self.standing_m[self.own & np.isfinite(self.standing_m)]
+        return float(np.median(told)) if len(told) >= FEWEST_OWN else float("nan")
+
+
+def as_it_is(
+    body: Skeleton, own: Collection[str], frames: CalibrationFrames, settings: KinematicsSettings
+) -> AsItIs:
+    """Lay the model as it is over the frames and look at its markers.
+
+    Args:
+        body: unscaled; its markers are those of the frames, in the same order.
+        own: names of the model's own markers.
+        frames: measured markers.
+        settings: of the kinematics.
+    """
+    every = np.arange(len(frames.observed_ground))
+    with threadpool_limits(1):
+        problem = PoseProblem(body, frames.observed_ground, settings, settings.calibration_robust_scale_m)
+        q, _ = initial_poses(problem, root_joint(body), every)
+        q, _ = solve_frames(problem, q, every)
+    poses = problem.kinematics.poses(q)
+    R_ground_body = poses.R_ground_body[:, problem.kinematics.marker_bodies]
+    off_ground = frames.observed_ground - problem.kinematics.markers(poses)
+    off_body = np.einsum("tmji,tmj->tmi", R_ground_body, off_ground)
+    standing = np.full(len(body.markers), np.nan)
+    seen = np.isfinite(off_body).all(axis=2)
+    for m in np.flatnonzero(seen.any(axis=0)):
+        standing[m] = np.linalg.norm(np.median(off_body[seen[:, m], m], axis=0))
+    return AsItIs(standing, np.array([marker.name in own for marker in body.markers]))
+
+
+def whose_model(
+    model: Skeleton,
+    body: Skeleton,
+    frames: CalibrationFrames,
+    settings: KinematicsSettings,
+    *,
+    file_name: str,
+    mass_kg: float | None = None,
+    said: str | None = None,
+) -> Ownership:
+    """Decide whether a model is generic or this person's own, and say why.
+
+    A person's word wins. Else the markers' fit as they are weighs most; the mass and the names decide between
+    fits that could be either.
+
+    Args:
+        model: as its file holds it.
+        body: with markers for the recordings' labels, in the order of the frames.
+        frames: measured markers.
+        settings: thresholds.
+        file_name: of the model.
+        mass_kg: entered for the person.
+        said: "scaled" or "generic", in subject.toml, where it says anything.
+    """
+    if said == "generic" or not settings.keep_scaled_models:
+        return Ownership(False)
+    own = frozenset(model.marker_names)
+    found = as_it_is(body, own, frames, settings)
+    typical = found.typical_m
+    names = f"{model.name} {file_name}".lower()
+    says_generic = any(word in names for word in GENERIC_WORDS)
+    says_scaled = not says_generic and any(word in names for word in SCALED_WORDS)
+    same_mass = mass_kg is not None and abs(model.mass / mass_kg - 1) < SAME_MASS
+    measured = f"its markers lie {100 * typical:.1f} cm from its places for them in the median"
+    if said is None:
+        if not np.isfinite(typical):
+            return Ownership(False)
+        odds = settings.registered_odds * float(np.log(settings.registered_m / max(typical, 1e-4)))
+        odds += (same_mass - (mass_kg is not None and not same_mass)) * settings.same_mass_odds
+        odds += (says_scaled - says_generic) * settings.model_name_odds
+        if odds < 0:
+            return Ownership(False, notes=_of_another(file_name, measured, says_scaled, same_mass))
+    refuted = tuple(
+        body.markers[m].name for m in np.flatnonzero(found.own & (found.standing_m > settings.refuted_m))
+    )
+    why = [measured] if np.isfinite(typical) else []
+    why += ["it weighs what was entered"] if same_mass else []
+    why += ["its name says so"] if says_scaled else []
+    why = ["subject.toml says so"] if said else why
+    notes = [
+        f"{file_name} is taken for this person's own scaled model ({', '.join(why)}): its scales and marker "
+        'places are kept; model_is = "generic" in subject.toml scales it again'
+    ]
+    if refuted:
+        listed = ", ".join(
+            f"{name} ({100 * found.standing_m[body.marker_names.index(name)]:.0f} cm)" for name in refuted
+        )
+        notes.append(
+            f"of that model, these markers sit elsewhere on every frame and are placed anew: {listed}"
+        )
+    if said and typical > settings.registered_m:
+        notes.append(
+            f"subject.toml says that {file_name} is this person's scaled model, but {measured}: "
+            "is it of another person, or were the markers put on again since?"
+        )
+    return Ownership(True, refuted, tuple(notes))
+
+
+def _of_another(file_name: str, measured: str, says_scaled: bool, same_mass: bool) -> tuple[str, ...]:
+    """Said of a model that seems to be somebody's, but does not fit this person."""
+    if not says_scaled and not same_mass:
+        return ()
+    why = " and ".join(["its name says so"] * says_scaled + ["it weighs what was entered"] * same_mass)
+    return (
+        f"{file_name} seems to be a scaled model ({why}), but {measured}: of another person, or without "
+        'registered markers? It is scaled and registered anew; model_is = "scaled" in subject.toml keeps it',
+    )
