@@ -47,6 +47,7 @@ class Database:
         """
         url = _url(where)
         self.name = url.render_as_string(hide_password=True) if is_url(where) else str(where)
+        self.file = _file(url)
         self._patience_s = patience_s
         with self._in_plain_words():
             self._engine = _engine(url, patience_s)
@@ -144,6 +145,12 @@ def _url(where: Path | str) -> URL:
         name = f"file:{quote(str(path.absolute()))}"
         return URL.create("sqlite", database=name, query={"mode": "ro", "immutable": "1", "uri": "true"})
     return URL.create("sqlite", database=str(path))
+
+
+def _file(url: URL) -> Path | None:
+    """The SQLite file that is written to; None for a server, memory, or a file that can only be read."""
+    name = url.database if url.get_backend_name() == "sqlite" else None
+    return None if not name or name.startswith((":memory:", "file:")) else Path(name)
 
 
 def _cannot_change(path: Path) -> bool:

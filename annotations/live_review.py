@@ -2,18 +2,27 @@
 
 import threading
 from bisect import bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from datetime import UTC, datetime
+from typing import TypeVar
 
-from annotations.events import Edit
+from annotations.errors import LostLogError, ReviewError
+from annotations.events import Edit, Event
 from annotations.folding import folded
+from annotations.kept_file import KeptFile
 from annotations.log import ReviewLog, opinion
+from annotations.rescue import rescued
 from annotations.trial_review import TrialReview
+
+_Written = TypeVar("_Written")
 
 
 class LiveReview:
     """All edits of a subject, and the states folded from them, each trial's once for every new edit.
 
-    Several threads may share one; each reader remembers for itself which revision it has seen.
+    Several threads may share one; each reader remembers for itself which revision it has seen. Where the
+    log's file is replaced, deleted or written over meanwhile, all that is in memory is put into a new file
+    beside it, and nothing is recorded any more.
     """
 
     def __init__(self, log: ReviewLog, feet: Sequence[str]) -> None:
@@ -28,7 +37,9 @@ class LiveReview:
         self._lock = threading.Lock()
         self._edits: list[Edit] = []
         self._states: dict[tuple[str, str | None], tuple[int, TrialReview]] = {}
-        self.refresh()
+        self._lost = ""
+        self._edits.extend(log.since(0))
+        self._file = None if log.file is None else KeptFile(log.file)
 
     @property
     def revision(self) -> int:
@@ -43,11 +54,41 @@ class LiveReview:
             The revision now in memory.
 
         Raises:
+            LostLogError: its file is not the one that was opened any more.
             ReviewError: the log cannot be read.
         """
         with self._lock:
-            self._edits.extend(self.log.since(self._revision()))
+            self._read(())
             return self._revision()
+
+    def record(self, trial: str, author: str, event: Event | None, write: Callable[[], _Written]) -> _Written:
+        """Record an edit, and be sure that it is in the file that lies on the disk now.
+
+        Args:
+            trial: its name.
+            author: who makes the edit.
+            event: what it says; None where `write` is going to say that there is nothing to do.
+            write: records it in the log.
+
+        Returns:
+            What `write` returns.
+
+        Raises:
+            LostLogError: the file is not the one that was opened any more. The first time, the edit is in the
+                file that the message names.
+            ReviewError: `write` says so.
+        """
+        with self._lock:
+            number, now = self._revision() + 1, datetime.now(UTC)
+            asked = () if event is None else (Edit(number, trial, author, now, event),)
+            self._stop_if_lost(asked)
+            try:
+                written = write()
+            except ReviewError:
+                self._stop_if_lost(asked)
+                raise
+            self._read(asked)
+            return written
 
     def since(self, revision: int, trial: str | None = None) -> tuple[Edit, ...]:
         """The edits after a revision, from memory.
@@ -87,6 +128,25 @@ class LiveReview:
     def reviews(self) -> Mapping[str, TrialReview]:
         """The present state of every trial that has edits."""
         return {trial: self.review(trial) for trial in sorted({edit.trial for edit in self.since(0)})}
+
+    def _read(self, asked: Sequence[Edit]) -> None:
+        """Fetch new edits; what was read from a file of others is not taken."""
+        self._stop_if_lost(asked)
+        try:
+            new = self.log.since(self._revision())
+        except ReviewError:
+            self._stop_if_lost(asked)
+            raise
+        self._stop_if_lost(asked)
+        self._edits.extend(new)
+
+    def _stop_if_lost(self, asked: Sequence[Edit]) -> None:
+        if self._file is not None and self.log.file is not None and not self._lost:
+            loss = self._file.loss()
+            if loss:
+                self._lost = rescued(self.log.file, loss, self._edits, asked)
+        if self._lost:
+            raise LostLogError(self._lost)
 
     def _revision(self) -> int:
         return self._edits[-1].number if self._edits else 0

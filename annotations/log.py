@@ -49,6 +49,11 @@ class ReviewLog:
         log._owns_database = True
         return log
 
+    @property
+    def file(self) -> Path | None:
+        """The SQLite file that it is written to; None for a server, or a file that can only be read."""
+        return self._database.file
+
     def __enter__(self) -> Self:
         return self
 

@@ -12,7 +12,7 @@ from typing import Any
 import viser
 
 from addb_viewer.app.people import NameNeededError
-from annotations.errors import ReviewError
+from annotations.errors import LostLogError, ReviewError
 from solver.errors import SolverError
 
 LOG = logging.getLogger("addb_viewer")
@@ -50,10 +50,10 @@ class Notices:
     def error(self, doing: str, error: BaseException) -> None:
         """Tell that something failed, and keep going."""
         log_error(doing, error)
-        self.failed(doing, str(error) or type(error).__name__)
+        self.failed(doing, str(error) or type(error).__name__, lasting=isinstance(error, LostLogError))
 
-    def failed(self, doing: str, why: str) -> None:
-        """Tell of a failure that has been logged already."""
+    def failed(self, doing: str, why: str, *, lasting: bool = False) -> None:
+        """Tell of a failure that has been logged already; a lasting one stays until somebody closes it."""
         if self._closed:
             return
         if (doing, why) in self._failures:  # the same again: not twice on the screen
@@ -61,7 +61,7 @@ class Notices:
         while len(self._failures) >= MOST_FAILURES:
             self._failures.pop(next(iter(self._failures))).remove()
         self._failures[doing, why] = self.client.add_notification(
-            f"{doing} failed", why, color="red", auto_close_seconds=FAILURE_S
+            f"{doing} failed", why, color="red", auto_close_seconds=None if lasting else FAILURE_S
         )
 
     def dismiss(self) -> None:

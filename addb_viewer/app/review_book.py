@@ -2,12 +2,15 @@
 
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 
 from addb_viewer.review_store import has_log, open_log, record, with_own_file
-from annotations.events import Edit, Event
+from annotations.errors import ReviewError
+from annotations.events import Edit, Event, Redo, Undo
 from annotations.folding import folded
 from annotations.live_review import LiveReview
 from annotations.trial_review import TrialReview
+from annotations.undoing import next_redo, next_undo
 from solver.capture.capture import Capture, Subject, TrialFiles
 
 LOOK_EVERY = 0.4  # [s] between two looks at what other programs recorded
@@ -83,7 +86,9 @@ class ReviewBook:
         files, capture = self._files(trial), self._capture(trial)
         with self._lock:
             live = self._opened()
-            number = record(live.log, files, capture, event, author)
+            number = live.record(
+                trial, author, event, lambda: record(live.log, files, capture, event, author)
+            )
         self._tell()
         return next(edit for edit in live.history(trial) if edit.number == number)
 
@@ -93,7 +98,11 @@ class ReviewBook:
         Raises:
             ReviewError: there is none.
         """
-        undone = self._opened().log.undo(trial, author)
+        live = self._opened()
+        event = None
+        with suppress(ReviewError):  # the log itself says that there is nothing
+            event = Undo(next_undo(live.history(trial), author).number)
+        undone = live.record(trial, author, event, lambda: live.log.undo(trial, author))
         self._tell()
         return undone
 
@@ -103,7 +112,11 @@ class ReviewBook:
         Raises:
             ReviewError: there is none.
         """
-        redone = self._opened().log.redo(trial, author)
+        live = self._opened()
+        event = None
+        with suppress(ReviewError):
+            event = Redo(next_redo(live.history(trial), author).number)
+        redone = live.record(trial, author, event, lambda: live.log.redo(trial, author))
         self._tell()
         return redone
 
