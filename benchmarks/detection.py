@@ -128,7 +128,14 @@ class Case:
         """What detection says of other forces."""
         contacts = contacts or self._assigned(self._conditioned(plates))
         skeleton = self._with_mass_from(contacts)
-        return detect(skeleton, self.trial.motion, contacts, plates, tracked=self._tracked)
+        return detect(
+            skeleton,
+            self.trial.motion,
+            contacts,
+            plates,
+            tracked=self._tracked,
+            settings=Settings().detection,
+        )
 
     def removed(self, plates: Sequence[ForcePlate]) -> Bool[np.ndarray, "frames feet"]:
         """Per foot: frames on which more than 20 N was taken away."""

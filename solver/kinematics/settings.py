@@ -102,7 +102,9 @@ class KinematicsSettings:
         why="mean pelvis tilt of a walk, negative forwards: 10° ± 5° forwards by the spines (Kadaba 1990), "
         "which is about level in models whose pelvis stands level; experts' fits have −2° to 5°",
     )
-    most_walking_tilt_deg: float = setting(12.0, unit="°", why="likewise backwards")
+    most_walking_tilt_deg: float = setting(
+        12.0, unit="°", why="likewise backwards: by as much again as experts' fits vary"
+    )
     least_walking_lumbar_deg: float = setting(
         -28.0,
         unit="°",

@@ -95,11 +95,16 @@ def serving(folder):
 def test_a_solve_killed_with_its_app_leaves_the_fit_and_a_sound_history(subject):
     rng, results = np.random.default_rng(0), subject / "results"
     before = (results / "fit.json").read_bytes()
-    for _ in range(3):
+    for k in range(3):
         process, port = serving(subject)
         browser = PaperBrowser(port)
         try:
-            browser.until(lambda browser=browser: "worst first" in browser.html(), "the page")
+            browser.until(lambda browser=browser: "data-addb-timeline" in browser.html(), "a trial")
+            note = f"so that there is something to solve, {k}"
+            browser.put("Note", note)
+            browser.put("Go to", f"{150 + 10 * k}:{155 + 10 * k}")
+            browser.press("Flag: other")
+            browser.until(lambda browser=browser, note=note: f"({note})" in browser.html(), note)
             browser.press("Solve again")
             browser.until(lambda browser=browser: "s so far" in browser.html(), "the solve")
             time.sleep(rng.uniform(*RUNNING))

@@ -20,7 +20,6 @@ from solver.diagnosis.extension import causes_of, extension_of
 from solver.diagnosis.refinement import refined
 from solver.diagnosis.report import extended_gain_json
 from solver.diagnosis.scenes import scenes_of
-from solver.diagnosis_settings import DiagnosisSettings
 from solver.dynamics.extension import BodyWrench, Extension, TrialExtension
 from solver.dynamics.trajectory_fit import TrialData
 from solver.effects.carried_mass import CarriedMass
@@ -65,7 +64,7 @@ def case_of(folder, delay_s) -> Case:
     write_subject(folder, who, [measured])
     alone = replace(SETTINGS, trajectory=replace(SETTINGS.trajectory, enabled=False))
     fit = solve(open_subject(folder), alone)
-    return Case(fit, balance_of(fit, scenes_of(fit, SETTINGS, DiagnosisSettings(), {}), DiagnosisSettings()))
+    return Case(fit, balance_of(fit, scenes_of(fit, SETTINGS, {}), SETTINGS.diagnosis))
 
 
 @pytest.fixture(scope="module")
