@@ -3,12 +3,12 @@
 What the trajectory fit gains by the second decision is in `extension-2.json`, beside `extension-2.npz`.
 """
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from solver.capture.capture import Subject, TrialFiles
+from solver.capture.small_files import json_content
 from solver.dynamics.extension import Extension
 from solver.errors import ResultsError
 from solver.provenance import other_recordings, provenance_of
@@ -70,7 +70,7 @@ def kept_gain(decision: Decision, results: Path) -> dict[str, Any] | None:
     if path is None or not path.is_file():
         return None
     try:
-        figures: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        figures: dict[str, Any] = json_content(path)
     except (ValueError, OSError) as error:
         raise ResultsError(
             f"{path}: not what an extension gains ({error}). Make it anew: addb-viewer accept"

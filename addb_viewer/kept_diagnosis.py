@@ -1,10 +1,10 @@
 """The last diagnosis of a subject, kept beside its fit: what it says, and what it was made of."""
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from solver.capture.small_files import json_content
 from solver.errors import ResultsError
 from solver.results.store import write_json
 
@@ -38,7 +38,7 @@ def kept(results: Path) -> tuple[dict[str, Any], dict[str, Any]] | None:
     if not path.is_file():
         return None
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json_content(path)
         made_of = content.pop(MADE_OF)
     except (ValueError, KeyError, AttributeError, TypeError, OSError) as error:
         raise ResultsError(

@@ -112,8 +112,8 @@ def lost_in_review_json(review: TrialReview) -> tuple[str, ...]:
 
 
 def _folder_name(trial: str) -> str:
-    """A trial's name with what file systems dislike, or what leads elsewhere, written as %xx."""
-    return re.sub(r"[^\w .+-]|^\.", lambda match: f"%{ord(match[0]):02x}", trial)
+    """A trial's name with what file systems dislike, or what leads elsewhere, as %xx a byte."""
+    return re.sub(r"[^\w .+-]|^\.", lambda match: "".join(f"%{b:02x}" for b in match[0].encode()), trial)
 
 
 def _write_new(path: Path, text: str) -> None:

@@ -2,7 +2,6 @@
 
 import json
 import math
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import Field, asdict, dataclass, field, fields, is_dataclass, replace
 from difflib import get_close_matches
@@ -20,6 +19,7 @@ from solver.capture.marker_cleaning import MarkerCleaningSettings
 from solver.capture.plate_sign_settings import PlateSignSettings
 from solver.capture.platform_wrench import PlatformUnitSettings
 from solver.capture.reading_settings import PairingSettings, ReadingSettings
+from solver.capture.small_files import BrokenFileError, toml_tables
 from solver.capture.trajectory_joining import JoiningSettings
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.settings import ContactSettings
@@ -92,9 +92,11 @@ def read_settings(path: Path) -> Settings:
         SettingsError: the file is no TOML, or a key or value in it is not one of ours.
     """
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        tables = toml_tables(path)
+    except BrokenFileError as error:
         raise SettingsError(f"{path}: not a TOML file: {error}") from error
+    except OSError as error:
+        raise SettingsError(f"{path}: cannot be read ({error.strerror}).") from error
     defaults = Settings()
     stages = {f.name: f for f in fields(defaults)}
     changed = {}

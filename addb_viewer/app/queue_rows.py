@@ -1,6 +1,5 @@
 """The queue: every trial of the root with how bad it is and how far its review, worst first."""
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -15,6 +14,7 @@ from annotations.events import IMPORTED, Status
 from annotations.folding import folded
 from annotations.trial_review import TrialReview
 from solver.capture.capture import Subject
+from solver.capture.small_files import json_content
 from solver.contact.proposals import Proposal as Detected
 from solver.contact.wrenches import DETECTION, NOBODY
 from solver.dynamics.thresholds import Thresholds
@@ -168,7 +168,7 @@ def _proposals(folder: Path) -> Mapping[str, Sequence[Detected]]:
 def _figures(path: Path) -> dict[str, Mapping[str, Any]]:
     """The figures of each trial in a fit; none where there is no fit."""
     try:
-        trials = json.loads(path.read_text(encoding="utf-8"))["trials"]
+        trials = json_content(path)["trials"]
         return {trial["name"]: trial for trial in trials}
     except FileNotFoundError:
         return {}

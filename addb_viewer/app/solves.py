@@ -9,7 +9,6 @@ results folder meanwhile, and nothing that another one may be writing is removed
 """
 
 import contextlib
-import json
 import os
 import shutil
 import time
@@ -19,6 +18,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from solver.capture.small_files import json_content
 from solver.errors import ResultsError
 from solver.fit import Fit
 from solver.results.named import named_in
@@ -51,8 +51,8 @@ def solves(results: Path) -> tuple[Solve, ...]:
     for number in _numbers(results):
         folder = results / FOLDER / str(number)
         try:
-            made = json.loads((folder / MADE).read_text(encoding="utf-8"))
-            figures = json.loads((folder / "fit.json").read_text(encoding="utf-8"))
+            made = json_content(folder / MADE)
+            figures = json_content(folder / "fit.json")
             when = datetime.fromisoformat(made["when"])
             solve = Solve(
                 number,
@@ -186,7 +186,7 @@ def _marked(solve: Solve, state: str, by: str | None = None) -> Solve:
 
 
 def _put_aside(results: Path) -> Path:
-    head = json.loads((results / "fit.json").read_text(encoding="utf-8"))
+    head = json_content(results / "fit.json")
     kept = [solve for solve in solves(results) if solve.state == KEPT]
     for solve in kept:
         _marked(solve, REPLACED)

@@ -11,6 +11,7 @@ from addb_viewer.commands.options import Debug, IgnoreReview, Out, SettingsFile,
 from addb_viewer.commands.solving import current_fit, job_for
 from solver.export.b3d.from_fit import export_b3d
 from solver.export.opensim import export_opensim
+from solver.export.places import renamed
 from solver.export.tables import export_csv, export_parquet
 from solver.fit import Fit
 
@@ -46,8 +47,11 @@ def export(
     """Write the fit for other tools into the results folder; solve first where there is no current fit."""
     with errors_as_lines(debug):
         job = job_for(subject, out=out, trials=trial, settings_file=settings, ignore_review=ignore_review)
-        for path in _exported(current_fit(job), to, job.results):
+        fit = current_fit(job)
+        for path in _exported(fit, to, job.results):
             typer.echo(path)
+        for note in renamed(fit) if to is not Format.b3d else ():
+            typer.echo(f"note: {note}")
 
 
 def _exported(fit: Fit, to: Format, results: Path) -> list[Path]:

@@ -2,14 +2,14 @@
 
 import json
 import math
-import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 from solver.capture.capture import TrialFiles
+from solver.capture.small_files import BrokenFileError, json_content, toml_tables
 from solver.errors import CaptureError
 
 SEXES = {
@@ -144,10 +144,7 @@ def read_toml(path: Path) -> Entries:
     Raises:
         CaptureError: it cannot be read or parsed.
     """
-    try:
-        return Entries(path, tomllib.loads(_text(path)))
-    except tomllib.TOMLDecodeError as error:
-        raise CaptureError(f"{path}: {str(error)[0].lower()}{str(error)[1:]}. Correct that line.") from error
+    return Entries(path, _read(path, toml_tables))
 
 
 def read_json(path: Path) -> Entries:
@@ -156,25 +153,16 @@ def read_json(path: Path) -> Entries:
     Raises:
         CaptureError: it cannot be read or parsed, or is no object.
     """
-    try:
-        values = json.loads(_text(path))
-    except json.JSONDecodeError as error:
-        raise CaptureError(
-            f"{path}: line {error.lineno}, column {error.colno}: {error.msg.lower()}. Correct that line."
-        ) from error
-    except RecursionError as error:
-        raise CaptureError(f"{path}: nested too deeply for a description. Write it anew.") from error
+    values = _read(path, json_content)
     if not isinstance(values, dict):
         raise CaptureError(f"{path}: an object in braces is needed, found {type(values).__name__}.")
     return Entries(path, values)
 
 
-def _text(path: Path) -> str:
+def _read(path: Path, content: Callable[[Path], Any]) -> Any:
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return content(path)
     except OSError as error:
         raise CaptureError(f"{path}: cannot be read ({error.strerror}).") from error
-    except UnicodeDecodeError as error:
-        raise CaptureError(
-            f"{path}: byte {error.start} is not UTF-8. Save the file as UTF-8 text."
-        ) from error
+    except BrokenFileError as error:
+        raise CaptureError(f"{path}: {error}") from error

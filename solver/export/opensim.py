@@ -20,7 +20,7 @@ from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.export.opensim_setup import write_external_loads, write_inverse_dynamics_setup
-from solver.export.places import file_stem, made
+from solver.export.places import made, trial_stems
 from solver.fit import Fit, TrialFit
 from solver.kinematics.motion import Motion
 from solver.runs import runs
@@ -49,14 +49,13 @@ def export_opensim(fit: Fit, folder: Path) -> list[Path]:
     """
     model = made(folder) / "model.osim"
     write_skeleton(fit.skeleton, model)
-    written = [model]
+    written, stems = [model], trial_stems(fit)
     for trial in fit.trials:
-        written += _export_trial(trial, fit.skeleton, folder)
+        written += _export_trial(trial, fit.skeleton, folder, stems[trial.capture.name])
     return written
 
 
-def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path) -> list[Path]:
-    stem = file_stem(trial.capture.name)
+def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path, stem: str) -> list[Path]:
     ik = folder / f"{stem}_ik.mot"
     if trial.dynamics is None or trial.contacts is None or trial.mask is None:
         _write_motion(trial.motion, skeleton, ik)

@@ -13,7 +13,7 @@ from jaxtyping import Float
 from solver.capture.atomic import whole_file
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
-from solver.export.places import file_stem, made
+from solver.export.places import made, trial_stems
 from solver.fit import Fit, TrialFit
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
@@ -59,9 +59,9 @@ def trial_columns(trial: TrialFit, skeleton: Skeleton) -> Columns:
 
 
 def _export(fit: Fit, folder: Path, suffix: str, write: Callable[[pa.Table, BinaryIO], object]) -> list[Path]:
-    written = []
+    written, stems = [], trial_stems(fit)
     for trial in fit.trials:
-        path = made(folder) / f"{file_stem(trial.capture.name)}{suffix}"
+        path = made(folder) / f"{stems[trial.capture.name]}{suffix}"
         columns = trial_columns(trial, fit.skeleton)
         table = pa.table({name: pa.array(values, from_pandas=True) for name, values in columns.items()})
         with whole_file(path) as file:

@@ -1,12 +1,12 @@
 """markers.toml: what each label of a subject means, written for a person to correct, and read again."""
 
 import json
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 
 from solver.capture.atomic import write_whole
 from solver.capture.capture import Subject
+from solver.capture.small_files import BrokenFileError, toml_tables
 from solver.errors import CaptureError
 from solver.markers.atlas import atlas
 from solver.markers.understanding import Understanding, UnderstoodLabel
@@ -26,15 +26,11 @@ def read_map(path: Path) -> dict[str, str]:
         CaptureError: the file is missing, no TOML, or holds something else.
     """
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        tables = toml_tables(path)
     except OSError as error:
         raise CaptureError(f"{path}: cannot be read ({error.strerror}).") from error
-    except UnicodeDecodeError as error:
-        raise CaptureError(
-            f"{path}: byte {error.start} is not UTF-8. Save the file as UTF-8 text."
-        ) from error
-    except tomllib.TOMLDecodeError as error:
-        raise CaptureError(f"{path}: {str(error)[0].lower()}{str(error)[1:]}. Correct that line.") from error
+    except BrokenFileError as error:
+        raise CaptureError(f"{path}: {error}") from error
     strange = [key for key in tables if key != TABLE]
     rows = tables.get(TABLE)
     if strange or not isinstance(rows, dict):

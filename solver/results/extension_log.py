@@ -11,7 +11,6 @@ import errno
 import io
 import json
 import os
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -22,6 +21,8 @@ import numpy as np
 
 from solver.capture.atomic import whole_file
 from solver.capture.disk_errors import writing_failed
+from solver.capture.npz import stored_arrays
+from solver.capture.small_files import json_of
 from solver.dynamics.extension import Cause, Extension
 from solver.errors import ResultsError
 from solver.results.codec import Decoder, Encoder
@@ -109,7 +110,7 @@ def decisions(results: Path) -> tuple[Decision, ...]:
     found = []
     for number, line in enumerate(lines, start=1):
         try:
-            found.append(_decision(json.loads(line)))
+            found.append(_decision(json_of(line)))
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise ResultsError(
                 f"{path}, line {number}: not a decision ({error}). Restore the file, or move it away and "
@@ -129,10 +130,9 @@ def accepted(results: Path) -> tuple[Decision, Extension] | None:
         return None
     path = results / made[-1].wrenches
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files}
-        return made[-1], Decoder(results, arrays).decode(json.loads(str(arrays.pop(_TREE))))
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, ResultsError) as error:
+        arrays = stored_arrays(path)
+        return made[-1], Decoder(results, arrays).decode(json_of(str(arrays.pop(_TREE))))
+    except (OSError, ValueError, KeyError, RecursionError, ResultsError) as error:
         raise ResultsError(
             f"{path}: cannot be read ({error}). Decide anew: addb-viewer diagnose, then accept or reject"
         ) from error

@@ -1,14 +1,12 @@
 """What detection proposed for the trials of a kept fit, without reading the fit's arrays."""
 
-import json
-import zipfile
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from solver.capture.npz import stored_arrays
+from solver.capture.small_files import json_of
 from solver.contact.proposals import Proposal
 from solver.errors import ResultsError
 from solver.results.codec import Decoder
@@ -31,7 +29,7 @@ def kept_proposals(folder: Path) -> Mapping[str, tuple[Proposal, ...]]:
         return {}
     try:
         return read_whole(folder, lambda head: _of_trials(_files(folder, head)))
-    except (OSError, ValueError, KeyError, EOFError, TypeError, zipfile.BadZipFile) as error:
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise ResultsError(
             f"{folder}: cannot be read ({error}). Fit the subject again: addb-viewer fit"
         ) from error
@@ -48,6 +46,5 @@ def _of_trials(files: Sequence[Path]) -> dict[str, tuple[Proposal, ...]]:
 @lru_cache(_REMEMBERED)
 def _read(path: Path, written_at: int) -> tuple[str, tuple[Proposal, ...]]:
     """Name and proposals of one trial; read again when the file was written again."""
-    with np.load(path, allow_pickle=False) as stored:
-        fields = json.loads(str(stored["tree"]))["fields"]
+    fields = json_of(str(stored_arrays(path, "tree")["tree"]))["fields"]
     return fields["capture"]["fields"]["name"], Decoder(path.parent).decode(fields["proposals"])

@@ -16,7 +16,6 @@ import json
 import os
 import re
 import shutil
-import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -26,6 +25,9 @@ import numpy as np
 from solver.capture.atomic import draft_folder, move_draft_folder, on_disk, write_whole
 from solver.capture.disk_errors import writing_failed
 from solver.capture.file_lock import abandoned
+from solver.capture.file_names import distinct
+from solver.capture.npz import stored_arrays
+from solver.capture.small_files import json_content, json_of
 from solver.errors import ResultsError
 from solver.fit import Fit, TrialFit
 from solver.results.codec import Arrays, Decoder, Encoder, Tree
@@ -201,7 +203,8 @@ def _write_solve(fit: Fit, solve: Path) -> list[Path]:
     encoder = Encoder(fit.subject.folder, inline=True)
     skeleton, subject, trials = solve / "skeleton.json", solve / "subject.json", solve / "trials"
     trials.mkdir()
-    files = [trials / f"{_file_name(trial.capture.name)}.npz" for trial in fit.trials]
+    stems = distinct([trial.capture.name for trial in fit.trials], _file_name)
+    files = [trials / f"{stems[trial.capture.name]}.npz" for trial in fit.trials]
     for trial, path in zip(fit.trials, files, strict=True):
         _write_trial(trial, path, fit.subject.folder)
     write_json(skeleton, encoder.encode(fit.skeleton))
@@ -221,10 +224,9 @@ def _write_trial(trial: TrialFit, path: Path, base: Path) -> None:
 
 def _read_trial(path: Path, base: Path) -> TrialFit:
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files}
-        tree = json.loads(str(arrays.pop(_TREE)))
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        arrays = stored_arrays(path)
+        tree = json_of(str(arrays.pop(_TREE)))
+    except (OSError, ValueError, KeyError) as error:
         raise _incomplete(path, error) from error
     return _decoded(path, Decoder(base, arrays), tree)
 
@@ -233,8 +235,8 @@ def _read_json(path: Path) -> dict[str, Any]:
     if not path.is_file():
         raise ResultsError(f"{path}: missing, so there is no whole fit here. Run: addb-viewer fit")
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
+        content = json_content(path)
+    except (ValueError, OSError) as error:
         raise _incomplete(path, error) from error
     if not isinstance(content, dict):
         raise _incomplete(path, TypeError("not an object"))
@@ -244,7 +246,7 @@ def _read_json(path: Path) -> dict[str, Any]:
 def _decoded(path: Path, decoder: Decoder, tree: Tree) -> Any:
     try:
         return decoder.decode(tree)
-    except ResultsError as error:
+    except (ResultsError, RecursionError, ValueError) as error:
         raise ResultsError(f"{path}: {error}. Fit the subject again: addb-viewer fit") from error
 
 
@@ -253,8 +255,8 @@ def _incomplete(path: Path, error: Exception) -> ResultsError:
 
 
 def _file_name(trial: str) -> str:
-    """A trial's name with what file systems dislike written as %xx."""
-    return re.sub(r"[^\w .+-]|^\.", lambda match: f"%{ord(match[0]):02x}", trial)
+    """A trial's name with what file systems dislike written as %xx, byte by byte."""
+    return re.sub(r"[^\w .+-]|^\.", lambda match: "".join(f"%{b:02x}" for b in match[0].encode()), trial)
 
 
 def _numbers(folder: Path) -> list[int]:

@@ -9,6 +9,7 @@ from pyarrow import parquet
 
 from solver.contact.wrenches import FrameMask
 from solver.errors import FitError
+from solver.export.places import renamed
 from solver.export.tables import export_csv, export_parquet
 
 
@@ -98,3 +99,22 @@ def test_a_folder_that_cannot_be_made(fit, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(FitError, match="choose another output folder"):
         export_csv(fit, tmp_path / "file" / "csv")
+
+
+def test_trials_whose_names_look_alike_do_not_overwrite_each_other(small_fit, tmp_path):
+    walk = small_fit.trials[0]
+    trials = tuple(
+        replace(walk, capture=replace(walk.capture, name=name)) for name in ("walk(1)", "walk[1]", "run")
+    )
+    fit = replace(small_fit, trials=trials)
+    written = export_csv(fit, tmp_path)
+    assert [path.name for path in written] == ["walk_1_.csv", "walk_1_-2.csv", "run.csv"]
+    assert all(path.is_file() for path in written)
+    assert [note[:40] for note in renamed(fit)] == ["trial 'walk[1]' is written as walk_1_-2,"]
+    alone = export_csv(replace(fit, trials=trials[1:2], subject=_of(fit, trials)), tmp_path)
+    assert [path.name for path in alone] == ["walk_1_-2.csv"]
+
+
+def _of(fit, trials):
+    files = tuple(replace(fit.subject.trials[0], name=trial.capture.name) for trial in trials)
+    return replace(fit.subject, trials=files)

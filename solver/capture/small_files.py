@@ -1,0 +1,97 @@
+"""TOML and JSON files from strangers: bounded in size and depth before they are parsed."""
+
+import json
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+DEEPEST = 64  # brackets within brackets, and parts of a dotted key; ours have four at most
+MOST_TOML_BYTES = 1 << 20  # a `subject.toml` of a thousand trials has a tenth of that
+MOST_JSON_BYTES = 1 << 28  # a review.json of a million frames has 7 MB; a fit's skeleton a few
+
+_TOML_TEXT = re.compile(  # texts and comments, whose brackets and dots mean nothing; an open one to its end
+    r'"""(?:\\.|[^\\])*?(?:"""|\Z)'
+    r"|'''.*?(?:'''|\Z)"
+    r'|"(?:\\.|[^"\\\n])*+"?'
+    r"|'[^'\n]*+'?"
+    r"|#[^\n]*+",
+    re.DOTALL,
+)
+_DOTTED = re.compile(rf"(?<![\w\s-])[\w\s-]*+(?:\.[\w\s-]*+){{{DEEPEST},}}")
+
+
+class BrokenFileError(ValueError):
+    """What is wrong with a file and what to do, without its name."""
+
+
+def toml_tables(path: Path) -> dict[str, Any]:
+    """The tables of a TOML file.
+
+    Raises:
+        OSError: it cannot be read.
+        BrokenFileError: it is too large, too deep, or no TOML.
+    """
+    text = _text(path, MOST_TOML_BYTES)
+    bare = _TOML_TEXT.sub("x", text)
+    if _depth(bare) > DEEPEST or _DOTTED.search(bare):
+        raise BrokenFileError(
+            f"nested more than {DEEPEST} deep, in brackets or dotted keys. Correct the file or move it away."
+        )
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise BrokenFileError(f"{_lower(str(error))}. Correct that line.") from error
+
+
+def json_content(path: Path) -> Any:
+    """What a JSON file holds.
+
+    Raises:
+        OSError: it cannot be read.
+        BrokenFileError: it is too large, too deep, or no JSON.
+    """
+    return json_of(_text(path, MOST_JSON_BYTES))
+
+
+def json_of(text: str) -> Any:
+    """What a JSON text holds.
+
+    Raises:
+        BrokenFileError: it is too deep, or no JSON.
+    """
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError as error:
+        raise BrokenFileError(
+            f"line {error.lineno}, column {error.colno}: {_lower(error.msg)}. Correct that line."
+        ) from error
+    except RecursionError as error:
+        raise BrokenFileError("nested too deeply. Write it anew.") from error
+    except ValueError as error:  # a number of thousands of digits
+        raise BrokenFileError(f"{_lower(str(error))}. Write it anew.") from error
+
+
+def _text(path: Path, most: int) -> str:
+    with Path(path).open("rb") as file:
+        content = file.read(most + 1)
+    if len(content) > most:
+        raise BrokenFileError(
+            f"larger than {most / 1e6:.0f} MB, which no file of this kind is. Is it another file?"
+        )
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise BrokenFileError(f"byte {error.start} is not UTF-8. Save the file as UTF-8 text.") from error
+
+
+def _depth(bare: str) -> int:
+    depth = deepest = 0
+    for mark in re.findall(r"[\[\]{}]", bare):
+        depth += 1 if mark in "[{" else -1
+        deepest = max(deepest, depth)
+    return deepest
+
+
+def _lower(text: str) -> str:
+    return text[:1].lower() + text[1:]
