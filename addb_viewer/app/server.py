@@ -1,6 +1,7 @@
 """The web server: the door is asked about every request, and there is no sharing."""
 
 import contextlib
+import http
 import io
 import socket
 import threading
@@ -14,6 +15,7 @@ from websockets.http11 import Request, Response
 
 from addb_viewer.app import page_policy
 from addb_viewer.app.door import WILDCARDS, Door
+from addb_viewer.app.stray_messages import Handler, StrayMessages
 from solver.errors import SolverError
 
 _PATCHING = threading.Lock()
@@ -74,8 +76,12 @@ def _doorkeeper(door: Door) -> Iterator[None]:
     """Viser gives no way to look at a request before it does; so its call to `serve` gets our look first."""
     serve = websockets.asyncio.server.serve
 
-    def guarded_serve(*args: Any, process_request: Callable[..., Response | None], **options: Any) -> Any:
+    def guarded_serve(
+        handler: Handler, *args: Any, process_request: Callable[..., Response | None], **options: Any
+    ) -> Any:
         def look(connection: ServerConnection, request: Request) -> Response | None:
+            if any(len(request.headers.get_all(name)) > 1 for name in ("Host", "Origin", "Upgrade")):
+                return connection.respond(http.HTTPStatus.BAD_REQUEST, "A header stands there twice.\n")
             websocket = request.headers.get("Upgrade", "").lower() == "websocket"
             port = connection.local_address[1]
             answer = door.answer(request.headers, request.path, port, websocket=websocket)
@@ -91,7 +97,7 @@ def _doorkeeper(door: Door) -> Iterator[None]:
                 response.headers[name] = value
             return response
 
-        return serve(*args, process_request=look, **options)
+        return serve(StrayMessages().kept_out(handler), *args, process_request=look, **options)
 
     websockets.asyncio.server.serve = guarded_serve  # type: ignore[assignment, misc]
     try:
