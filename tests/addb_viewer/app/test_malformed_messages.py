@@ -65,7 +65,7 @@ def test_a_broken_message_is_a_line_in_the_terminal_and_nobody_feels_it(app, ent
         try:
             connection.send(broken)
             connection.send(broken)
-            connection.ping().wait(PATIENCE)
+            connection.ping(ack_on_close=True).wait(PATIENCE)
         except ConnectionClosed:
             pass
     still_works(browser)
