@@ -2,8 +2,6 @@
 
 import gc
 import logging
-import math
-import random
 import socket
 
 import msgspec
@@ -70,19 +68,6 @@ def test_a_broken_message_is_a_line_in_the_terminal_and_nobody_feels_it(app, ent
             pass
     still_works(browser)
     assert_quiet(capfd, caplog)
-
-
-def test_wrong_values_for_what_is_on_the_page_reach_nobody_else(app, enter):
-    browser = enter(app)
-    other = enter(app)
-    values = (None, True, -1, 2**63, 0.5, math.nan, math.inf, "", "x" * 100_000, [], [1], {}, {"a": [None]})
-    chance = random.Random(1)
-    for uuid in list(browser.gui):
-        for value in chance.sample(values, 4):
-            browser._say("GuiUpdateMessage", uuid=uuid, updates={"value": value})
-        for name in ("removed", "update_cb", "nothing", "__class__"):
-            browser._say("GuiUpdateMessage", uuid=uuid, updates={name: 5})
-    still_works(other)
 
 
 @pytest.mark.parametrize(
