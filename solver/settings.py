@@ -127,6 +127,11 @@ def decide_the_same_fit(kept: Mapping[str, object], settings: Settings) -> bool:
     return {**listed, _NO_FIT_OBEYS: None} == {**as_dict(settings), _NO_FIT_OBEYS: None}
 
 
+def are_the_same(kept: Mapping[str, object], others: Mapping[str, object]) -> bool:
+    """Whether two kept settings are, be their lists those of JSON or the tuples of a fit from the disk."""
+    return bool(_listed(dict(kept)) == _listed(dict(others)))
+
+
 def by_name(kept: Mapping[str, Any], prefix: str = "") -> dict[str, object]:
     """Values of `as_dict` by dotted name, as in "diagnosis.markers.time_s"."""
     flat: dict[str, object] = {}

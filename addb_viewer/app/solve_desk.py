@@ -28,7 +28,7 @@ from addb_viewer.app.workbench import Progress, Task
 from addb_viewer.commands.solving import job_for
 from solver.errors import SolverError
 from solver.pipeline import can_resolve
-from solver.settings import Settings, as_dict
+from solver.settings import Settings, as_dict, from_dict
 
 
 class SolveDesk:
@@ -129,7 +129,9 @@ class SolveDesk:
         put(panel.compare, self.comparing)
         panel.history.content = history_html(made, replay.name if replay else "")
         if room.library.fit is not None:
-            panel.settings.content = settings_html(room.library.fit.settings, as_dict(Settings()))
+            panel.settings.content = settings_html(
+                as_dict(from_dict(room.library.fit.settings)), as_dict(Settings())
+            )
         panel.changed.content = self._changed()
 
     def progressed(self, progress: Progress) -> None:
