@@ -123,8 +123,7 @@ def from_dict(kept: Mapping[str, object]) -> Settings:
 
 def decide_the_same_fit(kept: Mapping[str, object], settings: Settings) -> bool:
     """Whether a fit that keeps these settings would come out the same: none obeys the diagnosis' own."""
-    listed: dict[str, object] = _listed(dict(kept))  # a fit read from the disk has tuples
-    return {**listed, _NO_FIT_OBEYS: None} == {**as_dict(settings), _NO_FIT_OBEYS: None}
+    return are_the_same({**kept, _NO_FIT_OBEYS: None}, {**as_dict(settings), _NO_FIT_OBEYS: None})
 
 
 def are_the_same(kept: Mapping[str, object], others: Mapping[str, object]) -> bool:
