@@ -12,9 +12,10 @@ from urllib.parse import quote
 import psycopg
 import pytest
 
+from tests.patience import PATIENCE_S
+
 DEBIANS = "/usr/lib/postgresql"  # which keeps the server's programs off PATH, by version
 USER = "reviews"
-PATIENCE_S = "60"
 MISSING = (
     "no PostgreSQL server found: initdb is neither on PATH nor below /usr/lib/postgresql (Debian: postgresql)"
 )
@@ -40,7 +41,7 @@ class Server:
             "pg_ctl",
             "--wait",
             "--timeout",
-            PATIENCE_S,
+            f"{PATIENCE_S:.0f}",
             "--log",
             self._folder / "log",
             "-o",
@@ -50,7 +51,7 @@ class Server:
 
     def stop(self, mode: str = "fast") -> None:
         """End it; `immediate` is a crash: nothing is brought in order."""
-        self._run("pg_ctl", "--wait", "--timeout", PATIENCE_S, "--mode", mode, "stop")
+        self._run("pg_ctl", "--wait", "--timeout", f"{PATIENCE_S:.0f}", "--mode", mode, "stop")
 
     def new_place(self) -> str:
         """The URL of an empty schema; many databases would take long to make and to remove."""
@@ -68,7 +69,7 @@ class Server:
             stderr=subprocess.DEVNULL,
             cwd=self._folder,
             check=False,
-            timeout=120,
+            timeout=PATIENCE_S,
             **self._as,
         )
         if done.returncode:

@@ -12,6 +12,7 @@ from annotations.database import Database
 from annotations.errors import ReviewError
 from annotations.events import FlagRange
 from annotations.log import ReviewLog
+from tests.patience import PATIENCE_S
 
 FLAG = FlagRange(10, 20, "manualReview")
 BUSY = "another program has been writing to it for 0.2 s; nothing was recorded"
@@ -83,7 +84,7 @@ def test_who_finds_the_database_busy_goes_on_when_it_is_free(place):
             waiting.start()
             waiting.join(0.3)
             assert waiting.is_alive()
-        waiting.join(20)
+        waiting.join(PATIENCE_S)
         assert len(log.history()) == 1
         other.close()
 

@@ -10,6 +10,7 @@ import time
 from annotations.database import is_url
 from annotations.events import FlagRange
 from annotations.log import ReviewLog
+from tests.patience import PATIENCE_S
 
 EDITS = 200
 KILLS = 8
@@ -53,7 +54,7 @@ def killed_after(program, acknowledged, seconds):
     time.sleep(seconds)
     program.kill()
     told += [int(line) for line in program.stdout.read().splitlines(keepends=True) if line.endswith("\n")]
-    program.wait(timeout=20)
+    program.wait(timeout=PATIENCE_S)
     return told
 
 
@@ -85,7 +86,7 @@ def test_every_acknowledged_edit_survives_a_crash_of_the_server(postgresql):
     told = [int(program.stdout.readline()) for _ in range(EDITS // 4)]
     postgresql.stop("immediate")
     told += [int(line) for line in program.stdout.read().splitlines()]  # it ends for want of a server
-    program.wait(timeout=20)
+    program.wait(timeout=PATIENCE_S)
     postgresql.start()
     with ReviewLog.open(place) as log:
         found = [edit.number for edit in log.history("walk")]

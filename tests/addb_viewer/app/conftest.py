@@ -26,10 +26,15 @@ from solver.contact.proposals import Proposal
 from tests.addb_viewer.app.paper_browser import PaperBrowser
 from tests.addb_viewer.app.ten_trials import write_ten_trials
 from tests.addb_viewer.made_up_residual import residual, size, trial
+from tests.patience import PATIENCE_MS, PATIENCE_S
 
 REMEMBERED = """localStorage.getItem("viser-user:addb-viewer") ??
 localStorage.setItem("viser-user:addb-viewer", %s);"""  # who is at the browser
-PATIENCE = 60.0  # [s] software rendering on a busy machine
+SOFTWARE_RENDERED = """() => {
+    const gl = document.createElement("canvas").getContext("webgl2");
+    const names = gl.getExtension("WEBGL_debug_renderer_info");
+    return /swiftshader|llvmpipe|softpipe|software/i.test(gl.getParameter(names.UNMASKED_RENDERER_WEBGL));
+}"""
 
 
 @pytest.fixture(scope="session")
@@ -164,7 +169,7 @@ def enter():
         browser.session = app.sessions[client]
         if trial:
             browser.until(lambda: browser.session.replay is not None, "the trial")
-            browser.session.notices._hand.submit(lambda: None).result(PATIENCE)  # after all of the entrance
+            browser.session.notices._hand.submit(lambda: None).result(PATIENCE_S)  # after all of the entrance
             browser.until(lambda: "worst first" in browser.html(), "the queue")
         return browser
 
@@ -180,19 +185,21 @@ def open_page(browser):
     def opened(app, size=(1280, 800), name="Zoë"):
         before = set(app.sessions)
         page = browser.new_page(viewport={"width": size[0], "height": size[1]})  # a browser of its own
+        page.set_default_timeout(PATIENCE_MS)
         if name is not None:
             page.add_init_script(REMEMBERED % json.dumps(json.dumps({"reviewer": name})))
         page.errors = []
         page.on("pageerror", lambda error: page.errors.append(str(error)))
         page.on("console", lambda said: said.type == "error" and page.errors.append(said.text))
         page.goto(f"http://127.0.0.1:{app.server.get_port()}")
-        page.wait_for_selector("canvas", timeout=1000 * PATIENCE)
+        page.wait_for_selector("canvas")
         (client,) = _until(lambda: set(app.sessions) - before, "the session")
         page.session = app.sessions[client]
         _until(lambda: page.session.replay is not None, "the trial")
-        page.locator("[data-addb-cursor]").first.wait_for(state="attached", timeout=1000 * PATIENCE)
-        time.sleep(1.5)
-        _close_notices(page)  # the hint at software rendering lies over the buttons
+        page.locator("[data-addb-cursor]").first.wait_for(state="attached")
+        if page.evaluate(SOFTWARE_RENDERED):
+            page.get_by_text("Software WebGL rendering detected").wait_for()
+        _close_notices(page)  # that hint lies over the buttons
         return page
 
     return opened
@@ -219,7 +226,7 @@ def close_notices():
 
 
 def _until(condition, what="the browser to follow"):
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + PATIENCE_S
     while not (value := condition()):
         assert time.monotonic() < end, f"waited in vain for {what}"
         time.sleep(0.05)

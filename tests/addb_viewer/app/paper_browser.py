@@ -9,7 +9,7 @@ import viser
 import zstandard
 from websockets.sync.client import connect
 
-PATIENCE = 60.0  # [s] a report is written within half of it beside the other tests
+from tests.patience import PATIENCE_S
 
 
 class PaperBrowser:
@@ -28,6 +28,8 @@ class PaperBrowser:
             max_size=None,
             compression=None,
             additional_headers=headers,
+            open_timeout=PATIENCE_S,
+            ping_timeout=PATIENCE_S,
         )
         self._thread = threading.Thread(target=self._listen, daemon=True)
         self._thread.start()
@@ -77,7 +79,7 @@ class PaperBrowser:
             return any(words in f"{title} {body}" for title, body in self.notices)
 
     def until(self, condition, what="the app"):
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + PATIENCE_S
         while not (value := condition()):
             assert time.monotonic() < end, f"waited in vain for {what}; notices: {self.notices}"
             with self._heard:
@@ -86,7 +88,7 @@ class PaperBrowser:
 
     def close(self):
         self._socket.close()
-        self._thread.join(5.0)
+        self._thread.join(PATIENCE_S)
 
     def field(self, label):
         """What the page knows of a field."""

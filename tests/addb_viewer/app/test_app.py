@@ -51,8 +51,8 @@ def test_a_subject_without_a_fit_opens(subject, opened, enter):
     assert session.shown == "first"
     assert session.trials() == ("first", "second")
     assert session.replay.bodies is None
-    assert "70.0 kg" in browser.html()
-    assert "Not fitted yet" in browser.html()
+    browser.until(lambda: "70.0 kg" in browser.html())
+    browser.until(lambda: "Not fitted yet" in browser.html())
     assert not browser.notices
 
 
@@ -83,7 +83,7 @@ def test_a_root_shows_the_queue_of_all_subjects_and_goes_from_one_to_the_next(tm
     for name in ("A", "B"):
         write_subject(tmp_path / name)
     browser = enter(opened(tmp_path))
-    assert "Reviewed 0 of 4" in browser.html()
+    browser.until(lambda: "Reviewed 0 of 4" in browser.html())
     assert (browser.session.room.name, browser.session.shown) == ("A", "first")
     for name in ("first", "second"):
         browser.until(lambda name=name: browser.session.shown == name)

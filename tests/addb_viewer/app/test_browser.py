@@ -12,6 +12,7 @@ from addb_viewer.app.door import Door
 from addb_viewer.app.house import House
 from addb_viewer.app.server import address, open_server
 from solver.errors import CaptureError
+from tests.patience import PATIENCE_MS
 
 pytestmark = pytest.mark.browser
 
@@ -77,7 +78,7 @@ def test_the_page_shows_the_scene_and_the_plots(session, page):
     ):
         assert scene.get_handle_by_name(f"/lab/trial/{node}") is not None, node
     page.get_by_text("Residual moment [N·m]").wait_for()
-    assert page.get_by_text("time [s]").count() >= 1
+    page.get_by_text("time [s]").first.wait_for(state="attached")
     page.get_by_role("tab", name="Fit", exact=True).click()
     page.get_by_text("200 at 100 Hz").wait_for()
     page.get_by_role("tab", name="Review", exact=True).click()
@@ -162,9 +163,12 @@ def test_the_chooser_turns_to_other_trials_even_bare_ones(session, page, until, 
         until(lambda name=name: session.shown == name)
         until(lambda frames=frames: session.playback.frames == frames)
         until(lambda: page.evaluate("document.activeElement === document.body"), "the keyboard")
-        time.sleep(0.7)  # as long as a list may take the focus back
-        page.keyboard.press("End")
-        frame_is(session, frames - 1)
+
+        def at_the_end(frames=frames):  # a list may take the focus back once more
+            page.keyboard.press("End")
+            return session.frame == frames - 1
+
+        until(at_the_end, "the last frame")
 
 
 def test_names_from_files_stay_text(session, page):
@@ -217,6 +221,7 @@ def test_another_web_page_cannot_connect(app, browser, tmp_path):
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Quiet) as stranger:
         threading.Thread(target=stranger.serve_forever, daemon=True).start()
         page = browser.new_page()
+        page.set_default_timeout(PATIENCE_MS)
         page.goto(f"http://127.0.0.1:{stranger.server_address[1]}")
         outcome = page.evaluate(
             """port => new Promise(done => {
@@ -237,7 +242,7 @@ def frame_box(page):
 
 def choose(page, trial):
     page.get_by_text("Trial", exact=True).first.click()
-    page.get_by_role("option", name=trial).click(timeout=10_000)
+    page.get_by_role("option", name=trial).click()
 
 
 def test_with_a_token_the_page_opens_and_without_it_nothing_does(
@@ -248,6 +253,7 @@ def test_with_a_token_the_page_opens_and_without_it_nothing_does(
         open_server(port=0, door=door), House.of(make_library(tmp_path, [make_replay()])), door=door
     )
     page = browser.new_page()
+    page.set_default_timeout(PATIENCE_MS)
     try:
         assert page.goto(f"http://127.0.0.1:{guarded.server.get_port()}").status == 403
         assert page.goto(address(guarded.server, door)).status == 200

@@ -14,6 +14,7 @@ from addb_viewer.app.app import ReviewApp
 from addb_viewer.app.door import Door
 from addb_viewer.app.house import House
 from addb_viewer.app.server import address, open_server
+from tests.patience import PATIENCE_MS
 
 pytestmark = pytest.mark.browser
 
@@ -35,6 +36,7 @@ def guarded(request, tmp_path_factory, make_replay, make_library):
 def let_in(browser, guarded):
     """A reviewer's browser, which has been in the app and keeps the cookie."""
     context = browser.new_context()
+    context.set_default_timeout(PATIENCE_MS)
     page = context.new_page()
     page.said = []
     page.on("console", lambda said: page.said.append(said.text))

@@ -24,6 +24,7 @@ from annotations.reasons import REASON_KEYS
 from solver.contact.wrenches import RECORDING
 from solver.results.store import load_fit
 from solver.settings import Settings
+from tests.patience import PATIENCE_S
 
 pytestmark = [pytest.mark.browser, pytest.mark.real, pytest.mark.timeout(900)]
 
@@ -102,7 +103,7 @@ class Person:
 
     def settle(self):
         """Until all that was pressed has been done."""
-        self.session.notices._hand.submit(lambda: None).result(60)
+        self.session.notices._hand.submit(lambda: None).result(PATIENCE_S)
 
     def press(self, key, awaited, what):
         self.page.keyboard.press(key)

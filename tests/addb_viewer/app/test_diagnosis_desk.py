@@ -10,6 +10,7 @@ from addb_viewer.app import room
 from solver.dynamics.extension import Cause, Extension
 from solver.results import extension_log
 from tests.addb_viewer.commands.test_accept import GAIN
+from tests.patience import FOR_EVER_S
 
 
 @pytest.fixture
@@ -74,7 +75,7 @@ def test_a_torn_diagnosis_is_told_and_the_app_goes_on(browser):
     browser.session.diagnosis.show()
     browser.session.explain()
     browser.until(lambda: browser.told("Reading the diagnosis failed"))
-    assert browser.told("diagnosis.json")
+    browser.until(lambda: browser.told("diagnosis.json"))
     assert browser.session.diagnosis.panel.accept.disabled
     assert browser.session.scene.causes.one_by_one == []
 
@@ -88,13 +89,13 @@ def test_nobody_decides_without_a_name(app, enter):
 
 def test_one_thing_at_a_time_and_everybody_sees_it(app, browser, enter, monkeypatch):
     folder = browser.session.room.subject.folder
-    (folder / "sleeper.py").write_text("import time; time.sleep(60)")
+    (folder / "sleeper.py").write_text(f"import time; time.sleep({FOR_EVER_S})")
     monkeypatch.chdir(folder)
     monkeypatch.setattr(room, "DIAGNOSE_WORKER", "sleeper")
     other = enter(app, name="Bo")
     browser.press("Diagnose")
     other.until(lambda: "s so far" in other.html())
-    assert "for Zoë" in other.html()
+    other.until(lambda: "for Zoë" in other.html())
     other.press("Diagnose")
     other.until(lambda: other.told("It waits its turn"))
     browser.until(lambda: "then: Diagnosing for Bo" in browser.html())

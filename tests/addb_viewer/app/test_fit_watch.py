@@ -12,6 +12,7 @@ from addb_viewer.app.library import library_of
 from addb_viewer.app.room import SubjectRoom
 from addb_viewer.app.solves import add
 from solver.results.store import save_fit
+from tests.patience import PATIENCE_S
 
 SOON = 0.02  # [s]
 
@@ -57,7 +58,7 @@ def room(small_fit, monkeypatch):
 def test_another_programs_fit_is_put_on_the_screen(room, small_fit):
     opened, visitor = room()
     save_fit(replace(small_fit, mass_kg=77.0), opened.results)
-    assert visitor.heard.wait(5.0)
+    assert visitor.heard.wait(PATIENCE_S)
     assert opened.library.fit.mass_kg == 77.0
     assert visitor.said == ["another fit", visitor.said[1]]
     assert "Another program has fitted this subject" in visitor.said[1]
@@ -67,7 +68,7 @@ def test_a_new_solve_that_waits_stays_on_the_screen(room, small_fit):
     add(replace(small_fit, mass_kg=90.0), small_fit.subject.folder / "results", by="Zoë", seconds=1.0)
     opened, visitor = room()
     save_fit(replace(small_fit, mass_kg=77.0), opened.results)
-    assert visitor.heard.wait(5.0)
+    assert visitor.heard.wait(PATIENCE_S)
     assert opened.library.fit.mass_kg == 90.0
     assert "Discard" in visitor.said[-1]
     opened.discard("Zoë")
@@ -77,7 +78,7 @@ def test_a_new_solve_that_waits_stays_on_the_screen(room, small_fit):
 def test_half_a_fit_is_told_and_the_present_one_stays(room, small_fit):
     opened, visitor = room()
     (opened.results / "fit.json").write_text('{"format": 1, "solve": "solve-9"}')
-    assert visitor.heard.wait(5.0)
+    assert visitor.heard.wait(PATIENCE_S)
     assert "format 1" in visitor.said[-1]
     assert opened.library.fit.mass_kg == 100.0
 
@@ -108,5 +109,5 @@ def test_what_does_not_change_or_goes_away_is_no_news(tmp_path):
     (tmp_path / "fit.json").unlink()
     assert not changed.wait(5 * SOON)
     (tmp_path / "fit.json").write_text("{}")
-    assert changed.wait(5.0)
+    assert changed.wait(PATIENCE_S)
     watch.close()

@@ -14,8 +14,7 @@ from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange, SetStatus, Status, Undo
 from annotations.log import ReviewLog
 from solver.capture.trial import read_trial
-
-PATIENCE_S = 60.0  # only a hang takes that long
+from tests.patience import PATIENCE_S
 
 pytestmark = pytest.mark.real
 FLAGS = tuple(FlagRange(10 * k, 10 * k + 5, "forceDiscrepancy", "calcn_r", f"note {k}") for k in range(4))

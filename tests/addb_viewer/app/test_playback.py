@@ -4,6 +4,7 @@ import time
 import pytest
 
 from addb_viewer.app.playback import LONGEST_WAIT_S, PICTURES_PER_SECOND, Pace, Playback
+from tests.patience import PATIENCE_S
 
 
 class Clock:
@@ -110,21 +111,26 @@ def test_another_trial_starts_at_its_first_frame(playback, clock):
 
 
 def test_one_thread_draws_no_more_often_than_it_may():
-    drawn, threads = [], set()
+    rate, drawn, threads, enough = 1000.0, [], set(), threading.Event()
 
     def draw(position):
-        drawn.append(position.frame)
         threads.add(threading.get_ident())
+        drawn.append((position.frame, time.perf_counter() - began))
+        if len(drawn) > PICTURES_PER_SECOND / 2:
+            enough.set()
 
     playback = Playback(draw)
-    playback.open(100_000, 1000.0)
+    playback.open(1_000_000, rate)
+    began = time.perf_counter()
     playback.start()
     playback.toggle()
-    time.sleep(1.0)
+    late_s = time.perf_counter() - began  # at most, by which it began to play after us
+    assert enough.wait(PATIENCE_S)
     playback.stop()
-    assert drawn == sorted(drawn)
-    assert 5 <= len(drawn) <= PICTURES_PER_SECOND + 2
-    assert drawn[-1] == pytest.approx(1000, abs=150)
+    frames, at_s = zip(*drawn, strict=True)
+    assert len(drawn) <= PICTURES_PER_SECOND * at_s[-1] + 3  # two are asked for and may come at once
+    assert all(frame <= rate * at for frame, at in drawn)
+    assert all(frame >= rate * (at - late_s) - 1 for frame, at in zip(frames[1:], at_s[:-1], strict=True))
     assert threads != {threading.get_ident()}
     assert len(threads) == 1
 
@@ -136,42 +142,47 @@ def test_many_wishes_end_at_the_last():
     playback.start()
     for frame in [*range(60), 77]:
         playback.seek(frame)
-    assert seen.wait(2.0)
+    assert seen.wait(PATIENCE_S)
     playback.stop()
 
 
 def test_a_picture_waits_for_a_key_but_not_for_ever():
-    pace, drawn = Pace(), threading.Event()
+    pace, drawn_at, drawn = Pace(), [], threading.Event()
 
     def draw():
         with pace.turn():
+            drawn_at.append(time.monotonic())
             drawn.set()
 
     with pace.first():
+        began = time.monotonic()
         thread = threading.Thread(target=draw)
         thread.start()
-        assert not drawn.wait(0.3 * LONGEST_WAIT_S)
-        assert drawn.wait(5.0)
+        assert drawn.wait(PATIENCE_S)
     thread.join()
+    assert drawn_at[0] - began >= LONGEST_WAIT_S
 
 
 def test_what_waits_is_done_one_after_the_other_and_keys_go_ahead():
     pace, inside, most = Pace(), [], []
+    at_work, go = threading.Event(), threading.Event()
 
     def work():
         with pace.turn():
             inside.append(1)
             most.append(len(inside))
-            time.sleep(0.01)
+            at_work.set()
+            go.wait(PATIENCE_S)
             inside.pop()
 
     threads = [threading.Thread(target=work) for _ in range(6)]
     for thread in threads:
         thread.start()
-    began = time.perf_counter()
+    assert at_work.wait(PATIENCE_S)
     with pace.first():
-        waited = time.perf_counter() - began
+        meanwhile = len(inside)
+        go.set()
     for thread in threads:
         thread.join()
     assert most == [1] * 6
-    assert waited < 0.01
+    assert meanwhile == 1  # the key has waited for nobody

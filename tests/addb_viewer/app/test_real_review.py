@@ -11,6 +11,7 @@ from solver.capture.subject import open_subject
 from solver.pipeline import solve
 from solver.results.store import save_fit
 from solver.settings import Settings
+from tests.patience import PATIENCE_S
 
 FEET = ("calcn_r", "calcn_l")
 MOST_KEYS = 30
@@ -40,7 +41,7 @@ def test_proposals_accepted_by_key_finish_the_trial(folder, enter):
             keys += 1
             browser.press(label)
             browser.until(until, awaited)
-            session.notices._hand.submit(lambda: None).result(30)
+            session.notices._hand.submit(lambda: None).result(PATIENCE_S)
 
         press("Next proposal or flagged range", lambda: session.review.current, "the first proposal")
         while session.review.current is not None and keys < MOST_KEYS:

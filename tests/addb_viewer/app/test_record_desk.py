@@ -25,6 +25,7 @@ from solver.settings import Settings
 from solver.simulate.demo import write_demo_subject
 from tests.addb_viewer.app.paper_browser import PaperBrowser
 from tests.addb_viewer.app.test_app import write_subject
+from tests.patience import PATIENCE_S
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +69,7 @@ def test_the_fit_is_written_as_a_report_and_for_both_viewers_and_their_folder_is
     assert "frames are usable" in page
     assert 'id="scene-data"' in page
     assert "/squat/transforms" in topics(recordings / "demo.mcap")
-    assert str(recordings) in browser.html()
+    browser.until(lambda: str(recordings) in browser.html())
 
 
 def test_nothing_to_record_is_told(tmp_path, make_app, make_replay, enter):
@@ -171,7 +172,7 @@ def test_a_log_is_whole_when_the_program_is_ended_kindly(tmp_path):
         browser.until(lambda: "data-addb-timeline" in browser.html(), "a trial")
     finally:
         process.terminate()
-        process.communicate(timeout=60)
+        process.communicate(timeout=PATIENCE_S)
     browser.close()
     assert recover(file, tmp_path / "copy.mcap").is_whole
     assert "/first/markers" in topics(file)

@@ -11,6 +11,7 @@ from mcap.reader import make_reader
 from addb_viewer.review_store import open_log
 from annotations.events import FlagRange
 from solver.results.store import save_fit
+from tests.patience import PATIENCE_S
 
 WORKER = "addb_viewer.app.record_worker"
 
@@ -24,7 +25,7 @@ def results(small_fit):
 
 def run(*arguments):
     command = [sys.executable, "-m", WORKER, *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
 
 
 def mcap_topics(file):

