@@ -11,8 +11,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from addb_viewer.app.server import open_server
-
-PATIENCE = 60.0  # [s] that only a hang exhausts
+from tests.patience import PATIENCE_S
 
 BROKEN = {
     "text": "hello",
@@ -50,7 +49,7 @@ def stranger(app):
         subprotocols=[f"viser-v{viser.__version__}"],
         max_size=None,
         compression=None,
-        open_timeout=PATIENCE,
+        open_timeout=PATIENCE_S,
     )
 
 
@@ -63,7 +62,7 @@ def test_a_broken_message_is_a_line_in_the_terminal_and_nobody_feels_it(app, ent
         try:
             connection.send(broken)
             connection.send(broken)
-            connection.ping(ack_on_close=True).wait(PATIENCE)
+            connection.ping(ack_on_close=True).wait(PATIENCE_S)
         except ConnectionClosed:
             pass
     still_works(browser)
@@ -83,7 +82,7 @@ def test_a_broken_message_is_a_line_in_the_terminal_and_nobody_feels_it(app, ent
     ],
 )
 def test_what_is_no_request_is_turned_away_without_a_word(app, capfd, caplog, sent):
-    with socket.create_connection(("127.0.0.1", app.server.get_port()), timeout=PATIENCE) as door:
+    with socket.create_connection(("127.0.0.1", app.server.get_port()), timeout=PATIENCE_S) as door:
         door.sendall(sent)
         door.shutdown(socket.SHUT_WR)
         answer = door.recv(64)
@@ -115,7 +114,7 @@ def assert_quiet(capfd, caplog, lines=1):
 def test_the_first_request_may_be_none(capfd, caplog):
     server = open_server(port=0)
     try:
-        with socket.create_connection(("127.0.0.1", server.get_port()), timeout=PATIENCE) as door:
+        with socket.create_connection(("127.0.0.1", server.get_port()), timeout=PATIENCE_S) as door:
             door.sendall(b"\x16\x03\x01\x02\x00\x01\x00")
             door.shutdown(socket.SHUT_WR)
             while door.recv(65536):
