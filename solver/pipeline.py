@@ -1,6 +1,6 @@
 """The whole solve as one readable function: subject folder in, fit out; and again after an edit."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -45,6 +45,7 @@ def solve(
     reviews: Mapping[str, ForceReview] | None = None,
     captures: Mapping[str, Capture] | None = None,
     extension: Extension | None = None,
+    before_fitting: Callable[[Skeleton, Sequence[Capture]], None] | None = None,
     progress: Progress = silent,
 ) -> Fit:
     """Scale the model to the subject, fit every trial's motion, and compute its dynamics.
@@ -58,6 +59,8 @@ def solve(
         captures: recordings in place of those that the files hold, by trial; repaired markers, say.
         extension: causes that a diagnosis found and a person accepted: what acts beside the recorded forces,
             and which labels are exchanged.
+        before_fitting: given the model with the markers to be fitted, and the recordings as read; what it
+            raises stops the solve before any time is spent on it.
         progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
 
     Raises:
@@ -78,6 +81,8 @@ def solve(
         settings=settings.naming,
     )
     match, body = named.match, named.match.skeleton(named.skeleton)
+    if before_fitting is not None:
+        before_fitting(body, recorded)
     with clock("load"):
         repaired = [
             with_labels_repaired(

@@ -4,12 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from difflib import get_close_matches
+from functools import partial
 from pathlib import Path
 
 from addb_viewer.accepted_extension import extension_for_solve
 from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.review_store import reviews_for_solve
-from solver.capture.capture import Subject, TrialFiles
+from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.capture.subject import open_subject
 from solver.contact.force_review import ForceReview
 from solver.dynamics.extension import Extension
@@ -19,10 +20,12 @@ from solver.markers.mapping_file import chosen_for
 from solver.pipeline import can_resolve, resolve, solve
 from solver.progress import Progress, part
 from solver.provenance import provenance_of
+from solver.results.room import check_room_for_fit
 from solver.results.store import check_place, default_folder, files_of_fit, has_fit, load_fit, save_fit
 from solver.results.writing import writing
 from solver.review_stage import predicting_withheld
 from solver.settings import Settings, decide_the_same_fit, settings_for
+from solver.skeleton.skeleton import Skeleton
 
 RESOLVED = 0.4  # share of a re-solve's work before the withheld blocks
 
@@ -158,9 +161,13 @@ def computed(job: Job, kept: Fit | None, progress: Progress) -> tuple[Fit, str]:
 
     Returns:
         The fit, and what was not computed again; empty after a whole solve.
+
+    Raises:
+        SolverError: the fit would not find room in the results folder, or the data cannot be used.
     """
-    wanted = _wanted(job.subject, job.trials)
+    wanted, has_room = _wanted(job.subject, job.trials), partial(_check_room, job)
     if kept is not None and can_resolve(kept, job.subject, wanted, job.settings, extension=job.extension):
+        has_room(kept.skeleton, [trial.capture for trial in kept.trials])
         previous, first = replace(kept, subject=job.subject), part(progress, 0.0, RESOLVED)
         fit = resolve(previous, job.reviews, job.settings, first, extension=job.extension)
         fit = predicting_withheld(fit, job.settings, part(progress, RESOLVED, 1.0), job.extension)
@@ -171,9 +178,14 @@ def computed(job: Job, kept: Fit | None, progress: Progress) -> tuple[Fit, str]:
         trials=job.trials,
         reviews=job.reviews,
         extension=job.extension,
+        before_fitting=has_room,
         progress=progress,
     )
     return fit, ""
+
+
+def _check_room(job: Job, skeleton: Skeleton, captures: Sequence[Capture]) -> None:
+    check_room_for_fit(job.results, skeleton, captures, job.settings)
 
 
 def current_fit(job: Job) -> Fit:

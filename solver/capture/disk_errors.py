@@ -63,7 +63,7 @@ def check_room(folder: Path, needed: float, what: str) -> None:
         raise CaptureError(
             f"{folder}: the disk has {room / _MEGABYTE:.1f} MB free, and {what} will take about "
             f"{needed / _MEGABYTE:.1f} MB; free some space, or choose another output folder. Nothing was "
-            "begun."
+            "computed."
         )
 
 

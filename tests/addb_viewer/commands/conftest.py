@@ -40,7 +40,7 @@ def command_line(small_fit: Fit, monkeypatch: pytest.MonkeyPatch) -> CommandLine
         trial.markers.write_text(f"markers of {trial.name}")
     line = CommandLine(subject)
 
-    def solve(subject, settings, *, trials, reviews, progress, extension=None):
+    def solve(subject, settings, *, trials, reviews, progress, extension=None, **_):
         line.solves.append(trials)
         line.reviews.append(reviews)
         line.extensions.append(extension)
