@@ -19,7 +19,8 @@ from solver.dynamics.mass import mass_from_forces
 from solver.dynamics.missing_wrench import with_inferred_torques
 from solver.dynamics.root_shift import with_com_at
 from solver.dynamics.root_wrench import centre_of_mass
-from solver.dynamics.trajectory_fit import TrialData, fit_trajectories
+from solver.dynamics.trajectory_fit import fit_trajectories
+from solver.dynamics.trial_data import TrialData
 from solver.fit import Groundwork, KinematicsOnly, TrialFit
 from solver.kinematics.marker_errors import marker_errors
 from solver.kinematics.marker_matching import MarkerMatch

@@ -12,7 +12,8 @@ from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.extension import Extension, TrialExtension, with_extra_wrench
 from solver.dynamics.heldout import withheld_frames
 from solver.dynamics.inverse_dynamics import inverse_dynamics
-from solver.dynamics.trajectory_fit import TrajectoryFit, TrialData, fit_trajectories
+from solver.dynamics.trajectory_fit import TrajectoryFit, fit_trajectories
+from solver.dynamics.trial_data import TrialData
 from solver.dynamics_stage import before_forces, force_gains, started, trial_data
 from solver.errors import FitError
 from solver.fit import Fit, TrialFit

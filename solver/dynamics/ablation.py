@@ -22,8 +22,9 @@ from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.missing_wrench import inferred_torques
 from solver.dynamics.root_shift import with_com_at
 from solver.dynamics.settings import DynamicsSettings
-from solver.dynamics.trajectory_fit import TrialData, fit_trajectories
+from solver.dynamics.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.dynamics.trial_data import TrialData
 from solver.errors import ModelError
 from solver.kinematics.motion import Motion
 from solver.progress import Progress, part, silent

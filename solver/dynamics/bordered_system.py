@@ -8,26 +8,56 @@ from jaxtyping import Float
 
 from solver.dynamics.band_cholesky import BandCholesky
 from solver.dynamics.spline_band import CoefficientBand
+from solver.dynamics.spline_basis import SplineBasis
 
 
 @dataclass(frozen=True)
 class Gradient:
-    """Of half the cost."""
+    """Of half the cost of all trials and the shared parameters' priors."""
 
     coefficients: tuple[Float[np.ndarray, "coefficients dofs"], ...]  # by trials
     shared: Float[np.ndarray, " shared"]
 
 
-@dataclass(frozen=True)
-class TrialTerms:
-    """What one trial adds to half the cost, to second order."""
+@dataclass(eq=False)
+class TrialGradient:
+    """Of half the cost of one trial: zero at first, added to by its terms."""
+
+    coefficients: Float[np.ndarray, "coefficients columns"]
+    shared: Float[np.ndarray, " shared"]
+
+    @classmethod
+    def zero(cls, shape: tuple[int, ...], shared: int) -> "TrialGradient":
+        """For coefficients of this shape and so many shared parameters."""
+        return cls(np.zeros(shape), np.zeros(shared))
+
+    def add_frames(
+        self, basis: SplineBasis, per_frame: Float[np.ndarray, "frames some"], order: int = 0
+    ) -> None:
+        """By the order-th derivative of the spline's first columns at the frames."""
+        self.coefficients[:, : per_frame.shape[1]] += CoefficientBand.gather(basis, per_frame, order)
+
+
+@dataclass(eq=False)
+class TrialSystem:
+    """What one trial adds to half the cost, to second order: zero at first, added to by its terms."""
 
     band: CoefficientBand
-    gradient: Float[np.ndarray, "coefficients dofs"]
-    border: Float[np.ndarray, "coefficients dofs shared"]
+    border: Float[np.ndarray, "coefficients columns shared"]
     corner: Float[np.ndarray, "shared shared"]
-    gradient_corner: Float[np.ndarray, " shared"]
-    cost: float  # whole, not half
+    gradient: TrialGradient
+    cost: float = 0.0  # whole, not half
+
+    @classmethod
+    def zero(cls, basis: SplineBasis, columns: int, shared: int) -> "TrialSystem":
+        """For a spline of so many columns and so many shared parameters."""
+        shape = basis.coefficients, columns
+        return cls(
+            CoefficientBand.empty(basis, columns),
+            np.zeros((*shape, shared)),
+            np.zeros((shared, shared)),
+            TrialGradient.zero(shape, shared),
+        )
 
 
 @dataclass(frozen=True)
@@ -44,14 +74,14 @@ class BorderedFactor:
 
     def __init__(
         self,
-        trials: Sequence[TrialTerms],
+        trials: Sequence[TrialSystem],
         shared_curvature: Float[np.ndarray, "shared shared"],
         damping: float = 0.0,
     ) -> None:
         """Factor, in the place of the trials' bands and borders, which are gone afterwards.
 
         Args:
-            trials: terms of each.
+            trials: the system of each.
             shared_curvature: of the shared parameters, from their priors.
             damping: share of itself by which the bands' diagonal is enlarged (Marquardt).
         """

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.root_wrench import about_point
-from solver.dynamics.trajectory_fit import ExtraParameters, TrialData
+from solver.dynamics.trial_data import ExtraParameters, TrialData
 from solver.kinematics.label_faults.fault import Exchange
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton

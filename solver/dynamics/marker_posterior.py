@@ -20,9 +20,9 @@ from solver.dynamics.block_tridiagonal import BlockCholesky
 from solver.dynamics.momentum_terms import MomentumTerms, momentum_terms
 from solver.dynamics.spline_band import REACH, CoefficientBand, from_blocks, in_blocks, nearest_spline
 from solver.dynamics.spline_basis import ORDER, SplineBasis, spline_basis
+from solver.dynamics.terms.smoothness import jerk_level
 from solver.dynamics.trajectory_prior import TrajectoryPrior, likeliest_smoothness
 from solver.dynamics.trajectory_settings import TrajectorySettings
-from solver.dynamics.trial_cost import jerk_level
 from solver.dynamics.windows import Windows
 from solver.kinematics.frame_solver import root_dofs
 from solver.kinematics.motion import Motion

@@ -24,15 +24,18 @@ CHUNK = 8  # pieces worked on together: what is made of them stays in the proces
 
 @dataclass(frozen=True, eq=False)
 class CoefficientBand:
-    """Upper band: `panels[a, :, k]` is block (a, a + k)."""
+    """Upper band: `panels[a, :, k]` is block (a, a + k).
+
+    What is added may be of fewer columns than the spline has: it is of the first ones.
+    """
 
     basis: SplineBasis
-    panels: Float[np.ndarray, "coefficients dofs seven dofs"]
+    panels: Float[np.ndarray, "coefficients columns seven columns"]
 
     @classmethod
-    def empty(cls, basis: SplineBasis, dofs: int) -> "CoefficientBand":
+    def empty(cls, basis: SplineBasis, columns: int) -> "CoefficientBand":
         """All zero."""
-        return cls(basis, np.zeros((basis.coefficients, dofs, REACH + 1, dofs)))
+        return cls(basis, np.zeros((basis.coefficients, columns, REACH + 1, columns)))
 
     @staticmethod
     def gather(
@@ -79,7 +82,7 @@ class CoefficientBand:
         factor: float,
     ) -> None:
         """Block (a, a + k) sums over the frames near coefficient a: one matrix product for all k."""
-        spacing, dofs = self.basis.spacing, self.panels.shape[1]
+        spacing, dofs = self.basis.spacing, H.shape[1]
         piece, last = self.basis.first[[first, first + len(H) - 1]]
         touched = np.arange(max(0, piece - 1), last + ORDER)
         begin = touched[0] - ORDER + 1  # piece with which the first of these coefficients' windows begins
@@ -97,7 +100,7 @@ class CoefficientBand:
         )
         product = (factor * self._window_weights[touched]) @ windows
         panels = product.reshape(len(touched), REACH + 1, dofs, dofs)
-        self.panels[touched[0] : touched[-1] + 1] += panels.transpose(0, 2, 1, 3)
+        self.panels[touched[0] : touched[-1] + 1, :dofs, :, :dofs] += panels.transpose(0, 2, 1, 3)
 
     @cached_property
     def _window_weights(self) -> Float[np.ndarray, "coefficients seven window"]:
@@ -144,21 +147,30 @@ class CoefficientBand:
             products: to be added to.
             factor: of all.
         """
-        dofs = self.panels.shape[1]
+        dofs = jacobians[0].shape[2]
         for pieces, rows, right in self._rows_by_piece(first, jacobians, beside, np.sqrt(factor)):
             some = pieces.stop - pieces.start
             for a in range(ORDER):
                 own = rows[:, :, a * dofs : (a + 1) * dofs].transpose(0, 2, 1)
                 at = slice(pieces.start + a, pieces.stop + a)
                 product = (own @ rows[:, :, a * dofs :]).reshape(some, dofs, ORDER - a, dofs)
-                self.panels[at, :, : ORDER - a] += product
-                products[at] += own @ right
+                self.panels[at, :dofs, : ORDER - a, :dofs] += product
+                products[at, :dofs] += own @ right
 
-    def add_jerk(self, weight: Float[np.ndarray, " dofs"]) -> None:
-        """weight_j ∫ (d³q_j/dt³)² dt."""
-        dofs = np.arange(self.panels.shape[1])
+    def add_values(self, weight: Float[np.ndarray, " some"]) -> None:
+        """weight_j Σ_t q_tj², of the first columns."""
+        self._add_diagonal(self.basis.value_gram, weight)
+
+    def add_jerk(self, weight: Float[np.ndarray, " some"]) -> None:
+        """weight_j ∫ (d³q_j/dt³)² dt, of the first columns."""
+        self._add_diagonal(self.basis.jerk_gram, weight)
+
+    def _add_diagonal(
+        self, gram: Float[np.ndarray, "coefficients 6"], weight: Float[np.ndarray, " some"]
+    ) -> None:
+        columns = np.arange(len(weight))
         for k in range(ORDER):
-            self.panels[:, dofs, k, dofs] += self.basis.jerk_gram[:, k, None] * weight
+            self.panels[:, columns, k, columns] += gram[:, k, None] * weight
 
     def factorized_in_place(self, damping: float = 0.0) -> BandCholesky:
         """The matrix's factor, in its own place: the matrix is gone.

@@ -1,6 +1,7 @@
 """Quintic B-splines through a trial: what each frame's q, q̇ and q̈ take of the coefficients."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -25,6 +26,16 @@ class SplineBasis:
     first: Int[np.ndarray, " frames"]
     derivative: tuple[Float[np.ndarray, "frames 6"], ...]  # orders 0, 1, 2 [1, 1/s, 1/s²]
     jerk_gram: Float[np.ndarray, "coefficients 6"]  # ∫B'''_a B'''_(a+k) dt over the trial, k = 0 … 5 [1/s⁵]
+
+    @cached_property
+    def value_gram(self) -> Float[np.ndarray, "coefficients 6"]:
+        """Σ_t B_a(t) B_(a+k)(t) over the frames, k = 0 … 5."""
+        gram, B = np.zeros((self.coefficients, ORDER)), self.derivative[0]
+        for a in range(ORDER):
+            for k in range(ORDER - a):
+                at, products = self.first + a, B[:, a] * B[:, a + k]
+                gram[:, k] += np.bincount(at, products, minlength=self.coefficients)
+        return gram
 
     def evaluate(
         self, coefficients: Float[np.ndarray, "coefficients dofs"], order: int = 0

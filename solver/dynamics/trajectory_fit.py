@@ -13,17 +13,23 @@ The border is open to whatever else may act: r = demanded − measured − extra
 trials and N(0, prior_std²) before the data.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 from threadpoolctl import threadpool_limits
 
-from solver.dynamics.bordered_system import BorderedFactor, Gradient, Step, TrialTerms
-from solver.dynamics.inertia_parameters import inertia_parameters, prior_std
-from solver.dynamics.residual_track import ResidualModel
+from solver.dynamics.bordered_system import BorderedFactor, Gradient, Step, TrialGradient, TrialSystem
+from solver.dynamics.inertia_parameters import inertia_parameters
+from solver.dynamics.terms.extra_prior import ExtraPrior
+from solver.dynamics.terms.inertia_prior import InertiaPrior
+from solver.dynamics.terms.shared_parameters import SharedParameters
+from solver.dynamics.terms.term import SharedTerm
+from solver.dynamics.terms.trial_point import TrialPoint
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.dynamics.trial_cost import TrialCost
+from solver.dynamics.trial_data import ExtraParameters, TrialData
 from solver.errors import FitError
 from solver.kinematics.motion import Motion
 from solver.progress import Progress, silent
@@ -36,33 +42,6 @@ FIRST_DAMPING, MOST_DAMPING = 1e-6, 1e8
 # tolerance, has arrived: what is left is of the order of that difference. Of a large one, that may be chance.
 SMALL_STEP = 10  # tolerances
 AS_FORETOLD = 0.1
-
-
-@dataclass(frozen=True)
-class TrialData:
-    """What one trial gives to the fit; everything at the markers' frames."""
-
-    observed_ground: Float[np.ndarray, "frames markers 3"]  # [m] NaN where unseen; the skeleton's markers
-    wrench_ground: Float[np.ndarray, "frames 6"]  # [N, N·m about the ground origin] of all feet together
-    counts: Bool[np.ndarray, " frames"]  # False on frames of U
-    start: Motion  # the marker fit
-    initial: Motion | None = None  # where the search begins; None: at the marker fit
-    spline: Float[np.ndarray, "coefficients dofs"] | None = None  # of an earlier fit: begin there instead
-    extra_wrench_ground: Float[np.ndarray, "frames 6"] | None = None  # acts beside the feet's; None: nothing
-    extra_columns_ground: Float[np.ndarray, "frames 6 extra"] | None = None  # likewise per x; None: zero
-
-
-@dataclass(frozen=True)
-class ExtraParameters:
-    """x of the trials' extra columns: scatter before the data, and where the search begins."""
-
-    prior_std: Float[np.ndarray, " extra"]
-    start: Float[np.ndarray, " extra"]
-
-    @classmethod
-    def none(cls) -> "ExtraParameters":
-        """Nothing extra."""
-        return cls(np.zeros(0), np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -129,11 +108,10 @@ def prior_weight(trials: list[TrialData], settings: TrajectorySettings) -> float
     return settings.inertia_prior_weight * max(1.0, known_s / settings.inertia_lesson_s)
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class _State:
-    coefficients: list[Float[np.ndarray, "coefficients dofs"]]
-    phi: Float[np.ndarray, " parameters"]
-    x: Float[np.ndarray, " extra"] = field(default_factory=lambda: np.zeros(0))
+    coefficients: list[Float[np.ndarray, "coefficients columns"]]  # by trials
+    shared: SharedParameters
 
 
 class _Solver:
@@ -144,23 +122,18 @@ class _Solver:
         settings: TrajectorySettings,
         extra: ExtraParameters | None = None,
     ) -> None:
-        self.settings, self.trials = settings, trials
-        self.extra = extra or ExtraParameters.none()
+        self.settings, self.extra = settings, extra or ExtraParameters.none()
         self.inertias = inertia_parameters(skeleton, settings)
-        self.parameters = self.inertias.count if settings.fit_inertias else 0
-        self.prior_weight = prior_weight(trials, settings)
-        self.prior_precision = self.prior_weight / prior_std(self.inertias, settings) ** 2
-        self.extra_precision = self.extra.prior_std**-2.0
         width = len(self.extra.prior_std)
         self.parts = [TrialCost(skeleton, data, settings, width) for data in trials]
-        self.entered_mass = skeleton.mass
+        self.priors: tuple[SharedTerm, ...] = (
+            InertiaPrior(self.inertias, prior_weight(trials, settings), settings),
+            ExtraPrior(self.extra),
+        )
 
     def run(self, progress: Progress, phi: Float[np.ndarray, " parameters"] | None) -> TrajectoryFit:
-        state = _State(
-            [p.start() for p in self.parts],
-            np.zeros(self.inertias.count) if phi is None else phi,
-            self.extra.start,
-        )
+        shared = self._shared(np.zeros(self.inertias.count) if phi is None else phi, self.extra.start)
+        state = _State([p.start() for p in self.parts], shared)
         damping, converged, iteration = FIRST_DAMPING, False, 0
         costs: list[float] = []
         while iteration < self.settings.iterations and not converged and damping < MOST_DAMPING:
@@ -168,7 +141,7 @@ class _Solver:
             iteration += 1
             while damping < MOST_DAMPING:
                 system = self._linearized(state)
-                cost = sum(part.cost for part in system) + self._prior(state)[0]
+                cost = sum(part.cost for part in system) + self._prior_cost(state)
                 gradient = self._gradient_of(state, system)
                 factor = self._factorized(state, system, damping)
                 step = factor.step(gradient)
@@ -191,50 +164,54 @@ class _Solver:
                 state, converged = self._settled(state, cost, factor)
             del system, factor
         progress("dynamics", 1.0)
-        fitted = self.inertias.skeleton_at(state.phi) if self.parameters else self.inertias.skeleton
+        shared = state.shared
         return TrajectoryFit(
-            skeleton=fitted,
-            motions=tuple(p.motion(c) for p, c in self._pairs(state)),
+            skeleton=shared.skeleton if shared.free_inertias else self.inertias.skeleton,
+            motions=tuple(part.motion(at) for part, at in self._at(state)),
             splines=tuple(state.coefficients),
-            phi=state.phi,
+            phi=shared.phi,
             inertia_names=self.inertias.names,
             iterations=iteration,
             converged=converged,
             notes=() if converged else (f"the trajectory fit did not settle in {iteration} iterations",),
             costs=tuple(float(c) for c in costs),
-            extra=state.x,
+            extra=shared.x,
             extra_covariance=self._extra_covariance(state),
         )
 
-    def _pairs(self, state: _State) -> list[tuple[TrialCost, Float[np.ndarray, "coefficients dofs"]]]:
-        return list(zip(self.parts, state.coefficients, strict=True))
+    def _shared(
+        self, phi: Float[np.ndarray, " parameters"], x: Float[np.ndarray, " extra"]
+    ) -> SharedParameters:
+        return SharedParameters(self.inertias, phi, x, self.settings.fit_inertias)
 
-    def _linearized(self, state: _State) -> list[TrialTerms]:
-        model = self._model(state)
-        return [p.linearized(c, model, with_inertias=self.parameters > 0) for p, c in self._pairs(state)]
+    def _at(self, state: _State) -> Iterator[tuple[TrialCost, TrialPoint]]:
+        """Each trial where it is; the poses of one are gone before those of the next are made."""
+        for part, coefficients in zip(self.parts, state.coefficients, strict=True):
+            yield part, part.point(coefficients, state.shared)
 
-    def _factorized(self, state: _State, system: list[TrialTerms], damping: float = 0.0) -> BorderedFactor:
-        return BorderedFactor(system, self._prior(state)[2], damping)
+    def _linearized(self, state: _State) -> list[TrialSystem]:
+        return [part.linearized(at) for part, at in self._at(state)]
 
-    def _gradient_of(self, state: _State, system: list[TrialTerms]) -> Gradient:
-        shared = sum((part.gradient_corner for part in system), self._prior(state)[1])
-        return Gradient(tuple(part.gradient for part in system), shared)
+    def _factorized(self, state: _State, system: list[TrialSystem], damping: float = 0.0) -> BorderedFactor:
+        size = state.shared.count
+        curvature = sum((p.curvature(state.shared) for p in self.priors), np.zeros((size, size)))
+        return BorderedFactor(system, curvature, damping)
+
+    def _gradient_of(self, state: _State, system: list[TrialSystem]) -> Gradient:
+        return self._whole_gradient(state, [part.gradient for part in system])
 
     def _gradient(self, state: _State) -> Gradient:
         """The same without the curvature, at a fraction of its cost."""
-        model, shared, coefficients = self._model(state), self._prior(state)[1], []
-        for part, c in self._pairs(state):
-            own, corner = part.gradient(c, model, with_inertias=self.parameters > 0)
-            coefficients.append(own)
-            shared = shared + corner
-        return Gradient(tuple(coefficients), shared)
+        return self._whole_gradient(state, [part.gradient(at) for part, at in self._at(state)])
+
+    def _whole_gradient(self, state: _State, trials: list[TrialGradient]) -> Gradient:
+        shared = sum((p.gradient(state.shared) for p in self.priors), np.zeros(state.shared.count))
+        shared = sum((part.shared for part in trials), shared)
+        return Gradient(tuple(part.coefficients for part in trials), shared)
 
     def _stepped(self, state: _State, step: Step) -> _State:
-        phi = state.phi
-        if self.parameters:
-            phi = self.inertias.moved(phi, step.shared[: self.parameters])
         coefficients = [c + s for c, s in zip(state.coefficients, step.coefficients, strict=True)]
-        return _State(coefficients, phi, state.x + step.shared[self.parameters :])
+        return _State(coefficients, state.shared.moved(step.shared))
 
     def _settled(self, state: _State, cost: float, factor: BorderedFactor) -> tuple[_State, bool]:
         """The state after a last step with the curvature at hand, and whether it is the last one.
@@ -247,41 +224,16 @@ class _Solver:
         tried = self._stepped(state, step)
         return (tried, True) if self._cost(tried) < cost else (state, False)
 
-    def _model(self, state: _State) -> ResidualModel:
-        return ResidualModel(self.inertias, state.phi, state.x)
-
     def _cost(self, state: _State) -> float:
-        model = self._model(state)
-        return sum(p.cost(c, model) for p, c in self._pairs(state)) + self._prior(state)[0]
+        return sum(part.cost(at) for part, at in self._at(state)) + self._prior_cost(state)
 
-    def _prior(
-        self, state: _State
-    ) -> tuple[float, Float[np.ndarray, " shared"], Float[np.ndarray, "shared shared"]]:
-        """Cost, gradient and curvature of the priors of φ, of the body's total mass and of x.
-
-        The latter two by φ, where it is free, and x, one after the other.
-        """
-        phi, x, count = state.phi, state.x, self.parameters
-        J, D = self.inertias.pseudo_inertias(phi), self.inertias.derivatives(phi)
-        moved = J[self.inertias.group >= 0, 3, 3].sum()
-        kept = sum(
-            b.mass for b, g in zip(self.inertias.skeleton.bodies, self.inertias.group, strict=True) if g < 0
-        )
-        excess = moved + kept - self.entered_mass
-        slope = np.zeros(len(phi))
-        for b, g in enumerate(self.inertias.group):
-            if g >= 0:
-                slope[10 * g : 10 * g + 10] += D[b, :, 3, 3]
-        precision = self.prior_weight / (self.settings.body_mass_std * self.entered_mass) ** 2
-        cost = float(self.prior_precision @ phi**2 + precision * excess**2 + self.extra_precision @ x**2)
-        gradient = self.prior_precision * phi + precision * excess * slope
-        curvature = np.diag(np.concatenate([self.prior_precision[:count], self.extra_precision]))
-        curvature[:count, :count] += precision * np.outer(slope, slope)[:count, :count]
-        return cost, np.concatenate([gradient[:count], self.extra_precision * x]), curvature
+    def _prior_cost(self, state: _State) -> float:
+        return sum(prior.cost(state.shared) for prior in self.priors)
 
     def _extra_covariance(self, state: _State) -> Float[np.ndarray, "extra extra"]:
         """Of x at the solution: the inverse of the border from which all bands are eliminated."""
-        if not len(state.x):
+        if not len(state.shared.x):
             return np.zeros((0, 0))
         corner = self._factorized(state, self._linearized(state)).corner
-        return np.linalg.inv(corner)[self.parameters :, self.parameters :]
+        free = state.shared.free_inertias
+        return np.linalg.inv(corner)[free:, free:]

@@ -6,14 +6,13 @@ own, most of what a marker fit shows of it is noise, and too loose a prior would
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
 from scipy.linalg import cholesky_banded
 
 from solver.dynamics.spline_band import CoefficientBand, in_blocks
-from solver.dynamics.spline_basis import ORDER, SplineBasis
+from solver.dynamics.spline_basis import SplineBasis
 
 JERKLESS = 3  # motions of a dof that have no jerk: at rest, at even speed, evenly accelerated
 
@@ -31,17 +30,10 @@ class TrajectoryPrior:
         free = self.pull == 0
         jerk_weight = smoothness * self.jerk_precision
         log = 0.5 * (self.basis.coefficients - JERKLESS) * float(np.log(jerk_weight[free]).sum())
-        jerk = self.basis.jerk_gram.T  # (a, a + k) at [k, a]
+        values, jerk = self.basis.value_gram.T, self.basis.jerk_gram.T  # (a, a + k) at [k, a]
         for p, w in zip(self.pull[~free], jerk_weight[~free], strict=True):
-            log += float(np.log(cholesky_banded(p * self._gram + w * jerk, lower=True)[0]).sum())
+            log += float(np.log(cholesky_banded(p * values + w * jerk, lower=True)[0]).sum())
         return log
-
-    @cached_property
-    def _gram(self) -> Float[np.ndarray, "6 coefficients"]:
-        """Σ_t B_a(t) B_(a+k)(t) at [k, a]."""
-        frames = CoefficientBand.empty(self.basis, 1)
-        frames.add_frames(0, np.ones((self.basis.frames, 1, 1)))
-        return frames.panels[:, 0, :ORDER, 0].T
 
 
 def likeliest_smoothness(

@@ -21,7 +21,7 @@ from solver.diagnosis.refinement import refined
 from solver.diagnosis.report import extended_gain_json
 from solver.diagnosis.scenes import scenes_of
 from solver.dynamics.extension import BodyWrench, Extension, TrialExtension
-from solver.dynamics.trajectory_fit import TrialData
+from solver.dynamics.trial_data import TrialData
 from solver.effects.carried_mass import CarriedMass
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.plate_gain import PlateGain

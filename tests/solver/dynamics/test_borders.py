@@ -23,7 +23,8 @@ from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.hidden_steps import Step, frames_of, steps_of
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.missing_wrench import with_inferred_torques
-from solver.dynamics.trajectory_fit import TrialData, fit_trajectories
+from solver.dynamics.trajectory_fit import fit_trajectories
+from solver.dynamics.trial_data import TrialData
 from solver.dynamics_stage import trial_data
 from solver.kinematics.marker_matching import match_markers
 from solver.kinematics.root_joint import root_joint

@@ -5,7 +5,7 @@ from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.extension import BodyWrench, Cause, Extension, TrialExtension, with_extra_wrench
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.settings import DynamicsSettings
-from solver.dynamics.trajectory_fit import TrialData
+from solver.dynamics.trial_data import TrialData
 from solver.kinematics.label_faults.fault import Exchange
 from solver.kinematics.motion import Motion
 

@@ -7,8 +7,10 @@ import pytest
 
 from solver.dynamics.momentum_terms import momentum_terms
 from solver.dynamics.spline_band import from_blocks, in_blocks
-from solver.dynamics.trajectory_fit import ExtraParameters, TrialData, _Solver, _State, fit_trajectories
+from solver.dynamics.terms.root_residual import RootResidual
+from solver.dynamics.trajectory_fit import _Solver, _State, fit_trajectories
 from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.dynamics.trial_data import ExtraParameters, TrialData
 from solver.errors import FitError
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import marker_positions
@@ -77,11 +79,12 @@ def test_a_fixed_wrench_is_the_same_as_one_that_was_recorded(crane, trial, fitte
 
 def test_gradient_by_x_is_that_of_the_cost(crane, trial):
     solver = _Solver(crane, [trial], SETTINGS, PRIOR)
-    state = _State([solver.parts[0].start()], np.zeros(solver.inertias.count), np.array([12.0, 0.1]))
+    c, x = solver.parts[0].start(), np.array([12.0, 0.1])
+    state = state_at(solver, c, x)
     (system,) = solver._linearized(state)
-    analytic = 2 * (system.gradient_corner + solver._prior(state)[1])[solver.parameters :]
+    analytic = 2 * solver._gradient_of(state, [system]).shared[solver.inertias.count :]
     for k, step in enumerate((1e-3, 1e-5)):
-        ahead, behind = (replace_x(state, state.x + sign * step * np.eye(2)[k]) for sign in (1, -1))
+        ahead, behind = (state_at(solver, c, x + sign * step * np.eye(2)[k]) for sign in (1, -1))
         numerical = (solver._cost(ahead) - solver._cost(behind)) / (2 * step)
         assert analytic[k] == pytest.approx(numerical, rel=1e-6)
 
@@ -90,21 +93,24 @@ def test_the_step_and_the_covariance_are_those_of_a_dense_solve(crane, trial):
     """Rows by finite differences of the whitened residual; markers, jerk and priors from the band itself."""
     solver = _Solver(crane, [trial], SETTINGS, PRIOR)
     c = solver.parts[0].start()
-    state = _State([c], np.zeros(solver.inertias.count), np.array([12.0, 0.1]))
+    state = state_at(solver, c, np.array([12.0, 0.1]))
     (system,) = solver._linearized(state)
-    inertias, size = solver.parameters, c.size
+    inertias, size = solver.inertias.count, c.size
     matrix = system.band.block_tridiagonal()
     unit = np.eye(size).reshape(*c.shape, size)
     band = from_blocks(matrix.times(in_blocks(unit)), *c.shape).reshape(size, size)
-    _, prior_gradient, prior_curvature = solver._prior(state)
+    prior_curvature = sum(prior.curvature(state.shared) for prior in solver.priors)
+    prior_gradient = sum(prior.gradient(state.shared) for prior in solver.priors)
     border = system.border.reshape(size, -1)
     dense = np.block([[band, border], [border.T, system.corner + prior_curvature]])
-    gradient = np.concatenate([system.gradient.ravel(), system.gradient_corner + prior_gradient])
+    gradient = np.concatenate([system.gradient.coefficients.ravel(), system.gradient.shared + prior_gradient])
     step = -np.linalg.solve(dense, gradient)
     found = solver._factorized(state, [system]).step(solver._gradient_of(state, [system]))
     tried = solver._stepped(state, found)
     scale = np.abs(step[size + inertias :])
-    np.testing.assert_allclose(tried.x - state.x, step[size + inertias :], atol=1e-6 * scale.max())
+    np.testing.assert_allclose(
+        tried.shared.x - state.shared.x, step[size + inertias :], atol=1e-6 * scale.max()
+    )
     covariance = np.linalg.inv(dense)[size + inertias :, size + inertias :]
     np.testing.assert_allclose(solver._extra_covariance(state), covariance, rtol=1e-6)
 
@@ -113,18 +119,17 @@ def test_the_border_of_x_is_the_derivative_of_the_gradient(crane, trial):
     """Gauss-Newton's border: Jᵀ ∂r/∂x; r is linear in x, and for a robust scale far off nothing else is."""
     settings = replace(SETTINGS, residual_robust_scale=1e6)
     solver = _Solver(crane, [trial], settings, PRIOR)
-    c, phi = solver.parts[0].start(), np.zeros(solver.inertias.count)
-    part, inertias = solver.parts[0], solver.parameters
-    x, rng = np.zeros(2), np.random.default_rng(2)
+    part, inertias = solver.parts[0], solver.inertias.count
+    c, x, rng = part.start(), np.zeros(2), np.random.default_rng(2)
+    term = RootResidual(trial, settings)
     direction = rng.normal(size=c.shape)
-    (system,) = solver._linearized(_State([c], phi, x))
+    (system,) = solver._linearized(state_at(solver, c, x))
     border = np.einsum("cd,cdp->p", direction, system.border)[inertias:]
 
-    def residual(coefficients, at):
-        model = solver._model(_State([coefficients], phi, at))
-        (states,) = part._states(coefficients)
-        rows = part.residuals.linearized(model, states, with_inertias=False).value
-        return np.sqrt(part.per_frame) * rows
+    def residual(coefficients, x):
+        at = part.point(coefficients, state_at(solver, c, x).shared)
+        (states,) = at.chunks
+        return np.sqrt(at.frame_weight) * term.rows(at.shared, states).value
 
     h = 1e-6
     along = (residual(c + h * direction, x) - residual(c - h * direction, x)) / (2 * h)
@@ -156,5 +161,5 @@ def test_columns_and_parameters_must_be_as_many(crane, trial):
         fit_trajectories(crane, [trial], SETTINGS)
 
 
-def replace_x(state, x):
-    return _State(state.coefficients, state.phi, x)
+def state_at(solver, coefficients, x):
+    return _State([coefficients], solver._shared(np.zeros(solver.inertias.count), x))

@@ -8,8 +8,8 @@ from scipy.interpolate import BSpline
 
 from solver.dynamics.marker_posterior import MarkerNoise, MarkerPosterior, marker_posterior
 from solver.dynamics.momentum_terms import momentum_terms
+from solver.dynamics.terms.smoothness import jerk_level
 from solver.dynamics.trajectory_settings import TrajectorySettings
-from solver.dynamics.trial_cost import jerk_level
 from solver.dynamics.windows import windows_over
 from solver.kinematics.frame_solver import root_dofs
 from solver.kinematics.motion import Motion

@@ -4,12 +4,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from solver.dynamics import trial_cost
 from solver.dynamics.momentum_terms import momentum_terms
 from solver.dynamics.spline_band import CoefficientBand, from_blocks, in_blocks
 from solver.dynamics.spline_basis import spline_basis
-from solver.dynamics.trajectory_fit import TrialData, _Solver, _State, fit_trajectories
+from solver.dynamics.terms import trial_point
+from solver.dynamics.trajectory_fit import _Solver, _State, fit_trajectories
 from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.dynamics.trial_data import TrialData
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.pinocchio_model import RigidBodyModel
@@ -104,24 +105,23 @@ def test_gradient_of_the_whole_cost_matches_finite_differences(light_capped, tri
     rng = np.random.default_rng(1)
     c = part.start()
     phi = rng.normal(0, 0.02, solver.inertias.count)
-    model = solver._model(_State([c], phi))
-    system = part.linearized(c, model, with_inertias=True)
+    shared = solver._shared(phi, np.zeros(0))
+    system = part.linearized(part.point(c, shared))
+
+    def cost(coefficients, phi=phi):
+        return part.cost(part.point(coefficients, solver._shared(phi, np.zeros(0))))
+
     for _ in range(4):
         direction = rng.normal(size=c.shape)
         direction /= np.abs(direction).max()
         step = 1e-6
-        numerical = (part.cost(c + step * direction, model) - part.cost(c - step * direction, model)) / (
-            2 * step
-        )
-        analytic = 2 * (system.gradient * direction).sum()
+        numerical = (cost(c + step * direction) - cost(c - step * direction)) / (2 * step)
+        analytic = 2 * (system.gradient.coefficients * direction).sum()
         assert numerical == pytest.approx(analytic, rel=1e-4)
     direction = rng.normal(size=phi.shape)
     step = 1e-6
-    numerical = (
-        part.cost(c, solver._model(_State([c], phi + step * direction)))
-        - part.cost(c, solver._model(_State([c], phi - step * direction)))
-    ) / (2 * step)
-    assert numerical == pytest.approx(2 * (system.gradient_corner @ direction), rel=1e-5)
+    numerical = (cost(c, phi + step * direction) - cost(c, phi - step * direction)) / (2 * step)
+    assert numerical == pytest.approx(2 * (system.gradient.shared @ direction), rel=1e-5)
 
 
 def test_the_fit_obeys_the_forces_and_stays_at_the_markers(light_capped, trial):
@@ -179,13 +179,13 @@ def test_the_foretold_decrease_is_the_quadratic_models(light_capped, trial):
     """2 gᵀs + sᵀHs with H s = −g is gᵀs; the gradient here by central differences of the whole cost."""
     solver = _Solver(light_capped, [trial], SETTINGS)
     fit = fit_trajectories(light_capped, [trial], replace(SETTINGS, iterations=1))
-    state = _State([fit.splines[0]], fit.phi)
+    state = state_at(solver, fit.splines[0], fit.phi)
     system = solver._linearized(state)
     step = solver._factorized(state, system).step(solver._gradient_of(state, system))
 
     def cost(h):
         moved = state.coefficients[0] + h * step.coefficients[0]
-        return solver._cost(_State([moved], state.phi + h * step.shared))
+        return solver._cost(state_at(solver, moved, fit.phi + h * step.shared))
 
     slope = (cost(1e-4) - cost(-1e-4)) / 2e-4
     np.testing.assert_allclose(step.foretold, -slope / 2, rtol=1e-4)
@@ -194,7 +194,7 @@ def test_the_foretold_decrease_is_the_quadratic_models(light_capped, trial):
 def test_the_gradient_alone_is_that_of_the_whole_system(light_capped, trial):
     solver = _Solver(light_capped, [trial], SETTINGS)
     rng = np.random.default_rng(3)
-    state = _State([solver.parts[0].start()], rng.normal(0, 0.02, solver.inertias.count))
+    state = state_at(solver, solver.parts[0].start(), rng.normal(0, 0.02, solver.inertias.count))
     alone, whole = solver._gradient(state), solver._gradient_of(state, solver._linearized(state))
     scale = np.abs(whole.coefficients[0]).max()
     np.testing.assert_allclose(alone.coefficients[0], whole.coefficients[0], atol=1e-12 * scale)
@@ -203,15 +203,24 @@ def test_the_gradient_alone_is_that_of_the_whole_system(light_capped, trial):
 
 def test_cost_and_system_are_the_same_whatever_the_chunks(light_capped, trial, monkeypatch):
     solver = _Solver(light_capped, [trial], SETTINGS)
-    state = _State([solver.parts[0].start()], np.zeros(solver.inertias.count))
+    state = state_at(solver, solver.parts[0].start(), np.zeros(solver.inertias.count))
     ((whole,), cost) = solver._linearized(state), solver._cost(state)
-    monkeypatch.setattr(trial_cost, "CHUNK", 7)
+    monkeypatch.setattr(trial_point, "CHUNK", 7)
     ((chunked,), again) = solver._linearized(state), solver._cost(state)
     assert again == pytest.approx(cost, rel=1e-12)
-    assert chunked.cost + solver._prior(state)[0] == pytest.approx(cost, rel=1e-12)
-    for name in ("gradient", "border", "corner", "gradient_corner"):
-        one, other = getattr(whole, name), getattr(chunked, name)
+    assert chunked.cost + solver._prior_cost(state) == pytest.approx(cost, rel=1e-12)
+    pairs = (
+        (whole.gradient.coefficients, chunked.gradient.coefficients),
+        (whole.gradient.shared, chunked.gradient.shared),
+        (whole.border, chunked.border),
+        (whole.corner, chunked.corner),
+    )
+    for one, other in pairs:
         np.testing.assert_allclose(other, one, atol=1e-10 * np.abs(one).max())
     np.testing.assert_allclose(
         chunked.band.panels, whole.band.panels, atol=1e-12 * np.abs(whole.band.panels).max()
     )
+
+
+def state_at(solver, coefficients, phi):
+    return _State([coefficients], solver._shared(phi, np.zeros(0)))

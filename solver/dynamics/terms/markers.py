@@ -1,11 +1,13 @@
-"""What a trial's markers say about a trajectory, with Gauss-Newton terms."""
+"""Markers: how far they lie from the measured ones, and how fast that changes."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
+from solver.dynamics.bordered_system import TrialGradient, TrialSystem
 from solver.dynamics.subtree_terms import SubtreeTerms
+from solver.dynamics.terms.trial_point import TrialPoint
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import ForwardKinematics
@@ -16,14 +18,12 @@ class MarkerErrors:
     """Of a whole trial at one trajectory; the gradient of half the cost by the markers' positions."""
 
     markers_ground: Float[np.ndarray, "frames markers 3"]  # [m]
-    weight: Float[
-        np.ndarray, "frames markers"
-    ]  # a frame's own: of its error, and of the changes to both sides
+    # A frame's own: of its error, and of the changes to both sides.
+    weight: Float[np.ndarray, "frames markers"]
     pull: Float[np.ndarray, "frames markers 3"]
-    cost: float
 
 
-class MarkerTrack:
+class Markers:
     """Σ ρ(‖e_t‖²)/σ_m² + Σ w_t ‖e_t − e_(t−1)‖²/σ_d²: a marker that lies far off has little to say in either.
 
     The weights w of the changes come from the marker fit and stay.
@@ -47,15 +47,36 @@ class MarkerTrack:
         drift_precision = (settings.marker_drift_std_m_s / start.rate) ** -2
         self.pair_weight = drift_precision * both_seen * np.minimum(trust[1:], trust[:-1])
 
-    def cost(self, markers_ground: Float[np.ndarray, "frames markers 3"]) -> float:
+    def cost(self, at: TrialPoint) -> float:
         """Both sums."""
+        return self._cost(at, _positions(at))
+
+    def add_gradient(self, at: TrialPoint, gradient: TrialGradient) -> None:
+        """By the coefficients."""
+        errors = self._marker_errors(_positions(at))
+        by_q = [self._by_q(errors, states.frames, self.tree.twists(states.poses)) for states in at.chunks]
+        gradient.add_frames(at.basis, at.frame_weight * np.concatenate(by_q))
+
+    def add_linearized(self, at: TrialPoint, system: TrialSystem) -> None:
+        """The robust weights of the errors are held."""
+        x = _positions(at)
+        errors, by_q, S_last = self._marker_errors(x), [], None
+        for states in at.chunks:
+            S = self.tree.twists(states.poses)
+            H, H_before = self._curvature(errors, states.frames, S, S_last)
+            system.band.add_frames(states.frames.start, H, H_before, at.frame_weight)
+            by_q.append(self._by_q(errors, states.frames, S))
+            S_last = S[-1:]
+        system.gradient.add_frames(at.basis, at.frame_weight * np.concatenate(by_q))
+        system.cost += self._cost(at, x)
+
+    def _cost(self, at: TrialPoint, markers_ground: Float[np.ndarray, "frames markers 3"]) -> float:
         error, squares = self._errors(markers_ground)
         changes = self.pair_weight[:, :, None] * np.diff(error, axis=0) ** 2
         static = self.precision * self.scale2 * np.log1p(squares / self.scale2).sum()
-        return float(static + changes.sum())
+        return at.frame_weight * float(static + changes.sum())
 
-    def errors(self, markers_ground: Float[np.ndarray, "frames markers 3"]) -> MarkerErrors:
-        """What Gauss-Newton needs of all frames; the robust weights of the errors are held."""
+    def _marker_errors(self, markers_ground: Float[np.ndarray, "frames markers 3"]) -> MarkerErrors:
         error, squares = self._errors(markers_ground)
         weight = self.seen * self.precision / (1 + squares / self.scale2)
         change = self.pair_weight[:, :, None] * np.diff(error, axis=0)
@@ -64,21 +85,15 @@ class MarkerTrack:
         pull[:-1] -= change
         weight[1:] += self.pair_weight
         weight[:-1] += self.pair_weight
-        return MarkerErrors(markers_ground, weight, pull, self.cost(markers_ground))
+        return MarkerErrors(markers_ground, weight, pull)
 
-    def gradient(
+    def _by_q(
         self, errors: MarkerErrors, frames: slice, S: Float[np.ndarray, "some axes 6"]
     ) -> Float[np.ndarray, "some dofs"]:
-        """Of half the cost, by q of some frames.
-
-        Args:
-            errors: of the trial.
-            frames: of the trial.
-            S: the tree's twists at these frames.
-        """
+        """The gradient by q of some frames, whose axes have the twists S."""
         return self.tree.gradient(S, errors.markers_ground[frames], errors.pull[frames])
 
-    def curvature(
+    def _curvature(
         self,
         errors: MarkerErrors,
         frames: slice,
@@ -90,7 +105,7 @@ class MarkerTrack:
         Args:
             errors: of the trial.
             frames: of the trial.
-            S: the tree's twists at these frames.
+            S: the axes' twists at these frames.
             S_before: at the frame before them; None: they are the trial's first.
 
         Returns:
@@ -110,3 +125,7 @@ class MarkerTrack:
     ) -> tuple[Float[np.ndarray, "frames markers 3"], Float[np.ndarray, "frames markers"]]:
         error = np.where(self.seen[:, :, None], x - self.observed, 0.0)
         return error, (error**2).sum(axis=2)
+
+
+def _positions(at: TrialPoint) -> Float[np.ndarray, "frames markers 3"]:
+    return np.concatenate([at.kinematics.markers(states.poses) for states in at.chunks])

@@ -1,0 +1,35 @@
+"""Pull to the marker fit: dofs that markers barely see would absorb the residual."""
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.dynamics.bordered_system import TrialGradient, TrialSystem
+from solver.dynamics.terms.trial_point import TrialPoint
+from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.kinematics.frame_solver import root_dofs
+from solver.kinematics.motion import Motion
+from solver.skeleton.skeleton import Skeleton
+
+
+class PosePull:
+    """Σ_t Σ_j (q_tj − q⁰_tj)²/σ_q², over all dofs but the root's."""
+
+    def __init__(self, skeleton: Skeleton, start: Motion, settings: TrajectorySettings) -> None:
+        self.start_q = start.q
+        self.precision: Float[np.ndarray, " dofs"] = np.where(
+            root_dofs(skeleton), 0.0, settings.pose_std_rad**-2
+        )
+
+    def cost(self, at: TrialPoint) -> float:
+        """The sum."""
+        return at.frame_weight * float((self.precision * (at.q - self.start_q) ** 2).sum())
+
+    def add_gradient(self, at: TrialPoint, gradient: TrialGradient) -> None:
+        """By the coefficients."""
+        gradient.add_frames(at.basis, at.frame_weight * self.precision * (at.q - self.start_q))
+
+    def add_linearized(self, at: TrialPoint, system: TrialSystem) -> None:
+        """Quadratic, so the band's share is the same everywhere."""
+        system.band.add_values(at.frame_weight * self.precision)
+        self.add_gradient(at, system.gradient)
+        system.cost += self.cost(at)

@@ -1,0 +1,182 @@
+"""Forces: the wrench at the root that the motion demands and nobody recorded."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from solver.dynamics.bordered_system import TrialGradient, TrialSystem
+from solver.dynamics.inertia_parameters import demanded_wrench, wrench_by_parameters
+from solver.dynamics.material_acceleration import material_accelerations
+from solver.dynamics.momentum_terms import momentum_terms
+from solver.dynamics.root_wrench import root_centre
+from solver.dynamics.terms.shared_parameters import SharedParameters
+from solver.dynamics.terms.trial_point import FrameStates, TrialPoint
+from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.dynamics.trial_data import TrialData
+from solver.kinematics.root_joint import root_joint
+from solver.skeleton.forward import cross, point_jacobian
+from solver.skeleton.rotations import skew
+
+
+@dataclass(frozen=True)
+class ResidualRows:
+    """Whitened residual rows [force, moment about the root joint's centre] and their derivatives."""
+
+    value: Float[np.ndarray, "frames 6"]
+    by_q: Float[np.ndarray, "frames 6 dofs"]
+    by_v: Float[np.ndarray, "frames 6 dofs"]
+    by_a: Float[np.ndarray, "frames 6 dofs"]
+    by_shared: Float[np.ndarray, "frames 6 shared"]
+    cost: float
+
+    @property
+    def gradient_by_states(self) -> Float[np.ndarray, "3 frames dofs"]:
+        """Of half the cost, by q, q̇ and q̈."""
+        return np.stack([(self.value[:, None] @ J)[:, 0] for J in (self.by_q, self.by_v, self.by_a)])
+
+    @property
+    def gradient_by_shared(self) -> Float[np.ndarray, " shared"]:
+        """Of half the cost, by the shared parameters."""
+        return self.shared_rows.T @ self.value.ravel()
+
+    @property
+    def shared_rows(self) -> Float[np.ndarray, "rows shared"]:
+        """Derivatives of all rows by the shared parameters."""
+        return self.by_shared.reshape(self.value.size, self.by_shared.shape[2])
+
+
+class RootResidual:
+    """Σ_{t ∉ U} ρ(‖r_t‖²/σ_r²): external wrench demanded by the motion less what is known to act.
+
+    That is wrench + columns x, with x shared by trials. ρ is Cauchy's: a frame whose force is plainly
+    missing, though nobody said so, does not bend the body.
+    """
+
+    def __init__(self, data: TrialData, settings: TrajectorySettings, extra: int = 0) -> None:
+        """Of a trial.
+
+        Args:
+            data: of the trial.
+            settings: deviations of the residual.
+            extra: parameters x that trials share; where the trial has no columns for them, they do nothing.
+        """
+        self.counts: Bool[np.ndarray, " frames"] = data.counts
+        self.measured, columns = data.wrench_ground, data.extra_columns_ground
+        if data.extra_wrench_ground is not None:
+            self.measured = self.measured + data.extra_wrench_ground
+        self.columns: Float[np.ndarray, "frames 6 extra"] = (
+            np.zeros((len(data.counts), 6, extra)) if columns is None else columns
+        )
+        scale = (settings.residual_force_std_N, settings.residual_moment_std_Nm)
+        self.whitening = 1.0 / np.repeat(scale, 3)
+        self.robust2 = settings.residual_robust_scale**2
+
+    def cost(self, at: TrialPoint) -> float:
+        """The sum."""
+        return at.frame_weight * sum(self._cost(at.shared, states) for states in at.chunks)
+
+    def add_gradient(self, at: TrialPoint, gradient: TrialGradient) -> None:
+        """By the coefficients and the shared parameters."""
+        by_states = []
+        for states in at.chunks:
+            rows = self.rows(at.shared, states)
+            gradient.shared += at.frame_weight * rows.gradient_by_shared
+            by_states.append(rows.gradient_by_states)
+        _add_by_states(at, by_states, gradient)
+
+    def add_linearized(self, at: TrialPoint, system: TrialSystem) -> None:
+        """The robust weights are held."""
+        by_states, weight = [], at.frame_weight
+        for states in at.chunks:
+            rows = self.rows(at.shared, states)
+            jacobians = rows.by_q, rows.by_v, rows.by_a
+            system.band.add_residual_rows(
+                states.frames.start, jacobians, rows.by_shared, system.border, weight
+            )
+            system.corner += weight * rows.shared_rows.T @ rows.shared_rows
+            system.gradient.shared += weight * rows.gradient_by_shared
+            system.cost += weight * rows.cost
+            by_states.append(rows.gradient_by_states)
+        _add_by_states(at, by_states, system.gradient)
+
+    def _cost(self, shared: SharedParameters, states: FrameStates) -> float:
+        at, states = self._known(states)
+        if not len(at):
+            return 0.0
+        poses = states.poses
+        A, T = material_accelerations(states.kinematics, poses, states.q, states.v, states.a)
+        wrench = demanded_wrench(A, T, shared.pseudo_inertias).sum(axis=1)
+        wrench -= self.measured[at] + self.columns[at] @ shared.x
+        centre = root_centre(root_joint(shared.inertias.skeleton), poses)
+        wrench[:, 3:] -= cross(centre, wrench[:, :3])
+        return self._robust(((self.whitening * wrench) ** 2).sum(axis=1))
+
+    def rows(self, shared: SharedParameters, states: FrameStates) -> ResidualRows:
+        """Of some frames; zero on those of U."""
+        at, known = self._known(states)
+        rows = self._rows(shared, at, known)
+        if len(at) == len(states.q):
+            return rows
+        here = at - states.frames.start
+
+        def padded(part: np.ndarray) -> np.ndarray:
+            whole = np.zeros((len(states.q), *part.shape[1:]))
+            whole[here] = part
+            return whole
+
+        return ResidualRows(
+            value=padded(rows.value),
+            by_q=padded(rows.by_q),
+            by_v=padded(rows.by_v),
+            by_a=padded(rows.by_a),
+            by_shared=padded(rows.by_shared),
+            cost=rows.cost,
+        )
+
+    def _known(self, states: FrameStates) -> tuple[Int[np.ndarray, " known"], FrameStates]:
+        """Which of these frames count, as frames of the trial, and their states."""
+        here = np.flatnonzero(self.counts[states.frames])
+        return here + states.frames.start, states.only(here)
+
+    def _robust(self, squares: Float[np.ndarray, " some"]) -> float:
+        return float(self.robust2 * np.log1p(squares / self.robust2).sum())
+
+    def _rows(
+        self, shared: SharedParameters, at: Int[np.ndarray, " some"], states: FrameStates
+    ) -> ResidualRows:
+        """Whitened residuals of some frames that count, and their derivatives by q, q̇, q̈, φ and x."""
+        columns = self.columns[at]
+        kinematics, poses = states.kinematics, states.poses
+        q, v, a = states.q, states.v, states.a
+        terms = momentum_terms(shared.rigid_bodies, q, v, a, self.measured[at] + columns @ shared.x)
+        root = root_joint(shared.inertias.skeleton)
+        centre = root_centre(root, poses)
+        centre_by_q = point_jacobian(kinematics, poses, root.body, centre)
+        com_by_q = terms.by_a[:, :3] / shared.skeleton.mass
+        arm, force = skew(terms.com_ground - centre), terms.residual[:, :3]
+        value = terms.residual.copy()
+        value[:, 3:] += (arm @ force[:, :, None])[:, :, 0]
+        for rows in (terms.by_q, terms.by_v, terms.by_a):
+            rows[:, 3:] += arm @ rows[:, :3]
+        terms.by_q[:, 3:] -= skew(force) @ (com_by_q - centre_by_q)
+        by_phi = np.zeros((len(q), 6, shared.free_inertias))
+        if shared.free_inertias:
+            A, T = material_accelerations(kinematics, poses, q, v, a)
+            by_phi = wrench_by_parameters(A, T, shared.inertias, shared.by_phi)
+        by_shared = np.concatenate([by_phi, -columns], axis=2)
+        by_shared[:, 3:] -= skew(centre) @ by_shared[:, :3]
+        squares = ((self.whitening * value) ** 2).sum(axis=1)
+        weights = self.whitening / np.sqrt(1 + squares / self.robust2)[:, None]
+        for derivative in (terms.by_q, terms.by_v, terms.by_a, by_shared):
+            np.multiply(derivative, weights[:, :, None], out=derivative)
+        return ResidualRows(
+            weights * value, terms.by_q, terms.by_v, terms.by_a, by_shared, self._robust(squares)
+        )
+
+
+def _add_by_states(
+    at: TrialPoint, by_states: list[Float[np.ndarray, "3 some dofs"]], gradient: TrialGradient
+) -> None:
+    for order, by_state in enumerate(np.concatenate(by_states, axis=1)):
+        gradient.add_frames(at.basis, at.frame_weight * by_state, order)

@@ -1,0 +1,56 @@
+"""Terms of the shared parameters alone, as rows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.dynamics.inertia_parameters import prior_std
+from solver.dynamics.terms.extra_prior import ExtraPrior
+from solver.dynamics.terms.inertia_prior import InertiaPrior
+from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.dynamics.trial_data import ExtraParameters
+
+SETTINGS = TrajectorySettings()
+WEIGHT = 1.7
+EXTRA = ExtraParameters(np.array([3.0, 0.4]), np.zeros(2))
+
+
+def inertia_rows(case, shared):
+    mass = case.inertias.skeleton_at(shared.phi).mass
+    off_scale = (mass - case.skeleton.mass) / (SETTINGS.body_mass_std * case.skeleton.mass)
+    return np.sqrt(WEIGHT) * np.append(shared.phi / prior_std(case.inertias, SETTINGS), off_scale)
+
+
+CASES = {
+    "inertias": (lambda c: InertiaPrior(c.inertias, WEIGHT, SETTINGS), inertia_rows),
+    "extra": (lambda c: ExtraPrior(EXTRA), lambda c, shared: shared.x / EXTRA.prior_std),
+}
+
+
+@pytest.fixture(params=CASES)
+def prior_and_rows(request, case):
+    prior, rows = CASES[request.param]
+    size = case.coefficients.size
+    return prior(case), lambda vector: rows(
+        case, case.at(np.concatenate([case.iterate[:size], vector])).shared
+    )
+
+
+def test_prior_is_that_of_dense_rows(case, prior_and_rows):
+    prior, rows = prior_and_rows
+    shared = case.at(case.iterate).shared
+    R, J = rows(case.shared), case.derivatives(rows, case.shared)
+    assert prior.cost(shared) == pytest.approx(R @ R, rel=1e-9)
+    np.testing.assert_allclose(prior.gradient(shared), J.T @ R, atol=1e-7 * np.abs(J.T @ R).max())
+    np.testing.assert_allclose(prior.curvature(shared), J.T @ J, atol=1e-7 * np.abs(J.T @ J).max())
+
+
+def test_inertias_that_are_kept_have_no_place_in_the_vector(case):
+    shared = replace(case.at(case.iterate).shared, inertias_free=False)
+    inertias, extra = InertiaPrior(case.inertias, WEIGHT, SETTINGS), ExtraPrior(EXTRA)
+    assert shared.count == len(shared.x)
+    np.testing.assert_array_equal(inertias.gradient(shared), np.zeros(2))
+    np.testing.assert_array_equal(inertias.curvature(shared), np.zeros((2, 2)))
+    np.testing.assert_allclose(extra.gradient(shared), shared.x / EXTRA.prior_std**2)
+    assert inertias.cost(shared) > 0
