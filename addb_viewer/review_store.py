@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -11,8 +12,10 @@ from annotations.errors import ReviewError
 from annotations.events import IMPORTED, Edit, Event, ImportTable, Proposal
 from annotations.folding import folded
 from annotations.log import ReviewLog
+from annotations.reading import Reading
 from annotations.review_json import FINISHED, import_labels, labels_of
 from annotations.trial_review import TrialReview
+from annotations.unreadable import UnreadableRow, listed
 from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.mask import ERRONEOUS
@@ -59,16 +62,25 @@ def open_log(subject_folder: Path) -> ReviewLog:
     return ReviewLog(_shared(url, os.getpid()), subject_key(subject_folder))
 
 
-def all_edits(subject_folder: Path) -> tuple[Edit, ...]:
+def whole_log(subject_folder: Path) -> Reading:
     """Everything that people decided about a subject, in order; nothing is made where there is no log.
 
     Raises:
         ReviewError: it cannot be read.
     """
     if not has_log(subject_folder):
-        return ()
+        return Reading(())
     with open_log(subject_folder) as log:
-        return log.history()
+        return log.reading()
+
+
+def unreadable_notes(rows: Sequence[UnreadableRow]) -> tuple[str, ...]:
+    """What people should know about rows that are passed over, a sentence or two each.
+
+    Args:
+        rows: of the subject's log.
+    """
+    return tuple(f"{row.trial or 'an unknown trial'}: {row}" for row in rows)
 
 
 def subject_key(subject_folder: Path) -> str:
@@ -118,21 +130,38 @@ def take_in(log: ReviewLog, files: TrialFiles, capture: Capture, table: ImportTa
     return record(log, files, capture, table, IMPORTED)
 
 
-def share(subject_folder: Path) -> int:
+@dataclass(frozen=True)
+class Shared:
+    """What became of a subject's own edits."""
+
+    copied: int
+    left: tuple[UnreadableRow, ...]  # that cannot be read, and are in the file alone
+
+
+def share(subject_folder: Path, *, without_unreadable: bool = False) -> Shared:
     """Copy the edits of a subject's own file into the shared database.
 
-    Returns:
-        How many.
+    Args:
+        subject_folder: whose.
+        without_unreadable: copy the others where a row cannot be read; its decision stays in the file alone.
 
     Raises:
-        ReviewError: there is no shared database or no file, or the database has edits of the subject already.
+        ReviewError: there is no shared database or no file, a row of the file cannot be read, or the database
+            has edits of the subject already.
     """
     if store_url() is None:
         raise ReviewError(f"no shared database is named; give its URL by --store or in {STORE}")
     if not (subject_folder / FILE).is_file():
         raise ReviewError(f"{subject_folder}: has no {FILE} to copy")
     with ReviewLog.open(subject_folder / FILE) as own, open_log(subject_folder) as shared:
-        return shared.take_over(own.history())
+        found = own.reading()
+        if found.unreadable and not without_unreadable:
+            raise ReviewError(
+                f"{subject_folder / FILE}: nothing was copied, because what cannot be read would be missing "
+                f"there: {listed(found.unreadable)} ({found.unreadable[0].why}). Update addb-viewer if a "
+                "newer version wrote it, or put a whole copy of the file back; or share --without-unreadable"
+            )
+        return Shared(shared.take_over(found.edits), found.unreadable)
 
 
 def as_proposal(found: Found, provenance: Mapping[str, str]) -> Proposal:
@@ -243,17 +272,21 @@ def reviews_for_solve(
 
     Returns:
         What they say by trial, only of trials about whose forces they say something; and notes: where
-        reviewers disagree, and edits that are not used.
+        reviewers disagree, edits that are not used, and rows that cannot be read.
 
     Raises:
         ReviewError: the log cannot be read, or is about a foot that the subject does not have.
     """
     if not has_log(subject.folder):
         return {}, ()
-    with open_log(subject.folder) as log:
-        reviews = [log.review(trial.name, subject.foot_bodies) for trial in trials]
-        gone = sorted(set(log.trials()) - {trial.name for trial in subject.trials})
+    found = whole_log(subject.folder)
+    about = {trial.name: found.about(trial.name) for trial in trials}
+    reviews = [folded(name, said.edits, subject.foot_bodies, said.unreadable) for name, said in about.items()]
+    known = {trial.name for trial in subject.trials}
+    gone = sorted({edit.trial for edit in found.edits} - known)
     notes = [f"{review.trial}: {conflict}" for review in reviews for conflict in review.conflicts]
+    wanted = {trial.name for trial in trials} | {""}
+    notes += unreadable_notes([r for r in found.unreadable if r.trial in wanted or r.trial not in known])
     if gone:
         notes.append(f"{_place()}: has edits of trials that the subject does not have: {', '.join(gone)}")
     if store_url() is not None and (subject.folder / FILE).is_file():

@@ -164,12 +164,18 @@ def _make_sqlite_crash_safe(engine: Engine, patience_s: float) -> None:
     @event.listens_for(engine, "connect")
     def prepare(connection, _record) -> None:  # type: ignore[no-untyped-def]
         connection.isolation_level = None
+        connection.text_factory = _text
         _write_ahead(connection, patience_s)
         connection.execute("PRAGMA synchronous = FULL")
 
     @event.listens_for(engine, "begin")
     def begin(connection: Connection) -> None:
         connection.exec_driver_sql("BEGIN IMMEDIATE" if _writes(connection) else "BEGIN")
+
+
+def _text(raw: bytes) -> str:
+    """Text of a row; bytes that are no UTF-8 spoil this row alone, and its reader sees them."""
+    return raw.decode("utf-8", "surrogateescape")
 
 
 def _write_ahead(connection: sqlite3.Connection, patience_s: float) -> None:

@@ -47,18 +47,23 @@ from annotations.trial_review import (
     TrialReview,
 )
 from annotations.undoing import in_force
+from annotations.unreadable import UnreadableRow
 
 Layer = Int[np.ndarray, "stretches lanes"]  # which decision, counted from 1; 0 where there is none
 Run = tuple[int, int]  # frames: the first, and the first after it
 
 
-def folded(trial: str, edits: Sequence[Edit], feet: Sequence[str]) -> TrialReview:
+def folded(
+    trial: str, edits: Sequence[Edit], feet: Sequence[str], unreadable: Sequence[UnreadableRow] = ()
+) -> TrialReview:
     """What people have decided about a trial.
 
     Args:
         trial: its name.
         edits: its edits in order; those of one reviewer alone give that reviewer's opinion.
         feet: names of the subject's foot bodies.
+        unreadable: rows that are passed over and may be about the trial; of the state they change only that
+            a trial about which nothing else is known is not unseen.
 
     Raises:
         ReviewError: an edit is about a foot that the subject does not have.
@@ -67,6 +72,8 @@ def folded(trial: str, edits: Sequence[Edit], feet: Sequence[str]) -> TrialRevie
     forces = _Layers(trial, kept, force_decisions, lanes)
     activities = _Layers(trial, kept, activity_decisions, ())
     status, status_author, status_note = _status(kept)
+    if status is Status.UNSEEN and status_author is None and any(row.trial == trial for row in unreadable):
+        status = Status.IN_WORK
     labelled = forces.in_effect()
     review = TrialReview(
         trial=trial,
@@ -82,6 +89,7 @@ def folded(trial: str, edits: Sequence[Edit], feet: Sequence[str]) -> TrialRevie
         accepted=tuple(e.event.proposal for e in kept if isinstance(e.event, AcceptProposal)),
         rejected=tuple(e.event.proposal for e in kept if isinstance(e.event, RejectProposal)),
         file_counts=_file_counts(kept),
+        unreadable=tuple(unreadable),
     )
     return replace(review, stays_out=_stays_out(kept, review))
 

@@ -16,7 +16,7 @@ class _Last:
     """The last edit in the file itself; those of the write-ahead log come later."""
 
     number: int
-    made_at: str
+    made_at: Any  # as it lies there
 
 
 class KeptFile:
@@ -76,6 +76,7 @@ class KeptFile:
         """Ask the file alone, without its write-ahead log."""
         name = f"file:{quote(str(self._path.absolute()))}?mode=ro&immutable=1"
         connection = sqlite3.connect(name, uri=True)
+        connection.text_factory = bytes  # compared, not read: it may be no text at all
         try:
             found: tuple[Any, ...] | None = connection.execute(question, values).fetchone()
             return found

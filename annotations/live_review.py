@@ -10,9 +10,11 @@ from annotations.errors import LostLogError, ReviewError
 from annotations.events import Edit, Event
 from annotations.folding import folded
 from annotations.kept_file import KeptFile
-from annotations.log import ReviewLog, opinion
+from annotations.log import ReviewLog, opinion, unreadable_by
+from annotations.reading import Reading
 from annotations.rescue import rescued
 from annotations.trial_review import TrialReview
+from annotations.unreadable import UnreadableRow
 
 _Written = TypeVar("_Written")
 
@@ -36,16 +38,18 @@ class LiveReview:
         self._feet = tuple(feet)
         self._lock = threading.Lock()
         self._edits: list[Edit] = []
-        self._states: dict[tuple[str, str | None], tuple[int, TrialReview]] = {}
+        self._unreadable: list[UnreadableRow] = []
+        self._seen = 0
+        self._states: dict[tuple[str, str | None], tuple[tuple[int, int], TrialReview]] = {}
         self._lost = ""
-        self._edits.extend(log.since(0))
+        self._take(log.reading())
         self._file = None if log.file is None else KeptFile(log.file)
 
     @property
     def revision(self) -> int:
-        """The number of the last edit in memory; 0 where there is none."""
+        """The number of the last row that was seen, whether it can be read or not; 0 where there is none."""
         with self._lock:
-            return self._revision()
+            return self._seen
 
     def refresh(self) -> int:
         """Fetch what has been recorded since, here or by another program.
@@ -59,7 +63,7 @@ class LiveReview:
         """
         with self._lock:
             self._read(())
-            return self._revision()
+            return self._seen
 
     def record(self, trial: str, author: str, event: Event | None, write: Callable[[], _Written]) -> _Written:
         """Record an edit, and be sure that it is in the file that lies on the disk now.
@@ -79,7 +83,7 @@ class LiveReview:
             ReviewError: `write` says so.
         """
         with self._lock:
-            number, now = self._revision() + 1, datetime.now(UTC)
+            number, now = self._seen + 1, datetime.now(UTC)
             asked = () if event is None else (Edit(number, trial, author, now, event),)
             self._stop_if_lost(asked)
             try:
@@ -107,6 +111,11 @@ class LiveReview:
         """The edits of a trial, in order."""
         return self.since(0, trial)
 
+    def unreadable(self, trial: str | None = None) -> tuple[UnreadableRow, ...]:
+        """The rows that are passed over; those that may be about a trial, or all."""
+        with self._lock:
+            return tuple(row for row in self._unreadable if trial is None or row.may_be_about(trial))
+
     def review(self, trial: str, by: str | None = None) -> TrialReview:
         """The present state of a trial's review.
 
@@ -117,39 +126,42 @@ class LiveReview:
         Raises:
             ReviewError: an edit is about a foot that the subject does not have.
         """
-        edits = self.history(trial)
-        last = edits[-1].number if edits else 0
+        edits, unreadable = self.history(trial), unreadable_by(self.unreadable(trial), by)
+        made_of = (edits[-1].number if edits else 0, len(unreadable))
         kept = self._states.get((trial, by))
-        if kept is None or kept[0] != last:
-            kept = (last, folded(trial, opinion(edits, by), self._feet))
+        if kept is None or kept[0] != made_of:
+            kept = (made_of, folded(trial, opinion(edits, by), self._feet, unreadable))
             self._states[trial, by] = kept
         return kept[1]
 
     def reviews(self) -> Mapping[str, TrialReview]:
-        """The present state of every trial that has edits."""
-        return {trial: self.review(trial) for trial in sorted({edit.trial for edit in self.since(0)})}
+        """The present state of every trial that has edits, or rows that cannot be read."""
+        found = {edit.trial for edit in self.since(0)} | {row.trial for row in self.unreadable() if row.trial}
+        return {trial: self.review(trial) for trial in sorted(found)}
 
     def _read(self, asked: Sequence[Edit]) -> None:
         """Fetch new edits; what was read from a file of others is not taken."""
         self._stop_if_lost(asked)
         try:
-            new = self.log.since(self._revision())
+            new = self.log.reading(after=self._seen)
         except ReviewError:
             self._stop_if_lost(asked)
             raise
         self._stop_if_lost(asked)
-        self._edits.extend(new)
+        self._take(new)
+
+    def _take(self, new: Reading) -> None:
+        self._edits.extend(new.edits)
+        self._unreadable.extend(new.unreadable)
+        self._seen = max(self._seen, new.last)
 
     def _stop_if_lost(self, asked: Sequence[Edit]) -> None:
         if self._file is not None and self.log.file is not None and not self._lost:
             loss = self._file.loss()
             if loss:
-                self._lost = rescued(self.log.file, loss, self._edits, asked)
+                self._lost = rescued(self.log.file, loss, self._edits, asked, self._unreadable)
         if self._lost:
             raise LostLogError(self._lost)
-
-    def _revision(self) -> int:
-        return self._edits[-1].number if self._edits else 0
 
 
 def _first_after(edits: Sequence[Edit], revision: int) -> int:

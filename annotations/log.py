@@ -6,25 +6,28 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
-from sqlalchemy import Connection, Select, func, insert, select
+from sqlalchemy import Connection, func, insert, select
 
 from annotations.database import PATIENCE_S, Database
 from annotations.errors import ReviewError
-from annotations.event_codec import decoded, encoded, kind_of
+from annotations.event_codec import encoded, kind_of
 from annotations.events import IMPORTED, Edit, Event, ImportLabels, ImportTable, Redo, Undo
 from annotations.folding import folded
+from annotations.reading import Reading, check_author, read, rows_of
 from annotations.schema import EDITS
 from annotations.trial_review import TrialReview
 from annotations.undoing import next_redo, next_undo, undo_of
+from annotations.unreadable import UnreadableRow, is_text
 
 
 class ReviewLog:
     """All edits of one subject.
 
     Several programs and threads may have the same log open: an edit is on the disk when `append` returns, and
-    the next read by anybody finds it. Edits become visible in the order of their numbers.
+    the next read by anybody finds it. Edits become visible in the order of their numbers. A row that cannot
+    be read as an edit is passed over and stays as it is; `unreadable` tells which.
     """
 
     def __init__(self, database: Database, subject: str) -> None:
@@ -82,12 +85,14 @@ class ReviewLog:
             ReviewError: an author without a name, an undo of what cannot be undone, or a database that fails.
         """
         with self._database.writing() as connection, _about(trial):
-            _check(event, author)
+            check_author(event, author)
+            if isinstance(event, Undo | Redo):
+                found = self._read(connection, trial)
             if isinstance(event, Undo):
-                undo_of(self._edits(connection, trial), event.edit, author)
+                undo_of(found.edits, event.edit, author, found.unreadable)
             if (
                 isinstance(event, Redo)
-                and next_redo(self._edits(connection, trial), author).number != event.edit
+                and next_redo(found.edits, author, found.unreadable).number != event.edit
             ):
                 raise ReviewError(f"edit {event.edit} is not the one that {author} undid last")
             return self._insert(connection, trial, author, event)
@@ -102,7 +107,8 @@ class ReviewLog:
             ReviewError: there is none.
         """
         with self._database.writing() as connection, _about(trial):
-            undone = next_undo(self._own(connection, trial, author), author)
+            found = self._read(connection, trial)
+            undone = next_undo(found.edits, author, found.unreadable)
             self._insert(connection, trial, author, Undo(undone.number))
         return undone
 
@@ -116,26 +122,29 @@ class ReviewLog:
             ReviewError: there is none.
         """
         with self._database.writing() as connection, _about(trial):
-            redone = next_redo(self._own(connection, trial, author), author)
+            found = self._read(connection, trial)
+            redone = next_redo(found.edits, author, found.unreadable)
             self._insert(connection, trial, author, Redo(redone.number))
         return redone
 
     def take_over(self, edits: Sequence[Edit]) -> int:
         """Copy the edits of another log, with their authors and dates, into this one, which is still empty.
 
-        They get new numbers; undone ones stay undone.
+        They get new numbers; undone ones stay undone. To take back, or let count again, an edit that is not
+        among them says nothing any more, and is left out.
 
         Args:
-            edits: all of the other log's.
+            edits: all of the other log's that can be read.
 
         Returns:
-            How many.
+            How many were copied.
 
         Raises:
             ReviewError: there are edits of this subject already, which the copies would contradict.
         """
         with self._database.writing() as connection:
-            if connection.scalar(self._of_subject().limit(1)) is not None:
+            any_row = select(EDITS.c.number).where(EDITS.c.subject == self._subject).limit(1)
+            if connection.scalar(any_row) is not None:
                 raise ReviewError(
                     f"{self._database.name}: has edits of '{self._subject}' already; not copied"
                 )
@@ -143,17 +152,32 @@ class ReviewLog:
             for edit in edits:
                 event = edit.event
                 if isinstance(event, Undo | Redo):
+                    if event.edit not in number:
+                        continue
                     event = replace(event, edit=number[event.edit])
                 number[edit.number] = self._insert(connection, edit.trial, edit.author, event, edit.made_at)
-        return len(edits)
+        return len(number)
+
+    def reading(self, trial: str | None = None, after: int | None = None) -> Reading:
+        """Edits, and the rows among them that cannot be read.
+
+        Args:
+            trial: of this one; None: of all, with the rows whose trial cannot be read.
+            after: behind the row of this number; None: all.
+        """
+        with self._database.reading() as connection:
+            return self._read(connection, trial, after)
 
     def history(self, trial: str | None = None) -> tuple[Edit, ...]:
         """The edits of a trial, or of all, in order."""
-        with self._database.reading() as connection:
-            return self._edits(connection, trial)
+        return self.reading(trial).edits
+
+    def unreadable(self, trial: str | None = None) -> tuple[UnreadableRow, ...]:
+        """The rows that are passed over because they cannot be read, in order; of a trial, or of all."""
+        return self.reading(trial).unreadable
 
     def revision(self) -> int:
-        """The number of the subject's last edit, whichever program made it; 0 where there is none."""
+        """The number of the subject's last row, whichever program made it; 0 where there is none."""
         last = select(func.max(EDITS.c.number)).where(EDITS.c.subject == self._subject)
         with self._database.reading() as connection:
             return connection.scalar(last) or 0
@@ -164,21 +188,20 @@ class ReviewLog:
         Args:
             revision: as `revision` gave it, or the number of an edit.
         """
-        with self._database.reading() as connection:
-            return _read(connection, self._of_subject().where(EDITS.c.number > revision))
+        return self.reading(after=revision).edits
 
     def last_import(self, trial: str, kind: type[ImportLabels | ImportTable]) -> Edit | None:
-        """The last import of a kind into a trial, undone or not; None where there is none."""
-        wanted = self._of_subject().where(EDITS.c.trial == trial, EDITS.c.kind == kind_of(kind))
+        """The last import of a kind into a trial that can be read, undone or not; None: there is none."""
+        wanted = rows_of(self._subject).where(EDITS.c.trial == trial, EDITS.c.kind == kind_of(kind))
         with self._database.reading() as connection:
-            found = _read(connection, wanted.order_by(None).order_by(EDITS.c.number.desc()).limit(1))
-        return found[0] if found else None
+            found = read(connection, wanted).edits
+        return found[-1] if found else None
 
     def trials(self) -> tuple[str, ...]:
-        """Names of the trials that have edits."""
+        """Names of the trials that have rows, which can be read or not."""
         of_subject = select(EDITS.c.trial).distinct().where(EDITS.c.subject == self._subject)
         with self._database.reading() as connection:
-            return tuple(sorted(connection.scalars(of_subject)))
+            return tuple(sorted(name for name in connection.scalars(of_subject) if is_text(name)))
 
     def review(self, trial: str, feet: Sequence[str], by: str | None = None) -> TrialReview:
         """The present state of a trial's review.
@@ -191,7 +214,8 @@ class ReviewLog:
         Raises:
             ReviewError: an edit is about a foot that the subject does not have.
         """
-        return folded(trial, opinion(self.history(trial), by), feet)
+        found = self.reading(trial)
+        return folded(trial, opinion(found.edits, by), feet, unreadable_by(found.unreadable, by))
 
     def _insert(
         self, connection: Connection, trial: str, author: str, event: Event, made_at: datetime | None = None
@@ -209,17 +233,13 @@ class ReviewLog:
         assert number is not None
         return int(number[0])
 
-    def _edits(self, connection: Connection, trial: str | None) -> tuple[Edit, ...]:
-        wanted = self._of_subject()
-        return _read(connection, wanted if trial is None else wanted.where(EDITS.c.trial == trial))
-
-    def _own(self, connection: Connection, trial: str, author: str) -> tuple[Edit, ...]:
-        """A person's edits of a trial, and the imports, which anybody may take back."""
-        of_trial = self._of_subject().where(EDITS.c.trial == trial)
-        return _read(connection, of_trial.where(EDITS.c.author.in_((author, IMPORTED))))
-
-    def _of_subject(self) -> Select[Any]:
-        return select(EDITS).where(EDITS.c.subject == self._subject).order_by(EDITS.c.number)
+    def _read(self, connection: Connection, trial: str | None, after: int | None = None) -> Reading:
+        wanted = rows_of(self._subject)
+        if trial is not None:
+            wanted = wanted.where(EDITS.c.trial == trial)
+        if after is not None:
+            wanted = wanted.where(EDITS.c.number > after)
+        return read(connection, wanted)
 
 
 def opinion(edits: Sequence[Edit], by: str | None) -> tuple[Edit, ...]:
@@ -227,17 +247,9 @@ def opinion(edits: Sequence[Edit], by: str | None) -> tuple[Edit, ...]:
     return tuple(edit for edit in edits if by is None or edit.author in (by, IMPORTED))
 
 
-def _read(connection: Connection, wanted: Select[Any]) -> tuple[Edit, ...]:
-    return tuple(
-        Edit(
-            row.number,
-            row.trial,
-            row.author,
-            datetime.fromisoformat(row.made_at),
-            decoded(row.kind, row.content),
-        )
-        for row in connection.execute(wanted)
-    )
+def unreadable_by(rows: Sequence[UnreadableRow], by: str | None) -> tuple[UnreadableRow, ...]:
+    """The rows that may belong to that opinion."""
+    return tuple(row for row in rows if by is None or row.may_be_of(by, IMPORTED))
 
 
 @contextmanager
@@ -247,10 +259,3 @@ def _about(trial: str) -> Iterator[None]:
         yield
     except ReviewError as error:
         raise ReviewError(f"{trial}: {error}") from error
-
-
-def _check(event: Event, author: str) -> None:
-    if not author.strip():
-        raise ReviewError("an edit needs an author's name")
-    if (author == IMPORTED) is not isinstance(event, ImportLabels | ImportTable):
-        raise ReviewError(f"'{IMPORTED}' stands for labels from files; a person needs another name")

@@ -8,9 +8,16 @@ from pathlib import Path
 from annotations.errors import ReviewError
 from annotations.events import Edit
 from annotations.log import ReviewLog
+from annotations.unreadable import UnreadableRow, listed
 
 
-def rescued(file: Path, loss: str, known: Sequence[Edit], asked: Sequence[Edit]) -> str:
+def rescued(
+    file: Path,
+    loss: str,
+    known: Sequence[Edit],
+    asked: Sequence[Edit],
+    unreadable: Sequence[UnreadableRow] = (),
+) -> str:
     """Write edits into a file that is not there yet, whole and ready to take the lost one's place.
 
     Args:
@@ -18,6 +25,7 @@ def rescued(file: Path, loss: str, known: Sequence[Edit], asked: Sequence[Edit])
         loss: what happened to it, as a clause.
         known: all edits of its subject that are known.
         asked: the one that was to be recorded, if any.
+        unreadable: rows of the lost file that nobody could read; they are named.
 
     Returns:
         Words for people: what happened, where the edits are, what to do.
@@ -40,9 +48,10 @@ def rescued(file: Path, loss: str, known: Sequence[Edit], asked: Sequence[Edit])
             "make the folder writable again, and repeat the edit"
         ) from error
     with_it = ", with the one that was being made," if asked else ""
+    without = f" Not in it, because nobody could read them: {listed(unreadable)}." if unreadable else ""
     return (
         f"{file}: {loss}. Nothing is recorded any more. All {len(known) + len(asked)} edits that were known "
-        f"here{with_it} are in {place.name} beside it. Close the app; then put the right file in place, or "
-        f"rename {place.name} to {file.name}, remove {file.name}-wal and {file.name}-shm if they are there, "
-        "and open the subject again"
+        f"here{with_it} are in {place.name} beside it.{without} Close the app; then put the right file in "
+        f"place, or rename {place.name} to {file.name}, remove {file.name}-wal and {file.name}-shm if they "
+        "are there, and open the subject again"
     )

@@ -9,6 +9,7 @@ from jaxtyping import Bool, Shaped
 from annotations.activities import ERRONEOUS
 from annotations.errors import ReviewError
 from annotations.events import IMPORTED, Proposal, Status
+from annotations.unreadable import UnreadableRow
 
 MissingRange = tuple[int, int, str | None, str]  # start, end, foot or None for all, reason
 
@@ -118,6 +119,8 @@ class TrialReview:
     """Of a finished trial: what a detector left out and nobody decided. None: detection is still asked."""
     file_counts: tuple[tuple[int, int], ...] | None = None
     """Where an imported review.json says that every force counts; None: none was imported."""
+    unreadable: tuple[UnreadableRow, ...] = ()
+    """Rows of the log that may be about the trial and cannot be read: nothing of this is in the state."""
 
     @property
     def missing_ranges(self) -> tuple[MissingRange, ...]:

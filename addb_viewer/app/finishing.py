@@ -67,7 +67,8 @@ class Finishing:
         """Why to ask before the trial is finished, a sentence or two each."""
         session = self.session
         replay = session.replay
-        reasons = disagreements(session.review.review)
+        review = session.review.review
+        reasons = [*disagreements(review), *(f"Of this trial, {row}." for row in review.unreadable)]
         if replay is not None and replay.bodies is None:
             reasons.append("Nothing has been fitted to this trial yet: G fits it.")
         if self._is_untouched():

@@ -26,13 +26,15 @@ class Hearing:
         self.session, self.pace = session, pace
         self._lock = threading.Lock()
         self._unheard: list[Edit] = []
+        self._rows_came = False  # that cannot be read
         self._queue_waits = False
 
     def edited(self, edits: Sequence[Edit]) -> None:
-        """Somebody recorded edits."""
+        """Somebody recorded edits; none of them: a row came that cannot be read."""
         with self._lock:
-            waits = bool(self._unheard)
+            waits = bool(self._unheard) or self._rows_came
             self._unheard += edits
+            self._rows_came |= not edits
         notices = self.session.notices
         if notices.at_hand:
             notices.guard("Showing the review", self._show_edits)()
@@ -98,9 +100,10 @@ class Hearing:
         session = self.session
         with self._lock:
             edits, self._unheard = self._unheard, []
-        if not edits:  # shown with earlier ones
+            rows_came, self._rows_came = self._rows_came, False
+        if not edits and not rows_came:  # shown with earlier ones
             return
-        if any(edit.trial == session.shown for edit in edits):
+        if rows_came or any(edit.trial == session.shown for edit in edits):
             session.review.heard(edits)
-        revision = max(edit.number for edit in edits)
+        revision = None if rows_came else max(edit.number for edit in edits)
         session.notices.do("Showing the queue", lambda: session.requeue(revision))

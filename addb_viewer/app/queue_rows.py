@@ -9,7 +9,7 @@ from typing import Any
 from addb_viewer.app.proposals import Pending, State, pending
 from addb_viewer.app.solves import solves
 from addb_viewer.app.solves import waiting as waiting_solves
-from addb_viewer.review_store import has_log, open_log
+from addb_viewer.review_store import whole_log
 from annotations.events import IMPORTED, Status
 from annotations.folding import folded
 from annotations.trial_review import TrialReview
@@ -131,10 +131,10 @@ def subject_rows(name: str, subject: Subject, results: Path | None = None) -> li
     folder = results or default_folder(subject.folder)
     figures, proposals = _figures(folder / "fit.json"), _proposals(folder)
     whose = tuple(solve.by for solve in waiting_solves(solves(folder)))
-    reviews: dict[str, TrialReview] = {}
-    if has_log(subject.folder):
-        with open_log(subject.folder) as log:
-            reviews = {trial: log.review(trial, subject.foot_bodies) for trial in log.trials()}
+    log, reviews = whole_log(subject.folder), dict[str, TrialReview]()
+    for trial in {edit.trial for edit in log.edits} | {row.trial for row in log.unreadable}:
+        said = log.about(trial)
+        reviews[trial] = folded(trial, said.edits, subject.foot_bodies, said.unreadable)
     rows = []
     for files in subject.trials:
         imported = bool(files.reviews) and all((r.parent / "REVIEWED").exists() for r in files.reviews)

@@ -17,7 +17,7 @@ from addb_viewer.recordings.recording import Recording, recording_of
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.diagnosis_shown import diagnosis_shown
 from addb_viewer.report.subject_page import write_report
-from addb_viewer.review_store import all_edits
+from addb_viewer.review_store import whole_log
 from solver.fit import Fit
 from solver.results.store import load_fit
 
@@ -81,7 +81,7 @@ def _recording(fit: Fit, asked: argparse.Namespace) -> Recording:
         trials=_trials(asked),
         previous=previous,
         diagnosis=diagnosis[0] if diagnosis else None,
-        edits=all_edits(asked.subject),
+        edits=whole_log(asked.subject).edits,
     )
 
 

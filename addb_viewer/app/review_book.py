@@ -4,7 +4,7 @@ import threading
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
-from addb_viewer.review_store import has_log, open_log, record, with_own_file
+from addb_viewer.review_store import has_log, open_log, record, unreadable_notes, with_own_file
 from annotations.errors import ReviewError
 from annotations.events import Edit, Event, Redo, Undo
 from annotations.folding import folded
@@ -31,16 +31,18 @@ class ReviewBook:
         Args:
             subject: whose.
             capture: a trial as read from its files.
-            heard: told of new edits, by whomever, once each and in order.
-            failed: told when the log cannot be read.
+            heard: told of new edits, by whomever, once each and in order; of none where there is a new row
+                that cannot be read.
+            failed: told when the log, or a new row of it, cannot be read.
         """
         self.subject, self._capture, self._heard, self._failed = subject, capture, heard, failed
         self._lock = threading.RLock()
         self._live: LiveReview | None = None
-        self._told = 0
+        self._told, self._passed_over = 0, 0
         self._stop = threading.Event()
         self._open_if_there()
-        self._told = 0 if self._live is None else self._live.revision
+        if self._live is not None:
+            self._told, self._passed_over = self._live.revision, len(self._live.unreadable())
         self._thread = threading.Thread(target=self._look, name=f"review of {subject.name}", daemon=True)
         self._thread.start()
 
@@ -57,9 +59,10 @@ class ReviewBook:
     def review(self, trial: str) -> TrialReview:
         """The present state of a trial's review; before the first edit, that of its review.json."""
         with self._lock:
+            unreadable = () if self._live is None else self._live.unreadable(trial)
             if self._live is not None and self._live.history(trial):
                 return self._live.review(trial)
-        return folded(trial, self._imported(trial), self.subject.foot_bodies)
+        return folded(trial, self._imported(trial), self.subject.foot_bodies, unreadable)
 
     def before(self, trial: str, edit: int) -> TrialReview:
         """The state of a trial's review before an edit of that number."""
@@ -101,7 +104,7 @@ class ReviewBook:
         live = self._opened()
         event = None
         with suppress(ReviewError):  # the log itself says that there is nothing
-            event = Undo(next_undo(live.history(trial), author).number)
+            event = Undo(next_undo(live.history(trial), author, live.unreadable(trial)).number)
         undone = live.record(trial, author, event, lambda: live.log.undo(trial, author))
         self._tell()
         return undone
@@ -115,7 +118,7 @@ class ReviewBook:
         live = self._opened()
         event = None
         with suppress(ReviewError):
-            event = Redo(next_redo(live.history(trial), author).number)
+            event = Redo(next_redo(live.history(trial), author, live.unreadable(trial)).number)
         redone = live.record(trial, author, event, lambda: live.log.redo(trial, author))
         self._tell()
         return redone
@@ -148,7 +151,13 @@ class ReviewBook:
                 return
             self._live.refresh()
             new = self._live.since(self._told)
+            passed_over = self._live.unreadable()[self._passed_over :]
             self._told = self._live.revision
+            self._passed_over += len(passed_over)
+        for note in unreadable_notes(passed_over):
+            self._failed(ReviewError(note))
+        if passed_over:
+            self._heard(())
         if new:
             self._heard(new)
 

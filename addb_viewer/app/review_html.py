@@ -67,10 +67,11 @@ def status_html(review: TrialReview, still_open: int, stale: bool) -> str:
     by = f" · {html.escape(review.status_author)}" if review.status_author else ""
     note = f"<br>{html.escape(review.status_note)}" if review.status_note else ""
     waiting = f"{still_open} proposal{'' if still_open == 1 else 's'} to decide" if still_open else ""
+    unreadable = "".join(f"<br>⚠ {html.escape(str(row))}." for row in review.unreadable)
     changed = "<br><b>The flags are others than those of the solve on the screen: G solves again.</b>"
     return boxed(
         f"<b>{html.escape(str(review.status)).capitalize()}</b>{by}"
-        f"{f' · {waiting}' if waiting else ''}{note}{changed if stale else ''}"
+        f"{f' · {waiting}' if waiting else ''}{note}{unreadable}{changed if stale else ''}"
     )
 
 
@@ -129,12 +130,16 @@ def ranges_html(review: TrialReview) -> str:
         )
         for a in review.activities
     ]
-    if not review.decided and not rows:
+    if not review.decided and not rows and not review.unreadable:
         rows.append("Nobody has decided anything yet; what the last solve left out by itself is hatched.")
     conflicts = "".join(
         f"<div style='margin-top:.3em'>⚠ {html.escape(str(conflict))}</div>" for conflict in review.conflicts
     )
-    return boxed("".join(rows) + conflicts) if rows or conflicts else boxed("Every force counts.")
+    if not (rows or conflicts):
+        rows.append(
+            "Every force counts, as far as can be read." if review.unreadable else "Every force counts."
+        )
+    return boxed("".join(rows) + conflicts)
 
 
 def name_html(name: str) -> str:

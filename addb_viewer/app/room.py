@@ -31,7 +31,7 @@ class Visitor(Protocol):
     """A browser's session, told what happens to the subject that it shows. Must return soon."""
 
     def edited(self, edits: Sequence[Edit]) -> None:
-        """Somebody recorded edits."""
+        """Somebody recorded edits; none of them: a row came that cannot be read."""
 
     def fit_changed(self) -> None:
         """Another fit is on the screen, or is compared with."""

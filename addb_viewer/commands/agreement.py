@@ -8,7 +8,7 @@ import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, SubjectFolder
-from addb_viewer.commands.reviewing import capture_of, subject_in
+from addb_viewer.commands.reviewing import capture_of, subject_in, tell_unreadable, unreadable_figures
 from addb_viewer.review_store import has_log, open_log
 from annotations.agreement import Agreement
 from annotations.agreement import agreement as compared
@@ -29,6 +29,7 @@ def agreement(
         if not has_log(subject):
             raise ReviewError(f"{subject}: nobody has flagged anything yet")
         with open_log(subject) as log:
+            tell_unreadable(log)
             trials = _common_trials(log, opened, one, other)
             found = [_compared(log, opened, trial, (one, other)) for trial in trials]
         for figures in found:
@@ -57,7 +58,13 @@ def _compared(log: ReviewLog, subject: Subject, trial: str, reviewers: tuple[str
     frames = capture_of(subject, files).markers.frames
     opinions = [log.review(trial, subject.foot_bodies, by=name) for name in reviewers]
     one, other = (opinion.missing(frames) for opinion in opinions)
-    figures = {"name": trial, **_figures(compared(one, other)), "activities": None}
+    unreadable = dict.fromkeys(row for opinion in opinions for row in opinion.unreadable)
+    figures = {
+        "name": trial,
+        **_figures(compared(one, other)),
+        "activities": None,
+        "unreadable": unreadable_figures(tuple(unreadable)),
+    }
     if all(opinion.activities for opinion in opinions):
         one, other = (opinion.activity_labels(frames)[:, None] for opinion in opinions)
         figures["activities"] = _figures(compared(one, other))

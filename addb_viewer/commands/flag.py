@@ -14,6 +14,7 @@ from addb_viewer.commands.reviewing import (
     foot_named,
     frames_named,
     subject_in,
+    tell_unreadable,
     trial_of,
 )
 from addb_viewer.review_store import open_log, record
@@ -63,6 +64,7 @@ def flag(
         with open_log(subject) as log:
             number = record(log, files, capture, event, name)
             review = log.review(trial, opened.foot_bodies)
+            tell_unreadable(log, trial)
         said = "the force counts" if chosen is None else chosen
         typer.echo(f"{trial}: frames {start} to {end - 1}, {of_foot or 'both feet'}: {said} (edit {number})")
         _print_conflicts(review, number)

@@ -7,7 +7,14 @@ import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, SubjectFolder
-from addb_viewer.commands.reviewing import capture_of, described, subject_in, trial_of
+from addb_viewer.commands.reviewing import (
+    capture_of,
+    described,
+    subject_in,
+    tell_unreadable,
+    trial_of,
+    unreadable_figures,
+)
 from addb_viewer.review_store import has_log, open_log
 from annotations.events import Status
 from annotations.folding import folded
@@ -44,7 +51,7 @@ def flags(
     with errors_as_lines(debug):
         opened = subject_in(subject)
         trials = [trial_of(opened, trial)] if trial is not None else list(opened.trials)
-        reviews = _reviews(opened, trials, history)
+        reviews = _reviews(opened, trials, history, trial)
         if json is not None:
             write_json(json, {"trials": [_figures(review) for review in reviews]})
         if csv is not None:
@@ -69,8 +76,10 @@ def _export(subject: Subject, review: TrialReview, files: TrialFiles, folder: Pa
         typer.echo(f"note: {review.trial}: review.json has no place for {', '.join(lost)}; --csv has")
 
 
-def _reviews(subject: Subject, trials: list[TrialFiles], history: bool) -> list[TrialReview]:
-    """The reviews of the trials, each printed as soon as it is read."""
+def _reviews(
+    subject: Subject, trials: list[TrialFiles], history: bool, only: str | None
+) -> list[TrialReview]:
+    """The reviews of the trials, each printed as soon as it is read; then what cannot be read."""
     if not has_log(subject.folder):
         reviews = [folded(trial.name, (), subject.foot_bodies) for trial in trials]
         for review, trial in zip(reviews, trials, strict=True):
@@ -84,6 +93,7 @@ def _reviews(subject: Subject, trials: list[TrialFiles], history: bool) -> list[
                     typer.echo(f"{trial.name}: {described(edit)}")
             reviews.append(log.review(trial.name, subject.foot_bodies))
             _print(reviews[-1], trial)
+        tell_unreadable(log, only)
     return reviews
 
 
@@ -148,6 +158,7 @@ def _figures(review: TrialReview) -> dict[str, Any]:
             for activity in review.activities
         ],
         "conflicts": [str(conflict) for conflict in review.conflicts],
+        "unreadable": unreadable_figures(review.unreadable),
     }
 
 

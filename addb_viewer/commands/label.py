@@ -7,7 +7,14 @@ import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, SubjectFolder
-from addb_viewer.commands.reviewing import Author, author_named, capture_of, subject_in, trial_of
+from addb_viewer.commands.reviewing import (
+    Author,
+    author_named,
+    capture_of,
+    subject_in,
+    tell_unreadable,
+    trial_of,
+)
 from addb_viewer.review_store import open_log, take_in
 from annotations.errors import ReviewError
 from annotations.ranges_csv import tables_from_csv
@@ -30,6 +37,7 @@ def label(subject: SubjectFolder, file: Table, author: Author = None, debug: Deb
                 labels = len(table.ranges) + len(table.activities)
                 status = f", {table.status}" if table.status else ""
                 typer.echo(f"{trial}: {labels} ranges taken in{status} (edit {number})")
+            tell_unreadable(log)
         if ignored:
             typer.echo(f"note: not taken in: the columns {', '.join(ignored)}")
 

@@ -8,7 +8,15 @@ import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, SubjectFolder
-from addb_viewer.commands.reviewing import Author, TrialName, author_named, capture_of, subject_in, trial_of
+from addb_viewer.commands.reviewing import (
+    Author,
+    TrialName,
+    author_named,
+    capture_of,
+    subject_in,
+    tell_unreadable,
+    trial_of,
+)
 from addb_viewer.review_store import open_log, record, undecided
 from annotations.errors import ReviewError
 from annotations.events import Proposal, SetStatus, Status
@@ -53,6 +61,7 @@ def mark(
                 if left_out and not undecided_stay_out:
                     raise ReviewError(_asked(trial, left_out))
             number = record(log, files, capture, SetStatus(Status[status.name], note, left_out), name)
+            tell_unreadable(log, trial)
         typer.echo(f"{trial}: {Status[status.name]} (edit {number})")
         if status is StatusWord.FINISHED and left_out is None:
             typer.echo(f"note: {trial}: not fitted yet; what detection will leave out stays left out")

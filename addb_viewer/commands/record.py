@@ -12,7 +12,7 @@ from addb_viewer.commands.options import Debug, IgnoreReview, Out, SettingsFile,
 from addb_viewer.commands.solving import Job, check_trials, current_fit, job_for
 from addb_viewer.kept_diagnosis import kept
 from addb_viewer.recordings.recording import Recording, recording_of
-from addb_viewer.review_store import all_edits
+from addb_viewer.review_store import unreadable_notes, whole_log
 from solver.fit import Fit
 
 Rrd = Annotated[
@@ -73,10 +73,10 @@ def record(
 
 
 def _recording(fit: Fit, job: Job, trials: list[str] | None) -> Recording:
-    diagnosis = kept(job.results)
-    return recording_of(
-        fit, trials=trials, diagnosis=diagnosis[0] if diagnosis else None, edits=all_edits(job.subject.folder)
-    )
+    diagnosis, said = kept(job.results), whole_log(job.subject.folder)
+    for note in unreadable_notes(said.unreadable):
+        typer.echo(f"note: not recorded: {note}")
+    return recording_of(fit, trials=trials, diagnosis=diagnosis[0] if diagnosis else None, edits=said.edits)
 
 
 def _serve(file: Path, port: int) -> None:

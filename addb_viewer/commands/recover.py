@@ -8,7 +8,7 @@ import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, SubjectFolder
-from addb_viewer.commands.reviewing import subject_in
+from addb_viewer.commands.reviewing import subject_in, tell_unreadable
 from addb_viewer.commands.solving import check_trials
 from addb_viewer.recordings.mcap_recovery import Found
 from addb_viewer.recordings.mcap_recovery import recover as recovered
@@ -45,6 +45,7 @@ def restore(file: McapFile, subject: SubjectFolder, debug: Debug = False) -> Non
         check_trials(opened, sorted({edit.trial for edit in edits}))
         with open_log(subject) as log:
             done = restored(edits, log)
+            tell_unreadable(log)
         typer.echo(f"edits restored: {done.added}; there already: {done.there}")
         if done.added and not done.with_dates:
             typer.echo("note: they stand behind the edits that were there, under the date of now")

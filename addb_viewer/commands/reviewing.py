@@ -9,8 +9,11 @@ from typing import Annotated
 import typer
 
 from addb_viewer.commands.solving import check_folder, check_trials
+from addb_viewer.review_store import unreadable_notes
 from annotations.errors import ReviewError
 from annotations.events import Edit
+from annotations.log import ReviewLog
+from annotations.unreadable import UnreadableRow
 from annotations.wording import said_by
 from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.capture.subject import open_subject
@@ -110,6 +113,18 @@ def frames_named(text: str, trial: str, frames: int) -> tuple[int, int]:
     if end > frames:
         raise ReviewError(f"{trial}: {text} is not within the trial, which is 0:{frames}")
     return start, end
+
+
+def tell_unreadable(log: ReviewLog, trial: str | None = None) -> None:
+    """Print which rows of the log are passed over: those that may be about a trial, or all."""
+    rows = log.unreadable()
+    for note in unreadable_notes([row for row in rows if trial is None or row.may_be_about(trial)]):
+        typer.echo(f"note: {note}")
+
+
+def unreadable_figures(rows: Sequence[UnreadableRow]) -> list[dict[str, object]]:
+    """Likewise for `--json`."""
+    return [{"row": row.number, "author": row.author, "why": row.why} for row in rows]
 
 
 def described(edit: Edit) -> str:

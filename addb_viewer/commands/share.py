@@ -1,5 +1,7 @@
 """`addb-viewer share`: bring a subject's own review file into the database that a lab shares."""
 
+from typing import Annotated
+
 import typer
 
 from addb_viewer import review_store
@@ -7,10 +9,20 @@ from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, SubjectFolder
 from addb_viewer.commands.reviewing import subject_in
 
+WithoutUnreadable = Annotated[
+    bool,
+    typer.Option("--without-unreadable", help="Copy the others where a row of the file cannot be read."),
+]
 
-def share(subject: SubjectFolder, debug: Debug = False) -> None:
+
+def share(
+    subject: SubjectFolder, without_unreadable: WithoutUnreadable = False, debug: Debug = False
+) -> None:
     """Copy a subject's edits from its own file into the shared database, authors and dates included."""
     with errors_as_lines(debug):
         subject_in(subject)
-        count = review_store.share(subject)
-        typer.echo(f"{count} edits copied, as '{review_store.subject_key(subject)}'; the file stays as it is")
+        done = review_store.share(subject, without_unreadable=without_unreadable)
+        key = review_store.subject_key(subject)
+        typer.echo(f"{done.copied} edits copied, as '{key}'; the file stays as it is")
+        for note in review_store.unreadable_notes(done.left):
+            typer.echo(f"note: not copied: {note}")

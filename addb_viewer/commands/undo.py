@@ -6,7 +6,15 @@ import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, SubjectFolder
-from addb_viewer.commands.reviewing import Author, TrialName, author_named, described, subject_in, trial_of
+from addb_viewer.commands.reviewing import (
+    Author,
+    TrialName,
+    author_named,
+    described,
+    subject_in,
+    tell_unreadable,
+    trial_of,
+)
 from addb_viewer.review_store import has_log, open_log
 from annotations.errors import ReviewError
 from annotations.events import Undo
@@ -34,6 +42,7 @@ def undo(
             else:
                 log.append(trial, Undo(edit), name)
                 undone = next(one for one in log.history(trial) if one.number == edit)
+            tell_unreadable(log, trial)
         typer.echo(f"{trial}: undone: {described(undone)}")
 
 
@@ -43,6 +52,7 @@ def redo(subject: SubjectFolder, trial: TrialName, author: Author = None, debug:
         opened = _reviewed(subject_in(subject), trial)
         with open_log(opened.folder) as log:
             redone = log.redo(trial, author_named(author))
+            tell_unreadable(log, trial)
         typer.echo(f"{trial}: counts again: {described(redone)}")
 
 

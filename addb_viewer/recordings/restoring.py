@@ -3,7 +3,6 @@
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from datetime import datetime
 from pathlib import Path
 
 from addb_viewer.recordings.mcap_recording import EDITS_TOPIC
@@ -12,6 +11,7 @@ from annotations.errors import ReviewError
 from annotations.event_codec import decoded, encoded
 from annotations.events import Edit, Event, Redo, Undo
 from annotations.log import ReviewLog
+from annotations.reading import date_of
 from solver.errors import ResultsError
 
 
@@ -37,11 +37,13 @@ def edits_in(file: Path) -> tuple[Edit, ...]:
             continue
         try:
             told = json.loads(part.message.data)
-            when = datetime.fromisoformat(told["made_at"])
+            when = date_of(told["made_at"])
             event = decoded(told["kind"], told["content"])
             edits[told["number"]] = Edit(told["number"], told["trial"], told["author"], when, event)
-        except (ValueError, KeyError, TypeError) as error:
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
             raise ResultsError(f"{file}: {EDITS_TOPIC}: not an edit of a review ({error})") from error
+        except ReviewError as error:
+            raise ReviewError(f"{file}: {EDITS_TOPIC}: an edit cannot be read: {error}") from error
     return tuple(edits[number] for number in sorted(edits))
 
 
@@ -58,8 +60,9 @@ def restore(edits: Sequence[Edit], log: ReviewLog) -> Restored:
     Raises:
         ReviewError: an edit cannot be recorded; the ones before it stay.
     """
-    own = log.history()
-    if not own:
+    held = log.reading()
+    own = held.edits
+    if not own and not held.unreadable:
         return Restored(log.take_over(edits), 0, with_dates=True)
     unmatched: dict[str, list[int]] = {}
     for edit in own:

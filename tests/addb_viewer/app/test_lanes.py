@@ -10,6 +10,7 @@ from addb_viewer.app.review_html import history_html, proposals_html, ranges_htm
 from addb_viewer.app.span import Span
 from annotations.events import AcceptProposal, ClearRange, Edit, FlagRange, Proposal, SetActivity
 from annotations.folding import folded
+from annotations.unreadable import UnreadableRow
 from solver.kinematics.label_faults.fault import EXCHANGED, MASKED, LabelFault
 
 FEET = ("calcn_r", "calcn_l")
@@ -98,8 +99,9 @@ def test_whatever_people_and_files_say_stays_text(make_replay):
     forces = replay.forces
     object.__setattr__(replay, "forces", replace(forces, missing=((5, 9, None, SPITEFUL),), source=SPITEFUL))
     made = edits(FlagRange(0, 9, "manualReview", None, SPITEFUL), SetActivity(0, 9, "walk"), author=SPITEFUL)
+    unreadable = (UnreadableRow(7, "walk", SPITEFUL, SPITEFUL),)
     for history in ([], made):
-        review = folded("walk", history, FEET)
+        review = folded("walk", history, FEET, unreadable)
         proposals = pending(forces.proposals, review, {})
         lanes = lanes_of(replay, review, reviewed=(), proposals=proposals, current=None, figures=None)
         page = [

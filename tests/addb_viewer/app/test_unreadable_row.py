@@ -1,0 +1,49 @@
+"""A row that cannot be read comes into the review while a page is open: it says so, and asks later."""
+
+import sqlite3
+
+import pytest
+
+from addb_viewer.review_store import FILE, open_log
+from annotations.events import Status
+
+FEET = ("calcn_r", "calcn_l")
+
+
+@pytest.fixture
+def app(tmp_path, make_replay, make_app):
+    app = make_app(tmp_path, [make_replay(), make_replay("run", 100)])
+    yield app
+    app.close()
+
+
+def spoil(folder, trial):
+    """A row as a newer version might write it."""
+    open_log(folder).close()
+    with sqlite3.connect(folder / FILE) as connection:
+        connection.execute(
+            "INSERT INTO edits (subject, trial, author, made_at, kind, content) "
+            "VALUES ('', ?, 'Bo', '2024-09-01T12:00:00+00:00', 'merge', '{}')",
+            (trial,),
+        )
+    connection.close()
+
+
+def test_the_page_says_so_and_asks_before_the_trial_is_finished(app, enter, tmp_path):
+    browser = enter(app, at="run")
+    spoil(tmp_path, "run")
+    said = "row 1 by Bo of the review log cannot be read"
+    browser.until(lambda: f"⚠ {said}" in browser.html(), "the warning")
+    browser.until(lambda: browser.told(said), "the notice")
+    browser.put("Go to", "20:30")
+    browser.until(lambda: browser.session.review.chosen == (20, 30))
+    browser.press("Flag: force wrong")
+    browser.until(lambda: "20–29" in browser.html(), "the flag")
+    browser.press("Finish the trial, go to the next")
+    browser.until(lambda: browser.asked(f"Of this trial, {said}"), "the question")
+    with open_log(tmp_path) as log:
+        assert log.review("run", FEET).status is Status.IN_WORK
+    browser.press("Yes, to the question")
+    with open_log(tmp_path) as log:
+        browser.until(lambda: log.review("run", FEET).status is Status.FINISHED, "the finishing")
+        assert [row.number for row in log.unreadable()] == [1]
