@@ -15,6 +15,7 @@ from solver.white_noise import white_noise_together
 UP = 1  # y, among the three components of a force
 FEWEST_FRAMES = 4  # that a third difference needs
 SETTLED = 4.0  # periods of the cutoff after which an end of the trial is forgotten
+FADED = 8.0  # likewise after which a force is: Whittaker's slowest wave, exp(−π t·cutoff), is 1e-11 there
 
 
 @dataclass(frozen=True)
@@ -91,12 +92,22 @@ class WholeBody:
 
     def passed(self, wrench_ground: Float[np.ndarray, "frames 6"]) -> Float[np.ndarray, "frames 6"]:
         """A wrench [N, N·m about the ground origin] as the balance sees it: about the centre of mass."""
-        rate, force = self.motion.rate, wrench_ground[:, :3]
-        moment = wrench_ground[:, 3:] - cross(self.motion.com_ground, force)
-        twice = _integral(_integral(force, rate), rate)
-        return np.hstack(
-            [self._smoother.derivative(twice, 2), self._smoother.derivative(_integral(moment, rate), 1)]
-        )
+        return _passed(self._smoother, self.motion.com_ground, wrench_ground)
+
+    def passed_stretch(
+        self, start: int, wrench_ground: Float[np.ndarray, "some 6"]
+    ) -> tuple[slice, Float[np.ndarray, "near 6"]]:
+        """Likewise a wrench that acts from one frame on and for so many: the frames that feel it, and what.
+
+        Before and behind it e is a straight line, so what passes fades within a few periods of the cutoff.
+        """
+        end = start + len(wrench_ground)
+        near = self._smoother.near(start, end)
+        padded = np.pad(wrench_ground, ((start - near.start, near.stop - end), (0, 0)))
+        felt = _passed(self._smoother.part(near), self.motion.com_ground[near], padded)
+        first = int(near.start > 0)  # a slope is one-sided, so coarse, where a part ends
+        last = len(felt) - int(near.stop < len(self.motion.com_ground))
+        return slice(near.start + first, near.start + last), felt[first:last]
 
     def pressed_point(
         self, wrench: Float[np.ndarray, "frames 6"], height: Float[np.ndarray, " frames"]
@@ -112,6 +123,17 @@ class WholeBody:
         x = com[:, 0] + (wrench[:, 5] + below * wrench[:, 0]) / pressing
         z = com[:, 2] + (below * wrench[:, 2] - wrench[:, 3]) / pressing
         return np.column_stack([x, z])
+
+
+def _passed(
+    smoother: "_Smoother",
+    com_ground: Float[np.ndarray, "frames 3"],
+    wrench_ground: Float[np.ndarray, "frames 6"],
+) -> Float[np.ndarray, "frames 6"]:
+    rate, force = smoother.rate, wrench_ground[:, :3]
+    moment = wrench_ground[:, 3:] - cross(com_ground, force)
+    twice = _integral(_integral(force, rate), rate)
+    return np.hstack([smoother.derivative(twice, 2), smoother.derivative(_integral(moment, rate), 1)])
 
 
 def _integral(values: Float[np.ndarray, "frames 3"], rate: float) -> Float[np.ndarray, "frames 3"]:
@@ -148,11 +170,26 @@ class _Smoother:
 
     def offset_gain(self, jumping: Bool[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
         """Standard deviation of the second derivative where the series may move by one in each jump."""
-        middles = [(start + end) / 2 for start, end in runs(jumping)]
-        if not middles:
-            return np.zeros(len(self.seen))
-        steps = (np.arange(len(self.seen))[:, None] >= np.array(middles)).astype(float)
-        return np.linalg.norm(self.derivative(steps, 2), axis=1)
+        square = np.zeros(len(self.seen))
+        for start, end in runs(jumping):
+            near = self.near(start, end)
+            step = np.arange(near.start, near.stop)[:, None] >= (start + end) / 2
+            square[near] += self.part(near).derivative(step.astype(float), 2)[:, 0] ** 2
+        return np.sqrt(square)
+
+    def near(self, start: int, end: int) -> slice:
+        """Frames that feel what happens on some: as many seen ones on either side as it takes to fade."""
+        reach = max(FEWEST_FRAMES, round(FADED * self.rate / self.cutoff_Hz))
+        seen = np.flatnonzero(self.seen)
+        before, behind = np.searchsorted(seen, start) - reach, np.searchsorted(seen, end) + reach
+        return slice(
+            int(seen[before]) if before >= 0 else 0,
+            int(seen[behind - 1]) + 1 if behind <= len(seen) else len(self.seen),
+        )
+
+    def part(self, frames: slice) -> "_Smoother":
+        """The smoother of a trial of these frames only."""
+        return _Smoother(self.seen[frames], self.rate, self.cutoff_Hz)
 
     def noise_gain(self, order: int) -> Float[np.ndarray, " frames"]:
         """Standard deviation of a derivative where the series has white noise of one: larger at the ends."""

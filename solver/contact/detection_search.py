@@ -143,14 +143,9 @@ def _ledgers(
 ) -> tuple[Ledger, Ledger]:
     """A fast one for when something is missing, and a slow one for where and how much of which contact."""
     wrench = np.nan_to_num(contacts.wrench_raw_ground)
-    own = np.zeros((len(recorded), len(wrench), 6))
-    for k, contact in enumerate(recorded):
-        part = slice(contact.start, contact.end)
-        own[k, part] = wrench[part, contact.foot]
+    own = [(contact.start, wrench[contact.start : contact.end, contact.foot]) for contact in recorded]
     fast, slow = (
-        Ledger.of(
-            WholeBody(body, cutoff, settings), wrench.sum(axis=1), list(own), [c.foot for c in recorded]
-        )
+        Ledger.of(WholeBody(body, cutoff, settings), wrench.sum(axis=1), own, [c.foot for c in recorded])
         for cutoff in (settings.balance_cutoff_Hz, settings.place_cutoff_Hz)
     )
     return fast, slow

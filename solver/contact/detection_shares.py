@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
+from scipy.sparse import csr_array
 
 from solver.contact.detection_balance import UP, WholeBody
 from solver.contact.detection_settings import DetectionSettings
@@ -47,7 +48,7 @@ class Ledger:
 
     body: WholeBody
     measured: Float[np.ndarray, "frames 6"]  # of all feet
-    contacts: Float[np.ndarray, "contacts frames 6"]  # of each recorded contact
+    contacts: csr_array  # of each recorded contact, a row of frames × 6; zero where nothing of it is felt
     feet: tuple[int, ...]  # whose they are
 
     @classmethod
@@ -55,18 +56,33 @@ class Ledger:
         cls,
         body: WholeBody,
         measured_ground: Float[np.ndarray, "frames 6"],
-        contacts_ground: Sequence[Float[np.ndarray, "frames 6"]],
+        contacts_ground: Sequence[tuple[int, Float[np.ndarray, "some 6"]]],
         feet: Sequence[int],
     ) -> "Ledger":
-        """From wrenches as recorded [N, N·m about the ground origin], of all feet and of each contact."""
-        passed = np.array([body.passed(wrench) for wrench in contacts_ground])
-        contacts = passed.reshape(-1, *measured_ground.shape)
+        """From wrenches as recorded [N, N·m about the ground origin].
+
+        Args:
+            body: the balance.
+            measured_ground: of all feet.
+            contacts_ground: of each contact: its first frame, and its wrench on the frames that it lasts.
+            feet: whose the contacts are.
+        """
+        felt = [body.passed_stretch(start, wrench) for start, wrench in contacts_ground]
+        empty = np.zeros(0)
+        contacts = csr_array(
+            (
+                np.concatenate([empty, *(wrench.ravel() for _, wrench in felt)]),
+                np.concatenate([empty, *(np.arange(6 * f.start, 6 * f.stop) for f, _ in felt)]).astype(int),
+                np.cumsum([0, *(wrench.size for _, wrench in felt)]),
+            ),
+            shape=(len(felt), measured_ground.size),
+        )
         return cls(body, body.passed(measured_ground), contacts, tuple(feet))
 
     def missing(self, explained: Explained) -> Float[np.ndarray, "frames 6"]:
         """Wrench that nothing explains [N, N·m]."""
         rest = self.body.demanded - self.measured - np.tensordot(explained.trial, self._trial_terms(), 1)
-        return rest - np.tensordot(explained.missing, self.contacts, 1)
+        return rest - (explained.missing @ self.contacts).reshape(rest.shape)
 
     def error(self, explained: Explained) -> Float[np.ndarray, " frames"]:
         """Standard deviation of its vertical force [N]."""
@@ -83,7 +99,7 @@ class Ledger:
             usable: frames on which no other force is missing.
             settings: noise and priors.
         """
-        count = len(self.contacts)
+        count = self.contacts.shape[0]
         if not usable.any():
             return Explained.nothing(count, settings)
         gram, pull = self._normal_equations(usable, settings)
@@ -147,12 +163,17 @@ class Ledger:
     ) -> tuple[Float[np.ndarray, "terms terms"], Float[np.ndarray, " terms"]]:
         """Of all terms, in standard deviations of the balance; neighbouring frames count as one."""
         body = self.body
-        noise = np.column_stack([body.noise, body.moment_noise, body.moment_noise])[usable]
-        weigh = np.sqrt(min(1.0, 2.0 * settings.place_cutoff_Hz / body.motion.rate)) / noise
-        terms = np.concatenate([self._trial_terms(), self.contacts])[:, usable][:, :, CHANNELS] * weigh
-        target = (body.demanded - self.measured)[usable][:, CHANNELS] * weigh
-        matrix = terms.reshape(len(terms), -1)
-        return matrix @ matrix.T, matrix @ target.ravel()
+        weigh = np.zeros_like(self.measured)
+        for channel, noise in zip(CHANNELS, (body.noise, body.moment_noise, body.moment_noise), strict=True):
+            weigh[usable, channel] = 1 / noise[usable]
+        weigh *= np.sqrt(min(1.0, 2.0 * settings.place_cutoff_Hz / body.motion.rate))
+        trial = (self._trial_terms() * weigh).reshape(TRIAL_TERMS, -1)
+        contacts = self.contacts.copy()
+        contacts.data *= weigh.ravel()[contacts.indices]
+        target = ((body.demanded - self.measured) * weigh).ravel()
+        across = contacts @ trial.T
+        gram = np.block([[trial @ trial.T, across.T], [across, (contacts @ contacts.T).toarray()]])
+        return gram, np.concatenate([trial @ target, contacts @ target])
 
 
 def _solve(

@@ -145,3 +145,26 @@ def test_a_jump_that_lasts_makes_no_force_beyond_the_stated_noise():
     assert (missing <= 4.5 * body.noise)[beside].all()
     assert (missing > 4.5 * plain)[beside].any()
     np.testing.assert_allclose(body.noise[:60], plain[:60], rtol=0.02)
+
+
+@pytest.mark.parametrize("cutoff", [SETTINGS.balance_cutoff_Hz, SETTINGS.place_cutoff_Hz])
+@pytest.mark.parametrize(("start", "end"), [(1000, 1060), (0, 40), (2960, 3000), (700, 1300)])
+def test_a_force_of_some_frames_passes_as_in_the_whole_trial(cutoff, start, end):
+    rng = np.random.default_rng(start)
+    time = np.arange(3000) / RATE
+    com = np.column_stack([np.sin(time), 0.9 + 0.03 * np.sin(9 * time), 0.05 * np.cos(5 * time)])
+    tracked = np.ones(len(com), dtype=bool)
+    tracked[1080:1200] = tracked[900:905] = False  # unseen for longer than a force is felt
+    body = WholeBody(BodyMotion(com, np.zeros_like(com), tracked, RATE, MASS, GRAVITY), cutoff, SETTINGS)
+    force = np.zeros((len(com), 6))
+    force[start:end] = rng.normal(size=(end - start, 6)) * [100, 700, 100, 300, 50, 300]
+    whole = body.passed(force)
+    near, felt = body.passed_stretch(start, force[start:end])
+    unnoticed = 0.01  # N, N·m; no plate tells so little
+    inner = slice(max(near.start, 1), min(near.stop, len(com) - 1))  # a trial's own ends have coarse slopes
+    np.testing.assert_allclose(
+        felt[inner.start - near.start : inner.stop - near.start], whole[inner], rtol=0, atol=unnoticed
+    )
+    beyond = np.delete(whole, np.r_[near], axis=0)
+    assert len(beyond) > 0
+    assert np.abs(beyond).max() < unnoticed

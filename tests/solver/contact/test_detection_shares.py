@@ -24,7 +24,7 @@ def still():
 
 
 def ledger(body, right, left):
-    return Ledger.of(body, right + left, [right, left], [0, 1])
+    return Ledger.of(body, right + left, [(0, right), (0, left)], [0, 1])
 
 
 def test_whole_contacts_are_left_alone(still):

@@ -1,0 +1,52 @@
+"""A recorded walk, repeated to make long trials of it: what detection holds in memory at once."""
+
+import tracemalloc
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.capture.subject import open_subject
+from solver.contact.detection import detect
+from solver.contact.detection_settings import DetectionSettings
+from solver.kinematics.motion import Motion
+from solver.pipeline import solve
+from solver.settings import Settings
+
+pytestmark = pytest.mark.real
+
+
+@pytest.fixture(scope="module")
+def walk(real_data):
+    """Five seconds on a treadmill, nine contacts; the markers alone."""
+    plain = Settings()
+    markers_only = replace(plain, trajectory=replace(plain.trajectory, enabled=False))
+    return solve(open_subject(real_data / "walk_treadmill_stepwidth"), markers_only)
+
+
+def repeated(fit, times):
+    """The trial forth and back, so that nothing jumps: its motion and its forces."""
+    trial = fit.trials[0]
+    order = np.arange(trial.motion.frames)
+    order = np.concatenate([order if i % 2 == 0 else order[::-1] for i in range(times)])
+    contacts = {
+        name: getattr(trial.contacts, name)[order]
+        for name in ("wrench_ground", "cop_ground", "observed", "in_contact", "plate", "wrench_raw_ground")
+    }
+    motion = Motion(trial.motion.dofs, trial.motion.q[order], trial.motion.rate, 0.0)
+    return motion, replace(trial.contacts, **contacts, unassigned=None)
+
+
+def peak_MB(fit, times):
+    motion, contacts = repeated(fit, times)
+    tracemalloc.start()
+    try:
+        detect(fit.skeleton, motion, contacts, (), settings=DetectionSettings())
+        return tracemalloc.get_traced_memory()[1] / 1e6
+    finally:
+        tracemalloc.stop()
+
+
+def test_twice_as_long_takes_twice_the_memory(walk):
+    once, twice = peak_MB(walk, 12), peak_MB(walk, 24)
+    assert twice < 2.2 * once, f"{once:.0f} MB, then {twice:.0f} MB"
