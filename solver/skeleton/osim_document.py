@@ -3,18 +3,20 @@
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from xml.etree.ElementTree import Element, ParseError, TreeBuilder
+from xml.etree.ElementTree import Element, ParseError
 
 import numpy as np
 from defusedxml.common import DefusedXmlException
-from defusedxml.ElementTree import DefusedXMLParser
 from jaxtyping import Float
 
 from solver.errors import ModelError
+from solver.skeleton.bounded_xml import XmlBoundsError, bounded_parser
 
 OLDEST_VERSION = (
     10901  # OpenSim 1.9 gave custom joints their SpatialTransform; older ones are laid out otherwise
 )
+LARGEST_FILE = 32 * 2**20  # bytes; models with all muscles and wraps of a body have 5 MB
+LONGEST_TEXT = 1_000_000  # characters of one property; a long list of spline points has 10 000
 
 
 class Node(Element):
@@ -164,12 +166,23 @@ def _parse(path: Path) -> Node:
         node.line = parser.parser.CurrentLineNumber
         return node
 
-    parser = DefusedXMLParser(target=TreeBuilder(element_factory=located), forbid_dtd=True)
+    parser = bounded_parser(located, longest_text=LONGEST_TEXT)
     try:
-        parser.feed(path.read_bytes())
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+        if len(content) > LARGEST_FILE:
+            raise ModelError(
+                f"{path}: larger than {LARGEST_FILE // 2**20} MB, which no model is; give an .osim file."
+            )
+        parser.feed(content)
         root: Node = parser.close()
     except OSError as error:
         raise ModelError(f"{path}: cannot be read ({error.strerror}).") from error
+    except XmlBoundsError as error:
+        raise ModelError(
+            f"{path}:{parser.parser.CurrentLineNumber}: {error}, which no model does; "
+            "the file is damaged or not a model. Save it anew with OpenSim."
+        ) from error
     except DefusedXmlException as error:
         raise ModelError(
             f"{path}: contains a document type or entity definition, which models never need; remove it."

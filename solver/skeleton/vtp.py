@@ -13,17 +13,20 @@ from pathlib import Path
 from xml.etree.ElementTree import Element, ParseError
 
 import numpy as np
-from defusedxml import DefusedXmlException, ElementTree
+from defusedxml import DefusedXmlException
 from jaxtyping import Float, Int
 
 from solver.errors import ModelError
+from solver.skeleton.bounded_xml import bounded_parser
 
 _DTYPES = {
     "Int8": "i1", "UInt8": "u1", "Int16": "i2", "UInt16": "u2", "Int32": "i4", "UInt32": "u4",
     "Int64": "i8", "UInt64": "u8", "Float32": "f4", "Float64": "f8",
 }  # fmt: skip
 _LARGEST_ARRAY = 256 * 2**20  # bytes; a bone has thousands of points, a bomb has billions
-_APPENDED = re.compile(rb"<AppendedData\b([^>]*)>\s*_(.*)</AppendedData\s*>", re.DOTALL)
+_MOST_NUMBERS = 4_000_000  # of an array in plain text: corners of more than a million triangles
+_MOST_BLOCKS = 100_000  # of a compressed array; VTK makes 8192 of the largest
+_APPENDED = re.compile(rb"<AppendedData\b([^>]*)>\s*_")
 
 
 def read_vtp(path: Path) -> tuple[Float[np.ndarray, "points 3"], Int[np.ndarray, "triangles 3"]]:
@@ -55,12 +58,15 @@ class _Header:
 class _PolyData:
     def __init__(self, content: bytes) -> None:
         self.appended, self.appended_raw = b"", False
-        found = _APPENDED.search(content)
-        if found is not None:
-            self.appended = found.group(2)
-            self.appended_raw = b"raw" in found.group(1)
-            content = content[: found.start()] + content[found.end() :]
-        root = ElementTree.fromstring(content, forbid_dtd=True)
+        lead = _APPENDED.match(content, max(0, content.find(b"<AppendedData")))
+        end = content.rfind(b"</AppendedData", lead.end()) if lead else -1
+        if lead is not None and end >= 0:  # cut out, as raw bytes are no XML
+            self.appended = content[lead.end() : end]
+            self.appended_raw = b"raw" in lead.group(1)
+            content = content[: lead.end() - 1] + content[end:]
+        parser = bounded_parser(longest_text=2 * _LARGEST_ARRAY)
+        parser.feed(content)
+        root = parser.close()
         if root.tag != "VTKFile" or root.get("type") != "PolyData":
             raise ValueError(f"the root element is <{root.tag} type='{root.get('type')}'>")
         self.pieces = root.findall("./PolyData/Piece")
@@ -99,7 +105,10 @@ class _PolyData:
         dtype = np.dtype(_DTYPES[array.get("type", "Float32")])
         form = array.get("format", "ascii")
         if form == "ascii":
-            return np.array((array.text or "").split(), dtype=dtype)
+            words = (array.text or "").split(maxsplit=_MOST_NUMBERS)
+            if len(words) > _MOST_NUMBERS:
+                raise ValueError(f"a data array holds more than {_MOST_NUMBERS} numbers")
+            return np.array(words, dtype=dtype)
         dtype = np.dtype(self.header.order + dtype.str[1:])
         if form == "binary":
             return np.frombuffer(self._encoded((array.text or "").strip().encode()), dtype=dtype)
@@ -121,8 +130,7 @@ class _PolyData:
             if text[: _encoded_length(width)].endswith(b"="):
                 return _decoded(text[_encoded_length(width) :], size)
             return _unpacked(_decoded(text, width + size), self.header)
-        blocks = int(self._integers(_decoded(text, width), 1)[0])
-        _checked(blocks * width)
+        blocks = _checked_blocks(int(self._integers(_decoded(text, width), 1)[0]))
         lead_bytes = width * (3 + blocks)
         lead = _decoded(text, lead_bytes)
         data = _decoded(text[_encoded_length(lead_bytes) :], int(self._integers(lead, 3 + blocks)[3:].sum()))
@@ -141,15 +149,16 @@ def _unpacked(content: bytes, header: _Header) -> bytes:
         size = _checked(int(np.frombuffer(content, dtype, 1)[0]))
         return _exactly(content[dtype.itemsize :], size)
     blocks, size, last = (int(n) for n in np.frombuffer(content, dtype, 3))
-    sizes = np.frombuffer(content, dtype, 3 + _checked(blocks))[3:].astype(np.int64)
-    _checked(size * max(blocks - 1, 0) + (last or size))
+    sizes = np.frombuffer(content, dtype, 3 + _checked_blocks(blocks))[3:].astype(np.int64)
+    whole = _checked(size * max(blocks - 1, 0) + (last or size))
     start, parts = dtype.itemsize * (3 + blocks), []
     for packed in sizes:
-        unzip = zlib.decompressobj()
-        parts.append(
-            unzip.decompress(_exactly(content[start:], int(packed)), max(size, last, 1))
-        )  # 0: no limit
+        block = _exactly(content[start : start + _checked(int(packed))], int(packed))
+        parts.append(zlib.decompressobj().decompress(block, max(whole, 1)))  # 0: no limit
+        whole -= len(parts[-1])
         start += int(packed)
+        if whole < 0:
+            raise ValueError("a data array's blocks hold more than it announces")
     return b"".join(parts)
 
 
@@ -171,6 +180,12 @@ def _checked(size: int) -> int:
     if not 0 <= size <= _LARGEST_ARRAY:
         raise ValueError(f"a data array claims {size} bytes")
     return size
+
+
+def _checked_blocks(count: int) -> int:
+    if not 0 <= count <= _MOST_BLOCKS:
+        raise ValueError(f"a data array claims {count} compressed blocks")
+    return count
 
 
 def _fans(connectivity: np.ndarray, offsets: np.ndarray) -> np.ndarray:

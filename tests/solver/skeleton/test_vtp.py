@@ -174,5 +174,5 @@ def test_a_compressed_block_yields_no_more_than_it_announces(tmp_path, announced
     if announced:
         assert len(read_vtp(path)[0]) == announced // 3
     else:
-        with pytest.raises(ModelError, match="cannot reshape"):
+        with pytest.raises(ModelError, match="hold more than it announces"):
             read_vtp(path)
