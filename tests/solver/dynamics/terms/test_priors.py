@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.dynamics.inertia_parameters import prior_std
+from solver.dynamics.inertia_parameters import inertia_parameters, prior_std
 from solver.dynamics.terms.extra_prior import ExtraPrior
 from solver.dynamics.terms.inertia_prior import InertiaPrior
+from solver.dynamics.terms.shared_parameters import SharedParameters
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.dynamics.trial_data import ExtraParameters
 
@@ -54,3 +55,27 @@ def test_inertias_that_are_kept_have_no_place_in_the_vector(case):
     np.testing.assert_array_equal(inertias.curvature(shared), np.zeros((2, 2)))
     np.testing.assert_allclose(extra.gradient(shared), shared.x / EXTRA.prior_std**2)
     assert inertias.cost(shared) > 0
+
+
+def test_twins_both_weigh(crane):
+    """A step of φ that two arms share moves the body's mass by both."""
+    arm, shoulder = crane.bodies[5], crane.joints[5]
+    axes = tuple(replace(axis, coordinate="arm_angle_l") for axis in shoulder.axes)
+    angle = replace(crane.coordinates[-1], name="arm_angle_l")
+    two_armed = replace(
+        crane,
+        bodies=(*crane.bodies, replace(arm, name="arm_l")),
+        joints=(*crane.joints, replace(shoulder, name="shoulder_l", axes=axes)),
+        coordinates=(*crane.coordinates, angle),
+    )
+    inertias = inertia_parameters(two_armed, SETTINGS)
+    assert (inertias.group[5], len(inertias.names)) == (inertias.group[6], len(two_armed.bodies) - 1)
+    prior = InertiaPrior(inertias, WEIGHT, SETTINGS)
+
+    def at(phi):
+        return SharedParameters(inertias, phi, np.zeros(0), inertias_free=True)
+
+    phi = np.random.default_rng(5).normal(0, 0.02, inertias.count)
+    moves = 1e-6 * np.eye(len(phi))
+    numerical = [(prior.cost(at(phi + m)) - prior.cost(at(phi - m))) / 2e-6 for m in moves]
+    np.testing.assert_allclose(2 * prior.gradient(at(phi)), numerical, atol=1e-6 * np.abs(numerical).max())
