@@ -6,6 +6,8 @@ import secrets
 
 import viser
 
+from solver.capture.small_files import json_of
+
 ITEM = "addb-viewer"
 PATIENCE_S = 3.0  # for the browser's answer
 
@@ -82,6 +84,6 @@ class Remembered:
 
     def _kept(self) -> dict[str, object]:
         with contextlib.suppress(RuntimeError, TimeoutError, ValueError):  # a browser that keeps nothing
-            kept = json.loads(self._client.local_storage.get_item(ITEM, timeout=PATIENCE_S) or "{}")
+            kept = json_of(self._client.local_storage.get_item(ITEM, timeout=PATIENCE_S) or "{}")
             return kept if isinstance(kept, dict) else {}
         return {}

@@ -4,6 +4,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from addb_viewer.recordings.mcap_recording import EDITS_TOPIC
 from addb_viewer.recordings.mcap_recovery import Found, readable
@@ -11,7 +12,9 @@ from annotations.errors import ReviewError
 from annotations.event_codec import decoded, encoded
 from annotations.events import Edit, Event, Redo, Undo
 from annotations.log import ReviewLog
-from annotations.reading import date_of
+from annotations.reading import check_author, date_of
+from annotations.unreadable import is_text
+from solver.capture.small_files import json_of
 from solver.errors import ResultsError
 
 
@@ -36,15 +39,23 @@ def edits_in(file: Path) -> tuple[Edit, ...]:
         if part.message is None or part.channel is None or part.channel.topic != EDITS_TOPIC:
             continue
         try:
-            told = json.loads(part.message.data)
-            when = date_of(told["made_at"])
-            event = decoded(told["kind"], told["content"])
-            edits[told["number"]] = Edit(told["number"], told["trial"], told["author"], when, event)
-        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            edit = _edit(json_of(part.message.data.decode()))
+        except (ValueError, KeyError, TypeError) as error:
             raise ResultsError(f"{file}: {EDITS_TOPIC}: not an edit of a review ({error})") from error
         except ReviewError as error:
             raise ReviewError(f"{file}: {EDITS_TOPIC}: an edit cannot be read: {error}") from error
+        edits[edit.number] = edit
     return tuple(edits[number] for number in sorted(edits))
+
+
+def _edit(told: Any) -> Edit:
+    number, texts = told["number"], (told["trial"], told["author"], told["made_at"], told["kind"])
+    if not isinstance(number, int) or not all(is_text(text) for text in texts):
+        raise ReviewError("its number, trial, author, date or kind is of a wrong type")
+    trial, author, made_at, kind = texts
+    event = decoded(kind, told["content"])
+    check_author(event, author)
+    return Edit(number, trial, author, date_of(made_at), event)
 
 
 def restore(edits: Sequence[Edit], log: ReviewLog) -> Restored:

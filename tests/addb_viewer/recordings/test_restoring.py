@@ -1,14 +1,17 @@
 """Edits of an MCAP file put back into a store."""
 
+import json
 from dataclasses import replace
 
 import pytest
+from mcap.writer import Writer
 
-from addb_viewer.recordings.mcap_recording import write_mcap
+from addb_viewer.recordings.mcap_recording import EDITS_TOPIC, write_mcap
 from addb_viewer.recordings.restoring import edits_in, restore
 from annotations.errors import ReviewError
 from annotations.events import FlagRange, Redo, SetStatus, Status, Undo
 from annotations.log import ReviewLog
+from solver.errors import ResultsError
 
 
 @pytest.fixture
@@ -70,3 +73,42 @@ def test_an_undo_of_what_the_file_lacks_is_refused(edits, log):
     log.append("walk", FlagRange(0, 3, "forceDiscrepancy"), "cleo")
     with pytest.raises(ReviewError, match="undoes edit 4"):
         restore(edits[2:], log)
+
+
+EDIT = {
+    "number": 1,
+    "trial": "walk",
+    "author": "anna",
+    "made_at": "2024-09-01T12:00:00+00:00",
+    "kind": "clear",
+    "content": {"start": 0, "end": 3},
+}
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        json.dumps({**EDIT, "number": "1"}),
+        json.dumps({**EDIT, "trial": ["walk"]}),
+        json.dumps({**EDIT, "author": None}),
+        json.dumps({**EDIT, "made_at": "yesterday"}),
+        json.dumps({**EDIT, "made_at": 5}),
+        json.dumps({**EDIT, "content": [1]}),
+        json.dumps({**EDIT, "content": {"start": "0", "end": 3}}),
+        json.dumps({**EDIT, "kind": {}}),
+        json.dumps([1]),
+        "[" * 5000,
+        '{"number": ' + "1" * 5000 + "}",
+    ],
+)
+def test_an_edit_in_a_file_that_is_none_is_told_with_the_file(tmp_path, told):
+    file = tmp_path / "session.mcap"
+    with file.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        channel = writer.register_channel(EDITS_TOPIC, "json", 0)
+        for number, text in enumerate((json.dumps({**EDIT, "number": 2}), told)):
+            writer.add_message(channel, number, text.encode(), number)
+        writer.finish()
+    with pytest.raises((ReviewError, ResultsError), match=f"{file.name}: {EDITS_TOPIC}: "):
+        edits_in(file)
