@@ -1,5 +1,6 @@
 """Settings of the diagnosis, each with its reason."""
 
+import math
 from dataclasses import dataclass, field
 
 from solver.dynamics.marker_posterior import MarkerNoise
@@ -17,7 +18,7 @@ class DiagnosisSettings:
     window_s: float = setting(0.06, unit="s", why="shorter than anything that markers can tell of a force")
     hop_s: float = setting(0.03, unit="s", why="half a window: nothing is lost between them")
     most_rows: int = setting(2400, unit="", why="the evidence is a dense matrix; longer trials hop farther")
-    end_s: float = setting(0.05, unit="s", why="at both ends of a trial the spline is loose")
+    end_s: float = setting(0.05, unit="s", least=0.0, why="at both ends of a trial the spline is loose")
     force_noise_N: float = setting(
         2.0, unit="N", why="of a filtered plate; white noise of raw ones comes on top (`plate_noise`)"
     )
@@ -104,6 +105,7 @@ class DiagnosisSettings:
     least_further_gain: float = setting(
         10.0,
         unit="nats",
+        least=0.0,
         why="of every cause after the first, which has the rest of the first to explain as well",
     )
     least_of_two: float = setting(
@@ -114,11 +116,15 @@ class DiagnosisSettings:
     )
     tried_in_pairs: int = setting(6, unit="", why="the best of the refitted, each with each")
     exchange_margin: float = setting(
-        2.0, unit="nats", why="by which another cause must do better beside all others to take a place"
+        2.0,
+        unit="nats",
+        least=0.0,
+        why="by which another cause must do better beside all others to take a place",
     )
     least_heldout_gain: float = setting(
         0.0,
         unit="nats",
+        least=-math.inf,
         why="of log density of withheld blocks; a wrong mass gains little there, since the other blocks tell "
         "it even against the prior",
     )
@@ -151,27 +157,34 @@ class DiagnosisSettings:
             ("capture_scale", 12.0),
         ),
         unit="nats",
+        least=-math.inf,
         why="log prior odds against causes that are rare, or that generic models imitate on sound recordings",
     )
     whole_limbs_odds: float = setting(
         9.0,
         unit="nats",
+        least=0.0,
         why="by which both legs or both arms rather weigh otherwise than one segment: builds differ by limbs",
     )
     rare_place_odds: float = setting(
         2.0,
         unit="nats",
+        least=0.0,
         why="by which hands, seats, thighs and backs are touched rather than upper arms, forearms and "
         "shanks, and by which hands carry rather than arms",
     )
     start_margin: float = setting(
-        6.0, unit="nats", why="within which another first cause is tried as well: what it leads to decides"
+        6.0,
+        unit="nats",
+        least=0.0,
+        why="within which another first cause is tried as well: what it leads to decides",
     )
-    start_share: float = setting(0.05, unit="", why="of the gain, likewise")
+    start_share: float = setting(0.05, unit="", least=0.0, why="of the gain, likewise")
     most_starts: int = setting(2, unit="", why="likewise, beside the first; each takes as long")
     witness_lead: float = setting(
         10.0,
         unit="nats",
+        least=0.0,
         why="by which others must do better than a foot that is seen to stand where nothing measures, to be "
         "tried before it",
     )
@@ -179,7 +192,7 @@ class DiagnosisSettings:
         15.0, unit="nats", why="of a force of any course, which is free to follow noise"
     )
     unknown_margin: float = setting(
-        12.0, unit="nats", why="by which a force of any course must beat named causes"
+        12.0, unit="nats", least=0.0, why="by which a force of any course must beat named causes"
     )
     unknown_share: float = setting(
         0.1,
@@ -200,14 +213,18 @@ class DiagnosisSettings:
     )
     unexplained_scale: float = setting(2.4, unit="", why="model errors of sound recordings stay below it")
     rival_margin: float = setting(
-        4.0, unit="nats", why="of log evidence, within which two causes are not told apart"
+        4.0, unit="nats", least=0.0, why="of log evidence, within which two causes are not told apart"
     )
     rival_share: float = setting(
-        0.03, unit="", why="of the gain, likewise: what the model gets wrong grows with what a cause explains"
+        0.03,
+        unit="",
+        least=0.0,
+        why="of the gain, likewise: what the model gets wrong grows with what a cause explains",
     )
     step_rest_share: float = setting(
         0.02,
         unit="",
+        least=0.0,
         why="of the gain of a step beside the plates, that later causes must gain beyond the rest: its force "
         "and its place are free, while a contact has one point and leaves `rival_share`",
     )

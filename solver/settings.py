@@ -185,6 +185,7 @@ def _with_tuples(value: Any) -> Any:
 
 def _stage(path: Path, name: str, defaults: Any, table: Mapping[str, object]) -> Any:
     kinds, inner = get_type_hints(type(defaults)), {}
+    bounds = {f.name: f.metadata["bounds"] for f in fields(defaults) if "bounds" in f.metadata}
     for key, value in table.items():
         if key not in kinds:
             raise SettingsError(f"{path}: unknown setting '{key}' in [{name}]; {_nearest(key, kinds)}")
@@ -197,8 +198,17 @@ def _stage(path: Path, name: str, defaults: Any, table: Mapping[str, object]) ->
                 f"{path}: [{name}] {key} = {_toml(value)}: expected {_described(kinds[key])}, "
                 f"as in {key} = {_toml(getattr(defaults, key))}"
             )
+        elif key in bounds and not bounds[key].allow(value):
+            raise SettingsError(
+                f"{path}: [{name}] {key} = {_toml(value)}: expected {_bounded(kinds[key])} {bounds[key]}, "
+                f"as in {key} = {_toml(getattr(defaults, key))}"
+            )
     plain = {key: _converted(value, kinds[key]) for key, value in table.items() if key not in inner}
     return replace(defaults, **plain, **inner)
+
+
+def _bounded(kind: Any) -> str:
+    return "numbers, each" if get_origin(kind) is tuple else _described(kind)
 
 
 def _nearest(name: str, known: Mapping[str, object]) -> str:

@@ -30,18 +30,24 @@ class AxesSettings:
         0.85, unit="", why="of the squared force along one axis: friction stays below 40 % of the load"
     )
     force_weight: float = setting(6.0, unit="", why="gravity itself; outweighs a body that lies down")
-    plate_weight: float = setting(2.0, unit="", why="plates lie flat, but for ramps and stairs")
+    plate_weight: float = setting(2.0, unit="", least=0.0, why="plates lie flat, but for ramps and stairs")
     names_share: float = setting(0.8, unit="", why="of the way from feet to trunk along one axis: upright")
-    names_weight: float = setting(3.0, unit="", why="feet below trunk; not so when lying")
+    names_weight: float = setting(3.0, unit="", least=0.0, why="feet below trunk; not so when lying")
     spread_ratio: float = setting(1.25, unit="", why="people are taller than wide, standing or walking")
-    spread_weight: float = setting(2.0, unit="", why="a strong ratio of height to width")
-    floor_weight: float = setting(1.5, unit="", why="the floor is at zero; walkways have it in their midst")
-    floor_slack_m: float = setting(0.05, unit="m", why="how far below zero markers may be: tilted axes")
+    spread_weight: float = setting(2.0, unit="", least=0.0, why="a strong ratio of height to width")
+    floor_weight: float = setting(
+        1.5, unit="", least=0.0, why="the floor is at zero; walkways have it in their midst"
+    )
+    floor_slack_m: float = setting(
+        0.05, unit="m", least=0.0, why="how far below zero markers may be: tilted axes"
+    )
     screen_weight: float = setting(
-        1.0, unit="", why="POINT:Y_SCREEN: how a program draws; its sign says nothing"
+        1.0, unit="", least=0.0, why="POINT:Y_SCREEN: how a program draws; its sign says nothing"
     )
     default_weight: float = setting(0.5, unit="", why="z in C3D files, y in OpenSim's; decides ties only")
-    margin: float = setting(1.0, unit="", why="a lead smaller than this over the next axis is ambiguous")
+    margin: float = setting(
+        1.0, unit="", least=0.0, why="a lead smaller than this over the next axis is ambiguous"
+    )
     upright_m: float = setting(0.3, unit="m", why="less between feet and trunk doesn't tell up from down")
     still_m_s: float = setting(0.03, unit="m/s", why="a planted foot; a standing trunk sways faster")
     still_share: float = setting(0.25, unit="", why="of the frames: in walking a foot rests longer")

@@ -20,10 +20,13 @@ class ForceTableSettings:
         0.02, unit="m", why="a moment convention that leaves more than half a foot's width explains nothing"
     )
     plate_handicap_m: float = setting(
-        0.001, unit="m", why="a fitted plate origin must do better by this than what needs no fit"
+        0.001, unit="m", least=0.0, why="a fitted plate origin must do better by this than what needs no fit"
     )
     height_weight: float = setting(
-        0.01, unit="", why="of 'the origin lies at the surface': its height shows in the shear force only"
+        0.01,
+        unit="",
+        least=0.0,
+        why="of 'the origin lies at the surface': its height shows in the shear force only",
     )
     usable_centre_m: float = setting(
         0.3, unit="m", why="an unloaded centre of pressure farther from all loaded ones is noise"
@@ -51,6 +54,7 @@ class ConditioningSettings:
     nyquist_share: float = setting(
         0.8,
         unit="",
+        below=1.0,
         why="of the markers' Nyquist frequency, that the cutoff stays below: noise folds beyond",
     )
     order: int = setting(3, unit="", why="of the single pass; likewise the paper's")
@@ -58,10 +62,16 @@ class ConditioningSettings:
         20.0, unit="N", why="gait laboratories' usual contact threshold, four noise deviations of a treadmill"
     )
     shortest_contact_s: float = setting(
-        0.03, unit="s", why="a running step lasts three times as long; shorter bursts are vibration"
+        0.03,
+        unit="s",
+        least=0.0,
+        why="a running step lasts three times as long; shorter bursts are vibration",
     )
     longest_gap_s: float = setting(
-        0.02, unit="s", why="a line bridges 20 ms of a 30 Hz signal; longer gaps count as not observed"
+        0.02,
+        unit="s",
+        least=0.0,
+        why="a line bridges 20 ms of a 30 Hz signal; longer gaps count as not observed",
     )
     largest_N: float = setting(
         20_000.0,
@@ -91,7 +101,9 @@ class ConditioningSettings:
         why="of the time with little load, that a level below zero must hold: a bias does for nine tenths, "
         "what a low-pass of 3 to 6 Hz leaves between steps for three quarters at most",
     )
-    zero_smallest_N: float = setting(1.0, unit="N", why="smaller offsets are noise of their own estimate")
+    zero_smallest_N: float = setting(
+        1.0, unit="N", least=0.0, why="smaller offsets are noise of their own estimate"
+    )
     zero_drift_N: float = setting(
         3.0, unit="N", why="a zero level that moves by more from the first to the last stretch is reported"
     )

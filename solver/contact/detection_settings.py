@@ -1,5 +1,6 @@
 """Thresholds of the detection of missing force, each with its reason."""
 
+import math
 from dataclasses import dataclass
 
 from solver.settings_field import setting
@@ -67,7 +68,10 @@ class DetectionSettings:
         3.0, unit="", why="of the measured force: three quarters of a foot beside a plate"
     )
     part_cost: float = setting(
-        6.0, unit="", why="log odds against a contact's being measured in part: one in some hundred"
+        6.0,
+        unit="",
+        least=0.0,
+        why="log odds against a contact's being measured in part: one in some hundred",
     )
     shortest_contact_s: float = setting(
         0.05, unit="s", why="a sprinter's contact lasts 0.09 s; shorter ones say nothing of their share"
@@ -108,22 +112,41 @@ class DetectionSettings:
         4.0, unit="", why="log odds that one moment's balance can give: models fail more often"
     )
     elsewhere_odds: float = setting(
-        3.0, unit="", why="log odds against a chair or a hand, before anything is known: plates are for feet"
+        3.0,
+        unit="",
+        least=0.0,
+        why="log odds against a chair or a hand, before anything is known: plates are for feet",
     )
     partly_odds: float = setting(
-        0.5, unit="", why="log odds against a loaded foot's force being wrong, before anything is known"
+        0.5,
+        unit="",
+        least=0.0,
+        why="log odds against a loaded foot's force being wrong, before anything is known",
     )
-    touch_cost: float = setting(1.5, unit="", why="of a contact's begin or end: no contact lasts 20 ms")
+    touch_cost: float = setting(
+        1.5, unit="", least=0.0, why="of a contact's begin or end: no contact lasts 20 ms"
+    )
     loss_cost: float = setting(
-        6.0, unit="", why="of a force that is lost or comes back while the plate stays loaded: rare"
+        6.0,
+        unit="",
+        least=0.0,
+        why="of a force that is lost or comes back while the plate stays loaded: rare",
     )
     unloaded_cost: float = setting(
-        30.0, unit="", why="of calling a foot measured while its plate is unloaded, or up while it is loaded"
+        30.0,
+        unit="",
+        least=0.0,
+        why="of calling a foot measured while its plate is unloaded, or up while it is loaded",
     )
     rolling_s: float = setting(
-        0.01, unit="s", why="so long before and after a foot may carry some 50 N: too little for the balance"
+        0.01,
+        unit="s",
+        least=0.0,
+        why="so long before and after a foot may carry some 50 N: too little for the balance",
     )
-    rolling_odds: float = setting(-0.5, unit="", why="as long as its sole is not clearly swinging")
+    rolling_odds: float = setting(
+        -0.5, unit="", least=-math.inf, why="as long as its sole is not clearly swinging"
+    )
     steep: float = setting(
         0.25,
         unit="",
@@ -133,6 +156,7 @@ class DetectionSettings:
     border_s: float = setting(
         0.015,
         unit="s",
+        least=0.0,
         why="added to both ends of a lost force: as far as the filter spreads it; loads are seen filtered",
     )
     sure_odds: float = setting(

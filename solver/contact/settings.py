@@ -44,8 +44,11 @@ class ContactSettings:
         0.1, unit="s", why="of loaded frames from which a foot's height above the ground is learnt"
     )
     shortest_phase_s: float = setting(
-        0.05, unit="s", why="shorter touches are markers' noise; a sprinter's contact lasts 0.09 s"
+        0.05, unit="s", least=0.0, why="shorter touches are markers' noise; a sprinter's contact lasts 0.09 s"
     )
     shortest_gap_s: float = setting(
-        0.03, unit="s", why="shorter lifts inside a contact phase are noise; a running flight lasts 0.08 s"
+        0.03,
+        unit="s",
+        least=0.0,
+        why="shorter lifts inside a contact phase are noise; a running flight lasts 0.08 s",
     )

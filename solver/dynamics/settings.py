@@ -12,6 +12,7 @@ class DynamicsSettings:
     end_frames: int = setting(
         10,
         unit="frames",
+        least=0.0,
         why="left out of the figures at each end of a trial: spline and filter know no motion beyond it, "
         "and accelerations there are off by 15 to 400 N",
     )

@@ -1,5 +1,6 @@
 """Thresholds and weights of scaling and inverse kinematics, each with its reason."""
 
+import math
 from dataclasses import dataclass
 
 from solver.settings_field import setting
@@ -79,13 +80,19 @@ class KinematicsSettings:
         "frames: 0 to 0.7 cm with six persons' own models, 1.9 to 5 cm with ten generic ones or others' own",
     )
     registered_odds: float = setting(
-        6.0, unit="nats", why="for each factor of e nearer or farther: half or twice that distance is clear"
+        6.0,
+        unit="nats",
+        least=0.0,
+        why="for each factor of e nearer or farther: half or twice that distance is clear",
     )
     same_mass_odds: float = setting(
-        1.0, unit="nats", why="for a model that weighs what was entered: programs scale the mass as well"
+        1.0,
+        unit="nats",
+        least=0.0,
+        why="for a model that weighs what was entered: programs scale the mass as well",
     )
     model_name_odds: float = setting(
-        1.0, unit="nats", why="for a name with 'scaled' or 'generic': files are copied and renamed"
+        1.0, unit="nats", least=0.0, why="for a name with 'scaled' or 'generic': files are copied and renamed"
     )
     registered_offset_std_m: float = setting(
         0.002,
@@ -99,18 +106,20 @@ class KinematicsSettings:
     least_walking_tilt_deg: float = setting(
         -25.0,
         unit="°",
+        least=-math.inf,
         why="mean pelvis tilt of a walk, negative forwards: 10° ± 5° forwards by the spines (Kadaba 1990), "
         "which is about level in models whose pelvis stands level; experts' fits have −2° to 5°",
     )
     most_walking_tilt_deg: float = setting(
-        12.0, unit="°", why="likewise backwards: by as much again as experts' fits vary"
+        12.0, unit="°", least=-math.inf, why="likewise backwards: by as much again as experts' fits vary"
     )
     least_walking_lumbar_deg: float = setting(
         -28.0,
         unit="°",
+        least=-math.inf,
         why="mean lumbar extension of a walk, negative bent forwards: experts' fits have −19° to −3°",
     )
-    most_walking_lumbar_deg: float = setting(15.0, unit="°", why="likewise bent backwards")
+    most_walking_lumbar_deg: float = setting(15.0, unit="°", least=-math.inf, why="likewise bent backwards")
     scale_std: float = setting(0.1, unit="log", why="body size against the model when the height is unknown")
     height_scale_std: float = setting(0.03, unit="log", why="body size when the height is given")
     segment_scale_std: float = setting(

@@ -29,6 +29,20 @@ STAGES = [
 ]
 
 
+def number_in(value):
+    """Whether a setting's value is a number, or a list with numbers."""
+    if isinstance(value, tuple):
+        return any(number_in(item) for item in value)
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def with_all(value, number):
+    """A value as TOML, every number of it replaced."""
+    if isinstance(value, tuple):
+        return f"[{', '.join(with_all(item, number) for item in value)}]"
+    return json.dumps(value) if isinstance(value, str) else number
+
+
 def written(folder, text):
     path = folder / FILE_NAME
     path.write_text(text, encoding="utf-8")
@@ -167,3 +181,32 @@ def test_a_fit_read_from_the_disk_still_has_the_settings_that_it_was_made_with(s
     kept = load_fit(results, small_fit.subject.folder).settings
     assert decide_the_same_fit(kept, usual)
     assert not decide_the_same_fit(kept, replace(usual, unnamed=replace(usual.unnamed, frames=12)))
+
+
+NUMERIC = [(stage, f) for stage, f in STAGES if number_in(getattr(dict(tables(Settings()))[stage], f.name))]
+
+
+@pytest.mark.parametrize(("stage", "f"), NUMERIC, ids=[f"{stage}.{f.name}" for stage, f in NUMERIC])
+def test_every_number_that_cannot_work_is_refused_with_what_can(tmp_path, stage, f):
+    """A setting for which zero or less means something says so where it is declared."""
+    usual = getattr(dict(tables(Settings()))[stage], f.name)
+    least = f.metadata["bounds"].least
+    assert f.metadata["bounds"].allow(usual)
+    refused = {"nan", "inf"} | ({"0", "-1"} if least is None else {"-1"} if least == 0.0 else set())
+    for number in ("nan", "inf", "0", "-1"):
+        written(tmp_path, f"[{stage}]\n{f.name} = {with_all(usual, number)}\n")
+        if number in refused:
+            with pytest.raises(SettingsError) as error:
+                settings_for(tmp_path)
+            said = str(error.value)
+            assert all(part in said for part in (FILE_NAME, f"[{stage}] {f.name} = ", f"as in {f.name} = "))
+            if number in ("0", "-1"):
+                assert ("greater than 0" if least is None else "at least 0") in said
+        else:
+            settings_for(tmp_path)
+
+
+def test_bounds_above_are_told_too(tmp_path):
+    written(tmp_path, "[conditioning]\nnyquist_share = 1\n")
+    with pytest.raises(SettingsError, match=r"expected a number greater than 0 and less than 1, as in"):
+        settings_for(tmp_path)

@@ -77,7 +77,7 @@ class UnnamedSettings:
     robust_m: float = setting(0.07, unit="m", why="beyond it a marker loses influence on the pose")
     limit_std_rad: float = setting(0.09, unit="rad", why="5°: soft joint limits, as in the kinematics")
     walks_m: float = setting(0.5, unit="m", why="who travels further than that, mostly travels forwards")
-    forwards_log_odds: float = setting(3.0, unit="nats", why="that who travels, travels forwards")
+    forwards_log_odds: float = setting(3.0, unit="nats", least=0.0, why="that who travels, travels forwards")
     rivals: int = setting(3, unit="", why="guesses that are scaled and compared at the end")
     temper: float = setting(
         5.0, unit="nats", why="of the comparison: markers of one body are no independent witnesses"

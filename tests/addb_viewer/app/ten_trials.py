@@ -52,12 +52,12 @@ RECORDINGS = {
 def write_ten_trials(data: Path, root: Path) -> None:
     """Cut the windows out of the shared data, and fit every subject, two at a time."""
     for name, recording in RECORDINGS.items():
-        _write(recording, data / recording.folder, root / name)
+        write_windows(recording, data / recording.folder, root / name)
     with multiprocessing.get_context("spawn").Pool(2) as pool:
         pool.map(_fit, [root / name for name in RECORDINGS], chunksize=1)
 
 
-def _write(recording: Recording, source: Path, folder: Path) -> None:
+def write_windows(recording: Recording, source: Path, folder: Path) -> None:
     folder.mkdir(parents=True)
     lines = [recording.facts, 'foot_bodies = ["calcn_r", "calcn_l"]']
     if recording.model is not None:
