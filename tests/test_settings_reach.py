@@ -30,8 +30,6 @@ MADE_HERE = {
     ): "how bones without a mesh look; nothing is computed from it",
 }
 FALLS_BACK = {
-    ("solver/capture/plate_levels.py", "surface_of"): "decided on reading, before the conditioning of these",
-    ("solver/capture/vertical_momentum.py", "gaps_filled"): "likewise",
     (
         "solver/capture/storage.py",
         "find_clock",

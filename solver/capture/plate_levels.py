@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float
 
 from solver.capture.capture import ForcePlate, Markers
 from solver.capture.centre_of_pressure import centre_of_pressure, surface_of
+from solver.capture.force_settings import CONDITIONING, ConditioningSettings
 from solver.capture.plate_sign import PlateWitness, weigh_signs
 from solver.capture.plate_sign_settings import PLATE_SIGN, PlateSignSettings
 from solver.capture.vertical_momentum import vertical_momentum
@@ -22,6 +23,7 @@ def plate_witnesses(
     markers: Markers,
     mass_kg: float | None = None,
     settings: PlateSignSettings = PLATE_SIGN,
+    conditioning: ConditioningSettings = CONDITIONING,
 ) -> tuple[PlateWitness, ...]:
     """What a recording says of each plate's sign and zero level, without a model of the body.
 
@@ -30,8 +32,9 @@ def plate_witnesses(
         markers: of the same recording, y up.
         mass_kg: as entered, if it was.
         settings: what is known beforehand.
+        conditioning: how gaps and the plates' surface are judged.
     """
-    samples = vertical_momentum(plates, markers, settings)
+    samples = vertical_momentum(plates, markers, settings, conditioning)
     held = [_held_level(plate, settings) for plate in plates]
     return weigh_signs(
         samples.readings_N,
@@ -48,6 +51,7 @@ def levelled(
     markers: Markers,
     mass_kg: float | None = None,
     settings: PlateSignSettings = PLATE_SIGN,
+    conditioning: ConditioningSettings = CONDITIONING,
 ) -> tuple[tuple[ForcePlate, ...], tuple[str, ...]]:
     """The plates as forces on the person; turned and relieved of a zero level only where that is clear.
 
@@ -56,7 +60,7 @@ def levelled(
     """
     if not plates:
         return (), ()
-    witnesses = plate_witnesses(plates, markers, mass_kg, settings)
+    witnesses = plate_witnesses(plates, markers, mass_kg, settings, conditioning)
     settled, notes = [], []
     for plate, witness in zip(plates, witnesses, strict=True):
         resting = _resting(plate, witness, settings)
@@ -75,7 +79,7 @@ def levelled(
         if changed is not plate and changed.point_ground is None:
             wrench = (changed.force_ground, changed.moment_ground)
             known = changed.force_ground[:, 1] >= CENTRE_KNOWN_N
-            centre = centre_of_pressure(*wrench, surface_of(plate))
+            centre = centre_of_pressure(*wrench, surface_of(plate, conditioning))
             changed = replace(changed, cop_ground=np.where(known[:, None], centre, np.nan))
         settled.append(changed)
         notes += _sentences(plate, witness, lowered=may_lower, settings=settings)

@@ -6,7 +6,7 @@ from solver.capture.axes import AxesSettings
 from solver.capture.clock import ClockSettings
 from solver.capture.edge_zeros import EdgeZeroSettings
 from solver.capture.force_platform import ForcePlatformSettings
-from solver.capture.force_settings import ForceTableSettings
+from solver.capture.force_settings import ConditioningSettings, ForceTableSettings
 from solver.capture.length_units import LengthUnitSettings
 from solver.capture.marker_cleaning import MarkerCleaningSettings
 from solver.capture.plate_sign_settings import PlateSignSettings
@@ -49,6 +49,7 @@ class ReadingSettings:
     edge_zeros: EdgeZeroSettings = field(default_factory=EdgeZeroSettings)
     plate_signs: PlateSignSettings = field(default_factory=PlateSignSettings)
     pairing: PairingSettings = field(default_factory=PairingSettings)
+    conditioning: ConditioningSettings = field(default_factory=ConditioningSettings)
 
 
 READING = ReadingSettings()

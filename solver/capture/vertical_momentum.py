@@ -10,6 +10,7 @@ from scipy.signal import savgol_coeffs
 from solver.capture.axes import TRUNK
 from solver.capture.capture import ForcePlate, Markers
 from solver.capture.conditioning import at_nearest_samples, gaps_filled
+from solver.capture.force_settings import CONDITIONING, ConditioningSettings
 from solver.capture.plate_sign_settings import PLATE_SIGN, PlateSignSettings
 from solver.capture.resampling import covered, resample
 
@@ -24,7 +25,10 @@ class VerticalMomentum:
 
 
 def vertical_momentum(
-    plates: Sequence[ForcePlate], markers: Markers, settings: PlateSignSettings = PLATE_SIGN
+    plates: Sequence[ForcePlate],
+    markers: Markers,
+    settings: PlateSignSettings = PLATE_SIGN,
+    conditioning: ConditioningSettings = CONDITIONING,
 ) -> VerticalMomentum:
     """Readings and acceleration at the markers' frames.
 
@@ -34,7 +38,7 @@ def vertical_momentum(
     half = max(2, round(0.5 * settings.window_s * markers.rate))
     frames = markers.frames
     if frames <= 2 * half:
-        return _unsmoothed(plates, markers, settings)
+        return _unsmoothed(plates, markers, settings, conditioning)
     second = savgol_coeffs(2 * half + 1, 3, deriv=2, delta=1 / markers.rate, use="dot")
     mean = np.cumsum(np.cumsum(second))[:-2]
     mean /= mean.sum()
@@ -43,7 +47,9 @@ def vertical_momentum(
     acceleration[half:-half] = _acceleration(markers, second)
     readings = np.full((frames, len(plates)), np.nan)
     for k, plate in enumerate(plates):
-        readings[half - 1 : frames - half + 1, k] = _slid(_at_frames(plate, markers.times), mean)
+        readings[half - 1 : frames - half + 1, k] = _slid(
+            _at_frames(plate, markers.times, conditioning), mean
+        )
     known = np.flatnonzero(np.isfinite(readings).all(axis=1))
     step = max(1, round(settings.spacing_s * markers.rate), -(-len(known) // settings.most_samples))
     chosen = known[step // 2 :: step]
@@ -73,18 +79,23 @@ def _acceleration(
 
 
 def _unsmoothed(
-    plates: Sequence[ForcePlate], markers: Markers, settings: PlateSignSettings
+    plates: Sequence[ForcePlate],
+    markers: Markers,
+    settings: PlateSignSettings,
+    conditioning: ConditioningSettings,
 ) -> VerticalMomentum:
     """What a recording shorter than the window holds: readings, and no acceleration."""
-    readings = np.stack([_at_frames(plate, markers.times) for plate in plates], axis=1)
+    readings = np.stack([_at_frames(plate, markers.times, conditioning) for plate in plates], axis=1)
     known = readings[np.isfinite(readings).all(axis=1)]
     few = known[:: max(1, round(settings.spacing_s * markers.rate))]
     unknown = np.full(len(few), np.nan)
     return VerticalMomentum(few, unknown, unknown)
 
 
-def _at_frames(plate: ForcePlate, times: Float[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
-    whole, recorded, _ = gaps_filled(plate)
+def _at_frames(
+    plate: ForcePlate, times: Float[np.ndarray, " frames"], conditioning: ConditioningSettings
+) -> Float[np.ndarray, " frames"]:
+    whole, recorded, _ = gaps_filled(plate, conditioning)
     vertical = resample(whole.force_ground[:, 1], plate.rate, plate.start_time, times)
     observed: Bool[np.ndarray, " frames"] = at_nearest_samples(recorded, plate, times) & covered(
         plate.rate, plate.start_time, plate.samples, times
