@@ -123,12 +123,7 @@ def from_dict(kept: Mapping[str, object]) -> Settings:
 
 def decide_the_same_fit(kept: Mapping[str, object], settings: Settings) -> bool:
     """Whether a fit that keeps these settings would come out the same: none obeys the diagnosis' own."""
-    return are_the_same({**kept, _NO_FIT_OBEYS: None}, {**as_dict(settings), _NO_FIT_OBEYS: None})
-
-
-def are_the_same(kept: Mapping[str, object], others: Mapping[str, object]) -> bool:
-    """Whether two kept settings are, be their lists those of JSON or the tuples of a fit from the disk."""
-    return bool(_listed(dict(kept)) == _listed(dict(others)))
+    return {**kept, _NO_FIT_OBEYS: None} == {**as_dict(settings), _NO_FIT_OBEYS: None}
 
 
 def by_name(kept: Mapping[str, Any], prefix: str = "") -> dict[str, object]:

@@ -8,7 +8,6 @@ from addb_viewer.kept_diagnosis import kept
 from addb_viewer.report.content import DiagnosisShown
 from solver.fit import Fit
 from solver.provenance import other_recordings, without_reviews
-from solver.settings import are_the_same
 
 AGAIN = "`addb-viewer report SUBJECT --diagnose` makes it anew."
 
@@ -42,7 +41,7 @@ def _changed(fit: Fit, made_of: Mapping[str, Mapping], trials: list[str]) -> lis
     changed = other_recordings(then, now)
     if _reviews(then, trials) != _reviews(now, trials):
         changed.append("the flags")
-    if not are_the_same(made_of["settings"], fit.settings):
+    if made_of["settings"] != fit.settings:
         changed.append("the settings")
     return changed
 

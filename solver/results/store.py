@@ -178,10 +178,18 @@ def _read_fit(head: Mapping[str, Any], folder: Path, subject_folder: Path) -> Fi
         name: _decoded(solve / "subject.json", Decoder(subject_folder), about.get(name))
         for name in _SUBJECT_FIELDS
     }
+    members["settings"] = _with_lists(members["settings"])
     skeleton = _decoded(solve / "skeleton.json", Decoder(subject_folder), _read_json(solve / "skeleton.json"))
     files = [named_in(solve, name, solve / "subject.json") for name in about.get("trials", ())]
     trials = tuple(_read_trial(file, subject_folder) for file in files)
     return Fit(skeleton=skeleton, trials=trials, **members)
+
+
+def _with_lists(value: Any) -> Any:
+    """Settings as `as_dict` gives them, with lists where the decoder makes tuples."""
+    if isinstance(value, Mapping):
+        return {key: _with_lists(item) for key, item in value.items()}
+    return [_with_lists(item) for item in value] if isinstance(value, tuple) else value
 
 
 def files_of_fit(folder: Path) -> list[Path]:

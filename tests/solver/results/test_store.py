@@ -15,6 +15,7 @@ from hypothesis.extra.numpy import arrays
 from solver.errors import ResultsError
 from solver.kinematics.motion import Motion
 from solver.results.store import FORMAT, default_folder, has_fit, load_fit, save_fit
+from solver.settings import Settings, as_dict
 
 
 def assert_same(first, second, place="fit"):
@@ -232,3 +233,10 @@ def test_a_results_folder_may_be_a_link_that_the_user_made(small_fit, folder, tm
     folder.parent.mkdir(parents=True, exist_ok=True)
     folder.symlink_to(tmp_path / "large disk")
     assert load_fit(folder, small_fit.subject.folder).mass_kg == 100.0
+
+
+def test_settings_come_back_as_they_were_kept(small_fit, folder):
+    """Lists in lists, too, as what JSON gives back."""
+    kept = as_dict(Settings())
+    save_fit(replace(small_fit, settings=kept), folder)
+    assert load_fit(folder, small_fit.subject.folder).settings == kept
