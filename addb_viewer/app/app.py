@@ -12,6 +12,7 @@ from pathlib import Path
 import viser
 
 from addb_viewer.app.camera import first_sight
+from addb_viewer.app.control_door import ControlDoor
 from addb_viewer.app.door import Door, is_loopback
 from addb_viewer.app.house import House
 from addb_viewer.app.memory import Remembered
@@ -73,6 +74,7 @@ class ReviewApp:
 
     def _join(self, client: viser.ClientHandle) -> None:
         people = self.house.people
+        ControlDoor(client.gui)
         try:
             memory = Remembered(client, self._login)
             people.arrive(client.client_id, memory.author, memory.browser)

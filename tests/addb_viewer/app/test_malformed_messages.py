@@ -2,6 +2,7 @@
 
 import gc
 import logging
+import math
 import socket
 
 import msgspec
@@ -67,6 +68,47 @@ def test_a_broken_message_is_a_line_in_the_terminal_and_nobody_feels_it(app, ent
             pass
     still_works(browser)
     assert_quiet(capfd, caplog)
+
+
+NOBODYS = (None, -1, 2**63, math.nan, math.inf, b"", [], [1], {}, {"a": [None]}, "x" * 200_000)
+WRONG = {  # beside these, for controls of one kind
+    viser.GuiButtonHandle: (False, 1, "Play"),
+    viser.GuiButtonGroupHandle: (True, 0, "no such button"),
+    viser.GuiCheckboxHandle: (0, 1, "yes"),
+    viser.GuiDropdownHandle: (True, 0, "no such choice"),
+    viser.GuiSliderHandle: (True, "1", 1e9),
+    viser.GuiTextHandle: (True, 0),
+}
+
+
+def test_wrong_values_for_what_is_on_the_page_are_not_taken(app, enter, capfd, caplog):
+    browser = enter(app)
+    session = browser.session
+    controls = dict(session.notices.client.gui._gui_input_handle_from_uuid)
+    kinds = {type(control) for control in controls.values()} & WRONG.keys()
+    assert kinds == WRONG.keys()  # the page has some of each
+
+    def everything():
+        values = {uuid: (control.value, control._impl.removed) for uuid, control in controls.items()}
+        return values, session.review.review, session.review.chosen, session.shown
+
+    before = everything()
+    capfd.readouterr()
+    caplog.clear()
+    for uuid, control in controls.items():
+        for value in NOBODYS + WRONG.get(type(control), ()):
+            browser._say("GuiUpdateMessage", uuid=uuid, updates={"value": value})
+        for name in ("removed", "update_cb", "props", "nothing", "__class__"):
+            browser._say("GuiUpdateMessage", uuid=uuid, updates={name: 5})
+            browser._say("GuiUpdateMessage", uuid=uuid, updates={"value": control.value, name: 5})
+    still_works(browser)  # in the order of the messages
+    session.notices._hand.submit(lambda: None).result(PATIENCE_S)
+    after = everything()
+    frame = next(uuid for uuid, control in controls.items() if control is session.controls.frame)
+    for state in (before, after):
+        del state[0][frame]
+    assert after == before
+    assert_quiet(capfd, caplog, lines=len(controls))
 
 
 @pytest.mark.parametrize(
