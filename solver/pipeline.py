@@ -13,6 +13,7 @@ from solver.clock import Clock
 from solver.contact.assignment import assign
 from solver.contact.force_review import ForceReview
 from solver.dynamics.extension import Extension
+from solver.dynamics.memory import refuse_what_does_not_fit, sizes_of
 from solver.errors import FitError
 from solver.fit import Fit, Groundwork, TrialFit
 from solver.kinematics.calibration import calibrate, choose_frames
@@ -83,6 +84,7 @@ def solve(
     match, body = named.match, named.match.skeleton(named.skeleton)
     if before_fitting is not None:
         before_fitting(body, recorded)
+    refuse_what_does_not_fit(sizes_of(recorded), body, settings.trajectory, extra=_count(extension))
     with clock("load"):
         repaired = [
             with_labels_repaired(
@@ -186,6 +188,8 @@ def resolve(
             f"{previous.subject.folder}: the kept fit was made with other settings or by an older version; "
             "fit the subject anew: addb-viewer fit --force"
         )
+    sizes = sizes_of([trial.capture for trial in previous.trials])
+    refuse_what_does_not_fit(sizes, groundwork.skeleton, settings.trajectory, extra=_count(extension))
     fits = [_before_reviews(trial, groundwork, settings) for trial in previous.trials]
     return obeying_reviews(
         previous.subject, groundwork, fits, settings, reviews, progress=progress, extension=extension
@@ -238,6 +242,10 @@ def _chosen(subject: Subject, names: Sequence[str] | None) -> list[TrialFiles]:
         if name not in known:
             raise FitError(f"{subject.folder}: no trial '{name}'; trials: {', '.join(known)}.")
     return [known[name] for name in dict.fromkeys(names)] if names else list(subject.trials)
+
+
+def _count(extension: Extension | None) -> int:
+    return len(extension.x) if extension else 0
 
 
 def _read(files: TrialFiles, subject: Subject, settings: Settings, progress: Progress) -> Capture:

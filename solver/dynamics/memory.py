@@ -1,0 +1,170 @@
+"""Whether a fit goes into this machine's memory: asked before it begins."""
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import psutil
+
+from solver.capture.capture import Capture
+from solver.dynamics.inertia_parameters import inertia_parameters
+from solver.dynamics.spline_band import REACH
+from solver.dynamics.spline_basis import ORDER
+from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.errors import FitError
+from solver.skeleton.skeleton import Skeleton
+
+NUMBER = 8  # bytes of one in double precision
+BAND = REACH + 1  # blocks of dofs × dofs that the trajectory fit holds per coefficient
+TRACKED_BLOCKS = 3  # likewise the marker fit per frame: the diagonal, the one below, and their factor's copy
+PER_MARKER = 24  # numbers per marker and frame: three places as measured, modelled, and in errors of the fit
+PER_BODY = 48  # numbers per body and frame: pose, twists and momenta of it
+LAID_OUT = (
+    3  # kinds of products in the table of a coefficient's window: own, and with the frame before, twice
+)
+MARGIN = 1.15  # for passing copies; measured peaks of 15 s to 4 min lie 0.9 to 1.0 times the rest
+BESIDE = 32 * 2**20  # bytes, of any fit: frames worked out together, libraries loaded on the way
+CGROUPS = Path("/sys/fs/cgroup")
+OWN_GROUPS = Path("/proc/self/cgroup")
+UNLIMITED = 2**60  # bytes; what groups without a limit say is near 2^63
+
+
+@dataclass(frozen=True)
+class TrialSize:
+    """What decides how much memory a trial takes."""
+
+    name: str
+    frames: int
+    rate: float  # [Hz]
+    forces: bool  # it takes part in the trajectory fit
+
+
+def sizes_of(captures: Sequence[Capture]) -> tuple[TrialSize, ...]:
+    """Of trials as they were read."""
+    return tuple(
+        TrialSize(c.name, len(c.markers.times), c.markers.rate, forces=bool(c.plates)) for c in captures
+    )
+
+
+def needed_bytes(
+    trials: Sequence[TrialSize], skeleton: Skeleton, settings: TrajectorySettings, extra: int = 0
+) -> int:
+    """What a fit of these trials together holds at its peak, beside what is already read.
+
+    The trajectory fit holds every trial's band and border at once; the marker fit one trial after the other,
+    and less. Proportional to the frames.
+
+    Args:
+        trials: of one fit.
+        skeleton: the model whose motion is sought.
+        settings: of the trajectory fit.
+        extra: parameters of an accepted extension.
+    """
+    return BESIDE + sum(_of_trial(trial, skeleton, settings, extra) for trial in trials)
+
+
+def _of_trial(trial: TrialSize, skeleton: Skeleton, settings: TrajectorySettings, extra: int) -> int:
+    dofs = len(skeleton.dofs)
+    kept = trial.frames * (PER_MARKER * len(skeleton.markers) + PER_BODY * len(skeleton.bodies))
+    largest = trial.frames * TRACKED_BLOCKS * dofs**2
+    if trial.forces and settings.enabled:
+        shared = extra + (inertia_parameters(skeleton, settings).count if settings.fit_inertias else 0)
+        spacing = max(1, round(settings.knot_spacing_s * trial.rate))
+        coefficient = BAND * dofs**2 + dofs * shared + BAND * BAND * spacing * LAID_OUT
+        largest = max(largest, (trial.frames // spacing + ORDER) * coefficient)
+    return round(NUMBER * MARGIN * (kept + largest))
+
+
+def refuse_what_does_not_fit(
+    trials: Sequence[TrialSize], skeleton: Skeleton, settings: TrajectorySettings, extra: int = 0
+) -> None:
+    """Stop before a fit that would end in the middle for want of memory.
+
+    Args:
+        trials: of one fit.
+        skeleton: the model whose motion is sought.
+        settings: of the trajectory fit.
+        extra: parameters of an accepted extension.
+
+    Raises:
+        FitError: it needs more than there is; the message says how much, of which trial, and what to do.
+    """
+    need, have = needed_bytes(trials, skeleton, settings, extra), available_bytes()
+    if need <= have:
+        return
+    size = {trial: _of_trial(trial, skeleton, settings, extra) for trial in trials}
+    longest = max(trials, key=lambda trial: size[trial])
+    several = len(trials) > 1
+    of_it = f", {_GB(size[longest])} of it for this trial" if several else ""
+    ways = ["close other programs"]
+    if several:
+        ways.append("fit fewer trials at once (--trial NAME)")
+    ways.append("export a shorter part or fewer frames per second from the laboratory's program")
+    coarse = replace(settings, knot_spacing_s=2 * max(settings.knot_spacing_s, 1 / longest.rate))
+    less = needed_bytes(trials, skeleton, coarse, extra)
+    if less < need:
+        ways.append(
+            f"set knot_spacing_s = {coarse.knot_spacing_s:g} under [trajectory] in settings.toml: it then "
+            f"needs {_GB(less)}"
+        )
+    raise FitError(
+        f"{longest.name}: {longest.frames} frames at {longest.rate:g} Hz: the fit needs about {_GB(need)} of "
+        f"memory{of_it}, and {_GB(have)} are free. What helps: {'; or '.join(ways)}."
+    )
+
+
+def available_bytes() -> int:
+    """What this process may still take: of the machine, of its control group, and of its own limit."""
+    memory = psutil.virtual_memory()
+    # macOS makes swap files as they are needed, and what it calls available leaves out what it would swap.
+    machine = memory.total if sys.platform == "darwin" else memory.available + psutil.swap_memory().free
+    return max(0, min(machine, _group_bytes(), _own_bytes()))
+
+
+def _group_bytes() -> int:
+    """Of the control groups that hold this process (a container, a batch job), the least."""
+    try:
+        lines = OWN_GROUPS.read_text().splitlines()
+    except OSError:
+        return UNLIMITED
+    left = UNLIMITED
+    for line in lines:
+        _, kinds, path = line.split(":", 2)
+        if kinds == "":
+            root, limit, used = CGROUPS, "memory.max", "memory.current"
+        elif "memory" in kinds.split(","):
+            root, limit, used = CGROUPS / "memory", "memory.limit_in_bytes", "memory.usage_in_bytes"
+        else:
+            continue
+        inner = root / path.strip("/")
+        for group in (inner, *inner.parents):  # in a container, the path may be the host's
+            if group.is_relative_to(root):
+                left = min(left, _left_in(group, limit, used))
+    return left
+
+
+def _left_in(group: Path, limit: str, used: str) -> int:
+    try:
+        most = (group / limit).read_text().strip()
+        if not most.isdigit() or int(most) >= UNLIMITED:  # "max"
+            return UNLIMITED
+        stat = dict(line.split(" ", 1) for line in (group / "memory.stat").read_text().splitlines())
+        cache = int(stat.get("total_inactive_file", stat.get("inactive_file", "0")))  # given back when asked
+        return int(most) - int((group / used).read_text()) + cache
+    except (OSError, ValueError):
+        return UNLIMITED
+
+
+def _own_bytes() -> int:
+    """What `ulimit -v` leaves."""
+    try:
+        import resource  # noqa: PLC0415 (Unix only)
+    except ImportError:
+        return UNLIMITED
+    most, _ = resource.getrlimit(resource.RLIMIT_AS)
+    return UNLIMITED if most == resource.RLIM_INFINITY else most - psutil.Process().memory_info().vms
+
+
+def _GB(size: int) -> str:
+    return f"{size / 1e9:.1f} GB"
