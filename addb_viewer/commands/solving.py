@@ -125,7 +125,7 @@ def solved(job: Job, *, force: bool = False) -> Solved:
         files = files_of_fit(job.results)
         when = datetime.fromtimestamp(files[0].stat().st_mtime).astimezone()
         said = f"unchanged: kept fit of {when:%Y-%m-%d %H:%M} in {files[0]}; --force solves it again"
-        return Solved(kept, files, False, said)
+        return Solved(_with_notes_of_now(kept, job), files, False, said)
     check_place(job.results)
     with terminal_progress() as progress:
         fit, said = computed(job, kept, progress)
@@ -214,6 +214,12 @@ def last_fit(job: Job) -> Fit | None:
         return load_fit(job.results, job.subject.folder)
     except ResultsError:
         return None
+
+
+def _with_notes_of_now(fit: Fit, job: Job) -> Fit:
+    """A kept fit with what has become known of its inputs since, though it changed none of them."""
+    notes = tuple(dict.fromkeys((*fit.subject.notes, *job.subject.notes)))
+    return replace(fit, subject=replace(fit.subject, notes=notes))
 
 
 def _is_current(fit: Fit, job: Job) -> bool:

@@ -1,12 +1,13 @@
 """What reaches the solver of people's decisions, and that an edit makes the kept fit stale."""
 
+import sqlite3
 from dataclasses import replace
 
 import pytest
 
 from addb_viewer.commands import solving
 from addb_viewer.commands.solving import job_for
-from addb_viewer.review_store import open_log
+from addb_viewer.review_store import FILE, open_log
 from annotations.events import ClearRange, FlagRange, SetStatus, Status
 from solver.contact.force_review import ForceReview
 from solver.fit import Groundwork
@@ -112,6 +113,24 @@ def test_disagreement_and_lost_trials_come_up_in_the_notes(command_line, reviewe
     notes = job_for(command_line.subject.folder).subject.notes
     assert any(note.startswith("walk: frames 1 to 2, thigh: anna says 'notOverForcePlate'") for note in notes)
     assert "annotations.sqlite: has edits of trials that the subject does not have: wlak" in notes
+
+
+def test_a_row_that_cannot_be_read_is_told_with_a_kept_fit_as_well(command_line, reviewed):
+    folder = command_line.subject.folder
+    command_line("fit", folder)
+    reviewed.append("walk", SetStatus(Status.IN_WORK), "anna")
+    with sqlite3.connect(folder / FILE) as connection:
+        connection.execute(
+            "INSERT INTO edits (subject, trial, author, made_at, kind, content) "
+            "VALUES ('', 'walk', 'anna', 'last Tuesday', 'undo', '{\"edit\": 1}')"
+        )
+    connection.close()
+    run = command_line("fit", folder)
+    assert "unchanged" in run.stdout
+    assert len(command_line.solves) == 1
+    said = " ".join(run.stdout.split())
+    assert said.count("walk: row 2 by anna of the review log cannot be read: its date 'last Tuesday'") == 1
+    assert run.stdout == command_line("fit", folder).stdout
 
 
 def test_a_flag_on_a_foot_that_is_gone_stops_the_fit_with_one_line(command_line, reviewed):
