@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.capture.capture import Capture, Subject
+from solver.capture.capture import Capture, Subject, UnreadTrial, UnusedFile
 from solver.contact.proposals import Proposal
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
@@ -64,6 +64,7 @@ class Groundwork:
     phi: Float[np.ndarray, " parameters"] | None = (
         None  # fitted inertias; None: no trial was fitted to forces
     )
+    unread: tuple[UnreadTrial, ...] = ()  # that the solve went without
 
 
 @dataclass(frozen=True)
@@ -80,3 +81,13 @@ class Fit:
     notes: tuple[str, ...] = ()
     groundwork: Groundwork | None = None
     heldout_due: bool = False  # the withheld blocks are still to be predicted for these reviews
+
+    @property
+    def unread(self) -> tuple[UnreadTrial, ...]:
+        """Trials that were wanted and could not be read."""
+        return self.groundwork.unread if self.groundwork else ()
+
+    @property
+    def unused(self) -> tuple[UnusedFile, ...]:
+        """Every file of the folder that went into nothing here; those that cannot be read first."""
+        return (*(trial.file for trial in self.unread), *self.subject.unused)

@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.capture.conditioning import condition
-from solver.capture.trial import read_static, read_trial
+from solver.capture.readable_trials import read_trials
 from solver.clock import Clock
 from solver.contact.assignment import assign
 from solver.contact.force_review import ForceReview
@@ -65,15 +65,21 @@ def solve(
         progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
 
     Raises:
-        SolverError: a file, the model or the data cannot be used; the message says which and what to do.
+        SolverError: no trial can be read, or the model or the data cannot be used; the message says which
+            and what to do. A trial that cannot be read beside others that can is left out, and told.
     """
     clock = Clock()
     chosen = _chosen(subject, trials)
     with clock("load"):
         generic = _generic(subject)
-        instead = captures or {}
-        recorded = [instead.get(files.name) or _read(files, subject, settings, progress) for files in chosen]
-        static = read_static(subject.static, settings.reading) if subject.static else None
+        read = read_trials(
+            subject,
+            chosen,
+            settings.reading,
+            instead=captures or {},
+            progress=lambda name: progress(f"reading {name}", 0.0),
+        )
+        recorded, static = read.captures, read.static
     named = name_markers(
         generic,
         [c.markers for c in ([*recorded, static] if static else recorded)],
@@ -128,8 +134,8 @@ def solve(
         {c.name: c.markers for c in recorded}
         | ({f"{static.name} (static)": static.markers} if static else {})
     )
-    notes = (*whose, *match.notes, *ownership.notes, *calibration.notes)
-    groundwork = Groundwork(calibration.skeleton, match, notes)
+    notes = (*read.notes, *whose, *match.notes, *ownership.notes, *calibration.notes)
+    groundwork = Groundwork(calibration.skeleton, match, notes, unread=read.unread)
     shared = {stage: seconds / len(recorded) for stage, seconds in clock.seconds.items()}
     share = (TRACKED - SCALED) / len(recorded)
     fits = []
@@ -246,11 +252,6 @@ def _chosen(subject: Subject, names: Sequence[str] | None) -> list[TrialFiles]:
 
 def _count(extension: Extension | None) -> int:
     return len(extension.x) if extension else 0
-
-
-def _read(files: TrialFiles, subject: Subject, settings: Settings, progress: Progress) -> Capture:
-    progress(f"reading {files.name}", 0.0)
-    return read_trial(files, settings.reading, subject.mass_kg)
 
 
 def _generic(subject: Subject) -> Skeleton:

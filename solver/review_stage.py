@@ -87,6 +87,8 @@ def obeying_reviews(
     )
     height_m, height_notes = person_height(subject, obeying.skeleton)
     names = {fit.capture.name for fit in fits}
+    wanted = names | {trial.name for trial in groundwork.unread}
+    read = [trial for trial in subject.trials if trial.name in wanted]
     return Fit(
         subject=subject,
         skeleton=obeying.skeleton,
@@ -94,7 +96,7 @@ def obeying_reviews(
         mass_kg=obeying.skeleton.mass,
         height_m=height_m,
         settings=as_dict(settings),
-        provenance=provenance_of(subject, [t for t in subject.trials if t.name in names], reviews, extension),
+        provenance=provenance_of(subject, read, reviews, extension),
         notes=(
             *groundwork.notes,
             *mass_notes,

@@ -36,7 +36,7 @@ def summary(fit: Fit, files: Sequence[str] = ()) -> dict[str, object]:
         "trials": [_trial(trial, body_weight, fit.height_m) for trial in fit.trials],
         "files": list(files),
         "notes": list(all_notes(fit)),
-        "unused": [{"file": file.file, "reason": file.reason} for file in fit.subject.unused],
+        "unused": [{"file": file.file, "reason": file.reason} for file in fit.unused],
     }
 
 

@@ -2,7 +2,8 @@
 
 import threading
 from collections import OrderedDict
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import trimesh
 
 from addb_viewer.app.replay import Person, Replay, fitted_replay, unfitted_replay
 from addb_viewer.app.root_folder import check_recorded
-from solver.capture.capture import Capture, Subject
+from solver.capture.capture import Capture, Subject, UnusedFile
 from solver.capture.subject import open_subject
 from solver.capture.trial import read_trial
 from solver.fit import Fit
@@ -108,12 +109,13 @@ def library_of(subject: Subject, results: Path | None = None, solve: Path | None
     """
     folder = solve or results or default_folder(subject.folder)
     if not has_fit(folder):
-        notes = (*subject.notes, *_unused(subject), "Not fitted yet: markers and forces as measured.")
+        notes = (*subject.notes, *_unused(subject.unused), "Not fitted yet: markers and forces as measured.")
         return Library(subject, notes=notes, results_folder=results)
     fit, written_ns = load_fit(folder, subject.folder), (folder / "fit.json").stat().st_mtime_ns
     check_recorded(subject, fit)
     bones = body_meshes(fit.skeleton, subject.folder / "Geometry")
-    notes = (*subject.notes, *_unused(subject), *fit.skeleton.notes, *fit.notes, *bones.notes)
+    unused = _unused(replace(fit, subject=subject).unused)
+    notes = (*subject.notes, *unused, *fit.skeleton.notes, *fit.notes, *bones.notes)
     return Library(
         subject,
         fit,
@@ -125,8 +127,8 @@ def library_of(subject: Subject, results: Path | None = None, solve: Path | None
     )
 
 
-def _unused(subject: Subject) -> tuple[str, ...]:
-    return tuple(f"Not used: {file.file}: {file.reason}" for file in subject.unused)
+def _unused(files: Sequence[UnusedFile]) -> tuple[str, ...]:
+    return tuple(f"Not used: {file.file}: {file.reason}" for file in files)
 
 
 def open_library(subject_folder: Path, results: Path | None = None) -> Library:

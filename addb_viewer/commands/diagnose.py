@@ -71,6 +71,9 @@ def diagnosed(job: Job, progress: Progress) -> tuple[dict[str, Any], Path]:
     found = diagnosis_of(job.subject, job.settings, trials=job.trials, reviews=job.reviews, progress=progress)
     figures = as_json(found)
     figures["notes"] = list(dict.fromkeys([*job.subject.notes, *found.notes]))
+    read = [t for t in chosen if t.name in found.trials]
+    if len(read) < len(chosen):  # the others cannot be read
+        made_of["provenance"] = provenance_of(job.subject, read, job.reviews)
     return figures, keep(figures, made_of, job.results)
 
 

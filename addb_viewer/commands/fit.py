@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.commands.errors import errors_as_lines
+from addb_viewer.commands.errors import FAILED, errors_as_lines
 from addb_viewer.commands.options import (
     Debug,
     Force,
@@ -21,6 +21,7 @@ from addb_viewer.commands.options import (
 from addb_viewer.commands.solving import job_for, solved
 from addb_viewer.commands.summary_table import print_summary
 from addb_viewer.commands.unused_files import print_unused
+from solver.fit import Fit
 from solver.results.store import write_json
 from solver.summary import summary
 
@@ -64,6 +65,20 @@ def fit(
         if json is not None:
             write_json(json, figures)
         print_summary(figures if done.new else figures | {"files": []})
-        print_unused(job.subject.unused, whole=notes)
+        print_unused(fit.unused, whole=notes)
         if done.said:
             typer.echo(done.said)
+        if fit.unread:
+            for unread in fit.unread:
+                typer.echo(f"addb-viewer: {unread.file.file}: {unread.file.reason}", err=True)
+            typer.echo(f"addb-viewer: fitted without {_counted(fit)}, see above", err=True)
+            raise typer.Exit(FAILED)
+
+
+def _counted(fit: Fit) -> str:
+    """How many of the wanted trials could not be read."""
+    trials = [trial.name for trial in fit.unread if trial.name]
+    said = [f"{len(trials)} of {len(trials) + len(fit.trials)} trials"] if trials else []
+    if len(trials) < len(fit.unread):
+        said.append("the static trial")
+    return " and ".join(said)

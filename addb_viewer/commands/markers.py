@@ -14,8 +14,8 @@ from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, MapFile, SettingsFile
 from addb_viewer.commands.solving import check_folder
 from solver.capture.capture import Markers, Subject
+from solver.capture.readable_trials import read_trials
 from solver.capture.subject import MARKER_MAP, open_subject
-from solver.capture.trial import read_static, read_trial
 from solver.kinematics.bare_model import is_bare
 from solver.kinematics.label_reading import read_labels
 from solver.kinematics.marker_naming import checked_map, strangers
@@ -93,8 +93,10 @@ def _understood(
 
 
 def _recordings(subject: Subject, settings: Settings) -> list[Markers]:
-    found = [read_trial(files, settings.reading).markers for files in subject.trials]
-    return [*found, read_static(subject.static, settings.reading).markers] if subject.static else found
+    read = read_trials(subject, subject.trials, settings.reading)
+    for note in read.notes:
+        typer.echo(f"note: {note}")
+    return [capture.markers for capture in (*read.captures, *([read.static] if read.static else []))]
 
 
 def _checked(

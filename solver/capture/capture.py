@@ -97,6 +97,14 @@ class UnusedFile:
 
 
 @dataclass(frozen=True)
+class UnreadTrial:
+    """A trial that a fit went without, since a file of it cannot be read."""
+
+    name: str  # of the trial; empty for the static trial
+    file: UnusedFile
+
+
+@dataclass(frozen=True)
 class Subject:
     """One person's folder: who, which model, which trials. Nothing is loaded yet but the description."""
 

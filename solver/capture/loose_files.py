@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+from solver.capture.c3d_header import BLOCK as HEADER_BYTES
+from solver.capture.c3d_header import SIGNATURE
 from solver.capture.capture import TrialFiles
 from solver.capture.force_columns import find_plates
 from solver.capture.force_pairing import holds_forces, pair_forces
-from solver.capture.same_motion import twins_among
+from solver.capture.same_motion import how_they_differ, twins_among
 from solver.capture.storage import read_columns
 from solver.capture.trial_names import name_tokens
 from solver.errors import CaptureError
@@ -58,6 +60,16 @@ def is_recording(path: Path) -> bool:
     return path.suffix.lower() in RECORDINGS
 
 
+def holds_no_points(path: Path) -> bool:
+    """Whether a file is a C3D file of analog channels alone, forces say: no trial. Damaged ones are not."""
+    if path.suffix.lower() != ".c3d":
+        return False
+    with path.open("rb") as file:
+        head = file.read(HEADER_BYTES)
+    is_whole = len(head) == HEADER_BYTES and head[1] == SIGNATURE
+    return is_whole and head[2:4] == b"\0\0"  # the number of points, in either order of bytes
+
+
 def is_static_file(path: Path, folder: Path) -> bool:
     """Whether a marker file of a subject is a standing calibration, by its name or that of its place."""
     return is_static(path.stem) or (path.parent != folder and is_static(path.parent.name))
@@ -72,11 +84,12 @@ def trials_among(folder: Path, places: Sequence[Path]) -> FoundTrials:
     """
     files = [path for place in places for path in files_in(place)]
     inside = {path for path in files if not leads_out(path, folder)}
-    recordings = [p for p in files if is_recording(p)]
+    recordings = [p for p in files if is_recording(p) and not (p in inside and holds_no_points(p))]
     moving = [p for p in recordings if not is_static_file(p, folder)]
     statics = [p for p in recordings if is_static_file(p, folder)]
     claimed, notes = _by_exact_name(moving, files)
-    twins = _twins(moving, inside)
+    twins, twin_notes = _twins(moving, inside)
+    notes += twin_notes
     tables = [p for p in files if p in inside and p.suffix.lower() in TABLES and holds_force_columns(p)]
     paired = pair_forces(
         folder,
@@ -157,8 +170,10 @@ def _by_exact_name(
     return found, notes
 
 
-def _twins(recordings: Sequence[Path], inside: Collection[Path]) -> dict[Path, Path]:
-    """Which .c3d holds the same motion as which .trc: by a common name, else by what they hold.
+def _twins(recordings: Sequence[Path], inside: Collection[Path]) -> tuple[dict[Path, Path], tuple[str, ...]]:
+    """Which .c3d holds the same motion as which .trc: those of one name first, then by what they hold.
+
+    Two of one name that show two motions are two trials, and a note says what differs.
 
     Args:
         recordings: marker files.
@@ -171,8 +186,19 @@ def _twins(recordings: Sequence[Path], inside: Collection[Path]) -> dict[Path, P
         for table in tables
         if (table.parent, table.stem.lower()) in c3ds
     }
-    others = [p for p in tables if p not in named and p in inside]
-    return named | twins_among(others, [p for p in c3ds.values() if p in inside])
+    differing = {
+        table: difference
+        for table, recording in named.items()
+        if table in inside and recording in inside and (difference := how_they_differ(table, recording))
+    }
+    notes = tuple(
+        f"{table.name} and {named[table].name}: of one name, but not one recording ({difference}); taken for "
+        "two trials. Rename one, or say in a subject.toml which counts"
+        for table, difference in differing.items()
+    )
+    named = {table: recording for table, recording in named.items() if table not in differing}
+    others = [p for p in tables if p not in named and p not in differing and p in inside]
+    return named | twins_among(others, [p for p in c3ds.values() if p in inside]), notes
 
 
 def holds_force_columns(table: Path) -> bool:

@@ -21,6 +21,7 @@ RATE = 50.0  # [Hz] that heights are compared at
 MOVES_M = 0.03  # deviation over time; heights that hardly change are alike in any two recordings
 ALIKE = 0.12  # of a marker's own deviation: filters and resampling stay below, two steps of one person do not
 OF_MARKERS = 0.8  # that must be alike; some have gaps or were filled
+PLACES_M = 0.02  # between heights of a marker that stands still: two exports differ by rounding and filters
 FEWEST = 3  # markers that move
 OVERLAP = 0.5  # of the shorter recording
 
@@ -45,6 +46,44 @@ def twins_among(tables: Sequence[Path], recordings: Sequence[Path]) -> dict[Path
                 found[table] = recording
                 break
     return found
+
+
+def how_they_differ(table: Path, recording: Path) -> str:
+    """What tells two files of one name apart; empty where they may be one recording.
+
+    Where nearly nothing moves, heights over time tell little; then the markers must be at the same heights.
+
+    Args:
+        table: a .trc file.
+        recording: a .c3d file.
+    """
+    stamps = ((p.stat().st_mtime_ns, p.stat().st_size) for p in (table, recording))
+    return _difference(table, recording, tuple(stamps))
+
+
+@lru_cache(maxsize=4096)
+def _difference(table: Path, recording: Path, stamps: tuple[tuple[int, int], ...]) -> str:
+    """Compared again when the stamp of a file has changed."""
+    one, other = markers_of(table), markers_of(recording)
+    if one is None and other is None:
+        return ""  # there is but the name
+    if one is None or other is None:
+        unread = [path.name for path, found in ((table, one), (recording, other)) if found is None]
+        return f"{' and '.join(unread)} cannot be read"
+    if same_motion(one, other):
+        return ""
+    a, b = _heights(one), _heights(other)
+    moving = [int((heights.std(axis=0) > MOVES_M).sum()) for heights in (a, b)]
+    spans = [(markers.frames - 1) / markers.rate for markers in (one, other)]
+    said = f"{spans[0]:.2f} s and {spans[1]:.2f} s"
+    if max(moving) < FEWEST:
+        if a.shape[1] < FEWEST or b.shape[1] < FEWEST:
+            return ""
+        apart = np.abs(np.median(a, axis=0)[:, None] - np.median(b, axis=0)).min(axis=1)
+        if np.mean(apart < PLACES_M) >= OF_MARKERS:
+            return ""
+        return f"{said}; markers stand at other heights, typically {100 * np.median(apart):.0f} cm apart"
+    return f"{said}; their markers do not rise and fall alike"
 
 
 def _same(one: Markers | None, other: Markers | None) -> bool:

@@ -10,6 +10,7 @@ from solver.capture.loose_files import (
     TABLES,
     files_in,
     holds_force_columns,
+    holds_no_points,
     is_recording,
     leads_out,
 )
@@ -82,6 +83,8 @@ def _judged(path: Path, reason: str | None, silent: str) -> tuple[int, str]:
         if not holds_force_columns(path):
             return ANGLES, "no columns of ground forces: joint angles or other results"
         return FORCES, f"forces; {silent or 'in a folder that is not searched for forces'}"
+    if reason is None and holds_no_points(path):
+        return FORCES, "a C3D file of analog channels without markers: no trial. Export its forces as MOT"
     if is_recording(path):
         return MARKERS, reason or f"markers; {silent or 'no trial of this subject'}"
     if kind == ".osim":

@@ -1,6 +1,7 @@
 """Folders as laboratories leave them, without a subject.toml: right pairs, no wrong one, all else told."""
 
 import shutil
+import struct
 import unicodedata
 from dataclasses import dataclass, field
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Markers
+from solver.capture.same_motion import markers_of
 from solver.capture.storage import read_storage, write_storage
 from solver.capture.subject import open_subject
 from solver.capture.trc import read_trc, write_trc
@@ -364,3 +366,68 @@ def test_names_that_are_clear_are_not_looked_into(lay_out, monkeypatch):
         monkeypatch.setattr(f"solver.capture.{place}", refuse)
     (trial,) = open_subject(folder).trials
     assert trial.forces == folder / "walk_grf.mot"
+
+
+def without_points(c3d: bytes) -> bytes:
+    """A C3D file of Intel floats as a program exports its analog channels alone."""
+    header = bytearray(c3d[: (c3d[0] - 1) * 512])
+    points, analogs = struct.unpack_from("<2H", header, 2)
+    first, last = struct.unpack_from("<2H", header, 6)
+    data_start = (struct.unpack_from("<H", header, 16)[0] - 1) * 512
+    struct.pack_into("<H", header, 2, 0)
+    parameters = bytearray(c3d[len(header) : data_start])
+    used = parameters.index(b"USED")  # of POINT, the first group
+    struct.pack_into("<H", parameters, used + len("USED") + 4, 0)
+    frames = np.frombuffer(c3d, "<f4", (last - first + 1) * (4 * points + analogs), data_start)
+    channels = frames.reshape(-1, 4 * points + analogs)[:, 4 * points :]
+    return bytes(header) + bytes(parameters) + channels.tobytes()
+
+
+def test_a_c3d_of_analog_channels_alone_is_no_trial_and_told(lay_out, real_data):
+    """Also beside markers of its name, which were once left out in favour of it."""
+    folder = lay_out({"walk.trc": WALK, "jump.trc": JUMP})
+    whole = (real_data / "c3d_lab_trials/lasem_FAILT01/FAILT01_Walk01.c3d").read_bytes()
+    for name in ("walk.c3d", "plates.c3d"):
+        (folder / name).write_bytes(without_points(whole))
+    subject = open_subject(folder)
+    assert [trial.markers.name for trial in subject.trials] == ["jump.trc", "walk.trc"]
+    told = {file.file: (file.reason, file.harm) for file in subject.unused}
+    assert set(told) == {"walk.c3d", "plates.c3d"}
+    assert all("analog channels without markers" in reason and harm == 0 for reason, harm in told.values())
+
+
+def test_a_c3d_and_a_trc_of_one_name_and_motion_are_one_trial(lay_out):
+    folder = lay_out({"run.trc": SPRINT, "run.c3d": SPRINT_C3D})
+    subject = open_subject(folder)
+    assert [trial.markers.name for trial in subject.trials] == ["run.c3d"]
+    assert not any("not one recording" in note for note in subject.notes)
+
+
+def test_a_c3d_and_a_trc_of_one_name_but_two_motions_are_two_trials_and_a_note_says_so(lay_out):
+    folder = lay_out({"run.trc": WALK, "run.c3d": SPRINT_C3D})
+    subject = open_subject(folder)
+    assert {trial.markers.name for trial in subject.trials} == {"run.trc", "run.c3d"}
+    (said,) = [note for note in subject.notes if "not one recording" in note]
+    assert "run.trc and run.c3d" in said
+    assert "do not rise and fall alike" in said
+
+
+def test_standing_people_of_one_name_are_compared_by_where_their_markers_are(lay_out, real_data):
+    """Files of a quiet stance, whose heights hardly change."""
+    standing = "c3d_lab_trials/lasem_FAILT01/FAILT01_static02.c3d"
+    folder = lay_out({"quiet.trc": STATIC, "quiet.c3d": standing, "still.c3d": standing})
+    markers = markers_of(real_data / standing)
+    write_trc(folder / "still.trc", markers)
+    subject = open_subject(folder)
+    assert {trial.markers.name for trial in subject.trials} == {"quiet.trc", "quiet.c3d", "still.c3d"}
+    (said,) = [note for note in subject.notes if "not one recording" in note]
+    assert "quiet.trc and quiet.c3d" in said
+    assert "cm apart" in said
+
+
+def test_a_broken_c3d_does_not_push_out_the_markers_of_its_name(lay_out, real_data):
+    folder = lay_out({"run.trc": SPRINT})
+    (folder / "run.c3d").write_bytes((real_data / SPRINT_C3D).read_bytes()[:3000])
+    subject = open_subject(folder)
+    assert "run.trc" in {trial.markers.name for trial in subject.trials}
+    assert any("run.c3d cannot be read" in note for note in subject.notes)
