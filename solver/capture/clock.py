@@ -1,7 +1,7 @@
 """The uniform clock behind a time column: rounded, jittering, with rows missing or repeated, or unusable."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -118,8 +118,7 @@ def find_clock(
     if rows == 1 or not np.isfinite(times).any() or np.ptp(times[np.isfinite(times)]) == 0:
         return _header_clock(times, path, header_rate)
     if not np.isfinite(times).all():
-        line = lines[int(np.argmin(np.isfinite(times)))]
-        raise CaptureError(f"{path}: line {line}, column 'time': the time is missing. Fill it in.")
+        return _with_stamps_missing(times, path, lines, header_rate, settings)
     steps = np.diff(times)
     if steps.min() < 0:
         back = np.flatnonzero(steps < 0)
@@ -172,6 +171,63 @@ def find_clock(
         f"{1000 / rate:.4g} ms off, line {lines[worst]}); resampled at {rate:.6g} Hz",
     )
     return Clock(rate, start_time, sample, keep, notes, moments)
+
+
+def _with_stamps_missing(
+    times: Float[np.ndarray, " rows"],
+    path: Path,
+    lines: Sequence[int],
+    header_rate: float | None,
+    settings: ClockSettings,
+) -> Clock:
+    """The clock of a file in which some rows have no time.
+
+    Where the rows with a time on both sides are as many steps apart as there are rows between, these stand
+    evenly between them. Elsewhere nothing tells when they were taken: they are left out, and leave a gap.
+    """
+    filled, known = _between_neighbours(times, settings)
+    clock = find_clock(
+        filled[known],
+        path=path,
+        lines=[line for line, is_known in zip(lines, known, strict=True) if is_known],
+        header_rate=header_rate,
+        settings=settings,
+    )
+    place = np.maximum(np.cumsum(known) - 1, 0)  # a row left out stands with the one before it, not kept
+    notes: tuple[str, ...] = ()
+    for rows, what in (
+        (np.isnan(times) & known, "it follows from the rows before and after"),
+        (~known, "the rows around do not tell it, so these rows are left out"),
+    ):
+        if rows.any():
+            where = _listed([lines[int(i)] for i in np.flatnonzero(rows)])
+            notes += (f"{path.name}: {where}, column 'time': the time is missing; {what}",)
+    return replace(
+        clock,
+        sample=clock.sample[place],
+        keep=clock.keep[place] & known,
+        notes=(*notes, *clock.notes),
+        moments=None if clock.moments is None else clock.moments[place],
+    )
+
+
+def _between_neighbours(
+    times: Float[np.ndarray, " rows"], settings: ClockSettings
+) -> tuple[Float[np.ndarray, " rows"], Bool[np.ndarray, " rows"]]:
+    """The times with missing ones put in where their neighbours decide; and which are known then."""
+    filled, known = times.copy(), np.isfinite(times)
+    steps = np.diff(times)
+    steps = steps[np.isfinite(steps)]
+    if not len(steps):
+        return filled, known
+    step = float(np.median(steps))
+    for start, end in runs(~known):
+        if start == 0 or end == len(times):
+            continue
+        apart = times[end] - times[start - 1]
+        if step > 0 and abs(apart / step - (end - start + 1)) <= settings.largest_jitter:
+            filled[start:end] = np.linspace(times[start - 1], times[end], end - start + 2)[1:-1]
+    return filled, np.isfinite(filled)
 
 
 def _header_clock(times: Float[np.ndarray, " rows"], path: Path, header_rate: float | None) -> Clock:

@@ -15,7 +15,16 @@ class EdgeZeroSettings:
     longest_s: float = setting(
         0.1,
         unit="s",
-        why="filters, delays and resampling leave so much empty; longer, somebody may stand off",
+        why="filters, delays and resampling leave so much empty; longer, the load has to stay, see hold_s",
+    )
+    hold_s: float = setting(
+        0.05,
+        unit="s",
+        why="beside longer zeros the load stays for that long: a foot that lands or leaves takes as long to "
+        "load or unload",
+    )
+    held_share: float = setting(
+        0.25, unit="", why="of the first load, by which it may change meanwhile: slow moves stay below"
     )
     loaded_N: float = setting(100.0, unit="N", why="the row beside carries at least that")
     loaded_share: float = setting(
@@ -65,8 +74,12 @@ def _zeros_before_a_load(force: np.ndarray, rate: float, settings: EdgeZeroSetti
         return 0
     count = int(np.argmin(zero))
     after = np.linalg.norm(force[count : count + 4], axis=1)
-    if count > max(1.0, settings.longest_s * rate) or len(after) < 4 or not np.isfinite(after).all():
+    if len(after) < 4 or not np.isfinite(after).all():
         return 0
+    if count > max(1.0, settings.longest_s * rate):
+        held = np.linalg.norm(force[count : count + 1 + max(4, round(settings.hold_s * rate))], axis=1)
+        if not np.abs(held - held[0]).max() <= settings.held_share * held[0]:
+            return 0
     least = max(settings.loaded_N, settings.loaded_share * float(np.nanmax(np.linalg.norm(force, axis=1))))
     is_steady = np.abs(np.diff(after)).max() * settings.steadiness < after[0]
     return count if after[0] >= least and is_steady else 0

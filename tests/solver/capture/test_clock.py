@@ -110,11 +110,45 @@ def test_time_running_backwards_names_the_line():
         clock_of(np.r_[np.arange(50), np.arange(50)] / 100)
 
 
-def test_a_missing_time_names_the_line():
-    times = np.arange(50) / 100
-    times[3] = np.nan
-    with pytest.raises(CaptureError, match=r"line 10, column 'time': the time is missing"):
-        clock_of(times)
+def test_a_missing_time_between_even_neighbours_follows_from_them():
+    times = np.arange(60) / 100
+    times[[4, 20, 21]] = np.nan
+    clock = clock_of(times)
+    np.testing.assert_array_equal(clock.sample, np.arange(60))
+    assert clock.keep.all()
+    assert clock.rate == pytest.approx(100)
+    (note,) = clock.notes
+    assert "lines 11, 27, 28, column 'time': the time is missing; it follows" in note
+
+
+def test_a_missing_time_between_neighbours_that_do_not_tell_it_is_a_gap():
+    """Three rows were lost beside the one that has no time: it may be any of the four."""
+    times = np.delete(np.arange(60) / 100, [21, 22, 23])
+    times[20] = np.nan
+    clock = clock_of(times)
+    values = clock.placed(np.arange(57.0)[:, None])[:, 0]
+    assert np.flatnonzero(np.isnan(values)).tolist() == [20, 21, 22, 23]
+    assert values[24] == 21
+    assert any("line 27, column 'time': the time is missing; the rows around" in note for note in clock.notes)
+
+
+def test_missing_times_at_the_ends_are_left_out():
+    times = 2.0 + np.arange(60) / 100
+    times[[0, 1, 59]] = np.nan
+    clock = clock_of(times)
+    assert clock.start_time == pytest.approx(2.02)
+    assert clock.samples == 57
+    np.testing.assert_array_equal(clock.placed(np.arange(60.0)[:, None])[:, 0], np.arange(2, 59))
+
+
+def test_where_every_other_row_has_a_time_those_are_read():
+    """No two rows in succession have one, so nothing tells how many samples lie between."""
+    times = np.arange(60) / 100
+    times[1::2] = np.nan
+    clock = clock_of(times)
+    assert clock.rate == pytest.approx(50)
+    np.testing.assert_array_equal(clock.placed(np.arange(60.0)[:, None])[:, 0], np.arange(0, 60, 2))
+    assert any("lines 8, 10, 12, 14, 16 and 25 more" in note for note in clock.notes)
 
 
 def test_irregular_steps_name_the_line():

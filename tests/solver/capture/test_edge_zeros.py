@@ -11,6 +11,7 @@ from solver.capture.edge_zeros import without_edge_zeros
 from solver.capture.moment_convention import plates_from_storage
 from solver.capture.storage import read_storage, write_storage
 from solver.capture.trial import read_trial
+from solver.runs import runs
 
 
 def zeroed_ends(table, first, last):
@@ -21,7 +22,7 @@ def zeroed_ends(table, first, last):
 
 
 @pytest.mark.real
-@pytest.mark.parametrize(("first", "last"), [(1, 1), (3, 0), (0, 6)])
+@pytest.mark.parametrize(("first", "last"), [(1, 1), (3, 0), (0, 6), (40, 25)])
 def test_zeros_beside_a_loaded_row_are_not_measured(real_data, tmp_path, first, last):
     """Squats, both feet on plates all the time; a filter's delay left rows of zeros."""
     folder = real_data / "opencap_subject4"
@@ -55,3 +56,37 @@ def test_a_foot_that_lands_within_the_first_rows_is_measured(real_data):
     landing = replace(table, values=table.values[140:], times=table.times[140:], lines=table.lines[140:])
     for plate in plates_from_storage(landing)[0]:
         assert without_edge_zeros(plate)[1] == ()
+
+
+@pytest.mark.real
+@pytest.mark.parametrize("rate", [None, 100.0])
+def test_no_real_landing_or_leaving_is_taken_for_padding(real_data, rate):
+    """Every recording that begins or ends within a swing, at its own rate and at a slow camera's."""
+    checked = 0
+    for path in sorted(real_data.rglob("*.mot")):
+        if path.parent.name == "reference":
+            continue
+        for plate in plates_from_storage(read_storage(path))[0]:
+            step = 1 if rate is None else max(1, round(plate.rate / rate))
+            slow = replace(
+                plate,
+                force_ground=plate.force_ground[::step],
+                moment_ground=plate.moment_ground[::step],
+                cop_ground=plate.cop_ground[::step],
+                rate=plate.rate / step,
+            )
+            zero = (slow.force_ground == 0).all(axis=1)
+            for start, end in runs(zero):
+                if start == 0 or end == slow.samples or end - start < 2:
+                    continue
+                middle = (start + end) // 2
+                for part in (slice(middle, None), slice(None, middle)):
+                    cut = replace(
+                        slow,
+                        force_ground=slow.force_ground[part],
+                        moment_ground=slow.moment_ground[part],
+                        cop_ground=slow.cop_ground[part],
+                    )
+                    assert without_edge_zeros(cut)[0] is cut, (path, start)
+                    checked += 1
+    assert checked > 30

@@ -90,3 +90,22 @@ def test_a_pause_in_the_recording_stays_unseen(walk, tmp_path):
     assert unseen[200 : 200 + unseen.sum()].all()
     assert abs(read.markers.frames - markers.frames) <= 1
     assert any("rows are missing" in note for note in read.notes)
+
+
+@pytest.mark.real
+def test_a_blank_time_in_markers_and_forces_costs_nothing(walk, tmp_path):
+    """One cell of each file's time column was lost in an export."""
+    original = read_trial(walk)
+    for source, name, column in ((walk.markers, "m.trc", 1), (walk.forces, "f.mot", 0)):
+        lines = source.read_text(encoding="utf-8").splitlines()
+        k = len(lines) - 40
+        cells = lines[k].split("\t")
+        cells[column] = ""
+        lines[k] = "\t".join(cells)
+        (tmp_path / name).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    read = read_trial(TrialFiles("walk", tmp_path / "m.trc", tmp_path / "f.mot"))
+    np.testing.assert_array_equal(read.markers.positions_ground, original.markers.positions_ground)
+    for plate, whole in zip(read.plates, original.plates, strict=True):
+        np.testing.assert_array_equal(plate.force_ground, whole.force_ground)
+    said = [note for note in read.notes if "the time is missing; it follows" in note]
+    assert {note.split(":")[0] for note in said} == {"m.trc", "f.mot"}
