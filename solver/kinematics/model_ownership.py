@@ -9,7 +9,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from threadpoolctl import threadpool_limits
 
 from solver.kinematics.calibration import CalibrationFrames
@@ -20,6 +20,7 @@ from solver.kinematics.scale_prior import offset_std
 from solver.kinematics.settings import KinematicsSettings
 from solver.skeleton.skeleton import Skeleton
 
+FEWEST_STAYING = 2  # markers that fix how a segment turns whatever becomes of another one
 FEWEST_OWN = 8  # markers of the model's own; fewer do not tell whether it fits
 SAME_MASS = 0.005  # relative: a model of a person weighs what was entered for them
 SCALED_WORDS = ("scaled",)
@@ -63,6 +64,22 @@ class AsItIs:
         """Median over the model's own markers; NaN where they are too few."""
         told = self.standing_m[self.own & np.isfinite(self.standing_m)]
         return float(np.median(told)) if len(told) >= FEWEST_OWN else float("nan")
+
+    def refuted(self, bodies: Int[np.ndarray, " markers"], limit_m: float) -> Bool[np.ndarray, " markers"]:
+        """The model's own markers that sit elsewhere, beyond what a partner of theirs may have caused.
+
+        Two markers that tell how a segment turns share the error in the distance between them, and a robust
+        fit puts it on either. Without one of them the segment turns about the other. So where fewer than
+        two own markers would stay on the segment, it takes twice the limit.
+
+        Args:
+            bodies: of each marker.
+            limit_m: beyond which a marker sits elsewhere.
+        """
+        seen = self.own & np.isfinite(self.standing_m)
+        off = seen & (self.standing_m > limit_m)
+        staying = np.array([np.sum(seen & ~off & (bodies == body)) for body in bodies])
+        return off & ((staying >= FEWEST_STAYING) | (self.standing_m > 2 * limit_m))
 
 
 def as_it_is(
@@ -134,9 +151,8 @@ def whose_model(
         odds += (says_scaled - says_generic) * settings.model_name_odds
         if odds < 0:
             return Ownership(False, notes=_of_another(file_name, measured, says_scaled, same_mass))
-    refuted = tuple(
-        body.markers[m].name for m in np.flatnonzero(found.own & (found.standing_m > settings.refuted_m))
-    )
+    bodies = np.array([marker.body for marker in body.markers])
+    refuted = tuple(body.markers[m].name for m in np.flatnonzero(found.refuted(bodies, settings.refuted_m)))
     why = [measured] if np.isfinite(typical) else []
     why += ["it weighs what was entered"] if same_mass else []
     why += ["its name says so"] if says_scaled else []

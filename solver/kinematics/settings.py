@@ -101,14 +101,17 @@ class KinematicsSettings:
         "mostly skin",
     )
     refuted_m: float = setting(
-        0.04, unit="m", why="a kept model's marker that is so far off on every frame was put on elsewhere"
+        0.04,
+        unit="m",
+        why="a kept model's marker that is so far off on every frame was put on elsewhere; where fewer than "
+        "two stay on its segment it takes twice as much",
     )
     least_walking_tilt_deg: float = setting(
         -25.0,
         unit="°",
         least=-math.inf,
-        why="mean pelvis tilt of a walk, negative forwards: 10° ± 5° forwards by the spines (Kadaba 1990), "
-        "which is about level in models whose pelvis stands level; experts' fits have −2° to 5°",
+        why="mean pelvis tilt of a walk, negative forwards: experts' fits have −2° to 5°, and models differ "
+        "in how their pelvis stands; a chosen margin about these, from no published range",
     )
     most_walking_tilt_deg: float = setting(
         12.0, unit="°", least=-math.inf, why="likewise backwards: by as much again as experts' fits vary"
