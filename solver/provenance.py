@@ -17,6 +17,7 @@ _REVIEW = "sha256 of the review of "
 _EXTENSION = "sha256 of the accepted extension"
 _FILE = "sha256 "
 _RANGES = "ranges of "
+_SAID = "said of "
 _DESCRIPTION = ("mass_kg", "height_m", "sex", "age_years", "foot_bodies", "model_is")
 
 
@@ -45,10 +46,11 @@ def provenance_of(
         for trial in trials
         if reviews and trial.name in reviews
     }
+    said = {f"{_SAID}{trial.name}": words for trial in trials if (words := _words(trial))}
     ranges = {f"{_RANGES}{trial.name}": str(trial.ranges) for trial in trials if trial.ranges}
     extended = {_EXTENSION: extension.fingerprint} if extension else {}
     versions = {"python": platform.python_version(), **made_with}
-    return {**versions, **described, **hashes, **ranges, **reviewed, **extended}
+    return {**versions, **described, **hashes, **said, **ranges, **reviewed, **extended}
 
 
 def other_recordings(one: Mapping[str, str], other: Mapping[str, str]) -> list[str]:
@@ -71,6 +73,16 @@ def extension_in(provenance: Mapping[str, str]) -> str | None:
 def without_reviews(provenance: Mapping[str, str]) -> dict[str, str]:
     """The provenance that a fit of the same files would have if nobody had flagged anything."""
     return {name: value for name, value in provenance.items() if not name.startswith(_REVIEW)}
+
+
+def _words(trial: TrialFiles) -> str:
+    """What a person said about the trial's files beside their names; empty where nothing."""
+    plates = [
+        f"{plate.name!r}: sign {plate.sign}, zero {plate.zero_N}"
+        for plate in sorted(trial.plates, key=lambda plate: plate.name)
+    ]
+    axes = [f"{key} {word}" for key, word in (("up", trial.up), ("moments", trial.moments)) if word]
+    return "; ".join([*axes, *plates])
 
 
 def _inputs(subject: Subject, trials: Sequence[TrialFiles]) -> Iterable[Path]:

@@ -75,6 +75,15 @@ class Capture:
 
 
 @dataclass(frozen=True)
+class PlateWord:
+    """What a person said of one force plate of a trial, against whatever its recording seems to tell."""
+
+    name: str  # of the plate, as notes call it
+    sign: int | None = None  # +1: it reads the force on the person, -1: the force on the plate
+    zero_N: float | None = None  # [N] that it reads vertically, in the file's own sign, while nobody is on it
+
+
+@dataclass(frozen=True)
 class TrialFiles:
     """Where one trial of a subject lies; opened by `read_trial`."""
 
@@ -84,6 +93,7 @@ class TrialFiles:
     reviews: tuple[Path, ...] = ()  # review.json of the segments in order
     up: str | None = None  # "z", "-y": the laboratory's axis that points up, where a person said so
     moments: str | None = None  # "free", "plate", "ground": what moment columns mean, where a person said so
+    plates: tuple[PlateWord, ...] = ()  # of those about which a person said something
     ranges: tuple[tuple[float, float], ...] = ()  # [s] whose forces are to be used; empty: the whole trial
 
 

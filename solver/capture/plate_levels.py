@@ -1,17 +1,18 @@
 """Plates with the sign and the zero level that the whole recording tells, and a sentence on each."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.capture.capture import ForcePlate, Markers
+from solver.capture.capture import ForcePlate, Markers, PlateWord
 from solver.capture.centre_of_pressure import centre_of_pressure, surface_of
 from solver.capture.force_settings import CONDITIONING, ConditioningSettings
 from solver.capture.plate_sign import PlateWitness, weigh_signs
 from solver.capture.plate_sign_settings import PLATE_SIGN, PlateSignSettings
 from solver.capture.vertical_momentum import vertical_momentum
+from solver.errors import CaptureError
 from solver.runs import runs
 
 LOAD_N = 150.0  # [N] a step departs at least as far from the zero level; less may be one foot at rest
@@ -24,6 +25,8 @@ def plate_witnesses(
     mass_kg: float | None = None,
     settings: PlateSignSettings = PLATE_SIGN,
     conditioning: ConditioningSettings = CONDITIONING,
+    *,
+    said: Sequence[PlateWord] = (),
 ) -> tuple[PlateWitness, ...]:
     """What a recording says of each plate's sign and zero level, without a model of the body.
 
@@ -33,14 +36,21 @@ def plate_witnesses(
         mass_kg: as entered, if it was.
         settings: what is known beforehand.
         conditioning: how gaps and the plates' surface are judged.
+        said: what a person said of plates; the others are weighed in this light.
     """
+    words = {word.name: word for word in said}
+    given = [words.get(plate.name, PlateWord(plate.name)) for plate in plates]
     samples = vertical_momentum(plates, markers, settings, conditioning)
-    held = [_held_level(plate, settings) for plate in plates]
+    held = [
+        word.zero_N if word.zero_N is not None else _held_level(plate, settings)
+        for plate, word in zip(plates, given, strict=True)
+    ]
     return weigh_signs(
         samples.readings_N,
         samples.acceleration,
         samples.agitation,
         held_N=held,
+        said=[word.sign for word in given],
         mass_kg=mass_kg,
         settings=settings,
     )
@@ -52,17 +62,30 @@ def levelled(
     mass_kg: float | None = None,
     settings: PlateSignSettings = PLATE_SIGN,
     conditioning: ConditioningSettings = CONDITIONING,
+    *,
+    said: Sequence[PlateWord] = (),
 ) -> tuple[tuple[ForcePlate, ...], tuple[str, ...]]:
-    """The plates as forces on the person; turned and relieved of a zero level only where that is clear.
+    """The plates as forces on the person; turned and relieved of a zero level where that is clear or said.
 
     Returns:
-        The plates, and a note on each that was changed, or that may have to be.
+        The plates, and a note on each that was changed, that may have to be, or that a person spoke of.
+
+    Raises:
+        CaptureError: somebody spoke of a plate that is not there.
     """
+    words = {word.name: word for word in said}
+    _refuse_strangers(words, [plate.name for plate in plates])
     if not plates:
         return (), ()
-    witnesses = plate_witnesses(plates, markers, mass_kg, settings, conditioning)
+    alone = plate_witnesses(plates, markers, mass_kg, settings, conditioning)
+    witnesses = (
+        plate_witnesses(plates, markers, mass_kg, settings, conditioning, said=said) if said else alone
+    )
     settled, notes = [], []
-    for plate, witness in zip(plates, witnesses, strict=True):
+    for plate, witness, unasked in zip(plates, witnesses, alone, strict=True):
+        word = words.get(plate.name, PlateWord(plate.name))
+        if word.sign is not None or word.zero_N is not None:
+            notes.append(_said_of(word, unasked, settings))
         resting = _resting(plate, witness, settings)
         may_lower = bool(
             witness.has_known_level(settings)
@@ -70,9 +93,11 @@ def levelled(
             and np.nanmax(np.abs(plate.force_ground[:, 1] - witness.zero_N)) > LOAD_N
         )
         changed = plate
-        if may_lower and witness.is_untared(settings) and not witness.is_undecided(settings):
+        if word.zero_N is not None:
+            changed = _lowered_by(changed, word.zero_N, resting, conditioning)
+        elif may_lower and witness.is_untared(settings) and not witness.is_undecided(settings):
             changed = _lowered(changed, resting)
-        if witness.is_turned(settings):
+        if word.sign == -1 or (word.sign is None and witness.is_turned(settings)):
             changed = replace(
                 changed, force_ground=-changed.force_ground, moment_ground=-changed.moment_ground
             )
@@ -82,8 +107,32 @@ def levelled(
             centre = centre_of_pressure(*wrench, surface_of(plate, conditioning))
             changed = replace(changed, cop_ground=np.where(known[:, None], centre, np.nan))
         settled.append(changed)
-        notes += _sentences(plate, witness, lowered=may_lower, settings=settings)
+        if word.sign is None and word.zero_N is None:
+            notes += _sentences(plate, witness, lowered=may_lower, settings=settings)
     return tuple(settled), tuple(notes)
+
+
+def _refuse_strangers(words: Mapping[str, PlateWord], known: Sequence[str]) -> None:
+    for name in words:
+        if name not in known:
+            raise CaptureError(
+                f"subject.toml speaks of a plate '{name}', but the recording's plates are "
+                f"{', '.join(known) or 'none'}. Correct the name below [trials.NAME.plates]."
+            )
+
+
+def _said_of(word: PlateWord, unasked: PlateWitness, settings: PlateSignSettings) -> str:
+    """What was done at a person's word, and what the recording alone tells."""
+    ways = {1: "its forces are those on the person", -1: "its forces are those on the plate and are turned"}
+    said = [ways[word.sign]] if word.sign is not None else []
+    if word.zero_N is not None:
+        said.append(
+            f"unloaded it reads {word.zero_N:.0f} N" + (", which is taken off" if word.zero_N else "")
+        )
+    return (
+        f"{word.name}: as subject.toml says, {', and '.join(said)} (the recording alone: "
+        f"{unasked.sentence(settings)})"
+    )
 
 
 def _sentences(
@@ -147,6 +196,29 @@ def _resting(
         if end - start < settings.rest_s * plate.rate:
             near[start:end] = False
     return near
+
+
+def _lowered_by(
+    plate: ForcePlate,
+    zero_N: float,
+    resting: Bool[np.ndarray, " samples"],
+    conditioning: ConditioningSettings,
+) -> ForcePlate:
+    """The plate less a zero level that somebody knows.
+
+    All six components where it rests there; else a vertical force in the middle of the plate.
+    """
+    if zero_N == 0.0:
+        return plate
+    if resting.any():
+        return _lowered(plate, resting)
+    level = np.array([0.0, zero_N, 0.0])
+    return replace(
+        plate,
+        force_ground=plate.force_ground - level,
+        moment_ground=plate.moment_ground - np.cross(surface_of(plate, conditioning).point_ground, level),
+        point_ground=None,
+    )
 
 
 def _lowered(plate: ForcePlate, resting: Bool[np.ndarray, " samples"]) -> ForcePlate:

@@ -77,6 +77,7 @@ def weigh_signs(
     agitation: Float[np.ndarray, " samples"],
     *,
     held_N: Sequence[float | None] = (),
+    said: Sequence[int | None] = (),
     mass_kg: float | None = None,
     settings: PlateSignSettings = PLATE_SIGN,
 ) -> tuple[PlateWitness, ...]:
@@ -89,6 +90,7 @@ def weigh_signs(
         acceleration: of the person's centre of mass, upwards [m/s²]; NaN where unknown.
         agitation: its size nearby [m/s²], of which its error is a share.
         held_N: per plate, the reading that a program gave to all unloaded samples; None where none did.
+        said: per plate, the sign that a person gave it; None where nobody did.
         mass_kg: as entered, if it was.
         settings: what is known beforehand.
     """
@@ -105,7 +107,8 @@ def weigh_signs(
         mass_kg=mass_kg,
         settings=settings,
     )
-    explanations = [recording.best(signs) for signs in _choices(len(used))]
+    given = [said[k] if said else None for k in used]
+    explanations = [recording.best(signs) for signs in _choices(given)]
     top = max(explanations, key=lambda one: one.evidence)
     witnesses = [UNUSED] * count
     for place, k in enumerate(used):
@@ -118,7 +121,7 @@ def weigh_signs(
             zero_nats = max(top.evidence - max(tared), 0.0)
         witnesses[k] = PlateWitness(
             sign=top.signs[place],
-            sign_nats=float(top.evidence - max(others)),
+            sign_nats=float(top.evidence - max(others, default=-np.inf)),
             zero_N=top.zeros[place],
             zero_std_N=0.0 if recording.held[place] else top.zero_stds[place],
             zero_nats=float(zero_nats),
@@ -135,10 +138,11 @@ def _is_used(
     return constant | (np.ptp(vertical_N, axis=0) > settings.used_N)
 
 
-def _choices(plates: int) -> Iterator[tuple[int, ...]]:
-    """Signs of all plates, with none, one, two … turned."""
-    for number in range(plates + 1):
-        if plates > 4 and 2 < number < plates:
+def _choices(given: Sequence[int | None]) -> Iterator[tuple[int, ...]]:
+    """Signs of all plates, with none, one, two … turned of those whose sign is not given."""
+    free = [k for k, sign in enumerate(given) if sign is None]
+    for number in range(len(free) + 1):
+        if len(free) > 4 and 2 < number < len(free):
             continue
-        for turned in combinations(range(plates), number):
-            yield tuple(-1 if k in turned else 1 for k in range(plates))
+        for turned in combinations(free, number):
+            yield tuple(sign or (-1 if k in turned else 1) for k, sign in enumerate(given))

@@ -1,8 +1,9 @@
 """subject.toml: any layout of files, described by hand."""
 
+import math
 from pathlib import Path
 
-from solver.capture.capture import TrialFiles
+from solver.capture.capture import PlateWord, TrialFiles
 from solver.capture.description import Description, Entries, read_toml
 from solver.capture.moment_convention import CONVENTIONS
 from solver.errors import CaptureError
@@ -19,7 +20,8 @@ KEYS = (
     "tags",
     "trials",
 )
-TRIAL_KEYS = ("markers", "forces", "review", "up", "moments")
+TRIAL_KEYS = ("markers", "forces", "review", "up", "moments", "plates")
+READS = {"person": 1, "plate": -1}
 
 
 def read_subject_toml(path: Path) -> Description:
@@ -81,7 +83,28 @@ def _trials(entries: Entries) -> tuple[tuple[TrialFiles, ...] | None, tuple[str,
                 reviews=trial.files("review"),
                 up=trial.word("up", ("x", "y", "z", "+x", "+y", "+z", "-x", "-y", "-z")),
                 moments=trial.word("moments", CONVENTIONS),
+                plates=_plates(trial),
             )
         )
         notes += trial.unknown(TRIAL_KEYS)
     return tuple(trials), notes
+
+
+def _plates(trial: Entries) -> tuple[PlateWord, ...]:
+    """What is said of a trial's force plates."""
+    tables = trial.values.get("plates", {})
+    if not isinstance(tables, dict) or not all(isinstance(table, dict) for table in tables.values()):
+        raise trial.complaint("plates", 'plates are tables of their own: [trials.NAME.plates."PLATE"].')
+    words = []
+    for name, table in tables.items():
+        plate = Entries(trial.path, table, f"{trial.prefix}plates.{name}.")
+        for key in table:
+            if key not in ("reads", "zero_N"):
+                raise plate.complaint(key, "of a plate, only reads and zero_N can be said.")
+        zero = table.get("zero_N")
+        is_number = isinstance(zero, int | float) and not isinstance(zero, bool) and math.isfinite(zero)
+        if zero is not None and not is_number:
+            raise plate.complaint("zero_N", "a number of newtons is needed, in the file's own sign.")
+        reads = plate.word("reads", tuple(READS))
+        words.append(PlateWord(name, READS[reads] if reads else None, None if zero is None else float(zero)))
+    return tuple(words)

@@ -13,6 +13,14 @@ _HEAD = """\
 # does not name is not used. Paths are seen from here. All keys: docs/command-line.md, The subject's folder.
 """
 
+_ABOUT_PLATES = (
+    "",
+    "# Which way a plate counts and its zero level follow from the recording. Where you know better, say so:",
+    '# [trials.NAME.plates."PLATE"]  # as the notes call it',
+    '# reads = "person"  # the force on the person; "plate": the force on the plate, to be turned',
+    "# zero_N = 0.0  # what it reads vertically with nobody on it, in the file's own sign",
+)
+
 
 def described_as_toml(subject: Subject) -> str:
     """The text of a subject.toml that `open_subject` reads as this subject."""
@@ -51,7 +59,7 @@ def _files(subject: Subject) -> Iterator[str]:
 def _trials(subject: Subject) -> Iterator[str]:
     for trial in subject.trials:
         yield ""
-        yield f"[trials.{trial.name if _BARE_KEY.fullmatch(trial.name) else _text(trial.name)}]"
+        yield f"[trials.{_key(trial.name)}]"
         yield f"markers = {_path(subject, trial.markers)}"
         yield from _forces(subject, trial)
         if trial.reviews:
@@ -59,6 +67,17 @@ def _trials(subject: Subject) -> Iterator[str]:
         for key in ("up", "moments"):
             if getattr(trial, key) is not None:
                 yield f"{key} = {_text(getattr(trial, key))}"
+        for plate in trial.plates:
+            yield f"[trials.{_key(trial.name)}.plates.{_key(plate.name)}]"
+            if plate.sign is not None:
+                yield f'reads = "{"person" if plate.sign > 0 else "plate"}"'
+            if plate.zero_N is not None:
+                yield f"zero_N = {plate.zero_N}"
+    yield from _ABOUT_PLATES
+
+
+def _key(name: str) -> str:
+    return name if _BARE_KEY.fullmatch(name) else _text(name)
 
 
 def _forces(subject: Subject, trial: TrialFiles) -> Iterator[str]:

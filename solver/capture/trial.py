@@ -52,9 +52,17 @@ def read_trial(
     mask, reviewed, review_notes = imported_review(files.reviews, markers)
     outside, range_notes = outside_ranges(files.ranges, markers)
     measured = [without_edge_zeros(plate, settings.edge_zeros) for plate in recording.plates]
-    plates, level_notes = levelled(
-        [plate for plate, _ in measured], markers, mass_kg, settings.plate_signs, settings.conditioning
-    )
+    try:
+        plates, level_notes = levelled(
+            [plate for plate, _ in measured],
+            markers,
+            mass_kg,
+            settings.plate_signs,
+            settings.conditioning,
+            said=files.plates,
+        )
+    except CaptureError as error:
+        raise CaptureError(f"{files.forces or files.markers}: {error}") from error
     level_notes = (*(note for _, notes in measured for note in notes), *level_notes)
     recording = replace(recording, plates=plates)
     source = (files.forces or files.markers).name

@@ -1,5 +1,6 @@
 """Signs and zero levels of force plates are those that the whole recording agrees on."""
 
+import shutil
 from dataclasses import replace
 from itertools import chain
 
@@ -7,13 +8,17 @@ import numpy as np
 import pytest
 
 from solver.capture.c3d import read_c3d
-from solver.capture.capture import Capture, ForcePlate, Markers, TrialFiles
+from solver.capture.capture import Capture, ForcePlate, Markers, PlateWord, TrialFiles
 from solver.capture.force_platform import plate_axes
 from solver.capture.plate_levels import levelled, plate_witnesses
 from solver.capture.plate_sign import weigh_signs
 from solver.capture.plate_sign_settings import PLATE_SIGN
+from solver.capture.storage import read_storage, write_storage
 from solver.capture.subject import open_subject
+from solver.capture.subject_toml_writing import described_as_toml
 from solver.capture.trial import read_trial
+from solver.errors import CaptureError
+from solver.provenance import provenance_of
 
 FOLDERS = {
     "c3d_lab_trials/lasem_FAILT01": ("Walk01", "SLDJ06"),
@@ -299,3 +304,105 @@ def test_a_recording_shorter_than_the_smoothing_is_left_alone():
     ]
     settled, _ = levelled(brief, replace(markers, positions_ground=markers.positions_ground[:8]))
     assert all(a is b for a, b in zip(settled, brief, strict=True))
+
+
+def read_reversed(real_data, tmp_path, said):
+    """A walk whose second plate holds the force on the plate, and what a subject.toml says of it."""
+    table = read_storage(real_data / "walk_gait2354_subject01/subject01_walk1_grf.mot")
+    values = table.values.copy()
+    turned = [k for k, name in enumerate(table.labels) if name.startswith("1_ground_") and "_p" not in name]
+    values[:, turned] *= -1
+    write_storage(tmp_path / "walk_grf.mot", table.labels, table.times, values)
+    shutil.copyfile(real_data / "walk_gait2354_subject01/subject01_walk1.trc", tmp_path / "walk.trc")
+    (tmp_path / "subject.toml").write_text(
+        f'mass_kg = 72.6\n[trials.walk]\nmarkers = "walk.trc"\nforces = "walk_grf.mot"\n{said}'
+    )
+    (files,) = open_subject(tmp_path).trials
+    return read_trial(files, mass_kg=72.6)
+
+
+@pytest.mark.real
+def test_a_person_says_which_way_a_plate_counts(real_data, tmp_path):
+    by_itself = read_reversed(real_data, tmp_path, "")
+    names = [plate.name for plate in by_itself.plates]
+    assert np.nanmin(by_itself.plates[1].force_ground[:, 1]) > -50  # turned, since the recording tells
+    said = f'[trials.walk.plates."{names[1]}"]\nreads = "person"\n'
+    capture = read_reversed(real_data, tmp_path, said)
+    assert np.nanmin(capture.plates[1].force_ground[:, 1]) < -700
+    np.testing.assert_array_equal(capture.plates[0].force_ground, by_itself.plates[0].force_ground)
+    (note,) = [note for note in capture.notes if "as subject.toml says" in note]
+    assert names[1] in note
+    assert "the recording alone: it reads the force on the plate" in note
+    said = said.replace("person", "plate")
+    turned = read_reversed(real_data, tmp_path, said)
+    np.testing.assert_allclose(turned.plates[1].force_ground, by_itself.plates[1].force_ground)
+
+
+@pytest.mark.real
+def test_a_person_says_a_zero_level(recording, real_data, tmp_path):
+    """Squats, on which the plates never rest: nothing in the recording would allow taking it off."""
+    capture, mass_kg = recording("opencap_subject4", "squats1")
+    plates = with_plate(capture.plates, 0, tared_under(capture.plates[0], 300.0))
+    name = plates[0].name
+    left, _ = levelled(plates, capture.markers, mass_kg)
+    assert np.nanmedian(left[0].force_ground[:, 1] - plates[0].force_ground[:, 1]) == pytest.approx(0, abs=1)
+    word = PlateWord(name, zero_N=-300.0)
+    settled, notes = levelled(plates, capture.markers, mass_kg, said=[word])
+    np.testing.assert_allclose(settled[0].force_ground[:, 1], capture.plates[0].force_ground[:, 1], atol=1e-9)
+    loaded = capture.plates[0].force_ground[:, 1] > 100
+    off_m = np.linalg.norm(settled[0].cop_ground - capture.plates[0].cop_ground, axis=1)[loaded]
+    assert np.nanmedian(off_m) < 0.02
+    assert any(
+        f"{name}: as subject.toml says, unloaded it reads -300 N, which is taken off" in n for n in notes
+    )
+
+
+@pytest.mark.real
+def test_zero_newtons_keeps_a_plate_whatever_the_recording_tells(recording):
+    capture, mass_kg = recording("walk_gait2354_subject01", "walk1")
+    plates = with_plate(capture.plates, 0, tared_under(capture.plates[0], 200.0))
+    lowered, _ = levelled(plates, capture.markers, mass_kg)
+    assert np.nanmedian((lowered[0].force_ground - plates[0].force_ground)[:, 1]) > 150
+    kept, _ = levelled(plates, capture.markers, mass_kg, said=[PlateWord(plates[0].name, 1, 0.0)])
+    np.testing.assert_array_equal(kept[0].force_ground, plates[0].force_ground)
+
+
+@pytest.mark.real
+def test_a_word_about_a_plate_that_is_not_there_names_those_that_are(real_data, tmp_path):
+    with pytest.raises(
+        CaptureError, match=r"walk_grf\.mot: .*plate 'FP7', but the recording's plates are gr"
+    ):
+        read_reversed(real_data, tmp_path, '[trials.walk.plates.FP7]\nreads = "plate"\n')
+
+
+@pytest.mark.parametrize(
+    ("said", "wrong"),
+    [
+        ('plates = "left"', "plates are tables of their own"),
+        ('[trials.walk.plates.FP1]\nreads = "up"', "choose one of person, plate"),
+        ("[trials.walk.plates.FP1]\nzero_N = true", "a number of newtons"),
+        ("[trials.walk.plates.FP1]\nzero_N = nan", "a number of newtons"),
+        ("[trials.walk.plates.FP1]\nsign = -1", "only reads and zero_N"),
+    ],
+)
+def test_words_that_say_nothing_are_refused(tmp_path, said, wrong):
+    (tmp_path / "walk.trc").write_text("")
+    (tmp_path / "subject.toml").write_text(f'[trials.walk]\nmarkers = "walk.trc"\n{said}\n')
+    with pytest.raises(CaptureError, match=wrong):
+        open_subject(tmp_path)
+
+
+def test_what_was_said_is_written_again_and_is_part_of_the_provenance(tmp_path):
+    (tmp_path / "walk.trc").write_text("x")
+    (tmp_path / "subject.toml").write_text('[trials.walk]\nmarkers = "walk.trc"\n')
+    silent = open_subject(tmp_path)
+    assert "# zero_N = 0.0" in described_as_toml(silent)
+    said = '[trials.walk.plates."1 ground"]\nreads = "plate"\nzero_N = -12.5\n'
+    (tmp_path / "subject.toml").write_text(f'[trials.walk]\nmarkers = "walk.trc"\n{said}')
+    subject = open_subject(tmp_path)
+    assert subject.trials[0].plates == (PlateWord("1 ground", -1, -12.5),)
+    (tmp_path / "subject.toml").write_text(described_as_toml(subject))
+    assert open_subject(tmp_path).trials == subject.trials
+    assert provenance_of(subject, subject.trials) != provenance_of(silent, silent.trials)
+    upright = (replace(silent.trials[0], up="z"),)
+    assert provenance_of(silent, upright) != provenance_of(silent, silent.trials)
