@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from addb_viewer.app.solves import FOLDER, MADE
-from addb_viewer.review_store import FILE
+from addb_viewer.review_store import FILE, open_log, store_url
+from annotations.errors import ReviewError
 
 LOOK_EVERY = 2.0  # [s] between two looks, at least
 SHARE = (
@@ -19,15 +20,18 @@ Signature = tuple[object, ...]
 def signature(subject_folder: Path, results: Path, *, review: bool) -> Signature:
     """When what the queue shows of a subject was written last; equal as long as nothing changed.
 
+    Of a review in a shared database, its revision: one short query.
+
     Args:
         subject_folder: of the recordings.
         results: folder of the fit.
-        review: whether to look at the review's file.
+        review: whether to look at the review.
     """
     files = [results / "fit.json", *sorted((results / FOLDER).glob(f"*/{MADE}"))]
     if review:
         files += [subject_folder / FILE, subject_folder / f"{FILE}-wal"]
-    return tuple((str(file), _written(file)) for file in files)
+    shared = (_revision(subject_folder),) if review and store_url() else ()
+    return (*shared, *((str(file), _written(file)) for file in files))
 
 
 class QueueWatch:
@@ -60,6 +64,15 @@ class QueueWatch:
                     return
                 self._look_at(name)
             pause = max(self._every, (time.monotonic() - began) / SHARE)
+
+
+def _revision(subject_folder: Path) -> int | str:
+    """Of the review in the shared database; what is wrong where it does not answer."""
+    try:
+        with open_log(subject_folder) as log:
+            return log.revision()
+    except ReviewError as error:
+        return str(error)
 
 
 def _written(file: Path) -> tuple[int, int] | None:

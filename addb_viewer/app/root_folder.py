@@ -46,12 +46,11 @@ def open_root(folder: Path) -> RootFolder:
     if not folder.is_dir():
         raise CaptureError(f"{folder}: no such folder; give a subject's folder, or one that holds several")
     path = folder.resolve()
-    subjects, left_out = subjects_in(path)
+    subjects, left_out = subjects_in(path, may_be_read=lambda place: check_links(path, place))
     names, notes = [], list(left_out)
     for subject in subjects:
         name = subject.folder.relative_to(path).as_posix()
         try:
-            check_links(path, subject.folder)
             check_inside(path, subject)
         except OutsideError as error:
             if subject.folder == path:

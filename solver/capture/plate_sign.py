@@ -107,7 +107,7 @@ def weigh_signs(
         mass_kg=mass_kg,
         settings=settings,
     )
-    given = [said[k] if said else None for k in used]
+    given = [said[int(k)] if said else None for k in used]
     explanations = [recording.best(signs) for signs in _choices(given)]
     top = max(explanations, key=lambda one: one.evidence)
     witnesses = [UNUSED] * count

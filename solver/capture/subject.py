@@ -1,6 +1,6 @@
 """A subject's folder, in AddBiomechanics' layout, with a subject.toml, or with files side by side."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -84,23 +84,40 @@ def open_subject(folder: Path) -> Subject:
     return replace(subject, unused=unused)
 
 
-def subjects_in(folder: Path, deepest: int = DEEPEST) -> tuple[tuple[Subject, ...], tuple[str, ...]]:
+def subjects_in(
+    folder: Path, deepest: int = DEEPEST, may_be_read: Callable[[Path], None] | None = None
+) -> tuple[tuple[Subject, ...], tuple[str, ...]]:
     """The subjects of a folder: itself, if it is one, else those below it; and why others are left out.
+
+    Args:
+        folder: to look into.
+        deepest: folders below it that are looked into.
+        may_be_read: raises CaptureError of a folder of which no file may be read; asked before any is.
 
     Raises:
         CaptureError: no such folder, or neither it nor any folder below is a subject's.
     """
+    is_allowed = False
     try:
+        if may_be_read is not None and folder.is_dir():
+            may_be_read(folder)
+        is_allowed = True
         return (open_subject(folder),), ()
     except CaptureError as error:
-        if not folder.is_dir() or any((folder / name).is_file() for name in DESCRIPTIONS):
+        described = not folder.is_dir() or any((folder / name).is_file() for name in DESCRIPTIONS)
+        if described or (not is_allowed and _holds_trials(folder)):
             raise
         alone = error
     found: list[Subject] = []
     notes: list[str] = []
     for place in folders_below(folder, 1):
         try:
-            subjects, more = subjects_in(place, deepest - 1) if deepest > 1 else ((open_subject(place),), ())
+            if deepest > 1:
+                subjects, more = subjects_in(place, deepest - 1, may_be_read)
+            else:
+                if may_be_read is not None:
+                    may_be_read(place)
+                subjects, more = (open_subject(place),), ()
         except CaptureError as error:
             notes.append(f"{place.name} is left out: {error}")
         else:
@@ -109,6 +126,11 @@ def subjects_in(folder: Path, deepest: int = DEEPEST) -> tuple[tuple[Subject, ..
     if not found:
         raise CaptureError(f"{alone} Nor is any folder in it a subject's.")
     return tuple(found), tuple(notes)
+
+
+def _holds_trials(folder: Path) -> bool:
+    """Whether a folder is a subject's by the names in it; nothing is read."""
+    return (folder / "trials").is_dir() or any(map(is_recording, files_in(folder)))
 
 
 def _found(folder: Path) -> tuple[Layout, FoundTrials]:

@@ -8,6 +8,7 @@ import pytest
 from addb_viewer.app import app as app_module
 from addb_viewer.app.app import serve, start
 from addb_viewer.app.library import library_of
+from addb_viewer.app.root_folder import open_root
 from addb_viewer.app.server import open_server
 from solver.capture.capture import Markers
 from solver.capture.trc import write_trc
@@ -218,3 +219,22 @@ def test_a_fit_made_of_files_elsewhere_is_refused(small_fit, place):
     about.write_text(json.dumps(content))
     with pytest.raises(CaptureError, match="outside the folder"):
         library_of(small_fit.subject)
+
+
+def test_nothing_is_read_of_a_subject_before_its_links_are_looked_at(tmp_path):
+    """A description that leads out of the root: an error in it would tell what stands there."""
+    outside = tmp_path / "outside.toml"
+    outside.write_text('mass_kg = "a secret"')
+    root = tmp_path / "root"
+    for name in ("S1", "S2"):
+        (root / name).mkdir(parents=True)
+        (root / name / "walk.trc").write_text("markers")
+    (root / "S1/subject.toml").write_text('[trials.walk]\nmarkers = "walk.trc"\n')
+    (root / "S2/subject.toml").symlink_to(outside)
+    opened = open_root(root)
+    assert opened.names == ("S1",)
+    assert "leads out of" in opened.notes[0]
+    assert "secret" not in opened.notes[0]
+    with pytest.raises(CaptureError, match="leads out of") as refused:
+        open_root(root / "S2")
+    assert "secret" not in str(refused.value)

@@ -2,6 +2,7 @@
 
 import contextlib
 import http.server
+import socket
 import threading
 
 import msgspec
@@ -19,6 +20,7 @@ from tests.patience import PATIENCE_MS
 pytestmark = pytest.mark.browser
 
 NO_FRAGMENT = "Fragment identifiers are not allowed"  # Chromium, of the page's own address as a server's
+PATIENCE_S = 60.0  # software rendering on a busy machine
 SCRIPT = "window.hacked = 1; document.title = 'hacked'"
 
 
@@ -210,3 +212,50 @@ def _refused(page):
     with contextlib.suppress(IndexError):
         return page.frames[1].url.startswith("chrome-error:")
     return False
+
+
+def test_pictures_and_downloads_pass_the_policy(guarded, let_in, until):
+    """Viser's own way to a picture of the scene, and a file that the page saves."""
+    client = _client_of(guarded, let_in, f"http://127.0.0.1:{guarded.server.get_port()}/", until)
+    for kind in ("jpeg", "png"):
+        picture = client.get_render(90, 160, transport_format=kind, timeout=PATIENCE_S)
+        assert picture.shape[:2] == (90, 160)
+        assert picture[..., :3].std() > 1.0  # somebody over plates, not one colour
+    content = bytes(range(256)) * 9000  # more than one part
+    with let_in.expect_download(timeout=1000 * PATIENCE_S) as saved:
+        client.send_file_download("walk.mcap", content, save_immediately=True)
+    assert saved.value.suggested_filename == "walk.mcap"
+    assert saved.value.path().read_bytes() == content
+    assert not any("Content Security Policy" in text for text in let_in.said)
+
+
+def test_the_loopback_of_ipv6_works(browser, tmp_path, make_replay, make_library, until):
+    with contextlib.closing(socket.socket(socket.AF_INET6)) as trial:
+        try:
+            trial.bind(("::1", 0))
+        except OSError:
+            pytest.skip("this machine has no IPv6 loopback")
+    door = Door.of("::1")
+    assert door.token is None
+    app = ReviewApp(
+        open_server("::1", port=0, door=door), House.of(make_library(tmp_path, [make_replay()])), door=door
+    )
+    context = browser.new_context()
+    page = context.new_page()
+    page.said = []
+    page.on("console", lambda said: page.said.append(said.text))
+    try:
+        client = _client_of(app, page, address(app.server, door), until)
+        assert client.get_render(90, 160, timeout=PATIENCE_S).shape[:2] == (90, 160)
+        assert not any("Content Security Policy" in text for text in page.said)
+    finally:
+        context.close()
+        app.close()
+
+
+def _client_of(app, page, home, until):
+    """The server's side of a page that has just come."""
+    before = set(app.sessions)
+    page.goto(home)
+    (new,) = until(lambda: set(app.sessions) - before, "a connection")
+    return app.server.get_clients()[new]
