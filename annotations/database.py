@@ -1,17 +1,19 @@
 """The database behind a review log: SQLite that a crash does not hurt, or PostgreSQL that a lab shares."""
 
 import os
+import shutil
 import sqlite3
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from urllib.parse import quote
 
 from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
 from sqlalchemy.exc import DBAPIError, SQLAlchemyError
+from sqlalchemy.pool import NullPool, StaticPool
 
 from annotations.errors import ReviewError
+from annotations.private_copy import PrivateCopy
 from annotations.schema import NewerSchemaError, is_current, migrate
 
 PATIENCE_S = 30.0  # [s] how long to wait while another program writes
@@ -19,7 +21,9 @@ AGAIN_S = 0.01  # [s] between two tries where SQLite itself does not wait
 CONNECT_S = 10  # [s] how long to wait for a server to answer
 WRITERS = 0x61646462  # PostgreSQL's number for the lock that writers hold, one at a time
 
+_CANNOT_WRITE = {sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_IOERR, sqlite3.SQLITE_FULL}
 _BUSY = ("database is locked", "lock timeout")  # as SQLite and PostgreSQL say it
+_FULL = "disk is full"
 _READ_ONLY = ("readonly database", "read-only transaction")
 
 
@@ -33,6 +37,9 @@ class Database:
     What a transaction has written is on the disk when `writing` ends, and a process killed at any moment
     leaves every earlier transaction whole: SQLite runs with a write-ahead log and full synchronization,
     PostgreSQL with synchronous commits.
+
+    An SQLite file where nothing can be written, because of permissions or a full disk, is read all the same,
+    through a copy in memory; `writing` refuses then, until it is opened again.
     """
 
     def __init__(self, where: Path | str, patience_s: float = PATIENCE_S) -> None:
@@ -49,10 +56,14 @@ class Database:
         self.name = url.render_as_string(hide_password=True) if is_url(where) else str(where)
         self.file = _file(url)
         self._patience_s = patience_s
+        self._refused: str | None = None  # why it can only be read
         with self._in_plain_words():
             self._engine = _engine(url, patience_s)
         try:
             self._bring_up_to_date()
+        except ReviewError as error:
+            self.close()
+            self._read_only(error)
         except BaseException:
             self.close()
             raise
@@ -68,7 +79,12 @@ class Database:
         """A connection that no other writer comes between; committed when the block ends without error.
 
         Writers go one after the other, so that edits become visible in the order of their numbers.
+
+        Raises:
+            ReviewError: the database can only be read, or another program writes to it for too long.
         """
+        if self._refused is not None:
+            raise ReviewError(f"{self.name}: {self._refused}")
         engine = self._engine.execution_options(writes=True)
         with self._in_plain_words(), engine.begin() as connection:
             yield connection
@@ -78,14 +94,37 @@ class Database:
         self._engine.dispose()
 
     def _bring_up_to_date(self) -> None:
-        try:
+        with self._of_this_version():
             with self.reading() as connection:
                 current = is_current(connection)
             if not current:
                 with self.writing() as connection:
                     migrate(connection)
+
+    @contextmanager
+    def _of_this_version(self) -> Iterator[None]:
+        try:
+            yield
         except NewerSchemaError as error:
             raise ReviewError(f"{self.name}: {error}") from error
+
+    def _read_only(self, refused: ReviewError) -> None:
+        """Go on with a copy of the file, if it is there and was refused because nothing can be written."""
+        code = getattr(getattr(refused.__cause__, "orig", None), "sqlite_errorcode", sqlite3.SQLITE_OK) & 0xFF
+        if code not in _CANNOT_WRITE or self.file is None or not self.file.is_file():
+            raise refused
+        file, self.file = self.file, None
+        with self._in_plain_words():
+            copy = PrivateCopy(file, self._brought_up_to_date)
+        self._engine = create_engine("sqlite://", creator=copy.connection, poolclass=NullPool)
+        _begin_transactions(self._engine)
+        self._refused = _why_refused(file)
+
+    def _brought_up_to_date(self, connection: sqlite3.Connection) -> None:
+        engine = create_engine("sqlite://", creator=lambda: connection, poolclass=StaticPool)
+        _begin_transactions(engine)
+        with engine.begin() as copied, self._of_this_version():
+            migrate(copied)
 
     @contextmanager
     def _in_plain_words(self) -> Iterator[None]:
@@ -105,6 +144,8 @@ class Database:
                 f"another program has been writing to it for {self._patience_s:g} s; nothing was recorded, "
                 "try again when it is done"
             )
+        if _FULL in cause:
+            return f"nothing was recorded, because the {_FULL}; free some space, and try again"
         if any(words in cause for words in _READ_ONLY):
             return f"it cannot be written to from here ({cause})"
         return f"the review log cannot be used ({cause})"
@@ -141,9 +182,6 @@ def _url(where: Path | str) -> URL:
     path = Path(where)
     if not path.parent.is_dir():
         raise ReviewError(f"{path.parent}: no such folder")
-    if path.exists() and _cannot_change(path):
-        name = f"file:{quote(str(path.absolute()))}"
-        return URL.create("sqlite", database=name, query={"mode": "ro", "immutable": "1", "uri": "true"})
     return URL.create("sqlite", database=str(path))
 
 
@@ -153,20 +191,36 @@ def _file(url: URL) -> Path | None:
     return None if not name or name.startswith((":memory:", "file:")) else Path(name)
 
 
-def _cannot_change(path: Path) -> bool:
-    """Whether a file can only be read as it lies there, in a folder without side files of a writer."""
-    return not os.access(path.parent, os.W_OK) and not path.with_name(f"{path.name}-wal").exists()
+def _why_refused(file: Path) -> str:
+    """What a person is told who wants to record an edit, and can do about it."""
+    if all(os.access(place, os.W_OK) for place in (file, file.parent)):
+        room = shutil.disk_usage(file.parent).free / 1e6
+        return (
+            f"nothing was recorded: it was opened for reading alone, because the disk refused ({room:.1f} MB "
+            "free); free some space, and open it again"
+        )
+    return (
+        "nothing was recorded: it cannot be written to from here, and was opened for reading alone; make it "
+        "and its folder writable, and open it again"
+    )
 
 
 def _make_sqlite_crash_safe(engine: Engine, patience_s: float) -> None:
-    """Transactions are begun by us, because the driver begins none before reads and schema changes."""
+    _begin_transactions(engine)
 
     @event.listens_for(engine, "connect")
     def prepare(connection, _record) -> None:  # type: ignore[no-untyped-def]
-        connection.isolation_level = None
-        connection.text_factory = _text
         _write_ahead(connection, patience_s)
         connection.execute("PRAGMA synchronous = FULL")
+
+
+def _begin_transactions(engine: Engine) -> None:
+    """Transactions are begun by us, because the driver begins none before reads and schema changes."""
+
+    @event.listens_for(engine, "connect")
+    def prepare(connection: sqlite3.Connection, _record: object) -> None:
+        connection.isolation_level = None
+        connection.text_factory = _text
 
     @event.listens_for(engine, "begin")
     def begin(connection: Connection) -> None:

@@ -3,7 +3,7 @@
 import os
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -34,7 +34,7 @@ def real_data() -> Path:
 
 @dataclass(frozen=True)
 class SmallDisk:
-    """A file system of one megabyte, so that it can be filled."""
+    """A file system of four megabytes, so that it can be filled."""
 
     folder: Path
 
@@ -54,13 +54,34 @@ def small_disk(tmp_path: Path) -> Iterator[SmallDisk]:
     """A disk that can be filled; skipped where this account may not mount one."""
     place = tmp_path / "small disk"
     place.mkdir()
-    command = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(place)]
+    command = ["mount", "-t", "tmpfs", "-o", "size=4m", "tmpfs", str(place)]
     try:
         subprocess.run(command, check=True, capture_output=True, text=True)
     except (OSError, subprocess.CalledProcessError) as error:
         pytest.skip(f"no disk of its own can be mounted here ({getattr(error, 'stderr', error)})")
     yield SmallDisk(place)
     subprocess.run(["umount", "--lazy", str(place)], check=True)
+
+
+@pytest.fixture
+def read_only(tmp_path: Path) -> Iterator[Callable[[Path], Path]]:
+    """Shows a folder at another place, where nobody may write; skipped where this account may not mount."""
+    places: list[Path] = []
+
+    def shown(folder: Path) -> Path:
+        place = tmp_path / f"read-only {len(places)}" / folder.name
+        place.mkdir(parents=True)
+        for command in (["--bind", str(folder)], ["-o", "remount,bind,ro"]):
+            try:
+                subprocess.run(["mount", *command, str(place)], check=True, capture_output=True, text=True)
+            except (OSError, subprocess.CalledProcessError) as error:
+                pytest.skip(f"nothing can be mounted here ({getattr(error, 'stderr', error)})")
+            places.append(place)
+        return place
+
+    yield shown
+    for place in dict.fromkeys(places):
+        subprocess.run(["umount", "--lazy", str(place)], check=True)
 
 
 @pytest.fixture

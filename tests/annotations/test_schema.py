@@ -84,6 +84,17 @@ def test_a_database_of_the_first_version_is_brought_up_to_date_and_keeps_its_edi
     raw.close()
 
 
+def test_a_database_of_the_first_version_is_read_where_nothing_can_be_written(first, tmp_path, read_only):
+    folder = tmp_path / "subject"
+    folder.mkdir()
+    first.rename(folder / first.name)
+    with ReviewLog.open(read_only(folder) / first.name) as log:
+        assert [edit.event for edit in log.history()] == [FLAG]
+    with sqlite3.connect(folder / first.name) as raw:
+        assert raw.execute("SELECT version FROM schema_version").fetchall() == [(1,)]
+    raw.close()
+
+
 def test_a_step_that_fails_leaves_the_database_as_it_was(first, monkeypatch):
     with monkeypatch.context() as patched:
         patched.setattr(v0002_shared.op, "create_index", _power_cut)
