@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from solver.capture.atomic import made_folder
 from solver.capture.small_files import json_content
 from solver.errors import ResultsError
 from solver.results.store import write_json
@@ -23,8 +24,7 @@ def keep(figures: Mapping[str, Any], made_of: Mapping[str, Any], results: Path) 
     Returns:
         The file.
     """
-    results.mkdir(parents=True, exist_ok=True)
-    write_json(results / FILE, {**figures, MADE_OF: dict(made_of)})
+    write_json(made_folder(results) / FILE, {**figures, MADE_OF: dict(made_of)})
     return results / FILE
 
 

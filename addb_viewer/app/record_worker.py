@@ -18,6 +18,7 @@ from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.diagnosis_shown import diagnosis_shown
 from addb_viewer.report.subject_page import write_report
 from addb_viewer.review_store import whole_log
+from solver.capture.atomic import made_folder
 from solver.fit import Fit
 from solver.results.store import load_fit
 
@@ -35,7 +36,7 @@ def main() -> int:
             share = (1.0 - FIT_READ) / len(asked.files)
             for i, file in enumerate(asked.files):
                 print_progress(f"writing {file.name}", FIT_READ + i * share)
-                file.parent.mkdir(parents=True, exist_ok=True)
+                made_folder(file.parent)
                 print(_write(fit, asked, file))
             print_progress("written", 1.0)
     except typer.Exit as ending:

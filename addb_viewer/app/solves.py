@@ -18,6 +18,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from solver.capture.atomic import made_folder
 from solver.capture.small_files import json_content
 from solver.errors import ResultsError
 from solver.fit import Fit
@@ -104,8 +105,7 @@ def add(fit: Fit, results: Path, *, by: str, seconds: float) -> int:
 
 def new_folder(results: Path) -> Path:
     """An empty folder for the next solve."""
-    place = results / FOLDER
-    place.mkdir(parents=True, exist_ok=True)
+    place = made_folder(results / FOLDER)
     number = max(_numbers(results), default=0) + 1
     while True:  # another program may take the number
         try:

@@ -13,6 +13,7 @@ from addb_viewer.commands.options import DEFAULT_HOST, DEFAULT_PORT, Debug, Host
 from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.commands.solving import job_for, solved
 from addb_viewer.commands.summary_table import print_summary
+from solver.capture.atomic import made_folder
 from solver.errors import CaptureError
 from solver.simulate.demo import LateForces, write_demo_subject
 from solver.summary import summary
@@ -53,6 +54,6 @@ def _make_subject(folder: Path) -> None:
     mark = folder / _OURS
     if folder.is_dir() and any(folder.iterdir()) and not mark.is_file():
         raise CaptureError(f"{folder}: not empty and not the demo's; choose another folder with --folder")
-    folder.mkdir(parents=True, exist_ok=True)
+    made_folder(folder)
     mark.touch()
     write_demo_subject(folder, np.random.default_rng(SEED), cause=LateForces())

@@ -4,10 +4,12 @@ import traceback
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import typer
 
 from annotations.errors import ReviewError
+from solver.capture.disk_errors import ONLY_WRITING, writing_failed
 from solver.errors import Cancelled, SolverError
 
 FAILED = 1  # the data or the solve
@@ -40,6 +42,8 @@ def errors_as_lines(debug: bool) -> Iterator[None]:
 
 
 def _described(error: OSError) -> str:
+    if error.errno in ONLY_WRITING:
+        return writing_failed(Path(error.filename or "."), error)
     if error.filename is None or error.strerror is None:
         return str(error)
     return f"{error.filename}: {error.strerror}"

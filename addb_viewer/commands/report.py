@@ -19,6 +19,7 @@ from addb_viewer.report.figures import pages_written
 from addb_viewer.report.overview import Entry, write_overview
 from addb_viewer.report.subject_page import write_report
 from annotations.errors import ReviewError
+from solver.capture.atomic import made_folder
 from solver.errors import Cancelled, SolverError
 from solver.results.store import default_folder, write_json
 
@@ -112,7 +113,7 @@ def _one(folder: Path, file: Path | None, wishes: _Wishes) -> tuple[Path, Subjec
 def _each(root: RootFolder, out: Path | None, wishes: _Wishes) -> list[Entry]:
     """A page for each subject; what fails is told, with its reason."""
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
+        made_folder(out)
     entries = []
     for name in root.names:
         file = out / f"{file_of(name)}.html" if out else default_folder(root.path / name) / PAGE

@@ -1,9 +1,11 @@
 """Rerun recordings: one a trial, all in one .rrd file."""
 
+import errno
+import os
 import re
 import shutil
 import subprocess
-import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import rerun as rr
@@ -15,9 +17,11 @@ from addb_viewer.recordings.rrd_scene import write_scene
 from addb_viewer.recordings.rrd_series import write_series
 from addb_viewer.recordings.rrd_story import write_story
 from addb_viewer.recordings.rrd_stream import RrdStream
-from solver.capture.atomic import whole_file
+from solver.capture.atomic import draft_folder, whole_file
+from solver.errors import CaptureError
 
 PROGRAM = "addb-viewer"
+_NO_SPACE = os.strerror(errno.ENOSPC)
 
 
 def write_rrd(recording: Recording, file: Path) -> Path:
@@ -31,21 +35,37 @@ def write_rrd(recording: Recording, file: Path) -> Path:
         The file.
 
     Raises:
-        CaptureError: the folder cannot be written to.
+        CaptureError: the folder cannot be written to, or has no room for the recording twice.
     """
-    with whole_file(file) as draft, tempfile.TemporaryDirectory() as folder:
+    with whole_file(file) as draft, draft_folder(file.parent) as folder:
         parts = []
         for i, record in enumerate(recording.trials):
-            parts.append(Path(folder) / f"{i}.rrd")
-            _write_trial(recording, record, parts[-1])
+            parts.append(folder / f"{i}.rrd")
+            try:
+                _write_trial(recording, record, parts[-1])
+            except RuntimeError as error:  # as rerun tells what the system said
+                if _NO_SPACE not in str(error):
+                    raise
+                raise OSError(errno.ENOSPC, _NO_SPACE, str(file)) from error
         if len(parts) > 1:
-            merged = Path(folder) / "merged.rrd"
-            command = [*rerun_command(), "rrd", "merge", *map(str, parts), "-o", str(merged)]
-            subprocess.run(command, check=True, capture_output=True, env=rerun_environment(Path(folder)))
-            parts = [merged]
+            parts = [_merged(parts, file)]
         with parts[0].open("rb") as whole:
             shutil.copyfileobj(whole, draft)
     return file
+
+
+def _merged(parts: Sequence[Path], file: Path) -> Path:
+    """One file beside the parts, by rerun's own program."""
+    folder = parts[0].parent
+    merged = folder / "merged.rrd"
+    command = [*rerun_command(), "rrd", "merge", *map(str, parts), "-o", str(merged)]
+    run = subprocess.run(command, check=False, capture_output=True, text=True, env=rerun_environment(folder))
+    if run.returncode:
+        said = " ".join(run.stderr.split()) or f"status {run.returncode}"
+        if _NO_SPACE in said:
+            raise OSError(errno.ENOSPC, _NO_SPACE, str(file))
+        raise CaptureError(f"{file}: rerun's program could not merge the trials ({said}).")
+    return merged
 
 
 def _write_trial(recording: Recording, record: TrialRecord, file: Path) -> None:

@@ -68,6 +68,19 @@ def whole_file(path: Path) -> Iterator[BinaryIO]:
         raise
 
 
+def made_folder(folder: Path) -> Path:
+    """The folder, made where it is missing.
+
+    Raises:
+        CaptureError: it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CaptureError(writing_failed(folder, error)) from error
+    return folder
+
+
 @contextmanager
 def draft_folder(beside: Path) -> Iterator[Path]:
     """A new hidden folder to write into; the block moves it to where it belongs, or it is removed.
@@ -165,5 +178,6 @@ def _moved(draft: Path, path: Path) -> None:
 def _told(path: Path, error: OSError) -> str:
     """Names the file that was meant, or another one that the block met trouble with."""
     named = Path(error.filename) if isinstance(error.filename, str | Path) else path
-    is_other = not named.name.startswith(DRAFT) and named.parent != path.parent
+    in_draft = any(part.startswith(DRAFT) for part in named.parts)
+    is_other = not in_draft and named.parent != path.parent
     return writing_failed(named if is_other else path, error)

@@ -8,6 +8,7 @@ from pathlib import Path
 from solver.errors import CaptureError
 
 _NO_SPACE = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
+ONLY_WRITING = {*_NO_SPACE, errno.EFBIG, errno.EROFS}  # errors that no reading meets
 _NOT_ALLOWED = {errno.EACCES, errno.EPERM, errno.EROFS}
 _MEGABYTE = 1e6  # [bytes]
 

@@ -3,7 +3,6 @@
 import hashlib
 import os
 import sys
-import tempfile
 import zipfile
 from contextlib import suppress
 from dataclasses import dataclass
@@ -12,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from solver.errors import ModelError
+from solver.capture.atomic import made_folder, whole_file
+from solver.errors import CaptureError, ModelError
 from solver.skeleton.vtp import read_vtp
 
 SUFFIXES = (".vtp", ".obj", ".stl")
@@ -106,17 +106,9 @@ def _kept_mesh(path: Path) -> trimesh.Trimesh | None:
 
 
 def _keep(mesh: trimesh.Trimesh, path: Path) -> None:
-    """Write beside the place and move there, so that a reader never meets half a file.
+    """Whole or not at all.
 
     A home that cannot be written costs half a second at the next start, nothing else.
     """
-    with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".tmp", delete=False) as file:
-            beside = Path(file.name)
-            try:
-                np.savez(file, vertices=mesh.vertices.astype(np.float32), faces=mesh.faces.astype(np.int32))
-            except OSError:
-                beside.unlink(missing_ok=True)
-                raise
-        os.replace(beside, path)
+    with suppress(CaptureError), whole_file(made_folder(path.parent) / path.name) as file:
+        np.savez(file, vertices=mesh.vertices.astype(np.float32), faces=mesh.faces.astype(np.int32))

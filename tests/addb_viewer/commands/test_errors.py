@@ -1,5 +1,6 @@
 """How commands fail: status and one line, whatever was raised."""
 
+import errno
 import warnings
 
 import pytest
@@ -32,6 +33,14 @@ def test_one_line_on_stderr(error, status, line, capsys):
     assert code == status
     assert printed.err == f"addb-viewer: {line}\n"
     assert printed.out == ""
+
+
+def test_a_full_disk_is_told_with_file_room_and_advice_wherever_it_is_met(capsys, tmp_path):
+    file = tmp_path / "a.txt"
+    code, printed = outcome(OSError(errno.ENOSPC, "No space left on device", str(file)), capsys)
+    assert code == 1
+    assert printed.err.startswith(f"addb-viewer: {file}: cannot write here (No space left on device, ")
+    assert printed.err.endswith(" MB free); free some space, or choose another output folder.\n")
 
 
 def test_debug_shows_the_traceback(capsys):

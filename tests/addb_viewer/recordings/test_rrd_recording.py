@@ -1,6 +1,7 @@
 """Rerun recordings, read back with rerun's own reader and compared with the fit."""
 
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from addb_viewer.recordings.happenings import lanes_of
 from addb_viewer.recordings.recording import recording_of
 from addb_viewer.recordings.rerun_program import rerun_command, rerun_environment
 from addb_viewer.recordings.rrd_recording import write_rrd
+from solver.capture.atomic import DRAFT
 from solver.dynamics.thresholds import Thresholds
 from solver.errors import CaptureError
 from solver.skeleton.forward import body_poses
@@ -210,3 +212,29 @@ def test_a_failure_leaves_the_file_that_was_there(recording, tmp_path, monkeypat
 def test_a_folder_that_is_not_there_is_named(recording, tmp_path):
     with pytest.raises(CaptureError, match="missing"):
         write_rrd(recording, tmp_path / "missing" / "walk.rrd")
+
+
+@pytest.fixture
+def two_trials(make_fit):
+    fit = make_fit("walk")
+    (trial,) = fit.trials
+    other = replace(trial, capture=replace(trial.capture, name="walk 2"))
+    return recording_of(replace(fit, trials=(trial, other)))
+
+
+def test_trials_are_merged_where_the_recording_goes_not_in_the_folder_of_temporary_files(
+    two_trials, tmp_path, small_disk, monkeypatch
+):
+    monkeypatch.setattr("tempfile.tempdir", str(small_disk.folder))
+    small_disk.fill()
+    reader = chunk.RrdReader(write_rrd(two_trials, tmp_path / "walk.rrd"))
+    assert len(reader.recordings()) == 2
+    assert [path.name for path in tmp_path.iterdir() if path.is_file()] == ["walk.rrd"]
+    assert list(tmp_path.glob(f"{DRAFT}*")) == []
+
+
+def test_a_recording_that_finds_no_room_is_told_by_its_name_and_leaves_nothing(two_trials, small_disk):
+    small_disk.fill(but=100_000)
+    with pytest.raises(CaptureError, match=r"walk\.rrd: cannot write here \(No space left.*free some space"):
+        write_rrd(two_trials, small_disk.folder / "walk.rrd")
+    assert [path.name for path in small_disk.folder.iterdir()] == ["filler"]

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from solver.capture.atomic import DRAFT
 from solver.errors import ModelError
 from solver.skeleton.mesh_files import MeshSettings, cache_folder, load_mesh
 
@@ -106,3 +107,14 @@ def test_an_obj_does_not_make_us_open_its_material(tmp_path):
     path = tmp_path / "folder" / "bone.obj"
     path.write_text("mtllib paint.mtl\nusemtl red\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     assert len(load_mesh(path).faces) == 1
+
+
+def test_a_full_disk_costs_the_kept_mesh_alone_and_leaves_no_draft(ball, small_disk, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(small_disk.folder))
+    bones = cache_folder() / "bones"
+    bones.mkdir(parents=True)
+    abandoned = bones / f"{DRAFT}killed"
+    abandoned.write_bytes(b"half")
+    small_disk.fill()
+    assert len(load_mesh(ball).faces) > 0
+    assert list(bones.iterdir()) == []
