@@ -24,7 +24,7 @@ from solver.capture.capture import Capture, Markers, Subject, TrialFiles
 from solver.contact.contact_phases import ContactPhase
 from solver.contact.proposals import Proposal
 from tests.addb_viewer.app.paper_browser import PaperBrowser
-from tests.addb_viewer.app.ten_trials import write_ten_trials
+from tests.addb_viewer.app.ten_trials import write_ten_trials, write_trials
 from tests.addb_viewer.made_up_residual import residual, size, trial
 from tests.patience import PATIENCE_MS, PATIENCE_S
 
@@ -211,6 +211,14 @@ def ten_trials(real_data, tmp_path_factory):
     root = tmp_path_factory.mktemp("ten trials")
     write_ten_trials(real_data, root)
     return root
+
+
+@pytest.fixture(scope="session")
+def two_walks(real_data, tmp_path_factory):
+    """One subject, two seconds of a real walk as trials `part1` and `part2`, fitted; to be copied."""
+    folder = tmp_path_factory.mktemp("two walks") / "walks"
+    write_trials(real_data, folder, "walks")
+    return folder
 
 
 @pytest.fixture(scope="session")

@@ -49,6 +49,12 @@ RECORDINGS = {
 }  # fmt: skip
 
 
+def write_trials(data: Path, folder: Path, name: str) -> None:
+    """Cut one recording's windows out of the shared data, and fit them."""
+    write_windows(RECORDINGS[name], data / RECORDINGS[name].folder, folder)
+    _fit(folder)
+
+
 def write_ten_trials(data: Path, root: Path) -> None:
     """Cut the windows out of the shared data, and fit every subject, two at a time."""
     for name, recording in RECORDINGS.items():
