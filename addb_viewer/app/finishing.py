@@ -5,7 +5,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from addb_viewer.app.feet import foot_words
+from addb_viewer.app.neighbours import conflict_words
 from addb_viewer.app.people import TrialPlace
+from addb_viewer.app.stops import Stop
 from annotations.events import Proposal, Status
 from annotations.trial_review import TrialReview
 
@@ -73,7 +75,7 @@ class Finishing:
             reasons.append("Nothing has been fitted to this trial yet: G fits it.")
         if self._is_untouched():
             reasons.append("T has just brought you here, and you have not looked at it.")
-        return [*reasons, *undecided(session.review.left_out or (), session.review.unsure)]
+        return [*reasons, *undecided(session.review.stays_out, session.review.unsure)]
 
     def _is_untouched(self) -> bool:
         """Whether nothing was done in the trial that the last T led to."""
@@ -123,16 +125,16 @@ class Finishing:
             self.session.notices.tell("All finished", "Every trial of the queue has been reviewed.")
 
 
-def undecided(left_out: Sequence[Proposal], unsure: Sequence[Proposal]) -> list[str]:
-    """What finishing means for proposals that nobody has decided about.
+def undecided(left_out: Sequence[Stop], unsure: Sequence[Proposal]) -> list[str]:
+    """What finishing means for what nobody has decided about.
 
     Args:
-        left_out: those that detection is sure of.
-        unsure: the others.
+        left_out: frames that detection is sure of.
+        unsure: the other proposals.
     """
     told = []
     if left_out:
-        frames = "; ".join(f"{p.start}–{p.end - 1} {foot_words(p.foot)}" for p in left_out[:MOST])
+        frames = "; ".join(f"{start}–{end - 1} {foot_words(foot)}" for start, end, foot in left_out[:MOST])
         more = f", and {len(left_out) - MOST} more" if len(left_out) > MOST else ""
         told.append(f"Nobody has decided about what detection leaves out: {frames}{more}. It stays left out.")
     if unsure:
@@ -146,6 +148,6 @@ def disagreements(review: TrialReview) -> list[str]:
     Args:
         review: of the trial.
     """
-    told = [f"Two people disagree about {conflict}." for conflict in review.conflicts[:MOST]]
+    told = [f"Two people disagree about {conflict_words(conflict)}." for conflict in review.conflicts[:MOST]]
     more = len(review.conflicts) - MOST
     return [*told, f"They disagree {more} times more."] if more > 0 else told

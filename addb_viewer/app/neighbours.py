@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
+from addb_viewer.app.feet import foot_words
 from annotations.events import (
     AcceptProposal,
     ClearRange,
@@ -11,7 +12,8 @@ from annotations.events import (
     RejectProposal,
     SetActivity,
 )
-from annotations.trial_review import Conflict, TrialReview
+from annotations.reasons import FORCE_COUNTS, reason_words
+from annotations.trial_review import Conflict, Opinion, TrialReview
 from annotations.wording import said_by
 
 
@@ -51,7 +53,25 @@ def disagreements(before: TrialReview, now: TrialReview) -> Iterator[tuple[str, 
         more = f"; and {len(conflicts) - 1} more ranges" if len(conflicts) > 1 else ""
         for name in pair:
             (other,) = set(pair) - {name}
-            yield name, f"You and {other} disagree", f"{now.trial}, {conflicts[0]}{more}"
+            yield name, f"You and {other} disagree", f"{now.trial}, {conflict_words(conflicts[0])}{more}"
+
+
+def conflict_words(conflict: Conflict) -> str:
+    """Who says what about which frames, in the words of the keys.
+
+    Args:
+        conflict: of two people.
+    """
+    of_foot = f", {foot_words(conflict.foot)}" if conflict.foot else ""
+    said = ", ".join(f"{o.author} says '{_label_words(o)}'" for o in (conflict.earlier, conflict.later))
+    return (
+        f"frames {conflict.start} to {conflict.end - 1}{of_foot}: {said}; "
+        f"the later one, {conflict.later.author}'s, counts"
+    )
+
+
+def _label_words(opinion: Opinion) -> str:
+    return "the force counts" if opinion.label == FORCE_COUNTS else reason_words(opinion.label)
 
 
 def _touches(event: Event, review: TrialReview, mine: str | None, chosen: tuple[int, int] | None) -> bool:

@@ -38,6 +38,7 @@ from annotations.events import (
     Status,
 )
 from annotations.reasons import FORCE_COUNTS, reason_named
+from annotations.runs import true_runs
 from annotations.trial_review import TrialReview
 from annotations.wording import said_by
 
@@ -252,6 +253,18 @@ class ReviewDesk:
             return None
         forces, made_of = replay.forces, fit.provenance if fit else {}
         return left_undecided(self.review, forces.proposals, replay.frames, forces.confidence, made_of)
+
+    @property
+    def stays_out(self) -> list[Stop]:
+        """The frames of `left_out` about which nobody has decided: of a proposal perhaps only a part."""
+        review, replay = self.review, self.place.replay
+        if replay is None:
+            return []
+        judged, found = review.judged(replay.frames, by_files=True), []
+        for p in self.left_out or ():
+            lane = np.asarray(judged.all(axis=1) if p.foot is None else judged[:, review.feet.index(p.foot)])
+            found += [(p.start + a, p.start + b, p.foot) for a, b in true_runs(~lane[p.start : p.end])]
+        return found
 
     @property
     def unsure(self) -> tuple[Proposal, ...]:

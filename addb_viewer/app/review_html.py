@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from addb_viewer.app.feet import foot_words
+from addb_viewer.app.neighbours import conflict_words
 from addb_viewer.app.page import boxed, clickable, swatch
 from addb_viewer.app.palette import Rgb, reason_color
 from addb_viewer.app.proposals import Pending, State
@@ -133,7 +134,8 @@ def ranges_html(review: TrialReview) -> str:
     if not review.decided and not rows and not review.unreadable:
         rows.append("Nobody has decided anything yet; what the last solve left out by itself is hatched.")
     conflicts = "".join(
-        f"<div style='margin-top:.3em'>⚠ {html.escape(str(conflict))}</div>" for conflict in review.conflicts
+        f"<div style='margin-top:.3em'>⚠ {html.escape(conflict_words(conflict))}</div>"
+        for conflict in review.conflicts
     )
     if not (rows or conflicts):
         rows.append(

@@ -1,5 +1,6 @@
 """Two people at real walks: names, trials, disagreements and solves; and what a terminal does meanwhile."""
 
+import html as pages
 import shutil
 
 import pytest
@@ -94,10 +95,13 @@ def test_both_hear_of_a_disagreement_and_finishing_over_it_asks(app, enter, stor
     paint(zoe, (30, 50), "Flag: force wrong")
     bo.until(lambda: "30–49" in bo.html())
     paint(bo, (40, 60), "Clear: the force counts")
+    said = "Zoë says 'force wrong', Bo says 'the force counts'; the later one, Bo's, counts"
     for browser, other in ((zoe, "Bo"), (bo, "Zoë")):
         browser.until(lambda b=browser, o=other: b.told(f"You and {o} disagree"), "the disagreement")
+        browser.until(lambda b=browser: b.told(said) and said in pages.unescape(b.html()), "its words")
     zoe.press("Finish the trial, go to the next")
     zoe.until(lambda: zoe.asked("Two people disagree about"), "the question")
+    assert pages.unescape(zoe.html()).count(said) == 2, "in the question, and in the list below"
     assert stored().status is Status.IN_WORK
 
 

@@ -89,6 +89,14 @@ def test_finishing_with_undecided_proposals_asks_and_they_stay_left_out(folder, 
         np.testing.assert_array_equal(trial.mask.counts, was.mask.counts, err_msg=trial.capture.name)
 
 
+def test_finishing_names_only_the_frames_that_nobody_has_decided_about(zoe, stored):
+    select(zoe, FIRST[0], FIRST[1] - 2)
+    zoe.press("Clear: the force counts")
+    zoe.until(lambda: stored().cleared)
+    zoe.press("Finish the trial, go to the next")
+    zoe.until(lambda: zoe.asked("leaves out: 23–24 right; 23–75 left. It stays left out."), "the question")
+
+
 def test_one_t_too_many_finishes_nothing_and_u_takes_the_first_one_back(zoe, stored):
     zoe.press("Finish the trial, go to the next")
     zoe.until(lambda: zoe.asked("It stays left out"), "the question")

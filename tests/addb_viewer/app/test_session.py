@@ -214,7 +214,7 @@ def test_edits_of_others_show_by_themselves_with_a_note_where_both_worked(app, e
     browser.until(lambda: flags(stored()))
     with open_log(app.house.rooms[0].subject.folder) as log:  # as the command line does
         log.append("walk", FlagRange(130, 150, "forceDiscrepancy", None), "Bo")
-    browser.until(lambda: browser.told("Bo says 'forceDiscrepancy'"))
+    browser.until(lambda: browser.told("Bo says 'force wrong'"))
     browser.until(lambda: "130–149" in browser.html())
 
 
