@@ -211,10 +211,18 @@ def _on_body(best: Candidate, ranked: list[Candidate], belief: dict[str, float])
     return float(np.sum([belief[c.landmark] for c in ranked if atlas()[c.landmark].body == body]))
 
 
+def _words(label: str) -> int:
+    return min((len(reading.words) for reading in readings(label)), default=0)
+
+
 def _once_each(rows: list[UnderstoodLabel]) -> tuple[UnderstoodLabel, ...]:
-    """Of several labels for one bony landmark, the surest is used."""
+    """Of several labels for one bony landmark, the surest is used; of equally sure ones, the plainest.
+
+    So of a hip centre that was found by moving the hip ("HJC") and one from a regression ("HJC_reg"), the
+    first counts, on both sides alike.
+    """
     owner: dict[str, str] = {}
-    for row in sorted(rows, key=lambda r: -r.confidence):
+    for row in sorted(rows, key=lambda r: (-round(r.confidence, 2), _words(r.label), -r.confidence)):
         if (
             row.landmark is not None
             and row.confidence >= SURE_ENOUGH
@@ -222,7 +230,7 @@ def _once_each(rows: list[UnderstoodLabel]) -> tuple[UnderstoodLabel, ...]:
         ):
             owner.setdefault(row.landmark, row.label)
     return tuple(
-        replace(row, same_as=owner[row.landmark], why=f"{row.why}; {owner[row.landmark]} is surer")
+        replace(row, same_as=owner[row.landmark], why=f"{row.why}; {owner[row.landmark]} is surer or plainer")
         if row.landmark in owner and owner[row.landmark] != row.label
         else row
         for row in rows

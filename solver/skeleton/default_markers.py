@@ -6,7 +6,13 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.skeleton.default_frames import BodyFrames
-from solver.skeleton.segment_tables import BALL_ALONG_FOOT, PELVIC_INCLINATION, Lengths
+from solver.skeleton.segment_tables import (
+    ASIS_SKIN,
+    BALL_ALONG_FOOT,
+    PELVIC_INCLINATION,
+    PSIS_SKIN,
+    Lengths,
+)
 from solver.skeleton.skeleton import Marker, Skeleton
 
 _RADIUS = 0.008  # [m] from the skin to the centre of a usual 14 mm marker, with its base
@@ -59,10 +65,10 @@ def default_markers(skeleton: Skeleton, of: Lengths, frames: BodyFrames) -> tupl
 
 def _pelvis(of: Lengths) -> list[_Place]:
     behind = np.array([-np.cos(PELVIC_INCLINATION), np.sin(PELVIC_INCLINATION), 0.0]) * (
-        of.pelvis_depth + _RADIUS
+        of.pelvis_depth + PSIS_SKIN * of.stature + _RADIUS
     )
     beside = np.array([0.0, 0.0, 0.026 * of.stature])
-    front = np.array([_RADIUS, 0.0, of.pelvis_width / 2])
+    front = np.array([ASIS_SKIN * of.stature + _RADIUS, 0.0, of.pelvis_width / 2])
     return [
         _Place(("{S}ASI", "{S}ASIS", "{S}IAS", "{S}_IAS"), "pelvis", front),
         _Place(("{S}PSI", "{S}PSIS", "{S}IPS"), "pelvis", behind + beside),
