@@ -20,11 +20,11 @@ from solver.dynamics.block_tridiagonal import BlockCholesky
 from solver.dynamics.momentum_terms import MomentumTerms, momentum_terms
 from solver.dynamics.spline_band import REACH, CoefficientBand, from_blocks, in_blocks, nearest_spline
 from solver.dynamics.spline_basis import ORDER, SplineBasis, spline_basis
+from solver.dynamics.terms.pose_pull import pull_precision
 from solver.dynamics.terms.smoothness import jerk_level
 from solver.dynamics.trajectory_prior import TrajectoryPrior, likeliest_smoothness
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.dynamics.windows import Windows
-from solver.kinematics.frame_solver import root_dofs
 from solver.kinematics.motion import Motion
 from solver.settings_field import setting
 from solver.skeleton.forward import ForwardKinematics, marker_jacobian
@@ -120,7 +120,7 @@ def marker_posterior(
         smoothness = noise.smoothness[0]
         track = _Track(skeleton, observed_ground, start, noise, settings)
         c = nearest_spline(basis, start.q)
-        pull = np.where(root_dofs(skeleton), 0.0, settings.pose_std_rad**-2)
+        pull = pull_precision(skeleton, observed_ground, settings)
         prior = TrajectoryPrior(basis, pull, jerk_level(start, settings) ** -2.0)
         for iteration in range(noise.iterations):
             band, gradient = track.linearized(basis, basis.evaluate(c), pull)

@@ -35,7 +35,7 @@ class TrialCost:
         self.terms: tuple[Term, ...] = (
             Markers(self.kinematics, data.observed_ground, motion, settings),
             RootResidual(data, settings, extra),
-            PosePull(skeleton, motion, settings),
+            PosePull(skeleton, data.observed_ground, motion, settings),
             Smoothness(motion, settings),
         )
 

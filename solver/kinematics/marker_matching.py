@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from solver.capture.capture import Markers
 from solver.errors import FitError
+from solver.kinematics.unseen_bodies import untold_dofs
 from solver.skeleton.skeleton import Skeleton
 
 FEWEST_SHARED = 6  # below it a pose is not determined in any useful sense
@@ -103,13 +104,28 @@ def match_markers(
 
 
 def _bare_body_notes(skeleton: Skeleton, match: MarkerMatch) -> tuple[str, ...]:
-    """Segments on which the model has markers, but none that a recording shows."""
+    """Segments that no marker of the recordings tells, and others on which the model alone has markers."""
+    untold = {d for d, u in zip(skeleton.dofs, untold_dofs(match.skeleton(skeleton)), strict=True) if u}
     shared = {marker.body for marker in skeleton.markers if marker.name in match.model}
-    bare = sorted({marker.body for marker in skeleton.markers} - shared)
-    if not bare:
-        return ()
-    listed = ", ".join(skeleton.bodies[body].name for body in bare)
-    return (f"no marker of the recordings is on {listed}: how they move is a guess",)
+    free = [
+        body
+        for body, joint in enumerate(skeleton.joints)
+        if body not in shared and any(a.coordinate in untold for a in joint.axes)
+    ]
+    bare = sorted({marker.body for marker in skeleton.markers} - shared - set(free))
+    notes = []
+    if free:
+        notes.append(
+            f"no marker of the recordings tells {_listed(skeleton, free)}, kept near the neutral pose: how "
+            "they move is a guess"
+        )
+    if bare:
+        notes.append(f"no marker of the recordings is on {_listed(skeleton, bare)}: how they move is a guess")
+    return tuple(notes)
+
+
+def _listed(skeleton: Skeleton, bodies: Sequence[int]) -> str:
+    return ", ".join(skeleton.bodies[body].name for body in bodies)
 
 
 def _pairs(

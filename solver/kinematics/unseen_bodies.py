@@ -40,6 +40,28 @@ def unseen_body_notes(
     return tuple(notes)
 
 
+def untold_dofs(
+    skeleton: Skeleton, observed_ground: Float[np.ndarray, "frames markers 3"] | None = None
+) -> Bool[np.ndarray, " dofs"]:
+    """Degrees of freedom that move no marker: those of joints beyond which none is ever seen.
+
+    Args:
+        skeleton: its markers are those of `observed_ground`, in the same order.
+        observed_ground: NaN where unseen [m]; None: every marker of the skeleton is seen.
+    """
+    markers = skeleton.markers
+    if observed_ground is not None:
+        seen = np.isfinite(observed_ground).all(axis=2).any(axis=0)
+        markers = tuple(m for m, s in zip(markers, seen, strict=True) if s)
+    carries = {marker.body for marker in markers}
+    for body in reversed(range(len(skeleton.bodies))):
+        if body in carries:
+            carries.add(skeleton.joints[body].parent)
+    moving = {a.coordinate for body in carries if body >= 0 for a in skeleton.joints[body].axes}
+    driven = {c.coupled_to for c in skeleton.coordinates if c.name in moving}
+    return np.array([dof not in moving | driven for dof in skeleton.dofs])
+
+
 def _long(unseen: Bool[np.ndarray, " frames"], rate: float) -> tuple[tuple[int, int], ...]:
     """Stretches of some length, and any that is the whole trial."""
     return tuple(

@@ -1,4 +1,4 @@
-"""Pull to the marker fit: dofs that markers barely see would absorb the residual."""
+"""Pull to the marker fit: dofs that markers barely see, or not at all, would absorb the residual."""
 
 import numpy as np
 from jaxtyping import Float
@@ -8,17 +8,39 @@ from solver.dynamics.terms.trial_point import TrialPoint
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.kinematics.frame_solver import root_dofs
 from solver.kinematics.motion import Motion
+from solver.kinematics.unseen_bodies import untold_dofs
 from solver.skeleton.skeleton import Skeleton
 
 
-class PosePull:
-    """Σ_t Σ_j (q_tj − q⁰_tj)²/σ_q², over all dofs but the root's."""
+def pull_precision(
+    skeleton: Skeleton,
+    observed_ground: Float[np.ndarray, "frames markers 3"],
+    settings: TrajectorySettings,
+) -> Float[np.ndarray, " dofs"]:
+    """Of each frame's pull to the marker fit [1/rad²]; none for the root.
 
-    def __init__(self, skeleton: Skeleton, start: Motion, settings: TrajectorySettings) -> None:
+    Args:
+        skeleton: its markers are those observed.
+        observed_ground: NaN where unseen [m].
+        settings: how far dofs may leave the marker fit that markers see, and those that none sees.
+    """
+    untold = untold_dofs(skeleton, observed_ground)
+    std = np.where(untold, settings.untold_std_rad, settings.pose_std_rad)
+    return np.where(root_dofs(skeleton), 0.0, std**-2)
+
+
+class PosePull:
+    """Σ_t Σ_j (q_tj − q⁰_tj)²/σ_j², over all dofs but the root's."""
+
+    def __init__(
+        self,
+        skeleton: Skeleton,
+        observed_ground: Float[np.ndarray, "frames markers 3"],
+        start: Motion,
+        settings: TrajectorySettings,
+    ) -> None:
         self.start_q = start.q
-        self.precision: Float[np.ndarray, " dofs"] = np.where(
-            root_dofs(skeleton), 0.0, settings.pose_std_rad**-2
-        )
+        self.precision = pull_precision(skeleton, observed_ground, settings)
 
     def cost(self, at: TrialPoint) -> float:
         """The sum."""

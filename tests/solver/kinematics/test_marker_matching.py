@@ -78,7 +78,10 @@ def test_segments_without_any_shared_marker_are_named(crane):
     last = max(marker.body for marker in crane.markers)
     names = [marker.name for marker in crane.markers if marker.body != last]
     match = match_markers(crane, [recording(names)])
-    expected = f"no marker of the recordings is on {crane.bodies[last].name}: how they move is a guess"
+    expected = (
+        f"no marker of the recordings tells {crane.bodies[last].name}, kept near the neutral pose: how they "
+        "move is a guess"
+    )
     assert expected in match.notes
     assert expected not in match_markers(crane, [recording(crane.marker_names)]).notes
 

@@ -20,7 +20,7 @@ MAKERS = {
         ForwardKinematics(c.skeleton), c.data.observed_ground, c.data.start, SETTINGS
     ),
     "root residual": lambda c: RootResidual(c.data, SETTINGS),
-    "pose pull": lambda c: PosePull(c.skeleton, c.data.start, SETTINGS),
+    "pose pull": lambda c: PosePull(c.skeleton, c.data.observed_ground, c.data.start, SETTINGS),
     "smoothness": lambda c: Smoothness(c.data.start, SETTINGS),
 }
 BESIDE = 6  # columns of the spline behind the dofs
