@@ -9,8 +9,9 @@ from solver.capture.capture import Markers
 from solver.kinematics.flat_foot import on_flat_feet
 from solver.kinematics.label_reading import read_labels
 from solver.kinematics.marker_matching import LEFT_OUT, MarkerMatch, known_by_name, match_markers
+from solver.kinematics.pelvis_markers import pelvis_notes
 from solver.kinematics.unnamed.settings import NAMING, NamingSettings
-from solver.kinematics.upright_pelvis import on_upright_pelvis
+from solver.kinematics.upright_pelvis import on_upright_pelvis, spines
 from solver.markers.atlas import atlas, landmark_marker
 from solver.markers.label_parts import spelling
 from solver.markers.understanding import UnderstoodLabel
@@ -45,6 +46,7 @@ def on_default_body(
     """
     skeleton, named, notes = _named(generic, recordings, word, settings)
     match = match_markers(skeleton, recordings, named=named, notes=notes)
+    match = replace(match, notes=(*match.notes, *pelvis_notes(skeleton, match, spines(skeleton, match))))
     skeleton = on_flat_feet(skeleton, match, recordings, settings.kinematics)
     return NamedMarkers(on_upright_pelvis(skeleton, match, recordings), match)
 

@@ -10,6 +10,7 @@ from solver.kinematics.bare_model import is_bare
 from solver.kinematics.default_body_naming import NamedMarkers, on_default_body, seen_together
 from solver.kinematics.marker_matching import LEFT_OUT, match_markers
 from solver.kinematics.own_model_naming import in_own_model
+from solver.kinematics.pelvis_markers import pelvis_notes
 from solver.kinematics.unnamed.settings import NAMING, NamingSettings
 from solver.markers.atlas import atlas
 from solver.markers.understanding import understand
@@ -70,7 +71,9 @@ def _named(
         return on_default_body(generic, recordings, word, settings=settings)
     generic, named, notes = in_own_model(generic, recordings, word, settings)
     try:
-        return NamedMarkers(generic, match_markers(generic, recordings, named=named, notes=notes))
+        match = match_markers(generic, recordings, named=named, notes=notes)
+        match = replace(match, notes=(*match.notes, *pelvis_notes(generic, match)))
+        return NamedMarkers(generic, match)
     except FitError as error:
         raise FitError(f"{error} Without any model it is fitted on the default body.") from error
 

@@ -37,8 +37,8 @@ def on_upright_pelvis(skeleton: Skeleton, match: MarkerMatch, recordings: Sequen
         match: which label is which marker.
         recordings: of one subject, y up.
     """
-    spines = _spines(skeleton, match)
-    front, back = _complete(FRONT, spines), _complete(BACK, spines)
+    marked = spines(skeleton, match)
+    front, back = _complete(FRONT, marked), _complete(BACK, marked)
     if not front or not back:
         return skeleton
     place = {marker.name: marker.position_body for marker in skeleton.markers}
@@ -57,7 +57,7 @@ def on_upright_pelvis(skeleton: Skeleton, match: MarkerMatch, recordings: Sequen
     c, s = np.cos(turn), np.sin(turn)
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     middle = (usual_front + usual_back) / 2
-    turned = {name: middle + R @ (place[name] - middle) for name in spines.values()}
+    turned = {name: middle + R @ (place[name] - middle) for name in marked.values()}
     return skeleton.with_markers(
         [replace(m, position_body=turned[m.name]) if m.name in turned else m for m in skeleton.markers]
     )
@@ -91,7 +91,7 @@ def _inclination(
     return np.arctan2(-apart[..., 1], np.hypot(apart[..., 0], apart[..., 2]))
 
 
-def _spines(skeleton: Skeleton, match: MarkerMatch) -> dict[str, str]:
+def spines(skeleton: Skeleton, match: MarkerMatch) -> dict[str, str]:
     """Landmark to marker, of those that the recordings share and that sit at a spine or the sacrum."""
     found = {}
     for names in (*FRONT, *BACK):
@@ -108,9 +108,9 @@ def _spines(skeleton: Skeleton, match: MarkerMatch) -> dict[str, str]:
     return found
 
 
-def _complete(choices: Sequence[Sequence[str]], spines: Mapping[str, str]) -> list[str]:
+def _complete(choices: Sequence[Sequence[str]], marked: Mapping[str, str]) -> list[str]:
     """The markers of the first choice of landmarks that is there as a whole."""
     for names in choices:
-        if all(name in spines for name in names):
-            return [spines[name] for name in names]
+        if all(name in marked for name in names):
+            return [marked[name] for name in names]
     return []

@@ -11,6 +11,25 @@ OTHER_SIDE = {"r": "l", "l": "r"}
 _PIECES = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
 _SEPARATOR = re.compile(r"[-_. |/]")
 _TWIN = re.compile(r"#\d+$")  # the reader's mark of a name that occurs twice
+# What plainly names a pelvic spine or the sacrum, whatever else is said ("Pelvis_RASIS", "hip.l.PSI") ...
+_SPINES = frozenset(("asis", "asi", "psis", "psi", "sacrum", "sacral", "sacr"))
+_IN_THE_MIDLINE = frozenset(("sacrum", "sacral", "sacr"))
+# ... unless that makes it another point than the spine itself
+_ANOTHER_POINT = frozenset(
+    (
+        "mid",
+        "middle",
+        "mean",
+        "between",
+        "virtual",
+        "offset",
+        "proj",
+        "projection",
+        "centre",
+        "center",
+        "wand",
+    )
+)
 ON_BOTH_SIDES = 0.25  # of the labels; so many with a twin, and a shared beginning is no side
 SURE, INSIDE, GLUED_BEHIND, TWIN, NO_TWIN = 1.0, 0.9, 0.6, 0.3, 0.8
 
@@ -41,7 +60,8 @@ def readings(label: str) -> list[Reading]:
     words = tuple(piece.lower() for piece in _PIECES.findall(bare))
     if not words:
         return []
-    found = {Reading(None, words, ease)} | {Reading(r.side, r.words, r.ease * ease) for r in _sided(words)}
+    sided = (*_sided(words), *_spine(words))
+    found = {Reading(None, words, ease)} | {Reading(r.side, r.words, r.ease * ease) for r in sided}
     best: dict[tuple[str | None, str], Reading] = {}
     for reading in found:
         known = best.get((reading.side, reading.key))
@@ -64,6 +84,27 @@ def _sided(words: tuple[str, ...]) -> Iterator[Reading]:
     for full, side in (("right", "r"), ("left", "l"), ("r", "r"), ("l", "l")):
         if words[end].endswith(full) and len(words[end]) > len(full) + 1:
             yield Reading(side, (*words[:end], words[end][: -len(full)], *words[end + 1 :]), GLUED_BEHIND)
+
+
+def _spine(words: tuple[str, ...]) -> Iterator[Reading]:
+    """The one spine of the pelvis that a label of several words names, with its side, or the sacrum."""
+    if len(words) == 1 or _ANOTHER_POINT & set(words):
+        return
+    named = [
+        (side, word[len(glued) :])
+        for word in words
+        for glued, side in (("", None), ("right", "r"), ("left", "l"), ("r", "r"), ("l", "l"))
+        if word.startswith(glued) and word[len(glued) :] in _SPINES
+    ]
+    sides = {side for side, _ in named} | {"r" if w in RIGHT else "l" for w in words if w in RIGHT | LEFT}
+    sides.discard(None)
+    if len(named) != 1 or len(sides) > 1:
+        return
+    stem = named[0][1]
+    if stem in _IN_THE_MIDLINE and not sides:
+        yield Reading(None, (stem,), INSIDE)
+    elif stem not in _IN_THE_MIDLINE and sides:
+        yield Reading(sides.pop(), (stem,), INSIDE)
 
 
 def without_common_start(labels: tuple[str, ...]) -> dict[str, str]:
