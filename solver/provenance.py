@@ -18,7 +18,9 @@ _EXTENSION = "sha256 of the accepted extension"
 _FILE = "sha256 "
 _RANGES = "ranges of "
 _SAID = "said of "
+_FILES = "files of "
 _DESCRIPTION = ("mass_kg", "height_m", "sex", "age_years", "foot_bodies", "model_is")
+_SHARED = ("model", "static")  # files that every trial of the subject is read with
 
 
 def provenance_of(
@@ -27,7 +29,7 @@ def provenance_of(
     reviews: Mapping[str, ForceReview] | None = None,
     extension: Extension | None = None,
 ) -> dict[str, str]:
-    """Versions, the subject's description, and the SHA-256 of all that a fit of these trials reads.
+    """Versions, the description, which file is what, and the SHA-256 of all that a fit of the trials reads.
 
     Args:
         subject: the opened folder.
@@ -37,10 +39,9 @@ def provenance_of(
     """
     made_with = {name: _version(name) for name in _PACKAGES}
     described = {name: str(getattr(subject, name)) for name in _DESCRIPTION}
-    hashes = {
-        f"{_FILE}{Path(os.path.relpath(path, subject.folder)).as_posix()}": _sha256(path)
-        for path in _inputs(subject, trials)
-    }
+    shared = {name: _places(subject, getattr(subject, name)) for name in _SHARED}
+    files = {f"{_FILES}{t.name}": _places(subject, t.markers, t.forces) for t in trials}
+    hashes = {f"{_FILE}{_places(subject, path)}": _sha256(path) for path in _inputs(subject, trials)}
     reviewed = {
         f"{_REVIEW}{trial.name}": _sha256_of(reviews[trial.name])
         for trial in trials
@@ -50,7 +51,8 @@ def provenance_of(
     ranges = {f"{_RANGES}{trial.name}": str(trial.ranges) for trial in trials if trial.ranges}
     extended = {_EXTENSION: extension.fingerprint} if extension else {}
     versions = {"python": platform.python_version(), **made_with}
-    return {**versions, **described, **hashes, **said, **ranges, **reviewed, **extended}
+    roles = {**shared, **files}
+    return {**versions, **described, **roles, **hashes, **said, **ranges, **reviewed, **extended}
 
 
 def other_recordings(one: Mapping[str, str], other: Mapping[str, str]) -> list[str]:
@@ -60,7 +62,10 @@ def other_recordings(one: Mapping[str, str], other: Mapping[str, str]) -> list[s
         name
         for name in one
         if name in other
-        and (name in _DESCRIPTION or (name.startswith(_FILE) and not name.startswith(decided)))
+        and (
+            name in (*_DESCRIPTION, *_SHARED)
+            or (name.startswith((_FILE, _FILES, _SAID, _RANGES)) and not name.startswith(decided))
+        )
     ]
     return [name.removeprefix(_FILE) for name in both if one[name] != other[name]]
 
@@ -83,6 +88,12 @@ def _words(trial: TrialFiles) -> str:
     ]
     axes = [f"{key} {word}" for key, word in (("up", trial.up), ("moments", trial.moments)) if word]
     return "; ".join([*axes, *plates])
+
+
+def _places(subject: Subject, *paths: Path | None) -> str:
+    """Where files lie, as seen from the subject's folder."""
+    given = [Path(os.path.relpath(path, subject.folder)).as_posix() for path in paths if path is not None]
+    return ", ".join(given) or "none"
 
 
 def _inputs(subject: Subject, trials: Sequence[TrialFiles]) -> Iterable[Path]:

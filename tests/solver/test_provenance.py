@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from solver.capture.capture import Subject, TrialFiles
-from solver.provenance import provenance_of, without_reviews
+from solver.provenance import other_recordings, provenance_of, without_reviews
 from tests.flagged import flagged
 
 
@@ -53,6 +53,19 @@ def test_the_description_counts(subject):
     record = provenance_of(subject, subject.trials)
     assert provenance_of(replace(subject, mass_kg=71.0), subject.trials) != record
     assert provenance_of(replace(subject, foot_bodies=("foot_r",)), subject.trials) != record
+
+
+def test_which_files_are_a_trial_or_the_static_one_counts(subject):
+    walk, run = subject.trials
+    exchanged = (replace(walk, forces=run.forces), replace(run, forces=walk.forces))
+    known = provenance_of(subject, subject.trials)
+    renamed = provenance_of(subject, (replace(walk, name="stroll"), run))
+    other_forces = provenance_of(subject, exchanged)
+    standing = provenance_of(replace(subject, static=run.markers), subject.trials)
+    records = [known, renamed, other_forces, standing]
+    assert all(one != other for k, one in enumerate(records) for other in records[:k])
+    assert other_recordings(known, other_forces) == ["files of walk", "files of run"]
+    assert other_recordings(known, standing) == ["static"]
 
 
 def test_a_moved_folder_is_the_same_subject(subject, tmp_path):
