@@ -15,10 +15,11 @@ from solver.capture.edge_zeros import EdgeZeroSettings
 from solver.capture.force_platform import ForcePlatformSettings
 from solver.capture.force_settings import ConditioningSettings, ForceTableSettings
 from solver.capture.length_units import LengthUnitSettings
+from solver.capture.loads_under_feet import UnderFeetSettings
 from solver.capture.marker_cleaning import MarkerCleaningSettings
 from solver.capture.plate_sign_settings import PlateSignSettings
 from solver.capture.platform_wrench import PlatformUnitSettings
-from solver.capture.reading_settings import PairingSettings, ReadingSettings
+from solver.capture.reading_settings import ForceFileSettings, PairingSettings, ReadingSettings
 from solver.capture.small_files import BrokenFileError, toml_tables
 from solver.capture.trajectory_joining import JoiningSettings
 from solver.contact.detection_settings import DetectionSettings
@@ -51,6 +52,8 @@ class Settings:
     edge_zeros: EdgeZeroSettings = field(default_factory=EdgeZeroSettings)
     plate_signs: PlateSignSettings = field(default_factory=PlateSignSettings)
     pairing: PairingSettings = field(default_factory=PairingSettings)
+    under_feet: UnderFeetSettings = field(default_factory=UnderFeetSettings)
+    force_files: ForceFileSettings = field(default_factory=ForceFileSettings)
     label_repair: LabelRepairSettings = field(default_factory=LabelRepairSettings)
     unnamed: UnnamedSettings = field(default_factory=UnnamedSettings)
     kinematics: KinematicsSettings = field(default_factory=KinematicsSettings)

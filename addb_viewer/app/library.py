@@ -10,7 +10,7 @@ from typing import Any
 import trimesh
 
 from addb_viewer.app.replay import Person, Replay, fitted_replay, unfitted_replay
-from addb_viewer.app.root_folder import check_recorded
+from addb_viewer.app.root_folder import check_recorded, reading_of
 from solver.capture.capture import Capture, Subject, UnusedFile
 from solver.capture.subject import open_subject
 from solver.capture.trial import read_trial
@@ -138,4 +138,4 @@ def open_library(subject_folder: Path, results: Path | None = None) -> Library:
         CaptureError: the folder is no subject's.
         ResultsError: there is half a fit, or one of another version.
     """
-    return library_of(open_subject(subject_folder), results)
+    return library_of(open_subject(subject_folder, reading_of(subject_folder)), results)

@@ -5,9 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from solver.capture.capture import Subject
+from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.subject import open_subject, subjects_in
-from solver.errors import CaptureError
+from solver.errors import CaptureError, SettingsError
 from solver.fit import Fit
+from solver.settings import settings_for
 
 
 class OutsideError(CaptureError):
@@ -32,7 +34,7 @@ class RootFolder:
         if name not in self.names:
             raise OutsideError(f"{self.path}: has no subject '{name}'")
         check_links(self.path, self.path / name)
-        subject = open_subject(self.path / name)
+        subject = open_subject(self.path / name, reading_of(self.path / name))
         check_inside(self.path, subject)
         return subject
 
@@ -46,7 +48,9 @@ def open_root(folder: Path) -> RootFolder:
     if not folder.is_dir():
         raise CaptureError(f"{folder}: no such folder; give a subject's folder, or one that holds several")
     path = folder.resolve()
-    subjects, left_out = subjects_in(path, may_be_read=lambda place: check_links(path, place))
+    subjects, left_out = subjects_in(
+        path, may_be_read=lambda place: check_links(path, place), settings_of=reading_of
+    )
     names, notes = [], list(left_out)
     for subject in subjects:
         name = subject.folder.relative_to(path).as_posix()
@@ -61,6 +65,14 @@ def open_root(folder: Path) -> RootFolder:
     if not names:
         raise OutsideError(f"{path}: no subject in it whose files lie inside. {' '.join(notes)}")
     return RootFolder(path, tuple(names), tuple(notes))
+
+
+def reading_of(subject_folder: Path) -> ReadingSettings:
+    """How a subject's files are read; by the defaults where its settings.toml is not valid."""
+    try:
+        return settings_for(subject_folder).reading
+    except SettingsError:
+        return READING
 
 
 def check_links(root: Path, folder: Path) -> None:

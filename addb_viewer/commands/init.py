@@ -17,6 +17,7 @@ from solver.capture.subject_layout import DESCRIBED_BY_HAND
 from solver.capture.subject_toml_writing import described_as_toml
 from solver.errors import CaptureError
 from solver.markers.people import people_notes
+from solver.settings import settings_for
 
 Folder = Annotated[
     Path, typer.Argument(metavar="FOLDER", help="Folder of the recordings, or of several subjects.")
@@ -35,9 +36,9 @@ def init(folder: Folder, recursive: Recursive = False, debug: Debug = False) -> 
         check_folder(folder)
         if not recursive:
             _refuse_existing(folder)
-            _describe(open_subject(folder))
+            _describe(open_subject(folder, settings_for(folder).reading))
             return
-        subjects, notes = subjects_in(folder)
+        subjects, notes = subjects_in(folder, settings_of=lambda place: settings_for(place).reading)
         for subject in subjects:
             if _file(subject.folder).exists():
                 typer.echo(f"{_file(subject.folder)}: there already; left as it is")

@@ -63,8 +63,8 @@ def markers(
         raise typer.BadParameter(f"no folder {json.parent} to write into", param_hint="--json")
     with errors_as_lines(debug):
         check_folder(subject)
-        who = open_subject(subject)
         chosen = settings_for(subject, settings)
+        who = open_subject(subject, chosen.reading)
         recordings = _recordings(who, chosen)
         model = None if who.model is None else load_skeleton(who.model)
         on_model = None if model is None or is_bare(model) else own_names(model, recordings)

@@ -64,7 +64,8 @@ def job_for(
         ResultsError: what somebody accepted cannot be read.
     """
     check_folder(folder)
-    subject = open_subject(folder)
+    settings = settings_for(folder, settings_file)
+    subject = open_subject(folder, settings.reading)
     if map_file is not None:
         subject = replace(subject, marker_map=map_file)
     chosen_for(subject)
@@ -78,7 +79,7 @@ def job_for(
         notes = (*notes, *more)
     return Job(
         subject=replace(subject, notes=(*subject.notes, *notes)),
-        settings=settings_for(folder, settings_file),
+        settings=settings,
         trials=tuple(trials) if trials else None,
         results=results,
         reviews=reviews,

@@ -15,6 +15,7 @@ from solver.capture.loose_files import (
     reviews_in,
     trials_among,
 )
+from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.trial_ranges import KEY as RANGES
 from solver.capture.trial_ranges import trial_ranges
 
@@ -52,7 +53,7 @@ def read_subject_json(path: Path) -> Description:
     )
 
 
-def trials_of(folder: Path) -> FoundTrials:
+def trials_of(folder: Path, settings: ReadingSettings = READING) -> FoundTrials:
     """Trials and static trial in SUBJECT/trials/NAME/: markers.trc or .c3d, with grf.mot; else any names."""
     trials: list[TrialFiles] = []
     notes: list[str] = []
@@ -66,7 +67,7 @@ def trials_of(folder: Path) -> FoundTrials:
         by_need = ("markers.trc", "markers.c3d") if forces else ("markers.c3d", "markers.trc")
         markers = next((files[name] for name in by_need if name in files), None)
         if markers is None and not is_static(place.name):
-            found = trials_among(place, [place])
+            found = trials_among(place, [place], settings)
             trials += _named_after(place, found.trials)
             notes += found.notes
             left |= found.left

@@ -12,24 +12,13 @@ from solver.capture.c3d import read_c3d
 from solver.capture.force_columns import find_plates, turned
 from solver.capture.loads_under_feet import NOTHING, Evidence, Feet, Loads, evidence, feet_of, loads_of
 from solver.capture.moment_convention import plates_from_storage
+from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.storage import read_storage
 from solver.capture.trc import read_trc
 from solver.capture.trial_names import Relation, relation
 from solver.errors import CaptureError
 
-NAMED = {  # [log odds] what the names alone say, before a look into the files
-    Relation.SAME: 4.0,  # files of a trial are named alike; now and then one lies in a wrong folder
-    Relation.PART: 1.0,
-    Relation.UNRELATED: 0.0,
-    Relation.SIBLINGS: -3.0,  # walk1 and walk2
-}
-SAME_SPAN = 1.5  # [log odds] both begin and end together, as no other markers of the folder do
-SPAN_FRAMES = 1.5  # of the markers, that beginnings and ends may differ by
-TAKEN = 2.0  # [log odds] 7 to 1; a wrong pair is worse than a missing one
-LEAD = 2.0  # [log odds] over the next that comes into question
-LEAST_OVERLAP = 0.5  # of the shorter of the two recordings
 LITTLE = 0.5  # [log odds] not worth a word
-APART = 0.1  # of the shorter of two marker recordings: below it they are parts of one longer recording
 
 
 @dataclass(frozen=True)
@@ -49,27 +38,38 @@ class _Candidate:
     why: str
 
 
-def pair_forces(folder: Path, markers: Sequence[Path], tables: Sequence[Path]) -> Paired:
+@dataclass(frozen=True)
+class _Folder:
+    """What pairs of a folder's files are weighed with."""
+
+    path: Path
+    spans: Mapping[Path, tuple[float, float] | None]  # [s] first and last time of each marker file
+    settings: ReadingSettings
+
+
+def pair_forces(
+    folder: Path, markers: Sequence[Path], tables: Sequence[Path], settings: ReadingSettings = READING
+) -> Paired:
     """Give force tables to markers where one of them is clearly the partner.
 
     Args:
         folder: of the subject; names are compared as seen from there.
         markers: .trc and .c3d files that have no forces yet.
         tables: .mot and .sto files that hold columns of ground forces.
+        settings: how files are read, what counts as a load under a foot, and as a clear pair.
     """
-    spans = {path: _span(path) for path in markers}
+    among = _Folder(folder, {path: _span(path, settings) for path in markers}, settings)
     candidates, left = [], {}
     for table in tables:
-        loads = _loads(table, _stamp(table))
+        loads = _loads(table, _stamp(table), settings)
         if isinstance(loads, str):
             left[table] = loads
             continue
         candidates += [
-            _weighed(folder, path, table, loads, list(spans.values()))
-            for path in markers
-            if not holds_forces(path)
+            _weighed(among, path, table, loads) for path in markers if not holds_forces(path, settings)
         ]
-    taken = [c for c in candidates if c.log_odds >= TAKEN and not _rivals(c, candidates, spans)]
+    least = settings.force_files.taken
+    taken = [c for c in candidates if c.log_odds >= least and not _rivals(c, candidates, among)]
     notes = tuple(
         f"{c.table.relative_to(folder)}: taken for the forces of {c.markers.relative_to(folder)} ({c.why}); "
         "subject.toml may say else"
@@ -78,31 +78,36 @@ def pair_forces(folder: Path, markers: Sequence[Path], tables: Sequence[Path]) -
     used = {c.table for c in taken}
     for table in tables:
         if table not in used and table not in left:
-            left[table] = _why_left([c for c in candidates if c.table == table], candidates, spans)
+            left[table] = _why_left([c for c in candidates if c.table == table], candidates, among)
     return Paired({c.markers: c.table for c in taken}, notes, left)
 
 
-def _weighed(
-    folder: Path, markers: Path, table: Path, loads: Loads, spans: Sequence[tuple[float, float] | None]
-) -> _Candidate:
-    named = relation(markers.relative_to(folder), table.relative_to(folder))
-    feet = _feet(markers, _stamp(markers))
+def _weighed(among: _Folder, markers: Path, table: Path, loads: Loads) -> _Candidate:
+    settings, odds = among.settings, among.settings.force_files
+    named = relation(markers.relative_to(among.path), table.relative_to(among.path))
+    feet = _feet(markers, _stamp(markers), settings)
     if feet is None:
         return _Candidate(markers, table, -np.inf, f"{markers.name} cannot be read")
     first, last = float(feet.times[0]), float(feet.times[-1])
     shorter = max(1e-9, min(last - first, loads.end - loads.start))
-    if min(last, loads.end) - max(first, loads.start) < LEAST_OVERLAP * shorter:
+    if min(last, loads.end) - max(first, loads.start) < odds.least_overlap * shorter:
         times = f"{loads.start:g} to {loads.end:g} s, the markers of {markers.name} {first:g} to {last:g} s"
         return _Candidate(markers, table, -np.inf, f"recorded at other times: {times}")
-    found = _evidence(markers, _stamp(markers), table, _stamp(table))
-    slack = SPAN_FRAMES / feet.rate
+    found = _evidence(markers, _stamp(markers), table, _stamp(table), settings)
+    slack = odds.span_frames / feet.rate
 
     def together(span: tuple[float, float] | None) -> bool:
         return span is not None and max(abs(span[0] - loads.start), abs(span[1] - loads.end)) <= slack
 
-    alone = together((first, last)) and sum(map(together, spans)) == 1
+    alone = together((first, last)) and sum(map(together, among.spans.values())) == 1
     said = f"{named.value}; {_told(markers, found)}"
-    return _Candidate(markers, table, NAMED[named] + found.log_odds + SAME_SPAN * alone, said)
+    of_names = {
+        Relation.SAME: odds.named_alike,
+        Relation.PART: odds.named_in_part,
+        Relation.UNRELATED: 0.0,
+        Relation.SIBLINGS: odds.named_siblings,
+    }[named]
+    return _Candidate(markers, table, of_names + found.log_odds + odds.same_span * alone, said)
 
 
 def _told(markers: Path, found: Evidence) -> str:
@@ -115,39 +120,34 @@ def _told(markers: Path, found: Evidence) -> str:
     return f"{lies}, {odds} {'for' if found.log_odds > 0 else 'against'} one recording"
 
 
-def _rivals(
-    one: _Candidate, candidates: Sequence[_Candidate], spans: Mapping[Path, tuple[float, float] | None]
-) -> list[_Candidate]:
+def _rivals(one: _Candidate, candidates: Sequence[_Candidate], among: _Folder) -> list[_Candidate]:
     """What comes into question as much: another table, or markers of the same moment for the same table."""
+    settings, spans = among.settings.force_files, among.spans
     return [
         c
         for c in candidates
         if c is not one
-        and c.log_odds > max(0.0, one.log_odds - LEAD)
+        and c.log_odds > max(0.0, one.log_odds - settings.lead)
         and (
             c.markers == one.markers
-            or (c.table == one.table and _same_moment(spans[c.markers], spans[one.markers]))
+            or (c.table == one.table and _same_moment(spans[c.markers], spans[one.markers], settings.apart))
         )
     ]
 
 
-def _same_moment(one: tuple[float, float] | None, other: tuple[float, float] | None) -> bool:
+def _same_moment(one: tuple[float, float] | None, other: tuple[float, float] | None, apart: float) -> bool:
     if one is None or other is None:
         return True
     shorter = max(1e-9, min(one[1] - one[0], other[1] - other[0]))
-    return min(one[1], other[1]) - max(one[0], other[0]) > APART * shorter
+    return min(one[1], other[1]) - max(one[0], other[0]) > apart * shorter
 
 
-def _why_left(
-    own: Sequence[_Candidate],
-    candidates: Sequence[_Candidate],
-    spans: Mapping[Path, tuple[float, float] | None],
-) -> str:
+def _why_left(own: Sequence[_Candidate], candidates: Sequence[_Candidate], among: _Folder) -> str:
     if not own:
         return "forces, but every trial has its own, by name or in its own file"
     best = max(own, key=lambda c: c.log_odds)
-    rivals = _rivals(best, candidates, spans)
-    if best.log_odds >= TAKEN and rivals:
+    rivals = _rivals(best, candidates, among)
+    if best.log_odds >= among.settings.force_files.taken and rivals:
         others = ", ".join(
             dict.fromkeys((c.table if c.table != best.table else c.markers).name for c in rivals)
         )
@@ -161,53 +161,61 @@ def _stamp(path: Path) -> tuple[int, int]:
     return status.st_mtime_ns, status.st_size
 
 
-def _span(path: Path) -> tuple[float, float] | None:
-    feet = _feet(path, _stamp(path))
+def _span(path: Path, settings: ReadingSettings) -> tuple[float, float] | None:
+    feet = _feet(path, _stamp(path), settings)
     return None if feet is None else (float(feet.times[0]), float(feet.times[-1]))
 
 
 @lru_cache(maxsize=4096)
-def _evidence(markers: Path, _: tuple[int, int], table: Path, __: tuple[int, int]) -> Evidence:
+def _evidence(
+    markers: Path, _: tuple[int, int], table: Path, __: tuple[int, int], settings: ReadingSettings
+) -> Evidence:
     """Weighed again when the stamp of a file has changed."""
-    feet, loads = _feet(markers, _stamp(markers)), _loads(table, _stamp(table))
-    return NOTHING if feet is None or isinstance(loads, str) else evidence(feet, loads)
+    feet = _feet(markers, _stamp(markers), settings)
+    loads = _loads(table, _stamp(table), settings)
+    if feet is None or isinstance(loads, str):
+        return NOTHING
+    return evidence(feet, loads, settings.under_feet)
 
 
 @lru_cache(maxsize=64)
-def _feet(path: Path, stamp: tuple[int, int]) -> Feet | None:
+def _feet(path: Path, stamp: tuple[int, int], settings: ReadingSettings) -> Feet | None:
     """The low markers of a file; None where it cannot be read."""
     try:
         if path.suffix.lower() == ".c3d":
-            c3d = read_c3d(path)
-            return feet_of(markers_y_up(c3d.markers, c3d.up))
-        markers = read_trc(path).markers
-        return feet_of(markers_y_up(markers, vertical_axis(markers, default="y")))
+            c3d = read_c3d(path, None, settings)
+            return feet_of(markers_y_up(c3d.markers, c3d.up), settings.under_feet)
+        markers = read_trc(path, settings).markers
+        up = vertical_axis(markers, default="y", settings=settings.axes)
+        return feet_of(markers_y_up(markers, up), settings.under_feet)
     except CaptureError:
         return None
 
 
 @lru_cache(maxsize=256)
-def _own_forces(path: Path, stamp: tuple[int, int]) -> bool:
+def _own_forces(path: Path, stamp: tuple[int, int], settings: ReadingSettings) -> bool:
     try:
-        return loads_of(read_c3d(path).plates) is not None
+        return loads_of(read_c3d(path, None, settings).plates, settings.under_feet) is not None
     except CaptureError:
         return False
 
 
-def holds_forces(path: Path) -> bool:
+def holds_forces(path: Path, settings: ReadingSettings = READING) -> bool:
     """Whether a C3D file brings loads of its own."""
-    return path.suffix.lower() == ".c3d" and _own_forces(path, _stamp(path))
+    return path.suffix.lower() == ".c3d" and _own_forces(path, _stamp(path), settings)
 
 
 @lru_cache(maxsize=256)
-def _loads(path: Path, stamp: tuple[int, int]) -> Loads | str:
+def _loads(path: Path, stamp: tuple[int, int], settings: ReadingSettings) -> Loads | str:
     """The loads of a table, or why there are none."""
     try:
         storage = read_storage(path)
         forces = [storage.values[:, list(plate.force)] for plate in find_plates(storage)[0]]
-        up = vertical_axis(None, forces, default="y")
-        plates, _ = plates_from_storage(turned(storage, up.R_ground_lab))
+        up = vertical_axis(None, forces, default="y", settings=settings.axes)
+        plates, _ = plates_from_storage(
+            turned(storage, up.R_ground_lab), settings=settings.force_tables, clock_settings=settings.clock
+        )
     except CaptureError as error:
         return f"forces that cannot be read: {error}"
-    loads = loads_of(plates)
+    loads = loads_of(plates, settings.under_feet)
     return "force columns in which nothing is ever loaded" if loads is None else loads

@@ -10,6 +10,7 @@ such plates, and forces of another moment, for which the loads are moved along t
 where they are fit at every moment; then nothing is told.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -48,8 +49,12 @@ class UnderFeetSettings:
         0.30, unit="m", why="how far off forces of any other trial are: half a stride"
     )
     sparse_m: float = setting(0.06, unit="m", why="feet with two markers may miss their loads by so much")
-    sparse_log_odds: float = setting(-1.5, unit="", why="then misses are one fault that repeats, not many")
-    contradiction: float = setting(-5.0, unit="", why="log odds, 1 to 150; right pairs stay above -3")
+    sparse_log_odds: float = setting(
+        -1.5, unit="", least=-math.inf, why="then misses are one fault that repeats, not many"
+    )
+    contradiction: float = setting(
+        -5.0, unit="", least=-math.inf, why="log odds, 1 to 150; right pairs stay above -3"
+    )
     piece_s: float = setting(0.6, unit="s", why="a step; a longer load, standing or on one plate, is several")
     worth: float = setting(2.0, unit="", why="independent samples a step: where the foot is, and when")
     samples: int = setting(400, unit="samples", why="more tell nothing new")

@@ -11,6 +11,7 @@ from solver.capture.c3d_header import SIGNATURE
 from solver.capture.capture import TrialFiles
 from solver.capture.force_columns import find_plates
 from solver.capture.force_pairing import holds_forces, pair_forces
+from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.same_motion import how_they_differ, twins_among
 from solver.capture.storage import read_columns
 from solver.capture.trial_names import name_tokens
@@ -75,12 +76,13 @@ def is_static_file(path: Path, folder: Path) -> bool:
     return is_static(path.stem) or (path.parent != folder and is_static(path.parent.name))
 
 
-def trials_among(folder: Path, places: Sequence[Path]) -> FoundTrials:
+def trials_among(folder: Path, places: Sequence[Path], settings: ReadingSettings = READING) -> FoundTrials:
     """Trials and static trial among the files of a subject's folders.
 
     Args:
         folder: of the subject.
         places: it, and those below it that are the subject's.
+        settings: which force tables are taken for whose.
     """
     files = [path for place in places for path in files_in(place)]
     inside = {path for path in files if not leads_out(path, folder)}
@@ -95,6 +97,7 @@ def trials_among(folder: Path, places: Sequence[Path]) -> FoundTrials:
         folder,
         [p for p in moving if p in inside and p not in claimed and p not in twins.values()],
         [p for p in tables if p not in claimed.values()],
+        settings,
     )
     forces = {**claimed, **paired.forces}
     left = dict(paired.left)
@@ -109,7 +112,7 @@ def trials_among(folder: Path, places: Sequence[Path]) -> FoundTrials:
         elif recording is not None and markers not in forces:
             left[markers] = f"the same motion as {recording.name}, which is read"
             notes += (f"{markers.name}: left out, the trial is read from {recording.name}",)
-        elif markers in forces and markers in inside and holds_forces(markers):
+        elif markers in forces and markers in inside and holds_forces(markers, settings):
             reason = f"{markers.name} holds its own forces; a subject.toml may say else"
             left[forces[markers]] = reason
             notes += (f"{forces[markers].name}: left out, {reason}",)

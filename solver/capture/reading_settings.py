@@ -1,5 +1,6 @@
 """What reading a trial's files obeys, part by part; each part is a table of settings.toml."""
 
+import math
 from dataclasses import dataclass, field
 
 from solver.capture.axes import AxesSettings
@@ -8,6 +9,7 @@ from solver.capture.edge_zeros import EdgeZeroSettings
 from solver.capture.force_platform import ForcePlatformSettings
 from solver.capture.force_settings import ConditioningSettings, ForceTableSettings
 from solver.capture.length_units import LengthUnitSettings
+from solver.capture.loads_under_feet import UnderFeetSettings
 from solver.capture.marker_cleaning import MarkerCleaningSettings
 from solver.capture.plate_sign_settings import PlateSignSettings
 from solver.capture.platform_wrench import PlatformUnitSettings
@@ -35,6 +37,36 @@ class PairingSettings:
 
 
 @dataclass(frozen=True)
+class ForceFileSettings:
+    """Which force table is taken for the forces of which markers: log odds, base e, that add up."""
+
+    named_alike: float = setting(
+        4.0, unit="", why="55 to 1: files of a trial are named alike; now and then one lies in a wrong folder"
+    )
+    named_in_part: float = setting(1.0, unit="", why="walk_kine and walk_1_grf: a hint, no more")
+    named_siblings: float = setting(
+        -3.0, unit="", least=-math.inf, why="walk1 and walk2 are two trials, 20 to 1"
+    )
+    same_span: float = setting(
+        1.5, unit="", why="both begin and end together, as no other markers of the folder do"
+    )
+    span_frames: float = setting(
+        1.5, unit="frames", why="of the markers, that beginnings and ends may differ by"
+    )
+    taken: float = setting(2.0, unit="", why="7 to 1 in all; a wrong pair is worse than a missing one")
+    lead: float = setting(2.0, unit="", why="over the next that comes into question, likewise")
+    least_overlap: float = setting(
+        0.5, unit="", below=1.0, why="of the shorter of the two recordings; less is another moment"
+    )
+    apart: float = setting(
+        0.1,
+        unit="",
+        below=1.0,
+        why="two marker files that share less than this of the shorter are parts of one longer recording",
+    )
+
+
+@dataclass(frozen=True)
 class ReadingSettings:
     """How files become markers and plates."""
 
@@ -49,6 +81,8 @@ class ReadingSettings:
     edge_zeros: EdgeZeroSettings = field(default_factory=EdgeZeroSettings)
     plate_signs: PlateSignSettings = field(default_factory=PlateSignSettings)
     pairing: PairingSettings = field(default_factory=PairingSettings)
+    under_feet: UnderFeetSettings = field(default_factory=UnderFeetSettings)
+    force_files: ForceFileSettings = field(default_factory=ForceFileSettings)
     conditioning: ConditioningSettings = field(default_factory=ConditioningSettings)
 
 

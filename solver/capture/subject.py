@@ -8,6 +8,7 @@ from solver.capture.addbiomechanics_folder import read_subject_json, trials_of
 from solver.capture.capture import Subject
 from solver.capture.description import Description
 from solver.capture.loose_files import FoundTrials, files_in, find_models, is_recording, trials_among
+from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.subject_layout import (
     DEEPEST,
     DESCRIBED_BY_HAND,
@@ -25,12 +26,16 @@ LISTED = 5  # folders in a message
 MARKER_MAP = "markers.toml"  # in the subject's folder: what its labels mean
 
 
-def open_subject(folder: Path) -> Subject:
+def open_subject(folder: Path, settings: ReadingSettings = READING) -> Subject:
     """Find out who was recorded, with which model, in which trials. Files are read where names do not say.
 
     A subject.toml says it all; _subject.json fills in what it leaves out; where neither names trials, they
     are looked for in trials/NAME/, else among the files of the folder and of those below it that are the
     subject's. What is not used is listed.
+
+    Args:
+        folder: of the subject.
+        settings: which force tables are taken for whose, where only the contents tell.
 
     Raises:
         CaptureError: no such folder, no trial in it, or a description that is broken or names missing files.
@@ -48,7 +53,7 @@ def open_subject(folder: Path) -> Subject:
             described = described.or_else(read_subject_json(uploaded))
         layout, found = Layout((folder,), {}), FoundTrials((), None, (), {})
         if described.trials is None:
-            layout, found = _found(folder)
+            layout, found = _found(folder, settings)
             described = described.or_else(
                 Description(
                     trials=found.trials or None, static=found.static, notes=layout.notes + found.notes
@@ -85,7 +90,10 @@ def open_subject(folder: Path) -> Subject:
 
 
 def subjects_in(
-    folder: Path, deepest: int = DEEPEST, may_be_read: Callable[[Path], None] | None = None
+    folder: Path,
+    deepest: int = DEEPEST,
+    may_be_read: Callable[[Path], None] | None = None,
+    settings_of: Callable[[Path], ReadingSettings] = lambda _: READING,
 ) -> tuple[tuple[Subject, ...], tuple[str, ...]]:
     """The subjects of a folder: itself, if it is one, else those below it; and why others are left out.
 
@@ -93,6 +101,7 @@ def subjects_in(
         folder: to look into.
         deepest: folders below it that are looked into.
         may_be_read: raises CaptureError of a folder of which no file may be read; asked before any is.
+        settings_of: what a subject's folder says of how its files are read.
 
     Raises:
         CaptureError: no such folder, or neither it nor any folder below is a subject's.
@@ -102,7 +111,7 @@ def subjects_in(
         if may_be_read is not None and folder.is_dir():
             may_be_read(folder)
         is_allowed = True
-        return (open_subject(folder),), ()
+        return (open_subject(folder, settings_of(folder)),), ()
     except CaptureError as error:
         described = not folder.is_dir() or any((folder / name).is_file() for name in DESCRIPTIONS)
         if described or (not is_allowed and _holds_trials(folder)):
@@ -113,11 +122,11 @@ def subjects_in(
     for place in folders_below(folder, 1):
         try:
             if deepest > 1:
-                subjects, more = subjects_in(place, deepest - 1, may_be_read)
+                subjects, more = subjects_in(place, deepest - 1, may_be_read, settings_of)
             else:
                 if may_be_read is not None:
                     may_be_read(place)
-                subjects, more = (open_subject(place),), ()
+                subjects, more = (open_subject(place, settings_of(place)),), ()
         except CaptureError as error:
             notes.append(f"{place.name} is left out: {error}")
         else:
@@ -133,13 +142,13 @@ def _holds_trials(folder: Path) -> bool:
     return (folder / "trials").is_dir() or any(map(is_recording, files_in(folder)))
 
 
-def _found(folder: Path) -> tuple[Layout, FoundTrials]:
+def _found(folder: Path, settings: ReadingSettings) -> tuple[Layout, FoundTrials]:
     if (folder / "trials").is_dir():
-        in_trials = trials_of(folder / "trials")
+        in_trials = trials_of(folder / "trials", settings)
         if in_trials.trials:
             return Layout((folder,), {}), in_trials
     layout = layout_of(folder)
-    return layout, trials_among(folder, layout.places)
+    return layout, trials_among(folder, layout.places, settings)
 
 
 def _used(subject: Subject) -> Iterator[Path]:

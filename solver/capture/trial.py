@@ -16,7 +16,7 @@ from solver.capture.c3d import read_c3d, read_c3d_markers
 from solver.capture.capture import Capture, ForcePlate, Markers, TrialFiles
 from solver.capture.edge_zeros import without_edge_zeros
 from solver.capture.force_columns import find_plates, turned
-from solver.capture.loads_under_feet import UNDER_FEET, best_lag_s, feet_of, loads_of, under_feet
+from solver.capture.loads_under_feet import UnderFeetSettings, best_lag_s, feet_of, loads_of, under_feet
 from solver.capture.marker_cleaning import clean_markers
 from solver.capture.moment_convention import plates_from_storage
 from solver.capture.plate_levels import levelled
@@ -72,7 +72,7 @@ def read_trial(
         *(f"{source}: {note}" for note in level_notes),
         *_overlap_notes(recording),
         *_distance_notes(recording, settings),
-        *_contradiction(recording, files),
+        *_contradiction(recording, files, settings.under_feet),
     )
     return Capture(
         name=files.name,
@@ -235,16 +235,16 @@ def _distance_notes(recording: _Recording, settings: ReadingSettings) -> tuple[s
     )
 
 
-def _contradiction(recording: _Recording, files: TrialFiles) -> tuple[str, ...]:
+def _contradiction(recording: _Recording, files: TrialFiles, settings: UnderFeetSettings) -> tuple[str, ...]:
     """Said of a force file whose loads do not lie under the feet that the markers show."""
-    loads = loads_of(recording.plates)
+    loads = loads_of(recording.plates, settings)
     if files.forces is None or loads is None:
         return ()
-    feet = feet_of(recording.markers)
-    found = under_feet(feet, loads)
-    if found.log_odds > UNDER_FEET.contradiction:
+    feet = feet_of(recording.markers, settings)
+    found = under_feet(feet, loads, settings)
+    if found.log_odds > settings.contradiction:
         return ()
-    lag_s = best_lag_s(feet, loads)
+    lag_s = best_lag_s(feet, loads, settings)
     moved = f" They would fit {abs(lag_s):.2f} s {'later' if lag_s > 0 else 'earlier'}." if lag_s else ""
     return (
         f"{files.forces.name}: its loads do NOT lie under the feet of {files.markers.name} (typically "

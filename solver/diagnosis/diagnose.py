@@ -133,4 +133,5 @@ def balance_of(fit: Fit, pairs: SceneAndPosterior, diagnosis: DiagnosisSettings)
 
 def diagnose_subject(folder: Path) -> dict[str, object]:
     """The diagnosis of a folder with its own settings, in the shape of `diagnose --json`."""
-    return as_json(diagnose(open_subject(folder), settings_for(folder)))
+    settings = settings_for(folder)
+    return as_json(diagnose(open_subject(folder, settings.reading), settings))

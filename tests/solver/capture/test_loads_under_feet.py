@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Markers, TrialFiles
-from solver.capture.force_pairing import TAKEN
 from solver.capture.loads_under_feet import (
     UNDER_FEET,
     Feet,
@@ -17,6 +16,7 @@ from solver.capture.loads_under_feet import (
     loads_of,
     under_feet,
 )
+from solver.capture.reading_settings import READING
 from solver.capture.trial import read_trial
 
 GAITS = {
@@ -64,7 +64,7 @@ def test_forces_of_another_stretch_of_the_same_gait_seldom_pass(gait):
             moved = loads.times - later
             kept = (moved >= start) & (moved <= start + half)
             stretch = Loads(moved[kept], loads.centres[kept], loads.steps[kept], start, start + half)
-            passed += evidence(feet, stretch).log_odds >= TAKEN
+            passed += evidence(feet, stretch).log_odds >= READING.force_files.taken
             tried += 1
     assert tried > 80
     assert passed <= 0.02 * tried
