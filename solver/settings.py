@@ -20,7 +20,7 @@ from solver.capture.marker_cleaning import MarkerCleaningSettings
 from solver.capture.plate_sign_settings import PlateSignSettings
 from solver.capture.platform_wrench import PlatformUnitSettings
 from solver.capture.reading_settings import ForceFileSettings, PairingSettings, ReadingSettings
-from solver.capture.small_files import BrokenFileError, toml_tables
+from solver.capture.small_files import BrokenFileError, lies_there, toml_tables
 from solver.capture.trajectory_joining import JoiningSettings
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.settings import ContactSettings
@@ -80,11 +80,17 @@ def settings_for(subject_folder: Path, file: Path | None = None) -> Settings:
     """The settings of a solve: those of `file`, else of the subject's settings.toml, else the defaults.
 
     Raises:
-        SettingsError: the file is no TOML, or a key or value in it is not one of ours.
+        SettingsError: the file is no TOML, or a key or value in it is not one of ours, or what bears its name
+            cannot be read.
     """
     own = subject_folder / FILE_NAME
-    if file is None and not own.is_file():
-        return Settings()
+    try:
+        if file is None and not lies_there(own):
+            return Settings()
+    except BrokenFileError as error:
+        raise SettingsError(f"{own}: {error}") from error
+    except OSError as error:
+        raise SettingsError(f"{own}: cannot be read ({error.strerror}).") from error
     return read_settings(file or own)
 
 

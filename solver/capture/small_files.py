@@ -25,6 +25,26 @@ class BrokenFileError(ValueError):
     """What is wrong with a file and what to do, without its name."""
 
 
+def lies_there(path: Path) -> bool:
+    """Whether a folder holds the file of a name that is read wherever it is found.
+
+    Raises:
+        BrokenFileError: something is there that was meant to be read and is not: a link to nowhere, a folder,
+            a pipe, or the name in another case.
+    """
+    if path.is_file():
+        return True
+    if path.is_symlink():
+        raise BrokenFileError(f"a link to {path.readlink()}, where no file is. Mend the link or remove it.")
+    if path.exists():
+        raise BrokenFileError("no file. Move it away.")
+    if path.parent.is_dir():
+        for other in path.parent.iterdir():
+            if other.name.lower() == path.name.lower():
+                raise BrokenFileError(f"is called {other.name} here, and would not be read. Rename it.")
+    return False
+
+
 def toml_tables(path: Path) -> dict[str, Any]:
     """The tables of a TOML file.
 

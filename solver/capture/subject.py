@@ -9,6 +9,7 @@ from solver.capture.capture import Subject
 from solver.capture.description import Description
 from solver.capture.loose_files import FoundTrials, files_in, find_models, is_recording, trials_among
 from solver.capture.reading_settings import READING, ReadingSettings
+from solver.capture.small_files import BrokenFileError, lies_there
 from solver.capture.subject_layout import (
     DEEPEST,
     DESCRIBED_BY_HAND,
@@ -45,11 +46,14 @@ def open_subject(folder: Path, settings: ReadingSettings = READING) -> Subject:
         mend = f"Give its folder: {folder.parent}." if folder.is_file() else "Check the spelling of the path."
         raise CaptureError(f"{folder}: no folder of that name. {mend}")
     described = Description()
-    by_hand, uploaded = folder / DESCRIBED_BY_HAND, folder / "_subject.json"
+    by_hand, uploaded, marker_map = (
+        folder / name for name in (DESCRIBED_BY_HAND, "_subject.json", MARKER_MAP)
+    )
     try:
-        if by_hand.is_file():
+        has_map = _lies_there(marker_map)
+        if _lies_there(by_hand):
             described = described.or_else(read_subject_toml(by_hand))
-        if uploaded.is_file():
+        if _lies_there(uploaded):
             described = described.or_else(read_subject_json(uploaded))
         layout, found = Layout((folder,), {}), FoundTrials((), None, (), {})
         if described.trials is None:
@@ -77,7 +81,7 @@ def open_subject(folder: Path, settings: ReadingSettings = READING) -> Subject:
             model=model,
             model_is=described.model_is,
             static=described.static,
-            marker_map=folder / MARKER_MAP if (folder / MARKER_MAP).is_file() else None,
+            marker_map=marker_map if has_map else None,
             foot_bodies=described.foot_bodies or Subject.foot_bodies,
             tags=described.tags or (),
             notes=described.notes + range_notes + _model_notes(folder, model, models, by_hand.is_file()),
@@ -135,6 +139,13 @@ def subjects_in(
     if not found:
         raise CaptureError(f"{alone} Nor is any folder in it a subject's.")
     return tuple(found), tuple(notes)
+
+
+def _lies_there(path: Path) -> bool:
+    try:
+        return lies_there(path)
+    except BrokenFileError as error:
+        raise CaptureError(f"{path}: {error}") from error
 
 
 def _holds_trials(folder: Path) -> bool:

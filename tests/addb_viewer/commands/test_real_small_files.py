@@ -106,3 +106,22 @@ def test_trials_whose_names_subject_toml_exchanges_are_exported_under_their_new_
     said = run("export", folder, "--to", "csv")
     assert said.exit_code == 0, said.output
     assert [rows(exported / f"{name}.csv") for name in ("part1", "part2")] == [second, first]
+
+
+OWN_FILES = ("subject.toml", "_subject.json", "markers.toml", "settings.toml")
+
+
+@pytest.mark.parametrize("name", OWN_FILES)
+@pytest.mark.parametrize("kind", ["link to nowhere", "folder", "other case"])
+def test_what_bears_the_name_of_a_description_and_is_not_read_is_told(folder, name, kind):
+    (folder / name).unlink(missing_ok=True)
+    match kind:
+        case "link to nowhere":
+            (folder / name).symlink_to(folder / "unmounted" / name)
+        case "folder":
+            (folder / name).mkdir()
+        case _:
+            (folder / name.upper()).write_text("")
+    said = run("fit", folder)
+    assert said.exit_code == 1
+    assert f"{folder / name}: " in said.output.replace("\n", "")
