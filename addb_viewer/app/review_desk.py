@@ -106,7 +106,7 @@ class ReviewDesk:
         fit = self.place.room.library.fit
         self.proposals = pending(replay.forces.proposals, review, fit.provenance if fit else {})
         self.panel.status.content = status_html(review, still_open(self.proposals), stale(replay, review))
-        self.panel.ranges.content = ranges_html(review)
+        self.panel.ranges.content = ranges_html(review, replay.bodies is not None)
         self.panel.history.content = history_html(history)
         self.show_selection()
         self.place.draw_lanes()
@@ -119,7 +119,9 @@ class ReviewDesk:
                 self.chosen, self.about, replay.rate, contact_words(self._contacts()), self.current
             )
             put(self.panel.foot, foot_words(self.about))
-            self.panel.proposals.content = proposals_html(self.proposals, self.current)
+            self.panel.proposals.content = proposals_html(
+                self.proposals, self.current, replay.bodies is not None
+            )
 
     def moved(self) -> None:
         """The cursor has moved: a range that was painted is let go."""

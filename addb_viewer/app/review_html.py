@@ -76,8 +76,10 @@ def status_html(review: TrialReview, still_open: int, stale: bool) -> str:
     )
 
 
-def proposals_html(proposals: Sequence[Pending], current: Pending | None) -> str:
+def proposals_html(proposals: Sequence[Pending], current: Pending | None, has_fit: bool = True) -> str:
     """What detection proposes; a click goes there."""
+    if not proposals and not has_fit:
+        return boxed("Detection has not looked at this trial yet: it judges the forces of a fit.")
     if not proposals:
         return boxed("Detection proposes nothing in this trial.")
     rows = []
@@ -110,7 +112,7 @@ def evidence(numbers: Mapping[str, float]) -> str:
     return ", ".join(told)
 
 
-def ranges_html(review: TrialReview) -> str:
+def ranges_html(review: TrialReview, has_fit: bool = True) -> str:
     """What does not count, by whom; and where reviewers disagree."""
     rows = [
         clickable(
@@ -132,7 +134,8 @@ def ranges_html(review: TrialReview) -> str:
         for a in review.activities
     ]
     if not review.decided and not rows and not review.unreadable:
-        rows.append("Nobody has decided anything yet; what the last solve left out by itself is hatched.")
+        left_out = "; what the last solve left out by itself is hatched" if has_fit else ""
+        rows.append(f"Nobody has decided anything yet{left_out}.")
     conflicts = "".join(
         f"<div style='margin-top:.3em'>⚠ {html.escape(conflict_words(conflict))}</div>"
         for conflict in review.conflicts

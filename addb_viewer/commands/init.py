@@ -1,5 +1,6 @@
 """`addb-viewer init`: a subject.toml that says what was understood of a folder."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -15,6 +16,7 @@ from solver.capture.same_motion import markers_of
 from solver.capture.subject import open_subject, subjects_in
 from solver.capture.subject_layout import DESCRIBED_BY_HAND
 from solver.capture.subject_toml_writing import described_as_toml
+from solver.capture.trial import read_static, read_trial
 from solver.errors import CaptureError
 from solver.markers.people import people_notes
 from solver.settings import settings_for
@@ -64,7 +66,8 @@ def _describe(subject: Subject) -> None:
     if subject.static is not None:
         named[f"{subject.static.stem} (static)"] = subject.static
     read = {name: markers for name, path in named.items() if (markers := markers_of(path)) is not None}
-    subject = replace(subject, notes=(*people_notes(read), *subject.notes))
+    damaged = [name for name in named if name not in read]
+    subject = replace(subject, notes=(*people_notes(read), *_why_unread(subject, damaged), *subject.notes))
     text = described_as_toml(subject)
     try:
         text.encode()
@@ -77,6 +80,22 @@ def _describe(subject: Subject) -> None:
     forces = sum(trial.forces is not None for trial in subject.trials)
     trials = f"{len(subject.trials)} trial{'s' * (len(subject.trials) != 1)}"
     said = f"{trials}, {forces} with a force file; {len(subject.unused)} files not used"
+    if damaged:
+        said += f"; cannot be read: {', '.join(damaged)}"
     typer.echo(f"{_file(subject.folder)}: {said}")
     for note in subject.notes:
         typer.echo(f"note: {note}")
+
+
+def _why_unread(subject: Subject, damaged: list[str]) -> Iterator[str]:
+    for trial in subject.trials:
+        if trial.name in damaged:
+            try:
+                read_trial(trial)
+            except CaptureError as error:
+                yield f"{trial.name}: a fit will leave it out: {error}"
+    if subject.static is not None and f"{subject.static.stem} (static)" in damaged:
+        try:
+            read_static(subject.static)
+        except CaptureError as error:
+            yield f"static trial: a fit will leave it out: {error}"

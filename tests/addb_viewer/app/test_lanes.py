@@ -115,6 +115,14 @@ def test_whatever_people_and_files_say_stays_text(make_replay):
         assert "<img" not in " ".join(page)
 
 
+def test_a_trial_without_a_fit_is_not_said_to_be_without_proposals():
+    nothing = folded("walk", [], FEET)
+    assert "has not looked" in proposals_html((), None, has_fit=False)
+    assert "proposes nothing" in proposals_html((), None, has_fit=True)
+    assert "last solve" not in ranges_html(nothing, has_fit=False)
+    assert "last solve" in ranges_html(nothing, has_fit=True)
+
+
 def test_evidence_has_its_units(make_replay):
     proposals = pending(make_replay().forces.proposals, folded("walk", [], FEET), {})
     assert "missing 512 N" in proposals_html(proposals, proposals[1])

@@ -93,3 +93,16 @@ def test_recursive_describes_every_subject_that_the_app_opens(bare):
     }
     assert written == set(shown)
     assert open_root(root).names == shown
+
+
+def test_a_trial_that_cannot_be_read_is_told_where_the_folder_is_described(bare):
+    folder = bare("c3d_lab_trials/lasem_FAILT01") / "c3d_lab_trials/lasem_FAILT01"
+    whole = folder / "FAILT01_Walk01.c3d"
+    (folder / "cut.c3d").write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
+    done = run("init", folder)
+    assert done.exit_code == 0, done.output
+    assert "; cannot be read: cut" in done.stdout
+    reason = "cut: a fit will leave it out: "
+    assert reason in done.stdout
+    assert reason in (folder / "subject.toml").read_text(encoding="utf-8")
+    assert "cut off in frame" in done.stdout
