@@ -87,7 +87,7 @@ def proposals_html(proposals: Sequence[Pending], current: Pending | None, has_fi
         p = pending.proposal
         marked = "background:rgba(128,128,128,.25);" if pending is current else ""
         weight = "" if pending.state is State.OPEN else "opacity:.6;"
-        details = f"{html.escape(reason_words(p.reason))}. {evidence(p.evidence)}"
+        details = f"{html.escape(reason_words(p.reason))}. {evidence_words(p.evidence)}"
         rows.append(
             clickable(
                 f"{p.start}:{p.end}",
@@ -101,7 +101,7 @@ def proposals_html(proposals: Sequence[Pending], current: Pending | None, has_fi
     return boxed("".join(rows))
 
 
-def evidence(numbers: Mapping[str, float]) -> str:
+def evidence_words(numbers: Mapping[str, float]) -> str:
     """The numbers that a proposal rests on, with their units."""
     told = []
     for name, value in numbers.items():

@@ -88,14 +88,15 @@ def _describe(subject: Subject) -> None:
 
 
 def _why_unread(subject: Subject, damaged: list[str]) -> Iterator[str]:
+    reading = settings_for(subject.folder).reading
     for trial in subject.trials:
         if trial.name in damaged:
             try:
-                read_trial(trial)
+                read_trial(trial, reading)
             except CaptureError as error:
                 yield f"{trial.name}: a fit will leave it out: {error}"
     if subject.static is not None and f"{subject.static.stem} (static)" in damaged:
         try:
-            read_static(subject.static)
+            read_static(subject.static, reading)
         except CaptureError as error:
             yield f"static trial: a fit will leave it out: {error}"
