@@ -1,7 +1,7 @@
 """Trajectories that obey the forces that count, withheld blocks, torques and residuals of all trials."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -22,6 +22,7 @@ from solver.dynamics.root_wrench import centre_of_mass
 from solver.dynamics.trajectory_fit import fit_trajectories
 from solver.dynamics.trial_data import TrialData
 from solver.fit import Groundwork, KinematicsOnly, TrialFit
+from solver.foretelling_stage import foretold_heldout, misses_a_force, sister_of, with_foretold
 from solver.kinematics.marker_errors import marker_errors
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.kinematics.motion import Motion
@@ -40,6 +41,8 @@ class Obeying:
     phi: Float[np.ndarray, " parameters"] | None  # None: no trial was fitted to forces
     notes: tuple[str, ...]
     extra: Float[np.ndarray, " extra"]  # x of the extension, where there is one
+    foretold_ground: Mapping[str, Float[np.ndarray, "frames 6"]] = field(default_factory=dict)
+    # by trial, of all feet [N, N·m about the ground origin]; empty where no force is missing
 
 
 def obeying_forces(
@@ -83,10 +86,29 @@ def obeying_forces(
             phi=groundwork.phi,
             extra=extension.parameters if extension else None,
         )
+        sister = None
+        if any(misses_a_force(fits[i]) for i in fitted):
+            sister = sister_of(
+                [fits[i] for i in fitted], data, result, skeleton, settings, extension=extension
+            )
+        if sister is not None:
+            result = fit_trajectories(
+                skeleton,
+                with_foretold(data, result, sister),
+                settings.trajectory,
+                progress,
+                phi=result.phi,
+                extra=extension.parameters if extension else None,
+            )
+    foretold_ground: dict[str, Float[np.ndarray, "frames 6"]] = {}
+    if sister is not None:
+        gain_notes += sister.notes
+        names = [fits[i].capture.name for i in fitted]
+        foretold_ground = dict(zip(names, sister.wrenches_ground, strict=True))
     updated = [replace(fit, spline=None) for fit in fits]
     for i, motion, spline, trial in zip(fitted, result.motions, result.splines, data, strict=True):
         model_markers = marker_positions(result.skeleton, motion.q)
-        errors, notes = marker_errors(
+        errors, marker_notes = marker_errors(
             result.skeleton, match.model, model_markers, trial.observed_ground, settings.kinematics
         )
         updated[i] = replace(
@@ -97,7 +119,7 @@ def obeying_forces(
             kinematics_only=KinematicsOnly(fits[i].motion, fits[i].marker_errors),
             spline=spline,
             costs=result.costs,
-            notes=notes,
+            notes=marker_notes,
             seconds=fits[i].seconds | {"dynamics": clock.seconds["dynamics"] / len(fitted)},
         )
     moved = result.skeleton.mass / skeleton.mass - 1
@@ -106,7 +128,8 @@ def obeying_forces(
             f"the fit moved the body's mass from {skeleton.mass:.1f} to {result.skeleton.mass:.1f} kg: is a "
             "force missing, the plates' gain off, something carried, or the entered mass wrong?",
         )
-    return Obeying(result.skeleton, tuple(updated), result.phi, (*result.notes, *gain_notes), result.extra)
+    notes = (*result.notes, *gain_notes)
+    return Obeying(result.skeleton, tuple(updated), result.phi, notes, result.extra, foretold_ground)
 
 
 def fitted_to_forces(fits: Sequence[TrialFit], settings: Settings) -> list[int]:
@@ -223,13 +246,18 @@ def with_heldout(
             progress,
             extra=extension.parameters if extension else None,
         )
+        sister = sister_of(before, blind, result, skeleton, settings, extension=extension)
         judged = []
-        for frames, fit, motion in zip(withheld, before, result.motions, strict=True):
+        for k, (frames, fit, motion) in enumerate(zip(withheld, before, result.motions, strict=True)):
             ours, extra = _under_forces(fit, motion, result.skeleton, settings), _extra_of(fit, extension)
             if extra is not None:
                 ours = with_extra_wrench(ours, result.skeleton, extra, result.extra)
             plain = _under_forces(fit, filtered(fit.motion, settings), skeleton, settings)
-            judged.append(Heldout(frames & ours.used, ours.residual_root, plain.residual_root))
+            heldout = Heldout(frames & ours.used, ours.residual_root, plain.residual_root)
+            if sister is not None:
+                wrench = sister.wrenches_ground[k]
+                heldout = foretold_heldout(heldout, fit, sister, wrench, ours.root_ground)
+            judged.append(heldout)
     seconds = {"heldout": clock.seconds["heldout"] / len(fitted)}
     updated = list(fits)
     for i, heldout in zip(fitted, judged, strict=True):
@@ -260,6 +288,7 @@ def with_dynamics(
     *,
     extension: Extension | None = None,
     x: Float[np.ndarray, " extra"] | None = None,
+    foretold_ground: Float[np.ndarray, "frames 6"] | None = None,
 ) -> TrialFit:
     """Torques and residuals; a trajectory that was fitted to forces needs no filter any more.
 
@@ -269,6 +298,8 @@ def with_dynamics(
         settings: of every stage.
         extension: what acts beside the recorded forces.
         x: its parameters; None: as the extension has them.
+        foretold_ground: wrench of all feet [N, N·m about the ground origin] for frames where one is missing;
+            None: what the motion demands.
     """
     if fit.contacts is None or fit.mask is None:
         return fit
@@ -277,10 +308,10 @@ def with_dynamics(
         motion = fit.motion if fit.kinematics_only else filtered(fit.motion, settings)
         recorded = _under_forces(fit, motion, skeleton, settings)
         if extra is None or extension is None:
-            dynamics = with_inferred_torques(skeleton, recorded, fit.contacts, fit.mask)
+            dynamics = with_inferred_torques(skeleton, recorded, fit.contacts, fit.mask, foretold_ground)
         else:
             extended = with_extra_wrench(recorded, skeleton, extra, extension.x if x is None else x)
-            dynamics = with_inferred_torques(skeleton, extended, fit.contacts, fit.mask)
+            dynamics = with_inferred_torques(skeleton, extended, fit.contacts, fit.mask, foretold_ground)
             anew = ~fit.mask.all_feet[:, None]  # torques that the inference made from feet alone
             added = np.where(anew, extended.joint_torques - recorded.joint_torques, 0.0)
             dynamics = replace(dynamics, joint_torques=dynamics.joint_torques + added)

@@ -90,7 +90,7 @@ def solve(
     match, body = named.match, named.match.skeleton(named.skeleton)
     if before_fitting is not None:
         before_fitting(body, recorded)
-    refuse_what_does_not_fit(sizes_of(recorded), body, settings.trajectory, extra=_count(extension))
+    refuse_what_does_not_fit(sizes_of(recorded), body, settings.trajectory, extra=_count(extension, settings))
     with clock("load"):
         repaired = [
             with_labels_repaired(
@@ -195,7 +195,9 @@ def resolve(
             "fit the subject anew: addb-viewer fit --force"
         )
     sizes = sizes_of([trial.capture for trial in previous.trials])
-    refuse_what_does_not_fit(sizes, groundwork.skeleton, settings.trajectory, extra=_count(extension))
+    refuse_what_does_not_fit(
+        sizes, groundwork.skeleton, settings.trajectory, extra=_count(extension, settings)
+    )
     fits = [_before_reviews(trial, groundwork, settings) for trial in previous.trials]
     return obeying_reviews(
         previous.subject, groundwork, fits, settings, reviews, progress=progress, extension=extension
@@ -250,8 +252,9 @@ def _chosen(subject: Subject, names: Sequence[str] | None) -> list[TrialFiles]:
     return [known[name] for name in dict.fromkeys(names)] if names else list(subject.trials)
 
 
-def _count(extension: Extension | None) -> int:
-    return len(extension.x) if extension else 0
+def _count(extension: Extension | None, settings: Settings) -> int:
+    """Extra parameters of the largest of the fits."""
+    return (len(extension.x) if extension else 0) + settings.foretelling.most_columns
 
 
 def _generic(subject: Subject) -> Skeleton:

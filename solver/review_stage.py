@@ -82,6 +82,7 @@ def obeying_reviews(
             settings,
             extension=extension,
             x=obeying.extra,
+            foretold_ground=obeying.foretold_ground.get(fit.capture.name),
         )
         for fit in obeying.fits
     )

@@ -26,6 +26,7 @@ from solver.contact.detection_settings import DetectionSettings
 from solver.contact.settings import ContactSettings
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.dynamics.com_settings import ComSettings
+from solver.dynamics.foretelling.settings import ForetellingSettings
 from solver.dynamics.settings import DynamicsSettings
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.errors import SettingsError
@@ -62,6 +63,7 @@ class Settings:
     detection: DetectionSettings = field(default_factory=DetectionSettings)
     com: ComSettings = field(default_factory=ComSettings)
     trajectory: TrajectorySettings = field(default_factory=TrajectorySettings)
+    foretelling: ForetellingSettings = field(default_factory=ForetellingSettings)
     dynamics: DynamicsSettings = field(default_factory=DynamicsSettings)
     diagnosis: DiagnosisSettings = field(default_factory=DiagnosisSettings)
 

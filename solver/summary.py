@@ -108,13 +108,15 @@ def _inferred_ranges(trial: TrialFit) -> list[list[int]]:
 
 
 def _heldout(trial: TrialFit, body_weight: float, height: float) -> dict[str, object] | None:
-    """Residuals on withheld blocks, beside those of the markers' motion on the same frames."""
+    """Residuals on withheld blocks, beside those of the fit's and the markers' motion on the same frames."""
     heldout = trial.heldout
     if heldout is None or not heldout.frames.any():
         return None
-    figures: dict[str, object] = {"frames": int(heldout.frames.sum())}
+    figures: dict[str, object] = {"frames": int(heldout.frames.sum()), "learnt": list(heldout.learnt)}
+    motion_only = heldout.residual_root if heldout.motion_only_root is None else heldout.motion_only_root
     for prefix, residual in (
         ("", heldout.residual_root),
+        ("motion_only_", motion_only),
         ("kinematics_only_", heldout.kinematics_only_root),
     ):
         counted = residual[heldout.frames]

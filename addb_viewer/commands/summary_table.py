@@ -88,6 +88,12 @@ def _honesty(trials: list[dict[str, Any]]) -> Iterator[Text]:
                 f"{angular['rms_Nm']:.1f} N·m (markers alone {before[0]['rms_N']:.1f} N, "
                 f"{before[1]['rms_Nm']:.1f} N·m)"
             )
+            if heldout.get("learnt"):
+                own = heldout["motion_only_linear_residual"], heldout["motion_only_angular_residual"]
+                parts.append(
+                    f"foretold with learnt {', '.join(heldout['learnt'])}, by its own motion "
+                    f"{own[0]['rms_N']:.1f} N, {own[1]['rms_Nm']:.1f} N·m"
+                )
         if parts:
             yield Text(f"{trial['name']}: {'; '.join(parts)}")
 

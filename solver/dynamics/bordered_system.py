@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from solver.dynamics.band_cholesky import BandCholesky
 from solver.dynamics.spline_band import CoefficientBand
@@ -69,6 +69,20 @@ class Step:
     foretold: float  # by how much it lowers the cost, if that is quadratic
 
 
+@dataclass(frozen=True)
+class SharedChoice:
+    """Which shared parameters are free, and what a prior adds to half the cost beside the factored one."""
+
+    free: Bool[np.ndarray, " shared"]
+    curvature: Float[np.ndarray, "shared shared"]
+    gradient: Float[np.ndarray, " shared"]
+
+    @classmethod
+    def all(cls, count: int) -> "SharedChoice":
+        """All free, nothing added."""
+        return cls(np.ones(count, dtype=bool), np.zeros((count, count)), np.zeros(count))
+
+
 class BorderedFactor:
     """The factored system: trials' coefficients are eliminated first, which leaves the small border."""
 
@@ -96,17 +110,39 @@ class BorderedFactor:
             self.factors.append(factor)
             self.half_borders.append(half)
 
-    def step(self, gradient: Gradient) -> Step:
-        """Down this gradient, which may be of another place than the factored curvature."""
-        shared_gradient, foretold, halves = gradient.shared.copy(), 0.0, []
+    def _eliminated(
+        self, gradient: Gradient
+    ) -> tuple[Float[np.ndarray, " shared"], list[Float[np.ndarray, "coefficients dofs 1"]]]:
+        """The shared parameters' gradient when coefficients follow, and half-solved those of the trials."""
+        shared, halves = gradient.shared.copy(), []
         for factor, border, own in zip(self.factors, self.half_borders, gradient.coefficients, strict=True):
             half = factor.half_solve_in_place(own[:, :, None].copy())
-            shared_gradient -= border.reshape(half.size, border.shape[2]).T @ half.ravel()
-            foretold += float((half**2).sum())
+            shared -= border.reshape(half.size, border.shape[2]).T @ half.ravel()
             halves.append(half)
-        shared = np.zeros(0)
-        if len(shared_gradient):
-            shared = -np.linalg.solve(self.corner, shared_gradient)
+        return shared, halves
+
+    def step(self, gradient: Gradient) -> Step:
+        """Down this gradient, which may be of another place than the factored curvature."""
+        count = len(gradient.shared)
+        return self.steps(gradient, [SharedChoice.all(count)])[0]
+
+    def steps(self, gradient: Gradient, choices: Sequence["SharedChoice"]) -> list[Step]:
+        """Likewise, each time with some of the shared parameters free, and with more of a prior on them."""
+        eliminated = self._eliminated(gradient)
+        return [self._step(*eliminated, choice) for choice in choices]
+
+    def _step(
+        self,
+        shared_gradient: Float[np.ndarray, " shared"],
+        halves: list[Float[np.ndarray, "coefficients dofs 1"]],
+        choice: "SharedChoice",
+    ) -> Step:
+        free, shared_gradient = choice.free, shared_gradient + choice.gradient
+        foretold = sum(float((half**2).sum()) for half in halves)
+        shared = np.zeros(len(shared_gradient))
+        if free.any():
+            corner = (self.corner + choice.curvature)[np.ix_(free, free)]
+            shared[free] = -np.linalg.solve(corner, shared_gradient[free])
             foretold -= float(shared_gradient @ shared)
         steps = [
             -factor.back_solve(half + (border @ shared)[:, :, None])[:, :, 0]

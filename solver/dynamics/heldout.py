@@ -12,12 +12,15 @@ from solver.dynamics.trajectory_settings import TrajectorySettings
 class Heldout:
     """Residuals [N, N·m about the root joint's centre] of a fit that never saw the withheld frames' forces.
 
-    `frames` are those that count: withheld, and not at the trial's ends.
+    `frames` are those that count: withheld, and not at the trial's ends. The first residual is of what would
+    stand for missing forces: with learnt terms, where these are on.
     """
 
     frames: Bool[np.ndarray, " frames"]
     residual_root: Float[np.ndarray, "frames 6"]
     kinematics_only_root: Float[np.ndarray, "frames 6"]  # of the markers' motion, through the forces' filter
+    motion_only_root: Float[np.ndarray, "frames 6"] | None = None  # of the fit's own motion; None: the same
+    learnt: tuple[str, ...] = ()  # kinds of terms that foretell hidden blocks better
 
 
 def withheld_frames(

@@ -62,6 +62,9 @@ class MarkerNoise:
         "band of 40 Hz, as heel strikes need; in a squat the level is mostly the markers' noise, and with 5 "
         "that noise would be motion",
     )
+    knot_spacing_s: float = setting(
+        0.02, unit="s", why="what wrenches' windows tell needs no closer knots, and half as many cost half"
+    )
     iterations: int = setting(3, unit="", why="of Gauss-Newton from inverse kinematics; two settle")
 
 
@@ -112,10 +115,10 @@ def marker_posterior(
         observed_ground: NaN where unseen [m].
         start: of inverse kinematics.
         noise: of the markers.
-        settings: knots, smoothness and robust scale of the trajectory fit.
+        settings: jerk levels, pull and robust scale of the trajectory fit.
     """
     with threadpool_limits(1):
-        spacing = max(1, round(settings.knot_spacing_s * start.rate))
+        spacing = max(1, round(noise.knot_spacing_s * start.rate))
         basis = spline_basis(start.frames, start.rate, spacing)
         smoothness = noise.smoothness[0]
         track = _Track(skeleton, observed_ground, start, noise, settings)

@@ -18,15 +18,31 @@ FADE_S = 0.03  # [s]
 
 
 def with_inferred_torques(
-    skeleton: Skeleton, dynamics: Dynamics, contacts: ContactWrenches, mask: FrameMask
+    skeleton: Skeleton,
+    dynamics: Dynamics,
+    contacts: ContactWrenches,
+    mask: FrameMask,
+    foretold_ground: Float[np.ndarray, "frames 6"] | None = None,
 ) -> Dynamics:
     """The dynamics with torques under `inferred_wrenches`, and a record of the feet that these rest on.
 
     Residuals stay as they are: they say what measured forces fail to explain.
+
+    Args:
+        skeleton: that the dynamics were computed with.
+        dynamics: of the same mask.
+        contacts: measured.
+        mask: which feet's forces count.
+        foretold_ground: wrench of all feet together [N, N·m about the ground origin]; None: what the motion
+            demands.
     """
     if mask.counts.all():
         return dynamics
-    torques = inferred_torques(skeleton, dynamics, contacts, mask)
+    told = dynamics
+    if foretold_ground is not None:
+        counted = counted_wrenches(contacts.wrench_ground, mask).sum(axis=1)
+        told = replace(dynamics, residual_root=about_point(foretold_ground - counted, dynamics.root_ground))
+    torques = inferred_torques(skeleton, told, contacts, mask)
     return replace(dynamics, joint_torques=torques, wrench_inferred=~mask.counts)
 
 

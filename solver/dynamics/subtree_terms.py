@@ -13,9 +13,17 @@ from solver.skeleton.forward import ForwardKinematics, Poses, cross
 
 
 class SubtreeTerms:
-    """The tree of one skeleton with its markers."""
+    """The tree of one skeleton with its markers, or with other points on its bodies."""
 
-    def __init__(self, kinematics: ForwardKinematics) -> None:
+    def __init__(
+        self, kinematics: ForwardKinematics, point_bodies: Int[np.ndarray, " points"] | None = None
+    ) -> None:
+        """Lay out the tree.
+
+        Args:
+            kinematics: of the skeleton.
+            point_bodies: index of the body under each point; None: under each marker.
+        """
         chain = kinematics.chain
         pairs = list(dict.fromkeys(zip(chain.dof.tolist(), chain.body.tolist(), strict=True)))
         own: dict[int, int] = {}
@@ -35,7 +43,8 @@ class SubtreeTerms:
             below[:, body] = below[:, joint.parent] if joint.parent >= 0 else False
             below[body, body] = True
         bodies = np.array([body for _, body in columns])
-        self.carried = below[bodies][:, kinematics.marker_bodies].astype(float)  # markers by axis
+        under = kinematics.marker_bodies if point_bodies is None else point_bodies
+        self.carried = below[bodies][:, under].astype(float)  # points by axis
         deeper = below[bodies][:, bodies].T.astype(float)  # [k, l]: k hangs on l, or is in the same joint
         same = bodies[:, None] == bodies
         self.at_or_below = deeper
@@ -80,7 +89,17 @@ class SubtreeTerms:
         weight: Float[np.ndarray, "pairs markers"],
     ) -> Float[np.ndarray, "pairs dofs dofs"]:
         """J₊ᵀ W J of every frame and the one after it, J₊."""
-        K = self._moments(x[1:], x[:-1], weight)
+        return self.between_pairs(S, x[1:], x[:-1], weight)
+
+    def between_pairs(
+        self,
+        S: Float[np.ndarray, "frames axes 6"],
+        later: Float[np.ndarray, "pairs markers 3"],
+        earlier: Float[np.ndarray, "pairs markers 3"],
+        weight: Float[np.ndarray, "pairs markers"],
+    ) -> Float[np.ndarray, "pairs dofs dofs"]:
+        """The same of points that are others in each pair of frames."""
+        K = self._moments(later, earlier, weight)
         after, before = S[1:], S[:-1]
         product = (K.transpose(0, 1, 3, 2) @ after[..., None])[..., 0] @ before.transpose(0, 2, 1)
         product *= self.at_or_below

@@ -13,14 +13,21 @@ The border is open to whatever else may act: r = demanded − measured − extra
 trials and N(0, prior_std²) before the data.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from threadpoolctl import threadpool_limits
 
-from solver.dynamics.bordered_system import BorderedFactor, Gradient, Step, TrialGradient, TrialSystem
+from solver.dynamics.bordered_system import (
+    BorderedFactor,
+    Gradient,
+    SharedChoice,
+    Step,
+    TrialGradient,
+    TrialSystem,
+)
 from solver.dynamics.inertia_parameters import inertia_parameters
 from solver.dynamics.terms.extra_prior import ExtraPrior
 from solver.dynamics.terms.inertia_prior import InertiaPrior
@@ -85,17 +92,67 @@ def fit_trajectories(
     Raises:
         FitError: no trial is long enough, or a trial's columns are not as many as extra parameters.
     """
+    extra = extra or ExtraParameters.none()
+    _refuse(trials, extra)
+    with threadpool_limits(1):
+        return _Solver(skeleton, trials, settings, extra).run(progress, phi)
+
+
+@dataclass(frozen=True)
+class FirstStep:
+    """Where one step of the fit leads."""
+
+    skeleton: Skeleton
+    motions: tuple[Motion, ...]
+    extra: Float[np.ndarray, " extra"]
+    free: Bool[np.ndarray, " shared"]  # of φ and x
+    corner: Float[np.ndarray, "free free"]  # of these, the trajectories eliminated
+
+    @property
+    def extra_variance(self) -> Float[np.ndarray, " extra"]:
+        """Of x; zero where it is held."""
+        variance = np.zeros(len(self.free))
+        variance[self.free] = np.diag(np.linalg.inv(self.corner))
+        return variance[len(variance) - len(self.extra) :]
+
+
+def first_steps(
+    skeleton: Skeleton,
+    trials: list[TrialData],
+    settings: TrajectorySettings,
+    choices: Sequence[tuple[Bool[np.ndarray, " extra"], float]],
+    *,
+    phi: Float[np.ndarray, " parameters"] | None = None,
+    extra: ExtraParameters,
+) -> list[FirstStep]:
+    """One step of the fit for each choice of extra columns, at little more than the price of one.
+
+    Args:
+        skeleton: scaled, with the entered mass.
+        trials: as for the fit.
+        settings: weights.
+        choices: of the extra columns, those that are free (the others' x stays), and the weight of the
+            inertias' prior in terms of that of the settings.
+        phi: inertia parameters where it begins; None: the nominal ones.
+        extra: of the trials' extra columns.
+
+    Raises:
+        FitError: as the fit.
+    """
+    _refuse(trials, extra)
+    with threadpool_limits(1):
+        return _Solver(skeleton, trials, settings, extra).first_steps(phi, choices)
+
+
+def _refuse(trials: list[TrialData], extra: ExtraParameters) -> None:
     if not trials or min(len(t.observed_ground) for t in trials) < 2:
         raise FitError("The trajectory fit needs trials of two frames or more.")
-    extra = extra or ExtraParameters.none()
     columns = {t.extra_columns_ground.shape[2] for t in trials if t.extra_columns_ground is not None}
     if columns - {len(extra.prior_std)}:
         raise FitError(
             f"Trials have {sorted(columns)} extra columns for {len(extra.prior_std)} extra parameters; each "
             "trial needs one column for each parameter, or none at all."
         )
-    with threadpool_limits(1):
-        return _Solver(skeleton, trials, settings, extra).run(progress, phi)
 
 
 def prior_weight(trials: list[TrialData], settings: TrajectorySettings) -> float:
@@ -131,9 +188,38 @@ class _Solver:
             ExtraPrior(self.extra),
         )
 
-    def run(self, progress: Progress, phi: Float[np.ndarray, " parameters"] | None) -> TrajectoryFit:
+    def first_steps(
+        self,
+        phi: Float[np.ndarray, " parameters"] | None,
+        choices: Sequence[tuple[Bool[np.ndarray, " extra"], float]],
+    ) -> list[FirstStep]:
+        state = self._begun(phi)
+        system = self._linearized(state)
+        gradient = self._gradient_of(state, system)
+        inertias, prior = np.ones(state.shared.free_inertias, dtype=bool), self.priors[0]
+        curvature, slope = prior.curvature(state.shared), prior.gradient(state.shared)
+        shared = [
+            SharedChoice(np.concatenate([inertias, some]), (weight - 1) * curvature, (weight - 1) * slope)
+            for some, weight in choices
+        ]
+        found = []
+        factor = self._factorized(state, system)
+        for step, choice in zip(factor.steps(gradient, shared), shared, strict=True):
+            there, free = self._stepped(state, step), choice.free
+            corner = (factor.corner + choice.curvature)[np.ix_(free, free)]
+            motions = tuple(part.motion(at) for part, at in self._at(there))
+            found.append(FirstStep(self._skeleton(there), motions, there.shared.x, free, corner))
+        return found
+
+    def _skeleton(self, state: _State) -> Skeleton:
+        return state.shared.skeleton if state.shared.free_inertias else self.inertias.skeleton
+
+    def _begun(self, phi: Float[np.ndarray, " parameters"] | None) -> _State:
         shared = self._shared(np.zeros(self.inertias.count) if phi is None else phi, self.extra.start)
-        state = _State([p.start() for p in self.parts], shared)
+        return _State([p.start() for p in self.parts], shared)
+
+    def run(self, progress: Progress, phi: Float[np.ndarray, " parameters"] | None) -> TrajectoryFit:
+        state = self._begun(phi)
         damping, converged, iteration = FIRST_DAMPING, False, 0
         costs: list[float] = []
         while iteration < self.settings.iterations and not converged and damping < MOST_DAMPING:
@@ -166,7 +252,7 @@ class _Solver:
         progress("dynamics", 1.0)
         shared = state.shared
         return TrajectoryFit(
-            skeleton=shared.skeleton if shared.free_inertias else self.inertias.skeleton,
+            skeleton=self._skeleton(state),
             motions=tuple(part.motion(at) for part, at in self._at(state)),
             splines=tuple(state.coefficients),
             phi=shared.phi,

@@ -25,31 +25,68 @@ class TrajectorySettings:
         3, unit="blocks", why="one in three is withheld, the others hold the inertias"
     )
     knot_spacing_s: float = setting(
-        0.02, unit="s", why="a quintic spline with it differs from the referee's derivatives by less than 1 N"
+        0.01,
+        unit="s",
+        why="impacts: with 0.02 simulated runs and sprints miss twice to three times as much of the torque, "
+        "and a landing's residual alternates from knot to knot",
     )
-    marker_std_m: float = setting(0.01, unit="m", why="expected marker error: soft tissue and placement")
     marker_robust_scale_m: float = setting(
         0.06, unit="m", why="beyond it a marker loses influence (Cauchy loss), as in the kinematics"
     )
-    marker_drift_std_m_s: float = setting(
-        0.1,
-        unit="m/s",
-        why="marker errors are not white: they change by 1 mm from frame to frame at 100 Hz; without it the "
-        "trajectory snaps back to the markers wherever force is missing",
+    marker_error_lag_s: float = setting(
+        0.05,
+        unit="s",
+        why="over which the fast part of marker errors is told from the marker fit: periods of a tenth of a "
+        "second, where motion ends and noise begins",
+    )
+    segment_prior_markers: float = setting(
+        3.0, unit="markers", why="of the trial's mean count beside a segment's own: three hold its pose"
+    )
+    least_marker_slow_m: float = setting(0.0001, unit="m", why="of the best cameras and exact models")
+    least_marker_growth_m: float = setting(
+        0.0002, unit="m/√s", why="of the best cameras: 0.02 mm from frame to frame at 100 Hz"
+    )
+    usual_marker_slow_m: float = setting(
+        0.004, unit="m", why="of skin, where a trial is too short to tell; walks and runs have 3 to 6 mm"
+    )
+    usual_marker_growth_m: float = setting(
+        0.01, unit="m/√s", why="likewise: 1 mm from frame to frame at 100 Hz"
+    )
+    slow_error_factor: float = setting(
+        1.8,
+        unit="",
+        why="standard deviation of a single frame's error over the slow level, as if errors forgot within a "
+        "hundredth of a second times its square: weaker, forces would pull postures away from the markers",
+    )
+    growth_factor: float = setting(
+        1.0, unit="", why="of the fast level that the marker fit shows: the rest is shared, as follows"
+    )
+    shared_growth: float = setting(
+        2.0,
+        unit="",
+        why="fast movement that a segment's markers have in common, over their own: soft tissue shakes as a "
+        "whole, and a marker fit takes that for motion of the bone",
+        least=0.0,
     )
     residual_force_std_N: float = setting(
-        4.0,
+        16.0,
         unit="N",
-        why="of filtered plates; in two walks, a run and a jump 4 foretells withheld forces as well as 5 "
-        "(within 2 %) at the same marker error, and leaves a fifth less where they are known",
+        why="what model and plates leave at a frame: 2 % of body weight. With 4 the motion is bent for what "
+        "the model gets wrong; with 64 simulated torques err more",
     )
     residual_moment_std_Nm: float = setting(
-        5.0, unit="N·m", why="of filtered plates: under a centimetre at body weight"
+        8.0, unit="N·m", why="likewise: a centimetre of the centre of pressure at body weight"
+    )
+    foretold_looser: float = setting(
+        2.0,
+        unit="",
+        why="times these two on frames whose force was foretold: from other steps and the markers, it errs "
+        "by 20 to 40 N in walking",
     )
     residual_robust_scale: float = setting(
         25.0,
         unit="",
-        why="in standard deviations, 100 N or 125 N·m: beyond it a frame loses influence (Cauchy loss)",
+        why="in standard deviations, 400 N or 200 N·m: beyond it a frame loses influence (Cauchy loss)",
     )
     gain_std: float = setting(
         0.03, unit="", why="plates of one laboratory disagree by 1 to 5 % between trials and activities"
@@ -59,10 +96,10 @@ class TrajectorySettings:
     )
     notable_gain: float = setting(0.02, unit="", why="from which on a trial's disagreement is noted")
     smoothness: float = setting(
-        500.0,
+        16.0,
         unit="1/s",
-        why="of ∫(jerk/level)² dt; 300 to 1000 predict withheld steps best in four walks, a run and a jump, "
-        "and cost the markers less than 0.5 mm",
+        why="of ∫(jerk/level)² dt: a jerk of that level that is white below 8 Hz. Thirty times as much bends "
+        "walks by 1°, though it hides the noise of withheld forces",
     )
     jerk_cutoff_Hz: float = setting(
         8.0, unit="Hz", why="a dof's own jerk level is taken below it: above, marker noise dominates"

@@ -18,6 +18,9 @@ class TrialData:
     start: Motion  # the marker fit
     initial: Motion | None = None  # where the search begins; None: at the marker fit
     spline: Float[np.ndarray, "coefficients dofs"] | None = None  # of an earlier fit: begin there instead
+    foretold_ground: Float[np.ndarray, "frames 6"] | None = (
+        None  # like the wrench, for frames of U; None: free
+    )
     extra_wrench_ground: Float[np.ndarray, "frames 6"] | None = None  # acts beside the feet's; None: nothing
     extra_columns_ground: Float[np.ndarray, "frames 6 extra"] | None = None  # likewise per x; None: zero
 

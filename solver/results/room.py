@@ -109,7 +109,7 @@ def _without_figures(capture: Capture, skeleton: Skeleton, settings: Settings) -
             motion.q, per_frame, per_frame, per_frame[:, :3], per_frame[:, :3], flags, motion, counts
         ),
         kinematics_only=KinematicsOnly(motion, errors) if is_fitted else None,
-        heldout=Heldout(flags, per_frame, per_frame) if is_fitted else None,
+        heldout=Heldout(flags, per_frame, per_frame, per_frame) if is_fitted else None,
         spline=_blank(frames // spacing + ORDER, dofs) if is_fitted else None,
     )
 

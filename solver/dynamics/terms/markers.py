@@ -6,8 +6,10 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.dynamics.bordered_system import TrialGradient, TrialSystem
+from solver.dynamics.marker_error_levels import marker_error_levels
 from solver.dynamics.subtree_terms import SubtreeTerms
-from solver.dynamics.terms.trial_point import TrialPoint
+from solver.dynamics.terms.segment_means import SegmentMeans
+from solver.dynamics.terms.trial_point import REFERENCE_RATE_HZ, TrialPoint
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import ForwardKinematics
@@ -24,9 +26,12 @@ class MarkerErrors:
 
 
 class Markers:
-    """Σ ρ(‖e_t‖²)/σ_m² + Σ w_t ‖e_t − e_(t−1)‖²/σ_d²: a marker that lies far off has little to say in either.
+    """Σ ρ(‖e_t‖²)/σ_m² + Σ Δe_tᵀ C⁻¹ Δe_t, Δe_t = e_t − e_(t−1): a marker that lies far off has little say.
 
-    The weights w of the changes come from the marker fit and stay.
+    σ_m and C are the recording's own (`marker_error_levels`). Changes have covariance C = own² + shared² 11ᵀ
+    within a segment. Its inverse is that of the markers by themselves less what their weighted mean tells
+    twice (Sherman and Morrison), so each segment counts as one more point, the mean of its markers, of
+    negative weight. Weights of changes come from the marker fit and stay.
     """
 
     def __init__(
@@ -39,13 +44,15 @@ class Markers:
         self.tree = SubtreeTerms(kinematics)
         self.seen = np.isfinite(observed_ground).all(axis=2)
         self.observed = np.where(self.seen[:, :, None], observed_ground, 0.0)
-        self.precision = settings.marker_std_m**-2
+        levels = marker_error_levels(kinematics, observed_ground, start, settings)
+        self.precision = (settings.slow_error_factor * levels.slow_m) ** -2
         self.scale2 = settings.marker_robust_scale_m**2
         _, squares = self._errors(kinematics.markers(kinematics.poses(start.q)))
         trust = self.seen / (1 + squares / self.scale2)
         both_seen = self.seen[1:] & self.seen[:-1]
-        drift_precision = (settings.marker_drift_std_m_s / start.rate) ** -2
-        self.pair_weight = drift_precision * both_seen * np.minimum(trust[1:], trust[:-1])
+        own = (settings.growth_factor * levels.growth_m) ** -2 * start.rate / (REFERENCE_RATE_HZ / start.rate)
+        self.pair_weight = own * both_seen * np.minimum(trust[1:], trust[:-1])
+        self.segments = SegmentMeans(kinematics, self.pair_weight, settings.shared_growth**2 / own)
 
     def cost(self, at: TrialPoint) -> float:
         """Both sums."""
@@ -72,14 +79,16 @@ class Markers:
 
     def _cost(self, at: TrialPoint, markers_ground: Float[np.ndarray, "frames markers 3"]) -> float:
         error, squares = self._errors(markers_ground)
-        changes = self.pair_weight[:, :, None] * np.diff(error, axis=0) ** 2
-        static = self.precision * self.scale2 * np.log1p(squares / self.scale2).sum()
-        return at.frame_weight * float(static + changes.sum())
+        change = np.diff(error, axis=0)
+        changes = (self.pair_weight * (change**2).sum(axis=2)).sum() + self.segments.cost(change)
+        static = self.scale2 * (self.precision * np.log1p(squares / self.scale2)).sum()
+        return at.frame_weight * float(static + changes)
 
     def _marker_errors(self, markers_ground: Float[np.ndarray, "frames markers 3"]) -> MarkerErrors:
         error, squares = self._errors(markers_ground)
         weight = self.seen * self.precision / (1 + squares / self.scale2)
-        change = self.pair_weight[:, :, None] * np.diff(error, axis=0)
+        change = np.diff(error, axis=0)
+        change = self.pair_weight[:, :, None] * change + self.segments.pull(change)
         pull = weight[:, :, None] * error
         pull[1:] += change
         pull[:-1] -= change
@@ -113,12 +122,16 @@ class Markers:
         """
         x = errors.markers_ground
         H = self.tree.same_frame(S, x[frames], errors.weight[frames])
+        H += self.segments.same_frame(S, x, frames)
+        around = slice(max(0, frames.start - 1), frames.stop)
+        pairs = slice(around.start, frames.stop - 1)
+        if S_before is not None:
+            S = np.concatenate([S_before, S])
+        between = self.tree.between_frames(S, x[around], -self.pair_weight[pairs])
+        between += self.segments.between_frames(S, x[around], pairs)
         if S_before is None:
-            between = self.tree.between_frames(S, x[frames], -self.pair_weight[: frames.stop - 1])
-            return H, np.concatenate([np.zeros((1, *H.shape[1:])), between])
-        around, pairs = slice(frames.start - 1, frames.stop), slice(frames.start - 1, frames.stop - 1)
-        S = np.concatenate([S_before, S])
-        return H, self.tree.between_frames(S, x[around], -self.pair_weight[pairs])
+            between = np.concatenate([np.zeros((1, *between.shape[1:])), between])
+        return H, between
 
     def _errors(
         self, x: Float[np.ndarray, "frames markers 3"]

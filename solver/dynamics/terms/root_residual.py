@@ -49,7 +49,8 @@ class ResidualRows:
 class RootResidual:
     """Σ_{t ∉ U} ρ(‖r_t‖²/σ_r²): external wrench demanded by the motion less what is known to act.
 
-    That is wrench + columns x, with x shared by trials. ρ is Cauchy's: a frame whose force is plainly
+    That is wrench + columns x, with x shared by trials. Where the wrench on frames of U was foretold, they
+    take part with a larger σ_r. ρ is Cauchy's: a frame whose force is plainly
     missing, though nobody said so, does not bend the body.
     """
 
@@ -63,13 +64,18 @@ class RootResidual:
         """
         self.counts: Bool[np.ndarray, " frames"] = data.counts
         self.measured, columns = data.wrench_ground, data.extra_columns_ground
+        looser = np.ones(len(data.counts))
+        if data.foretold_ground is not None:
+            self.measured = np.where(data.counts[:, None], self.measured, data.foretold_ground)
+            looser = np.where(data.counts, 1.0, settings.foretold_looser)
+            self.counts = np.ones(len(data.counts), dtype=bool)
         if data.extra_wrench_ground is not None:
             self.measured = self.measured + data.extra_wrench_ground
         self.columns: Float[np.ndarray, "frames 6 extra"] = (
             np.zeros((len(data.counts), 6, extra)) if columns is None else columns
         )
         scale = (settings.residual_force_std_N, settings.residual_moment_std_Nm)
-        self.whitening = 1.0 / np.repeat(scale, 3)
+        self.whitening: Float[np.ndarray, "frames 6"] = 1.0 / np.outer(looser, np.repeat(scale, 3))
         self.robust2 = settings.residual_robust_scale**2
 
     def cost(self, at: TrialPoint) -> float:
@@ -110,7 +116,7 @@ class RootResidual:
         wrench -= self.measured[at] + self.columns[at] @ shared.x
         centre = root_centre(root_joint(shared.inertias.skeleton), poses)
         wrench[:, 3:] -= cross(centre, wrench[:, :3])
-        return self._robust(((self.whitening * wrench) ** 2).sum(axis=1))
+        return self._robust(((self.whitening[at] * wrench) ** 2).sum(axis=1))
 
     def rows(self, shared: SharedParameters, states: FrameStates) -> ResidualRows:
         """Of some frames; zero on those of U."""
@@ -166,8 +172,9 @@ class RootResidual:
             by_phi = wrench_by_parameters(A, T, shared.inertias, shared.by_phi)
         by_shared = np.concatenate([by_phi, -columns], axis=2)
         by_shared[:, 3:] -= skew(centre) @ by_shared[:, :3]
-        squares = ((self.whitening * value) ** 2).sum(axis=1)
-        weights = self.whitening / np.sqrt(1 + squares / self.robust2)[:, None]
+        whitening = self.whitening[at]
+        squares = ((whitening * value) ** 2).sum(axis=1)
+        weights = whitening / np.sqrt(1 + squares / self.robust2)[:, None]
         for derivative in (terms.by_q, terms.by_v, terms.by_a, by_shared):
             np.multiply(derivative, weights[:, :, None], out=derivative)
         return ResidualRows(

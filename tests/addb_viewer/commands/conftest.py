@@ -59,6 +59,7 @@ def command_line(small_fit: Fit, monkeypatch: pytest.MonkeyPatch) -> CommandLine
 
     monkeypatch.setattr("addb_viewer.commands.solving.solve", solve)
     monkeypatch.setattr(
-        "addb_viewer.commands.solving.open_subject", lambda folder: replace(subject, folder=folder)
+        "addb_viewer.commands.solving.open_subject",
+        lambda folder, settings=None: replace(subject, folder=folder),
     )
     return line

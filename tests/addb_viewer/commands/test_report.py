@@ -13,7 +13,7 @@ from solver.errors import CaptureError
 def opening(command_line, monkeypatch):
     """Subjects are found by the names of their folders; `broken` is one that cannot be solved."""
 
-    def opened(folder):
+    def opened(folder, settings=None):
         if not folder.name.startswith(command_line.subject.folder.name):
             raise CaptureError(f"{folder}: no trials.")
         trials = tuple(
@@ -67,7 +67,7 @@ def test_a_diagnosis_is_made_where_it_is_asked_for_and_none_is_kept(opening, mon
 
     def diagnosis(subject, settings, *, trials, reviews, progress):
         asked.append(trials)
-        return SimpleNamespace(notes=("looked at all",))
+        return SimpleNamespace(notes=("looked at all",), trials=trials or ("walk",))
 
     monkeypatch.setattr("addb_viewer.commands.diagnose.diagnosis_of", diagnosis)
     monkeypatch.setattr("addb_viewer.commands.diagnose.as_json", lambda found: dict(figures))

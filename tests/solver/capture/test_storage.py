@@ -160,7 +160,6 @@ def test_letters_are_an_error_that_names_line_and_column(read):
         (mot(labels=("time", *LABELS, "extra")), "line 8 holds 4 numbers, but there are 5 columns"),
         (mot("DataType=Vec3\nendheader\n"), "only tables of plain numbers"),
         (mot(rows=changed(2, 0, "0.005")), "line 10: time runs backwards"),
-        (mot(rows=changed(2, 0, "")), "line 10, column 'time': the time is missing"),
     ],
 )
 def test_files_that_cannot_be_used_say_why(read, text, message):

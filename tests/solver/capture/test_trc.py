@@ -262,7 +262,6 @@ def test_missing_rows_become_frames_without_markers(read):
     [
         (["0.00", "0.01", "0.02", "0.00", "0.01"], r"line 10: time runs backwards, from 0\.02 to 0 s"),
         (["0.0000", "0.0100", "0.0234", "0.0300", "0.0400"], r"line \d+: the time steps are irregular"),
-        (["0.00", "0.01", "", "0.03", "0.04"], r"line 9, column 'time': the time is missing"),
     ],
 )
 def test_bad_times_are_errors_that_name_the_line(read, times, message):

@@ -28,8 +28,9 @@ NOISE = MarkerNoise(
     smoothness=(SMOOTHNESS,),
     iterations=10,
     memory_s=10.0,
+    knot_spacing_s=SPACING / RATE,
 )
-TRUSTING = TrajectorySettings(knot_spacing_s=SPACING / RATE, marker_robust_scale_m=1e3)
+TRUSTING = TrajectorySettings(marker_robust_scale_m=1e3)
 MEASURED = np.array([30.0, 60.0, -10.0, 5.0, -8.0, 20.0])
 
 
@@ -263,7 +264,7 @@ def observed(noisy) -> np.ndarray:
 
 
 class TestWithGapsAndOutliers:
-    SETTINGS = TrajectorySettings(knot_spacing_s=SPACING / RATE)
+    SETTINGS = TrajectorySettings()
 
     def cost(self, case, observed, c) -> float:
         """Errors weighed by segment as the module's head says, in numbers of their own."""

@@ -1,0 +1,1 @@
+"""What the body model gets wrong of a person, learnt on frames with forces and foretold on those without."""
