@@ -126,7 +126,7 @@ class BorderedFactor:
         count = len(gradient.shared)
         return self.steps(gradient, [SharedChoice.all(count)])[0]
 
-    def steps(self, gradient: Gradient, choices: Sequence["SharedChoice"]) -> list[Step]:
+    def steps(self, gradient: Gradient, choices: Sequence[SharedChoice]) -> list[Step]:
         """Likewise, each time with some of the shared parameters free, and with more of a prior on them."""
         eliminated = self._eliminated(gradient)
         return [self._step(*eliminated, choice) for choice in choices]
@@ -135,7 +135,7 @@ class BorderedFactor:
         self,
         shared_gradient: Float[np.ndarray, " shared"],
         halves: list[Float[np.ndarray, "coefficients dofs 1"]],
-        choice: "SharedChoice",
+        choice: SharedChoice,
     ) -> Step:
         free, shared_gradient = choice.free, shared_gradient + choice.gradient
         foretold = sum(float((half**2).sum()) for half in halves)

@@ -2,12 +2,13 @@
 
 min over spline coefficients c and shared parameters φ of
 
-    Σ_t Σ_m ρ(‖e_tm‖²)/σ_m²  +  Σ_t Σ_m ‖e_tm − e_(t−1)m‖²/σ_d²  +  Σ_{t ∉ U} ‖r_t(c, φ)‖²/σ_r²
+    Σ_t Σ_m ρ(‖e_tm‖²)/σ_m²  +  Σ_t Δe_tᵀ C⁻¹ Δe_t  +  Σ_{t ∉ U} ρ(‖r_t(c, φ)‖²/σ_r²)
       +  Σ w ∫ (d³q/dt³)² dt  +  pull to the marker fit  +  priors(φ),
 
-e the model markers less the measured ones, r the root's residual wrench. Gauss-Newton with Levenberg's
-damping; time's band is a block-tridiagonal matrix, φ its border. Frames of U have no force term and are held
-by markers and smoothness; their state still binds the frames around them.
+e the model markers less the measured ones, Δe_t their change since the frame before, r the root's residual
+wrench; σ_m and C are the recording's own. Gauss-Newton with Levenberg's damping; time's band is a
+block-tridiagonal matrix, φ its border. Frames of U are held by markers and smoothness, and by a wrench that
+was foretold for them where there is one; their state still binds the frames around them.
 
 The border is open to whatever else may act: r = demanded − measured − extra − columns x, with x shared by all
 trials and N(0, prior_std²) before the data.
