@@ -1,6 +1,7 @@
 """Replays and diagnoses made by hand, without any solver; and the app in a browser."""
 
 import json
+import shutil
 import time
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 import trimesh
 
 from addb_viewer.app.app import ReviewApp
+from addb_viewer.app.app import start as start_app
 from addb_viewer.app.house import House
 from addb_viewer.app.library import Library
 from addb_viewer.app.replay import (
@@ -20,6 +22,7 @@ from addb_viewer.app.replay import (
     ResidualReplay,
 )
 from addb_viewer.app.server import open_server
+from addb_viewer.review_store import open_log
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
 from solver.contact.contact_phases import ContactPhase
 from solver.contact.proposals import Proposal
@@ -219,6 +222,31 @@ def two_walks(real_data, tmp_path_factory):
     folder = tmp_path_factory.mktemp("two walks") / "walks"
     write_trials(real_data, folder, "walks")
     return folder
+
+
+@pytest.fixture
+def walks_folder(two_walks, tmp_path):
+    """The two walks, to be changed."""
+    return shutil.copytree(two_walks, tmp_path / "walks")
+
+
+@pytest.fixture
+def walks_app(walks_folder):
+    """Open on them."""
+    app = start_app(walks_folder, port=0)
+    yield app
+    app.close()
+
+
+@pytest.fixture
+def walks_review(walks_folder):
+    """What the log says of one of them."""
+
+    def read(trial="part1"):
+        with open_log(walks_folder) as log:
+            return log.review(trial, ("calcn_r", "calcn_l"))
+
+    return read
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,6 @@ import pytest
 
 from addb_viewer.app.app import start
 from addb_viewer.app.solves import solves
-from addb_viewer.review_store import open_log
 from annotations.events import Status
 from solver.capture.subject import open_subject
 from solver.pipeline import solve
@@ -16,29 +15,7 @@ from solver.settings import Settings
 
 pytestmark = [pytest.mark.real, pytest.mark.timeout(900)]
 
-FEET = ("calcn_r", "calcn_l")
 CARRIED = (8, 76)  # frames of `part1` on which no plate carries the left foot: detection leaves them out
-
-
-@pytest.fixture
-def folder(two_walks, tmp_path):
-    return shutil.copytree(two_walks, tmp_path / "walks")
-
-
-@pytest.fixture
-def app(folder):
-    app = start(folder, port=0)
-    yield app
-    app.close()
-
-
-@pytest.fixture
-def stored(folder):
-    def read(trial="part1"):
-        with open_log(folder) as log:
-            return log.review(trial, FEET)
-
-    return read
 
 
 def paint(browser, frames, label):
@@ -48,16 +25,16 @@ def paint(browser, frames, label):
     browser.press(label)
 
 
-def states(folder):
-    return [(solve.by, solve.state) for solve in solves(folder / "results")]
+def states(walks_folder):
+    return [(solve.by, solve.state) for solve in solves(walks_folder / "results")]
 
 
 def table(browser):
     return browser.session.queue.table.content
 
 
-def test_every_browser_is_asked_for_a_name_once_and_edits_are_under_it(app, enter, stored):
-    ada, bo = enter(app, name=None), enter(app, name=None)
+def test_every_browser_is_asked_for_a_name_once_and_edits_are_under_it(walks_app, enter, walks_review):
+    ada, bo = enter(walks_app, name=None), enter(walks_app, name=None)
     at = {browser: browser.session.shown for browser in (ada, bo)}
     for browser, name in ((ada, "Ada"), (bo, "Bo")):
         paint(browser, (30, 40), "Flag: force wrong")
@@ -65,32 +42,32 @@ def test_every_browser_is_asked_for_a_name_once_and_edits_are_under_it(app, ente
         browser.put("Your name", name)
         browser.click("Decide under this name")
         browser.until(lambda browser=browser: not browser.questions, "the answer")
-    ada.until(lambda: [[f.author for f in stored(at[b]).flags] for b in (ada, bo)] == [["Ada"], ["Bo"]])
+    ada.until(lambda: [[f.author for f in walks_review(at[b]).flags] for b in (ada, bo)] == [["Ada"], ["Bo"]])
     ada.put("Trial", at[bo])
     ada.until(lambda: ada.session.shown == at[bo])
     ada.press("Undo")
     ada.until(lambda: ada.told("nothing of Ada's to undo"))
-    assert [f.author for f in stored(at[bo]).flags] == ["Bo"]
+    assert [f.author for f in walks_review(at[bo]).flags] == ["Bo"]
     paint(ada, (50, 60), "Flag: force wrong")
-    ada.until(lambda: [f.author for f in stored(at[bo]).flags] == ["Bo", "Ada"])
+    ada.until(lambda: [f.author for f in walks_review(at[bo]).flags] == ["Bo", "Ada"])
     assert not ada.questions, "asked once"
 
 
-def test_a_trial_is_offered_to_one_person_and_both_see_who_is_where(app, enter, stored):
-    zoe, bo = enter(app), enter(app, name="Bo")
+def test_a_trial_is_offered_to_one_person_and_both_see_who_is_where(walks_app, enter, walks_review):
+    zoe, bo = enter(walks_app), enter(walks_app, name="Bo")
     assert {zoe.session.shown, bo.session.shown} == {"part1", "part2"}
     zoe.until(lambda: "Bo is here" in table(zoe), "the queue")
     bo.until(lambda: "Zoë is here" in table(bo), "the queue")
     here = zoe.session.shown
     zoe.press("Finish the trial, go to the next")
     zoe.press("Yes, to the question")
-    zoe.until(lambda: stored(here).status is Status.FINISHED)
+    zoe.until(lambda: walks_review(here).status is Status.FINISHED)
     zoe.until(lambda: zoe.told(f"Bo on {bo.session.shown}"), "where Bo is")
     assert zoe.session.shown == here
 
 
-def test_both_hear_of_a_disagreement_and_finishing_over_it_asks(app, enter, stored):
-    zoe, bo = enter(app, at="part1"), enter(app, name="Bo", at="part1")
+def test_both_hear_of_a_disagreement_and_finishing_over_it_asks(walks_app, enter, walks_review):
+    zoe, bo = enter(walks_app, at="part1"), enter(walks_app, name="Bo", at="part1")
     zoe.until(lambda: "Bo is on this trial too" in zoe.html(), "who is here")
     paint(zoe, (30, 50), "Flag: force wrong")
     bo.until(lambda: "30–49" in bo.html())
@@ -102,34 +79,34 @@ def test_both_hear_of_a_disagreement_and_finishing_over_it_asks(app, enter, stor
     zoe.press("Finish the trial, go to the next")
     zoe.until(lambda: zoe.asked("Two people disagree about"), "the question")
     assert pages.unescape(zoe.html()).count(said) == 2, "in the question, and in the list below"
-    assert stored().status is Status.IN_WORK
+    assert walks_review().status is Status.IN_WORK
 
 
 def test_solves_take_turns_and_anothers_is_discarded_after_a_question_only_and_told(
-    folder, app, enter, stored
+    walks_folder, walks_app, enter, walks_review
 ):
-    zoe, bo = enter(app, at="part1"), enter(app, name="Bo", at="part2")
+    zoe, bo = enter(walks_app, at="part1"), enter(walks_app, name="Bo", at="part2")
     paint(zoe, CARRIED, "Clear: the force counts")
-    zoe.until(lambda: stored().cleared)
+    zoe.until(lambda: walks_review().cleared)
     zoe.press("Solve again")
     bo.until(lambda: "Solving for Zoë" in bo.html(), "what is at work")
     bo.press("Solve again")
     bo.until(lambda: bo.told("It waits its turn"), "the turn")
-    zoe.until(lambda: [by for by, _ in states(folder)][-2:] == ["Zoë", "Bo"], "both solves")
+    zoe.until(lambda: [by for by, _ in states(walks_folder)][-2:] == ["Zoë", "Bo"], "both solves")
     for browser in (zoe, bo):
         browser.until(lambda b=browser: "for Zoë, is on the screen and waits" in b.html(), "the banner")
         browser.until(lambda b=browser: "New solve of Zoë and of Bo waits" in table(b), "the queue")
     bo.press("Discard the new solve")
     bo.until(lambda: bo.asked("Discard Zoë's solve"), "the question")
-    assert ("Zoë", "new") in states(folder)
+    assert ("Zoë", "new") in states(walks_folder)
     bo.press("Yes, to the question")
     zoe.until(lambda: zoe.told("Bo has discarded your solve"))
-    zoe.until(lambda: states(folder)[-2:] == [("Zoë", "discarded"), ("Bo", "new")])
+    zoe.until(lambda: states(walks_folder)[-2:] == [("Zoë", "discarded"), ("Bo", "new")])
 
 
-def test_a_first_fit_is_awaited_made_and_kept_without_asking(folder, enter):
-    shutil.rmtree(folder / "results")
-    app = start(folder, port=0)
+def test_a_first_fit_is_awaited_made_and_kept_without_asking(walks_folder, enter):
+    shutil.rmtree(walks_folder / "results")
+    app = start(walks_folder, port=0)
     try:
         zoe, bo = enter(app, at="part1"), enter(app, name="Bo", at="part2")
         for browser in (zoe, bo):
@@ -142,8 +119,8 @@ def test_a_first_fit_is_awaited_made_and_kept_without_asking(folder, enter):
             browser.until(lambda b=browser: b.told("The subject's first fit is kept"), "the word")
             browser.until(lambda b=browser: "no fit" not in table(b), "the queue")
             browser.until(lambda b=browser: b.session.replay.bodies is not None, "the skeleton")
-        assert has_fit(folder / "results")
-        assert states(folder) == [("Zoë", "kept")]
+        assert has_fit(walks_folder / "results")
+        assert states(walks_folder) == [("Zoë", "kept")]
         assert not zoe.questions
     finally:
         app.close()
