@@ -1,11 +1,12 @@
 """Figures of several runs and coordinates as one number."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from benchmarks.truth.figures import TURNING
-from benchmarks.truth.ways import CUTOFFS_HZ, at_cutoff
+from benchmarks.truth.ways import CUTOFFS_HZ, OURS, at_cutoff
 
 Run = Mapping[str, object]
 KINDS = ("angle", "speed", "acceleration", "torque")
@@ -80,6 +81,55 @@ def mass_shares(run: Run) -> dict[str, float]:
     """Each part's share of the body's mass, fitted over the scaled model's."""
     masses: dict[str, float] = run["mass_ratios"]  # type: ignore[assignment]
     return {part: ratio / masses["body"] for part, ratio in masses.items() if part != "body"}
+
+
+@dataclass(frozen=True)
+class TwinBand:
+    """What both twins of a recording say of a joint in a frequency band."""
+
+    joint: str
+    low_Hz: float
+    gain: float  # of the recording itself
+    right: tuple[float, ...]  # of the truth against the marker fit, by twin
+    ours_deg: tuple[float, ...]  # error, by twin
+    markers_deg: tuple[float, ...]  # of the marker fit at the cut-off that is best for the band
+
+    @property
+    def is_bent(self) -> bool:
+        """The recording's gain leaves what is asked for, 0.95 to 1.05."""
+        return not 0.95 <= self.gain <= 1.05
+
+    @property
+    def is_nearer(self) -> bool:
+        """In both twins the fit is nearer to the truth than the markers at any cut-off, within 5 %."""
+        return all(a <= 1.05 * b for a, b in zip(self.ours_deg, self.markers_deg, strict=True))
+
+
+def twin_bands(pair: Sequence[Run], limit_Hz: float) -> list[TwinBand]:
+    """Of both twins of one recording, in bands below the limit.
+
+    Args:
+        pair: the runs of the twins.
+        limit_Hz: up to which a gain of 1 is asked for.
+    """
+    found = []
+    of_recording: dict[str, list[dict[str, float]]] = pair[0]["gains_of_recording"]  # type: ignore[assignment]
+    for joint, bands in of_recording.items():
+        for k, band in enumerate(bands):
+            if band["high_Hz"] > limit_Hz:
+                continue
+            errors = [{w: t[joint][k]["error_deg"] for w, t in r["errors_by_band"].items()} for r in pair]  # type: ignore[attr-defined]
+            found.append(
+                TwinBand(
+                    joint,
+                    band["low_Hz"],
+                    band["gain"],
+                    tuple(r["gains"]["truth"][joint][k]["gain"] for r in pair),  # type: ignore[index]
+                    tuple(e[OURS] for e in errors),
+                    tuple(min(v for w, v in e.items() if w != OURS) for e in errors),
+                )
+            )
+    return found
 
 
 def geometric_mean(ratios: Sequence[float]) -> float:

@@ -104,12 +104,17 @@ REFERENCES = (
 )
 
 
-def runs(folder: str) -> Iterator[dict[str, object]]:
-    """Everything that one recording tells."""
+def solved(folder: str) -> tuple[Fit, Settings]:
+    """A recording's trials as its folder describes them."""
     subject = open_subject(data_folder() / folder)
     settings = bench_settings(settings_for(subject.folder))
-    trials = tuple(ACTIVITY[folder])
-    described = solve(subject, settings, trials=trials)
+    return solve(subject, settings, trials=tuple(ACTIVITY[folder])), settings
+
+
+def runs(folder: str) -> Iterator[dict[str, object]]:
+    """Everything that one recording tells."""
+    described, settings = solved(folder)
+    subject, trials = described.subject, tuple(ACTIVITY[folder])
     for trial in described.trials:
         yield _own_markers(folder, described, trial, settings)
     yield from _lengths(folder, subject, described, settings)
