@@ -1,4 +1,4 @@
-"""Trajectories that obey the forces that count, withheld blocks, torques and residuals of all trials."""
+"""Trajectories that obey the forces that count, torques and residuals of all trials."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -13,7 +13,6 @@ from solver.dynamics.com_mass import MassPrior
 from solver.dynamics.com_trajectory import fit_com_trajectory
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.extension import Extension, TrialExtension, with_extra_wrench
-from solver.dynamics.heldout import Heldout, withheld_frames
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.mass import mass_from_forces
 from solver.dynamics.missing_wrench import with_inferred_torques
@@ -22,7 +21,7 @@ from solver.dynamics.root_wrench import centre_of_mass
 from solver.dynamics.trajectory_fit import fit_trajectories
 from solver.dynamics.trial_data import TrialData
 from solver.fit import Groundwork, KinematicsOnly, TrialFit
-from solver.foretelling_stage import foretold_heldout, misses_a_force, sister_of, with_foretold
+from solver.foretelling_stage import misses_a_force, sister_of, with_foretold
 from solver.kinematics.marker_errors import marker_errors
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.kinematics.motion import Motion
@@ -71,7 +70,7 @@ def obeying_forces(
         return Obeying(skeleton, tuple(replace(fit, spline=None) for fit in fits), None, (), x)
     clock = Clock()
     with clock("dynamics"):
-        data, gain_notes = _all_data([fits[i] for i in fitted], match, skeleton, settings, extension)
+        data, gain_notes = all_data([fits[i] for i in fitted], match, skeleton, settings, extension)
         data = [
             started(trial, fits[i], skeleton, settings)
             if fits[i].spline is None
@@ -139,24 +138,33 @@ def fitted_to_forces(fits: Sequence[TrialFit], settings: Settings) -> list[int]:
     return [i for i, f in enumerate(fits) if f.forces_known.sum() >= settings.trajectory.fewest_frames]
 
 
-def _all_data(
+def all_data(
     fits: Sequence[TrialFit],
     match: MarkerMatch,
     skeleton: Skeleton,
     settings: Settings,
     extension: Extension | None,
 ) -> tuple[list[TrialData], tuple[str, ...]]:
-    """What the trials give to the trajectory fit, and notes on plates that disagree."""
+    """What the trials give to the trajectory fit, and notes on plates that disagree.
+
+    Args:
+        fits: with contacts and mask.
+        match: of the skeleton's markers.
+        skeleton: that the plates' gains are judged with.
+        settings: of every stage.
+        extension: what acts beside the recorded forces.
+    """
     gains, notes = force_gains(fits, skeleton, settings)
     data = []
     for fit, gain in zip(fits, gains, strict=True):
-        extra = _extra_of(fit, extension)
+        extra = extra_of(fit, extension)
         plain = trial_data(fit, match, gain)
         data.append(extra.added_to(plain, gain) if extra else plain)
     return data, notes
 
 
-def _extra_of(fit: TrialFit, extension: Extension | None) -> TrialExtension | None:
+def extra_of(fit: TrialFit, extension: Extension | None) -> TrialExtension | None:
+    """What of an extension acts in a trial."""
     return extension.trials.get(fit.capture.name) if extension else None
 
 
@@ -205,66 +213,6 @@ def force_gains(
     return gains, tuple(notes)
 
 
-def with_heldout(
-    fits: Sequence[TrialFit],
-    match: MarkerMatch,
-    skeleton: Skeleton,
-    settings: Settings,
-    progress: Progress,
-    *,
-    extension: Extension | None = None,
-) -> tuple[TrialFit, ...]:
-    """The same fit without the forces of some blocks, judged on these blocks.
-
-    Its search begins at the markers, never where these forces have been seen.
-
-    Args:
-        fits: fitted to the forces.
-        match: of the skeleton's markers.
-        skeleton: that the trajectory fit began with.
-        settings: of every stage.
-        progress: told the fraction done; may raise `Cancelled`.
-        extension: what acts beside the recorded forces; its parameters do not see the blocks either.
-    """
-    fits = tuple(replace(fit, heldout=None) for fit in fits)
-    fitted = [i for i, fit in enumerate(fits) if fit.kinematics_only is not None]
-    before = [before_forces(fits[i]) for i in fitted]
-    clock = Clock()
-    with clock("heldout"):
-        data, _ = _all_data(before, match, skeleton, settings, extension)
-        withheld = [withheld_frames(d.counts, d.start.rate, settings.trajectory) for d in data]
-        if not any(w.any() for w in withheld):
-            return fits
-        blind = [
-            started(replace(d, counts=d.counts & ~w), fit, skeleton, settings)
-            for d, w, fit in zip(data, withheld, before, strict=True)
-        ]
-        result = fit_trajectories(
-            skeleton,
-            blind,
-            settings.trajectory,
-            progress,
-            extra=extension.parameters if extension else None,
-        )
-        sister = sister_of(before, blind, result, skeleton, settings, extension=extension)
-        judged = []
-        for k, (frames, fit, motion) in enumerate(zip(withheld, before, result.motions, strict=True)):
-            ours, extra = _under_forces(fit, motion, result.skeleton, settings), _extra_of(fit, extension)
-            if extra is not None:
-                ours = with_extra_wrench(ours, result.skeleton, extra, result.extra)
-            plain = _under_forces(fit, filtered(fit.motion, settings), skeleton, settings)
-            heldout = Heldout(frames & ours.used, ours.residual_root, plain.residual_root)
-            if sister is not None:
-                wrench = sister.wrenches_ground[k]
-                heldout = foretold_heldout(heldout, fit, sister, wrench, ours.root_ground)
-            judged.append(heldout)
-    seconds = {"heldout": clock.seconds["heldout"] / len(fitted)}
-    updated = list(fits)
-    for i, heldout in zip(fitted, judged, strict=True):
-        updated[i] = replace(fits[i], heldout=heldout, seconds=fits[i].seconds | seconds)
-    return tuple(updated)
-
-
 def before_forces(fit: TrialFit) -> TrialFit:
     """The trial as the markers alone left it, with its forces."""
     assert fit.kinematics_only is not None
@@ -274,7 +222,7 @@ def before_forces(fit: TrialFit) -> TrialFit:
     )
 
 
-def _under_forces(fit: TrialFit, motion: Motion, skeleton: Skeleton, settings: Settings) -> Dynamics:
+def under_forces(fit: TrialFit, motion: Motion, skeleton: Skeleton, settings: Settings) -> Dynamics:
     """Of any motion of a trial, under the forces that count."""
     assert fit.contacts is not None
     assert fit.mask is not None
@@ -303,10 +251,10 @@ def with_dynamics(
     """
     if fit.contacts is None or fit.mask is None:
         return fit
-    clock, extra = Clock(), _extra_of(fit, extension)
+    clock, extra = Clock(), extra_of(fit, extension)
     with clock("dynamics"):
         motion = fit.motion if fit.kinematics_only else filtered(fit.motion, settings)
-        recorded = _under_forces(fit, motion, skeleton, settings)
+        recorded = under_forces(fit, motion, skeleton, settings)
         if extra is None or extension is None:
             dynamics = with_inferred_torques(skeleton, recorded, fit.contacts, fit.mask, foretold_ground)
         else:
