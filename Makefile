@@ -4,7 +4,7 @@ BIN := .venv/bin
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 WORKERS := 2
 
-.PHONY: help setup demo test lint format bench bench-diagnosis bench-truth lock clean
+.PHONY: help setup demo test lint format bench bench-diagnosis bench-faults bench-truth lock clean
 
 help:
 	@echo "make setup   .venv with the locked versions"
@@ -12,6 +12,7 @@ help:
 	@echo "make test    all tests            make lint    ruff, import-linter, mypy"
 	@echo "make bench   speed and accuracy   make format  ruff's formatter"
 	@echo "make bench-diagnosis   hidden effects: named, missed, falsely alarmed; CASES, REAL, OUT, SEED"
+	@echo "make bench-faults      known faults edited into real recordings: right, wrong, missed; FAULTS_OUT, SEED"
 	@echo "make bench-truth       fits against known and experts' motions; TRUTH_OUT"
 
 setup: .venv/installed
@@ -48,6 +49,13 @@ bench-diagnosis: setup
 	  $(if $(SEED),--seed $(SEED))
 	$(ONE_THREAD) $(BIN)/python -m benchmarks.diagnosis run --out $(OUT) $(ARGS)
 	$(ONE_THREAD) $(BIN)/python -m benchmarks.diagnosis score --out $(OUT) --page benchmarks/DIAGNOSIS.md
+
+# Picks up where it was stopped, as long as FAULTS_OUT is the same.
+FAULTS_OUT := $(CURDIR)/build/faults
+bench-faults: setup
+	$(ONE_THREAD) $(BIN)/python -m benchmarks.faults make --out $(FAULTS_OUT) $(if $(SEED),--seed $(SEED))
+	$(ONE_THREAD) $(BIN)/python -m benchmarks.faults run --out $(FAULTS_OUT) $(ARGS)
+	$(ONE_THREAD) $(BIN)/python -m benchmarks.faults score --out $(FAULTS_OUT) --page benchmarks/FAULTS.md
 
 # Picks up where it was stopped; a change of the solver makes all figures anew.
 TRUTH_OUT := $(CURDIR)/build/truth

@@ -1,0 +1,1 @@
+"""Known faults edited into sound real recordings, and whether the diagnosis finds them."""

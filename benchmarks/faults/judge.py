@@ -1,0 +1,146 @@
+"""What an answer is worth against what was done to the recording."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from benchmarks.faults.editor.kinds import CLEAN
+from benchmarks.faults.names import MARKERS, NAMES, PLATE, Names
+
+VERY_SURE = 0.97  # what the page calls very sure begins no lower
+LEAD = 0.9  # below it a name is a lead, not a finding
+SIZE_WITHIN = 0.3  # of the true size; or
+DEVIATIONS = 3.0  # of the stated ones
+OVERLAP = 0.5  # of the frames of an event
+FAULTED = ("right", "right_but_more", "class", "unexplained", "missed", "wrong", "failed")
+UNTOUCHED = ("silent", "unexplained", "lead", "alarm", "failed")
+FROM_ONE = {"gain": "gain_error"}  # the truth is a factor, the answer its distance from one
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One case."""
+
+    case: str
+    kind: str
+    outcome: str  # one of FAULTED, or of UNTOUCHED where nothing was done
+    named: tuple[str, ...]  # id, target and confidence
+    very_sure_and_wrong: bool = False
+    seconds_cpu: float = float("nan")
+
+
+def judged(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> Verdict:
+    """Compare one answer of the runner with one truth of the editor."""
+    case, kind, figures = truth["case"], truth["kind"], answer["diagnosis"]
+    seconds = float(answer["seconds_cpu"])
+    if figures is None:
+        return Verdict(case, kind, "failed", (), seconds_cpu=seconds)
+    found = figures["effects"]
+    named = tuple(f"{e['id']} {e['target']} {e['confidence']:.2f}" for e in found)
+    if kind == CLEAN:
+        worth = [1.0] * len(found)
+        outcome = _of_clean(found, figures["verdict"])
+    else:
+        worth = [0.0 if _belongs(e, truth, NAMES[kind]) else 1.0 for e in found]
+        outcome = _of_faulted(found, worth, truth, figures)
+    sure = any(wrong and e["confidence"] >= VERY_SURE for e, wrong in zip(found, worth, strict=True))
+    return Verdict(case, kind, outcome, named, sure, seconds)
+
+
+def _of_clean(found: Sequence[Mapping[str, Any]], verdict: str) -> str:
+    if found:
+        return "alarm" if any(e["confidence"] >= LEAD for e in found) else "lead"
+    return "unexplained" if verdict == "unexplained" else "silent"
+
+
+def _of_faulted(
+    found: Sequence[Mapping[str, Any]],
+    wrong: Sequence[float],
+    truth: Mapping[str, Any],
+    figures: Mapping[str, Any],
+) -> str:
+    names = NAMES[truth["kind"]]
+    hit = any(_is_right(e, truth, names) for e in found) or _is_mended(truth, figures["notes"], names)
+    if hit:
+        return "right_but_more" if any(wrong) else "right"
+    if any(wrong):
+        return "wrong"
+    if found:
+        return "class"
+    return "unexplained" if figures["verdict"] == "unexplained" else "missed"
+
+
+def _is_mended(truth: Mapping[str, Any], notes: Sequence[str], names: Names) -> bool:
+    """Whether reading put it right, and said so."""
+    if not names.mended:
+        return False
+    plate = re.escape(f"ground_force_{truth['plate']}")
+    return any(re.search(names.mended.format(plate=plate), note) for note in notes)
+
+
+def _is_right(effect: Mapping[str, Any], truth: Mapping[str, Any], names: Names) -> bool:
+    return effect["id"] in names.right and _is_there(effect, truth) and _is_so_large(effect, truth)
+
+
+def _belongs(effect: Mapping[str, Any], truth: Mapping[str, Any], names: Names) -> bool:
+    """Whether the name is the fault's or one of its class, at its place."""
+    return effect["id"] in (*names.right, *names.of_class) and _is_there(effect, truth)
+
+
+def _is_there(effect: Mapping[str, Any], truth: Mapping[str, Any]) -> bool:
+    target = set(str(effect["target"]).split("+"))
+    if effect["id"] in PLATE and truth["plate"] is not None and "plate" in str(effect["target"]):
+        return f"plate_{truth['plate']}" in target
+    if effect["id"] in MARKERS[:2] and truth["markers"]:
+        return bool(target & set(truth["markers"]))
+    if effect["id"] == "off_plate_step":
+        return _overlap(effect, truth) >= OVERLAP
+    return True
+
+
+def _overlap(effect: Mapping[str, Any], truth: Mapping[str, Any]) -> float:
+    """Intersection over union of what is said and what is true, in frames of a hundredth of a second."""
+    start, end = truth["times_s"]
+    true = set(range(round(100 * start), round(100 * end)))
+    said = {k for first, last in effect["seconds"] for k in range(round(100 * first), round(100 * last))}
+    return len(true & said) / max(len(true | said), 1)
+
+
+def _is_so_large(effect: Mapping[str, Any], truth: Mapping[str, Any]) -> bool:
+    """Every size that both state; a vector's parts are held to its length."""
+    pairs = []
+    for name, true in truth["size"].items():
+        stated = effect["parameters"].get(FROM_ONE.get(name, name))
+        if stated is not None and stated["value"] is not None:
+            value = true - 1 if name in FROM_ONE else true
+            pairs.append((value, stated["value"], stated["std"] or 0.0))
+    lags = [true for name, true in truth["size"].items() if name.startswith("offset_s ")]
+    if lags:  # clocks by trial are told by trial, or as one where they are one
+        stated = effect["parameters"].get("offset_s")
+        if stated is None or np.ptp(lags) > SIZE_WITHIN * max(map(abs, lags)):
+            return False
+        pairs.append((lags[0], stated["value"], stated["std"] or 0.0))
+    if "mass_factor" in truth["size"]:
+        pairs = [(true - 1, value - 1, std) for true, value, std in pairs]
+    if not pairs:
+        return True
+    true, value, std = np.array(pairs, dtype=float).T
+    away = np.linalg.norm(value - true)
+    return bool(away <= max(SIZE_WITHIN * np.linalg.norm(true), DEVIATIONS * np.linalg.norm(std)))
+
+
+def with_seconds(figures: Mapping[str, Any]) -> dict[str, Any]:
+    """The answer's figures, each cause with its stretches in seconds on the recording's clock."""
+    effects = []
+    for effect in figures["effects"]:
+        stretches = []
+        for stretch in effect["frames"]:
+            *trial, first, end = stretch
+            name = trial[0] if trial else figures["trials"][0]
+            rate, start = figures["rates_Hz"][name], figures["starts_s"][name]
+            stretches.append((start + first / rate, start + end / rate))
+        effects.append({**effect, "seconds": stretches})
+    return {**figures, "effects": effects}

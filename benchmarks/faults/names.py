@@ -1,0 +1,58 @@
+"""What counts as the right name of each kind of fault, and what as a name of its class.
+
+A class holds what nobody could tell from the fault by this recording or would act on in the same way. Ids are
+those of the catalogue; an entry that is added later for one of these faults is added here as well.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Names:
+    """Ids that are right, ids of the class, and words of the notes where reading mends the fault itself."""
+
+    right: tuple[str, ...]
+    of_class: tuple[str, ...] = ()
+    mended: str = ""  # regular expression; {plate} is the plate's name in the files
+
+
+PLATE = (
+    "plate_gain",
+    "plate_bias",
+    "plate_position",
+    "plate_yaw",
+    "plate_swap",
+    "axis_convention",
+    "zero_level",
+    "plate_sign",
+)
+CLOCK = ("clock_offset", "sample_rate", "filter_mismatch")
+WEIGHT = ("body_weight_support", "subject_mass", "carried_mass", "segment_mass")
+MARKERS = ("marker_slip", "marker_swap", "soft_tissue")
+ZERO = "{plate}[ :].*zero level is off.*taken off"
+
+NAMES = {
+    "tared_under_load": Names(("zero_level", "plate_bias"), PLATE, ZERO),
+    "zero_level": Names(("zero_level", "plate_bias"), PLATE, ZERO),
+    "turned_half": Names(("plate_turn", "plate_yaw"), PLATE),
+    "turned_quarter": Names(("plate_turn", "plate_yaw"), PLATE),
+    "mirrored": Names(("plate_mirror",), PLATE),
+    "shifted": Names(("plate_position",), PLATE),
+    "pounds": Names(("plate_units", "plate_gain"), PLATE),
+    "half_gain": Names(("plate_units", "plate_gain"), PLATE),
+    "quarter_gain": Names(("plate_units", "plate_gain"), PLATE),
+    "sign": Names(("plate_sign",), PLATE, "{plate}[ :].*sign is turned"),
+    "exchanged_plates": Names(("plate_swap", "plate_exchange"), PLATE),
+    "late": Names(("clock_offset",), CLOCK),
+    "two_lags": Names(("clock_offset",), CLOCK),
+    "one_plate_late": Names(("clock_offset",), CLOCK),
+    "drift": Names(("sample_rate",), CLOCK),
+    "filtered": Names(("filter_mismatch",), CLOCK),
+    "lost_step": Names(("off_plate_step",)),
+    "object_on_plate": Names(("object_on_plate",), ("plate_bias", "zero_level", *WEIGHT), ZERO),
+    "other_mass": Names(("subject_mass",), WEIGHT),
+    "support": Names(("body_weight_support",), WEIGHT),
+    "marker_slip": Names(("marker_slip",), MARKERS),
+    "exchanged_labels": Names(("marker_swap",), MARKERS, "exchang|labels"),
+    "cloth": Names(("soft_tissue", "segment_displaced"), MARKERS),
+}
