@@ -17,6 +17,7 @@ from solver.dynamics.memory import refuse_what_does_not_fit, sizes_of
 from solver.errors import FitError
 from solver.fit import Fit, Groundwork, TrialFit
 from solver.kinematics.calibration import calibrate, choose_frames
+from solver.kinematics.hip_width import expected_hip_width
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.label_faults.repair import with_labels_repaired
 from solver.kinematics.marker_errors import marker_errors
@@ -128,6 +129,9 @@ def solve(
             registered_std=ownership.offset_std(body, generic.marker_names, settings.kinematics),
             height_m=subject.height_m,
             mass_kg=subject.mass_kg,
+            hip_width_m=expected_hip_width(
+                named.landmarks, match, [c.markers for c in ([*recorded, static] if static else recorded)]
+            ),
             progress=part(progress, 0.0, SCALED),
         )
     whose = people_notes(

@@ -17,6 +17,7 @@ from solver.kinematics.initial_pose import initial_poses
 from solver.kinematics.root_joint import root_joint
 from solver.kinematics.scale_jacobian import ScaleJacobian
 from solver.kinematics.scale_prior import (
+    LogScalePrior,
     ScaleGroups,
     log_scale_precision,
     offset_std,
@@ -26,12 +27,13 @@ from solver.kinematics.scale_prior import (
 from solver.kinematics.settings import KinematicsSettings
 from solver.progress import Progress, silent
 from solver.skeleton.forward import marker_jacobian
-from solver.skeleton.scaling import scaled, with_offsets
+from solver.skeleton.scaling import with_offsets
 from solver.skeleton.skeleton import Skeleton
 
 MAX_STEPS = 40
 CONVERGED = 1e-4  # relative decrease of the cost
 KEPT_PRECISION = 1e12  # of log scales that stay: they move by nothing that shows
+FREE_HIPS_STD = 0.5  # log: where the hips' distance is expected by itself, the pelvis' width has no say in it
 
 
 @dataclass(frozen=True)
@@ -91,6 +93,7 @@ def calibrate(
     *,
     height_m: float | None = None,
     mass_kg: float | None = None,
+    hip_width_m: float | None = None,
     registered_std: Float[np.ndarray, " markers"] | None = None,
     progress: Progress = silent,
 ) -> Calibration:
@@ -102,6 +105,7 @@ def calibrate(
         settings: weights and thresholds.
         height_m: of the subject; None widens the prior of body size.
         mass_kg: of the subject; None keeps the model's.
+        hip_width_m: distance of the hip centres that regressions expect; None where nothing tells.
         registered_std: of a model that is this person's own, which keeps its scales: how far each marker may
             lie from the model's place for it [m]; None where the model is to be scaled.
         progress: told the fraction done; may raise `Cancelled`.
@@ -111,7 +115,9 @@ def calibrate(
         model_height = stature(generic)
         kept = registered_std is not None
         sized = height_m is not None and model_height is not None and not kept
-        mean = np.full(3 * groups.count, np.log(height_m / model_height) if sized else 0.0)  # type: ignore[operator]
+        mean = np.zeros(groups.size)
+        if sized:
+            mean[: 3 * groups.count] = np.log(height_m / model_height)  # type: ignore[operator]
         size_std = settings.height_scale_std if sized else settings.scale_std
         solver = _BorderedSolver(
             generic,
@@ -120,20 +126,24 @@ def calibrate(
             settings,
             offset_std(generic.markers, settings) if registered_std is None else registered_std,
         )
-        start = _Shared(mean.copy(), np.zeros((len(generic.markers), 3)))
+        on_pelvis = settings.hips_on_pelvis_std if hip_width_m is None else FREE_HIPS_STD
+        prior = LogScalePrior(mean, log_scale_precision(groups, size_std, settings, hips_std=on_pelvis))
+        if kept:
+            prior = LogScalePrior(mean, KEPT_PRECISION * np.eye(len(mean)))
+        elif hip_width_m is not None and groups.hips is not None:
+            log_ratio = float(np.log(hip_width_m / groups.hips.width(generic)))
+            prior = prior.with_hip_width(groups, log_ratio, settings.hip_width_std_m / hip_width_m)
+        start = _Shared(prior.mean.copy(), np.zeros((len(generic.markers), 3)))
         skeleton = solver.skeleton(start)
         problem = PoseProblem(skeleton, frames.observed_ground, settings, settings.calibration_robust_scale_m)
         every = np.arange(len(frames.observed_ground))
         progress("scaling", 0.02)
         q, _ = initial_poses(problem, root_joint(skeleton), every)
-        precision = log_scale_precision(groups, size_std, settings)
-        if kept:
-            precision = KEPT_PRECISION * np.eye(len(mean))
-        solver.prior(mean, precision)
+        solver.prior(prior.mean, prior.precision)
         shared, q = solver.solve(start, q, progress)
         if kept:
             shared = _Shared(mean, shared.offsets)
-        fitted = scaled(generic, groups.factors(shared.log_scale), mass_kg)
+        fitted = groups.resized(generic, shared.log_scale, mass_kg)
         return Calibration(
             skeleton=with_offsets(fitted, shared.offsets),
             factors=groups.factors(shared.log_scale),
@@ -170,7 +180,7 @@ class _BorderedSolver:
 
     def skeleton(self, shared: _Shared) -> Skeleton:
         """The generic skeleton at these parameters."""
-        return with_offsets(scaled(self.generic, self.groups.factors(shared.log_scale), None), shared.offsets)
+        return with_offsets(self.groups.resized(self.generic, shared.log_scale), shared.offsets)
 
     def solve(
         self, shared: _Shared, q: Float[np.ndarray, "frames dofs"], progress: Progress
@@ -274,7 +284,7 @@ def _notes(
 ) -> tuple[str, ...]:
     """Scales and offsets far from what was expected, named."""
     notes = []
-    factors = np.exp(shared.log_scale.reshape(-1, 3))
+    factors = groups.axes(shared.log_scale)
     for name, factor in zip(groups.names, factors, strict=True):
         if factor.min() < 0.7 or factor.max() > 1.4:
             notes.append(f"scale of {name} is unusual: {' × '.join(f'{f:.2f}' for f in factor)}")

@@ -1,17 +1,18 @@
 """Recorded labels on the default body: its own markers, and one at its landmark for each label it lacks."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from solver.capture.capture import Markers
 from solver.kinematics.flat_foot import on_flat_feet
+from solver.kinematics.hip_width import LEG_LANDMARKS
 from solver.kinematics.label_reading import read_labels
 from solver.kinematics.marker_matching import LEFT_OUT, MarkerMatch, known_by_name, match_markers
-from solver.kinematics.pelvis_markers import pelvis_notes
+from solver.kinematics.pelvis_markers import SPINES, pelvis_notes
 from solver.kinematics.unnamed.settings import NAMING, NamingSettings
-from solver.kinematics.upright_pelvis import on_upright_pelvis, spines
+from solver.kinematics.upright_pelvis import at_landmarks, on_upright_pelvis
 from solver.markers.atlas import atlas, landmark_marker
 from solver.markers.label_parts import spelling
 from solver.markers.understanding import UnderstoodLabel
@@ -24,6 +25,7 @@ class NamedMarkers:
 
     skeleton: Skeleton
     match: MarkerMatch
+    landmarks: Mapping[str, str] = field(default_factory=dict)  # marker of the model at each that is known
 
 
 def on_default_body(
@@ -46,9 +48,10 @@ def on_default_body(
     """
     skeleton, named, notes = _named(generic, recordings, word, settings)
     match = match_markers(skeleton, recordings, named=named, notes=notes)
-    match = replace(match, notes=(*match.notes, *pelvis_notes(skeleton, match, spines(skeleton, match))))
+    landmarks = at_landmarks(skeleton, match, (*SPINES, "sacrum", *LEG_LANDMARKS))
+    match = replace(match, notes=(*match.notes, *pelvis_notes(skeleton, match, landmarks)))
     skeleton = on_flat_feet(skeleton, match, recordings, settings.kinematics)
-    return NamedMarkers(on_upright_pelvis(skeleton, match, recordings), match)
+    return NamedMarkers(on_upright_pelvis(skeleton, match, recordings), match, landmarks)
 
 
 def _named(

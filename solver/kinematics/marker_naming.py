@@ -4,17 +4,21 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 
+import numpy as np
+
 from solver.capture.capture import Markers
 from solver.errors import FitError
 from solver.kinematics.bare_model import is_bare
 from solver.kinematics.default_body_naming import NamedMarkers, on_default_body, seen_together
 from solver.kinematics.marker_matching import LEFT_OUT, match_markers
 from solver.kinematics.own_model_naming import in_own_model
-from solver.kinematics.pelvis_markers import pelvis_notes
+from solver.kinematics.pelvis_markers import landmarks_by_name, pelvis_notes
 from solver.kinematics.unnamed.settings import NAMING, NamingSettings
 from solver.markers.atlas import atlas
 from solver.markers.understanding import understand
 from solver.skeleton.skeleton import Skeleton
+
+CENTRE_M = 0.001  # nearer to the joint, a model's marker stands for its centre
 
 
 def name_markers(
@@ -50,6 +54,31 @@ def name_markers(
     return replace(found, match=replace(found.match, notes=notes))
 
 
+def with_computed_centres(model: Skeleton, landmarks: Mapping[str, str]) -> Skeleton:
+    """A model whose markers at hip centres that a laboratory computed are trusted as far as such centres err.
+
+    Args:
+        model: the subject's own.
+        landmarks: its marker at each landmark that is known.
+    """
+    spread = {
+        name: mark.spread_m
+        for landmark, name in landmarks.items()
+        if (mark := atlas()[landmark]).kind == "centre" and landmark.startswith("hip_centre")
+    }
+    at_joint = {
+        m.name
+        for m in model.markers
+        if np.allclose(m.position_body, model.joints[m.body].p_child_frame, atol=CENTRE_M)
+    }
+    return model.with_markers(
+        [
+            replace(m, spread_m=spread[m.name]) if m.name in spread.keys() & at_joint else m
+            for m in model.markers
+        ]
+    )
+
+
 def strangers(word: Mapping[str, str], labels: Collection[str]) -> tuple[str, ...]:
     """A note on lines of a map that speak of labels which no recording has."""
     lines = []
@@ -73,7 +102,8 @@ def _named(
     try:
         match = match_markers(generic, recordings, named=named, notes=notes)
         match = replace(match, notes=(*match.notes, *pelvis_notes(generic, match)))
-        return NamedMarkers(generic, match)
+        landmarks = landmarks_by_name(match)
+        return NamedMarkers(with_computed_centres(generic, landmarks), match, landmarks)
     except FitError as error:
         raise FitError(f"{error} Without any model it is fitted on the default body.") from error
 

@@ -39,3 +39,21 @@ def pelvis_notes(skeleton: Skeleton, match: MarkerMatch, known: Collection[str] 
         f"no marker at the {where}: the pelvis is held by {held}, and its angles and the hips' may be off by "
         "some degrees",
     )
+
+
+def landmarks_by_name(match: MarkerMatch) -> dict[str, str]:
+    """The model's marker at each landmark that its name, or a label's, tells.
+
+    Args:
+        match: which label is which marker.
+    """
+    marker_of = {
+        name: model
+        for model, labels in zip(match.model, match.measured, strict=True)
+        for name in (model, *labels)
+    }
+    found: dict[str, str] = {}
+    for row in understand(list(marker_of)).labels:
+        if row.landmark is not None:
+            found.setdefault(row.landmark, marker_of[row.label])
+    return found

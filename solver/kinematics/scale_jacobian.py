@@ -22,10 +22,10 @@ class ScaleJacobian:
     def columns(
         self, poses: Poses, q: Float[np.ndarray, "frames dofs"]
     ) -> Float[np.ndarray, "frames markers 3 scales"]:
-        """Derivatives [m per unit of log factor], three columns (x, y, z of the body) a group."""
+        """Derivatives [m per unit of log factor], in the order of the groups' log factors."""
         skeleton = self.kinematics.skeleton
         frames = q.shape[0]
-        J = np.zeros((frames, len(skeleton.markers), 3, 3 * self.groups.count))
+        J = np.zeros((frames, len(skeleton.markers), 3, self.groups.size))
         parents = [j.parent for j in skeleton.joints]
         to_child = {child: self._joint_in_parent(child, q) for child, p in enumerate(parents) if p >= 0}
         for m, marker in enumerate(skeleton.markers):
@@ -34,6 +34,9 @@ class ScaleJacobian:
                 vector = span - skeleton.joints[body].p_child_frame
                 column = 3 * self.groups.group[body]
                 J[:, m, :, column : column + 3] += poses.R_ground_body[:, body] * vector[:, None, :]
+                hips = self.groups.hips
+                if hips is not None and body in (hips.right, hips.left):
+                    J[:, m, :, -1] += poses.R_ground_body[:, hips.pelvis] @ hips.arm(skeleton, body)
                 if parents[body] >= 0:
                     span = to_child[body]
                 body = parents[body]

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from solver.kinematics.hip_width import HipPair, hip_pair
 from solver.kinematics.settings import KinematicsSettings
 from solver.skeleton.forward import ForwardKinematics
+from solver.skeleton.scaling import scaled
 from solver.skeleton.skeleton import Marker, Skeleton
 
 LEG_LENGTH_FRACTION = 0.491  # hip to ankle over stature: thigh 0.245, shank 0.246 (Drillis & Contini 1966)
@@ -22,19 +24,36 @@ _CLUSTER = re.compile(
 
 @dataclass(frozen=True)
 class ScaleGroups:
-    """Bodies that share scale factors: left and right twins."""
+    """Bodies that share scale factors: left and right twins. The hips' distance has one of its own."""
 
     group: Int[np.ndarray, " bodies"]
     names: tuple[str, ...]
+    hips: HipPair | None = None
 
     @property
     def count(self) -> int:
         """Number of groups."""
         return len(self.names)
 
+    @property
+    def size(self) -> int:
+        """Number of log factors: three a group, and last that of the hips' distance, where there is one."""
+        return 3 * self.count + (self.hips is not None)
+
+    def axes(self, log_scale: Float[np.ndarray, " parameters"]) -> Float[np.ndarray, "groups 3"]:
+        """Scale factors of every group along its axes."""
+        return np.exp(log_scale[: 3 * self.count].reshape(self.count, 3))
+
     def factors(self, log_scale: Float[np.ndarray, " parameters"]) -> Float[np.ndarray, "bodies 3"]:
-        """Scale factors of every body from the groups' log factors (three a group)."""
-        return np.exp(log_scale.reshape(self.count, 3))[self.group]
+        """Scale factors of every body from the groups' log factors."""
+        return self.axes(log_scale)[self.group]
+
+    def resized(
+        self, skeleton: Skeleton, log_scale: Float[np.ndarray, " parameters"], mass_kg: float | None = None
+    ) -> Skeleton:
+        """The unscaled skeleton at these log factors; with `mass_kg`, of that mass [kg]."""
+        sized = scaled(skeleton, self.factors(log_scale), mass_kg)
+        return sized if self.hips is None else self.hips.widened(sized, float(np.exp(log_scale[-1])))
 
 
 def scale_groups(skeleton: Skeleton) -> ScaleGroups:
@@ -46,7 +65,7 @@ def scale_groups(skeleton: Skeleton) -> ScaleGroups:
         if stem not in names:
             names.append(stem)
         group.append(names.index(stem))
-    return ScaleGroups(np.array(group), tuple(names))
+    return ScaleGroups(np.array(group), tuple(names), hip_pair(skeleton))
 
 
 def without_side(name: str) -> str:
@@ -54,22 +73,51 @@ def without_side(name: str) -> str:
     return re.sub(r"(_r|_l|_right|_left)$|^(r_|l_|right_|left_)", "", name)
 
 
+@dataclass(frozen=True)
+class LogScalePrior:
+    """Gaussian prior of the log factors."""
+
+    mean: Float[np.ndarray, " n"]
+    precision: Float[np.ndarray, "n n"]
+
+    def with_hip_width(self, groups: ScaleGroups, log_ratio: float, std: float) -> "LogScalePrior":
+        """And the hips' distance, over the unscaled model's, is known besides.
+
+        Args:
+            groups: with hips.
+            log_ratio: expected logarithm of the ratio.
+            std: of that logarithm.
+        """
+        if groups.hips is None:
+            return self
+        together = np.zeros(groups.size)  # the pelvis' factor and the hips' own multiply
+        together[[3 * groups.group[groups.hips.pelvis] + groups.hips.axis, -1]] = 1.0
+        precision = self.precision + np.outer(together, together) / std**2
+        mean = np.linalg.solve(precision, self.precision @ self.mean + together * log_ratio / std**2)
+        return LogScalePrior(mean, precision)
+
+
 def log_scale_precision(
-    groups: ScaleGroups, size_std: float, settings: KinematicsSettings
+    groups: ScaleGroups, size_std: float, settings: KinematicsSettings, *, hips_std: float
 ) -> Float[np.ndarray, "n n"]:
-    """Inverse covariance of the log factors: body size, plus segment, plus axis.
+    """Inverse covariance of the log factors: body size, plus segment, plus axis; hips by themselves.
 
     Args:
         groups: of bodies.
         size_std: of the whole body's log size.
         settings: scatter of segments and of their aspect.
+        hips_std: of the log of the hips' distance against the pelvis' width.
     """
     count = 3 * groups.count
     segment = np.repeat(np.arange(groups.count), 3)
     covariance = np.full((count, count), size_std**2)
     covariance += settings.segment_scale_std**2 * (segment[:, None] == segment[None, :])
     covariance += settings.aspect_scale_std**2 * np.eye(count)
-    return np.linalg.inv(covariance)
+    precision = np.zeros((groups.size, groups.size))
+    precision[:count, :count] = np.linalg.inv(covariance)
+    if groups.hips is not None:
+        precision[-1, -1] = hips_std**-2
+    return precision
 
 
 def offset_std(markers: tuple[Marker, ...], settings: KinematicsSettings) -> Float[np.ndarray, " markers"]:

@@ -129,3 +129,14 @@ class KinematicsSettings:
         0.06, unit="log", why="segment lengths against body size (Drillis 1964)"
     )
     aspect_scale_std: float = setting(0.05, unit="log", why="width and depth of a segment against its length")
+    hip_width_std_m: float = setting(
+        0.018,
+        unit="m",
+        why="of the distance that regressions expect between the hips: 7 mm a side, both sides of a pelvis "
+        "alike (Mantovani 2016), and 11 mm because each spine is palpated within 12 mm",
+    )
+    hips_on_pelvis_std: float = setting(
+        0.08,
+        unit="log",
+        why="the same against the pelvis' own width, where no spines are seen that a regression could go by",
+    )

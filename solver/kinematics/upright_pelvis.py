@@ -5,7 +5,7 @@ person whose spines' markers sit high in front would stand with the pelvis tippe
 inclination and the posture of people who stand, walk and run vary; each takes its share of what is unusual.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -37,7 +37,7 @@ def on_upright_pelvis(skeleton: Skeleton, match: MarkerMatch, recordings: Sequen
         match: which label is which marker.
         recordings: of one subject, y up.
     """
-    marked = spines(skeleton, match)
+    marked = at_landmarks(skeleton, match, [name for names in (*FRONT, *BACK) for name in names])
     front, back = _complete(FRONT, marked), _complete(BACK, marked)
     if not front or not back:
         return skeleton
@@ -91,20 +91,25 @@ def _inclination(
     return np.arctan2(-apart[..., 1], np.hypot(apart[..., 0], apart[..., 2]))
 
 
-def spines(skeleton: Skeleton, match: MarkerMatch) -> dict[str, str]:
-    """Landmark to marker, of those that the recordings share and that sit at a spine or the sacrum."""
+def at_landmarks(skeleton: Skeleton, match: MarkerMatch, landmarks: Iterable[str]) -> dict[str, str]:
+    """Landmark to marker, of those that the recordings share and that sit at one of the given landmarks.
+
+    Args:
+        skeleton: the default body.
+        match: which label is which marker.
+        landmarks: of the atlas.
+    """
     found = {}
-    for names in (*FRONT, *BACK):
-        for landmark in names:
-            mark = atlas()[landmark]
-            body, there = skeleton.body_index(mark.body), place_on(mark, skeleton)
-            for marker in skeleton.markers:
-                if (
-                    marker.name in match.model
-                    and marker.body == body
-                    and np.allclose(marker.position_body, there)
-                ):
-                    found[landmark] = marker.name
+    for landmark in landmarks:
+        mark = atlas()[landmark]
+        body, there = skeleton.body_index(mark.body), place_on(mark, skeleton)
+        for marker in skeleton.markers:
+            if (
+                marker.name in match.model
+                and marker.body == body
+                and np.allclose(marker.position_body, there)
+            ):
+                found[landmark] = marker.name
     return found
 
 

@@ -9,12 +9,15 @@ from solver.capture.capture import Markers
 from solver.capture.subject import open_subject
 from solver.capture.trial import read_static, read_trial
 from solver.kinematics.calibration import Calibration, calibrate, choose_frames
+from solver.kinematics.hip_width import expected_hip_width
+from solver.kinematics.marker_matching import MarkerMatch
 from solver.kinematics.marker_naming import name_markers
 from solver.kinematics.settings import KinematicsSettings
 from solver.markers.atlas import atlas
 from solver.settings import Settings
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import body_poses
+from solver.skeleton.osim import load_skeleton
 from solver.skeleton.segment_tables import lengths
 from tests.solver.kinematics.conftest import walking
 
@@ -57,7 +60,8 @@ def recorded(body):
 def fitted(body, markers) -> Calibration:
     named = name_markers(body, [markers], default_body=True)
     frames = choose_frames([named.match.observed(markers)], None, SETTINGS)
-    return calibrate(named.match.skeleton(named.skeleton), frames, SETTINGS)
+    expected = expected_hip_width(named.landmarks, named.match, [markers])
+    return calibrate(named.match.skeleton(named.skeleton), frames, SETTINGS, hip_width_m=expected)
 
 
 def hip_width(skeleton):
@@ -82,9 +86,56 @@ def test_hips_follow_the_centres_that_a_laboratory_found_by_moving_them(real_dat
     body = default_skeleton(mass_kg=subject.mass_kg)
     named = name_markers(body, [walked, static], default_body=True)
     assert {"R_HJC", "L_HJC"} < {name for names in named.match.measured for name in names}
-    frames = choose_frames([named.match.observed(walked)], named.match.observed(static), SETTINGS)
-    found = calibrate(named.match.skeleton(named.skeleton), frames, SETTINGS).skeleton
+    found = calibrated(named, [walked], static).skeleton
     right, left = (walked.positions_ground[:, walked.names.index(f"{side}_HJC")] for side in "RL")
     shown = np.nanmedian(np.linalg.norm(right - left, axis=1))
     of_two_centres = np.sqrt(2) * atlas()["hip_centre_r"].spread_m
     assert abs(hip_width(found) - shown) < 1.5 * of_two_centres
+
+
+def calibrated(named, moving, static):
+    everything = [*moving, *([static] if static else [])]
+    observed = named.match.observed
+    frames = choose_frames([observed(m) for m in moving], observed(static) if static else None, SETTINGS)
+    return calibrate(
+        named.match.skeleton(named.skeleton),
+        frames,
+        SETTINGS,
+        hip_width_m=expected_hip_width(named.landmarks, named.match, everything),
+    )
+
+
+@pytest.mark.parametrize("default_body", [True, False])
+@pytest.mark.parametrize(
+    ("folder", "by_hand"),
+    [("opencap_subject4", "manually_scaled.osim"), ("opencap_subject6", "hand_scaled.osim")],
+)
+def test_hips_are_as_far_apart_as_in_the_model_that_an_expert_scaled(
+    real_data, folder, by_hand, default_body
+):
+    subject = open_subject(real_data / folder)
+    walk = next(trial for trial in subject.trials if trial.name == "walking1")
+    walked = read_trial(walk, Settings().reading).markers
+    static = read_static(subject.static, Settings().reading).markers
+    model = default_skeleton(mass_kg=subject.mass_kg) if default_body else load_skeleton(subject.model)
+    named = name_markers(model, [walked, static], default_body=default_body)
+    found = calibrated(named, [walked], static).skeleton
+    expert = load_skeleton(real_data / folder / "reference" / by_hand)
+    assert hip_width(found) == pytest.approx(hip_width(expert), abs=0.010)
+
+
+def test_regressions_expect_what_their_authors_print(body):
+    """Spines 240 mm apart: Harrington's 0.33 · 240 + 7.3 a side; legs of 850 mm: Hara's 0.086 · 850 + 8."""
+    names = ("RASI", "LASI", "RKNE", "RANK", "RMED")
+    x = np.array([[0.0, 0.9, 0.12], [0, 0.9, -0.12], [0, 0.45, 0.12], [0, 0.04, 0.12], [0, 0.05, 0.12]])
+    recording = Markers(names, np.stack([x] * 3), 100.0)
+    match = MarkerMatch(names, tuple((name,) for name in names), ())
+    marks = ("asis_r", "asis_l", "knee_lateral_r", "ankle_lateral_r", "ankle_medial_r")
+    landmarks = dict(zip(marks, names, strict=True))
+    harrington, hara = 2 * (0.33 * 0.240 + 0.0073), 2 * (0.086 * 0.850 + 0.008)
+    both = expected_hip_width(landmarks, match, [recording])
+    assert both == pytest.approx((harrington + hara) / 2)
+    bent = replace(recording, positions_ground=recording.positions_ground.copy())
+    bent.positions_ground[:, 2, 0] = 0.3
+    assert expected_hip_width(landmarks, match, [bent]) == pytest.approx(harrington)
+    assert expected_hip_width({}, match, [recording]) is None
