@@ -37,7 +37,7 @@ HEADER = (
     "marker RMS / max cm (markers alone)",
     "residual RMS",
     "raw forces",
-    "withheld blocks (markers alone)",
+    "first layout of withheld blocks (markers alone at their best cut-off elsewhere)",
     "markers alone, 6 Hz",
     "referee RMS; referee less ours",
     "Hicks: force, moment, marker RMS, max",

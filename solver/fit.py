@@ -9,7 +9,7 @@ from solver.capture.capture import Capture, Subject, UnreadTrial, UnusedFile
 from solver.contact.proposals import Proposal
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
-from solver.dynamics.heldout import Heldout
+from solver.dynamics.heldout import Heldout, WithheldLayout
 from solver.kinematics.label_faults.fault import LabelFault
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.marker_matching import MarkerMatch
@@ -81,6 +81,7 @@ class Fit:
     notes: tuple[str, ...] = ()
     groundwork: Groundwork | None = None
     heldout_due: bool = False  # the withheld blocks are still to be predicted for these reviews
+    withheld: tuple[WithheldLayout, ...] = ()  # judged so far, one after the other
 
     @property
     def unread(self) -> tuple[UnreadTrial, ...]:

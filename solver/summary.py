@@ -5,7 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
+from solver.dynamics.heldout import WithheldBlocks
 from solver.dynamics.thresholds import Figures, Thresholds, verdicts
+from solver.dynamics.withheld_figures import AgainstMarkers, against_markers
+from solver.dynamics.withheld_layouts import BLOCKS, LAYOUTS, STEPS
 from solver.fit import Fit, TrialFit
 from solver.kinematics.label_faults.fault import LabelFault
 from solver.kinematics.marker_errors import MarkerErrors
@@ -33,7 +36,10 @@ def summary(fit: Fit, files: Sequence[str] = ()) -> dict[str, object]:
             "height_m": _number(fit.height_m),
         },
         "model": {"bodies": len(fit.skeleton.bodies), "dofs": len(fit.skeleton.dofs)},
-        "trials": [_trial(trial, body_weight, fit.height_m) for trial in fit.trials],
+        "trials": [
+            {**_trial(trial, body_weight, fit.height_m), "withheld": _withheld(fit, trial.capture.name)}
+            for trial in fit.trials
+        ],
         "files": list(files),
         "notes": list(all_notes(fit)),
         "unused": [{"file": file.file, "reason": file.reason} for file in fit.unused],
@@ -108,11 +114,19 @@ def _inferred_ranges(trial: TrialFit) -> list[list[int]]:
 
 
 def _heldout(trial: TrialFit, body_weight: float, height: float) -> dict[str, object] | None:
-    """Residuals on withheld blocks, beside those of the fit's and the markers' motion on the same frames."""
+    """Residuals on withheld blocks, beside those of the fit's and the markers' motion on the same frames.
+
+    Without `markers_cutoff_hz`, which older versions did not write, the markers' figures are those at the
+    forces' own cut-off: no fair comparison.
+    """
     heldout = trial.heldout
     if heldout is None or not heldout.frames.any():
         return None
-    figures: dict[str, object] = {"frames": int(heldout.frames.sum()), "learnt": list(heldout.learnt)}
+    figures: dict[str, object] = {
+        "frames": int(heldout.frames.sum()),
+        "learnt": list(heldout.learnt),
+        "markers_cutoff_hz": list(heldout.markers_hz) if heldout.markers_hz else None,
+    }
     motion_only = heldout.residual_root if heldout.motion_only_root is None else heldout.motion_only_root
     for prefix, residual in (
         ("", heldout.residual_root),
@@ -123,6 +137,42 @@ def _heldout(trial: TrialFit, body_weight: float, height: float) -> dict[str, ob
         figures[f"{prefix}linear_residual"] = linear_figures(counted[:, :3], body_weight)
         figures[f"{prefix}angular_residual"] = angular_figures(counted[:, 3:], body_weight, height)
     return figures
+
+
+def _withheld(fit: Fit, name: str) -> dict[str, object] | None:
+    """All layouts of a trial so far: blocks and whole steps; None before the first one."""
+    if not fit.withheld:
+        return None
+    figures: dict[str, object] = {"layouts": len(fit.withheld), "of": len(LAYOUTS)}
+    for kind in (BLOCKS, STEPS):
+        layouts = [layout.trials.get(name) for layout in fit.withheld if layout.kind == kind]
+        figures[kind] = _of_layouts([blocks for blocks in layouts if blocks is not None])
+    return figures
+
+
+def _of_layouts(blocks: Sequence[WithheldBlocks]) -> dict[str, object] | None:
+    if not blocks:
+        return None
+    force, moment = against_markers(blocks)
+    seen = {i for b in blocks for start, end in b.ranges for i in range(start, end)}
+    return {
+        "layouts": len(blocks),
+        "pieces": sum(len(b.frames) for b in blocks),
+        "frames": len(seen),
+        "force": _against_markers(force),
+        "moment": _against_markers(moment),
+    }
+
+
+def _against_markers(found: AgainstMarkers) -> dict[str, object]:
+    """RMS [N or N·m] missed by fit and markers, and their ratio with its 90 % interval over blocks."""
+    return {
+        "rms": _number(found.fit),
+        "markers_rms": _number(found.markers),
+        "markers_cutoffs_hz": list(found.cutoffs_hz),
+        "ratio": _number(found.ratio),
+        "ratio_90": list(found.interval) if found.interval else None,
+    }
 
 
 def _kinematics_only(trial: TrialFit) -> Numbers | None:

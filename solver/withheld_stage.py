@@ -1,19 +1,27 @@
-"""Forces withheld from the trajectory fit and then foretold."""
+"""Forces withheld from the trajectory fit and then foretold, layout by layout."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Bool, Float
 
 from solver.clock import Clock
 from solver.dynamics.extension import Extension, with_extra_wrench
-from solver.dynamics.heldout import Heldout, withheld_frames
+from solver.dynamics.heldout import Heldout, WithheldLayout, judged_blocks
 from solver.dynamics.trajectory_fit import fit_trajectories
-from solver.dynamics_stage import all_data, before_forces, extra_of, filtered, started, under_forces
-from solver.fit import TrialFit
+from solver.dynamics.withheld_layouts import BLOCKS, LAYOUTS, withheld_blocks, withheld_steps
+from solver.dynamics_stage import all_data, before_forces, extra_of, started, under_forces
+from solver.fit import Fit, TrialFit
 from solver.foretelling_stage import foretold_heldout, sister_of
 from solver.kinematics.marker_matching import MarkerMatch
-from solver.progress import Progress
-from solver.settings import Settings
+from solver.progress import Progress, part
+from solver.settings import Settings, from_dict
+from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
+
+CUTOFFS_HZ = (3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0)  # of all that laboratories use for markers
+Withheld = Sequence[Bool[np.ndarray, " frames"]]
 
 
 def with_heldout(
@@ -25,9 +33,7 @@ def with_heldout(
     *,
     extension: Extension | None = None,
 ) -> tuple[TrialFit, ...]:
-    """The same fit without the forces of some blocks, judged on these blocks.
-
-    Its search begins at the markers, never where these forces have been seen.
+    """The same fit without the forces of the first layout's blocks, judged on these blocks.
 
     Args:
         fits: fitted to the forces.
@@ -38,39 +44,178 @@ def with_heldout(
         extension: what acts beside the recorded forces; its parameters do not see the blocks either.
     """
     fits = tuple(replace(fit, heldout=None) for fit in fits)
-    fitted = [i for i, fit in enumerate(fits) if fit.kinematics_only is not None]
-    before = [before_forces(fits[i]) for i in fitted]
+    fitted = _fitted(fits)
     clock = Clock()
     with clock("heldout"):
-        data, _ = all_data(before, match, skeleton, settings, extension)
-        withheld = [withheld_frames(d.counts, d.start.rate, settings.trajectory) for d in data]
-        if not any(w.any() for w in withheld):
-            return fits
-        blind = [
-            started(replace(d, counts=d.counts & ~w), fit, skeleton, settings)
-            for d, w, fit in zip(data, withheld, before, strict=True)
-        ]
-        result = fit_trajectories(
+        withheld = [_frames(fits[i], LAYOUTS[0], settings, extension) for i in fitted]
+        judged = _foretold(
+            [fits[i] for i in fitted],
+            withheld,
+            match,
             skeleton,
-            blind,
-            settings.trajectory,
-            progress,
-            extra=extension.parameters if extension else None,
+            settings,
+            progress=progress,
+            extension=extension,
         )
-        sister = sister_of(before, blind, result, skeleton, settings, extension=extension)
-        judged = []
-        for k, (frames, fit, motion) in enumerate(zip(withheld, before, result.motions, strict=True)):
-            ours, extra = under_forces(fit, motion, result.skeleton, settings), extra_of(fit, extension)
-            if extra is not None:
-                ours = with_extra_wrench(ours, result.skeleton, extra, result.extra)
-            plain = under_forces(fit, filtered(fit.motion, settings), skeleton, settings)
-            heldout = Heldout(frames & ours.used, ours.residual_root, plain.residual_root)
-            if sister is not None:
-                wrench = sister.wrenches_ground[k]
-                heldout = foretold_heldout(heldout, fit, sister, wrench, ours.root_ground)
-            judged.append(heldout)
+    if not judged:
+        return fits
     seconds = {"heldout": clock.seconds["heldout"] / len(fitted)}
     updated = list(fits)
     for i, heldout in zip(fitted, judged, strict=True):
         updated[i] = replace(fits[i], heldout=heldout, seconds=fits[i].seconds | seconds)
     return tuple(updated)
+
+
+def layouts_due(fit: Fit) -> tuple[tuple[str, int], ...]:
+    """Layouts that a fit can be judged on and has not been yet, in order."""
+    wanted = from_dict(fit.settings).trajectory.heldout and not fit.heldout_due
+    if not wanted or fit.groundwork is None or fit.groundwork.mass_kg is None or not _fitted(fit.trials):
+        return ()
+    done = {(layout.kind, layout.number) for layout in fit.withheld}
+    return tuple(layout for layout in LAYOUTS if layout not in done)
+
+
+def completing_withheld(
+    fit: Fit,
+    settings: Settings,
+    progress: Progress,
+    *,
+    extension: Extension | None = None,
+    came: Callable[[WithheldLayout], None] = lambda _: None,
+) -> Fit:
+    """The fit judged on all layouts; those that it was judged on already are kept.
+
+    Args:
+        fit: with its first layout predicted.
+        settings: of the fit.
+        progress: told the fraction done; may raise `Cancelled`.
+        extension: of the fit.
+        came: told each layout when it is judged, so that whoever stops this half-way keeps the others.
+    """
+    due = layouts_due(fit)
+    for k, layout in enumerate(due):
+        told = part(progress, k / len(due), (k + 1) / len(due))
+        judged = judged_layout(fit, layout, settings, told, extension=extension)
+        came(judged)
+        fit = replace(fit, withheld=(*fit.withheld, judged))
+    return fit
+
+
+def judged_layout(
+    fit: Fit,
+    layout: tuple[str, int],
+    settings: Settings,
+    progress: Progress,
+    *,
+    extension: Extension | None = None,
+) -> WithheldLayout:
+    """One layout of a fit, by a fit of its own that begins at the markers, or as `with_heldout` left it.
+
+    Args:
+        fit: of the subject.
+        layout: kind and number.
+        settings: of the fit.
+        progress: told the fraction done; may raise `Cancelled`.
+        extension: of the fit.
+    """
+    assert fit.groundwork is not None
+    assert fit.groundwork.mass_kg is not None
+    trials = [fit.trials[i] for i in _fitted(fit.trials)]
+    withheld = [_frames(trial, layout, settings, extension) for trial in trials]
+    kept = [trial.heldout for trial in trials]
+    if layout == LAYOUTS[0] and all(heldout is not None and heldout.markers_hz for heldout in kept):
+        judged = [heldout for heldout in kept if heldout is not None]
+    else:
+        began = with_mass(fit.groundwork.skeleton, fit.groundwork.mass_kg)
+        judged = _foretold(
+            trials,
+            withheld,
+            fit.groundwork.match,
+            began,
+            settings,
+            progress=progress,
+            extension=extension,
+        )
+    names = [trial.capture.name for trial in trials]
+    blocks = [judged_blocks(heldout, w) for heldout, w in zip(judged, withheld, strict=False)]
+    return WithheldLayout(*layout, {n: b for n, b in zip(names, blocks, strict=False) if b is not None})
+
+
+def _fitted(fits: Sequence[TrialFit]) -> list[int]:
+    return [i for i, fit in enumerate(fits) if fit.kinematics_only is not None]
+
+
+def _frames(
+    fit: TrialFit, layout: tuple[str, int], settings: Settings, extension: Extension | None
+) -> Bool[np.ndarray, " frames"]:
+    """A trial's part of a layout; none where too few forces would be left to fit it to."""
+    (kind, number), extra = layout, extra_of(fit, extension)
+    counts, rate = fit.forces_known if extra is None else fit.forces_known & extra.known, fit.motion.rate
+    if kind == BLOCKS:
+        return withheld_blocks(counts, rate, settings.trajectory, number)
+    assert fit.contacts is not None
+    frames = withheld_steps(counts, fit.contacts.in_contact, rate, number)
+    is_left = (counts & ~frames).sum() >= settings.trajectory.fewest_frames
+    return frames if is_left else np.zeros_like(frames)
+
+
+def _foretold(
+    fits: Sequence[TrialFit],
+    withheld: Withheld,
+    match: MarkerMatch,
+    skeleton: Skeleton,
+    settings: Settings,
+    *,
+    progress: Progress,
+    extension: Extension | None,
+) -> list[Heldout]:
+    """Each trial judged on frames that the fit was blind to; empty where nothing is withheld.
+
+    The search begins at the markers, never where these forces have been seen; the sister chooses her terms
+    without them too.
+    """
+    if not any(w.any() for w in withheld):
+        return []
+    before = [before_forces(fit) for fit in fits]
+    data, _ = all_data(before, match, skeleton, settings, extension)
+    blind = [
+        started(replace(d, counts=d.counts & ~w), fit, skeleton, settings)
+        for d, w, fit in zip(data, withheld, before, strict=True)
+    ]
+    result = fit_trajectories(
+        skeleton, blind, settings.trajectory, progress, extra=extension.parameters if extension else None
+    )
+    sister = sister_of(before, blind, result, skeleton, settings, extension=extension)
+    judged = []
+    for k, (frames, fit, motion) in enumerate(zip(withheld, before, result.motions, strict=True)):
+        ours, extra = under_forces(fit, motion, result.skeleton, settings), extra_of(fit, extension)
+        if extra is not None:
+            ours = with_extra_wrench(ours, result.skeleton, extra, result.extra)
+        markers, cutoffs = _markers_alone(fit, frames, result.skeleton, settings)
+        heldout = Heldout(frames & ours.used, ours.residual_root, markers, markers_hz=cutoffs)
+        if sister is not None:
+            heldout = foretold_heldout(heldout, fit, sister, sister.wrenches_ground[k], ours.root_ground)
+        judged.append(heldout)
+    return judged
+
+
+def _markers_alone(
+    fit: TrialFit, withheld: Bool[np.ndarray, " frames"], skeleton: Skeleton, settings: Settings
+) -> tuple[Float[np.ndarray, "frames 6"], tuple[float, float]]:
+    """Residual of the markers' motion at the cut-offs [Hz] that do best where nothing is withheld.
+
+    Force and moment each have their own, and both are held against the same forces as the fit.
+    """
+    cutoffs = [cutoff for cutoff in CUTOFFS_HZ if cutoff < fit.motion.rate / 2] or [fit.motion.rate / 4]
+    order = settings.conditioning.order
+    found = [
+        under_forces(fit, fit.motion.low_passed(cutoff, order), skeleton, settings) for cutoff in cutoffs
+    ]
+    elsewhere = found[0].used & ~withheld
+    chosen = []
+    for part_ in (slice(0, 3), slice(3, 6)):
+        squares = [float(np.sum(dynamics.residual_root[elsewhere, part_] ** 2)) for dynamics in found]
+        chosen.append(int(np.argmin(squares)))
+    force, moment = chosen
+    residual = np.hstack([found[force].residual_root[:, :3], found[moment].residual_root[:, 3:]])
+    return residual, (cutoffs[force], cutoffs[moment])

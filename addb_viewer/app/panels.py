@@ -23,6 +23,7 @@ from addb_viewer.app.palette import (
     foot_color,
 )
 from addb_viewer.app.replay import Replay
+from addb_viewer.withheld_words import KINDS, QUANTITIES, cutoff_words, worse_words
 
 
 def summary_html(figures: dict[str, Any], person: dict[str, float], replay: Replay) -> str:
@@ -97,7 +98,28 @@ def _figure_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
     if angular := figures.get("angular_residual"):
         text = f"{angular['rms_Nm']:.1f} N·m = {100 * angular['rms_BWh']:.2f} % BW·h{mark('angular')}"
         rows.append(("Residual moment", text))
-    return [*rows, ("Frames counted", f"{figures.get('frames_with_force_used', 0)} (force known)")]
+    rows.append(("Frames counted", f"{figures.get('frames_with_force_used', 0)} (force known)"))
+    return rows + _withheld_rows(figures)
+
+
+def _withheld_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
+    """Forces that the fit was not shown, beside what the markers alone foretell; where these do better, ✗."""
+    withheld = figures.get("withheld") or {}
+    rows = []
+    for kind, words in KINDS.items():
+        found = withheld.get(kind) or {}
+        for quantity, unit in QUANTITIES.items():
+            if quantity not in found:
+                continue
+            of = found[quantity]
+            mark = "" if of["ratio"] is None else " ✗" if of["ratio"] > 1 else " ✓"
+            told = f"{of['rms']:.1f} {unit}{mark}"
+            told += f" (markers {of['markers_rms']:.1f} at {cutoff_words(of['markers_cutoffs_hz'])})"
+            rows.append((f"Withheld {words}, {quantity}", told))
+    rows += [("Worse than markers", said) for said in worse_words(figures)]
+    if withheld and withheld["layouts"] < withheld["of"]:
+        rows.append(("Withheld layouts", f"{withheld['layouts']} of {withheld['of']} so far"))
+    return rows
 
 
 def _swatches(entries: tuple[tuple[str, Rgb], ...]) -> str:

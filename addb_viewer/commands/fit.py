@@ -1,11 +1,11 @@
 """`addb-viewer fit`: kinematics and dynamics of a subject; the results are kept and summed up."""
 
 from dataclasses import replace
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from addb_viewer.commands.errors import FAILED, errors_as_lines
+from addb_viewer.commands.errors import FAILED, STOPPED, errors_as_lines
 from addb_viewer.commands.options import (
     Debug,
     Force,
@@ -13,14 +13,18 @@ from addb_viewer.commands.options import (
     JsonFile,
     MapFile,
     Out,
+    Quick,
     SettingsFile,
     SubjectFolder,
     Trials,
     WithoutExtension,
 )
-from addb_viewer.commands.solving import job_for, solved
-from addb_viewer.commands.summary_table import print_summary
+from addb_viewer.commands.progress import terminal_progress
+from addb_viewer.commands.solving import Job, Solved, job_for, solved
+from addb_viewer.commands.summary_table import print_summary, print_withheld
 from addb_viewer.commands.unused_files import print_unused
+from addb_viewer.commands.withholding import FitReplacedError, Withholding
+from addb_viewer.withheld_words import rest_words
 from solver.fit import Fit
 from solver.results.store import write_json
 from solver.summary import summary
@@ -39,13 +43,16 @@ def fit(
     ignore_review: IgnoreReview = False,
     without_extension: WithoutExtension = False,
     force: Force = False,
+    quick: Quick = False,
     json: JsonFile = None,
     notes: Notes = False,
     debug: Debug = False,
 ) -> None:
     """Fit the skeleton to a subject's recordings, keep the results and print the summary.
 
-    Unchanged inputs are not solved again; where only flags changed, the fit begins at the kept one.
+    Unchanged inputs are not solved again; where only flags changed, the fit begins at the kept one. Once the
+    summary is printed and the fit kept, all other layouts of withheld forces follow: Ctrl-C keeps the fit and
+    those that came.
     """
     if json is not None and not json.absolute().parent.is_dir():
         raise typer.BadParameter(f"no folder {json.parent} to write into", param_hint="--json")
@@ -68,11 +75,35 @@ def fit(
         print_unused(fit.unused, whole=notes)
         if done.said:
             typer.echo(done.said)
+        if not quick:
+            withheld = _judged_on_all_layouts(job, done)
+            if json is not None:
+                write_json(json, figures | {"trials": summary(withheld)["trials"]})
         if fit.unread:
             for unread in fit.unread:
                 typer.echo(f"addb-viewer: {unread.file.file}: {unread.file.reason}", err=True)
             typer.echo(f"addb-viewer: fitted without {_counted(fit)}, see above", err=True)
             raise typer.Exit(FAILED)
+
+
+def _judged_on_all_layouts(job: Job, done: Solved) -> Fit:
+    """The fit with all layouts of withheld forces, which are printed when they are there."""
+    withholding = Withholding(done.fit, job.results, done.files[1].parent.name)
+    if not withholding.is_due:
+        return done.fit
+    try:
+        with terminal_progress() as progress:
+            withholding.run(job.settings, progress, job.extension)
+    except FitReplacedError:
+        typer.echo("withheld forces: not judged any further; another fit has taken the place of this one")
+    except KeyboardInterrupt as stop:
+        figures: dict[str, Any] = summary(withholding.fit)
+        print_withheld(figures)
+        rest = rest_words(figures["trials"])
+        typer.echo(f"addb-viewer: stopped; the fit is kept. {rest or ''}".rstrip(), err=True)
+        raise typer.Exit(STOPPED) from stop
+    print_withheld(summary(withholding.fit))
+    return withholding.fit
 
 
 def _counted(fit: Fit) -> str:

@@ -50,6 +50,13 @@ WithoutExtension = Annotated[
 Force = Annotated[
     bool, typer.Option("--force", help="Solve from the beginning even where nothing has changed.")
 ]
+Quick = Annotated[
+    bool,
+    typer.Option(
+        "--quick",
+        help="End with the first layout of withheld forces; `fit` again or the app goes on.",
+    ),
+]
 Host = Annotated[str, typer.Option("--host", help="Address the app listens on.")]
 Port = Annotated[int, typer.Option("--port", help="Port the app listens on.", min=0, max=65535)]
 Debug = Annotated[bool, typer.Option("--debug", help="Print the traceback of an error.")]

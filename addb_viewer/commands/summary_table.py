@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from addb_viewer.withheld_words import cutoff_words, withheld_words, worse_words
 from solver.dynamics.thresholds import Thresholds
 
 _WIDTH_OF_A_PIPE = 120  # [characters] where no terminal says how wide it is
@@ -32,6 +33,18 @@ def print_summary(figures: dict[str, Any]) -> None:
         console.print(Text(f"note: {note}"), soft_wrap=True)
     if figures["files"]:
         console.print(Text(f"written: {figures['files'][0]}"), soft_wrap=True)
+
+
+def print_withheld(figures: dict[str, Any]) -> None:
+    """Print how well forces were foretold on all layouts that have been judged.
+
+    Args:
+        figures: as `solver.summary.summary` found them.
+    """
+    console = Console(highlight=False, width=None if sys.stdout.isatty() else _WIDTH_OF_A_PIPE)
+    for trial in figures["trials"]:
+        for line in _withheld(trial):
+            console.print(line, soft_wrap=True)
 
 
 def _subject_line(figures: dict[str, Any]) -> Text:
@@ -82,11 +95,9 @@ def _honesty(trials: list[dict[str, Any]]) -> Iterator[Text]:
         heldout = trial["heldout"]
         if heldout is not None:
             linear, angular = heldout["linear_residual"], heldout["angular_residual"]
-            before = heldout["kinematics_only_linear_residual"], heldout["kinematics_only_angular_residual"]
             parts.append(
                 f"on {heldout['frames']} frames whose force was withheld {linear['rms_N']:.1f} N, "
-                f"{angular['rms_Nm']:.1f} N·m (markers alone {before[0]['rms_N']:.1f} N, "
-                f"{before[1]['rms_Nm']:.1f} N·m)"
+                f"{angular['rms_Nm']:.1f} N·m{_markers_alone(heldout)}"
             )
             if heldout.get("learnt"):
                 own = heldout["motion_only_linear_residual"], heldout["motion_only_angular_residual"]
@@ -96,6 +107,24 @@ def _honesty(trials: list[dict[str, Any]]) -> Iterator[Text]:
                 )
         if parts:
             yield Text(f"{trial['name']}: {'; '.join(parts)}")
+        yield from _withheld(trial)
+
+
+def _withheld(trial: dict[str, Any]) -> Iterator[Text]:
+    """A trial's layouts of withheld forces so far, and where the fit is worse than the markers alone."""
+    for said in withheld_words(trial):
+        yield Text(f"{trial['name']}: {said}")
+    for said in worse_words(trial):
+        yield Text(f"{trial['name']}: {said}", style="red")
+
+
+def _markers_alone(heldout: dict[str, Any]) -> str:
+    """Of the first layout; an older version's markers are no fair comparison, and not shown."""
+    cutoffs = heldout.get("markers_cutoff_hz")
+    if cutoffs is None:
+        return ""
+    linear, angular = heldout["kinematics_only_linear_residual"], heldout["kinematics_only_angular_residual"]
+    return f" (markers alone at {cutoff_words(cutoffs)} {linear['rms_N']:.1f} N, {angular['rms_Nm']:.1f} N·m)"
 
 
 def _in_cm(metres: float | None) -> float | None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from addb_viewer.report.markup import Safe, bar, element, joined, table, verdict_mark
+from addb_viewer.withheld_words import KINDS, QUANTITIES, cutoff_words, worse_words
 from solver.dynamics.thresholds import Thresholds
 from solver.summary import STANDARD_GRAVITY
 
@@ -84,31 +85,67 @@ def withheld_table(trials: Sequence[Mapping[str, Any]]) -> Safe | None:
     """
     rows = []
     for figures in trials:
-        withheld, alone = figures["heldout"], figures["kinematics_only"]
-        if withheld is None:
-            continue
-        before = _cm(alone["marker_rms_m"]) if alone else ""
-        rows.append(
-            [
-                figures["name"],
-                str(withheld["frames"]),
-                _number(withheld["linear_residual"]["rms_N"], "N", 1),
-                _number(withheld["kinematics_only_linear_residual"]["rms_N"], "N", 1),
-                _number(withheld["angular_residual"]["rms_Nm"], "N·m", 1),
-                _number(withheld["kinematics_only_angular_residual"]["rms_Nm"], "N·m", 1),
-                f"{_cm(figures['marker_rms_m'])} ({before} markers alone)",
-            ]
-        )
+        rows += _layout_rows(figures) or _first_layout_row(figures)
     head = (
         "Trial",
-        "Frames withheld",
+        "Withheld",
+        "Frames",
         "Force missed",
-        "by the markers alone",
+        "by markers alone",
         "Moment missed",
-        "by the markers alone",
+        "by markers alone",
         "Marker error, RMS",
     )
     return table(head, rows) if rows else None
+
+
+def worse_than_markers(trials: Sequence[Mapping[str, Any]]) -> Safe | None:
+    """Where the markers alone foretell withheld forces better than the fit; None where they nowhere do.
+
+    Args:
+        trials: in the shape of `fit --json`.
+    """
+    said = [f"{figures['name']}: {words}." for figures in trials for words in worse_words(figures)]
+    return element("ul", *(element("li", words) for words in said)) if said else None
+
+
+def _layout_rows(figures: Mapping[str, Any]) -> list[list[str]]:
+    withheld = figures.get("withheld") or {}
+    rows = []
+    for kind, words in KINDS.items():
+        found = withheld.get(kind)
+        if found:
+            layouts = "1 layout" if found["layouts"] == 1 else f"{found['layouts']} layouts"
+            pieces = words.removesuffix("s") if found["pieces"] == 1 else words
+            row = [figures["name"], f"{found['pieces']} {pieces} in {layouts}", str(found["frames"])]
+            for quantity, unit in QUANTITIES.items():
+                of = found[quantity]
+                alone = f"{_number(of['markers_rms'], unit, 1)} at {cutoff_words(of['markers_cutoffs_hz'])}"
+                row += [_number(of["rms"], unit, 1), alone]
+            rows.append([*row, _marker_errors(figures)])
+    return rows
+
+
+def _first_layout_row(figures: Mapping[str, Any]) -> list[list[str]]:
+    """Before all layouts have come: the first one; markers as older versions filtered them are left out."""
+    withheld = figures["heldout"]
+    if withheld is None:
+        return []
+    row = [figures["name"], "first layout of blocks", str(withheld["frames"])]
+    cutoffs = withheld.get("markers_cutoff_hz") or (None, None)
+    for (name, key, unit), cutoff in zip(
+        (("linear_residual", "rms_N", "N"), ("angular_residual", "rms_Nm", "N·m")), cutoffs, strict=True
+    ):
+        alone = _number(withheld[f"kinematics_only_{name}"][key], unit, 1)
+        row += [_number(withheld[name][key], unit, 1), f"{alone} at {cutoff:g} Hz" if cutoff else ""]
+    return [[*row, _marker_errors(figures)]]
+
+
+def _marker_errors(figures: Mapping[str, Any]) -> str:
+    """Now, and before forces were looked at."""
+    alone = figures["kinematics_only"]
+    before = _cm(alone["marker_rms_m"]) if alone else ""
+    return f"{_cm(figures['marker_rms_m'])} ({before} markers alone)"
 
 
 def _marker(label: str, value_m: float | None, bound_m: float, within: bool | None) -> Judged:

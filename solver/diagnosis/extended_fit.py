@@ -10,10 +10,10 @@ from solver.contact.wrenches import FrameMask
 from solver.diagnosis.diagnosis import Gain
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.extension import Extension, TrialExtension, with_extra_wrench
-from solver.dynamics.heldout import withheld_frames
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.trajectory_fit import TrajectoryFit, fit_trajectories
 from solver.dynamics.trial_data import TrialData
+from solver.dynamics.withheld_layouts import withheld_blocks
 from solver.dynamics_stage import before_forces, force_gains, started, trial_data
 from solver.errors import FitError
 from solver.fit import Fit, TrialFit
@@ -160,7 +160,7 @@ def _withheld(data: TrialData, extra: TrialExtension, settings: Settings) -> Boo
     brief = acts.sum(axis=0) <= OWN_COURSE_BLOCKS * trajectory.heldout_block_s * rate
     own = acts[:, brief].any(axis=1)
     short = replace(trajectory, heldout_block_s=SUB_BLOCK_S)
-    return withheld_frames(data.counts & ~own, rate, trajectory) | withheld_frames(
+    return withheld_blocks(data.counts & ~own, rate, trajectory) | withheld_blocks(
         data.counts & own, rate, short
     )
 

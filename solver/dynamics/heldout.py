@@ -1,11 +1,12 @@
 """Forces withheld from the fit and then predicted: the figure that a fit cannot buy by bending the motion."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
-from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.runs import runs
 
 
 @dataclass(frozen=True)
@@ -18,26 +19,54 @@ class Heldout:
 
     frames: Bool[np.ndarray, " frames"]
     residual_root: Float[np.ndarray, "frames 6"]
-    kinematics_only_root: Float[np.ndarray, "frames 6"]  # of the markers' motion, through the forces' filter
+    kinematics_only_root: Float[np.ndarray, "frames 6"]  # of the markers' motion at `markers_hz`
     motion_only_root: Float[np.ndarray, "frames 6"] | None = None  # of the fit's own motion; None: the same
     learnt: tuple[str, ...] = ()  # kinds of terms that foretell hidden blocks better
+    markers_hz: tuple[float, float] | None = None  # cut-offs of the markers' motion for force and moment;
+    # None: an older version's, the forces' own, which is no fair comparison
 
 
-def withheld_frames(
-    counts: Bool[np.ndarray, " frames"], rate: float, settings: TrajectorySettings
-) -> Bool[np.ndarray, " frames"]:
-    """Every k-th block of frames with known forces, never the first nor the last one.
+@dataclass(frozen=True)
+class WithheldBlocks:
+    """What was missed on each withheld block or step of a trial that has frames that count."""
 
-    Whole blocks, because a frame's neighbours know its force; a block is as long as a step's half.
+    ranges: Int[np.ndarray, "blocks 2"]  # frames
+    frames: Int[np.ndarray, " blocks"]  # of them that count
+    missed: Float[np.ndarray, "blocks 2"]  # sums over these of squared forces [N²] and moments [N²·m²]
+    markers_missed: Float[np.ndarray, "blocks 2"]  # by the markers alone at their best cut-off elsewhere
+    markers_hz: tuple[float, float]  # for force and moment
+
+
+@dataclass(frozen=True)
+class WithheldLayout:
+    """One layout of blocks or steps, judged by a fit that saw none of their forces."""
+
+    kind: str
+    number: int
+    trials: Mapping[str, WithheldBlocks] = field(default_factory=dict)  # those with anything withheld
+
+
+def judged_blocks(heldout: Heldout, withheld: Bool[np.ndarray, " frames"]) -> WithheldBlocks | None:
+    """A layout's figures, block by block; None where no frame counts or the markers' cut-off is not known.
 
     Args:
-        counts: frames whose forces are known.
-        rate: [Hz].
-        settings: length and distance of the blocks.
+        heldout: of the fit that was blind to the layout.
+        withheld: frames of the layout.
     """
-    withheld = np.zeros(len(counts), dtype=bool)
-    known = np.flatnonzero(counts)
-    length = max(1, round(settings.heldout_block_s * rate))
-    for start in range(length, len(known) - 2 * length + 1, settings.heldout_every * length):
-        withheld[known[start : start + length]] = True
-    return withheld
+    kept = [run for run in runs(withheld) if heldout.frames[slice(*run)].any()]
+    if not kept or heldout.markers_hz is None:
+        return None
+    return WithheldBlocks(
+        np.array(kept),
+        np.array([heldout.frames[slice(*run)].sum() for run in kept]),
+        np.array([_squares(heldout.residual_root, heldout.frames, run) for run in kept]),
+        np.array([_squares(heldout.kinematics_only_root, heldout.frames, run) for run in kept]),
+        heldout.markers_hz,
+    )
+
+
+def _squares(
+    residual: Float[np.ndarray, "frames 6"], counts: Bool[np.ndarray, " frames"], run: tuple[int, int]
+) -> list[float]:
+    rows = residual[slice(*run)][counts[slice(*run)]]
+    return [float(np.sum(rows[:, :3] ** 2)), float(np.sum(rows[:, 3:] ** 2))]

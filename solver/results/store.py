@@ -5,6 +5,7 @@
     results/solve-3/subject.json     who was fitted, from which files, with which settings; where a re-solve
                                      begins
     results/solve-3/trials/NAME.npz  one trial's arrays
+    results/solve-3/withheld.json    layouts of withheld forces that the fit was judged on, each when it came
 
 A solve is written into a hidden folder of its own. It gets its name, and `fit.json` is replaced in one
 step, after everything else lies on the disk: a run killed half-way leaves the previous fit whole. Writers
@@ -32,6 +33,7 @@ from solver.errors import ResultsError
 from solver.fit import Fit, TrialFit
 from solver.results.codec import Arrays, Decoder, Encoder, Tree
 from solver.results.named import named_in
+from solver.results.withheld_file import read_withheld, write_withheld
 from solver.results.writing import writing
 from solver.summary import summary
 
@@ -130,6 +132,39 @@ def _next_solve(draft: Path, folder: Path) -> Path:
             return solve
 
 
+def present_solve(folder: Path) -> str:
+    """Name of the folder, beside `fit.json`, that holds the fit.
+
+    Raises:
+        ResultsError: there is no fit.
+    """
+    return named_in(folder, _read_json(folder / "fit.json").get("solve"), folder / "fit.json").name
+
+
+def add_withheld(fit: Fit, folder: Path, solve: str) -> bool:
+    """Keep the layouts that a fit has been judged on since it was written.
+
+    Args:
+        fit: with all of its layouts so far.
+        folder: the results folder.
+        solve: what `present_solve` said when the fit was read or written.
+
+    Returns:
+        False where another fit has taken its place: nothing is written then.
+
+    Raises:
+        ResultsError: the folder cannot be written to.
+    """
+    try:
+        with writing(folder):
+            if not has_fit(folder) or present_solve(folder) != solve:
+                return False
+            write_withheld(fit, folder / solve)
+    except OSError as error:
+        raise ResultsError(writing_failed(folder, error)) from error
+    return True
+
+
 def load_fit(folder: Path, subject_folder: Path) -> Fit:
     """Read the fit that a results folder holds.
 
@@ -182,7 +217,8 @@ def _read_fit(head: Mapping[str, Any], folder: Path, subject_folder: Path) -> Fi
     skeleton = _decoded(solve / "skeleton.json", Decoder(subject_folder), _read_json(solve / "skeleton.json"))
     files = [named_in(solve, name, solve / "subject.json") for name in about.get("trials", ())]
     trials = tuple(_read_trial(file, subject_folder) for file in files)
-    return Fit(skeleton=skeleton, trials=trials, **members)
+    withheld = read_withheld(solve, subject_folder)
+    return Fit(skeleton=skeleton, trials=trials, withheld=withheld, **members)
 
 
 def _with_lists(value: Any) -> Any:
@@ -218,6 +254,7 @@ def _write_solve(fit: Fit, solve: Path) -> list[Path]:
     write_json(skeleton, encoder.encode(fit.skeleton))
     about: dict[str, Tree] = {name: encoder.encode(getattr(fit, name), name) for name in _SUBJECT_FIELDS}
     write_json(subject, {**about, "trials": [path.relative_to(solve).as_posix() for path in files]})
+    write_withheld(fit, solve)
     return [skeleton, subject, *files]
 
 

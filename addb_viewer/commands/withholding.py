@@ -1,0 +1,55 @@
+"""All layouts of withheld forces, judged after a fit is kept: each is kept when it comes."""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+from solver.dynamics.extension import Extension
+from solver.dynamics.heldout import WithheldLayout
+from solver.fit import Fit
+from solver.progress import Progress
+from solver.results.store import add_withheld
+from solver.settings import Settings
+from solver.withheld_stage import completing_withheld, layouts_due
+
+
+class FitReplacedError(Exception):
+    """Another fit has taken the place of the one whose layouts are judged."""
+
+
+class Withholding:
+    """Judges a kept fit; `fit` has what came so far, also after an interruption."""
+
+    def __init__(self, fit: Fit, folder: Path, solve: str) -> None:
+        """Nothing is computed yet.
+
+        Args:
+            fit: as it is kept.
+            folder: the results folder.
+            solve: the name, in it, of the folder that holds the fit.
+        """
+        self.fit, self._folder, self._solve = fit, folder, solve
+
+    @property
+    def is_due(self) -> bool:
+        """Whether layouts are left, and can be kept."""
+        return bool(layouts_due(self.fit)) and os.access(self._folder / self._solve, os.W_OK | os.X_OK)
+
+    def run(self, settings: Settings, progress: Progress, extension: Extension | None) -> None:
+        """Judge what is left.
+
+        Args:
+            settings: of the fit.
+            progress: told the fraction done.
+            extension: of the fit.
+
+        Raises:
+            FitReplacedError: there is another fit in the results folder by now.
+            ResultsError: the results folder cannot be written to.
+        """
+        completing_withheld(self.fit, settings, progress, extension=extension, came=self._came)
+
+    def _came(self, layout: WithheldLayout) -> None:
+        self.fit = replace(self.fit, withheld=(*self.fit.withheld, layout))
+        if not add_withheld(self.fit, self._folder, self._solve):
+            raise FitReplacedError

@@ -1,0 +1,85 @@
+"""Withheld forces in words: what fit and markers miss, and where the fit is the worse of the two."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+KINDS = {"blocks": "blocks", "steps": "whole steps"}
+QUANTITIES = {"force": "N", "moment": "N·m"}
+
+
+def withheld_words(figures: Mapping[str, Any]) -> tuple[str, ...]:
+    """A sentence a kind of layout: what was foretold how well; none before the first layout.
+
+    Args:
+        figures: of a trial, in the shape of `fit --json`.
+    """
+    withheld = figures.get("withheld") or {}
+    said = []
+    for kind, words in KINDS.items():
+        found = withheld.get(kind)
+        if found:
+            each = [_missed(found[quantity], unit) for quantity, unit in QUANTITIES.items()]
+            layouts = "layout" if found["layouts"] == 1 else "layouts"
+            pieces = words.removesuffix("s") if found["pieces"] == 1 else words
+            said.append(
+                f"{found['pieces']} {pieces} withheld in {found['layouts']} {layouts}, "
+                f"{found['frames']} frames: missed by {each[0]} and {each[1]}"
+            )
+    return tuple(said)
+
+
+def worse_words(figures: Mapping[str, Any]) -> tuple[str, ...]:
+    """Where the markers alone foretell withheld forces better than the fit, by how much and how surely.
+
+    Args:
+        figures: of a trial, in the shape of `fit --json`.
+    """
+    withheld = figures.get("withheld") or {}
+    said = []
+    for kind, words in KINDS.items():
+        found = withheld.get(kind) or {}
+        for quantity, unit in QUANTITIES.items():
+            of = found.get(quantity)
+            if of and of["ratio"] is not None and of["ratio"] > 1:
+                said.append(
+                    f"worse than markers alone on withheld {words}: {quantity} {of['rms']:.1f} {unit}, "
+                    f"markers at {cutoff_words(of['markers_cutoffs_hz'])} {of['markers_rms']:.1f} {unit}, "
+                    f"{of['ratio']:.2f} times; {_how_sure(of['ratio_90'])}"
+                )
+    return tuple(said)
+
+
+def rest_words(figures: Sequence[Mapping[str, Any]]) -> str | None:
+    """That layouts are still to come; None where none is, or nothing was withheld.
+
+    Args:
+        figures: of all trials, in the shape of `fit --json`.
+    """
+    for trial in figures:
+        withheld = trial.get("withheld")
+        if withheld and withheld["layouts"] < withheld["of"]:
+            return (
+                f"withheld forces: {withheld['layouts']} of {withheld['of']} layouts are judged so far; "
+                "addb-viewer fit goes on with the others"
+            )
+    return None
+
+
+def cutoff_words(cutoffs_hz: Sequence[float]) -> str:
+    """One cut-off, or from the lowest to the highest."""
+    low, high = min(cutoffs_hz), max(cutoffs_hz)
+    return f"{low:g} Hz" if low == high else f"{low:g} to {high:g} Hz"
+
+
+def _missed(of: Mapping[str, Any], unit: str) -> str:
+    return (
+        f"{of['rms']:.1f} {unit} (markers alone at {cutoff_words(of['markers_cutoffs_hz'])} "
+        f"{of['markers_rms']:.1f} {unit})"
+    )
+
+
+def _how_sure(interval: Sequence[float] | None) -> str:
+    if interval is None:
+        return "too few of them to tell whether that is chance"
+    said = f"90 % interval over them {interval[0]:.2f} to {interval[1]:.2f}"
+    return f"{said}: beyond chance" if interval[0] > 1 else f"{said}: perhaps chance"
