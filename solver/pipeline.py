@@ -24,6 +24,7 @@ from solver.kinematics.marker_errors import marker_errors
 from solver.kinematics.marker_naming import name_markers
 from solver.kinematics.model_ownership import Ownership, whose_model
 from solver.kinematics.motion import Motion
+from solver.kinematics.upright_pelvis import pitch_of_spines
 from solver.kinematics.walking_posture import posture_notes
 from solver.markers.mapping_file import chosen_for
 from solver.markers.people import people_notes
@@ -132,6 +133,7 @@ def solve(
             hip_width_m=expected_hip_width(
                 named.landmarks, match, [c.markers for c in ([*recorded, static] if static else recorded)]
             ),
+            pitch_of_spines=pitch_of_spines(body, named.landmarks) if subject.model is None else None,
             progress=part(progress, 0.0, SCALED),
         )
     whose = people_notes(

@@ -94,6 +94,7 @@ def calibrate(
     height_m: float | None = None,
     mass_kg: float | None = None,
     hip_width_m: float | None = None,
+    pitch_of_spines: Float[np.ndarray, "markers 3"] | None = None,
     registered_std: Float[np.ndarray, " markers"] | None = None,
     progress: Progress = silent,
 ) -> Calibration:
@@ -106,6 +107,8 @@ def calibrate(
         height_m: of the subject; None widens the prior of body size.
         mass_kg: of the subject; None keeps the model's.
         hip_width_m: distance of the hip centres that regressions expect; None where nothing tells.
+        pitch_of_spines: turn of the spines' line in the pelvis as the markers move [rad/m], where that has
+            been decided and stays; None where it is free.
         registered_std: of a model that is this person's own, which keeps its scales: how far each marker may
             lie from the model's place for it [m]; None where the model is to be scaled.
         progress: told the fraction done; may raise `Cancelled`.
@@ -124,7 +127,11 @@ def calibrate(
             frames,
             groups,
             settings,
-            offset_std(generic.markers, settings) if registered_std is None else registered_std,
+            _offset_precision(
+                offset_std(generic.markers, settings) if registered_std is None else registered_std,
+                pitch_of_spines,
+                settings,
+            ),
         )
         on_pelvis = settings.hips_on_pelvis_std if hip_width_m is None else FREE_HIPS_STD
         prior = LogScalePrior(mean, log_scale_precision(groups, size_std, settings, hips_std=on_pelvis))
@@ -152,6 +159,18 @@ def calibrate(
         )
 
 
+def _offset_precision(
+    std: Float[np.ndarray, " markers"],
+    pitch_of_spines: Float[np.ndarray, "markers 3"] | None,
+    settings: KinematicsSettings,
+) -> Float[np.ndarray, "offsets offsets"]:
+    """Each marker by itself, and the turn of the pelvis' markers together."""
+    precision = np.diag(np.repeat(std, 3) ** -2)
+    if pitch_of_spines is not None:
+        precision += np.outer(pitch_of_spines, pitch_of_spines) / settings.spines_pitch_std_rad**2
+    return precision
+
+
 @dataclass(frozen=True)
 class _Shared:
     log_scale: Float[np.ndarray, " scales"]
@@ -167,10 +186,10 @@ class _BorderedSolver:
         frames: CalibrationFrames,
         groups: ScaleGroups,
         settings: KinematicsSettings,
-        std: Float[np.ndarray, " markers"],
+        offset_precision: Float[np.ndarray, "offsets offsets"],
     ) -> None:
         self.generic, self.frames, self.groups, self.settings = generic, frames, groups, settings
-        self.offset_precision = np.repeat(std, 3) ** -2
+        self.offset_precision = offset_precision
 
     def prior(
         self, mean: Float[np.ndarray, " scales"], precision: Float[np.ndarray, "scales scales"]
@@ -229,7 +248,7 @@ class _BorderedSolver:
     ) -> float:
         deviation = shared.log_scale - self.mean
         prior = deviation @ self.precision @ deviation
-        prior += self.offset_precision @ shared.offsets.ravel() ** 2
+        prior += shared.offsets.ravel() @ self.offset_precision @ shared.offsets.ravel()
         return float(self.frames.weight @ problem.evaluate(q, every).cost + prior)
 
     def _step(
@@ -270,9 +289,8 @@ class _BorderedSolver:
         scales = len(shared.log_scale)
         border[:scales, :scales] += self.precision
         gradient[:scales] += self.precision @ (shared.log_scale - self.mean)
-        tail = np.arange(scales, len(border))
-        border[tail, tail] += self.offset_precision
-        gradient[scales:] += self.offset_precision * shared.offsets.ravel()
+        border[scales:, scales:] += self.offset_precision
+        gradient[scales:] += self.offset_precision @ shared.offsets.ravel()
         everything = np.arange(len(border))
         border[everything, everything] *= 1 + damping
         step = -np.linalg.solve(border, gradient)

@@ -135,6 +135,12 @@ class KinematicsSettings:
         why="of the distance that regressions expect between the hips: 7 mm a side, both sides of a pelvis "
         "alike (Mantovani 2016), and 11 mm because each spine is palpated within 12 mm",
     )
+    spines_pitch_std_rad: float = setting(
+        0.017,
+        unit="rad",
+        why="1°: how the spines' markers are pitched in the default body's pelvis is decided beforehand, "
+        "between bone and posture; free once more, they turn by 9° to suit a trunk that is not the model's",
+    )
     hips_on_pelvis_std: float = setting(
         0.08,
         unit="log",

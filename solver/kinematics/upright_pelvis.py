@@ -21,10 +21,13 @@ from solver.skeleton.skeleton import Skeleton
 INCLINATION_VARIANCE_DEG2 = 5.0**2 + 4.6**2
 # People stand within 5° of each other (Levine & Whittle 1996), and lean further where they walk and run.
 POSTURE_VARIANCE_DEG2 = 10.0**2
-SHARE = INCLINATION_VARIANCE_DEG2 / (INCLINATION_VARIANCE_DEG2 + POSTURE_VARIANCE_DEG2)
+# Some laboratories put these markers elsewhere on the pelvis altogether. So the bone's distribution has the
+# tails of Student's t, and posture, which people's joints bound, those of a Gaussian.
+TAIL = 3.0  # degrees of freedom
 UPRIGHT_M = 0.03  # below the highest the pelvis gets; lower down the person squats or sits
 HIGHEST = 95.0  # percentile that counts for "the highest": a jump is short
 NOTABLE_DEG = 0.1  # nearer to the usual inclination, the markers stay as they are
+SHARES = 1001  # ways to share, evenly: a thousandth of what is unusual is nothing
 FURTHEST_DEG = 45.0  # from the usual inclination; further off, nobody is upright
 FRONT, BACK = (("asis_r", "asis_l"),), (("psis_r", "psis_l"), ("sacrum",))
 
@@ -53,7 +56,7 @@ def on_upright_pelvis(skeleton: Skeleton, match: MarkerMatch, recordings: Sequen
     unusual = shown - float(_inclination(usual_front, usual_back))
     if not np.radians(NOTABLE_DEG) < abs(unusual) < np.radians(FURTHEST_DEG):
         return skeleton
-    turn = -SHARE * unusual
+    turn = -np.radians(of_bone(float(np.degrees(unusual))))
     c, s = np.cos(turn), np.sin(turn)
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     middle = (usual_front + usual_back) / 2
@@ -82,6 +85,44 @@ def upright_inclination(
     height = (front[:, 1] + back[:, 1]) / 2
     upright = height > np.percentile(height, HIGHEST) - UPRIGHT_M
     return float(np.median(_inclination(front[upright], back[upright])))
+
+
+def pitch_of_spines(
+    skeleton: Skeleton, landmarks: Mapping[str, str]
+) -> Float[np.ndarray, "markers 3"] | None:
+    """How much the line of the spines turns in the pelvis as their markers move [rad/m]; None without a line.
+
+    Args:
+        skeleton: the default body with the recordings' markers.
+        landmarks: marker at each landmark that is known.
+    """
+    front, back = _complete(FRONT, landmarks), _complete(BACK, landmarks)
+    if not front or not back:
+        return None
+    index = {marker.name: i for i, marker in enumerate(skeleton.markers)}
+    place = np.array([marker.position_body for marker in skeleton.markers])
+    ends = [place[[index[name] for name in names]].mean(axis=0) for names in (front, back)]
+    x, y, _ = ends[0] - ends[1]
+    across = np.array([-y, x, 0.0]) / (x**2 + y**2)
+    pitch = np.zeros((len(skeleton.markers), 3))
+    for names, sign in ((front, 1.0), (back, -1.0)):
+        for name in names:
+            pitch[index[name]] += sign * across / len(names)
+    return pitch
+
+
+def of_bone(unusual_deg: float) -> float:
+    """What the bone, or where its markers sit, takes of an unusual inclination [°]; posture has the rest.
+
+    The likelier of all ways to share it: Student's t for the bone, a Gaussian for posture.
+    """
+
+    def unlikely(bone: float) -> float:
+        student = (TAIL + 1) * np.log1p(bone**2 / (TAIL * INCLINATION_VARIANCE_DEG2))
+        return float(student + (unusual_deg - bone) ** 2 / POSTURE_VARIANCE_DEG2)
+
+    shares = np.linspace(0.0, unusual_deg, SHARES)
+    return float(shares[np.argmin([unlikely(share) for share in shares])])
 
 
 def _inclination(
