@@ -1,5 +1,6 @@
 """What went wrong, and what was done, told to the person at one browser."""
 
+import asyncio
 import contextlib
 import logging
 import threading
@@ -19,6 +20,7 @@ LOG = logging.getLogger("addb_viewer")
 ASIDE_S, IMPORTANT_S, FAILURE_S = 4.0, 12.0, 20.0  # how long a word stays; failures go with Esc as well
 MOST_FAILURES = 2  # likewise: more of them would hide the person
 MOST_IMPORTANT = 3  # at a time
+LONGEST_WORD_S = 10.0  # that the hand waits for a browser whose page is being closed
 
 
 class Notices:
@@ -37,6 +39,7 @@ class Notices:
         self._name = f"browser {client.client_id}_"
         self._hand = ThreadPoolExecutor(max_workers=1, thread_name_prefix=self._name)
         self._closed = False
+        self._ear: asyncio.AbstractEventLoop | None = None  # on which the browser's words arrive
         self.unnamed: Callable[[Callable[[], None]], None] | None = None  # asks for a name, then does it
         self._last: viser.NotificationHandle | None = None
         self._important: deque[viser.NotificationHandle] = deque()
@@ -112,10 +115,31 @@ class Notices:
                 action()
 
         async def handle(event: Any) -> None:
+            self._ear = asyncio.get_running_loop()
             if getattr(event, "client", self.client) is not None:
                 self.do(doing, asked)
 
         return handle
+
+    def between_words(self, action: Callable[[], None]) -> None:
+        """Do something while nothing that the browser says arrives, and wait for it.
+
+        What is typed while the hand looks at a box and writes into it would be lost.
+        """
+        if self._ear is None or not self.at_hand:
+            action()
+            return
+        done = threading.Event()
+
+        def do_it() -> None:
+            try:
+                action()
+            finally:
+                done.set()
+
+        with contextlib.suppress(RuntimeError):  # the page is being closed
+            self._ear.call_soon_threadsafe(do_it)
+            done.wait(LONGEST_WORD_S)
 
     @property
     def at_hand(self) -> bool:

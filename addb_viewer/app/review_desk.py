@@ -334,8 +334,12 @@ class ReviewDesk:
 
     def _note_went(self, note: str) -> None:
         """The edit is recorded: the box is empty again, unless something else was typed meanwhile."""
-        if str(self.panel.note.value).strip() == note:
-            put(self.panel.note, "")
+
+        def empty() -> None:
+            if str(self.panel.note.value).strip() == note:
+                put(self.panel.note, "")
+
+        self.notices.between_words(empty)
 
     def _trial(self) -> str:
         if self.place.replay is None:

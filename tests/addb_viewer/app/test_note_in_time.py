@@ -1,0 +1,42 @@
+"""A note that is typed while the edit before is being recorded belongs to the next edit."""
+
+import threading
+
+import pytest
+
+from addb_viewer.app import review_desk
+from addb_viewer.review_store import open_log
+
+
+@pytest.fixture
+def app(tmp_path, make_replay, make_app):
+    app = make_app(tmp_path, [make_replay()])
+    yield app
+    app.close()
+
+
+def test_a_note_typed_as_the_one_before_is_taken_away_stays(app, tmp_path, enter, monkeypatch):
+    browser = enter(app)
+    emptied = []
+    really_put = review_desk.put
+
+    def put(handle, value):
+        """The page's words arrive between the look at the box and this, if they can arrive at all."""
+        if handle is browser.session.review.panel.note and value == "" and not emptied:
+            emptied.append(threading.current_thread().name)
+            browser.put("Note", "second")
+            if browser.session.notices.at_hand:
+                browser.until(lambda: handle.value == "second", "the note to arrive")
+        really_put(handle, value)
+
+    monkeypatch.setattr(review_desk, "put", put)
+    browser.put("Note", "first")
+    for frames in ("20:30", "50:60"):
+        start, end = map(int, frames.split(":"))
+        browser.put("Go to", frames)
+        browser.until(lambda here=(start, end): browser.session.review.chosen == here, frames)
+        browser.press("Flag: other")
+        browser.until(lambda n=start: browser.session.review.recorded == (1 if n == 20 else 2), "the edit")
+        browser.until(lambda: emptied, "the box to be emptied")
+    with open_log(tmp_path) as log:
+        assert [edit.event.note for edit in log.history("walk")] == ["first", "second"]
