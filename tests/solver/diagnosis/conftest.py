@@ -6,11 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.balance import Balance
+from solver.diagnosis.balance import Balance, Solved
+from solver.diagnosis.extension import extension_of
 from solver.diagnosis.model_errors import mass_change, model_error, nuisances, soft_tissue
 from solver.diagnosis.rows import TrialRows
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.dynamics.windows import windows_over
+from solver.effects.clock_offset import ClockOffset
 from solver.effects.scene import Scene
 from solver.simulate.demo import MARKERS
 from solver.simulate.ground_demand import GroundDemand
@@ -19,6 +21,7 @@ from solver.simulate.person import Person, body_of
 from solver.simulate.trial import Scenario, SyntheticTrial, simulate_trial
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton
+from tests.solver.diagnosis.late_walk import LATE_S, Case, case_of
 from tests.solver.effects.conftest import NOISELESS, RATE, scene_of_trial
 
 HOP_S = 0.06
@@ -77,6 +80,26 @@ def drawn(short_scene) -> Callable[..., Scene]:
 def balance_of_scenes() -> Callable[..., Balance]:
     """The balance of any scenes."""
     return lambda *scenes: Balance([trial_rows_of(s) for s in scenes], SETTINGS)
+
+
+@pytest.fixture(scope="session")
+def late(tmp_path_factory) -> Case:
+    return case_of(tmp_path_factory.mktemp("late"), LATE_S)
+
+
+@pytest.fixture(scope="session")
+def on_time(tmp_path_factory) -> Case:
+    return case_of(tmp_path_factory.mktemp("on_time"), 0.0)
+
+
+@pytest.fixture(scope="session")
+def late_clock(late) -> Solved:
+    return late.solved(ClockOffset("all"), (0.0,))
+
+
+@pytest.fixture(scope="session")
+def late_extension(late, late_clock):
+    return extension_of(late.balance.scenes, late_clock)
 
 
 def trial_rows_of(scene: Scene, settings: DiagnosisSettings = SETTINGS) -> TrialRows:

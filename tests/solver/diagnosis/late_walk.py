@@ -1,0 +1,53 @@
+"""A walk whose forces were recorded 25 ms late, beside the same walk recorded with one clock."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solver.capture.subject import open_subject
+from solver.diagnosis.balance import Balance, Solved
+from solver.diagnosis.diagnose import balance_of
+from solver.diagnosis.refinement import refined
+from solver.diagnosis.scenes import scenes_of
+from solver.fit import Fit
+from solver.pipeline import solve
+from solver.settings import Settings
+from solver.simulate.demo import MARKERS
+from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
+from solver.simulate.person import Person, body_of
+from solver.simulate.subject_folder import write_subject
+from solver.simulate.trial import Scenario, simulate_trial
+
+LATE_S = 0.025  # on three withheld blocks a few milliseconds drown in what no fit predicts
+SETTINGS = Settings()
+
+
+@dataclass(frozen=True)
+class Case:
+    fit: Fit
+    balance: Balance
+
+    def solved(self, candidate, eta=()) -> Solved:
+        rung = self.balance.rungs[5]
+        term = refined(self.balance, self.balance.term(candidate, eta), (), rung)
+        return self.balance.solve_at([term], rung)
+
+    @property
+    def scene(self):
+        return self.balance.scenes[0]
+
+
+def case_of(folder, delay_s) -> Case:
+    who, duration = Person(sex="female"), 2.3
+    body_rng, motion_rng, noise_rng = np.random.default_rng(5).spawn(3)
+    trial = simulate_trial(Scenario("walk", "walk", duration=duration), body_of(who, body_rng), motion_rng)
+    plates = plates_under(trial.contacts, (0.0, duration))
+    measured = measure(trial, plates, MARKERS, MeasurementSettings(force_delay_s=delay_s), noise_rng)
+    write_subject(folder, who, [measured])
+    alone = replace(SETTINGS, trajectory=replace(SETTINGS.trajectory, enabled=False))
+    fit = solve(open_subject(folder), alone)
+    return Case(fit, balance_of(fit, scenes_of(fit, SETTINGS, {}), SETTINGS.diagnosis))
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))
