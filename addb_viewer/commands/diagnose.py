@@ -1,8 +1,9 @@
 """`addb-viewer diagnose`: what is wrong with a subject's recordings, why, and what to do about it."""
 
 from collections.abc import Mapping
+from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 
@@ -18,15 +19,27 @@ from addb_viewer.commands.options import (
 )
 from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.commands.solving import Job, job_for
+from addb_viewer.decision_words import decisions_on
 from addb_viewer.diagnosis_words import page
 from addb_viewer.kept_diagnosis import keep
 from addb_viewer.sections import as_text
 from solver.diagnosis.diagnose import diagnose as diagnosis_of
 from solver.diagnosis.report import as_json
+from solver.effects.catalogue import IDS, MARKER_IDS
 from solver.progress import Progress
 from solver.provenance import provenance_of
 from solver.results.store import check_place, write_json
 from solver.settings import as_dict
+
+CAUSES = (*IDS, *MARKER_IDS)
+Why = Annotated[
+    str | None,
+    typer.Option(
+        "--why",
+        metavar="ID",
+        help="Say what was decided on a cause, and why, in place of the whole answer.",
+    ),
+]
 
 
 def diagnose(
@@ -36,6 +49,7 @@ def diagnose(
     settings: SettingsFile = None,
     ignore_review: IgnoreReview = False,
     json: JsonFile = None,
+    why: Why = None,
     debug: Debug = False,
 ) -> None:
     """Say what is wrong with the recordings, name the cause, and say how sure that is.
@@ -44,6 +58,10 @@ def diagnose(
     """
     if json is not None and not json.absolute().parent.is_dir():
         raise typer.BadParameter(f"no folder {json.parent} to write into", param_hint="--json")
+    if why is not None and why not in CAUSES:
+        near = get_close_matches(why, CAUSES, n=1)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        raise typer.BadParameter(f"no cause has the id '{why}'{hint}", param_hint="--why")
     with errors_as_lines(debug):
         job = job_for(
             subject,
@@ -54,13 +72,17 @@ def diagnose(
             without_extension=True,
         )
         with terminal_progress() as progress:
-            figures, kept = diagnosed(job, progress)
+            figures, kept = diagnosed(job, progress, why)
         if json is not None:
             write_json(json, figures)
-        print_diagnosis(figures, kept)
+        if why is None:
+            print_diagnosis(figures, kept)
+        else:
+            for line in as_text(decisions_on(figures, why)):
+                typer.echo(line)
 
 
-def diagnosed(job: Job, progress: Progress) -> tuple[dict[str, Any], Path]:
+def diagnosed(job: Job, progress: Progress, why: str | None = None) -> tuple[dict[str, Any], Path]:
     """Diagnose and keep the answer; its figures and its file."""
     check_place(job.results)
     chosen = [t for t in job.subject.trials if job.trials is None or t.name in job.trials]
@@ -69,7 +91,7 @@ def diagnosed(job: Job, progress: Progress) -> tuple[dict[str, Any], Path]:
         "settings": as_dict(job.settings),
     }
     found = diagnosis_of(job.subject, job.settings, trials=job.trials, reviews=job.reviews, progress=progress)
-    figures = as_json(found)
+    figures = as_json(found, why)
     figures["notes"] = list(dict.fromkeys([*job.subject.notes, *found.notes]))
     read = [t for t in chosen if t.name in found.trials]
     if len(read) < len(chosen):  # the others cannot be read

@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from solver.diagnosis.balance import Balance, Solved, Term
 from solver.diagnosis.contenders import Contender, Found, confidence
+from solver.diagnosis.decisions import is_unexplained
 from solver.diagnosis.diagnosis import (
     CLEAN,
     EXPLAINED,
@@ -21,11 +22,13 @@ from solver.diagnosis.diagnosis import (
 from solver.diagnosis.force_courses import force_courses
 from solver.diagnosis.heldout import BlockScores, block_scores, blocks, short_blocks
 from solver.diagnosis.marker_causes import NOTHING_SEEN, SeenInMarkers
+from solver.diagnosis.proposals import Remainder
 from solver.diagnosis.put_right import PutRight
 from solver.diagnosis.remainder import UnknownForce
 from solver.diagnosis.residual_description import described
 from solver.diagnosis.selection import Selection
-from solver.diagnosis.unexplained import kept_beside_the_unknown, position, size_N
+from solver.diagnosis.trail import Trail
+from solver.diagnosis.unexplained import Kept, kept_beside_the_unknown, position, size_N
 from solver.diagnosis.unknown_course import dependence
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.effect import Estimate
@@ -46,20 +49,18 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
     """
     settings = balance.settings
     kept = kept_beside_the_unknown(balance, selection)
-    solved, found, left = kept.solved, kept.found, kept.left
+    solved, found = kept.solved, kept.found
     some, guards = blocks(balance), 0
     if any(_happens_once(balance, solved, k) for k in range(len(solved.terms))):
         short = short_blocks(balance)
         some, guards = (short, 1) if short else (some, 0)
     before = block_scores(balance, selection.uncorrected, solved.rung, some, guards)
     after = block_scores(balance, solved.terms, solved.rung, some, guards)
-    tolerated = _tolerated_N(balance, solved)
-    if left is not None and size_N(balance, left) < tolerated:
-        left = None
-    significant = left is not None or solved.rung.scale > settings.unexplained_scale
+    left = _left_to_tell(balance, kept, selection.trail)
     named = [_named(balance, solved, f) for f in found] + [_of_markers(f) for f in _together(seen.findings)]
     named += [_of_reading(balance, c) for c in selection.corrected]
-    verdict = UNEXPLAINED if significant else EXPLAINED if named else CLEAN
+    unexplained = is_unexplained(left, solved, settings)
+    verdict = UNEXPLAINED if unexplained else EXPLAINED if named else CLEAN
     gains = _gains(before, after) if named else {}
     if named and np.isfinite(seen.marker_rms_before_m):
         gains["marker_rms_m"] = Gain(seen.marker_rms_before_m, seen.marker_rms_after_m)
@@ -77,9 +78,20 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
         residual=described(balance, solved, selection.uncorrected),
         evidence_nats=_evidence(selection, solved if left is None else left.solved, seen, settings),
         certain_nats=settings.certain_gain,
+        decisions=selection.trail.told({(e.id, e.target) for e in named}),
         rates_Hz={s.name: s.rate for s in balance.scenes},
         starts_s={s.name: s.motion.start_time for s in balance.scenes},
     )
+
+
+def _left_to_tell(balance: Balance, kept: Kept, trail: Trail) -> Contender | None:
+    """What is left, if it is more than what named causes never describe to the last newton."""
+    left, tolerated = kept.left, _tolerated_N(balance, kept.solved)
+    if left is None:
+        return None
+    size = size_N(balance, left)
+    proposal = Remainder(balance, left, kept.solved, kept.found, size, tolerated)
+    return left if trail.put(proposal).fell_at is None else None
 
 
 def _evidence(selection: Selection, last: Solved, seen: SeenInMarkers, settings: DiagnosisSettings) -> float:

@@ -33,16 +33,6 @@ class Found:
     rivals: tuple[Contender, ...]  # others that were tried in its place, best first
 
 
-def loose_ends(found: Sequence[Found], settings: DiagnosisSettings) -> float:
-    """Gain left to whatever comes beside causes of any course, which are never described whole [nats]."""
-    return sum(
-        (settings.step_rest_share if one.term.candidate.has_a_witness else settings.rival_share)
-        * max(0.0, one.gain)
-        for one in (f.contender for f in found)
-        if one.term.candidate.of_any_course
-    )
-
-
 def handicap(candidate: Candidate, settings: DiagnosisSettings) -> float:
     """Log odds against the cause before the balance [nats]; a cause seen elsewhere is no imitation."""
     elsewhere = candidate.seen_elsewhere
@@ -54,35 +44,11 @@ def handicap(candidate: Candidate, settings: DiagnosisSettings) -> float:
     return -elsewhere if elsewhere > 0 else usual - elsewhere
 
 
-def least_first_gain(candidate: Candidate, scale: float, settings: DiagnosisSettings) -> float:
-    """What a cause must gain if nothing else is known to be wrong [nats].
-
-    Args:
-        candidate: the cause.
-        scale: of the model's errors beside it.
-        settings: of the diagnosis.
-    """
-    least = settings.least_gain - dict(settings.never_imitated).get(candidate.id, 0.0)
-    return min(least, settings.quiet_least_gain) if scale <= settings.quiet_scale else least
-
-
 def confidence(one: Contender, rivals: Sequence[Contender], settings: DiagnosisSettings) -> float:
     """Share of a cause among none and all that were tried in its place, on tempered log evidence and odds."""
     others = [c.odds_gain(settings) for c in rivals if c.term.candidate.key != one.term.candidate.key]
     gains = np.array([0.0, *others]) - one.odds_gain(settings)
     return float(1 / (1 + np.exp(np.clip(gains / settings.confidence_temper, -50, 50)).sum()))
-
-
-def ambiguous(one: Contender, rivals: Sequence[Contender], settings: DiagnosisSettings) -> bool:
-    """Small, and no likelier than a handful of others in its place: what a model's own errors look like.
-
-    Causes that leave the same trace are one class, told together: that a recording cannot tell mass from mass
-    makes neither less likely. Nor does a cause that leaves another trace altogether.
-    """
-    if one.odds_gain(settings) >= settings.certain_gain:
-        return False
-    unlike = [r for r in rivals if settings.other_trace < overlap(one, r) < settings.same_trace]
-    return confidence(one, unlike, settings) < settings.least_confidence
 
 
 def overlap(one: Contender, other: Contender) -> float:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from solver.diagnosis.force_courses import ForceCourse
 from solver.diagnosis.residual_description import ResidualDescription
+from solver.diagnosis.trail import CauseDecisions
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.effect import Estimate, Range
 
@@ -93,4 +94,5 @@ class Diagnosis:
     rates_Hz: Mapping[str, float] = field(default_factory=dict)  # of the markers' frames, by trial
     starts_s: Mapping[str, float] = field(default_factory=dict)  # of frame 0 on the recording's clock
     notes: tuple[str, ...] = field(default=())
+    decisions: tuple[CauseDecisions, ...] = field(default=())  # of every cause that was proposed
     detectable: tuple[Detectable, ...] = field(default=())  # in a recording in which nothing is wrong

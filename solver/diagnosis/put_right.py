@@ -7,6 +7,8 @@ import numpy as np
 
 from solver.diagnosis.balance import Balance, Solved, Term
 from solver.diagnosis.contenders import Contender
+from solver.diagnosis.proposals import OnReading
+from solver.diagnosis.trail import Trail
 from solver.effects.effect import Corrected
 from solver.effects.gross_cause import GrossCause
 
@@ -25,7 +27,7 @@ class PutRight:
 
 
 def put_right_on_reading(
-    balance: Balance, corrections: Sequence[Corrected], current: Solved
+    balance: Balance, corrections: Sequence[Corrected], current: Solved, trail: Trail
 ) -> tuple[tuple[PutRight, ...], tuple[Term, ...]]:
     """Causes that reading the files undid, where leaving them in would cost evidence.
 
@@ -33,6 +35,7 @@ def put_right_on_reading(
         balance: of all trials.
         corrections: what reading may have undone, by the names that the files give.
         current: the causes that were found.
+        trail: where they are decided on.
     """
     gross = [t.candidate for t in current.terms if isinstance(t.candidate, GrossCause)]
     named, terms = [], []
@@ -47,13 +50,13 @@ def put_right_on_reading(
         with_it = Term(candidate, (), fixed, nothing, np.zeros(0))
         gain = current.log_evidence - balance.solve([*current.terms, with_it], near=current.rung).log_evidence
         without = balance.term(candidate, ())
-        if without is None or gain < balance.settings.least_gain:
+        if without is None:
             continue
-        solved = balance.solve_at([without], current.rung)
-        if candidate.is_notable(solved.estimates(0, balance.scenes)):
+        contender = Contender(without, balance.solve_at([without], current.rung), gain)
+        if trail.put(OnReading(balance, contender, current)).fell_at is None:
             target = candidate.target
             for error in gross:
                 target = error.target_put_right(target)
-            named.append(PutRight(Contender(without, solved, gain), target))
+            named.append(PutRight(contender, target))
             terms.append(with_it)
     return tuple(named), tuple(terms)

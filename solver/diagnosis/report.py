@@ -10,11 +10,17 @@ from solver.diagnosis.residual_description import InTrial, ResidualDescription, 
 from solver.effects.effect import Range
 
 MOST_CHANGED = 5  # joint torques that are listed
+MOST_REFUSED = 5  # causes whose decisions are told though they are not named
 COURSE_DIGITS = 2  # [s, N, N·m] what is only drawn
 
 
-def as_json(diagnosis: Diagnosis) -> dict[str, object]:
-    """Plain values; frames are 0-based, end excluded, at the markers' rate."""
+def as_json(diagnosis: Diagnosis, why: str | None = None) -> dict[str, object]:
+    """Plain values; frames are 0-based, end excluded, at the markers' rate.
+
+    Args:
+        diagnosis: what was found.
+        why: id of a cause whose decisions are told in any case.
+    """
     several = len(diagnosis.trials) > 1
     remaining = diagnosis.remaining
     location = remaining.location
@@ -52,6 +58,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, object]:
         "evidence_nats": _finite(diagnosis.evidence_nats),
         "certain_nats": diagnosis.certain_nats,
         "detectable": [asdict(one) for one in diagnosis.detectable],
+        "decisions": _decisions(diagnosis, why),
         "residual": None if diagnosis.residual is None else _residual(diagnosis.residual),
     }
 
@@ -97,6 +104,31 @@ def _effect(effect: NamedEffect, several: bool) -> dict[str, object]:
         "remedy": effect.remedy,
         "courses": [_course(c) for c in effect.courses],
     }
+
+
+def _decisions(diagnosis: Diagnosis, why: str | None) -> list[dict[str, object]]:
+    """Of what is named and of the best refused causes; a limit that is none is None."""
+    refused = [c for c in diagnosis.decisions if not c.named]
+    told = [c for c in diagnosis.decisions if c.named or c.id == why or c in refused[:MOST_REFUSED]]
+    return [
+        {
+            "id": c.id,
+            "target": c.target,
+            "named": c.named,
+            "odds_nats": _finite(c.odds_nats),
+            "checks": [
+                {
+                    "name": d.name,
+                    "passed": d.passed,
+                    "nats": None if d.nats is None else _finite(d.nats),
+                    "limit": None if d.limit is None else _finite(d.limit),
+                    "reason": d.reason,
+                }
+                for d in c.decisions
+            ],
+        }
+        for c in told
+    ]
 
 
 def _course(course: ForceCourse) -> dict[str, object]:

@@ -1,24 +1,18 @@
-"""The search for causes: screened, refitted, added one by one, exchanged, and held to unseen blocks."""
+"""The search for causes: screened, refitted, proposed one by one, in pairs, exchanged; `decisions` decide."""
 
 from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
 
-from solver.diagnosis.admission import Admission
 from solver.diagnosis.balance import Balance, Solved, Term
-from solver.diagnosis.contenders import (
-    Contender,
-    Found,
-    ambiguous,
-    handicap,
-    least_first_gain,
-    loose_ends,
-    overlap,
-)
-from solver.diagnosis.heldout import HeldoutGain, blocks, heldout_gain
+from solver.diagnosis.contenders import Contender, Found, handicap, overlap
+from solver.diagnosis.decisions import DECIDED, tenable
+from solver.diagnosis.heldout import blocks
+from solver.diagnosis.proposals import Added, Exchanged, Kept, Paired
 from solver.diagnosis.refinement import refined
 from solver.diagnosis.screening import Screen
+from solver.diagnosis.trail import Trail
 from solver.effects.effect import Candidate
 from solver.progress import Progress, silent
 
@@ -37,7 +31,7 @@ class Search:
         found: Sequence[Found] = (),
     ) -> None:
         self.balance, self.settings = balance, balance.settings
-        self.admission = Admission(balance)
+        self.trail = Trail()
         self.screen = Screen(balance, candidates)
         self.blocks = blocks(balance)
         self.null = balance.solve([])
@@ -51,6 +45,8 @@ class Search:
             if len(self.found) < 2 or not self._exchange_all():
                 break
             self._grow(progress)
+        for proposal in self._kept():
+            self.trail.put(proposal)
         progress("diagnosis", 1.0)
 
     def _grow(self, progress: Progress) -> None:
@@ -78,14 +74,14 @@ class Search:
             return
         best = self._standing(), self.found, self.solved
         among = [self.first.contender, *self.first.rivals]
-        tenable = [c for c in among if self.admission.tenable(c.solved, self.null)]
+        likely = tenable(self.balance, among, self.null)
         for one in self._equals(self.first):
             self.found, self.solved = [], self.null
-            heldout = self._paying(one, self.null, leads=self._leads(one, tenable))
-            enough = one.odds_gain(self.settings) >= self._least_gain(one)
-            if heldout is None or not enough or ambiguous(one, tenable, self.settings):
+            proposal = Added(self.balance, one, self.null, self.blocks, (), likely)
+            if self.trail.put(proposal).fell_at is not None:
                 continue
-            self.found = [Found(one, heldout.own_scales, tuple(c for c in among if c is not one))]
+            rivals = tuple(c for c in among if c is not one)
+            self.found = [Found(one, proposal.heldout.own_scales, rivals)]
             self.solved = one.solved
             self._grow(silent)
             if self._standing() > best[0] + self.settings.exchange_margin:
@@ -128,46 +124,22 @@ class Search:
     def _add(self) -> bool:
         """The best next cause, or the best two together."""
         contenders = self._contenders(self.terms, self.solved)
-        tenable = [c for c in contenders if self.admission.tenable(c.solved, self.solved)]
+        likely = tenable(self.balance, contenders, self.solved)
         inadmissible: set[int] = set()
-        for contender in contenders:
-            if contender.odds_gain(self.settings) < self._least_gain(contender):
-                continue
-            heldout = self._paying(contender, self.solved, leads=self._leads(contender, tenable))
-            if heldout is None:
-                inadmissible.add(id(contender))
-                continue
-            rivals = tuple(c for c in contenders if c is not contender and id(c) not in inadmissible)
-            if ambiguous(contender, tenable, self.settings):
+        for one in contenders:
+            proposal = Added(self.balance, one, self.solved, self.blocks, tuple(self.found), likely)
+            verdict = self.trail.put(proposal)
+            if verdict.fell_at == DECIDED:
                 break
-            self.found.append(Found(contender, heldout.own_scales, rivals))
-            self.solved = contender.solved
+            if verdict.fell_at is not None:
+                inadmissible |= {id(one)} if verdict.pays else set()
+                continue
+            rivals = tuple(c for c in contenders if c is not one and id(c) not in inadmissible)
+            self.found.append(Found(one, proposal.heldout.own_scales, rivals))
+            self.solved = one.solved
             self.first = self.first or self.found[0]
             return True
         return self._add_two(contenders)
-
-    def _leads(self, one: Contender, tenable: Sequence[Contender]) -> bool:
-        return self.admission.leads(one, tenable) and self.admission.notable(one.solved)
-
-    def _paying(self, one: Contender, before: Solved, *, leads: bool = False) -> HeldoutGain | None:
-        """Its gain on withheld blocks, if that is enough and nothing else speaks against the cause."""
-        heldout = self._heldout_gain(one.solved, before)
-        beyond = heldout.best + one.term.candidate.seen_elsewhere
-        if (
-            beyond <= self._least_heldout_gain(one)
-            or not (leads or self.admission.admissible(one.solved, before))
-            or self.admission.undoes_the_others(one.solved)
-        ):
-            return None
-        return heldout
-
-    def _least_gain(self, contender: Contender) -> float:
-        if self.found:
-            return self._least_further_gain()
-        return least_first_gain(contender.term.candidate, contender.solved.rung.scale, self.settings)
-
-    def _least_further_gain(self) -> float:
-        return self.settings.least_further_gain + loose_ends(self.found, self.settings)
 
     def _add_two(self, contenders: Sequence[Contender]) -> bool:
         """Two causes of which neither stands out alone, but both together."""
@@ -178,52 +150,51 @@ class Search:
             both = self.balance.solve([*self.terms, one.term, two.term], near=one.solved.rung)
             gain = both.log_evidence - self.solved.log_evidence
             odds = gain - handicap(one.term.candidate, settings) - handicap(two.term.candidate, settings)
-            tried.append((odds, one, two, both))
+            tried.append((odds, one, two, Contender(two.term, both, gain)))
         tried.sort(key=lambda t: -t[0])
-        least = settings.least_gain + settings.least_further_gain
-        if not tried or tried[0][0] < least:
+        if not tried:
             return False
-        odds, one, two, both = tried[0]
-        if not (self.admission.admissible(both, self.solved) and self.admission.notable(both, -2)):
-            return False
-        alone = max(one.odds_gain(settings), two.odds_gain(settings))
-        heldout = self._heldout_gain(both, self.solved)
+        _, one, two, both_beside = tried[0]
         runner_up = tried[1][0] if len(tried) > 1 else -np.inf
-        if (
-            odds - alone < self._least_further_gain()
-            or odds - runner_up < settings.rival_margin
-            or heldout.best <= settings.least_heldout_gain
-        ):
+        proposal = Paired(
+            self.balance,
+            both_beside,
+            self.solved,
+            self.blocks,
+            others=tuple(self.found),
+            one=one,
+            two=two,
+            runner_up=runner_up,
+        )
+        if self.trail.put(proposal).fell_at is not None:
             return False
+        both = both_beside.solved
         for own, other in ((one, two), (two, one)):
             gain = both.log_evidence - other.solved.log_evidence
-            self.found.append(Found(Contender(own.term, both, gain), heldout.own_scales, ()))
+            self.found.append(Found(Contender(own.term, both, gain), proposal.heldout.own_scales, ()))
         self.solved = both
         return True
 
     def _take_back(self) -> None:
         """Causes that are too small or no longer pay once later ones are there."""
         while self.found:
-            terms = self.terms
-            without = [
-                self.balance.solve(terms[:k] + terms[k + 1 :], near=self.solved.rung)
-                for k in range(len(terms))
-            ]
-            losses = [
-                self.solved.log_evidence - w.log_evidence - handicap(t.candidate, self.settings)
-                for w, t in zip(without, terms, strict=True)
-            ]
-            weak = [
-                k
-                for k, loss in enumerate(losses)
-                if (loss < self.settings.least_gain and len(terms) > 1)
-                or not self.admission.notable(self.solved, k)
-            ]
+            kept = self._kept()
+            weak = [k for k, one in enumerate(kept) if self.trail.put(one).fell_at is not None]
             if not weak:
                 break
-            k = min(weak, key=lambda k: losses[k])
+            k = min(weak, key=lambda k: kept[k].odds)
             del self.found[k]
-            self.solved = without[k]
+            self.solved = kept[k].without
+
+    def _kept(self) -> list[Kept]:
+        """Each cause, and the set without it."""
+        terms, near = self.terms, self.solved.rung
+        proposals = []
+        for k, term in enumerate(terms):
+            without = self.balance.solve(terms[:k] + terms[k + 1 :], near=near)
+            gain = self.solved.log_evidence - without.log_evidence
+            proposals.append(Kept(self.balance, Contender(term, self.solved, gain), without))
+        return proposals
 
     def _exchange_all(self) -> bool:
         """Each cause anew beside all others, and whether another took the place of one."""
@@ -244,14 +215,16 @@ class Search:
         own = Contender(one.contender.term, self.solved, gain)
         contenders = [own, *(c for c in contenders if c.term.candidate.key != key)]
         contenders.sort(key=lambda c: -c.odds_gain(self.settings))
-        least = own.odds_gain(self.settings) + self.settings.exchange_margin
         chosen, heldout, inadmissible = own, one.heldout_gain, set()
         for c in contenders:
-            if c is own or c.odds_gain(self.settings) < least:
+            if c is own:
                 break
-            paying = self._paying(c, without)
-            if paying is not None and all(self.admission.notable(c.solved, i) for i in range(len(rest))):
-                chosen, heldout = c, paying.own_scales
+            proposal = Exchanged(self.balance, c, without, self.blocks, own)
+            verdict = self.trail.put(proposal)
+            if not verdict.pays:
+                break
+            if verdict.fell_at is None:
+                chosen, heldout = c, proposal.heldout.own_scales
                 terms = [*self.terms[:k], chosen.term, *self.terms[k + 1 :]]
                 self.solved = self.balance.solve(terms, near=chosen.solved.rung)
                 break
@@ -284,14 +257,3 @@ class Search:
         """Least first: who is tried first; what is seen without any force goes before its equals."""
         lead = self.settings.witness_lead if one.term.candidate.has_a_witness else 0.0
         return -one.odds_gain(self.settings) - lead
-
-    def _heldout_gain(self, after: Solved, before: Solved) -> HeldoutGain:
-        return heldout_gain(self.balance, self.blocks, before, after)
-
-    def _least_heldout_gain(self, one: Contender) -> float:
-        """Less of what lasts, and of masses, of which withheld blocks hardly tell."""
-        candidate, settings = one.term.candidate, self.settings
-        if candidate.of_any_course:
-            return settings.least_heldout_gain
-        share = settings.mass_heldout_share if candidate.is_a_mass else settings.heldout_share
-        return settings.least_heldout_gain - share * one.gain

@@ -7,6 +7,7 @@ from solver.diagnosis.balance import Balance, Solved, Term
 from solver.diagnosis.contenders import Found
 from solver.diagnosis.put_right import PutRight, put_right_on_reading
 from solver.diagnosis.search import Search
+from solver.diagnosis.trail import Trail
 from solver.effects.effect import Candidate, Corrected
 from solver.effects.gross_cause import Beyond, GrossCause, righted
 from solver.effects.scene import Scene
@@ -22,6 +23,7 @@ class Selection:
     found: tuple[Found, ...]
     corrected: tuple[PutRight, ...] = field(default=())  # undone on reading already
     uncorrected: tuple[Term, ...] = field(default=())  # what these would add to the balance
+    trail: Trail = field(default_factory=Trail)  # what was decided on the way
 
 
 def select(
@@ -42,8 +44,8 @@ def select(
     corrections = [c for c in candidates if isinstance(c, Corrected)]
     others = [c for c in candidates if not isinstance(c, Corrected)]
     search = _beyond_gross_errors(Search(balance, others, progress), others, progress, candidates_of)
-    named, uncorrected = put_right_on_reading(balance, corrections, search.solved)
-    return Selection(search.null, search.solved, tuple(search.found), named, uncorrected)
+    named, uncorrected = put_right_on_reading(balance, corrections, search.solved, search.trail)
+    return Selection(search.null, search.solved, tuple(search.found), named, uncorrected, search.trail)
 
 
 def _beyond_gross_errors(

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.diagnosis.balance import Balance, Solved, Term
-from solver.diagnosis.contenders import Contender, Found, handicap, loose_ends
+from solver.diagnosis.contenders import Contender, Found
+from solver.diagnosis.decisions import decide
 from solver.diagnosis.ladder import Rung
+from solver.diagnosis.proposals import AllInPlace, BesideUnknown, Remainder
 from solver.diagnosis.remainder import Unknown
 from solver.diagnosis.selection import Selection
+from solver.diagnosis.trail import Trail
 from solver.diagnosis.unknown_course import constant_share
 from solver.diagnosis.unknown_screen import Tried
 from solver.diagnosis.unknown_search import UnknownSearch
@@ -45,47 +48,52 @@ def kept_beside_the_unknown(balance: Balance, selection: Selection) -> Kept:
     explained = max(0.0, solved.log_evidence - selection.null.log_evidence)
     margin = settings.unknown_margin + settings.unknown_share * explained
     if left is not None:
-        return _without_needless(unknown, Kept(solved, found, left), margin)
-    if any(f.contender.term.candidate.has_a_witness for f in found):
+        return _without_needless(unknown, Kept(solved, found, left), margin, selection.trail)
+    whole = Contender(found[0].contender.term, solved, explained)
+    proposal = AllInPlace(
+        balance,
+        whole,
+        selection.null,
+        found,
+        lambda: _in_their_place(unknown, selection.null, ()),
+        margin,
+    )
+    if selection.trail.put(proposal).fell_at is None:
         return Kept(solved, found, None)
-    alone = _in_their_place(unknown, selection.null, ())
-    if alone is not None and alone.solved.log_evidence > solved.log_evidence + margin:
-        return Kept(selection.null, (), _told(unknown, selection.null, ()))
-    return Kept(solved, found, None)
+    return Kept(selection.null, (), _told(unknown, selection.null, ()))
 
 
-def _without_needless(unknown: UnknownSearch, kept: Kept, margin: float) -> Kept:
-    """Causes dropped, one after another, in whose place a force of unknown course does better.
-
-    Better than with them and nothing unknown; and they hardly pay beside it, which is never described whole.
-    """
-    balance, settings = unknown.balance, unknown.balance.settings
+def _without_needless(unknown: UnknownSearch, kept: Kept, margin: float, trail: Trail) -> Kept:
+    """Causes dropped, one after another, in whose place a force of unknown course does better."""
     solved, found, left = kept.solved, kept.found, kept.left
     while found and left is not None:
-        least = settings.least_further_gain + settings.beside_unknown_share * max(0.0, left.gain)
-        weak = []
-        for k, one in enumerate(found):
-            if one.contender.term.candidate.has_a_witness:
-                continue
-            rest = [t for t in solved.terms if t is not one.contender.term]
-            without = balance.solve(rest, near=solved.rung)
-            other = _in_their_place(unknown, without, found[:k] + found[k + 1 :])
-            beyond = (without if other is None else other.solved).log_evidence
-            loss = left.solved.log_evidence - beyond - handicap(one.contender.term.candidate, settings)
-            needless = other is not None and loss <= least and beyond - solved.log_evidence > margin
-            if needless or not all(_notable(balance, s, one) for s in (solved, left.solved)):
-                weak.append((loss, k, without))
+        proposals = [
+            _beside_the_unknown(unknown, Kept(solved, found, left), k, margin) for k in range(len(found))
+        ]
+        weak = [k for k, one in enumerate(proposals) if trail.put(one).fell_at is not None]
         if not weak:
             break
-        _, k, without = min(weak, key=lambda t: t[0])
-        solved, found = without, found[:k] + found[k + 1 :]
+        k = min(weak, key=lambda k: proposals[k].loss)
+        solved, found = proposals[k].without, found[:k] + found[k + 1 :]
         left = _told(unknown, solved, found)
     return Kept(solved, found, left)
 
 
-def _notable(balance: Balance, solved: Solved, one: Found) -> bool:
-    estimates = solved.estimates(position(solved, one.contender.term), balance.scenes)
-    return one.contender.term.candidate.is_notable(estimates)
+def _beside_the_unknown(unknown: UnknownSearch, kept: Kept, k: int, margin: float) -> BesideUnknown:
+    """The k-th named cause, and what would be in its place."""
+    assert kept.left is not None
+    term, others = kept.found[k].contender.term, kept.found[:k] + kept.found[k + 1 :]
+    rest = [t for t in kept.solved.terms if t is not term]
+    without = unknown.balance.solve(rest, near=kept.solved.rung)
+    contender = Contender(term, kept.solved, kept.solved.log_evidence - without.log_evidence)
+    return BesideUnknown(
+        unknown.balance,
+        contender,
+        without,
+        kept.left,
+        lambda: _in_their_place(unknown, without, others),
+        margin,
+    )
 
 
 def _told(unknown: UnknownSearch, solved: Solved, found: Sequence[Found]) -> Contender | None:
@@ -138,9 +146,9 @@ def _left(
         return None
     best = max(climbed, key=lambda c: c[0])[1]
     least_N = balance.settings.least_unknown_share * balance.scenes[0].weight_N
-    least_gain = balance.settings.least_unknown_gain + loose_ends(found, balance.settings)
-    pays = best.gain > least_gain and size_N(balance, best) > least_N
-    return best if pays else None
+    size = size_N(balance, best)
+    proposal = Remainder(balance, best, solved, tuple(found), size, least_N)
+    return best if decide(proposal).fell_at is None else None
 
 
 def size_N(balance: Balance, left: Contender) -> float:

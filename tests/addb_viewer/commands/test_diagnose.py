@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from addb_viewer.cli import app
 from addb_viewer.kept_diagnosis import kept
+from solver.diagnosis.decisions import Decision
 from solver.diagnosis.diagnosis import (
     Alternative,
     Diagnosis,
@@ -18,6 +19,7 @@ from solver.diagnosis.diagnosis import (
     NamedEffect,
     Remaining,
 )
+from solver.diagnosis.trail import CauseDecisions
 from solver.effects.effect import Estimate, Range
 from solver.errors import FitError, ResultsError
 from solver.settings import Settings
@@ -129,6 +131,58 @@ def test_the_json_is_the_contract(command_line, finder, tmp_path):
     assert linear == {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]}
     assert figures["gain"]["marker_rms_m"] == {"before": 0.0121, "after": 0.0120}
     assert figures["remaining"] == {"linear_residual_N": 12.2, "noise_floor_N": 9.8, "location": None}
+
+
+REFUSED = CauseDecisions(
+    "drag",
+    "torso",
+    False,
+    6.5,
+    (
+        Decision("pays", True, 6.5, 5.0, "it gains 6.5 nats over its odds"),
+        Decision("holds up", False, -3.0, 0.0, "on withheld blocks it gains -3.0 nats"),
+    ),
+)
+
+
+def test_it_says_at_which_check_a_cause_fell(command_line, finder, tmp_path):
+    finder.found = replace(EXPLAINED, decisions=(REFUSED,))
+    target = tmp_path / "answer.json"
+    run = command_line("diagnose", command_line.subject.folder, "--why", "drag", "--json", target)
+    page = " ".join(run.stdout.split())
+    assert "fell at 'holds up'" in page
+    assert "pays it gains 6.5 nats over its odds" in page
+    assert "holds up, no on withheld blocks it gains -3.0 nats" in page
+    (one,) = json.loads(target.read_text(encoding="utf-8"))["decisions"]
+    assert (one["id"], one["target"], one["named"]) == ("drag", "torso", False)
+    assert one["checks"][1] == {
+        "name": "holds up",
+        "passed": False,
+        "nats": -3.0,
+        "limit": 0.0,
+        "reason": "on withheld blocks it gains -3.0 nats",
+    }
+
+
+def test_of_the_refused_the_five_best_are_told_and_whatever_somebody_asks_for(command_line, finder, tmp_path):
+    many = tuple(replace(REFUSED, target=f"body_{k}", odds_nats=6.0 - k) for k in range(8))
+    last = replace(REFUSED, id="plate_gain", target="plate_1", odds_nats=-20.0)
+    finder.found = replace(EXPLAINED, decisions=(*many, last))
+    target = tmp_path / "answer.json"
+    command_line("diagnose", command_line.subject.folder, "--json", target)
+    told = json.loads(target.read_text(encoding="utf-8"))["decisions"]
+    assert [one["target"] for one in told] == [f"body_{k}" for k in range(5)]
+    command_line("diagnose", command_line.subject.folder, "--why", "plate_gain", "--json", target)
+    told = json.loads(target.read_text(encoding="utf-8"))["decisions"]
+    assert [one["target"] for one in told] == [*(f"body_{k}" for k in range(5)), "plate_1"]
+
+
+def test_a_cause_that_was_never_tried_and_one_that_there_is_not(command_line, finder):
+    folder = command_line.subject.folder
+    assert "never proposed" in command_line("diagnose", folder, "--why", "drag").stdout
+    run = command_line("diagnose", folder, "--why", "drug")
+    assert run.exit_code == 2
+    assert "no cause has the id 'drug'" in " ".join(run.stderr.replace("│", " ").split())
 
 
 def test_frames_of_several_trials_carry_the_trials_name(command_line, finder, tmp_path):

@@ -1,19 +1,17 @@
-"""What speaks against a cause: too small, another body mass, the others undone, too little gained."""
+"""What passes and what falls at each check: too little gained, another body mass, the others undone."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 from solver.diagnosis.balance import Balance, Term
-from solver.diagnosis.contenders import (
-    Contender,
-    Found,
-    least_first_gain,
-    loose_ends,
-)
+from solver.diagnosis.contenders import Contender, Found
+from solver.diagnosis.decisions import CHECKS, least_first_gain, loose_ends
 from solver.diagnosis.heldout import blocks, heldout_gain
+from solver.diagnosis.proposals import Kept
 from solver.diagnosis.selection import select
+from solver.diagnosis.trail import Trail
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.external_contact import ExternalContact
@@ -147,3 +145,96 @@ def test_a_cause_that_mostly_undoes_another_is_not_added(short_scene, drawn):
     assert both.log_evidence > alone.log_evidence + SETTINGS.least_further_gain
     assert named(select(balance, [first, undoing])) == [first.key]
     assert set(named(select(balance, [first, plain]))) == {first.key, plain.key}
+
+
+def said_of(selection, key):
+    """Decisions on one cause of a selection, by name."""
+    (one,) = [c for c in selection.trail.told(set(named(selection))) if (c.id, c.target) == key]
+    return one, {d.name: d for d in one.decisions}
+
+
+def test_what_is_named_has_passed_all_that_was_asked_in_the_order_of_the_list(
+    short_scene, drawn, balance_of_scenes
+):
+    balance = balance_of_scenes(drawn(4, 0.2 * short_scene.plates[0].wrench_ground))
+    selection = select(balance, [PlateGain("plate_1"), PlateGain("plate_2")])
+    one, said = said_of(selection, ("plate_gain", "plate_1"))
+    assert one.named
+    assert one.fell_at is None
+    names = [d.name for d in one.decisions]
+    assert names == [c.name for c in CHECKS if c.name in names]
+    assert {"possible", "pays", "holds up", "stands alone", "notable", "needed", "decided"} <= set(names)
+    assert said["pays"].nats >= said["pays"].limit == SETTINGS.least_gain
+    assert all(d.reason for d in one.decisions if d.name != "possible")
+
+
+@dataclass(frozen=True, eq=False)
+class Impossible(Course):
+    """A wrench that cannot be, however much it explains."""
+
+    id = "impossible"
+
+    def starts(self, scenes):
+        return ((0.0,),)
+
+    def steps(self):
+        return (1.0,)
+
+    def is_possible(self, estimates):
+        return False
+
+
+@pytest.mark.parametrize("falls_at", ["possible", "pays", "holds up", "stands alone", "notable", "decided"])
+def test_a_refused_cause_says_at_which_check_it_fell(short_scene, drawn, falls_at):
+    """The same fault, each time with one thing against the cause, and nothing else."""
+    wrong = 0.15 * short_scene.plates[0].wrench_ground
+    asks = {
+        "pays": {"least_gain": 1e4},
+        "holds up": {"least_heldout_gain": 1e4},
+        "stands alone": {"most_mass_strain": -10.0, "sure_lead": 1e4},
+        "decided": {"certain_gain": 1e4, "least_confidence": 1.01},
+    }
+    plain = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS)
+    settings = replace(SETTINGS, **asks.get(falls_at, {}))
+    balance = Balance(plain.trials, settings)
+    if falls_at == "stands alone":
+        cause = Helper("all")
+        shaken = 0.05 * short_scene.demanded_ground * np.sin(20 * short_scene.times)[:, None]
+        balance = plain = Balance([trial_rows_of(drawn(4, shaken, scale=0.3))], SETTINGS)
+    else:
+        kinds = {"possible": Impossible, "notable": Small}
+        cause = kinds.get(falls_at, Course)("plate", wrong)
+        assert named(select(plain, [Course("plate", wrong)])) == [("course", "plate")]
+    selection = select(balance, [cause])
+    assert named(selection) == []
+    one, said = said_of(selection, cause.key)
+    assert not one.named
+    assert one.fell_at.name == falls_at
+    assert one.fell_at.reason
+    assert [d.name for d in one.decisions if not d.passed] == [falls_at]
+    assert all(said[name].passed for name in said if name != falls_at)
+
+
+@dataclass(frozen=True, eq=False)
+class Small(Course):
+    """A wrench that nobody would act on."""
+
+    id = "small"
+
+    def is_notable(self, estimates):
+        return False
+
+
+def test_a_cause_without_which_the_rest_does_as_well_is_not_needed(short_scene, drawn):
+    """A limb makes way once the whole is there; the answer says so."""
+    common = 0.3 * short_scene.plates[0].wrench_ground
+    first, same = Course("first", common), Course("same", 1.001 * common)
+    balance = Balance([trial_rows_of(drawn(4, common, scale=0.3))], SETTINGS)
+    with_it = [balance.term(c, ()) for c in (first, same)]
+    both, alone = balance.solve(with_it), balance.solve(with_it[:1])
+    gain = both.log_evidence - alone.log_evidence
+    verdict = Trail().put(Kept(balance, Contender(with_it[1], both, gain), alone))
+    assert verdict.fell_at == "needed"
+    only = balance.solve([])
+    kept = Kept(balance, Contender(with_it[0], alone, alone.log_evidence - only.log_evidence), only)
+    assert Trail().put(kept).fell_at is None

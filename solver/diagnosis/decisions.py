@@ -1,0 +1,316 @@
+"""Every decision about a cause, in one ordered list: nothing else in the diagnosis accepts or refuses one.
+
+The search, what reading undid, and unknown forces only make proposals (`proposals`). Each is put to the
+checks that are asked of its kind, in the order of `CHECKS`; the first one that it fails refuses it. What
+passes and what fails is told with its figure, the limit, and the reason.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.diagnosis.balance import Balance, Solved
+from solver.diagnosis.contenders import Contender, Found, confidence, cosine, overlap
+from solver.diagnosis.proposals import (
+    Added,
+    AllInPlace,
+    BesideUnknown,
+    Exchanged,
+    Kept,
+    OnReading,
+    Paired,
+    Proposal,
+    Remainder,
+    Withheld,
+)
+from solver.diagnosis_settings import DiagnosisSettings
+from solver.effects.effect import Candidate
+
+MORE_STRAIN = 1.0  # [prior deviations of the mass] a cause may ask for beyond what is wrong with it already
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What one check says of one cause."""
+
+    name: str
+    passed: bool
+    nats: float | None  # what was found; None where the question is not one of evidence
+    limit: float | None  # what was asked [nats]
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
+class Check:
+    """A question, the kinds of proposals that it is put to, and who answers it."""
+
+    name: str
+    question: str
+    asked_of: tuple[type[Proposal], ...]
+    decide: Callable[[Proposal], Decision]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """All that was asked of a proposal, up to the first refusal."""
+
+    decisions: tuple[Decision, ...]
+
+    @property
+    def fell_at(self) -> str | None:
+        """The first check that was failed; None where all were passed."""
+        return next((d.name for d in self.decisions if not d.passed), None)
+
+    @property
+    def pays(self) -> bool:
+        """Whether its evidence is enough, whatever else speaks against it."""
+        return all(d.passed for d in self.decisions if d.name == PAYS)
+
+
+def decide(proposal: Proposal) -> Verdict:
+    """Ask what is asked of such a proposal; never less than whether it is possible and pays.
+
+    Args:
+        proposal: a cause beside others.
+    """
+    said: list[Decision] = []
+    for check in CHECKS:
+        if not isinstance(proposal, check.asked_of):
+            continue
+        if check.name not in (POSSIBLE, PAYS) and not all(d.passed for d in said):
+            break
+        said.append(check.decide(proposal))
+    return Verdict(tuple(said))
+
+
+def tenable(balance: Balance, contenders: Sequence[Contender], without: Solved) -> tuple[Contender, ...]:
+    """Those that, large or small, may be what is wrong: possible, and of a body of the entered mass.
+
+    Args:
+        balance: of all trials.
+        contenders: each beside the same others.
+        without: these others alone.
+    """
+    proposals = [Proposal(balance, c, without) for c in contenders]
+    return tuple(p.contender for p in proposals if _possible(p).passed and _strain(p) <= _most_strain(p))
+
+
+def least_first_gain(candidate: Candidate, scale: float, settings: DiagnosisSettings) -> float:
+    """What a cause must gain if nothing else is known to be wrong [nats].
+
+    Args:
+        candidate: the cause.
+        scale: of the model's errors beside it.
+        settings: of the diagnosis.
+    """
+    least = settings.least_gain - dict(settings.never_imitated).get(candidate.id, 0.0)
+    return min(least, settings.quiet_least_gain) if scale <= settings.quiet_scale else least
+
+
+def loose_ends(found: Sequence[Found], settings: DiagnosisSettings) -> float:
+    """Gain left to whatever comes beside causes of any course, which are never described whole [nats]."""
+    return sum(
+        (settings.step_rest_share if one.term.candidate.has_a_witness else settings.rival_share)
+        * max(0.0, one.gain)
+        for one in (f.contender for f in found)
+        if one.term.candidate.of_any_course
+    )
+
+
+def is_unexplained(left: Contender | None, solved: Solved, settings: DiagnosisSettings) -> bool:
+    """Whether something is left: an unknown force, or a balance worse than any sound recording's."""
+    return left is not None or solved.rung.scale > settings.unexplained_scale
+
+
+def _possible(p: Proposal) -> Decision:
+    passed = p.candidate.is_possible(p.estimates())
+    return Decision(POSSIBLE, passed, None, None, "" if passed else "of this size there is no such thing")
+
+
+def _pays(p: Proposal) -> Decision:
+    limit, whose = _asked(p)
+    passed = p.odds >= limit
+    return Decision(
+        PAYS, passed, p.odds, limit, f"it gains {p.odds:.1f} nats over its odds; {whose} {limit:.1f}"
+    )
+
+
+def _asked(p: Proposal) -> tuple[float, str]:
+    """What a proposal must gain [nats], and why so much."""
+    settings = p.settings
+    match p:
+        case Exchanged():
+            own = p.instead_of.odds_gain(settings) + settings.exchange_margin
+            return own, "to take the place of another cause it needs"
+        case Paired():
+            alone = max(c.odds_gain(settings) for c in (p.one, p.two))
+            least = settings.least_gain + settings.least_further_gain
+            further = settings.least_further_gain + loose_ends(p.others, settings)
+            return max(least, alone + further, p.runner_up + settings.rival_margin), "two together need"
+        case OnReading():
+            return settings.least_gain, "what reading undid needs"
+        case Added(others=others) if others:
+            return settings.least_further_gain + loose_ends(others, settings), "a further cause needs"
+    return least_first_gain(p.candidate, p.solved.rung.scale, settings), "a first cause needs"
+
+
+def _holds_up(p: Proposal) -> Decision:
+    assert isinstance(p, Withheld)
+    limit = p.settings.least_heldout_gain - (0.0 if isinstance(p, Paired) else _may_lose(p))
+    nats = p.heldout.best + (0.0 if isinstance(p, Paired) else p.candidate.seen_elsewhere)
+    reason = f"on withheld blocks it gains {nats:.1f} nats; more than {limit:.1f} is asked"
+    return Decision(HOLDS_UP, nats > limit, nats, limit, reason)
+
+
+def _may_lose(p: Proposal) -> float:
+    """Of what lasts, and of masses, withheld blocks hardly tell [nats]."""
+    if p.candidate.of_any_course:
+        return 0.0
+    share = p.settings.mass_heldout_share if p.candidate.is_a_mass else p.settings.heldout_share
+    return share * p.contender.gain
+
+
+def _stands_alone(p: Proposal) -> Decision:
+    strain, most = _strain(p), _most_strain(p)
+    if strain > most and not (isinstance(p, Added) and _leads(p)):
+        reason = f"it needs a body {strain:.1f} deviations from the entered mass; {most:.1f} at most"
+        return Decision(STANDS_ALONE, False, None, None, reason)
+    undone = 0.0 if isinstance(p, Paired) else _undone(p.solved)
+    if undone > p.settings.undone:
+        reason = f"it mostly takes back what the others explain (cosine −{undone:.2f})"
+        return Decision(STANDS_ALONE, False, None, None, reason)
+    reason = f"the body's mass stays within {strain:.1f} deviations" + (
+        ", and nothing else comes near" if strain > most else ""
+    )
+    return Decision(STANDS_ALONE, True, None, None, reason)
+
+
+def _strain(p: Proposal) -> float:
+    """Standard deviations by which the set with it needs the body's mass from the entered one."""
+    return abs(p.balance.mass_strain(p.solved))
+
+
+def _most_strain(p: Proposal) -> float:
+    """What it may need: more where the mass is wrong already.
+
+    Without it, the mass is judged at the same scale: a cause that sharpens the balance shows what was
+    wrong with the mass already.
+    """
+    same_scale = p.balance.solve_at(p.without.terms, p.solved.rung)
+    return max(p.settings.most_mass_strain, abs(p.balance.mass_strain(same_scale)) + MORE_STRAIN)
+
+
+def _leads(p: Added) -> bool:
+    """Whether nothing else comes near: then it stays, even if the mass is wrong as well."""
+    others = [c.odds_gain(p.settings) for c in p.tenable if c is not p.contender]
+    return p.odds - max(others, default=0.0) > p.settings.sure_lead
+
+
+def _undone(solved: Solved) -> float:
+    """Cosine, turned round, of what the last cause explains and what the others do."""
+    *others, last = (solved.explained(k, solved.rung) for k in range(len(solved.terms)))
+    return -cosine(last, np.sum(others, axis=0)) if others else 0.0
+
+
+def _beats_the_unknown(p: Proposal) -> Decision:
+    if isinstance(p, AllInPlace):
+        return _all_beat_the_unknown(p)
+    assert isinstance(p, BesideUnknown)
+    if p.candidate.has_a_witness:
+        return Decision(BEATS_THE_UNKNOWN, True, None, None, "the motion shows it as well")
+    least = p.settings.least_further_gain + p.settings.beside_unknown_share * max(0.0, p.left.gain)
+    ahead = -np.inf if p.beyond is None else p.beyond - p.solved.log_evidence
+    passed = not (p.loss <= least and ahead > p.margin)
+    reason = f"beside a force of unknown course it adds {p.loss:.1f} nats; {least:.1f} are asked where that "
+    return Decision(
+        BEATS_THE_UNKNOWN, passed, p.loss, least, f"{reason}force does better in its place by {p.margin:.1f}"
+    )
+
+
+def _all_beat_the_unknown(p: AllInPlace) -> Decision:
+    if any(f.contender.term.candidate.has_a_witness for f in p.found):
+        return Decision(BEATS_THE_UNKNOWN, True, None, None, "the motion shows one of the causes as well")
+    alone = p.alone()
+    if alone is None:
+        return Decision(BEATS_THE_UNKNOWN, True, None, None, "no force of unknown course would do instead")
+    lead = p.solved.log_evidence - alone.solved.log_evidence
+    reason = f"all causes are {lead:+.1f} nats ahead of a force of unknown course; {-p.margin:.1f} is asked"
+    return Decision(BEATS_THE_UNKNOWN, lead >= -p.margin, lead, -p.margin, reason)
+
+
+def _notable(p: Proposal) -> Decision:
+    small = [
+        solved.terms[k].candidate
+        for solved, k in p.fits
+        if not solved.terms[k].candidate.is_notable(solved.estimates(k, p.balance.scenes))
+    ]
+    names = ", ".join(dict.fromkeys(f"{c.id} {c.target}" for c in small))
+    reason = f"nobody would act on so little: {names}" if small else "large enough to act on"
+    return Decision(NOTABLE, not small, None, None, reason)
+
+
+def _needed(p: Proposal) -> Decision:
+    nats, limit = p.odds, p.settings.least_gain
+    if len(p.solved.terms) == 1:
+        return Decision(NEEDED, True, nats, None, "it is the only cause")
+    reason = f"without it the rest loses {nats:.1f} nats over its odds; {limit:.1f} is asked"
+    return Decision(NEEDED, nats >= limit, nats, limit, reason)
+
+
+def _decided(p: Proposal) -> Decision:
+    """Whether it is likelier than a handful of others in its place, or certain; else the model's own errors.
+
+    Causes that leave the same trace are one class, told together: that a recording cannot tell mass from mass
+    makes neither less likely. Nor does a cause that leaves another trace altogether.
+    """
+    assert isinstance(p, Added)
+    settings = p.settings
+    if p.odds >= settings.certain_gain:
+        reason = "certain, whatever else would do"
+        return Decision(DECIDED, True, p.odds, settings.certain_gain, reason)
+    unlike = [r for r in p.tenable if settings.other_trace < overlap(p.contender, r) < settings.same_trace]
+    share = confidence(p.contender, unlike, settings)
+    reason = (
+        f"among {len(unlike)} others in its place that leave another trace it has {100 * share:.0f} %; "
+        f"{100 * settings.least_confidence:.0f} % is asked"
+    )
+    return Decision(DECIDED, share >= settings.least_confidence, None, None, reason)
+
+
+def _left_over(p: Proposal) -> Decision:
+    assert isinstance(p, Remainder)
+    limit = p.settings.least_unknown_gain + loose_ends(p.others, p.settings)
+    nats, size = p.contender.gain, f"{p.size_N:.0f} N"
+    passed = nats > limit and p.size_N > p.least_N
+    reason = f"a force of unknown course of {size} (from {p.least_N:.0f} N on) gains {nats:.1f} nats"
+    return Decision(LEFT_OVER, passed, nats, limit, f"{reason}; more than {limit:.1f} is asked")
+
+
+POSSIBLE, PAYS, HOLDS_UP, STANDS_ALONE = "possible", "pays", "holds up", "stands alone"
+BEATS_THE_UNKNOWN, NOTABLE, NEEDED = "beats the unknown", "notable", "needed"
+DECIDED, LEFT_OVER = "decided", "left over"
+
+CHECKS: tuple[Check, ...] = (
+    Check(POSSIBLE, "can there be such a thing?", (Withheld,), _possible),
+    Check(PAYS, "does the balance gain enough by it?", (Withheld, OnReading), _pays),
+    Check(HOLDS_UP, "does it foretell blocks that its fit has not seen?", (Withheld,), _holds_up),
+    Check(
+        STANDS_ALONE, "without another body mass, and without undoing the others?", (Withheld,), _stands_alone
+    ),
+    Check(
+        BEATS_THE_UNKNOWN,
+        "does a force of unknown course do better in its place?",
+        (BesideUnknown, AllInPlace),
+        _beats_the_unknown,
+    ),
+    Check(
+        NOTABLE,
+        "is it, and is all that stands beside it, large enough to act on?",
+        (Withheld, Kept, OnReading, BesideUnknown),
+        _notable,
+    ),
+    Check(NEEDED, "would the rest do without it?", (Kept,), _needed),
+    Check(DECIDED, "is it likelier than others in its place?", (Added,), _decided),
+    Check(LEFT_OVER, "does something remain that no cause explains?", (Remainder,), _left_over),
+)
