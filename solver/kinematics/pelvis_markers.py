@@ -35,10 +35,10 @@ def pelvis_notes(skeleton: Skeleton, match: MarkerMatch, known: Collection[str] 
         return ()
     where = ", ".join(SPINES[spine] for spine in missing)
     held = ", ".join(match.measured[i][0] for i in on_pelvis) or "no marker of its own"
-    return (
-        f"no marker at the {where}: the pelvis is held by {held}, and its angles and the hips' may be off by "
-        "some degrees",
-    )
+    by_how_much = "its angles and the hips' may be off by some degrees"
+    if {"asis_r", "asis_l"} <= set(missing) or {"psis_r", "psis_l"} <= set(missing):
+        by_how_much = "only legs and trunk tell its tilt: it, and the hips' flexion, may be off by 15°"
+    return (f"no marker at the {where}: the pelvis is held by {held}, and {by_how_much}",)
 
 
 def landmarks_by_name(match: MarkerMatch) -> dict[str, str]:

@@ -29,7 +29,8 @@ HIGHEST = 95.0  # percentile that counts for "the highest": a jump is short
 NOTABLE_DEG = 0.1  # nearer to the usual inclination, the markers stay as they are
 SHARES = 1001  # ways to share, evenly: a thousandth of what is unusual is nothing
 FURTHEST_DEG = 45.0  # from the usual inclination; further off, nobody is upright
-FRONT, BACK = (("asis_r", "asis_l"),), (("psis_r", "psis_l"), ("sacrum",))
+FRONT = (("asis_r", "asis_l"), ("asis_r",), ("asis_l",))
+BACK = (("psis_r", "psis_l"), ("sacrum",), ("psis_r",), ("psis_l",))
 
 
 def on_upright_pelvis(skeleton: Skeleton, match: MarkerMatch, recordings: Sequence[Markers]) -> Skeleton:
@@ -40,7 +41,7 @@ def on_upright_pelvis(skeleton: Skeleton, match: MarkerMatch, recordings: Sequen
         match: which label is which marker.
         recordings: of one subject, y up.
     """
-    marked = at_landmarks(skeleton, match, [name for names in (*FRONT, *BACK) for name in names])
+    marked = at_landmarks(skeleton, match, {name for names in (*FRONT, *BACK) for name in names})
     front, back = _complete(FRONT, marked), _complete(BACK, marked)
     if not front or not back:
         return skeleton
@@ -54,6 +55,8 @@ def on_upright_pelvis(skeleton: Skeleton, match: MarkerMatch, recordings: Sequen
     ]
     shown = upright_inclination(*ends)
     unusual = shown - float(_inclination(usual_front, usual_back))
+    along, _, aside = usual_front - usual_back
+    unusual *= np.hypot(along, aside) / abs(along)  # one spine of a pair: the line runs aslant
     if not np.radians(NOTABLE_DEG) < abs(unusual) < np.radians(FURTHEST_DEG):
         return skeleton
     turn = -np.radians(of_bone(float(np.degrees(unusual))))

@@ -4,16 +4,23 @@ import re
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
 import pytest
 
 from solver.capture.subject import open_subject
 from solver.capture.trial import read_static, read_trial
+from solver.kinematics.calibration import calibrate, choose_frames
+from solver.kinematics.hip_width import expected_hip_width
+from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.marker_naming import name_markers
+from solver.kinematics.settings import KinematicsSettings
+from solver.kinematics.upright_pelvis import pitch_of_spines
 from solver.markers.understanding import understand
 from solver.settings import Settings
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.osim import load_skeleton
 
+SETTINGS = KinematicsSettings()
 OWN_MODEL = {"opencap_subject4": "walking1", "overground_camargo2021_AB06": "levelground_ccw_fast_01_01"}
 NAMED = re.compile(r"(?i)([rl])[._]?(asis|psis)")
 SPELLINGS = (
@@ -97,6 +104,45 @@ def test_a_marker_of_the_pelvis_that_is_gone_is_noted(real_data, folder, trial):
         for gone in labels:
             rest = [without(r, gone) for r in recordings]
             assert pelvis_note(named_on(subject, rest, default_body=default_body)), gone
+
+
+@pytest.mark.parametrize(
+    ("folder", "trial"), [("opencap_subject4", "walking1"), ("walk_gait2354_subject01", "walk1")]
+)
+def test_the_pelvis_stays_where_it_was_when_one_of_its_markers_is_gone(real_data, folder, trial):
+    subject, recordings = recordings_of(real_data / folder, trial)
+    whole = pelvis_angles(subject, recordings)
+    labels = {n for n in recordings[0].names if re.fullmatch(r"(?i)[rl][._]?(asis|psis)", n)}
+    assert len(labels) >= 2
+    for gone in labels:
+        rest = [without(r, gone) for r in recordings]
+        off = pelvis_angles(subject, rest) - whole
+        assert np.abs(off.mean(axis=0)).max() < 4.0, gone
+        assert off.std(axis=0).max() < 3.0, gone
+
+
+def test_a_pelvis_without_any_marker_in_front_or_behind_is_said_to_have_no_sure_tilt(real_data):
+    subject, recordings = recordings_of(real_data / "walk_gait2354_subject01", "walk1")
+    for gone, unsure in (("V.Sacral", True), ("R.ASIS", False)):
+        rest = [without(r, gone) for r in recordings]
+        note = " ".join(pelvis_note(named_on(subject, rest, default_body=True)))
+        assert ("only legs and trunk tell its tilt" in note) is unsure
+
+
+def pelvis_angles(subject, recordings):
+    """Of the default body on a fifth of the trial's frames [°]."""
+    named = name_markers(default_skeleton(mass_kg=subject.mass_kg), recordings, default_body=True)
+    shared, observed = named.match.skeleton(named.skeleton), named.match.observed
+    static = observed(recordings[1]) if len(recordings) > 1 else None
+    found = calibrate(
+        shared,
+        choose_frames([observed(recordings[0])], static, SETTINGS),
+        SETTINGS,
+        hip_width_m=expected_hip_width(named.landmarks, named.match, recordings),
+        pitch_of_spines=pitch_of_spines(shared, named.landmarks),
+    ).skeleton
+    q = inverse_kinematics(found, observed(recordings[0])[::5], recordings[0].rate / 5, SETTINGS)
+    return np.degrees(q[:, [found.dofs.index(f"pelvis_{a}") for a in ("tilt", "list", "rotation")]])
 
 
 def pelvis_note(named):
