@@ -52,6 +52,11 @@ class TrialFit:
             return np.zeros(self.motion.frames, dtype=bool)
         return self.contacts.observed & self.mask.all_feet
 
+    @property
+    def forces_foretold(self) -> bool:
+        """Whether no force counts anywhere, so that torques rest on the motion alone."""
+        return self.dynamics is not None and self.mask is not None and not self.mask.counts.any()
+
 
 @dataclass(frozen=True)
 class Groundwork:

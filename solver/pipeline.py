@@ -12,9 +12,11 @@ from solver.capture.readable_trials import read_trials
 from solver.clock import Clock
 from solver.contact.assignment import assign
 from solver.contact.force_review import ForceReview
+from solver.contact.sole import independent_feet, soles
+from solver.contact.wrenches import unmeasured
 from solver.dynamics.extension import Extension
 from solver.dynamics.memory import refuse_what_does_not_fit, sizes_of
-from solver.errors import FitError
+from solver.errors import FitError, ModelError
 from solver.fit import Fit, Groundwork, TrialFit
 from solver.kinematics.calibration import calibrate, choose_frames
 from solver.kinematics.hip_width import expected_hip_width
@@ -24,6 +26,7 @@ from solver.kinematics.marker_errors import marker_errors
 from solver.kinematics.marker_naming import name_markers
 from solver.kinematics.model_ownership import Ownership, whose_model
 from solver.kinematics.motion import Motion
+from solver.kinematics.root_joint import root_joint
 from solver.kinematics.upright_pelvis import pitch_of_spines
 from solver.kinematics.walking_posture import posture_notes
 from solver.markers.mapping_file import chosen_for
@@ -302,9 +305,9 @@ def _compared(
 
 
 def _with_contacts(fit: TrialFit, groundwork: Groundwork, subject: Subject, settings: Settings) -> TrialFit:
-    """The trial's forces given to feet."""
+    """The trial's forces given to feet; feet without a force where the trial has none."""
     if not fit.capture.plates:
-        return fit
+        return _without_plates(fit, groundwork, subject)
     times = fit.motion.times
     conditioned = [condition(plate, times, settings.conditioning) for plate in fit.capture.plates]
     R, p = body_poses(groundwork.skeleton, fit.motion.q)
@@ -318,3 +321,14 @@ def _with_contacts(fit: TrialFit, groundwork: Groundwork, subject: Subject, sett
         settings=settings.contact,
     )
     return replace(fit, contacts=contacts)
+
+
+def _without_plates(fit: TrialFit, groundwork: Groundwork, subject: Subject) -> TrialFit:
+    """Feet to foretell forces for, if the model has some and hangs freely on the ground."""
+    try:
+        feet = independent_feet(groundwork.skeleton, subject.foot_bodies)
+        soles(groundwork.skeleton, feet)
+        root_joint(groundwork.skeleton)
+    except ModelError as error:
+        return replace(fit, notes=(*fit.notes, f"no forces are recorded and none foretold: {error}"))
+    return replace(fit, contacts=unmeasured(feet, fit.motion.frames))

@@ -20,7 +20,7 @@ from solver.dynamics_stage import obeying_forces, with_dynamics
 from solver.errors import FitError
 from solver.fit import Fit, Groundwork, TrialFit
 from solver.kinematics.marker_matching import MarkerMatch
-from solver.kinematics.unseen_bodies import unseen_body_notes
+from solver.kinematics.unseen_bodies import unseen_body_notes, unseen_mass_notes
 from solver.progress import Progress
 from solver.provenance import provenance_of
 from solver.settings import Settings, as_dict
@@ -161,7 +161,7 @@ def _judged(fit: TrialFit, skeleton: Skeleton, settings: Settings) -> TrialFit:
 
     Forces outside the trial's ranges are no evidence; in an erroneous stretch neither forces nor markers are.
     """
-    if fit.contacts is None:
+    if fit.contacts is None or not fit.contacts.has_plates:
         return fit
     sound = np.ones(fit.motion.frames, dtype=bool)
     for start, end in _erroneous(fit):
@@ -193,7 +193,14 @@ def _noted(fit: TrialFit, match: MarkerMatch, skeleton: Skeleton, settings: Sett
     """The trial with notes on what rests on no measurement: unseen segments, a motion without forces."""
     markers = fit.capture.markers
     notes = unseen_body_notes(match.skeleton(skeleton), match.observed(markers), markers.rate)
-    if settings.trajectory.enabled and fit.contacts is not None and fit.kinematics_only is None:
+    if fit.mask is not None and not fit.mask.counts.any():
+        notes += (
+            f"no force counts: ground forces and joint torques are foretold from the motion below "
+            f"{settings.dynamics.unmeasured_cutoff_Hz:g} Hz and the mass of {skeleton.mass:.1f} kg; nothing "
+            "measured confirms them, and there is no residual",
+            *unseen_mass_notes(match.skeleton(skeleton), match.observed(markers)),
+        )
+    elif settings.trajectory.enabled and fit.contacts is not None and fit.kinematics_only is None:
         notes += (
             f"forces count on {int(fit.forces_known.sum())} frames, and fewer than "
             f"{settings.trajectory.fewest_frames} say nothing about F = ma: the motion follows the markers "

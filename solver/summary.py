@@ -85,6 +85,7 @@ def _trial(trial: TrialFit, body_weight: float, height: float) -> dict[str, obje
         **figures,
         "label_faults": [_label_fault(fault) for fault in trial.label_faults],
         "torques_inferred_ranges": _inferred_ranges(trial),
+        "forces_foretold": trial.forces_foretold,
         "hicks": verdicts(_judged(figures), Thresholds()),
         "heldout": _heldout(trial, body_weight, height),
         "kinematics_only": _kinematics_only(trial),

@@ -38,7 +38,9 @@ def demanded_forces(
     """
     if trial.dynamics is None or trial.contacts is None or trial.mask is None or trial.mask.counts.all():
         return ()
-    wrenches = inferred_wrenches(skeleton, trial.dynamics, trial.contacts, trial.mask)
+    wrenches = trial.dynamics.wrench_foretold_ground
+    if wrenches is None:  # a fit that kept none
+        wrenches = inferred_wrenches(skeleton, trial.dynamics, trial.contacts, trial.mask)
     p_ground_body = body_poses(skeleton, trial.motion.q)[1]
     found = []
     for i, foot in enumerate(trial.contacts.foot_bodies):

@@ -66,6 +66,11 @@ def legend_html(replay: Replay, *, diagnosed: bool = False) -> str:
         if replay.demanded:
             parts.append("<div>hollow arrow: demanded of a foot whose force is missing</div>")
         parts.append(f"<div>1 m of arrow is {1 / ForceSizes().metres_per_newton:.0f} N</div>")
+    elif replay.demanded:
+        parts.append(
+            "<div>hollow arrow: force on a foot, foretold from the motion; nothing was measured</div>"
+            f"<div>1 m of arrow is {1 / ForceSizes().metres_per_newton:.0f} N</div>"
+        )
     if replay.residual is not None:
         parts.append(_swatches((("residual force", RESIDUAL), ("total force at the centre of mass", TOTAL))))
     if diagnosed:
@@ -98,6 +103,8 @@ def _figure_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
     if angular := figures.get("angular_residual"):
         text = f"{angular['rms_Nm']:.1f} N·m = {100 * angular['rms_BWh']:.2f} % BW·h{mark('angular')}"
         rows.append(("Residual moment", text))
+    if figures.get("forces_foretold"):
+        rows.append(("Forces and torques", "foretold from the motion: no residual"))
     rows.append(("Frames counted", f"{figures.get('frames_with_force_used', 0)} (force known)"))
     return rows + _withheld_rows(figures)
 

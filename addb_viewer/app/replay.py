@@ -106,6 +106,7 @@ class JointReplay:
     rotates: tuple[bool, ...]  # True: an angle and a torque; False: a displacement and a force
     position: Float[np.ndarray, "frames dofs"]  # [rad or m]
     torque: Float[np.ndarray, "frames dofs"] | None = None  # [N·m or N]
+    foretold: bool = False  # the torques rest on no measured force at all
 
 
 @dataclass(frozen=True)
@@ -259,8 +260,8 @@ def _bodies(trial: TrialFit, skeleton: Skeleton, on_fit: _Clock) -> BodyReplay:
 
 
 def _residual(trial: TrialFit, person: Person, on_fit: _Clock) -> ResidualReplay | None:
-    if trial.dynamics is None:
-        return None
+    if trial.dynamics is None or (trial.contacts is not None and not trial.contacts.has_plates):
+        return None  # without a plate nothing was measured that anything could be left of
     weight, limits = person.mass_kg * STANDARD_GRAVITY, Thresholds()
     residual = on_fit.floats(trial.dynamics.residual_root)
     counted = None
@@ -281,13 +282,15 @@ def _residual(trial: TrialFit, person: Person, on_fit: _Clock) -> ResidualReplay
 def _joints(trial: TrialFit, skeleton: Skeleton, on_fit: _Clock) -> JointReplay:
     torque = None if trial.dynamics is None else on_fit.floats(trial.dynamics.joint_torques)
     rotates = tuple(coordinate.motion != "translation" for coordinate in skeleton.free_coordinates)
-    return JointReplay(skeleton.dofs, rotates, on_fit.floats(trial.motion.q), torque)
+    return JointReplay(
+        skeleton.dofs, rotates, on_fit.floats(trial.motion.q), torque, foretold=trial.forces_foretold
+    )
 
 
 def _force_use(trial: TrialFit, skeleton: Skeleton, settings: Settings) -> ForceUse:
     """The fit's frames are the markers': one clock."""
     confidence = settings.detection.confidence  # from which on a fit leaves a proposal out
-    if trial.contacts is None:
+    if trial.contacts is None or not trial.contacts.has_plates:
         return ForceUse(proposals=trial.proposals, confidence=confidence)
     R_ground_body, p_ground_body = body_poses(skeleton, trial.motion.q)
     phases = contact_phases(

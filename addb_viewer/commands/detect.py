@@ -44,7 +44,8 @@ def detect(
 def _figures(trial: TrialFit, fit: Fit, settings: DetectionSettings) -> dict[str, Any]:
     """In the shape of `detect --json`."""
     feet = trial.contacts.foot_bodies if trial.contacts else fit.subject.foot_bodies
-    without_plates = trial.contacts is None  # a fit has nothing to judge there
+    # a fit has nothing to judge there
+    without_plates = trial.contacts is None or not trial.contacts.has_plates
     proposals = trial.proposals
     if without_plates:
         proposals = proposals_for(fit.skeleton, trial.motion, None, (), settings=settings)

@@ -92,6 +92,8 @@ def _honesty(trials: list[dict[str, Any]]) -> Iterator[Text]:
         if trial["mask_source"] != "none":
             chose = [_MASKS[source] for source in trial["mask_source"].split(" + ")]
             parts.append(f"frames chosen by {' and '.join(chose)}")
+        if trial.get("forces_foretold"):
+            parts.append("no force counts: forces and torques are foretold from the motion, without residual")
         heldout = trial["heldout"]
         if heldout is not None:
             linear, angular = heldout["linear_residual"], heldout["angular_residual"]

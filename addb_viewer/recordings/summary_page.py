@@ -26,6 +26,8 @@ def summary_page(record: TrialRecord, recording: Recording) -> str:
             _verdict(f, "angular", "0.01 BW·h"),
         ),
     ]
+    if f.get("forces_foretold"):
+        rows.append(("forces and torques", "foretold from the motion", "nothing measured confirms them"))
     if alone is not None:
         rows.append(("marker RMS of the markers alone", _cm(alone["marker_rms_m"]), "before forces counted"))
     person = f"{fit.mass_kg:.1f} kg, {fit.height_m:.2f} m"

@@ -97,6 +97,14 @@ def _quality(report: SubjectReport) -> Safe:
             class_="fine",
         ),
     ]
+    if foretold := [of["name"] for of in figures if of.get("forces_foretold")]:
+        pieces.append(
+            element(
+                "p",
+                f"{', '.join(foretold)}: no force counts. Ground forces and joint torques are foretold from "
+                "the motion and the mass; nothing measured confirms them, so there is no residual to judge.",
+            )
+        )
     withheld = withheld_table(figures)
     force_N, moment_Nm = bounds_of(report.recording.fit.mass_kg, report.recording.fit.height_m)
     if withheld is not None:

@@ -39,6 +39,26 @@ class ContactWrenches:
         """Number of frames."""
         return self.wrench_ground.shape[0]
 
+    @property
+    def has_plates(self) -> bool:
+        """Whether the recording has any plate."""
+        return self.plate.shape[1] > 0
+
+
+def unmeasured(foot_bodies: tuple[str, ...], frames: int) -> ContactWrenches:
+    """Of a trial without any plate: nothing was observed."""
+    feet = len(foot_bodies)
+    nothing = np.zeros((frames, feet, 6))
+    return ContactWrenches(
+        foot_bodies=foot_bodies,
+        wrench_ground=nothing,
+        cop_ground=np.full((frames, feet, 3), np.nan),
+        observed=np.zeros(frames, dtype=bool),
+        in_contact=np.zeros((frames, feet), dtype=bool),
+        plate=np.zeros((frames, 0), dtype=np.int64),
+        wrench_raw_ground=nothing,
+    )
+
 
 PERSON, FILE, DETECTION = "review", "review.json", "proposals"  # who decided, as figures name them
 NOBODY, RECORDING = "none", "recording"  # nothing was decided; the recording itself has no force for a foot

@@ -109,7 +109,7 @@ def scenes_of(
     pairs = [
         scene_of(trial, fit.skeleton, settings, flagged_by_people(trial, reviews))
         for trial in fit.trials
-        if trial.contacts is not None
+        if trial.contacts is not None and trial.contacts.has_plates
     ]
     weighed = fit.subject.mass_kg is not None
     return [

@@ -60,6 +60,28 @@ def divided(
     return np.concatenate([forces, moments], axis=2)
 
 
+def distances_to_soles(
+    skeleton: Skeleton,
+    foot_bodies: Sequence[str],
+    q: Float[np.ndarray, "frames dofs"],
+    wrench_ground: Float[np.ndarray, "frames 6"],
+) -> Float[np.ndarray, "frames feet"]:
+    """How far from each sole, seen from above, the force's line meets the sole's height [m].
+
+    Args:
+        skeleton: scaled.
+        foot_bodies: a body for each foot.
+        q: generalized coordinates [rad or m].
+        wrench_ground: force [N] and moment about the ground origin [N·m].
+
+    Raises:
+        ModelError: a foot's body has no sole.
+    """
+    poses = ForwardKinematics(skeleton).poses(q)
+    R, p = poses.R_ground_body, poses.p_ground_body
+    return np.stack([_nearest(sole, R, p, wrench_ground)[1] for sole in soles(skeleton, foot_bodies)], axis=1)
+
+
 def _leaning(
     load: Float[np.ndarray, "frames feet 1"],
     points: Float[np.ndarray, "frames feet 3"],

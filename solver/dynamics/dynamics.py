@@ -26,3 +26,6 @@ class Dynamics:
     wrench_inferred: Bool[np.ndarray, "frames feet"] | None = (
         None  # feet whose wrench in the torques was not measured but inferred from the motion; None: none
     )
+    wrench_foretold_ground: Float[np.ndarray, "frames feet 6"] | None = (
+        None  # that wrench [N, N·m about the ground origin], zero where one was measured; None: none
+    )

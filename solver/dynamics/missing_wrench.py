@@ -42,8 +42,13 @@ def with_inferred_torques(
     if foretold_ground is not None:
         counted = counted_wrenches(contacts.wrench_ground, mask).sum(axis=1)
         told = replace(dynamics, residual_root=about_point(foretold_ground - counted, dynamics.root_ground))
-    torques = inferred_torques(skeleton, told, contacts, mask)
-    return replace(dynamics, joint_torques=torques, wrench_inferred=~mask.counts)
+    wrenches = inferred_wrenches(skeleton, told, contacts, mask)
+    return replace(
+        dynamics,
+        joint_torques=torques_under(skeleton, told, contacts, mask, wrenches),
+        wrench_inferred=~mask.counts,
+        wrench_foretold_ground=np.where(mask.counts[:, :, None], 0.0, wrenches),
+    )
 
 
 def inferred_torques(
@@ -54,6 +59,18 @@ def inferred_torques(
     Without a wrench on a loaded foot its leg's torques jump as the force goes missing; with the inferred one
     they go on.
     """
+    wrenches = inferred_wrenches(skeleton, dynamics, contacts, mask)
+    return torques_under(skeleton, dynamics, contacts, mask, wrenches)
+
+
+def torques_under(
+    skeleton: Skeleton,
+    dynamics: Dynamics,
+    contacts: ContactWrenches,
+    mask: FrameMask,
+    wrenches_ground: Float[np.ndarray, "frames feet 6"],
+) -> Float[np.ndarray, "frames dofs"]:
+    """Joint torques of the dynamics, made anew under these wrenches where a foot's force is missing."""
     torques = dynamics.joint_torques.copy()
     some = np.flatnonzero(~mask.all_feet)
     motion = dynamics.motion
@@ -61,7 +78,7 @@ def inferred_torques(
         motion.q[some],
         motion.velocity[some],
         motion.acceleration[some],
-        inferred_wrenches(skeleton, dynamics, contacts, mask)[some],
+        wrenches_ground[some],
         [skeleton.body_index(name) for name in contacts.foot_bodies],
     )
     return torques

@@ -3,12 +3,14 @@
 model.osim                  the fitted skeleton
 TRIAL_ik.mot                the motion that the joint torques belong to, already filtered; radians and metres
 TRIAL_grf.mot               the recorded forces after conditioning, a set of columns for each foot
+TRIAL_grf_foretold.mot      in its place where no force counts: foretold, what the torques rest on
 TRIAL_external_loads.xml    which foot each set acts on
 TRIAL_id.sto                our joint torques; where a foot's force is missing they rest on a wrench inferred
                             from the motion, and the first line names these frames
 TRIAL_id_setup.xml          OpenSim's inverse dynamics of the same files, without a second filter
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -28,13 +30,14 @@ from solver.skeleton.osim_writer import write_skeleton
 from solver.skeleton.skeleton import Coordinate, Skeleton
 
 AXES = "xyz"
+LEAST_VERTICAL_N = 20.0  # below it a centre of pressure lies anywhere; as for the plates
 
 
 def export_opensim(fit: Fit, folder: Path) -> list[Path]:
     """Write a fit for OpenSim.
 
-    Angles are radians, so that no program has to guess which coordinates are angles. A trial without forces
-    gets its motion only.
+    Angles are radians, so that no program has to guess which coordinates are angles. Where no force
+    counts, the file of forces holds foretold ones and says so in its name.
 
     Args:
         fit: the solved subject.
@@ -60,11 +63,16 @@ def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path, stem: str) 
     if trial.dynamics is None or trial.contacts is None or trial.mask is None:
         _write_motion(trial.motion, skeleton, ik)
         return [ik]
-    forces, torques = folder / f"{stem}_grf.mot", folder / f"{stem}_id.sto"
+    forces = folder / f"{stem}_grf{'_foretold' if trial.forces_foretold else ''}.mot"
+    torques = folder / f"{stem}_id.sto"
     loads, setup = folder / f"{stem}_external_loads.xml", folder / f"{stem}_id_setup.xml"
     times = trial.dynamics.motion.times
     _write_motion(trial.dynamics.motion, skeleton, ik)
-    _write_forces(trial.contacts, trial.mask, times, forces)
+    foretold = trial.dynamics.wrench_foretold_ground
+    if trial.forces_foretold and foretold is not None:
+        _write_foretold(trial.contacts.foot_bodies, foretold, times, forces)
+    else:
+        _write_forces(trial.contacts, trial.mask, times, forces)
     _write_torques(trial.dynamics, skeleton, torques)
     write_external_loads(loads, trial.contacts.foot_bodies, forces)
     write_inverse_dynamics_setup(
@@ -98,7 +106,7 @@ def _values(
 def _write_forces(
     contacts: ContactWrenches, mask: FrameMask, times: Float[np.ndarray, " frames"], path: Path
 ) -> None:
-    """Force, point and remaining torque of each foot; zero where a foot's force does not count."""
+    """Measured force, point and remaining torque of each foot; zero where a foot's force does not count."""
     wrenches = counted_wrenches(contacts.wrench_ground, mask)
     labels, columns = [], []
     for f, foot in enumerate(contacts.foot_bodies):
@@ -109,6 +117,27 @@ def _write_forces(
         labels += [f"ground_torque_{foot}_{axis}" for axis in AXES]
         columns += [force, point, moment - np.cross(point, force)]
     write_storage(path, labels, times, np.hstack(columns))
+
+
+def _write_foretold(
+    feet: Sequence[str],
+    wrenches: Float[np.ndarray, "frames feet 6"],
+    times: Float[np.ndarray, " frames"],
+    path: Path,
+) -> None:
+    """Forces that nobody measured, each at the point of the floor's height where it has no level moment."""
+    labels, columns = [], []
+    for f, foot in enumerate(feet):
+        labels += [f"ground_force_{foot}_v{axis}" for axis in AXES]
+        labels += [f"ground_force_{foot}_p{axis}" for axis in AXES]
+        labels += [f"ground_torque_{foot}_{axis}" for axis in AXES]
+        force, moment = wrenches[:, f, :3], wrenches[:, f, 3:]
+        loaded = force[:, 1] >= LEAST_VERTICAL_N
+        up = np.where(loaded, force[:, 1], 1.0)
+        point = np.column_stack([moment[:, 2] / up, np.zeros(len(up)), -moment[:, 0] / up])
+        point[~loaded] = 0.0
+        columns += [force, point, moment - np.cross(point, force)]
+    write_storage(path, labels, times, np.hstack(columns), name=f"{path.stem}; foretold, not measured")
 
 
 def _held(cop_ground: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, "frames 3"]:

@@ -92,13 +92,19 @@ def _of_dynamics(dynamics: Dynamics, skeleton: Skeleton) -> Columns:
 
 
 def _of_inferred(trial: TrialFit) -> Columns:
-    """Where the torques rest on a foot's wrench that was inferred from the motion."""
+    """Where the torques rest on a foot's wrench that was inferred from the motion, and that wrench."""
     if trial.contacts is None or trial.dynamics is None:
         return {}
     inferred = trial.dynamics.wrench_inferred
     if inferred is None:
         inferred = np.zeros((trial.motion.frames, len(trial.contacts.foot_bodies)), dtype=bool)
-    return {f"{foot}_inferred": inferred[:, f] for f, foot in enumerate(trial.contacts.foot_bodies)}
+    feet = trial.contacts.foot_bodies
+    columns = {f"{foot}_inferred": inferred[:, f] for f, foot in enumerate(feet)}
+    foretold = trial.dynamics.wrench_foretold_ground
+    if foretold is not None:
+        for f, foot in enumerate(feet):
+            columns |= _wrench(f"{foot}_foretold", foretold[:, f])
+    return columns
 
 
 def _of_contacts(contacts: ContactWrenches, mask: FrameMask) -> Columns:

@@ -7,6 +7,7 @@ from solver.runs import runs
 from solver.skeleton.skeleton import Skeleton
 
 LONG_S = 0.1  # shorter gaps are bridged within millimetres
+NOTABLE_MASS = 0.03  # of the body's; an arm weighs 5 %, a hand or a foot's toes less than 1 %
 LISTED = 5  # stretches named; the rest is counted
 
 
@@ -38,6 +39,41 @@ def unseen_body_notes(
             f"no marker on {', '.join(bodies)} is seen in frames {listed}{more}: the pose there is bridged"
         )
     return tuple(notes)
+
+
+def unseen_mass_notes(
+    skeleton: Skeleton, observed_ground: Float[np.ndarray, "frames markers 3"]
+) -> tuple[str, ...]:
+    """A note on how much of the body's mass moves by guess; forces that a motion demands lack its share.
+
+    Args:
+        skeleton: its markers are those of `observed_ground`, in the same order.
+        observed_ground: NaN where unseen [m].
+    """
+    seen = np.isfinite(observed_ground).all(axis=2).any(axis=0)
+    carries = {marker.body for marker, s in zip(skeleton.markers, seen, strict=True) if s}
+    for body in reversed(range(len(skeleton.bodies))):
+        if body in carries:
+            carries.add(skeleton.joints[body].parent)
+    untold = untold_dofs(skeleton, observed_ground)
+    guessed = []
+    for body, joint in enumerate(skeleton.joints):
+        own = [axis.coordinate in skeleton.dofs for axis in joint.axes]
+        free = any(
+            untold[skeleton.dofs.index(axis.coordinate)]
+            for axis, is_free in zip(joint.axes, own, strict=True)
+            if is_free
+        )
+        if body not in carries and (free or joint.parent in guessed):
+            guessed.append(body)
+    mass = sum(skeleton.bodies[body].mass for body in guessed)
+    if mass < NOTABLE_MASS * skeleton.mass:
+        return ()
+    names = ", ".join(skeleton.bodies[body].name for body in guessed)
+    return (
+        f"no marker tells how {100 * mass / skeleton.mass:.0f} % of the mass moves ({names}): what forces "
+        "the motion demands lacks their share",
+    )
 
 
 def untold_dofs(

@@ -91,9 +91,7 @@ def _without_figures(capture: Capture, skeleton: Skeleton, settings: Settings) -
     motion = Motion(skeleton.dofs, _blank(frames, dofs), capture.markers.rate)
     errors = MarkerErrors(skeleton.marker_names, _blank(frames, markers))
     fit = TrialFit(capture, motion, errors, _blank(frames, markers, 3))
-    if not capture.plates:
-        return fit
-    is_fitted = settings.trajectory.enabled
+    is_fitted = settings.trajectory.enabled and bool(capture.plates)
     per_frame, per_foot = _blank(frames, 6), _blank(frames, _FEET, 6)
     feet, flags = ("",) * _FEET, _blank(frames).astype(bool)
     counts, decided = _blank(frames, _FEET).astype(bool), _blank(frames, _FEET).astype(int)
@@ -106,7 +104,15 @@ def _without_figures(capture: Capture, skeleton: Skeleton, settings: Settings) -
         ),
         mask=FrameMask(counts, decided_by=decided),
         dynamics=Dynamics(
-            motion.q, per_frame, per_frame, per_frame[:, :3], per_frame[:, :3], flags, motion, counts
+            motion.q,
+            per_frame,
+            per_frame,
+            per_frame[:, :3],
+            per_frame[:, :3],
+            flags,
+            motion,
+            counts,
+            per_foot,
         ),
         kinematics_only=KinematicsOnly(motion, errors) if is_fitted else None,
         heldout=Heldout(flags, per_frame, per_frame, per_frame) if is_fitted else None,

@@ -172,7 +172,11 @@ def _pass_header(fit: Fit, trial: TrialFit, one: _Pass, frames: PassFrames) -> P
     dofs = dofs_in_order(fit.skeleton)
     linear, angular = _generalized_residuals(fit.skeleton, frames)
     conditioning = _conditioning(fit)
-    cutoff = shared_cutoff(one.motion.rate, conditioning) if one.low_passed and conditioning else 0.0
+    cutoff = 0.0
+    if one.low_passed and conditioning:
+        cutoff = shared_cutoff(one.motion.rate, conditioning)
+        if trial.forces_foretold:
+            cutoff = from_dict(fit.settings).dynamics.unmeasured_cutoff_Hz
     return PassHeader(
         type=one.type,
         dof_positions_observed=_observed(fit.skeleton, one.errors),
