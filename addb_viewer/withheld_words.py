@@ -44,7 +44,7 @@ def worse_words(figures: Mapping[str, Any]) -> tuple[str, ...]:
                 said.append(
                     f"worse than markers alone on withheld {words}: {quantity} {of['rms']:.1f} {unit}, "
                     f"markers at {cutoff_words(of['markers_cutoffs_hz'])} {of['markers_rms']:.1f} {unit}, "
-                    f"{of['ratio']:.2f} times; {_how_sure(of['ratio_90'])}"
+                    f"{of['ratio']:.2f} times; {_how_sure(of['ratio_90'], words)}"
                 )
     return tuple(said)
 
@@ -78,8 +78,8 @@ def _missed(of: Mapping[str, Any], unit: str) -> str:
     )
 
 
-def _how_sure(interval: Sequence[float] | None) -> str:
+def _how_sure(interval: Sequence[float] | None, words: str) -> str:
     if interval is None:
-        return "too few of them to tell whether that is chance"
-    said = f"90 % interval over them {interval[0]:.2f} to {interval[1]:.2f}"
+        return f"too few {words} to tell whether that is chance"
+    said = f"90 % interval over {words} {interval[0]:.2f} to {interval[1]:.2f}"
     return f"{said}: beyond chance" if interval[0] > 1 else f"{said}: perhaps chance"

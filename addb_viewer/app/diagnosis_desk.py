@@ -9,14 +9,14 @@ from addb_viewer.app.diagnosis_state import DiagnosisState, decision_in_words, r
 from addb_viewer.app.notices import Notices
 from addb_viewer.app.place import Place
 from addb_viewer.app.replay import Replay
-from addb_viewer.app.room import DIAGNOSING, RECORDING, SOLVING
+from addb_viewer.app.room import DIAGNOSING, RECORDING, SOLVING, WITHHOLDING
 from addb_viewer.app.solve_desk import stop
 from addb_viewer.app.work import Outcome
 from addb_viewer.app.workbench import Progress, Task
 from addb_viewer.diagnosis_words import verdict
 from solver.errors import SolverError
 
-OTHERS = (SOLVING, RECORDING)  # told by other desks
+OTHERS = (SOLVING, RECORDING, WITHHOLDING)  # told by other desks
 ACCEPTING = "finding the causes once more, then fitting without and with them"
 
 

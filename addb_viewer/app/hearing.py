@@ -62,6 +62,7 @@ class Hearing:
             session.recording.ended(task, outcome)
             session.explain()
             session.compare_changed()
+            session.show_summary()
             session.show_banner()
 
         session.notices.do("Showing what came of it", conclude)

@@ -112,7 +112,7 @@ def _figure_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
 def _withheld_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
     """Forces that the fit was not shown, beside what the markers alone foretell; where these do better, ✗."""
     withheld = figures.get("withheld") or {}
-    rows = []
+    rows = [] if withheld else _first_layout_rows(figures)
     for kind, words in KINDS.items():
         found = withheld.get(kind) or {}
         for quantity, unit in QUANTITIES.items():
@@ -123,9 +123,24 @@ def _withheld_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
             told = f"{of['rms']:.1f} {unit}{mark}"
             told += f" (markers {of['markers_rms']:.1f} at {cutoff_words(of['markers_cutoffs_hz'])})"
             rows.append((f"Withheld {words}, {quantity}", told))
-    rows += [("Worse than markers", said) for said in worse_words(figures)]
+    worse = "worse than markers alone "
+    rows += [(worse.strip().capitalize(), said.removeprefix(worse)) for said in worse_words(figures)]
     if withheld and withheld["layouts"] < withheld["of"]:
         rows.append(("Withheld layouts", f"{withheld['layouts']} of {withheld['of']} so far"))
+    return rows
+
+
+def _first_layout_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
+    """Of the layout that a solve judges itself, until the others come."""
+    heldout = figures.get("heldout") or {}
+    if heldout.get("markers_cutoff_hz") is None:
+        return []
+    rows = []
+    of_both = (("force", "linear_residual", "rms_N", "N"), ("moment", "angular_residual", "rms_Nm", "N·m"))
+    for (quantity, section, key, unit), cutoff in zip(of_both, heldout["markers_cutoff_hz"], strict=True):
+        markers = heldout[f"kinematics_only_{section}"][key]
+        told = f"{heldout[section][key]:.1f} {unit} (markers {markers:.1f} at {cutoff:g} Hz)"
+        rows.append((f"Withheld, first layout, {quantity}", told))
     return rows
 
 

@@ -3,6 +3,7 @@
 import contextlib
 import threading
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
@@ -20,11 +21,14 @@ from annotations.errors import ReviewError
 from annotations.events import Edit
 from solver.capture.capture import Capture
 from solver.errors import SolverError
-from solver.results.store import has_fit
+from solver.results.store import has_fit, present_solve
+from solver.results.withheld_file import read_withheld
+from solver.withheld_stage import layouts_due
 
 DIAGNOSING, SOLVING, RECORDING = "Diagnosing", "Solving", "Recording"
+WITHHOLDING = "Judging withheld forces"
 DIAGNOSE_WORKER, SOLVE_WORKER = "addb_viewer.app.diagnose_worker", "addb_viewer.app.solve_worker"
-RECORD_WORKER = "addb_viewer.app.record_worker"
+RECORD_WORKER, WITHHOLD_WORKER = "addb_viewer.app.record_worker", "addb_viewer.app.withhold_worker"
 
 
 class Visitor(Protocol):
@@ -121,6 +125,21 @@ class SubjectRoom:
         """
         arguments = (*self._places(), author)
         self._start(Task(SOLVING, "starting", SOLVE_WORKER, arguments, author))
+
+    @property
+    def withholding_due(self) -> bool:
+        """Whether the fit on the screen has not been judged on all layouts of withheld forces."""
+        fit = self.library.fit
+        return fit is not None and self.library.fit_folder is not None and bool(layouts_due(fit))
+
+    def withhold(self) -> None:
+        """Judge the fit on the screen on the layouts that are left, while nothing else is at work."""
+        if not self.withholding_due:
+            return
+        self.bench.forget(WITHHOLDING)
+        arguments = (*self._places(), str(self.library.fit_folder))
+        self.bench.start(Task(WITHHOLDING, "starting", WITHHOLD_WORKER, arguments, yields=True))
+        self._people.queue_changed()
 
     def diagnose(self, author: str) -> None:
         """Look at all trials together.
@@ -223,8 +242,12 @@ class SubjectRoom:
             self.new = None
             if waiting(solves(self.results)):
                 self.library = library_of(self.subject, self.library.results_folder)
+            else:
+                self.library.fit_folder = self.results
+                self.library.fit_time_ns = (self.results / "fit.json").stat().st_mtime_ns
             self._show_waiting()
         self._decided(solve, "kept", "It is the subject's fit now.", author)
+        self.withhold()
 
     def discard(self, author: str, number: int | None = None) -> None:
         """Go back to the kept fit; the next one that waits comes on the screen.
@@ -359,6 +382,17 @@ class SubjectRoom:
             self._log.progressed(progress)
         self._tell(lambda visitor: visitor.progressed(progress))
 
+    def _take_in_withheld(self, task: Task) -> None:
+        """Layouts have come, some of them also where the work was ended."""
+        with self._lock:
+            library, folder = self.library, self.library.fit_folder
+            if library.fit is None or folder is None or str(folder) != task.arguments[-1]:
+                return
+            if (folder / "fit.json").stat().st_mtime_ns != library.fit_time_ns:
+                return
+            layouts = read_withheld(folder / present_solve(folder), self.subject.folder)
+            library.fit = replace(library.fit, withheld=layouts)
+
     def _note(self, text: str) -> None:
         if self._log is not None:
             self._log.note(text)
@@ -375,12 +409,19 @@ class SubjectRoom:
                 outcome = Outcome(False, False, outcome.said, str(error) or "the solve cannot be found")
             else:
                 self._fit_replaced()
+        if task.doing == WITHHOLDING:
+            try:
+                self._take_in_withheld(task)
+            except (SolverError, OSError) as error:
+                outcome = Outcome(False, False, outcome.said, str(error))
         if self._log is not None:
             self._log.ended(task, outcome)
             if outcome.succeeded and task.doing == DIAGNOSING:
                 self._log.diagnosed(self.results)
         self._tell(lambda visitor: visitor.ended(task, outcome))
         self._people.queue_changed()
+        if outcome.succeeded and task.doing == SOLVING:
+            self.withhold()
 
     def _tell(self, what: Callable[[Visitor], None]) -> None:
         for visitor in self._visitors:

@@ -277,19 +277,26 @@ class Session:
         self.explain()
         self.requeue()
 
+    def show_summary(self) -> None:
+        """Show the figures of the trial on the screen, as they are now."""
+        replay, library, subject = self._replay, self._room.library, self._room.subject
+        if replay is None:
+            return
+        fit = library.fit
+        mass, height = (fit.mass_kg, fit.height_m) if fit else (subject.mass_kg, subject.height_m)
+        person = {k: v for k, v in (("mass_kg", mass), ("height_m", height)) if v is not None}
+        self.controls.summary.content = summary_html(library.figures(replay.name), person, replay)
+
     def _compare(self) -> None:
         other, library = self.solving.other, self._room.other
         self.scene.compare(other.bodies if other else None, library.meshes if library else {})
         self.playback.redraw()
 
     def _fill_panel(self, replay: Replay) -> None:
-        c, library, subject = self.controls, self._room.library, self._room.subject
+        c, library = self.controls, self._room.library
         c.frame.max = max(replay.frames - 1, 1)
         put(c.trial, replay.name)
-        fit = library.fit
-        mass, height = (fit.mass_kg, fit.height_m) if fit else (subject.mass_kg, subject.height_m)
-        person = {k: v for k, v in (("mass_kg", mass), ("height_m", height)) if v is not None}
-        c.summary.content = summary_html(library.figures(replay.name), person, replay)
+        self.show_summary()
         c.notes.content = notes_html((*library.notes, *replay.notes))
         c.show.legend.content = legend_html(replay, diagnosed=self.scene.figures is not None)
 

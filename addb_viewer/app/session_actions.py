@@ -130,6 +130,7 @@ def _bind_solve(s: "Session") -> None:
     p, solving, in_order = s.solving.panel, s.solving, s.notices.in_order
     for button, doing, action in (
         (p.solve, "Solving", solving.solve),
+        (p.withhold, "Judging withheld forces", solving.withhold),
         (p.cancel, "Cancelling", solving.cancel),
         (p.keep, "Keeping", solving.keep),
         (p.discard, "Discarding", solving.discard),

@@ -13,7 +13,7 @@ from addb_viewer.app.page import boxed
 from addb_viewer.app.place import Place
 from addb_viewer.app.progress_html import progress_html
 from addb_viewer.app.replay import Replay
-from addb_viewer.app.room import SOLVING, SubjectRoom
+from addb_viewer.app.room import SOLVING, WITHHOLDING, SubjectRoom
 from addb_viewer.app.solve_html import (
     comparison_html,
     history_html,
@@ -61,6 +61,10 @@ class SolveDesk:
     def cancel(self) -> None:
         """End what is at work."""
         stop(self.place)
+
+    def withhold(self) -> None:
+        """Judge the fit on the screen on the layouts of withheld forces that are left."""
+        self.place.room.withhold()
 
     def keep(self) -> None:
         """The new solve becomes the subject's fit."""
@@ -141,6 +145,8 @@ class SolveDesk:
     def ended(self, task: Task, outcome: Outcome) -> None:
         """Nothing is any more."""
         self._progress(None)
+        if task.doing == WITHHOLDING and not (outcome.succeeded or outcome.cancelled):
+            self.notices.failed(WITHHOLDING, outcome.error or "it ended without a word")
         if task.doing != SOLVING:
             return
         if outcome.cancelled:
@@ -187,6 +193,7 @@ class SolveDesk:
     def _progress(self, progress: Progress | None) -> None:
         panel, busy = self.panel, progress is not None
         panel.cancel.visible = panel.bar.visible = panel.status.visible = busy
+        panel.withhold.visible = not busy and self.place.room.withholding_due
         if progress is not None:
             show_progress(panel.bar, panel.status, progress)
 

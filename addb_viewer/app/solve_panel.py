@@ -13,6 +13,7 @@ class SolvePanel:
     """Handles of the panel."""
 
     solve: viser.GuiButtonHandle
+    withhold: viser.GuiButtonHandle
     cancel: viser.GuiButtonHandle
     bar: Any  # viser exports no name for its class
     status: viser.GuiHtmlHandle
@@ -32,6 +33,13 @@ def build_solve(gui: viser.GuiApi, tab: viser.GuiTabHandle) -> SolvePanel:
         solve = gui.add_button(
             "Solve again", icon=viser.Icon.REFRESH, hint="With the present flags and decisions; key G"
         )
+        withhold = gui.add_button(
+            "Judge withheld forces",
+            icon=viser.Icon.SCALE,
+            visible=False,
+            color="gray",
+            hint="Fits again without some of the forces, layout by layout; gives way to all other work",
+        )
         cancel = gui.add_button("Cancel", icon=viser.Icon.X, visible=False, color="gray")
         bar = gui.add_progress_bar(0.0, visible=False, animated=True)
         status = gui.add_html("", visible=False)
@@ -50,5 +58,17 @@ def build_solve(gui: viser.GuiApi, tab: viser.GuiTabHandle) -> SolvePanel:
             history = gui.add_html("")
             settings = gui.add_html("")
     return SolvePanel(
-        solve, cancel, bar, status, verdict, keep, discard, compare, changed, other, history, settings
+        solve,
+        withhold,
+        cancel,
+        bar,
+        status,
+        verdict,
+        keep,
+        discard,
+        compare,
+        changed,
+        other,
+        history,
+        settings,
     )

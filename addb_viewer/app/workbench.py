@@ -1,6 +1,7 @@
 """What is at work for a subject: one command at a time, in a process of its own, seen by all its browsers.
 
-What is asked for meanwhile waits its turn.
+What is asked for meanwhile waits its turn. Work that nobody waits for yields: it ends for whatever is asked
+for, and begins again when nothing else waits.
 """
 
 import threading
@@ -28,6 +29,7 @@ class Task:
     module: str
     arguments: tuple[str, ...]
     by: str = ""  # who asked
+    yields: bool = False  # to all others; keeps by itself what it has done
 
 
 @dataclass(frozen=True)
@@ -97,11 +99,23 @@ class Workbench:
                 )
             if not self._waiting and self._begin(task):
                 return ()
-            present = () if self.task is None else (self.task,)
-            before = (*present, *self._waiting)
+            present = self.task
+            before = tuple(t for t in (present, *self._waiting) if t is not None)
+            if not task.yields:
+                before = tuple(t for t in before if not t.yields)
             self._waiting.append(task)
+            if present is not None and present.yields and not task.yields:
+                if present not in self._waiting:
+                    self._waiting.append(present)
+                self.work.cancel()
+            self._waiting.sort(key=lambda waiting: waiting.yields)
         self._tell()
         return before
+
+    def forget(self, doing: str) -> None:
+        """Let no task of that name wait any longer; the present one goes on."""
+        with self._lock:
+            self._waiting = [task for task in self._waiting if task.doing != doing]
 
     def drop(self, by: str) -> Task | None:
         """Forget what a person asked for last that still waits; None: nothing does."""

@@ -1,4 +1,5 @@
 import threading
+from dataclasses import replace
 
 import pytest
 
@@ -94,3 +95,30 @@ def test_what_cannot_begin_is_told_and_the_next_begins(bench, monkeypatch):
     bench.until_ended("a", "b", "c")
     assert "out of memory" in bench.ended[1][1].error
     assert bench.ended[2][1].succeeded
+
+
+def test_what_nobody_waits_for_gives_way_to_a_solve_and_begins_again_after_all_others(bench, until):
+    in_background = replace(bench.task("figures", by=""), yields=True)
+    solve, other = bench.task("solve"), bench.task("other", "Bo")
+    bench.bench.start(in_background)
+    assert bench.bench.start(solve) == ()  # nothing comes before it
+    bench.until_ended("figures")
+    assert bench.ended[0][1].cancelled
+    until(lambda: bench.bench.task is solve)
+    assert bench.bench.start(other) == (solve,)
+    assert bench.bench.waiting == (other, in_background)
+    for name in ("solve", "other", "figures"):
+        bench.let_end(name)
+    bench.until_ended("figures", "solve", "other", "figures")
+    assert bench.ended[-1][1].succeeded
+
+
+def test_it_waits_for_what_is_at_work_and_can_be_forgotten_meanwhile(bench):
+    in_background = replace(bench.task("figures", by=""), yields=True)
+    solve = bench.task("solve")
+    bench.bench.start(solve)
+    assert bench.bench.start(in_background) == (solve,)
+    bench.bench.forget("figures")
+    bench.let_end("solve")
+    bench.until_ended("solve")
+    assert not bench.bench.busy

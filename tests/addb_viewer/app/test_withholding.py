@@ -1,0 +1,73 @@
+"""Layouts of withheld forces come in beside a real fit, after it and behind all other work."""
+
+import shutil
+from dataclasses import replace
+
+import pytest
+
+from addb_viewer.app.app import ReviewApp
+from addb_viewer.app.house import House
+from addb_viewer.app.library import open_library
+from addb_viewer.app.room import WITHHOLDING
+from addb_viewer.app.server import open_server
+from addb_viewer.commands.solving import job_for, solved
+from solver.dynamics.heldout import WithheldLayout
+from solver.dynamics.withheld_layouts import LAYOUTS
+from solver.results.store import add_withheld, load_fit, present_solve
+
+
+@pytest.fixture(scope="module")
+def fitted(real_data, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("withheld") / "walk"
+    shutil.copytree(real_data / "walk_gait2354_subject01", folder)
+    solved(job_for(folder))
+    return folder
+
+
+@pytest.fixture
+def app(fitted):
+    """All layouts but the first of blocks and the first of steps are said to be judged, to save time."""
+    results = fitted / "results"
+    said = tuple(WithheldLayout(kind, number) for kind, number in LAYOUTS if number > 0)
+    add_withheld(replace(load_fit(results, fitted), withheld=said), results, present_solve(results))
+    app = ReviewApp(open_server(port=0), House.of(open_library(fitted)), login="Zoë")
+    yield app
+    app.close()
+
+
+def test_a_kept_fit_is_judged_when_asked_and_what_came_before_a_cancel_is_kept(app, enter, fitted):
+    browser, (room,) = enter(app), app.house.rooms
+    summary, panel = browser.session.controls.summary, browser.session.solving.panel
+
+    def kept():
+        return len(load_fit(fitted / "results", fitted).withheld)
+
+    assert panel.withhold.visible
+    assert "Withheld blocks" not in summary.content
+    browser.click("Judge withheld forces")
+    browser.until(lambda: kept() == len(LAYOUTS) - 1, "the layout that the solve has judged")
+    browser.session.solving.cancel()
+    browser.until(lambda: "8 of 9 so far" in summary.content, "what came")
+    assert "Withheld blocks, force" in summary.content
+    browser.until(lambda: panel.withhold.visible, "the button")
+    assert not room.bench.busy
+    browser.click("Judge withheld forces")
+    browser.until(lambda: "Withheld whole steps, force" in summary.content, "the other one")
+    assert "so far" not in summary.content
+    browser.until(lambda: not panel.withhold.visible, "no button")
+    assert kept() == len(LAYOUTS)
+
+
+def test_a_solve_takes_its_place_is_shown_at_once_and_is_judged_after(app, enter, fitted):
+    browser, (room,) = enter(app), app.house.rooms
+    browser.click("Judge withheld forces")
+    browser.until(lambda: room.bench.progress is not None, "the work")
+    room.solve("Zoë")
+    browser.until(lambda: room.new is not None, "the solve")
+    assert room.library.fit.withheld == ()
+    browser.until((room.new.folder / "solve-1" / "withheld.json").is_file, "its first layout")
+    room.keep("Zoë")
+    assert 0 < len(load_fit(fitted / "results", fitted).withheld) < len(LAYOUTS)
+    kept_one = str(room.results.absolute())
+    at_work = [room.bench.task, *room.bench.waiting]
+    assert (WITHHOLDING, kept_one) in [(task.doing, task.arguments[-1]) for task in at_work]
