@@ -36,6 +36,7 @@ from addb_viewer.residual_words import (
 )
 from addb_viewer.sections import Section
 from addb_viewer.use_words import trials_in_question, use
+from addb_viewer.witness_words import what_the_files_say
 
 AT_CERTAIN_FRAMES = (*NOW_AND_THEN, "marker_slip", "marker_swap")
 LEAST_ELSE = 0.05  # of the certainty, for causes that are not listed
@@ -57,6 +58,7 @@ def page(figures: Figures) -> list[Section]:
     sections = [
         verdict(figures),
         what_is_wrong(figures),
+        what_the_files_say(figures),
         what_would_be_found(figures),
         *causes,
         what_it_gains(figures),

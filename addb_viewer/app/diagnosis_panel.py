@@ -28,6 +28,7 @@ from addb_viewer.diagnosis_words import AT_CERTAIN_FRAMES, NOTES, cause, notes, 
 from addb_viewer.extension_words import what_accepting_changes
 from addb_viewer.holding_up_words import what_it_gains
 from addb_viewer.remainder_words import what_next
+from addb_viewer.witness_words import what_the_files_say
 from annotations.reasons import key_of
 
 CHART_HEIGHT = 100  # [pixel]
@@ -161,6 +162,7 @@ class DiagnosisPanel:
                 self.gui.add_html(section_html(section, spread=bool(effect["parameters"])))
                 self._add_jumps(figures, effect, trials)
         for section, shown in (
+            (what_the_files_say(figures), section_html),
             (what_would_be_found(figures), section_html),
             (what_it_gains(figures), gain_html),
             (what_remains(figures), section_html),

@@ -29,7 +29,7 @@ PLATE = (
 CLOCK = ("clock_offset", "sample_rate", "filter_mismatch")
 WEIGHT = ("body_weight_support", "subject_mass", "carried_mass", "segment_mass")
 MARKERS = ("marker_slip", "marker_swap", "soft_tissue")
-ZERO = "{plate}[ :].*zero level is off.*taken off"
+ZERO = "{plate}: its zero level is off.*; taken off"
 
 NAMES = {
     "tared_under_load": Names(("zero_level", "plate_bias"), PLATE, ZERO),
@@ -41,7 +41,7 @@ NAMES = {
     "pounds": Names(("plate_units", "plate_gain"), PLATE),
     "half_gain": Names(("plate_units", "plate_gain"), PLATE),
     "quarter_gain": Names(("plate_units", "plate_gain"), PLATE),
-    "sign": Names(("plate_sign",), PLATE, "{plate}[ :].*sign is turned"),
+    "sign": Names(("plate_sign",), PLATE, "{plate}: forces point downwards.*sign is turned"),
     "exchanged_plates": Names(("plate_swap", "plate_exchange"), PLATE),
     "late": Names(("clock_offset",), CLOCK),
     "two_lags": Names(("clock_offset",), CLOCK),

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from solver.capture.capture import Capture, Subject
 from solver.capture.subject import open_subject
+from solver.capture.trial import read_trial
 from solver.contact.force_review import ForceReview
 from solver.diagnosis.balance import Balance
 from solver.diagnosis.conclusion import conclude
@@ -17,6 +18,7 @@ from solver.diagnosis.report import as_json
 from solver.diagnosis.rows import trial_rows
 from solver.diagnosis.scenes import SceneAndPosterior
 from solver.diagnosis.selection import Selection, select
+from solver.diagnosis.witnesses.asking import asked
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.catalogue import catalogue
 from solver.errors import FitError
@@ -60,11 +62,22 @@ def diagnose(
         progress=part(progress, 0.0, FITTED),
     )
     balance, selection = causes_of(balance, part(progress, FITTED, 1.0))
-    answer = replace(conclude(balance, selection, seen), notes=all_notes(fit))
+    answer = replace(
+        conclude(balance, selection, seen),
+        notes=all_notes(fit),
+        witnesses=asked(_as_recorded(fit, settings), subject.mass_kg, settings.reading),
+    )
     if answer.verdict != CLEAN:
         return answer
     candidates = catalogue(balance.scenes)
     return replace(answer, detectable=detectable(balance, selection.null, candidates))
+
+
+def _as_recorded(fit: Fit, settings: Settings) -> list[Capture]:
+    """The fitted trials once more as their files hold them: witnesses see markers before any repair."""
+    fitted = {trial.capture.name for trial in fit.trials}
+    wanted = [files for files in fit.subject.trials if files.name in fitted]
+    return [read_trial(files, settings.reading, fit.subject.mass_kg) for files in wanted]
 
 
 def causes_of(balance: Balance, progress: Progress = silent) -> tuple[Balance, Selection]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from solver.diagnosis.force_courses import ForceCourse
 from solver.diagnosis.residual_description import ResidualDescription
 from solver.diagnosis.trail import CauseDecisions
+from solver.diagnosis.witnesses.statement import Statement
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.effect import Estimate, Range
 
@@ -96,3 +97,4 @@ class Diagnosis:
     notes: tuple[str, ...] = field(default=())
     decisions: tuple[CauseDecisions, ...] = field(default=())  # of every cause that was proposed
     detectable: tuple[Detectable, ...] = field(default=())  # in a recording in which nothing is wrong
+    witnesses: tuple[Statement, ...] = field(default=())  # what the files say without a model of the body

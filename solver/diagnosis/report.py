@@ -7,10 +7,13 @@ from solver.diagnosis.diagnosis import Diagnosis, Gain, NamedEffect
 from solver.diagnosis.extended_fit import ExtendedGain
 from solver.diagnosis.force_courses import ForceCourse
 from solver.diagnosis.residual_description import InTrial, ResidualDescription, ResidualSize
+from solver.diagnosis.witnesses.settings import WITNESSES
+from solver.diagnosis.witnesses.statement import Statement
 from solver.effects.effect import Range
 
 MOST_CHANGED = 5  # joint torques that are listed
 MOST_REFUSED = 5  # causes whose decisions are told though they are not named
+NATS_DIGITS = 2  # evidence is no better known
 COURSE_DIGITS = 2  # [s, N, N·m] what is only drawn
 
 
@@ -60,6 +63,7 @@ def as_json(diagnosis: Diagnosis, why: str | None = None) -> dict[str, object]:
         "detectable": [asdict(one) for one in diagnosis.detectable],
         "decisions": _decisions(diagnosis, why),
         "residual": None if diagnosis.residual is None else _residual(diagnosis.residual),
+        "witnesses": [_statement(one) for one in diagnosis.witnesses],
     }
 
 
@@ -134,6 +138,19 @@ def _decisions(diagnosis: Diagnosis, why: str | None) -> list[dict[str, object]]
 def _course(course: ForceCourse) -> dict[str, object]:
     force = course.force_ground.round(COURSE_DIGITS).tolist()
     return {"trial": course.trial, "start": course.start, "step": course.step, "force_N": force}
+
+
+def _statement(statement: Statement) -> dict[str, object]:
+    return {
+        "witness": statement.witness,
+        "trial": statement.trial,
+        "target": statement.target,
+        "sentence": statement.sentence,
+        "speaks_for": [str(about) for about in statement.spoken_for(WITNESSES.told_nats)],
+        "nats": {str(about): round(nats, NATS_DIGITS) for about, nats in statement.nats.items()},
+        "figures": dict(statement.figures),
+        "against": list(statement.against),
+    }
 
 
 def _residual(residual: ResidualDescription) -> dict[str, object]:

@@ -17,6 +17,7 @@ from solver.diagnosis.residual_description import (
     ResidualDescription,
     ResidualSize,
 )
+from solver.diagnosis.witnesses.statement import About, Statement
 from solver.effects.effect import Estimate, Range
 
 
@@ -147,4 +148,26 @@ def test_a_force_for_a_while_is_told_over_time(diagnosis):
     told = plain(replace(diagnosis, effects=(replace(effect, courses=(course,)),)))
     assert told["effects"][0]["courses"] == [
         {"trial": "walk1", "start": 20, "step": 2, "force_N": [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]}
+    ]
+
+
+def test_every_statement_is_told_with_what_it_speaks_for(diagnosis):
+    said = Statement(
+        "lag",
+        "The forces come 40 ms after the acceleration of the markers.",
+        {About.CLOCK: 8.1234, About.FILTER: -1.0},
+        {"lag_s": 0.04},
+        trial="walk1",
+    )
+    assert plain(replace(diagnosis, witnesses=(said,)))["witnesses"] == [
+        {
+            "witness": "lag",
+            "trial": "walk1",
+            "target": None,
+            "sentence": "The forces come 40 ms after the acceleration of the markers.",
+            "speaks_for": ["clock"],
+            "nats": {"clock": 8.12, "filter": -1.0},
+            "figures": {"lag_s": 0.04},
+            "against": [],
+        }
     ]

@@ -1,0 +1,143 @@
+"""Path of the pressure: where a plate says the foot presses, against where the foot's markers press.
+
+Of eight turns and mirrors of the plate the one is sought under which its pressure goes as the foot does; the
+shift that is left then tells where the plate is. A treadmill is no exception: both travel with the belt.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.capture.capture import ForcePlate
+from solver.diagnosis.witnesses.measured import Measured
+from solver.diagnosis.witnesses.pressing_feet import PressingFoot, pressing_feet
+from solver.diagnosis.witnesses.statement import About, Statement, nats_of
+from solver.runs import runs
+
+WITNESS = "path of the pressure"
+TURNS = {  # of x and z, seen from above
+    "as it is": np.array([[1.0, 0.0], [0.0, 1.0]]),
+    "turned by a quarter": np.array([[0.0, 1.0], [-1.0, 0.0]]),
+    "turned by half": np.array([[-1.0, 0.0], [0.0, -1.0]]),
+    "turned by three quarters": np.array([[0.0, -1.0], [1.0, 0.0]]),
+    "with x mirrored": np.array([[-1.0, 0.0], [0.0, 1.0]]),
+    "with z mirrored": np.array([[1.0, 0.0], [0.0, -1.0]]),
+    "with x and z exchanged": np.array([[0.0, 1.0], [1.0, 0.0]]),
+    "with x and z exchanged and turned round": np.array([[0.0, -1.0], [-1.0, 0.0]]),
+}
+FEWEST_FRAMES = 5  # of a stance
+MOST_NATS = 50.0
+BOTH_DOWN_M = 0.005  # a foot that swings is lifted by more, on average over the other's stance
+MOSTLY = 0.7  # of a stance, in which another plate is loaded too
+
+
+@dataclass(frozen=True)
+class _Stance:
+    """One load of one plate at the markers' frames, and the foot that bears it [m]."""
+
+    pressure: Float[np.ndarray, "frames 2"]
+    foot: Float[np.ndarray, "frames 2"]
+
+
+def pressure_path(trials: Sequence[Measured]) -> list[Statement]:
+    """Each plate over all trials that loaded it."""
+    count = max((len(t.capture.plates) for t in trials), default=0)
+    feet = [pressing_feet(t.capture.markers, t.settings) for t in trials]
+    said = []
+    for k in range(count):
+        stances: list[_Stance] = []
+        for trial, seen in zip(trials, feet, strict=True):
+            if k < len(trial.capture.plates) and seen:
+                stances += _stances(trial, k, seen)
+        if stances:
+            said.append(_of_plate(trials[0], k + 1, stances))
+    return said
+
+
+def _of_plate(trial: Measured, number: int, stances: Sequence[_Stance]) -> Statement:
+    settings = trial.settings
+    errors, shifts = {}, {}
+    for name, R in TURNS.items():
+        moved = [s.foot - s.pressure @ R.T for s in stances]
+        shift = np.mean([m.mean(axis=0) for m in moved], axis=0)
+        errors[name] = float(sum(((m - shift) ** 2).sum(axis=1).mean() for m in moved))
+        shifts[name] = shift
+    worth = settings.path_worth / (2 * settings.path_scatter_m**2)
+    best = min(errors, key=lambda name: errors[name])
+    others = min(error for name, error in errors.items() if name != "as it is")
+    turned = float(np.clip(worth * (errors["as it is"] - others), -MOST_NATS, MOST_NATS))
+    off = float(np.linalg.norm(shifts["as it is"]))
+    std = settings.path_scatter_m / np.sqrt(settings.path_worth * len(stances))
+    place = nats_of(off, std, settings.place_scatter_m, settings.place_usual_m)
+    scatter = np.sqrt(errors["as it is"] / len(stances))
+    told = f"{100 * off:.0f} cm off the foot on average, scattering by {100 * scatter:.0f} cm"
+    if turned > settings.told_nats:
+        rest = np.sqrt(errors[best] / len(stances))
+        told += f"; {best} it would scatter by {100 * rest:.0f} cm"
+    stood = "stance" if len(stances) == 1 else "stances"
+    return Statement(
+        WITNESS,
+        f"plate {number}: its pressure is {told} ({len(stances)} {stood}; sound: 4 cm off, scattering by 5).",
+        {About.PLATE_TURN: turned, About.PLATE_PLACE: place},
+        {"off_m": off, "off_x_m": float(-shifts["as it is"][0]), "off_z_m": float(-shifts["as it is"][1])}
+        | {"scatter_m": float(scatter)},
+        target=f"plate_{number}",
+    )
+
+
+def _stances(trial: Measured, k: int, feet: Sequence[PressingFoot]) -> list[_Stance]:
+    """Of plate k, each with the foot that bears it."""
+    centres = [_pressed(trial, plate) for plate in trial.capture.plates]
+    centre, found = centres[k], []
+    for start, end in runs(np.isfinite(centre).all(axis=1)):
+        if end - start < FEWEST_FRAMES:
+            continue
+        others = [c[start:end] for j, c in enumerate(centres) if j != k]
+        middle = _bearing(feet, start, end, centre[start:end], others).middle[start:end]
+        known = np.isfinite(middle).all(axis=1)
+        if known.sum() >= FEWEST_FRAMES:
+            found.append(_Stance(centre[start:end][known], middle[known]))
+    return found
+
+
+def _pressed(trial: Measured, plate: ForcePlate) -> Float[np.ndarray, "frames 2"]:
+    """Centre of pressure at the markers' frames; NaN where little presses [m]."""
+    times = trial.capture.markers.times
+    nearest = np.round((times - plate.start_time) * plate.rate).astype(int)
+    inside = (nearest >= 0) & (nearest < plate.samples)
+    nearest = nearest.clip(0, plate.samples - 1)
+    force, centre = plate.force_ground[nearest, 1], plate.cop_ground[nearest][:, [0, 2]]
+    with np.errstate(invalid="ignore"):
+        least = max(5 * trial.settings.loaded_N, trial.settings.loaded_share * np.nanmax(force, initial=0.0))
+        loaded = inside & (force > least)
+    return np.where(loaded[:, None], centre, np.nan)
+
+
+def _bearing(
+    feet: Sequence[PressingFoot],
+    start: int,
+    end: int,
+    centre: Float[np.ndarray, "frames 2"],
+    others: Sequence[Float[np.ndarray, "frames 2"]],
+) -> PressingFoot:
+    """The foot that is down all through a stance.
+
+    Of two that are, the nearer one; where a second plate is loaded, each plate has a foot of its own.
+    """
+    lifts = [float(f.lift[start:end].mean()) for f in feet]
+    down = [f for f, lift in zip(feet, lifts, strict=True) if lift < min(lifts) + BOTH_DOWN_M]
+    if len(down) == 1:
+        return down[0]
+    away = [_away(f.middle[start:end], centre) for f in down]
+    shared = [other for other in others if np.isfinite(other).all(axis=1).mean() > MOSTLY]
+    if len(shared) == 1:
+        of_other = [_away(f.middle[start:end], shared[0]) for f in down]
+        return down[int(away[0] + of_other[1] > away[1] + of_other[0])]
+    return down[int(np.argmin(away))]
+
+
+def _away(middle: Float[np.ndarray, "frames 2"], centre: Float[np.ndarray, "frames 2"]) -> float:
+    gaps = np.linalg.norm(middle - centre, axis=1)
+    return float(np.nanmean(gaps)) if np.isfinite(gaps).any() else np.inf

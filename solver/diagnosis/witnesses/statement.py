@@ -1,0 +1,77 @@
+"""What a witness says: a figure that was measured without a model of the body, and what it speaks for."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+
+class About(StrEnum):
+    """Classes of causes that a witness can speak for or against."""
+
+    ENTERED_MASS = "entered_mass"  # the mass that was entered is not this person's
+    LOAD = "load"  # a load, an object on a plate or another person, in one trial
+    OFF_PLATE = "off_plate"  # a foot beside the plates
+    CLOCK = "clock"
+    FILTER = "filter"
+    PLATE_SIGN = "plate_sign"
+    PLATE_ZERO = "plate_zero"
+    PLATE_SCALE = "plate_scale"
+    PLATE_PLACE = "plate_place"
+    PLATE_TURN = "plate_turn"  # turned about the vertical, or mirrored
+    SLIP = "slip"  # of one marker
+    SEGMENT = "segment"  # several markers that moved together
+
+
+@dataclass(frozen=True)
+class Statement:
+    """One figure of one witness.
+
+    `nats` is the log of how much likelier the figure is if something of a class is wrong than if all is
+    sound; negative where it speaks against it.
+    """
+
+    witness: str
+    sentence: str  # for people: what was measured, with its doubt, and what a sound recording shows
+    nats: Mapping[About, float]
+    figures: Mapping[str, float]  # by name with unit
+    trial: str | None = None
+    target: str | None = None  # "plate_1", a marker
+    against: tuple[str, ...] = field(default=())  # other trials that it was held against
+
+    @property
+    def loudest(self) -> float:
+        """The most that it says for any class [nats]."""
+        return max(self.nats.values(), default=0.0)
+
+    def spoken_for(self, least_nats: float) -> tuple[About, ...]:
+        """Classes that it speaks for by so much, the clearest first."""
+        loud = [about for about, nats in self.nats.items() if nats >= least_nats]
+        return tuple(sorted(loud, key=lambda about: -self.nats[about]))
+
+
+SOUND_DOF = 8.0  # tails of what sound recordings show: real ones stray, some far
+FAULTY_DOF = 2.0  # and of the sizes of faults: some are huge
+
+
+def nats_of(figure: float, std: float, sound: float, usual: float) -> float:
+    """How much likelier a figure is if something is wrong than if all is sound [nats].
+
+    Both are Student's t about zero, the one as wide as faults usually are, the other as sound recordings
+    scatter, each with the figure's own error.
+
+    Args:
+        figure: measured; 0 is sound.
+        std: of its own error.
+        sound: scale of what sound recordings show beyond it.
+        usual: scale of faults.
+    """
+    return _log_t(figure, math.hypot(std, usual), FAULTY_DOF) - _log_t(
+        figure, math.hypot(std, sound), SOUND_DOF
+    )
+
+
+def _log_t(x: float, scale: float, dof: float) -> float:
+    """Log density of Student's t."""
+    shape = math.lgamma((dof + 1) / 2) - math.lgamma(dof / 2) - 0.5 * math.log(dof * math.pi)
+    return shape - math.log(scale) - (dof + 1) / 2 * math.log1p((x / scale) ** 2 / dof)

@@ -1,0 +1,180 @@
+"""Witnesses on made-up recordings of exact truth: somebody bounces on two plates and shifts the load."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.capture.capture import Capture, ForcePlate, Markers
+from solver.capture.reading_settings import READING
+from solver.diagnosis.witnesses.asking import asked
+from solver.diagnosis.witnesses.lag import lag_of
+from solver.diagnosis.witnesses.measured import GRAVITY, measured
+from solver.diagnosis.witnesses.settings import WITNESSES
+from solver.diagnosis.witnesses.statement import About, nats_of
+from solver.diagnosis.witnesses.weight import carried_mass
+
+MASS_KG = 70.0
+FEET = {  # x and z of heel and toe markers; their middle is where the foot presses
+    "heel_r": (0.1, -0.05),
+    "toe_r": (0.1, 0.15),
+    "heel_l": (0.5, -0.05),
+    "toe_l": (0.5, 0.15),
+}
+PLACES = ((0.1, 0.05), (0.5, 0.05))
+TRUNK = 8  # markers
+RATE, FORCE_RATE, SECONDS = 100.0, 1000.0, 4.0
+
+
+def bounce(times, amplitude_m=0.02, frequency_Hz=1.5):
+    """Height and acceleration."""
+    w = 2 * np.pi * frequency_Hz
+    return amplitude_m * np.sin(w * times), -amplitude_m * w**2 * np.sin(w * times)
+
+
+def standing_person(late_s=0.0, name="made up", mass_kg=MASS_KG):
+    """Everything but the feet bounces alike; the load goes to and fro between the plates."""
+    times = np.arange(round(SECONDS * RATE)) / RATE
+    names = [*FEET, *(f"trunk{k}" for k in range(TRUNK))]
+    positions = np.zeros((len(times), len(names), 3))
+    for k, (x, z) in enumerate(FEET.values()):
+        positions[:, k] = (x, 0.03, z)
+    # Shanks and thighs have no markers, so that they go with the trunk; the feet's share stays down.
+    moving = 0.97
+    for k in range(TRUNK):
+        positions[:, 4 + k] = (0.3 + 0.12 * (k % 2), 1.0 + 0.06 * k, 0.05 + 0.1 * (k // 2 % 2))
+        positions[:, 4 + k, 1] += bounce(times)[0]
+    force_times = np.arange(round(SECONDS * FORCE_RATE)) / FORCE_RATE
+    total = mass_kg * (GRAVITY + moving * bounce(force_times - late_s)[1])
+    share = 0.5 + 0.1 * np.sin(2 * np.pi * 0.7 * (force_times - late_s))
+    plates = tuple(
+        plate(f"plate {k + 1}", part * total, place)
+        for k, (part, place) in enumerate(zip((share, 1 - share), PLACES, strict=True))
+    )
+    return Capture(name, Markers(tuple(names), positions, RATE), plates)
+
+
+def plate(name, vertical, place):
+    force = np.stack([0 * vertical, vertical, 0 * vertical], axis=1)
+    centre = np.broadcast_to([place[0], 0.0, place[1]], force.shape)
+    return ForcePlate(name, force, np.cross(centre, force), centre.copy(), FORCE_RATE)
+
+
+def changed(capture, k, **values):
+    plates = list(capture.plates)
+    plates[k] = replace(plates[k], **values)
+    return replace(capture, plates=tuple(plates))
+
+
+def heard(*captures, entered_kg=MASS_KG):
+    return asked(captures, entered_kg, READING)
+
+
+def spoken(said):
+    return {about for one in said for about in one.spoken_for(WITNESSES.told_nats)}
+
+
+def test_a_sound_recording_leaves_all_witnesses_quiet():
+    said = heard(standing_person())
+    assert {"weight", "lag", "exchange between plates", "point of the changes", "path of the pressure"} <= {
+        one.witness for one in said
+    }
+    assert spoken(said) == set()
+
+
+@pytest.mark.parametrize("true_kg", [55.0, 70.0, 91.0])
+def test_the_mass_that_is_carried_is_the_persons(true_kg):
+    found = carried_mass(measured([standing_person(mass_kg=true_kg)], READING)[0])
+    assert found.mass_kg == pytest.approx(true_kg, rel=0.005)
+    assert (About.ENTERED_MASS in spoken(heard(standing_person(mass_kg=true_kg)))) == (true_kg != MASS_KG)
+
+
+@pytest.mark.parametrize("late_s", [-0.06, 0.0, 0.025, 0.12])
+def test_the_lag_is_the_one_put_in(late_s):
+    """To a millisecond, but for what is taken off as the method's own on people."""
+    found = lag_of(measured([standing_person(late_s)], READING)[0])
+    assert found.lag_s + WITNESSES.lag_bias_s == pytest.approx(late_s, abs=0.001)
+
+
+def test_two_trials_with_clocks_of_their_own_are_heard():
+    said = heard(standing_person(0.01, "a"), standing_person(0.035, "b"))
+    between = [one for one in said if "lag_beyond_others_s" in one.figures]
+    assert abs(between[0].figures["lag_beyond_others_s"]) == pytest.approx(0.025, abs=0.001)
+    assert About.CLOCK in spoken(between)
+
+
+@pytest.mark.parametrize("gain", [0.5, 2.0])
+def test_an_exchange_tells_a_plates_gain(gain):
+    whole = standing_person()
+    one = whole.plates[1]
+    capture = changed(whole, 1, force_ground=gain * one.force_ground, moment_ground=gain * one.moment_ground)
+    said = [s for s in heard(capture) if s.witness == "exchange between plates"]
+    assert said[0].figures["share"] == pytest.approx(gain, rel=0.02)
+    assert About.PLATE_SCALE in spoken(said)
+
+
+def test_an_exchange_tells_a_plates_sign_and_never_its_zero():
+    whole = standing_person()
+    one = whole.plates[1]
+    turned = changed(whole, 1, force_ground=-one.force_ground, moment_ground=-one.moment_ground)
+    said = [s for s in heard(turned) if s.witness == "exchange between plates"]
+    assert said[0].figures["share"] == pytest.approx(-1.0, rel=0.05)
+    assert spoken(said) == {About.PLATE_SIGN}
+    tared = changed(whole, 1, force_ground=one.force_ground - [0.0, 150.0, 0.0])
+    said = [s for s in heard(tared) if s.witness == "exchange between plates"]
+    assert said[0].figures["share"] == pytest.approx(1.0, rel=0.02)
+    assert spoken(said) == set()
+
+
+def test_the_point_of_the_changes_is_free_of_a_constant_and_tells_it():
+    """A level of 150 N half a metre beside the foot moves the mean pressure, not the point of the changes."""
+    whole = standing_person()
+    one, level = whole.plates[0], np.array([0.0, -150.0, 0.0])
+    capture = changed(
+        whole,
+        0,
+        force_ground=one.force_ground + level,
+        moment_ground=one.moment_ground + np.cross([0.6, 0.0, 0.05], level),
+    )
+    said = [s for s in heard(capture) if s.witness == "point of the changes" and s.target == "plate_1"]
+    assert said[0].figures["off_m"] < 0.01
+    load = one.force_ground[:, 1].mean()
+    assert said[0].figures["constant_off_m"] == pytest.approx(0.5 * 150.0 / (load - 150.0), rel=0.05)
+    assert spoken(said) == {About.PLATE_ZERO}
+
+
+def test_an_empty_plate_tells_its_zero():
+    whole = standing_person()
+    empty = np.random.default_rng(0).normal([3.0, 25.0, -4.0], 1, (round(SECONDS * FORCE_RATE), 3))
+    third = ForcePlate("plate 3", empty, 0 * empty, np.full_like(empty, np.nan), FORCE_RATE)
+    said = [s for s in heard(replace(whole, plates=(*whole.plates, third))) if s.witness == "empty plate"]
+    assert said[0].figures["y_N"] == pytest.approx(25.0, abs=0.3)
+    assert About.PLATE_ZERO in spoken(said)
+
+
+def test_a_marker_that_slips_is_told_from_markers_that_move_together():
+    whole = standing_person()
+    places = whole.markers.positions_ground.copy()
+    places[200:, 6] += [0.04, 0.0, 0.03]
+    slipped = replace(whole, markers=replace(whole.markers, positions_ground=places))
+    said = [s for s in heard(slipped) if s.witness == "rigid distances"]
+    assert [(s.target, s.figures["time_s"]) for s in said] == [("trunk2", pytest.approx(2.0, abs=0.011))]
+    assert spoken(said) == {About.SLIP}
+    places[200:, 7] += [0.04, 0.0, 0.03]
+    both = replace(whole, markers=replace(whole.markers, positions_ground=places))
+    said = [s for s in heard(both) if s.witness == "rigid distances"]
+    assert [s.target for s in said] == ["trunk2+trunk3"]
+    assert spoken(said) == {About.SEGMENT}
+
+
+def test_nothing_is_asked_of_a_recording_without_plates():
+    whole = standing_person()
+    assert heard(replace(whole, plates=())) == ()
+
+
+def test_evidence_grows_with_the_figure_and_falls_with_its_doubt():
+    sizes = [nats_of(x, 0.0, 1.0, 10.0) for x in (0.0, 2.0, 5.0, 20.0)]
+    assert sizes == sorted(sizes)
+    assert sizes[0] < 0 < sizes[-1]
+    assert nats_of(5.0, 3.0, 1.0, 10.0) < nats_of(5.0, 0.0, 1.0, 10.0)
+    assert nats_of(-5.0, 0.5, 1.0, 10.0) == nats_of(5.0, 0.5, 1.0, 10.0)
