@@ -3,16 +3,16 @@
 from collections.abc import Mapping
 from typing import Any
 
-from addb_viewer.diagnosis_vocabulary import ranges_of
-from solver.effects.catalogue import MARKER_IDS
-from solver.effects.marker_swap import MarkerSwap
+from addb_viewer.diagnosis_vocabulary import about, ranges_of
+from solver.effects.about import Mend
+from solver.effects.catalogue import ABOUT
 from solver.fit import Fit
 from solver.kinematics.label_faults.fault import EXCHANGED, Exchange
 
 
 def cannot_be_accepted(id: str) -> bool:
     """Whether a cause lies in the markers and no fit can mend it."""
-    return id in MARKER_IDS and id != MarkerSwap.id
+    return id in ABOUT and ABOUT[id].mend in (Mend.FILES, Mend.NOTHING)
 
 
 def exchanges_of(figures: Mapping[str, Any]) -> tuple[Exchange, ...]:
@@ -23,7 +23,7 @@ def exchanges_of(figures: Mapping[str, Any]) -> tuple[Exchange, ...]:
     """
     found = []
     for effect in figures.get("effects", ()):
-        if effect["id"] == MarkerSwap.id:
+        if about(effect).mend is Mend.LABELS:
             one, _, other = effect["target"].partition("+")
             found += [
                 Exchange(name, (one, other), start, end) for name, start, end in ranges_of(figures, effect)

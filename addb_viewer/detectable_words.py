@@ -7,24 +7,14 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from addb_viewer.diagnosis_readings import READINGS, Reading
-from addb_viewer.diagnosis_vocabulary import TITLES, behind, target_in_words
+from addb_viewer.diagnosis_vocabulary import behind, target_in_words
 from addb_viewer.sections import Section
+from solver.effects.catalogue import ABOUT
+from solver.effects.readings import Reading
 
 HEADING = "What would have been found"
 DIGITS = 2  # of a size, rounded up
 BLIND = "this recording cannot tell"
-LARGEST = {  # in the units that people use; larger ones would be seen at once, or cannot be
-    "clock_offset": 40.0,
-    "sample_rate": 10.0,
-    "plate_gain": 20.0,
-    "plate_bias": 80.0,
-    "plate_position": 60.0,
-    "plate_yaw": 15.0,
-    "gravity_tilt": 10.0,
-    "subject_mass": 20.0,
-    "capture_scale": 10.0,
-}
 MOST_TARGETS = 2  # that are told one by one
 
 Figures = Mapping[str, Any]
@@ -61,11 +51,12 @@ def _sizes(figures: Figures) -> dict[str, dict[str, tuple[float, str]]]:
 
 
 def _is_blind(id: str, sizes: Mapping[str, tuple[float, str]]) -> bool:
-    return min(size for size, _ in sizes.values()) > LARGEST.get(id, math.inf)
+    largest = ABOUT[id].asked_up_to if id in ABOUT else None
+    return largest is not None and min(size for size, _ in sizes.values()) > largest
 
 
 def _title(id: str) -> str:
-    return TITLES[id].format(target="a plate")
+    return ABOUT[id].title.format(target="a plate")
 
 
 def _told(sizes: Mapping[str, tuple[float, str]]) -> str:
@@ -79,7 +70,7 @@ def _told(sizes: Mapping[str, tuple[float, str]]) -> str:
 
 
 def _unit_of(id: str, parameter: str) -> tuple[str, float]:
-    for reading in READINGS.get(id, ()):
+    for reading in ABOUT[id].readings:
         if isinstance(reading, Reading) and reading.parameter == parameter:
             return reading.unit, abs(reading.factor)
     return "", 1.0

@@ -5,7 +5,9 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from addb_viewer.diagnosis_readings import READINGS, Place, Reading
+from solver.effects.about import About, Named
+from solver.effects.catalogue import ABOUT
+from solver.effects.readings import Place, Reading
 
 CONFIDENT = 0.9  # share of a cause, from which on others in its place are no reason to wait
 LEAST_TOLD = 0.005  # of a share
@@ -13,52 +15,7 @@ STDS_OF_A_SPREAD = 2  # the true value lies within in 19 of 20 cases
 FRACTION_DIGITS = 4  # at most
 TWO_DIGITS_BELOW = 1.95  # first digits of a spread: ± 1.4 rounded to one digit would be a third off
 
-TITLES = {
-    "clock_offset": "forces shifted in time against the markers",
-    "sample_rate": "forces with a wrong sampling rate",
-    "filter_mismatch": "forces smoothed more than the markers",
-    "plate_gain": "wrong gain of {target}",
-    "plate_bias": "constant error in the force of {target}",
-    "plate_position": "wrong position of {target}",
-    "plate_yaw": "{target} turned about the vertical",
-    "plate_swap": "forces of {target} exchanged",
-    "axis_convention": "wrong axes of the forces: {target}",
-    "gravity_tilt": "force vectors that lean",
-    "off_plate_step": "a step that no plate measured: {target}",
-    "external_contact": "an unmeasured contact: {target}",
-    "body_weight_support": "an unmeasured support: {target}",
-    "elastic_tether": "an elastic band: {target}",
-    "drag": "a drag or tow: {target}",
-    "belt_acceleration": "a belt or platform that accelerates, if there was one",
-    "carried_mass": "a load that the model does not know: {target}",
-    "subject_mass": "wrong body mass",
-    "segment_mass": "wrong segment mass: {target}",
-    "wobbling_mass": "flesh that swings: {target}",
-    "marker_slip": "a marker that moved on its segment: {target}",
-    "marker_swap": "exchanged markers: {target}",
-    "capture_scale": "wrong scale of the camera calibration",
-    "soft_tissue": "markers that slide over the bone: {target}",
-}
-
-_AXES = {
-    "x": "force of every plate along x has the wrong sign",
-    "y": "forces of every plate along x and z have the wrong sign",
-    "z": "force of every plate along z has the wrong sign",
-    "xz": "forces of every plate along x and z are exchanged",
-}
-
-ON_BODIES = (
-    "off_plate_step",
-    "external_contact",
-    "body_weight_support",
-    "elastic_tether",
-    "drag",
-    "carried_mass",
-    "segment_mass",
-    "wobbling_mass",
-    "soft_tissue",
-)
-
+_OF_THEIR_OWN = {target: words for one in ABOUT.values() for target, words in one.targets.items()}
 _BODIES = {
     "calcn": "foot",
     "femur": "thigh",
@@ -72,6 +29,16 @@ _BODIES = {
     "hand": "hand",
     "torso": "trunk",
 }
+
+
+def about(effect: Mapping[str, Any]) -> About:
+    """Everything that is known of a cause; of an id that nobody knows any more, only that.
+
+    Args:
+        effect: with `id`, of `effects` or `alternatives`.
+    """
+    id = str(effect["id"])
+    return ABOUT.get(id, About(id))
 
 
 def ranges_of(figures: Mapping[str, Any], effect: Mapping[str, Any]) -> list[tuple[str, int, int]]:
@@ -107,16 +74,16 @@ def title(effect: Mapping[str, Any]) -> str:
     Args:
         effect: with `id` and `target`, of `effects` or `alternatives`.
     """
-    words = TITLES.get(effect["id"])
-    if words is None:
+    words = about(effect).title
+    if not words:
         return f"{effect['id'].replace('_', ' ')} ({effect['target']})"
     return words.format(target=target_in_words(effect["target"]))
 
 
 def target_in_words(target: str) -> str:
     """What a target is called, with the name in the files and the model where that differs."""
-    if target in _AXES:
-        return _AXES[target]
+    if target in _OF_THEIR_OWN:
+        return _OF_THEIR_OWN[target]
     parts = target.split("+")
     words = [part_in_words(part) for part in parts]
     if words == parts or all(part.startswith("plate_") for part in parts):
@@ -127,10 +94,11 @@ def target_in_words(target: str) -> str:
 def sentence(effect: Mapping[str, Any]) -> str:
     """What a cause means: the effect's own sentence, with its target in words."""
     told, target = str(effect.get("sentence", "")), str(effect["target"])
-    if target in told and target not in _AXES and target != "all":
-        words = _with_articles(target) if effect["id"] in ON_BODIES else target_in_words(target)
+    if target in told and target not in _OF_THEIR_OWN and target != "all":
+        on_body = about(effect).names is Named.BODIES
+        words = _with_articles(target) if on_body else target_in_words(target)
         told = re.sub(rf"(?<!\w){re.escape(target)}(?!\w)", words, told)
-    elif target in _AXES:
+    elif target in _OF_THEIR_OWN:
         told = told.replace(f"({target})", f"({target_in_words(target)})")
     return capital(told)
 
@@ -144,7 +112,7 @@ def amounts(effect: Mapping[str, Any]) -> list[str]:
     """How large a cause is, each parameter with the spread within which it lies in 19 of 20 cases."""
     said: list[str] = []
     hardly: list[str] = []  # told only where nothing else is
-    for reading in READINGS.get(effect["id"], ()):
+    for reading in about(effect).readings:
         if isinstance(reading, Place):
             said += _placed(reading, effect["parameters"])
             continue

@@ -9,6 +9,7 @@ from typing import Any
 from addb_viewer.detectable_words import what_would_be_found
 from addb_viewer.diagnosis_vocabulary import (
     CONFIDENT,
+    about,
     amounts,
     certainty,
     listed,
@@ -21,7 +22,6 @@ from addb_viewer.diagnosis_vocabulary import (
     title,
 )
 from addb_viewer.gain_words import (
-    NOW_AND_THEN,
     changes_in_words,
     is_certain,
     is_lead,
@@ -37,8 +37,8 @@ from addb_viewer.residual_words import (
 from addb_viewer.sections import Section
 from addb_viewer.use_words import trials_in_question, use
 from addb_viewer.witness_words import what_the_files_say
+from solver.effects.about import Mend
 
-AT_CERTAIN_FRAMES = (*NOW_AND_THEN, "marker_slip", "marker_swap")
 LEAST_ELSE = 0.05  # of the certainty, for causes that are not listed
 LIKELY_NATS = 20.0  # sound recordings hardly reach 8
 NOTES = "Notes"
@@ -160,7 +160,7 @@ def when(figures: Figures, effect: Figures) -> str:
     """The frames on which a cause acts, as people count them: the last one included."""
     ranges = sorted(ranges_of(figures, effect))
     trials = list(dict.fromkeys(trial for trial, _, _ in ranges))
-    if effect["id"] not in AT_CERTAIN_FRAMES:
+    if not about(effect).at_certain_frames:
         return f"all the time, in {listed(trials)}" if trials else ""
     said = []
     for trial, start, end in ranges:
@@ -181,7 +181,7 @@ def how_to_read(figures: Figures) -> Section:
             "together, against nothing being wrong; how sure a name is, against all other causes that were "
             "tried in its place, and none. A fault that was not tried may still be the true one."
         )
-    if any(effect["id"] in AT_CERTAIN_FRAMES for effect in effects):
+    if any(about(effect).at_certain_frames for effect in effects):
         lines.append("Frames are counted from 0; `flag` takes the first one and the one after the last.")
     if figures["verdict"] != "clean":
         lines.append(f"Tried, each alone and beside the others: {looked_for()}.")
@@ -225,7 +225,7 @@ def _recordings(figures: Figures) -> str:
 
 
 def _flag_hint(figures: Figures, effect: Figures, to_flag: ToFlag) -> list[str]:
-    if effect["id"] != "off_plate_step":
+    if about(effect).mend is not Mend.FLAGGED:
         return []
     several = effect["target"].startswith("plate_") or "+" in effect["target"]
     foot = "both" if several else effect["target"]

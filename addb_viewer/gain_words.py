@@ -7,17 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from addb_viewer.diagnosis_vocabulary import about
 from addb_viewer.residual_words import in_markers, put_right
 from solver.diagnosis_settings import DiagnosisSettings
+from solver.effects.about import Course
 
 AS_BEFORE = 0.05  # relative: less than that is no difference
-NOW_AND_THEN = ("off_plate_step", "external_contact")  # each time with a force of its own
-WEIGHTS = (  # what masses, adjusted to the rest of the recording, take in whether named or not
-    "subject_mass",
-    "segment_mass",
-    "carried_mass",
-    "body_weight_support",
-)
 FORETOLD = (  # what, its key, unit
     ("force", "heldout_linear_residual_N", "N"),
     ("moment", "heldout_angular_residual_Nm", "N·m"),
@@ -79,18 +74,18 @@ def is_certain(figures: Figures) -> bool:
 
 def now_and_then(figures: Figures) -> bool:
     """Whether a cause has a force of its own each time."""
-    return any(effect["id"] in NOW_AND_THEN for effect in figures["effects"])
+    return any(about(effect).course is Course.NOW_AND_THEN for effect in figures["effects"])
 
 
 def speeds_up(figures: Figures) -> bool:
     """Whether a cause is a belt or platform that accelerates."""
-    return any(effect["id"] == "belt_acceleration" for effect in figures["effects"])
+    return any(about(effect).course is Course.ALL_ALONG for effect in figures["effects"])
 
 
 def only_weights(figures: Figures) -> bool:
     """Whether every cause is a weight that acts all along, of the person or not."""
     effects = figures["effects"]
-    return bool(effects) and all(effect["id"] in WEIGHTS for effect in effects)
+    return bool(effects) and all(about(effect).weight is not None for effect in effects)
 
 
 def was_ordinary(figures: Figures) -> bool:

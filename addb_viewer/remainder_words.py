@@ -7,19 +7,19 @@ from collections.abc import Mapping
 from typing import Any
 
 from addb_viewer.accepted_exchanges import cannot_be_accepted
-from addb_viewer.diagnosis_vocabulary import CONFIDENT, newtons, rivals_of, target_in_words, upward
+from addb_viewer.diagnosis_vocabulary import CONFIDENT, about, newtons, rivals_of, target_in_words, upward
 from addb_viewer.gain_words import is_lead, now_and_then, speeds_up
 from addb_viewer.residual_words import (
-    FLESH,
-    IN_MARKERS,
     WITHIN,
     is_whole,
     moment_Nm,
+    nothing_mends,
     put_right_on_reading,
     ratios,
     times,
 )
 from addb_viewer.sections import Section
+from solver.effects.about import Mend
 
 SWINGS = "swings"  # says a course that swings evenly
 MOST = 0.5  # of an error that is left where most of it is explained
@@ -82,13 +82,13 @@ def what_next(figures: Figures) -> Section:
     recording = "these recordings" if several else "this recording"
     corrected = [e for e in figures["effects"] if put_right_on_reading(e)]
     in_the_markers = [e for e in figures["effects"] if cannot_be_accepted(e["id"])]
-    exchanged = [e for e in figures["effects"] if e["id"] in IN_MARKERS and e not in in_the_markers]
+    exchanged = [e for e in figures["effects"] if about(e).in_markers and e not in in_the_markers]
     also = " else" if corrected or exchanged else ""
     as_recorded = f"Until then, fits put nothing{also} in {recording} right."
-    slipped = [e for e in in_the_markers if e["id"] != FLESH]
+    slipped = [e for e in in_the_markers if not nothing_mends(e)]
     apart = len(corrected) + len(in_the_markers) + len(exchanged)
     lines = []
-    unmeasured = any(e["id"] == "off_plate_step" for e in figures["effects"])
+    unmeasured = any(about(e).mend is Mend.FLAGGED for e in figures["effects"])
     if unmeasured:
         lines.append("Flag the frames of the unmeasured step first, as told above, or repeat the trial.")
     if corrected:

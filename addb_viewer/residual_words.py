@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from addb_viewer.diagnosis_vocabulary import (
-    TITLES,
+    about,
     capital,
     listed,
     newtons,
@@ -17,6 +17,8 @@ from addb_viewer.diagnosis_vocabulary import (
 )
 from addb_viewer.sections import Section
 from solver.dynamics.com_mass import WEIGHED_BY_FORCES
+from solver.effects.about import Mend
+from solver.effects.catalogue import ABOUT
 
 WITHIN = 1.5  # times the noise floor: what is still ordinary
 WORST_WITHIN = 2.0  # likewise of the worst half second, which is the worst of many
@@ -24,8 +26,6 @@ AHEAD = 1.3  # times the whole: what a single component must exceed to be told b
 STANDS_OUT = 1.3  # times the trial's own root mean square: half seconds differ by less
 LEAST_S = 0.1  # shorter phases say nothing
 MOST_TRIALS = 5  # that are told one by one
-FLESH = "soft_tissue"  # the one fault of markers that nothing mends
-IN_MARKERS = ("marker_slip", "marker_swap", FLESH)
 PHASES = {
     "double_support": "both feet on plates",
     "load_on_no_foot": "a plate loaded, but by no foot",
@@ -53,7 +53,8 @@ def what_is_wrong(figures: Figures) -> Section:
 
 def looked_for() -> str:
     """All kinds of causes that are tried, in words."""
-    return ", ".join(words.split(":")[0].replace("{target}", "a plate") for words in TITLES.values())
+    titles = (one.title.split(":")[0] for one in ABOUT.values())
+    return ", ".join(title.replace("{target}", "a plate") for title in titles)
 
 
 def _overall(figures: Figures, residual: Figures) -> list[str]:
@@ -95,12 +96,17 @@ def is_whole(figures: Figures) -> bool:
 def in_markers(figures: Figures) -> bool:
     """Whether every cause that is not put right on reading lies in the markers."""
     left = [effect for effect in figures["effects"] if not put_right_on_reading(effect)]
-    return bool(left) and all(effect["id"] in IN_MARKERS for effect in left)
+    return bool(left) and all(about(effect).in_markers for effect in left)
+
+
+def nothing_mends(effect: Figures) -> bool:
+    """Whether a cause stays in the recording whatever is done afterwards."""
+    return about(effect).mend is Mend.NOTHING
 
 
 def _of_the_markers(figures: Figures) -> str:
     """With or without the markers' faults, of which only some can be mended."""
-    mended = any(effect["id"] in IN_MARKERS and effect["id"] != FLESH for effect in figures["effects"])
+    mended = any(about(e).in_markers and not nothing_mends(e) for e in figures["effects"])
     return (
         "Forces are judged with slipped or exchanged markers put right; these show in the markers themselves."
         if mended

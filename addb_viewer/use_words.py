@@ -9,13 +9,15 @@ from typing import Any
 from addb_viewer.detectable_words import cannot_tell
 from addb_viewer.diagnosis_vocabulary import (
     CONFIDENT,
+    about,
     listed,
     rivals_of,
     target_in_words,
     trials_of_causes,
 )
 from addb_viewer.gain_words import is_lead, now_and_then
-from addb_viewer.residual_words import FLESH, IN_MARKERS, is_whole, put_right, put_right_on_reading
+from addb_viewer.residual_words import is_whole, nothing_mends, put_right, put_right_on_reading
+from solver.effects.about import Mend
 
 Figures = Mapping[str, Any]
 
@@ -33,7 +35,7 @@ def trials_in_question(figures: Figures) -> list[str]:
     """Trials that the causes act on, where that is the whole story; else all."""
     concerned = trials_of_causes(figures)
     told = figures["verdict"] == "explained" and is_whole(figures) and not is_lead(figures)
-    flesh = any(effect["id"] == FLESH for effect in figures["effects"])  # slides in every trial
+    flesh = any(map(nothing_mends, figures["effects"]))  # slides in every trial
     return concerned if concerned and told and not flesh else list(figures.get("trials", ()))
 
 
@@ -55,8 +57,8 @@ def _use(figures: Figures) -> str:
             "other programs must be told."
         )
     left = [effect for effect in figures["effects"] if not put_right_on_reading(effect)]
-    of_markers = _near_markers([effect for effect in left if effect["id"] in IN_MARKERS])
-    of_forces = [effect for effect in left if effect["id"] not in IN_MARKERS]
+    of_markers = _near_markers([effect for effect in left if about(effect).in_markers])
+    of_forces = [effect for effect in left if not about(effect).in_markers]
     if not of_forces:
         return f"{of_markers}; else as it is."
     rest = _of_forces(figures, of_forces)
@@ -65,13 +67,13 @@ def _use(figures: Figures) -> str:
 
 def _near_markers(effects: Sequence[Figures]) -> str:
     """What faults of markers leave of the joints beside them; empty where there are none."""
-    flesh = [target_in_words(effect["target"]) for effect in effects if effect["id"] == FLESH]
+    flesh = [target_in_words(effect["target"]) for effect in effects if nothing_mends(effect)]
     said = []
     if flesh:
         said.append(
             f"not for angles and torques of the joints at the {listed(flesh)}, which nothing mends afterwards"
         )
-    labels = [label for e in effects if e["id"] != FLESH for label in e["target"].split("+")]
+    labels = [label for e in effects if not nothing_mends(e) for label in e["target"].split("+")]
     if labels:
         beside = f"for angles and torques of the joints beside {listed(labels)}"
         mended = "this marker is mended" if len(labels) == 1 else "these markers are mended"
@@ -80,11 +82,11 @@ def _near_markers(effects: Sequence[Figures]) -> str:
 
 
 def _of_forces(figures: Figures, effects: Sequence[Figures]) -> str:
-    if all(effect["id"] == "off_plate_step" for effect in effects):
+    if all(about(effect).mend is Mend.FLAGGED for effect in effects):
         return "outside the frames named below; flag these first."
-    doubted = any(effect["id"] == "capture_scale" for effect in effects)
+    doubted = any(about(effect).doubts_angles for effect in effects)
     angles = "" if doubted else "for joint angles as it is; "
-    rest_of = [effect for effect in effects if effect["id"] != "off_plate_step"]
+    rest_of = [effect for effect in effects if about(effect).mend is not Mend.FLAGGED]
     if len(rest_of) < len(effects):
         angles += "never for joint torques in the frames of the unmeasured step; elsewhere "
     if any(_other_causes(figures, effect) for effect in rest_of):

@@ -50,13 +50,11 @@ class DiagnosisSettings:
         0.008, unit="m/rad", why="how far a segment's markers slide together as the joints beside it turn"
     )
     laboratory: tuple[tuple[str, float], ...] = setting(
-        (
-            ("plate_bias", 1.4),
-            ("plate_position", 0.001),
-        ),
-        unit="N, m",
-        why="what tared and calibrated plates are off by all the same, less than half of what anybody acts "
-        "on. Not gains: with them free, however little, the entered mass holds nothing",
+        (),
+        unit="cause, its unit",
+        why="what tared and calibrated plates are off by all the same, in place of what stands beside the "
+        "cause (docs/diagnosis.md), less than half of what anybody acts on. Not gains: with them free, "
+        "however little, the entered mass holds nothing",
     )
     tissue_least_share: float = setting(0.02, unit="", why="of body mass; lighter segments hardly matter")
     model_force_share: float = setting(
@@ -97,10 +95,10 @@ class DiagnosisSettings:
         "real ones with more model error some gain 7",
     )
     never_imitated: tuple[tuple[str, float], ...] = setting(
-        (("subject_mass", 4.0),),
-        unit="nats",
-        why="less is asked of such a first cause than `least_gain`, since no model's error looks like it: in "
-        "150 clean recordings the body's mass gains 0.4 at most, other causes 5 to 15",
+        (),
+        unit="cause, nats",
+        why="less is asked of such a first cause than `least_gain`, since no model's error looks like it; in "
+        "place of what stands beside the cause (docs/diagnosis.md)",
     )
     least_further_gain: float = setting(
         10.0,
@@ -140,38 +138,11 @@ class DiagnosisSettings:
         why="likewise of a mass, which follows the other blocks anyway",
     )
     handicaps: tuple[tuple[str, float], ...] = setting(
-        (
-            ("sample_rate", 2.0),
-            ("filter_mismatch", 3.0),
-            ("plate_gain", 2.0),
-            ("plate_bias", 2.0),
-            ("plate_yaw", -2.0),
-            ("external_contact", 4.0),
-            ("body_weight_support", 1.0),
-            ("elastic_tether", 10.0),
-            ("drag", 3.0),
-            ("belt_acceleration", 3.0),
-            ("carried_mass", 6.0),
-            ("segment_mass", 10.0),
-            ("wobbling_mass", 13.0),
-            ("capture_scale", 12.0),
-        ),
-        unit="nats",
+        (),
+        unit="cause, nats",
         least=-math.inf,
-        why="log prior odds against causes that are rare, or that generic models imitate on sound recordings",
-    )
-    whole_limbs_odds: float = setting(
-        9.0,
-        unit="nats",
-        least=0.0,
-        why="by which both legs or both arms rather weigh otherwise than one segment: builds differ by limbs",
-    )
-    rare_place_odds: float = setting(
-        2.0,
-        unit="nats",
-        least=0.0,
-        why="by which hands, seats, thighs and backs are touched rather than upper arms, forearms and "
-        "shanks, and by which hands carry rather than arms",
+        why="log prior odds against causes that are rare, or that generic models imitate on sound "
+        "recordings, in place of those that stand beside the cause (docs/diagnosis.md)",
     )
     start_margin: float = setting(
         6.0,

@@ -23,8 +23,8 @@ from addb_viewer.app.solve_desk import show_progress
 from addb_viewer.app.timeline import Timeline
 from addb_viewer.app.workbench import Progress
 from addb_viewer.detectable_words import what_would_be_found
-from addb_viewer.diagnosis_vocabulary import ranges_of, title
-from addb_viewer.diagnosis_words import AT_CERTAIN_FRAMES, NOTES, cause, notes, what_remains
+from addb_viewer.diagnosis_vocabulary import about, ranges_of, title
+from addb_viewer.diagnosis_words import NOTES, cause, notes, what_remains
 from addb_viewer.extension_words import what_accepting_changes
 from addb_viewer.holding_up_words import what_it_gains
 from addb_viewer.remainder_words import what_next
@@ -177,7 +177,7 @@ class DiagnosisPanel:
 
     def _add_jumps(self, figures: Figures, effect: Figures, trials: Sequence[str]) -> None:
         """Buttons that lead to the frames of a cause that acts only there."""
-        if effect["id"] not in AT_CERTAIN_FRAMES:
+        if not about(effect).at_certain_frames:
             return
         places = [(trial, start, end) for trial, start, end in ranges_of(figures, effect) if trial in trials]
         several = len({trial for trial, _, _ in places}) > 1

@@ -3,7 +3,7 @@
 A cause that has no place is a label above the person.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,7 +12,8 @@ from jaxtyping import Bool, Float
 from scipy.spatial.transform import Rotation
 
 from addb_viewer.app.replay import PlateReplay, Replay
-from addb_viewer.diagnosis_vocabulary import amount, ranges_of, target_in_words, title
+from addb_viewer.diagnosis_vocabulary import about, amount, ranges_of, target_in_words, title
+from solver.effects.pictures import AgainstMotion, Arrow, Ball, Band, Markers, Plates, Segments, Steady
 
 CAUSE_METRES_PER_NEWTON = 4e-3  # a hand's push of 40 N is still to be seen beside ground forces
 LARGE_METRES_PER_NEWTON = 1e-3  # like ground forces: steps, and whatever else would leave the picture
@@ -53,9 +54,7 @@ def pictures(figures: Figures, replay: Replay) -> tuple[Picture, ...]:
         for trial, start, end in ranges_of(figures, effect):
             acts[start:end] |= trial == replay.name
         if acts.any():
-            bare = Picture(_short(effect), acts)
-            picture = _PAINTERS.get(effect["id"], _label_alone)(effect, replay, bare)
-            found.append(picture)
+            found.append(_painted(effect, replay, Picture(_short(effect), acts)))
     return (*found, *_unexplained(figures, replay))
 
 
@@ -73,72 +72,101 @@ def _unexplained(figures: Figures, replay: Replay) -> tuple[Picture, ...]:
 def _short(effect: Figures) -> str:
     """Without the segment, which is seen."""
     words = title(effect)
-    return words if effect["id"] not in _PAINTERS else words.split(": ")[0]
+    return words if about(effect).picture is None else words.split(": ")[0]
 
 
-def _label_alone(effect: Figures, replay: Replay, bare: Picture) -> Picture:
+def _painted(effect: Figures, replay: Replay, bare: Picture) -> Picture:
+    """What the cause says of its picture, drawn in this trial."""
+    match about(effect).picture:
+        case Arrow() as arrow:
+            return _arrow(arrow, effect, replay, bare)
+        case Ball() as ball:
+            return _load(ball, effect, replay, bare)
+        case Segments():
+            return _segments(effect, replay, bare)
+        case Markers():
+            return _markers(effect, replay, bare)
+        case Plates() as plates:
+            return _plates(plates, effect, replay, bare)
     return bare
 
 
-def _contact(effect: Figures, replay: Replay, bare: Picture) -> Picture:
-    force = _course(effect, replay)
-    mean = _vector(effect, "force_{}_N")
-    if force is None and mean is not None:
-        force = np.tile(mean, (replay.frames, 1))
-    point = _vector(effect, "point_{}_m")
-    if force is None:
-        return bare
-    pushed = _pushed(bare, replay, effect["target"], force, point)
-    return pushed if mean is None else replace(pushed, label=_labelled(bare, float(np.linalg.norm(mean))))
+def _arrow(arrow: Arrow, effect: Figures, replay: Replay, bare: Picture) -> Picture:
+    """A force where it acts; the target's segments alone where its size or its place is not known."""
+    if effect["target"].startswith("plate_"):
+        return _plates(Plates(), effect, replay, bare)
+    place = _on_body(replay, effect["target"], _vector(effect, arrow.point))
+    marked = replace(bare, bodies=_bodies(replay, effect["target"]), place=place)
+    course = _course(effect, replay)
+    if isinstance(arrow.force, Band):
+        marked = replace(marked, anchor=_vector(effect, arrow.force.anchor))
+    force = _force(arrow.force, effect, replay, place) if course is None else course
+    if force is None or place is None:
+        return marked if arrow.like_ground_force else bare
+    drawn = _with_force(marked, place, force)
+    if arrow.like_ground_force:
+        drawn = replace(drawn, metres_per_newton=LARGE_METRES_PER_NEWTON)
+    mean = _mean_N(arrow.force, effect) if arrow.mean_on_label else None
+    return drawn if mean is None else replace(drawn, label=_labelled(bare, mean))
 
 
-def _support(effect: Figures, replay: Replay, bare: Picture) -> Picture:
-    force = np.tile([0.0, _value(effect, "force_N") or 0.0, 0.0], (replay.frames, 1))
-    return _pushed(bare, replay, effect["target"], force)
+def _mean_N(force: Steady | Band | AgainstMotion, effect: Figures) -> float | None:
+    """By the parameters."""
+    if not isinstance(force, Steady):
+        return None
+    vector = _vector(effect, force.vector)
+    return _value(effect, force.upward) if vector is None else float(np.linalg.norm(vector))
 
 
-def _tether(effect: Figures, replay: Replay, bare: Picture) -> Picture:
-    place, anchor = _on_body(replay, effect["target"]), _vector(effect, "anchor_{}_m")
-    if place is None or anchor is None:
-        return bare
+def _force(
+    force: Steady | Band | AgainstMotion,
+    effect: Figures,
+    replay: Replay,
+    place: Float[np.ndarray, "frames 3"] | None,
+) -> Float[np.ndarray, "frames 3"] | None:
+    """On the person, in every frame [N]; None where the parameters do not tell it."""
+    if isinstance(force, Steady):
+        upward = _value(effect, force.upward)
+        vector = _vector(effect, force.vector)
+        if vector is None and upward is not None:
+            vector = np.array([0.0, upward, 0.0])
+        return None if vector is None else np.tile(vector, (replay.frames, 1))
+    if place is None:
+        return None
+    return (
+        _by_band(force, effect, place) if isinstance(force, Band) else _against(force, effect, replay, place)
+    )
+
+
+def _by_band(
+    band: Band, effect: Figures, place: Float[np.ndarray, "frames 3"]
+) -> Float[np.ndarray, "frames 3"] | None:
+    anchor = _vector(effect, band.anchor)
+    if anchor is None:
+        return None
     offset = anchor - place
     length = np.maximum(np.linalg.norm(offset, axis=1, keepdims=True), 1e-6)
-    tension = np.full_like(length, _value(effect, "mean_force_N") or 0.0)
-    stiffness, rest = _value(effect, "stiffness_N_per_m"), _value(effect, "rest_length_m")
+    tension = np.full_like(length, _value(effect, band.mean) or 0.0)
+    stiffness, rest = _value(effect, band.stiffness), _value(effect, band.rest_length)
     if stiffness is not None and rest is not None:
         tension = stiffness * (length - rest)
-    marked = replace(bare, bodies=_bodies(replay, effect["target"]), anchor=anchor)
-    return _with_force(marked, place, tension * offset / length)
+    return tension * offset / length
 
 
-def _drag(effect: Figures, replay: Replay, bare: Picture) -> Picture:
-    place, b = _on_body(replay, effect["target"]), _value(effect, "b_Ns_per_m")
-    if place is None or b is None:
-        return bare
+def _against(
+    drag: AgainstMotion, effect: Figures, replay: Replay, place: Float[np.ndarray, "frames 3"]
+) -> Float[np.ndarray, "frames 3"] | None:
+    b, exponent = _value(effect, drag.b), _value(effect, drag.exponent)
+    if b is None:
+        return None
     velocity = np.gradient(place, 1 / replay.rate, axis=0)
     speed = np.maximum(np.linalg.norm(velocity, axis=1, keepdims=True), SLOWEST_M_PER_S)
-    exponent = _value(effect, "exponent")
-    force = -b * speed ** ((1.0 if exponent is None else exponent) - 1) * velocity
-    return _with_force(replace(bare, bodies=_bodies(replay, effect["target"])), place, force)
+    return -b * speed ** ((1.0 if exponent is None else exponent) - 1) * velocity
 
 
-def _step(effect: Figures, replay: Replay, bare: Picture) -> Picture:
-    if effect["target"].startswith("plate_"):
-        return _plate(effect, replay, bare)
-    bodies = _bodies(replay, effect["target"])
-    place, force_N = _on_body(replay, effect["target"]), _value(effect, "force_y_N")
-    if place is None or force_N is None:
-        return replace(bare, bodies=bodies, place=place)
-    force = _course(effect, replay)
-    if force is None:
-        force = np.tile([0.0, force_N, 0.0], (replay.frames, 1))
-    drawn = _with_force(replace(bare, bodies=bodies), place, force)
-    return replace(drawn, metres_per_newton=LARGE_METRES_PER_NEWTON, label=_labelled(bare, force_N))
-
-
-def _load(effect: Figures, replay: Replay, bare: Picture) -> Picture:
-    mass = _value(effect, "mass_kg")
-    place = _on_body(replay, effect["target"], _vector(effect, "offset_{}_m"))
+def _load(ball: Ball, effect: Figures, replay: Replay, bare: Picture) -> Picture:
+    mass = _value(effect, ball.mass)
+    place = _on_body(replay, effect["target"], _vector(effect, ball.point))
     if mass is None or place is None:
         return bare
     radius = float(np.cbrt(3 * max(mass, 0.1) / (4 * np.pi * LOAD_DENSITY)))
@@ -160,29 +188,25 @@ def _markers(effect: Figures, replay: Replay, bare: Picture) -> Picture:
     return replace(bare, markers=found, place=seen)
 
 
-def _plate(effect: Figures, replay: Replay, bare: Picture) -> Picture:
+def _plates(plates: Plates, effect: Figures, replay: Replay, bare: Picture) -> Picture:
     """The plates' outlines; where the cause is their place, the outline of the place they really have."""
     corners = [_corners(replay, name) for name in effect["target"].split("+")]
-    known = [c for c in corners if c is not None]
+    known = [_moved_back(plates, effect, c) for c in corners if c is not None]
     if not known:
         return bare
-    label = bare.label
-    if effect["id"] in _MOVED:
-        known = [_MOVED[effect["id"]](effect, c) for c in known]
-        label = f"{label}: it lies here"
+    label = f"{bare.label}: it lies here" if plates.shift or plates.yaw else bare.label
     outline = np.concatenate([np.stack([c, np.roll(c, -1, axis=0)], axis=1) for c in known])
     side = known[0].mean(axis=0)
     return replace(bare, label=label, outline=outline, place=np.tile(side, (replay.frames, 1)))
 
 
-def _shifted_back(effect: Figures, corners: Float[np.ndarray, "4 3"]) -> Float[np.ndarray, "4 3"]:
-    return corners - np.array([_value(effect, f"shift_{a}_m") or 0.0 for a in "xyz"])
-
-
-def _turned_back(effect: Figures, corners: Float[np.ndarray, "4 3"]) -> Float[np.ndarray, "4 3"]:
+def _moved_back(
+    plates: Plates, effect: Figures, corners: Float[np.ndarray, "4 3"]
+) -> Float[np.ndarray, "4 3"]:
+    shift = np.array([_value(effect, plates.shift.format(axis)) or 0.0 for axis in "xyz"])
+    back = Rotation.from_euler("y", -(_value(effect, plates.yaw) or 0.0), degrees=True)
     centre = corners.mean(axis=0)
-    back = Rotation.from_euler("y", -(_value(effect, "yaw_deg") or 0.0), degrees=True)
-    return centre + back.apply(corners - centre)
+    return centre - shift + back.apply(corners - centre)
 
 
 def _corners(replay: Replay, target: str) -> Float[np.ndarray, "4 3"] | None:
@@ -269,27 +293,3 @@ def _vector(effect: Figures, parameter: str) -> Float[np.ndarray, "3"] | None:
     """Three parameters that differ in their axis; None where one is not known."""
     values = [_value(effect, parameter.format(axis)) for axis in "xyz"]
     return None if None in values else np.array(values, dtype=float)
-
-
-_MOVED: dict[str, Callable[[Figures, Float[np.ndarray, "4 3"]], Float[np.ndarray, "4 3"]]] = {
-    "plate_position": _shifted_back,
-    "plate_yaw": _turned_back,
-}
-_PAINTERS: dict[str, Callable[[Figures, Replay, Picture], Picture]] = {
-    "external_contact": _contact,
-    "body_weight_support": _support,
-    "elastic_tether": _tether,
-    "drag": _drag,
-    "off_plate_step": _step,
-    "carried_mass": _load,
-    "wobbling_mass": _load,
-    "segment_mass": _segments,
-    "soft_tissue": _segments,
-    "marker_slip": _markers,
-    "marker_swap": _markers,
-    "plate_gain": _plate,
-    "plate_bias": _plate,
-    "plate_position": _plate,
-    "plate_yaw": _plate,
-    "plate_swap": _plate,
-}

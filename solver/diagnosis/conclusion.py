@@ -202,7 +202,7 @@ def _alternatives(balance: Balance, solved: Solved, one: Found) -> list[Alternat
                 f"{named.candidate.id} {named.candidate.target}",
                 f"indistinguishable here: cosine {likeness(named, rival.term, solved):.2f}, log evidence "
                 f"{one.contender.gain - rival.gain:+.1f} in favour of the first",
-                candidate.rivals_told_apart_by or named.candidate.rivals_told_apart_by,
+                candidate.told_apart_by or named.candidate.told_apart_by,
                 confidence(rival, (one.contender, *one.rivals), balance.settings),
             )
         )

@@ -36,11 +36,7 @@ class Found:
 def handicap(candidate: Candidate, settings: DiagnosisSettings) -> float:
     """Log odds against the cause before the balance [nats]; a cause seen elsewhere is no imitation."""
     elsewhere = candidate.seen_elsewhere
-    usual = dict(settings.handicaps).get(candidate.id, 0.0)
-    if candidate.of_whole_limbs:
-        usual -= settings.whole_limbs_odds
-    if candidate.at_a_rare_place:
-        usual += settings.rare_place_odds
+    usual = dict(settings.handicaps).get(candidate.id, candidate.about.odds_against) + candidate.place_odds
     return -elsewhere if elsewhere > 0 else usual - elsewhere
 
 

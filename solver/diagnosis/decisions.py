@@ -25,6 +25,7 @@ from solver.diagnosis.proposals import (
     Withheld,
 )
 from solver.diagnosis_settings import DiagnosisSettings
+from solver.effects.about import Weight
 from solver.effects.effect import Candidate
 
 MORE_STRAIN = 1.0  # [prior deviations of the mass] a cause may ask for beyond what is wrong with it already
@@ -104,17 +105,19 @@ def least_first_gain(candidate: Candidate, scale: float, settings: DiagnosisSett
         scale: of the model's errors beside it.
         settings: of the diagnosis.
     """
-    least = settings.least_gain - dict(settings.never_imitated).get(candidate.id, 0.0)
+    least = settings.least_gain - dict(settings.never_imitated).get(
+        candidate.id, candidate.about.less_at_first
+    )
     return min(least, settings.quiet_least_gain) if scale <= settings.quiet_scale else least
 
 
 def loose_ends(found: Sequence[Found], settings: DiagnosisSettings) -> float:
     """Gain left to whatever comes beside causes of any course, which are never described whole [nats]."""
     return sum(
-        (settings.step_rest_share if one.term.candidate.has_a_witness else settings.rival_share)
+        (settings.step_rest_share if one.term.candidate.about.seen_standing else settings.rival_share)
         * max(0.0, one.gain)
         for one in (f.contender for f in found)
-        if one.term.candidate.of_any_course
+        if one.term.candidate.about.free
     )
 
 
@@ -165,9 +168,11 @@ def _holds_up(p: Proposal) -> Decision:
 
 def _may_lose(p: Proposal) -> float:
     """Of what lasts, and of masses, withheld blocks hardly tell [nats]."""
-    if p.candidate.of_any_course:
+    if p.candidate.about.free:
         return 0.0
-    share = p.settings.mass_heldout_share if p.candidate.is_a_mass else p.settings.heldout_share
+    share = (
+        p.settings.mass_heldout_share if p.candidate.about.weight is Weight.MASS else p.settings.heldout_share
+    )
     return share * p.contender.gain
 
 
@@ -217,7 +222,7 @@ def _beats_the_unknown(p: Proposal) -> Decision:
     if isinstance(p, AllInPlace):
         return _all_beat_the_unknown(p)
     assert isinstance(p, BesideUnknown)
-    if p.candidate.has_a_witness:
+    if p.candidate.about.seen_standing:
         return Decision(BEATS_THE_UNKNOWN, True, None, None, "the motion shows it as well")
     least = p.settings.least_further_gain + p.settings.beside_unknown_share * max(0.0, p.left.gain)
     ahead = -np.inf if p.beyond is None else p.beyond - p.solved.log_evidence
@@ -229,7 +234,7 @@ def _beats_the_unknown(p: Proposal) -> Decision:
 
 
 def _all_beat_the_unknown(p: AllInPlace) -> Decision:
-    if any(f.contender.term.candidate.has_a_witness for f in p.found):
+    if any(f.contender.term.candidate.about.seen_standing for f in p.found):
         return Decision(BEATS_THE_UNKNOWN, True, None, None, "the motion shows one of the causes as well")
     alone = p.alone()
     if alone is None:

@@ -20,17 +20,6 @@ from solver.diagnosis.diagnosis import Detectable
 from solver.diagnosis.refinement import refined
 from solver.effects.effect import Candidate, Estimate
 
-ASKED = (
-    "clock_offset",
-    "sample_rate",
-    "plate_gain",
-    "plate_bias",
-    "plate_position",
-    "plate_yaw",
-    "gravity_tilt",
-    "subject_mass",
-    "capture_scale",
-)
 NINE_IN_TEN = 1.28  # standard deviations by which an estimate falls short at most
 GRID = np.geomspace(0.05, 50.0, 200)  # of standard deviations, among which a size to act on is sought
 
@@ -45,7 +34,7 @@ def detectable(balance: Balance, null: Solved, candidates: Sequence[Candidate]) 
     """
     found = []
     for candidate in candidates:
-        if candidate.id not in ASKED:
+        if candidate.about.asked_up_to is None:
             continue
         least_eta = min(candidate.starts(balance.scenes), key=lambda eta: float(np.square(eta).sum()))
         term = balance.term(candidate, least_eta)

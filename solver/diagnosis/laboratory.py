@@ -2,26 +2,24 @@
 
 A newton of shear that stays all through a quiet squat would else be evidence as strong as a fault's, and
 stand in the way of what is really wrong. The columns are those of the causes themselves, one for each plate,
-shared by all trials; how far they go is in the settings (`laboratory`), well below what anybody would act on.
+shared by all trials; how far they go stands beside the causes (`usual_std`), well below what anybody would
+act on.
 """
 
-from collections.abc import Callable, Sequence
-from types import ModuleType
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
 
 from solver.diagnosis.rows import TrialRows
 from solver.diagnosis_settings import DiagnosisSettings
-from solver.effects import plate_bias, plate_position
+from solver.effects.catalogue import MODULES
 from solver.effects.effect import Candidate, Corrected
-
-MODULES: dict[str, ModuleType] = {"plate_bias": plate_bias, "plate_position": plate_position}
 
 
 def usual_std(candidate: Candidate, settings: DiagnosisSettings) -> float:
     """Size of a cause's parameters that is there in every laboratory; zero for causes that need not be."""
-    return dict(settings.laboratory).get(candidate.id, 0.0)
+    return dict(settings.laboratory).get(candidate.id, candidate.about.usual_std)
 
 
 def laboratory_errors(
@@ -31,9 +29,9 @@ def laboratory_errors(
     scenes = [t.scene for t in trials]
     rows = sum(len(t.residual) for t in trials)
     found = [np.zeros((rows, 0))]
-    for name, std in settings.laboratory:
-        make: Callable[..., list[Candidate]] = MODULES[name].candidates
-        for candidate in make(scenes):
+    for module in MODULES:
+        std = dict(settings.laboratory).get(module.ABOUT.id, module.ABOUT.usual_std)
+        for candidate in module.candidates(scenes) if std else ():
             if isinstance(candidate, Corrected):
                 continue
             signatures = [candidate.signature(scene, ()) for scene in scenes]

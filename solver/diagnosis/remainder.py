@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.diagnosis.unknown_course import KNOTS_S, courses_of, strongest_frequency_Hz
+from solver.effects.about import About
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.scene import Scene, force_at
 from solver.skeleton.rotations import skew
@@ -37,9 +38,11 @@ class UnknownForce(Candidate):
     directions: tuple[float, float, float] = (1.0, 1.0, 1.0)  # how much of the size each axis may have
     frequency_Hz: float | None = None  # of a course that swings evenly instead
 
-    id = "unexplained"
-    sentence = "Something acts on {target} that no known cause describes."
-    remedy = "Look at the video and at what touches the person there."
+    about = About(
+        "unexplained",
+        sentence="Something acts on {target} that no known cause describes.",
+        remedy="Look at the video and at what touches the person there.",
+    )
 
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
         """Sizes of its changes [body weights]."""
@@ -172,9 +175,11 @@ class UnknownMoment(Candidate):
     knot_s: float = KNOTS_S[0]  # of its course
     frequency_Hz: float | None = None  # of a course that swings evenly instead
 
-    id = "unexplained"
-    sentence = "A moment turns the body that no known cause describes."
-    remedy = "Look for what spins or twists: a wheel, a handle, a plate whose moments are wrong."
+    about = About(
+        "unexplained",
+        sentence="A moment turns the body that no known cause describes.",
+        remedy="Look for what spins or twists: a wheel, a handle, a plate whose moments are wrong.",
+    )
 
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
         """Sizes of its changes [m, levers of body weight]."""

@@ -90,7 +90,7 @@ class Search:
 
     def _standing(self) -> float:
         """The odds of what was found, ahead where something is seen without any force."""
-        seen = any(t.candidate.has_a_witness for t in self.terms)
+        seen = any(t.candidate.about.seen_standing for t in self.terms)
         return self._odds() + (self.settings.witness_lead if seen else 0.0)
 
     def _equals(self, first: Found) -> list[Contender]:
@@ -255,5 +255,5 @@ class Search:
 
     def _order(self, one: Contender) -> float:
         """Least first: who is tried first; what is seen without any force goes before its equals."""
-        lead = self.settings.witness_lead if one.term.candidate.has_a_witness else 0.0
+        lead = self.settings.witness_lead if one.term.candidate.about.seen_standing else 0.0
         return -one.odds_gain(self.settings) - lead

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solver.effects.about import About
 from solver.effects.changed_force import points_ground
 from solver.effects.effect import Candidate
 from solver.effects.gross_cause import GrossCause, with_samples
@@ -20,20 +21,33 @@ TRUE_FROM_RECORDED = {
 }
 
 
+ABOUT = About(
+    id="axis_convention",
+    title="wrong axes of the forces: {target}",
+    sentence=(
+        "The axes of all plates' forces are not those of the markers ({target}); centres of pressure "
+        "are right."
+    ),
+    remedy=(
+        "Put signs and order of the force components right in the export, leave the centres of "
+        "pressure as they are, and check on a push in a known direction."
+    ),
+    told_apart_by="a push against the floor in a known direction",
+    branch="plate/channels",
+    targets={
+        "x": "force of every plate along x has the wrong sign",
+        "y": "forces of every plate along x and z have the wrong sign",
+        "z": "force of every plate along z has the wrong sign",
+        "xz": "forces of every plate along x and z are exchanged",
+    },
+)
+
+
 @dataclass(frozen=True)
 class AxisConvention(GrossCause):
     """A force component of all plates has the wrong sign, or two are exchanged; centres of pressure stay."""
 
-    id = "axis_convention"
-    sentence = (
-        "The axes of all plates' forces are not those of the markers ({target}); centres of pressure are "
-        "right."
-    )
-    remedy = (
-        "Put signs and order of the force components right in the export, leave the centres of pressure as "
-        "they are, and check on a push in a known direction."
-    )
-    rivals_told_apart_by = "a push against the floor in a known direction"
+    about = ABOUT
 
     def put_right(self, plates: Sequence[PlateScene]) -> tuple[PlateScene, ...] | None:
         """Forces in the markers' axes at the recorded centres of pressure, with the recorded free moments."""

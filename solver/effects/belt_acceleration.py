@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from solver.effects.about import About, AtFault, Course
 from solver.effects.effect import Candidate, Estimate, Eta, Range, Signature
+from solver.effects.readings import Reading
 from solver.effects.scene import Scene, force_at
 from solver.effects.time_course import Stretch, stretch_of
 
@@ -19,6 +21,24 @@ MOST_ASIDE = 0.6  # [rad]
 FEWEST_M = 0.3  # a person who travels less than that in a trial has no direction of progression
 
 
+ABOUT = About(
+    id="belt_acceleration",
+    title="a belt or platform that accelerates, if there was one",
+    sentence=("If the person walked or stood on a belt or platform: it speeds up and slows down."),
+    remedy=(
+        "On a treadmill or a moving platform: record its speed, and use a stiffer drive. On solid "
+        "ground do not accept this: something else is wrong with the horizontal forces, so check "
+        "those channels."
+    ),
+    told_apart_by="a marker on the belt or on the platform",
+    branch="ground/belt or platform",
+    at_fault=AtFault.MOVEMENT,
+    course=Course.ALL_ALONG,
+    odds_against=3.0,
+    readings=(Reading("rms_m_per_s2", "{amount} (root mean square)", "m/s²"),),
+)
+
+
 @dataclass(frozen=True)
 class BeltAcceleration(Candidate):
     """In the frame of a support that accelerates by a every particle feels −m a: −M a at the centre of mass.
@@ -29,14 +49,7 @@ class BeltAcceleration(Candidate):
 
     courses: tuple[Stretch, ...] = ()  # whole trials, each with parameters of its own
 
-    id = "belt_acceleration"
-    sentence = "If the person walked or stood on a belt or platform: it speeds up and slows down."
-    remedy = (
-        "On a treadmill or a moving platform: record its speed, and use a stiffer drive. On solid ground do "
-        "not accept this: something else is wrong with the horizontal forces, so check those channels."
-    )
-    of_any_course = True
-    rivals_told_apart_by = "a marker on the belt or on the platform"
+    about = ABOUT
 
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
         """Along the progression."""

@@ -6,8 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from solver.effects.about import About, AtFault, Named, Size, Weight
 from solver.effects.effect import Candidate, Estimate, Eta, InTrials, Signature, all_and_each
 from solver.effects.force_on_body import columns_at_centre, prior_with_reach, trunk_bodies
+from solver.effects.pictures import Arrow, Steady
+from solver.effects.readings import Reading
 from solver.effects.scene import Scene
 
 PRIOR_STD_N = 120.0  # supports carry a tenth to a half of the weight
@@ -15,14 +18,28 @@ LEAST_N = 20.0  # a slack harness, and 3 % of body weight
 MOST_SHARE = 0.8  # of body weight; with more, nobody stands
 
 
+ABOUT = About(
+    id="body_weight_support",
+    title="an unmeasured support: {target}",
+    sentence="A harness or a hand carries {target} with a constant force.",
+    remedy="Record the support's load cell, or enter its setting.",
+    told_apart_by="a second without contact with the plates, or the support's own load cell",
+    branch="on the person/steady",
+    names=Named.BODIES,
+    at_fault=AtFault.MOVEMENT,
+    weight=Weight.SUPPORT,
+    odds_against=1.0,
+    sizes=(Size("force_N", 40.0, 200.0, 800.0, "a body weight at most"),),
+    readings=(Reading("force_N", "it lifts with {amount}", "N"),),
+    picture=Arrow(Steady(upward="force_N")),
+)
+
+
 @dataclass(frozen=True)
 class BodyWeightSupport(InTrials):
     """A constant force straight up on a segment, at its centre of mass or a hand's breadth from it."""
 
-    id = "body_weight_support"
-    sentence = "A harness or a hand carries {target} with a constant force."
-    remedy = "Record the support's load cell, or enter its setting."
-    rivals_told_apart_by = "a second without contact with the plates, or the support's own load cell"
+    about = ABOUT
 
     weight_N: float = np.inf  # of the person
 

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from solver.effects.about import About
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.readings import Reading
 from solver.effects.scene import Scene
 from solver.skeleton.forward import cross
 
@@ -14,6 +16,31 @@ PRIOR_STD = 0.01  # a calibration wand whose markers sit 1 to 5 mm off over half
 OWN_MODEL_STD = 0.002  # of a body's size against its own model, fitted to markers on skin
 MOST = 0.06  # a wand read in the wrong unit is seen in the body's size long before
 LEAST = 0.003  # a wand made with care: 1.5 mm over half a metre
+
+
+ABOUT = About(
+    id="capture_scale",
+    title="wrong scale of the camera calibration",
+    sentence=("The markers were recorded in a room that is a constant factor too large or too small."),
+    remedy="Calibrate the cameras with a wand whose length was measured.",
+    told_apart_by=(
+        "two markers at a known distance, or steps on plates far from the laboratory's origin, on both sides"
+    ),
+    branch="markers/scale of the cameras",
+    doubts_angles=True,
+    odds_against=12.0,
+    asked_up_to=10.0,
+    readings=(
+        Reading(
+            "scale",
+            "markers lie {amount} too far {which}",
+            "%",
+            1e2,
+            zero=1.0,
+            which=("apart", "together"),
+        ),
+    ),
+)
 
 
 @dataclass(frozen=True)
@@ -36,12 +63,7 @@ class CaptureScale(Candidate):
 
     log_size: float | None = None  # of the fitted body over its own model; None where the model is nobody's
 
-    id = "capture_scale"
-    sentence = "The markers were recorded in a room that is a constant factor too large or too small."
-    remedy = "Calibrate the cameras with a wand whose length was measured."
-    rivals_told_apart_by = (
-        "two markers at a known distance, or steps on plates far from the laboratory's origin, on both sides"
-    )
+    about = ABOUT
 
     @property
     def seen_elsewhere(self) -> float:

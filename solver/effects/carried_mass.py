@@ -6,9 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from solver.effects.about import About, AtFault, Named, Size, Weight
 from solver.effects.demanded_by_inertia import demanded_by_changes
 from solver.effects.effect import Candidate, Estimate, Eta, InTrials, Signature, all_and_each
-from solver.effects.limbs import inner_arm_segments
+from solver.effects.limbs import BETWEEN_OTHERS_ODDS, inner_arm_segments
+from solver.effects.pictures import Ball
+from solver.effects.readings import NOT_TOLD, ON_SEGMENT, Place, Reading
 from solver.effects.scene import Scene
 
 LIGHTEST_SHARE = 0.004  # of body mass: what lighter ones carry (toes), their neighbours carry as well
@@ -21,6 +24,35 @@ FARTHEST_M = 0.8  # from the segment's origin: whatever is carried, lies on the 
 MOMENTS = ((0, 3), (1, 3), (2, 3), (0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # entries of J
 
 
+ABOUT = About(
+    id="carried_mass",
+    title="a load that the model does not know: {target}",
+    sentence="Something heavy is carried on {target} that the model does not know.",
+    remedy=(
+        "Weigh the load and note where it was fixed. Accept the cause for these trials or make the "
+        "load part of the model, not both."
+    ),
+    told_apart_by="the person on a scale, with and without the load",
+    branch="on the person/load",
+    names=Named.BODIES,
+    at_fault=AtFault.MODEL,
+    weight=Weight.MASS,
+    odds_against=6.0,
+    sizes=(Size("mass_kg", 3.0, 20.0, 50.0, "on the trunk; 5 kg in a hand, 3 kg on a foot at most"),),
+    readings=(
+        Reading("mass_kg", "it weighs {amount}", "kg"),
+        Place(
+            "offset_{}_m",
+            f"its centre lies {ON_SEGMENT}",
+            "mm",
+            1e3,
+            f"where on the segment it lies, {NOT_TOLD}",
+        ),
+    ),
+    picture=Ball("mass_kg", "offset_{}_m"),
+)
+
+
 @dataclass(frozen=True)
 class CarriedMass(InTrials):
     """A rigid load of mass m at r in the body's frame: more is demanded, so the signature is −Δdemanded.
@@ -29,21 +61,14 @@ class CarriedMass(InTrials):
     second moments about r₀. All ten are columns, so nothing is lost for a load far from r₀ or a wide one.
     """
 
-    id = "carried_mass"
-    is_a_mass = True
-    sentence = "Something heavy is carried on {target} that the model does not know."
-    remedy = (
-        "Weigh the load and note where it was fixed. Accept the cause for these trials or make the load part "
-        "of the model, not both."
-    )
-    rivals_told_apart_by = "the person on a scale, with and without the load"
+    about = ABOUT
 
     between_others: bool = False  # upper arm or forearm
 
     @property
-    def at_a_rare_place(self) -> bool:
+    def place_odds(self) -> float:
         """Hands hold, trunk, legs and feet have weights strapped to them; arms hardly ever."""
-        return self.between_others
+        return BETWEEN_OTHERS_ODDS if self.between_others else 0.0
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """Mass, three first moments and six second moments about the segment's centre of mass."""

@@ -15,6 +15,8 @@ from solver.effects import (
     external_contact,
     filter_mismatch,
     gravity_tilt,
+    marker_slip,
+    marker_swap,
     off_plate_step,
     plate_bias,
     plate_gain,
@@ -23,42 +25,46 @@ from solver.effects import (
     plate_yaw,
     sample_rate,
     segment_mass,
+    soft_tissue,
     subject_mass,
     wobbling_mass,
 )
+from solver.effects.about import About
 from solver.effects.effect import Candidate
 from solver.effects.scene import Scene
 
-MODULES: dict[str, ModuleType] = {
-    "clock_offset": clock_offset,
-    "sample_rate": sample_rate,
-    "filter_mismatch": filter_mismatch,
-    "plate_gain": plate_gain,
-    "plate_bias": plate_bias,
-    "plate_position": plate_position,
-    "plate_yaw": plate_yaw,
-    "plate_swap": plate_swap,
-    "axis_convention": axis_convention,
-    "gravity_tilt": gravity_tilt,
-    "off_plate_step": off_plate_step,
-    "external_contact": external_contact,
-    "body_weight_support": body_weight_support,
-    "elastic_tether": elastic_tether,
-    "drag": drag,
-    "belt_acceleration": belt_acceleration,
-    "carried_mass": carried_mass,
-    "subject_mass": subject_mass,
-    "segment_mass": segment_mass,
-    "wobbling_mass": wobbling_mass,
-    "capture_scale": capture_scale,
-}
-IDS = tuple(MODULES)
-MARKER_IDS = ("marker_slip", "marker_swap", "soft_tissue")
+MODULES: tuple[ModuleType, ...] = (
+    clock_offset,
+    sample_rate,
+    filter_mismatch,
+    plate_gain,
+    plate_bias,
+    plate_position,
+    plate_yaw,
+    plate_swap,
+    axis_convention,
+    gravity_tilt,
+    off_plate_step,
+    external_contact,
+    body_weight_support,
+    elastic_tether,
+    drag,
+    belt_acceleration,
+    carried_mass,
+    subject_mass,
+    segment_mass,
+    wobbling_mass,
+    capture_scale,
+)
+MARKER_MODULES: tuple[ModuleType, ...] = (marker_slip, marker_swap, soft_tissue)
+ABOUT: dict[str, About] = {module.ABOUT.id: module.ABOUT for module in (*MODULES, *MARKER_MODULES)}
+IDS = tuple(id for id, about in ABOUT.items() if not about.in_markers)
+MARKER_IDS = tuple(id for id, about in ABOUT.items() if about.in_markers)
 
 
 def catalogue(scenes: Sequence[Scene]) -> list[Candidate]:
     """Candidates on the wrench balance; causes that markers show are found before (`MARKER_IDS`)."""
     found: list[Candidate] = []
-    for module in MODULES.values():
+    for module in MODULES:
         found += module.candidates(scenes)
     return found

@@ -6,13 +6,36 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.effects.about import About, Size
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.readings import Reading
 from solver.effects.scene import Scene
 
 LEAST_S = 0.002  # amplifiers delay by as much
 LATER_S = (0.004, 0.008, 0.015, 0.03, 0.06, 0.1, 0.15)  # so close that one lies on the way to any offset
 STARTS_S = (*(-s for s in reversed(LATER_S)), *LATER_S)
 FARTHEST_S = 0.3
+
+
+ABOUT = About(
+    id="clock_offset",
+    title="forces shifted in time against the markers",
+    sentence=("The forces were recorded on another clock than the markers: they come too late or too early."),
+    remedy=(
+        "Check the trigger line between cameras and plates. Forces 5 to 10 ms too late may be an "
+        "amplifier's latency, too early the cameras'; more is a trigger, lost frames, or a filter "
+        "that runs one way only."
+    ),
+    told_apart_by="a foot stamped on a plate at the beginning and at the end of the recording",
+    branch="time/clock",
+    asked_up_to=40.0,
+    sizes=(
+        Size("offset_s", 0.005, 0.05, 2.0, "amplifiers and triggers; beyond, found by correlation alone"),
+    ),
+    readings=(
+        Reading("offset_s", "the forces come {amount} {which}", "ms", 1e3, which=("too late", "too early")),
+    ),
+)
 
 
 @dataclass(frozen=True)
@@ -22,13 +45,7 @@ class ClockOffset(Candidate):
     1 ms costs about 1 % of body weight in walking.
     """
 
-    id = "clock_offset"
-    sentence = "The forces were recorded on another clock than the markers: they come too late or too early."
-    remedy = (
-        "Check the trigger line between cameras and plates. Forces 5 to 10 ms too late may be an amplifier's "
-        "latency, too early the cameras'; more is a trigger, lost frames, or a filter that runs one way only."
-    )
-    rivals_told_apart_by = "a foot stamped on a plate at the beginning and at the end of the recording"
+    about = ABOUT
 
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
         """Offsets from which the search begins [s]."""

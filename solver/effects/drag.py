@@ -7,14 +7,37 @@ import numpy as np
 from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
+from solver.effects.about import About, AtFault, Named, Size
 from solver.effects.effect import Candidate, Estimate, Eta, InTrials, Signature, all_and_each
 from solver.effects.force_on_body import columns_at_centre, prior_with_reach, trunk_bodies
+from solver.effects.pictures import AgainstMotion, Arrow
+from solver.effects.readings import Reading
 from solver.effects.scene import Scene
 
 EXPONENTS = (0.5, 2.5)  # bounds: dry friction has 0, a parachute 2
 PRIOR_STD_NS_PER_M = 20.0
 LEAST_N = 8.0  # still air against a walker: below 1 N; against a sprinter: 15 N
 SLOWEST_M_PER_S = 1e-6  # keeps powers of the speed finite
+
+
+ABOUT = About(
+    id="drag",
+    title="a drag or tow: {target}",
+    sentence="Something holds {target} back, the more the faster it moves.",
+    remedy="Record the towing force, or repeat the trial without what drags.",
+    told_apart_by="the same walk at two speeds, and to and fro",
+    branch="on the person/with motion",
+    names=Named.BODIES,
+    at_fault=AtFault.MOVEMENT,
+    odds_against=3.0,
+    sizes=(Size("mean_force_N", 40.0, 200.0, 800.0, "a body weight at most"),),
+    readings=(
+        Reading("mean_force_N", "it brakes with {amount} on average", "N"),
+        Reading("b_Ns_per_m", "{amount} at 1 m/s", "N"),
+        Reading("exponent", "growing with speed to the power of {amount}", ""),
+    ),
+    picture=Arrow(AgainstMotion("b_Ns_per_m", "exponent")),
+)
 
 
 @dataclass(frozen=True)
@@ -25,10 +48,7 @@ class Drag(InTrials):
     there with a force that hardly depends on the velocity, and is found as a tether.
     """
 
-    id = "drag"
-    sentence = "Something holds {target} back, the more the faster it moves."
-    remedy = "Record the towing force, or repeat the trial without what drags."
-    rivals_told_apart_by = "the same walk at two speeds, and to and fro"
+    about = ABOUT
 
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
         """Exponents: viscous and quadratic."""

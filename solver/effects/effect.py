@@ -1,4 +1,4 @@
-"""What a cause is to the diagnosis: a signature in the wrench balance, parameters, and words for people.
+"""What a cause is to the diagnosis: a signature in the wrench balance, and parameters.
 
 With a candidate the balance of a trial reads
 
@@ -7,7 +7,8 @@ With a candidate the balance of a trial reads
 forces in newtons and moments about the ground origin in newton metres, frame by frame. x are parameters that
 act linearly and have a Gaussian prior; η are the few that do not (a time shift, a frequency), given as starts
 for a search. A cause that changes the inertia of the body or its motion is written the same way, with the
-change of the demanded wrench and its sign turned. One cause, one file.
+change of the demanded wrench and its sign turned. One cause, one file; what is to
+say about it stands there as well (`about`).
 """
 
 from abc import ABC, abstractmethod
@@ -17,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.effects.about import Described
 from solver.effects.scene import Scene
 
 Eta = tuple[float, ...]  # values of the parameters that do not act linearly
@@ -49,7 +51,7 @@ class Range:
 
 
 @dataclass(frozen=True)
-class Candidate(ABC):
+class Candidate(Described, ABC):
     """One cause at one target, ready to be tried on a subject's trials.
 
     Trials share x: a plate, a clock, a body's mass are the same in all. A cause that belongs to one trial has
@@ -58,25 +60,10 @@ class Candidate(ABC):
 
     target: str
 
-    id = ""  # of the catalogue
-    sentence = ""  # what it means, for people; {target} is filled in
-    remedy = ""  # what to do about it in the laboratory
-    rivals_told_apart_by = ""  # what to record so that it can be told from what looks alike
-    of_any_course = False  # it may change in any way over time: never described to the last newton
-    has_a_witness = False  # the motion shows it as well: no force of unknown course takes its place
-    is_a_mass = (
-        False  # masses are adjusted to what is not withheld, so that withheld blocks hardly tell of it
-    )
-
     @property
-    def of_whole_limbs(self) -> bool:
-        """Whether it is about both legs or both arms as a whole."""
-        return False
-
-    @property
-    def at_a_rare_place(self) -> bool:
-        """Whether others of its kind are likelier by the place where they act."""
-        return False
+    def place_odds(self) -> float:
+        """Log prior odds against it at its place, among those of its kind [nats]."""
+        return 0.0
 
     @property
     def seen_elsewhere(self) -> float:

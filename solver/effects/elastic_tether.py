@@ -6,8 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from solver.effects.about import About, AtFault, Named, Size
 from solver.effects.effect import Candidate, Estimate, Eta, InTrials, Signature, all_and_each
 from solver.effects.force_on_body import columns_at_centre, trunk_bodies
+from solver.effects.pictures import Arrow, Band
+from solver.effects.readings import NOT_TOLD, Place, Reading
 from solver.effects.scene import Scene
 
 DISTANCES_M = (1.2, 4.0)  # of the anchors from which the search begins
@@ -21,6 +24,27 @@ REACH_M = 0.10  # from the segment's centre of mass to the belt's buckle
 LEAST_N = 10.0  # a slack band
 
 
+ABOUT = About(
+    id="elastic_tether",
+    title="an elastic band: {target}",
+    sentence="An elastic band pulls {target} towards a fixed point.",
+    remedy="Put a load cell into the band, or take it off.",
+    told_apart_by="a trial that moves to and from the anchor, or one without the band",
+    branch="on the person/steady",
+    names=Named.BODIES,
+    at_fault=AtFault.MOVEMENT,
+    odds_against=10.0,
+    sizes=(Size("mean_force_N", 40.0, 200.0, 800.0, "a body weight at most"),),
+    readings=(
+        Reading("mean_force_N", "it pulls with {amount} on average", "N"),
+        Reading("stiffness_N_per_m", "stiffness {amount}", "N/m"),
+        Place("anchor_{}_m", "fixed in the room at {point}", "m", unknown=f"where it is fixed, {NOT_TOLD}"),
+        Reading("rest_length_m", "slack below a length of {amount}", "m"),
+    ),
+    picture=Arrow(Band("mean_force_N", "stiffness_N_per_m", "rest_length_m", "anchor_{}_m")),
+)
+
+
 @dataclass(frozen=True)
 class ElasticTether(InTrials):
     """A tension T + k (ℓ − ℓ̄) along the line to the anchor, ℓ its length and ℓ̄ the mean of that.
@@ -29,10 +53,7 @@ class ElasticTether(InTrials):
     taut: rest length = ℓ̄ − T/k. A band that goes slack now and then is described by what it does on average.
     """
 
-    id = "elastic_tether"
-    sentence = "An elastic band pulls {target} towards a fixed point."
-    remedy = "Put a load cell into the band, or take it off."
-    rivals_told_apart_by = "a trial that moves to and from the anchor, or one without the band"
+    about = ABOUT
 
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
         """Anchors all round the body's mean place, near and far, and above it."""

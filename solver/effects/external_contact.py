@@ -6,10 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.effects.about import About, AtFault, Course, Named
 from solver.effects.contact_windows import UP, contact_windows
 from solver.effects.effect import Candidate, Estimate, Eta, Range, Signature
 from solver.effects.force_on_body import columns_at_point
-from solver.effects.limbs import inner_segments
+from solver.effects.limbs import BETWEEN_OTHERS_ODDS, inner_segments
+from solver.effects.pictures import Arrow, Steady
+from solver.effects.readings import NOT_TOLD, ON_SEGMENT, Place, Reading, along
 from solver.effects.scene import Scene, force_at
 from solver.effects.time_course import Stretch, frames_of, joined
 from solver.effects.unmeasured_stances import unmeasured_stances
@@ -36,6 +39,27 @@ MOST_WEIGHTS = 1.5  # on average: a seat carries one; opposite forces on near se
 Missing = Mapping[str, Float[np.ndarray, "frames 6"]]  # by trial: what the balance lacks, weight put right
 
 
+ABOUT = About(
+    id="external_contact",
+    title="an unmeasured contact: {target}",
+    sentence=("Something that no plate measures pushes or pulls at {target}: a seat, a rail, a hand."),
+    remedy=("Look at the video for what touches the person there, keep it away, or put a sensor on it."),
+    told_apart_by="the same movement without anything within reach",
+    branch="on the person/touch",
+    names=Named.BODIES,
+    at_fault=AtFault.MOVEMENT,
+    course=Course.NOW_AND_THEN,
+    odds_against=4.0,
+    readings=(
+        *along("force_{}_N", "mean force on the person {{amount}} towards {{which}}", "N", axes="x"),
+        Reading("force_y_N", "{amount} {which}", "N", which=("upwards", "downwards")),
+        *along("force_{}_N", "{{amount}} towards {{which}}", "N", axes="z"),
+        Place("point_{}_m", f"it acts {ON_SEGMENT}", "mm", 1e3, f"where on the segment it acts, {NOT_TOLD}"),
+    ),
+    picture=Arrow(Steady("force_{}_N"), "point_{}_m", mean_on_label=True),
+)
+
+
 @dataclass(frozen=True)
 class ExternalContact(Candidate):
     """In each window a free course of force at one point of the body.
@@ -50,16 +74,12 @@ class ExternalContact(Candidate):
     between_others: bool = False
     weight_N: float = np.inf  # of the person
 
-    id = "external_contact"
-    sentence = "Something that no plate measures pushes or pulls at {target}: a seat, a rail, a hand."
-    remedy = "Look at the video for what touches the person there, keep it away, or put a sensor on it."
-    of_any_course = True
-    rivals_told_apart_by = "the same movement without anything within reach"
+    about = ABOUT
 
     @property
-    def at_a_rare_place(self) -> bool:
+    def place_odds(self) -> float:
         """Hands reach, seats and rails meet trunk and thighs; what is between is touched in passing."""
-        return self.between_others
+        return BETWEEN_OTHERS_ODDS if self.between_others else 0.0
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """Constants and splines of every window, then shifts of the point."""

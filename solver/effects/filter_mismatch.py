@@ -7,7 +7,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.conditioning import contact_samples
+from solver.effects.about import About
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.readings import Reading
 from solver.effects.scene import PlateScene, Scene
 from solver.runs import runs
 
@@ -24,6 +26,20 @@ CUT_OFF_STD = 0.03  # of the cutoff: where files cut off a smoothed contact's en
 MOST_GAIN = 20.0  # of the inverse: a newton of noise within its band grows to that
 
 
+ABOUT = About(
+    id="filter_mismatch",
+    title="forces smoothed more than the markers",
+    sentence=(
+        "The forces were smoothed before they were exported, more than the markers: impacts are blunted."
+    ),
+    remedy=("Export the forces unfiltered, or filter markers and forces with the same cutoff."),
+    told_apart_by="the same trial exported without a filter",
+    branch="time/filter",
+    odds_against=3.0,
+    readings=(Reading("cutoff_Hz", "smoothed with a low-pass filter at {amount}", "Hz"),),
+)
+
+
 @dataclass(frozen=True)
 class FilterMismatch(Candidate):
     """The forces were low-passed (Butterworth, 2nd order, forwards and backwards), the markers were not.
@@ -33,12 +49,7 @@ class FilterMismatch(Candidate):
     back where H = 1/40, at 15 Hz for a cutoff of 6. So it cannot pay by smoothing.
     """
 
-    id = "filter_mismatch"
-    sentence = (
-        "The forces were smoothed before they were exported, more than the markers: impacts are blunted."
-    )
-    remedy = "Export the forces unfiltered, or filter markers and forces with the same cutoff."
-    rivals_told_apart_by = "the same trial exported without a filter"
+    about = ABOUT
 
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
         """Logarithms of cutoffs [Hz]."""

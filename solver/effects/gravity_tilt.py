@@ -6,14 +6,33 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from solver.effects.about import About
 from solver.effects.changed_force import wrench_change
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.readings import Reading
 from solver.effects.scene import Scene
 from solver.skeleton.forward import cross
 
 PRIOR_STD_RAD = np.radians(1.0)  # a calibration frame on an uneven floor
 LEAST_DEG = 0.5
 TILTS = ("tilt_x_deg", "tilt_z_deg")
+
+
+ABOUT = About(
+    id="gravity_tilt",
+    title="force vectors that lean",
+    sentence="The forces lean: the vertical of the force plates is not that of the cameras.",
+    remedy=(
+        "Level the calibration frame, and check that the plates stand level; calibrate the cameras anew."
+    ),
+    told_apart_by="a quiet standing trial, and a weight set down on each plate",
+    branch="plate/geometry",
+    asked_up_to=10.0,
+    readings=(
+        Reading("tilt_x_deg", "the recorded forces are turned by {amount} about +x (right-hand rule)", "°"),
+        Reading("tilt_z_deg", "the recorded forces are turned by {amount} about +z (right-hand rule)", "°"),
+    ),
+)
 
 
 @dataclass(frozen=True)
@@ -23,10 +42,7 @@ class GravityTilt(Candidate):
     To first order true − recorded force = −tilt × recorded force, at the centre of pressure.
     """
 
-    id = "gravity_tilt"
-    sentence = "The forces lean: the vertical of the force plates is not that of the cameras."
-    remedy = "Level the calibration frame, and check that the plates stand level; calibrate the cameras anew."
-    rivals_told_apart_by = "a quiet standing trial, and a weight set down on each plate"
+    about = ABOUT
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """All plates' forces turned back about x and about z."""

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.conditioning import PlateLoads
+from solver.effects.about import About
 from solver.effects.effect import Candidate, Estimate, Eta, Range, Signature
 from solver.effects.scene import PlateScene, Scene
 
@@ -67,49 +68,19 @@ class Beyond(Candidate):
     gross: GrossCause
 
     @property
-    def id(self) -> str:  # type: ignore[override]
+    def about(self) -> About:  # type: ignore[override]
+        """The cause's."""
+        return self.cause.about
+
+    @property
+    def id(self) -> str:
         """The cause's."""
         return self.cause.id
 
     @property
-    def sentence(self) -> str:  # type: ignore[override]
+    def place_odds(self) -> float:
         """The cause's."""
-        return self.cause.sentence
-
-    @property
-    def remedy(self) -> str:  # type: ignore[override]
-        """The cause's."""
-        return self.cause.remedy
-
-    @property
-    def rivals_told_apart_by(self) -> str:  # type: ignore[override]
-        """The cause's."""
-        return self.cause.rivals_told_apart_by
-
-    @property
-    def of_any_course(self) -> bool:  # type: ignore[override]
-        """The cause's."""
-        return self.cause.of_any_course
-
-    @property
-    def is_a_mass(self) -> bool:  # type: ignore[override]
-        """The cause's."""
-        return self.cause.is_a_mass
-
-    @property
-    def has_a_witness(self) -> bool:  # type: ignore[override]
-        """The cause's."""
-        return self.cause.has_a_witness
-
-    @property
-    def at_a_rare_place(self) -> bool:
-        """Of the cause."""
-        return self.cause.at_a_rare_place
-
-    @property
-    def of_whole_limbs(self) -> bool:
-        """The cause's."""
-        return self.cause.of_whole_limbs
+        return self.cause.place_odds
 
     @property
     def seen_elsewhere(self) -> float:

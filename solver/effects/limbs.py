@@ -3,6 +3,8 @@
 from solver.effects.force_on_body import trunk_bodies
 from solver.skeleton.skeleton import Skeleton
 
+BETWEEN_OTHERS_ODDS = 2.0  # [nats] against a touch or a load there rather than at hands, seat, thighs or back
+
 
 def inner_segments(skeleton: Skeleton) -> frozenset[int]:
     """Segments between two others, but for trunk and thighs: upper arms, forearms, shanks, ankle bones."""

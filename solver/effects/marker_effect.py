@@ -17,6 +17,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from threadpoolctl import threadpool_limits
 
+from solver.effects.about import Described
 from solver.effects.effect import Estimate, Range
 from solver.effects.scene import Scene
 from solver.skeleton.forward import ForwardKinematics, marker_jacobian
@@ -27,7 +28,7 @@ PULL = 1e-4  # on what no marker sees, in squares of a marker's own weight per r
 
 
 @dataclass(frozen=True, eq=False)
-class MarkerFinding(ABC):
+class MarkerFinding(Described, ABC):
     """A cause found in one trial's markers, and how to undo it."""
 
     target: str
@@ -35,10 +36,6 @@ class MarkerFinding(ABC):
     frames: Range
     gain: float  # in log likelihood of the markers' errors, less what the search over places and times costs
 
-    id = ""  # of the catalogue
-    sentence = ""  # what it means, for people; {target} is filled in
-    remedy = ""  # what to do about it in the laboratory
-    rivals_told_apart_by = ""  # what to record so that it can be told from what looks alike
     of_the_body = False  # the same in all trials of the person, and named once
 
     @abstractmethod

@@ -9,8 +9,11 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy.lib.stride_tricks import sliding_window_view
 
+from solver.effects.about import About, Course, Mend, Named, Size
 from solver.effects.effect import Estimate, Range
 from solver.effects.marker_effect import MarkerFinding, PoseFree, near_angles, pose_free, seen_share
+from solver.effects.pictures import Markers
+from solver.effects.readings import Reading
 from solver.effects.scene import Scene
 
 FLESH = 1.5  # a segment's markers move together by half as much again as each moves for itself
@@ -36,6 +39,29 @@ AngleFit = Callable[[int | None], tuple[Float[np.ndarray, "samples axes"], Float
 """From the sample of a step, or None, to what angles leave of a marker's place, and the step's size [m]."""
 
 
+ABOUT = About(
+    id="marker_slip",
+    title="a marker that moved on its segment: {target}",
+    sentence="Marker {target} has moved on its segment during the trial and stayed there.",
+    remedy=(
+        'In this recording leave it out: set it to "" in the map that `addb-viewer markers SUBJECT` '
+        "writes. Before the next one fix it anew and take another static trial."
+    ),
+    told_apart_by="a static trial before and after the recording",
+    branch="markers/one",
+    names=Named.MARKERS,
+    course=Course.EVENT,
+    mend=Mend.FILES,
+    in_markers=True,
+    sizes=(Size("shift_m", 0.012, 0.04, 0.3, "the segment's length at most"),),
+    readings=(
+        Reading("shift_m", "by {amount}", "mm", 1e3),
+        Reading("time_s", "at {amount} from the trial's start", "s"),
+    ),
+    picture=Markers(),
+)
+
+
 @dataclass(frozen=True, eq=False)
 class MarkerSlip(MarkerFinding):
     """observed(t) = true(t) + R(t) shift for t ≥ time_s, R the orientation of the marker's segment.
@@ -47,13 +73,7 @@ class MarkerSlip(MarkerFinding):
     shift_body: Float[np.ndarray, "3"]  # [m]
     R_ground_body: Float[np.ndarray, "frames 3 3"]  # of the marker's segment
 
-    id = "marker_slip"
-    sentence = "Marker {target} has moved on its segment during the trial and stayed there."
-    remedy = (
-        'In this recording leave it out: set it to "" in the map that `addb-viewer markers SUBJECT` writes. '
-        "Before the next one fix it anew and take another static trial."
-    )
-    rivals_told_apart_by = "a static trial before and after the recording"
+    about = ABOUT
 
     def repaired(
         self, observed_ground: Float[np.ndarray, "frames markers 3"]

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.effects.about import About, Course, Mend, Named
 from solver.effects.effect import Range
 from solver.effects.marker_effect import MarkerFinding
+from solver.effects.pictures import Markers
 from solver.effects.scene import Scene
 from solver.runs import runs
 
@@ -24,6 +26,21 @@ LEAST_GAIN = 10.0
 MOST_EDGES = 40
 
 
+ABOUT = About(
+    id="marker_swap",
+    title="exchanged markers: {target}",
+    sentence="Two markers carry each other's names: {target}.",
+    remedy="Exchange the two labels on these frames in the tracking software.",
+    told_apart_by=("the cameras' own view: labels are exchanged where the markers pass or were hidden"),
+    branch="markers/one",
+    names=Named.MARKERS,
+    course=Course.EVENT,
+    mend=Mend.LABELS,
+    in_markers=True,
+    picture=Markers(),
+)
+
+
 @dataclass(frozen=True, eq=False)
 class MarkerSwap(MarkerFinding):
     """observed A = true B and observed B = true A on the frames.
@@ -33,10 +50,7 @@ class MarkerSwap(MarkerFinding):
 
     pair: tuple[int, int]
 
-    id = "marker_swap"
-    sentence = "Two markers carry each other's names: {target}."
-    remedy = "Exchange the two labels on these frames in the tracking software."
-    rivals_told_apart_by = "the cameras' own view: labels are exchanged where the markers pass or were hidden"
+    about = ABOUT
 
     def repaired(
         self, observed_ground: Float[np.ndarray, "frames markers 3"]

@@ -6,7 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.effects.about import About, AtFault, Course, Mend, Named
 from solver.effects.effect import Candidate, Estimate, Eta, Range, Signature
+from solver.effects.pictures import Arrow, Steady
+from solver.effects.readings import Reading
 from solver.effects.scene import Scene, force_at
 from solver.effects.time_course import Stretch, frames_of
 from solver.effects.unmeasured_stances import UnmeasuredStance, unmeasured_stances
@@ -26,6 +29,26 @@ TWIST_M = 0.008  # free moment over vertical force
 UP = 1  # y, among the components of a force
 
 
+ABOUT = About(
+    id="off_plate_step",
+    title="a step that no plate measured: {target}",
+    sentence=("No plate measures the force under {target}: beside a plate, or on one that says nothing."),
+    remedy="Flag these frames, or repeat the trial with every step on a plate.",
+    told_apart_by="a trial with every step on a plate",
+    branch="ground/missed step",
+    names=Named.BODIES,
+    at_fault=AtFault.MOVEMENT,
+    course=Course.NOW_AND_THEN,
+    mend=Mend.FLAGGED,
+    seen_standing=True,
+    readings=(
+        Reading("force_y_N", "the ground carries {amount} there on average", "N"),
+        Reading("weight_share", "that is {amount} of body weight", "%", 1e2),
+    ),
+    picture=Arrow(Steady(upward="force_y_N"), like_ground_force=True, mean_on_label=True),
+)
+
+
 @dataclass(frozen=True)
 class OffPlateStep(Candidate):
     """In each stance a free course of force through the foot's sole.
@@ -37,12 +60,7 @@ class OffPlateStep(Candidate):
 
     stances: tuple[UnmeasuredStance, ...] = ()  # of any trials, each with parameters of its own
 
-    id = "off_plate_step"
-    has_a_witness = True  # a foot stands there
-    sentence = "No plate measures the force under {target}: beside a plate, or on one that says nothing."
-    remedy = "Flag these frames, or repeat the trial with every step on a plate."
-    of_any_course = True
-    rivals_told_apart_by = "a trial with every step on a plate"
+    about = ABOUT
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """Columns of all stances one after another; zero for those of other trials."""

@@ -7,7 +7,7 @@ balance.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -15,7 +15,10 @@ from jaxtyping import Bool, Float
 from solver.capture.capture import ForcePlate
 from solver.capture.conditioning import contact_samples, gaps_filled
 from solver.capture.zero_level import unloaded_stretches
+from solver.effects.about import About, Named, Size
 from solver.effects.effect import Candidate, Corrected, Estimate, Eta, Signature
+from solver.effects.pictures import Plates
+from solver.effects.readings import Reading, along
 from solver.effects.scene import PlateScene, Scene, force_at
 
 PRIOR_STD_N = 15.0  # amplifiers drift by some newtons between tares, more over a hot day
@@ -26,14 +29,45 @@ LEVEL_STD_N = (
 BIASES = ("bias_x_N", "bias_y_N", "bias_z_N")
 
 
+ABOUT = About(
+    id="plate_bias",
+    title="constant error in the force of {target}",
+    sentence="{target} adds a constant force to what it measures.",
+    remedy=("Tare the plate right before each recording, with nobody on it, and let its amplifier warm up."),
+    told_apart_by="a second of recording with nobody on the plate, before and after the trial",
+    branch="plate/zero",
+    names=Named.PLATES,
+    odds_against=2.0,
+    usual_std=1.4,
+    asked_up_to=80.0,
+    sizes=(Size("bias_y_N", 5.0, 40.0, 60.0, "after a tare; beyond, the zero level itself is wrong"),),
+    readings=(
+        Reading(
+            "bias_y_N",
+            "it reads {amount} too {which} along y (bias {signed})",
+            "N",
+            which=("much", "little"),
+        ),
+        *along("bias_{}_N", "it reads {{amount}} too far towards {{which}}", "N", axes="xz"),
+        *along("bias_{}_N_per_s", "drifting by {{amount}} towards {{which}}", "N/s"),
+    ),
+    picture=Plates(),
+)
+
+
+TAKEN_OFF = replace(
+    ABOUT,
+    sentence=(
+        "{target} reads a constant force while nobody stands on it; it was taken off as its zero level."
+    ),
+)
+
+
 @dataclass(frozen=True)
 class PlateBias(Candidate):
     """recorded = true + a constant force at the plate's centre, on every sample that counts as loaded."""
 
-    id = "plate_bias"
-    sentence = "{target} adds a constant force to what it measures."
-    remedy = "Tare the plate right before each recording, with nobody on it, and let its amplifier warm up."
-    rivals_told_apart_by = "a second of recording with nobody on the plate, before and after the trial"
+    about = ABOUT
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """Less a newton along each axis at the plate's centre while it is loaded."""
@@ -68,12 +102,7 @@ class PlateBiasTakenOff(Corrected):
     Its gain is that of `measured_ground` of the scene over `uncorrected_ground`.
     """
 
-    id = "plate_bias"
-    sentence = (
-        "{target} reads a constant force while nobody stands on it; it was taken off as its zero level."
-    )
-    remedy = PlateBias.remedy
-    rivals_told_apart_by = PlateBias.rivals_told_apart_by
+    about = TAKEN_OFF
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """Nothing: the correction is made. None where none was needed."""

@@ -6,13 +6,35 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from solver.effects.about import About, Named, Size
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.pictures import Plates
+from solver.effects.readings import Reading
 from solver.effects.scene import PlateScene, Scene
 
 PRIOR_STD = 0.05  # plates are off by 1 to 5 %
 MOST = 0.2  # a plate that is off by more has the wrong units, or another fault
 LEAST = 0.015  # within what plates of one laboratory scatter
 MOST_LEFT = 0.5  # of the plate's force
+
+
+ABOUT = About(
+    id="plate_gain",
+    title="wrong gain of {target}",
+    sentence="{target} reads a constant factor too much or too little.",
+    remedy=("Put a known weight on the plate at several places and correct its calibration matrix."),
+    told_apart_by=(
+        "the plate empty, then with two known weights: an error that grows with the weight is a gain,"
+        " the same error each time is a constant one"
+    ),
+    branch="plate/scale",
+    names=Named.PLATES,
+    odds_against=2.0,
+    asked_up_to=20.0,
+    sizes=(Size("gain_error", 0.03, 0.10, 0.20, "beyond, the units are wrong"),),
+    readings=(Reading("gain_error", "it reads {amount} too {which}", "%", 1e2, which=("much", "little")),),
+    picture=Plates(),
+)
 
 
 @dataclass(frozen=True)
@@ -24,13 +46,7 @@ class PlateGain(Candidate):
     force, so that a factor on that would shrink noise and seem to explain it.
     """
 
-    id = "plate_gain"
-    sentence = "{target} reads a constant factor too much or too little."
-    remedy = "Put a known weight on the plate at several places and correct its calibration matrix."
-    rivals_told_apart_by = (
-        "the plate empty, then with two known weights: an error that grows with the weight is a gain, the "
-        "same error each time is a constant one"
-    )
+    about = ABOUT
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """Less what the motion demands of the plate."""

@@ -6,13 +6,38 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from solver.effects.about import About, Named, Size
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.pictures import Plates
+from solver.effects.readings import along
 from solver.effects.scene import Scene
 from solver.skeleton.forward import cross
 
 PRIOR_STD_M = 0.01  # a calibration wand misplaced, a corner clicked beside the corner: 1 to 20 mm
 LEAST_M = 0.005  # half of what spends the limit on residual moments
 SHIFTS = ("shift_x_m", "shift_z_m")
+
+
+ABOUT = About(
+    id="plate_position",
+    title="wrong position of {target}",
+    sentence="{target} lies a little beside the place that the files give it.",
+    remedy=(
+        "Measure the plate's corners anew, with a pointer or markers on them, after each camera calibration."
+    ),
+    told_apart_by="a pointed rod pressed on the plate at several known places",
+    branch="plate/geometry",
+    names=Named.PLATES,
+    usual_std=0.001,
+    asked_up_to=60.0,
+    sizes=(
+        Size("shift_x_m", 0.008, 0.03, 0.3, "half a plate's side at most; beyond, its geometry is wrong"),
+    ),
+    readings=along(
+        "shift_{}_m", "the files place it {{amount}} too far towards {{which}}", "mm", 1e3, axes="xz"
+    ),
+    picture=Plates(shift="shift_{}_m"),
+)
 
 
 @dataclass(frozen=True)
@@ -22,12 +47,7 @@ class PlatePosition(Candidate):
     Force and free moment stay, so true − recorded moment = −shift × force.
     """
 
-    id = "plate_position"
-    sentence = "{target} lies a little beside the place that the files give it."
-    remedy = (
-        "Measure the plate's corners anew, with a pointer or markers on them, after each camera calibration."
-    )
-    rivals_told_apart_by = "a pointed rod pressed on the plate at several known places"
+    about = ABOUT
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """Moments alone: the plate's force times the shift along x and z."""

@@ -7,10 +7,23 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Float
 
+from solver.effects.about import About, Named
 from solver.effects.changed_force import points_ground
 from solver.effects.effect import Candidate
 from solver.effects.gross_cause import GrossCause, with_samples
+from solver.effects.pictures import Plates
 from solver.effects.scene import PlateScene, Scene, force_at
+
+ABOUT = About(
+    id="plate_swap",
+    title="forces of {target} exchanged",
+    sentence="The forces of two plates are exchanged ({target}).",
+    remedy=("Check which amplifier channel belongs to which plate, and the order of plates in the export."),
+    told_apart_by="a foot stamped on one plate, then on the other",
+    branch="plate/channels",
+    names=Named.PLATES,
+    picture=Plates(),
+)
 
 
 @dataclass(frozen=True)
@@ -21,10 +34,7 @@ class PlateSwap(GrossCause):
     the other's centre to its own.
     """
 
-    id = "plate_swap"
-    sentence = "The forces of two plates are exchanged ({target})."
-    remedy = "Check which amplifier channel belongs to which plate, and the order of plates in the export."
-    rivals_told_apart_by = "a foot stamped on one plate, then on the other"
+    about = ABOUT
 
     def target_put_right(self, target: str) -> str:
         """The other of the two plates."""

@@ -6,7 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from solver.effects.about import About, Named
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.pictures import Plates
+from solver.effects.readings import Reading
 from solver.effects.scene import Scene
 from solver.skeleton.forward import cross
 
@@ -17,6 +20,31 @@ LEAST_DEG = 1.0
 UP = np.array([0.0, 1.0, 0.0])
 
 
+ABOUT = About(
+    id="plate_yaw",
+    title="{target} turned about the vertical",
+    sentence="{target} is turned about the vertical against the axes that the files give it.",
+    remedy="Measure the plate's corners anew and check their order in the files.",
+    told_apart_by="a pointed rod pressed on the plate near its corners",
+    branch="plate/geometry",
+    names=Named.PLATES,
+    odds_against=-2.0,
+    asked_up_to=15.0,
+    readings=(
+        Reading(
+            "yaw_deg",
+            "what was recorded is turned by {amount} {which} about the plate's centre",
+            "°",
+            which=(
+                "counter-clockwise, seen from above: turn its forces and centres of pressure back clockwise",
+                "clockwise, seen from above: turn its forces and centres of pressure back counter-clockwise",
+            ),
+        ),
+    ),
+    picture=Plates(yaw="yaw_deg"),
+)
+
+
 @dataclass(frozen=True)
 class PlateYaw(Candidate):
     """recorded force and centre of pressure = R_y(yaw) × true about the plate's centre, right hand about +y.
@@ -25,10 +53,7 @@ class PlateYaw(Candidate):
     (1 − cos(yaw)) of the horizontal parts, is a fortieth of the effect at 3 degrees.
     """
 
-    id = "plate_yaw"
-    sentence = "{target} is turned about the vertical against the axes that the files give it."
-    remedy = "Measure the plate's corners anew and check their order in the files."
-    rivals_told_apart_by = "a pointed rod pressed on the plate near its corners"
+    about = ABOUT
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """Horizontal force and horizontal moment about the centre, each turned by a right angle."""

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.effects.about import About
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.readings import Reading
 from solver.effects.scene import Scene
 
 PRIOR_STD = 0.01  # a rate typed in wrongly or rounded; crystals agree to a ten-thousandth
@@ -18,6 +20,28 @@ BASIN_S = 0.06  # two starts whose ends differ by so much run to the same minimu
 MOST_STARTS = 30  # on each side of zero
 
 
+ABOUT = About(
+    id="sample_rate",
+    title="forces with a wrong sampling rate",
+    sentence=(
+        "The forces were sampled at another rate than the files say: they drift away from the markers."
+    ),
+    remedy=(
+        "Check the rates of plates and cameras in the recording program, and that one clock drives both."
+    ),
+    told_apart_by=("a longer recording, with a foot stamped on a plate at its beginning and at its end"),
+    branch="time/rate",
+    odds_against=2.0,
+    asked_up_to=10.0,
+    readings=(
+        Reading("stretch", "their time axis is {amount} too {which}", "%", 1e2, which=("long", "short")),
+        Reading(
+            "stretch", "they come {amount} {which} with every second", "ms", 1e3, which=("later", "earlier")
+        ),
+    ),
+)
+
+
 @dataclass(frozen=True)
 class SampleRate(Candidate):
     """recorded force time = (1 + stretch) × true time, both zero at the trial's start.
@@ -25,12 +49,7 @@ class SampleRate(Candidate):
     So true(t) = recorded((1 + stretch) t).
     """
 
-    id = "sample_rate"
-    sentence = "The forces were sampled at another rate than the files say: they drift away from the markers."
-    remedy = "Check the rates of plates and cameras in the recording program, and that one clock drives both."
-    rivals_told_apart_by = (
-        "a longer recording, with a foot stamped on a plate at its beginning and at its end"
-    )
+    about = ABOUT
 
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
         """Stretches from which the search begins; the closer together the longer the longest trial."""

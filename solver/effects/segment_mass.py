@@ -6,8 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from solver.effects.about import About, AtFault, Named, Size, Weight
 from solver.effects.demanded_by_inertia import demanded_by_bodies
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.pictures import Segments
+from solver.effects.readings import Reading
 from solver.effects.scene import Scene
 from solver.kinematics.scale_prior import scale_groups
 from solver.skeleton.skeleton import Skeleton
@@ -19,6 +22,34 @@ PRIOR_STD = 0.15  # relative, beyond what tables scatter
 LEAST = 0.06  # relative: what tables scatter
 MOST = 1.65  # times or a 1.65th of what tables say; nobody is built otherwise
 WHOLE_LIMBS = 4  # segments: upper and lower, left and right
+WHOLE_LIMBS_ODDS = -9.0  # [nats] both legs or both arms rather than one segment
+ONE_SIDED_ODDS = 2.0  # [nats] against one of a pair
+
+
+ABOUT = About(
+    id="segment_mass",
+    title="wrong segment mass: {target}",
+    sentence="{target}: these segments weigh otherwise than the model has them.",
+    remedy=("Scale the segments' masses to the person: a scan, or tables for the person's build."),
+    told_apart_by="a trial in which the segments swing fast, and the person on a scale",
+    branch="body/one segment",
+    names=Named.BODIES,
+    at_fault=AtFault.MODEL,
+    weight=Weight.MASS,
+    odds_against=10.0,
+    sizes=(Size("mass_factor", 0.06, 0.20, 0.40, "what tables of segments scatter"),),
+    readings=(
+        Reading(
+            "mass_factor",
+            "{amount} {which} than in the model",
+            "%",
+            1e2,
+            zero=1.0,
+            which=("heavier", "lighter"),
+        ),
+    ),
+    picture=Segments(),
+)
 
 
 @dataclass(frozen=True)
@@ -31,23 +62,15 @@ class SegmentMass(Candidate):
     x = the segments' relative growth and s = their mass over that of the others, the others grow by −η s x.
     """
 
-    id = "segment_mass"
-    is_a_mass = True
-    sentence = "{target}: these segments weigh otherwise than the model has them."
-    remedy = "Scale the segments' masses to the person: a scan, or tables for the person's build."
-    rivals_told_apart_by = "a trial in which the segments swing fast, and the person on a scale"
+    about = ABOUT
 
     one_sided: bool = False  # one of a left and right pair
 
     @property
-    def at_a_rare_place(self) -> bool:
-        """People are built alike on both sides; what one of them weighs more is carried."""
-        return self.one_sided
-
-    @property
-    def of_whole_limbs(self) -> bool:
-        """A pair and the one it hangs on."""
-        return len(self.target.split("+")) == WHOLE_LIMBS
+    def place_odds(self) -> float:
+        """Builds differ by whole limbs; and alike on both sides: what one of them weighs more is carried."""
+        whole = len(self.target.split("+")) == WHOLE_LIMBS  # a pair and the one it hangs on
+        return WHOLE_LIMBS_ODDS * whole + ONE_SIDED_ODDS * self.one_sided
 
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
         """Person's mass right, and person's mass wrong likewise."""

@@ -5,8 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
+from solver.effects.about import About, AtFault, Mend, Named
 from solver.effects.effect import Estimate, Range
 from solver.effects.marker_effect import MarkerFinding
+from solver.effects.pictures import Segments
+from solver.effects.readings import Reading
 from solver.effects.scene import Scene
 from solver.effects.segment_displacement import SegmentDisplacement, segment_displacements
 from solver.kinematics.scale_prior import without_side
@@ -19,6 +22,28 @@ WITHOUT_TWIN_M = 0.025
 ROOT_M = 0.0135
 LEAST_GAIN = 10.0
 MOST_SEGMENTS = 2
+
+
+ABOUT = About(
+    id="soft_tissue",
+    title="markers that slide over the bone: {target}",
+    sentence=(
+        "The markers of {target} ride on flesh and move together over the bone as the near joints turn."
+    ),
+    remedy=(
+        "Next time put the markers on bony places or on a rigid plate strapped to the segment, not on muscle."
+    ),
+    told_apart_by=(
+        "a joint centre that is off looks alike: a functional calibration of the near joints tells them apart"
+    ),
+    branch="markers/several at once",
+    names=Named.BODIES,
+    at_fault=AtFault.MODEL,
+    mend=Mend.NOTHING,
+    in_markers=True,
+    readings=(Reading("rms_m", "by {amount} (root mean square)", "mm", 1e3),),
+    picture=Segments(),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,17 +59,8 @@ class SoftTissue(MarkerFinding):
     markers: tuple[int, ...]
     displacement_ground: Float[np.ndarray, "frames 3"]  # [m]
 
-    id = "soft_tissue"
+    about = ABOUT
     of_the_body = True
-    sentence = (
-        "The markers of {target} ride on flesh and move together over the bone as the near joints turn."
-    )
-    remedy = (
-        "Next time put the markers on bony places or on a rigid plate strapped to the segment, not on muscle."
-    )
-    rivals_told_apart_by = (
-        "a joint centre that is off looks alike: a functional calibration of the near joints tells them apart"
-    )
 
     def repaired(
         self, observed_ground: Float[np.ndarray, "frames markers 3"]

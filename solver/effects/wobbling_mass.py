@@ -8,7 +8,10 @@ from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
+from solver.effects.about import About, AtFault, Named
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.pictures import Ball
+from solver.effects.readings import Reading
 from solver.effects.scene import Scene
 from solver.filters import low_pass
 from solver.skeleton.forward import cross
@@ -24,6 +27,25 @@ CRITICAL = 1e-6  # both roots are one at critical damping; kept apart by so much
 TRANSIENT_M_PER_S2 = 1.5  # a push that could have set it swinging before the recording begins
 
 
+ABOUT = About(
+    id="wobbling_mass",
+    title="flesh that swings: {target}",
+    sentence="Soft tissue of {target} swings on its own, and the markers do not show it.",
+    remedy="Strap it, or say how much of the segment swings, and how fast.",
+    told_apart_by="a hop or a heel drop, after which it swings out",
+    branch="body/flesh",
+    names=Named.BODIES,
+    at_fault=AtFault.MODEL,
+    odds_against=13.0,
+    readings=(
+        Reading("mass_kg", "{amount} swing", "kg"),
+        Reading("frequency_Hz", "at {amount}", "Hz"),
+        Reading("damping_ratio", "with a damping ratio of {amount}", ""),
+    ),
+    picture=Ball("mass_kg"),
+)
+
+
 @dataclass(frozen=True)
 class WobblingMass(Candidate):
     """A mass m at the segment's centre of mass hangs on a spring and a damper, alike in all directions.
@@ -33,10 +55,7 @@ class WobblingMass(Candidate):
     and damping ratio; m acts linearly. Six more columns let it swing already when the recording begins.
     """
 
-    id = "wobbling_mass"
-    sentence = "Soft tissue of {target} swings on its own, and the markers do not show it."
-    remedy = "Strap it, or say how much of the segment swings, and how fast."
-    rivals_told_apart_by = "a hop or a heel drop, after which it swings out"
+    about = ABOUT
 
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
         """What abdomen, thigh and calf do."""

@@ -4,9 +4,7 @@ import re
 
 import pytest
 
-from addb_viewer.diagnosis_readings import READINGS
 from addb_viewer.diagnosis_vocabulary import (
-    TITLES,
     amount,
     amounts,
     certainty,
@@ -18,9 +16,9 @@ from addb_viewer.diagnosis_vocabulary import (
 from addb_viewer.diagnosis_words import notes, page
 from addb_viewer.sections import as_text
 from solver.dynamics.com_mass import WEIGHED_BY_FORCES
-from solver.effects.carried_mass import CarriedMass
-from solver.effects.catalogue import IDS, MARKER_IDS
-from solver.effects.plate_bias import PlateBiasTakenOff
+from solver.effects.carried_mass import ABOUT as CARRIED
+from solver.effects.catalogue import ABOUT, IDS, MARKER_IDS
+from solver.effects.plate_bias import TAKEN_OFF
 from tests.addb_viewer.made_up_residual import residual
 
 FORCE = {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]}
@@ -75,8 +73,8 @@ STEP = effect(
 
 @pytest.mark.parametrize("id", [*IDS, *MARKER_IDS])
 def test_every_cause_of_the_catalogue_has_words(id):
-    assert id in TITLES
-    assert id in READINGS or id in ("plate_swap", "axis_convention", "marker_swap")  # nothing to measure
+    assert ABOUT[id].title
+    assert ABOUT[id].readings or id in ("plate_swap", "axis_convention", "marker_swap")  # nothing to measure
     assert "_" not in title({"id": id, "target": "all"})
 
 
@@ -347,7 +345,7 @@ def test_what_to_do_next_with_this_recording():
     assert "Check first what each cause says to do" in text
     assert "Do not use" not in text
     taken_off = effect("plate_bias", "plate_1", bias_y_N=(8.0, 0.1)) | {
-        "sentence": PlateBiasTakenOff.sentence.format(target="plate_1")
+        "sentence": TAKEN_OFF.sentence.format(target="plate_1")
     }
     text = said(figures(effects=[taken_off], residual=residual()))
     assert "put right in every fit already" in text
@@ -366,9 +364,9 @@ def test_without_causes_what_remains_is_all_with_its_moment():
 
 
 def test_segments_have_an_article_in_a_sentence():
-    load = effect("carried_mass", "tibia_l") | {"sentence": CarriedMass.sentence.format(target="tibia_l")}
+    load = effect("carried_mass", "tibia_l") | {"sentence": CARRIED.sentence.format(target="tibia_l")}
     assert "carried on the left shank (tibia_l) that" in sentence(load)
-    trunk = load | {"target": "pelvis", "sentence": CarriedMass.sentence.format(target="pelvis")}
+    trunk = load | {"target": "pelvis", "sentence": CARRIED.sentence.format(target="pelvis")}
     assert "carried on the pelvis that" in sentence(trunk)
 
 
@@ -464,7 +462,7 @@ def test_the_verdict_says_what_the_recording_is_good_for():
     elsewhere = rival("clock_offset", "clock_offset all", "a stamp")
     assert "with the cause put right" in use(effects=[guessed], alternatives=[elsewhere])
     taken_off = effect("plate_bias", "plate_1", bias_y_N=(8.0, 0.1)) | {
-        "sentence": PlateBiasTakenOff.sentence.format(target="plate_1")
+        "sentence": TAKEN_OFF.sentence.format(target="plate_1")
     }
     assert "puts right on reading" in use(effects=[taken_off])
     assert "outside the frames named" in use(effects=[STEP, taken_off])

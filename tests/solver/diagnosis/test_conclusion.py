@@ -19,6 +19,7 @@ from solver.effects.plate_position import candidates as positions
 from solver.effects.scene import force_at
 
 SETTINGS = DiagnosisSettings()
+EQUAL_ODDS = (("plate_gain", 0.0), ("twin_gain", 0.0), *((f"gain_{k}", 0.0) for k in range(5)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,10 +131,10 @@ def test_a_rival_that_does_as_well_is_an_alternative_with_what_tells_them_apart(
     @dataclass(frozen=True)
     class Twin(PlateGain):
         id = "twin_gain"
-        rivals_told_apart_by = "nothing at all"
+        told_apart_by = "nothing at all"
 
     rows = rows_of(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.5))
-    balance = Balance([rows], replace(SETTINGS, handicaps=(), least_confidence=0.0))
+    balance = Balance([rows], replace(SETTINGS, handicaps=EQUAL_ODDS, least_confidence=0.0))
     diagnosis = conclude(balance, select(balance, [PlateGain("plate_2"), Twin("plate_2")]))
     (effect,) = diagnosis.effects
     (other,) = diagnosis.alternatives
@@ -194,7 +195,7 @@ def test_what_only_its_odds_keep_back_is_told_all_the_same(short_scene, drawn, r
     rows = rows_of(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.3))
 
     def told(handicap):
-        odds = (("rare_gain", handicap),)
+        odds = (*EQUAL_ODDS, ("rare_gain", handicap))
         balance = Balance([rows], replace(SETTINGS, handicaps=odds, least_confidence=0.0))
         selection = select(balance, [Rare("plate_2"), Common("plate_2")])
         (found,) = selection.found
@@ -214,7 +215,7 @@ def test_no_more_rivals_are_told_than_anybody_can_look_into(short_scene, drawn, 
         id: str = "twin_gain"
 
     rows = rows_of(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.5))
-    balance = Balance([rows], replace(SETTINGS, handicaps=(), least_confidence=0.0))
+    balance = Balance([rows], replace(SETTINGS, handicaps=EQUAL_ODDS, least_confidence=0.0))
     twins = [Twin("plate_2", f"gain_{k}") for k in range(5)]
     diagnosis = conclude(balance, select(balance, twins))
     told = {diagnosis.effects[0].id, *(a.id for a in diagnosis.alternatives)}

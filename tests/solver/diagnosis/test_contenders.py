@@ -13,10 +13,11 @@ from solver.diagnosis.selection import select
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.external_contact import ExternalContact
 from solver.effects.gross_cause import Beyond
+from solver.effects.limbs import BETWEEN_OTHERS_ODDS
 from solver.effects.plate_gain import PlateGain
 from solver.effects.plate_position import candidates as positions
 from solver.effects.plate_swap import PlateSwap
-from solver.effects.segment_mass import SegmentMass
+from solver.effects.segment_mass import WHOLE_LIMBS_ODDS, SegmentMass
 from solver.effects.segment_mass import candidates as segments
 
 SETTINGS = DiagnosisSettings()
@@ -51,7 +52,7 @@ def test_whole_limbs_are_likelier_than_single_segments():
     pair = SegmentMass("femur_r+femur_l")
     legs = SegmentMass("femur_r+tibia_r+femur_l+tibia_l")
     nearer = handicap(pair, SETTINGS) - handicap(legs, SETTINGS)
-    assert nearer == SETTINGS.whole_limbs_odds > 0
+    assert nearer == -WHOLE_LIMBS_ODDS > 0
     beyond = Beyond(legs.target, legs, PlateSwap("plate_1+plate_2"))
     assert handicap(beyond, SETTINGS) == handicap(legs, SETTINGS)
 
@@ -59,6 +60,6 @@ def test_whole_limbs_are_likelier_than_single_segments():
 def test_a_forearm_is_touched_more_rarely_than_a_hand():
     hand, forearm = ExternalContact("hand_r"), ExternalContact("ulna_r", between_others=True)
     farther = handicap(forearm, SETTINGS) - handicap(hand, SETTINGS)
-    assert farther == SETTINGS.rare_place_odds > 0
+    assert farther == BETWEEN_OTHERS_ODDS > 0
     beyond = Beyond(forearm.target, forearm, PlateSwap("plate_1+plate_2"))
     assert handicap(beyond, SETTINGS) == handicap(forearm, SETTINGS)

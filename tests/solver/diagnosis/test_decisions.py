@@ -75,7 +75,7 @@ def test_a_mass_that_no_models_error_imitates_needs_less_to_be_named_first(
     gain = balance.solve([balance.term(mass, ())]).log_evidence - balance.solve([]).log_evidence
     assert least_first_gain(mass, 1.0, SETTINGS) < gain < SETTINGS.least_gain
     assert named(select(balance, [mass])) == [mass.key]
-    as_any = Balance(balance.trials, replace(SETTINGS, never_imitated=()))
+    as_any = Balance(balance.trials, replace(SETTINGS, never_imitated=(("subject_mass", 0.0),)))
     assert named(select(as_any, [mass])) == []
 
 
@@ -111,7 +111,9 @@ def test_what_withheld_blocks_tell_may_lack_a_small_share_of_the_gain(short_scen
 def test_a_handicap_asks_for_more(short_scene, drawn, rows_of):
     """The same gain is named without and refused with odds that exceed what it brings."""
     rows = rows_of(drawn(4, 0.15 * short_scene.plates[0].wrench_ground))
-    plain = select(Balance([rows], replace(SETTINGS, handicaps=())), [PlateGain("plate_1")])
+    plain = select(
+        Balance([rows], replace(SETTINGS, handicaps=(("plate_gain", 0.0),))), [PlateGain("plate_1")]
+    )
     (found,) = plain.found
     dear = replace(SETTINGS, handicaps=(("plate_gain", found.contender.gain),))
     assert select(Balance([rows], dear), [PlateGain("plate_1")]).found == ()

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from solver.diagnosis.balance import with_the_usual
-from solver.diagnosis.laboratory import MODULES, laboratory_errors, usual_std
+from solver.diagnosis.laboratory import laboratory_errors, usual_std
 from solver.diagnosis.selection import select
 from solver.diagnosis_settings import DiagnosisSettings
+from solver.effects import plate_bias
 from solver.effects.carried_mass import CarriedMass
-from solver.effects.catalogue import catalogue
+from solver.effects.catalogue import MODULES, catalogue
 from solver.effects.plate_bias import PlateBias
 from solver.effects.plate_gain import PlateGain
 from tests.solver.diagnosis.conftest import trial_rows_of, with_demand
@@ -21,7 +22,7 @@ def test_columns_are_what_plates_off_by_a_standard_deviation_change(short_scene)
     rows = trial_rows_of(short_scene)
     H = laboratory_errors([rows], SETTINGS)
     plate = short_scene.plates[0]
-    newtons = dict(SETTINGS.laboratory)["plate_bias"]
+    newtons = plate_bias.ABOUT.usual_std
     wrench = np.zeros((short_scene.frames, 6))
     wrench[plate.loaded, 0] = newtons
     wrench[plate.loaded, 3:] = np.cross(plate.centre_ground, [newtons, 0.0, 0.0])
@@ -42,8 +43,11 @@ def test_plates_are_shared_by_trials(short_scene, drawn):
 def test_they_stay_below_what_anybody_acts_on(short_scene, balance_of_scenes):
     """A standard deviation of each, told as a cause, would not be named."""
     scenes = [short_scene]
-    for name, std in SETTINGS.laboratory:
-        for candidate in MODULES[name].candidates(scenes):
+    usual = [module for module in MODULES if module.ABOUT.usual_std]
+    assert usual
+    for module in usual:
+        std = module.ABOUT.usual_std
+        for candidate in module.candidates(scenes):
             width = balance_of_scenes(short_scene).rows_of(candidate, ()).columns.shape[1]
             x = np.full(width, std / np.sqrt(width))
             assert not candidate.is_notable(candidate.estimates(scenes, (), (), x, np.zeros((width, width))))

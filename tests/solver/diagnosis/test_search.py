@@ -11,6 +11,7 @@ from solver.diagnosis.contenders import (
 )
 from solver.diagnosis.selection import select
 from solver.diagnosis_settings import DiagnosisSettings
+from solver.effects.about import About
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.plate_bias import candidates as biases
 from solver.effects.plate_gain import PlateGain
@@ -157,7 +158,7 @@ def test_what_is_seen_without_forces_is_tried_before_its_equals(short_scene, dra
     @dataclass(frozen=True)
     class SeenGain(PlateGain):
         id = "seen_gain"
-        has_a_witness = True
+        about = About("seen_gain", seen_standing=True)
 
     rows = rows_of(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.5))
     settings = replace(SETTINGS, handicaps=(("seen_gain", 5.0),), witness_lead=lead, least_confidence=0.0)

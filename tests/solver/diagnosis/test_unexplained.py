@@ -11,6 +11,7 @@ from solver.diagnosis.remainder import UnknownForce
 from solver.diagnosis.selection import Selection, select
 from solver.diagnosis.unexplained import kept_beside_the_unknown
 from solver.diagnosis_settings import DiagnosisSettings
+from solver.effects.about import About
 from solver.effects.effect import Candidate, Estimate, Signature
 from solver.effects.plate_gain import PlateGain
 from solver.effects.scene import force_at
@@ -210,7 +211,7 @@ def test_the_force_left_is_worth_its_evidence_and_of_a_size(swinging, drawn, bal
 class Witnessed(Steady):
     """The same, but somebody saw it."""
 
-    has_a_witness = True
+    about = About("steady", seen_standing=True)
 
 
 def test_what_was_seen_otherwise_stays(swinging, drawn, balance_of_scenes):

@@ -145,7 +145,7 @@ def test_what_lies_between_trunk_and_hand_or_foot_is_touched_rarely(scene, recor
         place = scene.point_ground(body, segment.com_body)
         missing[60:160] = force_at(np.array([0.0, 90.0, 30.0]), place)[60:160]
         for candidate in candidates([recorded(scene.demanded_ground - missing)]):
-            (rare if candidate.at_a_rare_place else usual).add(candidate.target)
+            (rare if candidate.place_odds else usual).add(candidate.target)
     assert {"pelvis", "torso", "femur_r", "femur_l"} <= usual
     assert {"tibia_r", "tibia_l"} <= rare
     assert rare <= {f"{bone}_{side}" for bone in ("humerus", "ulna", "radius", "tibia") for side in "rl"}

@@ -17,8 +17,8 @@ def test_arms_and_shanks_lie_between_others(scene):
 
 
 def test_loads_are_rarely_carried_on_the_arm_itself(scene):
-    rare = {c.target for c in candidates([scene]) if c.at_a_rare_place}
-    usual = {c.target for c in candidates([scene]) if not c.at_a_rare_place}
+    rare = {c.target for c in candidates([scene]) if c.place_odds}
+    usual = {c.target for c in candidates([scene]) if not c.place_odds}
     assert {"humerus_r", "ulna_l", "radius_r"} <= rare
     assert {"pelvis", "torso", "hand_l", "femur_r", "tibia_r", "calcn_l"} <= usual
     assert not rare & usual
