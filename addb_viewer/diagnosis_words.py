@@ -179,7 +179,7 @@ def how_to_read(figures: Figures) -> Section:
         lines.append(
             "Whether something is certainly, very likely or probably wrong is judged by all that was found "
             "together, against nothing being wrong; how sure a name is, against all other causes that were "
-            "tried in its place, and none. A fault that was not tried may still be the true one."
+            "tried in its place, none, and anything of any course that is on no list."
         )
     if any(about(effect).at_certain_frames for effect in effects):
         lines.append("Frames are counted from 0; `flag` takes the first one and the one after the last.")

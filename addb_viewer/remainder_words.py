@@ -21,6 +21,7 @@ from addb_viewer.residual_words import (
 from addb_viewer.sections import Section
 from solver.effects.about import Mend
 
+OF_A_CLASS = ("plate", "time")  # what is off the list and can be told as such
 SWINGS = "swings"  # says a course that swings evenly
 MOST = 0.5  # of an error that is left where most of it is explained
 CHECKED = "Check first what each cause says to do; if that agrees, "
@@ -37,7 +38,10 @@ def what_remains(figures: Figures) -> Section:
         return Section("What remains", (_left(figures), _nothing_else(figures)))
     location = figures["remaining"]["location"]
     lines = [_left(figures)]
-    if location is None:
+    known = figures["remaining"].get("off_the_list")
+    if known is not None and known["touches"] in OF_A_CLASS:
+        lines.append(_of_a_class(figures, known))
+    elif location is None:
         lines.append(
             "It cannot be tied to one part of the body. It may be a cause that this program does not know, "
             "or several at once."
@@ -67,6 +71,23 @@ def what_remains(figures: Figures) -> Section:
         "the two is at fault, motion or forces, is not known."
     )
     return Section("What remains", tuple(lines))
+
+
+def _of_a_class(figures: Figures, known: Figures) -> str:
+    """What is at fault where no name holds."""
+    where = f" in {known['trial']}" if known["trial"] and len(figures.get("trials", ())) > 1 else ""
+    size = f"{newtons(known['rms_force_N'])} (root mean square)"
+    if known["touches"] == "plate":
+        plate = target_in_words(known["target"])
+        return (
+            f"Something is wrong with {plate}{where}, {size} while it is loaded: any fault of this plate "
+            "describes it better than every cause that has a name here. Look at its sign, its zero, its "
+            "units, its place and axes, and at what stood on it."
+        )
+    return (
+        f"The time of the forces is off{where}, {size}, in a way that no clock, rate or filter with a name "
+        "here describes. Look at triggers, lost frames, and plates that run on clocks of their own."
+    )
 
 
 def _dependence(depends_on: str) -> str:

@@ -202,6 +202,18 @@ class DiagnosisSettings:
     confidence_temper: float = setting(
         3.0, unit="nats", why="evidence is overconfident where the model is wrong"
     )
+    temper_share: float = setting(
+        0.03,
+        unit="",
+        least=0.0,
+        why="of what a name explains, likewise: what evidence gets wrong grows with it",
+    )
+    outside_odds: float = setting(
+        0.2,
+        unit="",
+        why="how likely a fault is on no list, before the balance: of real recordings whose fault was found "
+        "by other means, too few are counted yet to say more",
+    )
     std_inflation: float = setting(1.3, unit="", why="by calibration on hidden effects")
     certain_gain: float = setting(
         40.0,

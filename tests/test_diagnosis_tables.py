@@ -17,6 +17,7 @@ ASKED_OF = {
     "OnReading": "a cause that reading undid",
     "BesideUnknown": "a named cause beside an unknown force",
     "AllInPlace": "all named causes together",
+    "AgainstAnything": "a named cause at the end",
     "Remainder": "an unknown force",
 }
 

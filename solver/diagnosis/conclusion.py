@@ -17,11 +17,14 @@ from solver.diagnosis.diagnosis import (
     Gain,
     Location,
     NamedEffect,
+    OffTheList,
     Remaining,
 )
 from solver.diagnosis.force_courses import force_courses
 from solver.diagnosis.heldout import BlockScores, block_scores, blocks, short_blocks
 from solver.diagnosis.marker_causes import NOTHING_SEEN, SeenInMarkers
+from solver.diagnosis.open_world import Held, Standing, Unknown, held
+from solver.diagnosis.outside_list import PLATE, TIME
 from solver.diagnosis.proposals import Remainder
 from solver.diagnosis.put_right import PutRight
 from solver.diagnosis.remainder import UnknownForce
@@ -31,6 +34,7 @@ from solver.diagnosis.trail import Trail
 from solver.diagnosis.unexplained import Kept, kept_beside_the_unknown, position, size_N
 from solver.diagnosis.unknown_course import dependence
 from solver.diagnosis_settings import DiagnosisSettings
+from solver.effects.catalogue import catalogue
 from solver.effects.effect import Estimate
 from solver.effects.marker_effect import MarkerFinding
 
@@ -49,17 +53,21 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
     """
     settings = balance.settings
     kept = kept_beside_the_unknown(balance, selection)
-    solved, found = kept.solved, kept.found
+    world = held(balance, kept, len(catalogue(balance.scenes)), selection.trail)
+    solved, found = world.solved, world.found
     some, guards = blocks(balance), 0
     if any(_happens_once(balance, solved, k) for k in range(len(solved.terms))):
         short = short_blocks(balance)
         some, guards = (short, 1) if short else (some, 0)
     before = block_scores(balance, selection.uncorrected, solved.rung, some, guards)
     after = block_scores(balance, solved.terms, solved.rung, some, guards)
-    left = _left_to_tell(balance, kept, selection.trail)
-    named = [_named(balance, solved, f) for f in found] + [_of_markers(f) for f in _together(seen.findings)]
+    left = None
+    if len(found) == len(kept.found) and not _has_a_class(world.told):
+        left = _left_to_tell(balance, kept, selection.trail)
+    named = [_named(balance, solved, f, s) for f, s in zip(found, world.standings, strict=True)]
+    named += [_of_markers(f) for f in _together(seen.findings)]
     named += [_of_reading(balance, c) for c in selection.corrected]
-    unexplained = is_unexplained(left, solved, settings)
+    unexplained = is_unexplained(left, world.told, solved, settings)
     verdict = UNEXPLAINED if unexplained else EXPLAINED if named else CLEAN
     gains = _gains(before, after) if named else {}
     if named and np.isfinite(seen.marker_rms_before_m):
@@ -73,6 +81,7 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
             linear_residual_N=after.rms()[0],
             noise_floor_N=_noise_floor(balance, solved),
             location=_location(balance, left),
+            off_the_list=_off_the_list(balance, world),
         ),
         trials=tuple(s.name for s in balance.scenes),
         residual=described(balance, solved, selection.uncorrected),
@@ -129,7 +138,29 @@ def _tolerated_N(balance: Balance, solved: Solved) -> float:
     return settings.least_unknown_share * balance.scenes[0].weight_N + settings.tolerated_share * size_N
 
 
-def _named(balance: Balance, solved: Solved, found: Found) -> NamedEffect:
+def _has_a_class(told: Unknown | None) -> bool:
+    """Whether it is known what the unknown touches; a force on the body is told by where it acts."""
+    return told is not None and told.cause.kind in (PLATE, TIME)
+
+
+def _off_the_list(balance: Balance, world: Held) -> OffTheList | None:
+    if world.told is None:
+        return None
+    cause, likeliest = world.told.cause, world.told.likeliest
+    k = len(likeliest.terms) - 1
+    x, _ = likeliest.of(k)
+    return OffTheList(
+        cause.kind,
+        cause.target,
+        cause.trial,
+        cause.sentence.format(target=cause.target),
+        cause.frames(balance.scenes, (), x),
+        likeliest.estimates(k, balance.scenes)["rms_force_N"].value,
+        world.told_gain,
+    )
+
+
+def _named(balance: Balance, solved: Solved, found: Found, standing: Standing) -> NamedEffect:
     term, k = found.contender.term, position(solved, found.contender.term)
     candidate = term.candidate
     x, _ = solved.of(k)
@@ -140,7 +171,8 @@ def _named(balance: Balance, solved: Solved, found: Found) -> NamedEffect:
         id=candidate.id,
         target=candidate.target,
         parameters=estimates,
-        confidence=confidence(found.contender, found.rivals, balance.settings),
+        confidence=standing.confidence,
+        outside_the_list=standing.outside,
         frames=candidate.frames(balance.scenes, eta, x[: len(x) - len(term.tangent_mean)]),
         sentence=candidate.sentence.format(target=candidate.target),
         remedy=candidate.remedy.format(target=candidate.target),

@@ -14,6 +14,7 @@ from solver.diagnosis.balance import Balance, Solved
 from solver.diagnosis.contenders import Contender, Found, confidence, cosine, overlap
 from solver.diagnosis.proposals import (
     Added,
+    AgainstAnything,
     AllInPlace,
     BesideUnknown,
     Exchanged,
@@ -28,6 +29,7 @@ from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.about import Weight
 from solver.effects.effect import Candidate
 
+MOST_BEHIND = 1.0  # T, by which what is on no list has to be ahead for a name to be given up
 MORE_STRAIN = 1.0  # [prior deviations of the mass] a cause may ask for beyond what is wrong with it already
 
 
@@ -121,9 +123,18 @@ def loose_ends(found: Sequence[Found], settings: DiagnosisSettings) -> float:
     )
 
 
-def is_unexplained(left: Contender | None, solved: Solved, settings: DiagnosisSettings) -> bool:
-    """Whether something is left: an unknown force, or a balance worse than any sound recording's."""
-    return left is not None or solved.rung.scale > settings.unexplained_scale
+def is_unexplained(
+    left: Contender | None, told: object | None, solved: Solved, settings: DiagnosisSettings
+) -> bool:
+    """Whether something is left: an unknown force, or a balance worse than any sound recording's.
+
+    Args:
+        left: a force of unknown course beside the names.
+        told: what is on no list, beside them or instead.
+        solved: all names together.
+        settings: of the diagnosis.
+    """
+    return left is not None or told is not None or solved.rung.scale > settings.unexplained_scale
 
 
 def _possible(p: Proposal) -> Decision:
@@ -244,6 +255,15 @@ def _all_beat_the_unknown(p: AllInPlace) -> Decision:
     return Decision(BEATS_THE_UNKNOWN, lead >= -p.margin, lead, -p.margin, reason)
 
 
+def _is_on_the_list(p: Proposal) -> Decision:
+    assert isinstance(p, AgainstAnything)
+    lead = -p.behind * p.temper
+    reason = (
+        f"it is {lead:+.1f} nats ahead of whatever else may be wrong ({p.instead}); {-p.temper:.1f} is asked"
+    )
+    return Decision(ON_THE_LIST, p.behind < MOST_BEHIND, lead, -p.temper, reason)
+
+
 def _notable(p: Proposal) -> Decision:
     small = [
         solved.terms[k].candidate
@@ -293,7 +313,7 @@ def _left_over(p: Proposal) -> Decision:
 
 
 POSSIBLE, PAYS, HOLDS_UP, STANDS_ALONE = "possible", "pays", "holds up", "stands alone"
-BEATS_THE_UNKNOWN, NOTABLE, NEEDED = "beats the unknown", "notable", "needed"
+BEATS_THE_UNKNOWN, ON_THE_LIST, NOTABLE, NEEDED = "beats the unknown", "on the list", "notable", "needed"
 DECIDED, LEFT_OVER = "decided", "left over"
 
 CHECKS: tuple[Check, ...] = (
@@ -308,6 +328,12 @@ CHECKS: tuple[Check, ...] = (
         "does a force of unknown course do better in its place?",
         (BesideUnknown, AllInPlace),
         _beats_the_unknown,
+    ),
+    Check(
+        ON_THE_LIST,
+        "does something that is on no list do better in its place?",
+        (AgainstAnything,),
+        _is_on_the_list,
     ),
     Check(
         NOTABLE,

@@ -27,6 +27,7 @@ class NamedEffect:
     gain_nats: float  # of log evidence
     heldout_gain_nats: float
     courses: tuple[ForceCourse, ...] = ()  # of a force that acts for a while
+    outside_the_list: float = float("nan")  # how likely it is something that is on no list; nan: not asked
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,19 @@ class Location:
 
 
 @dataclass(frozen=True)
+class OffTheList:
+    """What is likelier than every name of the catalogue, told as what it touches."""
+
+    kind: str  # body, event, plate or time
+    target: str  # the plate or the trial; empty for the body
+    trial: str | None  # None: in all
+    sentence: str
+    frames: tuple[Range, ...]
+    rms_force_N: float
+    gain_nats: float  # of log evidence with prior odds, beyond what is named
+
+
+@dataclass(frozen=True)
 class Detectable:
     """A parameter of a cause, and how far from nothing it would have been found nine times in ten."""
 
@@ -77,6 +91,7 @@ class Remaining:
     linear_residual_N: float
     noise_floor_N: float
     location: Location | None = None
+    off_the_list: OffTheList | None = None
 
 
 @dataclass(frozen=True)

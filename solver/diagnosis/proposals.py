@@ -174,6 +174,15 @@ class AllInPlace(Proposal):
 
 
 @dataclass(frozen=True, eq=False)
+class AgainstAnything(Proposal):
+    """A named cause, and what is likeliest in its place of all that is on no list."""
+
+    behind: float  # by how many T that is ahead of the name
+    temper: float  # T [nats]
+    instead: str  # in words
+
+
+@dataclass(frozen=True, eq=False)
 class Remainder(Proposal):
     """What no named cause explains: a force or a moment of unknown course beside them."""
 

@@ -3,7 +3,7 @@
 import math
 from dataclasses import asdict
 
-from solver.diagnosis.diagnosis import Diagnosis, Gain, NamedEffect
+from solver.diagnosis.diagnosis import Diagnosis, Gain, NamedEffect, OffTheList
 from solver.diagnosis.extended_fit import ExtendedGain
 from solver.diagnosis.force_courses import ForceCourse
 from solver.diagnosis.residual_description import InTrial, ResidualDescription, ResidualSize
@@ -53,6 +53,7 @@ def as_json(diagnosis: Diagnosis, why: str | None = None) -> dict[str, object]:
                 "mean_force_N": list(location.mean_force_N),
                 "depends_on": location.depends_on,
             },
+            "off_the_list": _off_the_list(remaining.off_the_list, several),
         },
         "trials": list(diagnosis.trials),
         "rates_Hz": dict(diagnosis.rates_Hz),
@@ -102,6 +103,7 @@ def _effect(effect: NamedEffect, several: bool) -> dict[str, object]:
             n: {"value": _finite(e.value), "std": _finite(e.std)} for n, e in effect.parameters.items()
         },
         "confidence": effect.confidence,
+        "outside_the_list": _finite(effect.outside_the_list),
         "trial": trials[0] if len(trials) == 1 else None,
         "frames": [_range(r, several) for r in effect.frames],
         "sentence": effect.sentence,
@@ -133,6 +135,20 @@ def _decisions(diagnosis: Diagnosis, why: str | None) -> list[dict[str, object]]
         }
         for c in told
     ]
+
+
+def _off_the_list(one: OffTheList | None, several: bool) -> dict[str, object] | None:
+    if one is None:
+        return None
+    return {
+        "touches": one.kind,
+        "target": one.target,
+        "trial": one.trial,
+        "sentence": one.sentence,
+        "frames": [_range(r, several) for r in one.frames],
+        "rms_force_N": one.rms_force_N,
+        "gain_nats": one.gain_nats,
+    }
 
 
 def _course(course: ForceCourse) -> dict[str, object]:

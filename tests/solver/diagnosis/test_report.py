@@ -74,7 +74,12 @@ def test_every_part_of_the_contract_is_there_as_it_is_written_there(diagnosis):
         "heldout_angular_residual_Nm": {"before": 19.5, "after": 8.1, "interval": [7.2, 9.0]},
         "marker_rms_m": {"before": 0.0121, "after": 0.0120},
     }
-    assert told["remaining"] == {"linear_residual_N": 12.2, "noise_floor_N": 9.8, "location": None}
+    assert told["remaining"] == {
+        "linear_residual_N": 12.2,
+        "noise_floor_N": 9.8,
+        "location": None,
+        "off_the_list": None,
+    }
 
 
 def test_with_several_trials_frames_name_theirs(diagnosis):

@@ -1,0 +1,201 @@
+"""How sure a name is when the truth may be on no list: names against whatever else may be in their place."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import logsumexp
+
+from solver.diagnosis.balance import Balance, Solved, Term
+from solver.diagnosis.contenders import Contender, Found, handicap
+from solver.diagnosis.outside_list import SIZE_SHARES, SIZES, Outside, outside_the_list
+from solver.diagnosis.proposals import AgainstAnything
+from solver.diagnosis.trail import Trail
+from solver.diagnosis.unexplained import Kept
+from solver.diagnosis_settings import DiagnosisSettings
+
+CLIMBED = 3  # of the unknown causes in a name's place, to the scales that suit them
+
+
+@dataclass(frozen=True, eq=False)
+class Unknown:
+    """One unknown cause beside some names, its size integrated out."""
+
+    cause: Outside
+    log_evidence: float
+    likeliest: Solved  # at the size of most evidence; the unknown is the last of its terms
+
+
+class OpenWorld:
+    """The unknown causes of a balance; their rows are made once."""
+
+    def __init__(self, balance: Balance) -> None:
+        self.balance = balance
+        self._terms = [
+            (cause, terms)
+            for cause in outside_the_list(balance.scenes)
+            if (terms := _of_each_size(balance, cause))
+        ]
+
+    def beside(self, rest: Sequence[Term], near: Solved) -> list[Unknown]:
+        """Each unknown cause beside these names; the likeliest few at their own scales, best first.
+
+        Args:
+            rest: names that stay.
+            near: whose scales the others are judged at.
+        """
+        there = [self._at(cause, terms, rest, near) for cause, terms in self._terms]
+        there.sort(key=lambda u: -u.log_evidence)
+        climbed = [self._climbed(u) for u in there[:CLIMBED]]
+        return sorted([*climbed, *there[CLIMBED:]], key=lambda u: -u.log_evidence)
+
+    def _at(self, cause: Outside, terms: Sequence[Term], rest: Sequence[Term], near: Solved) -> Unknown:
+        each = [self.balance.solve_at([*rest, term], near.rung) for term in terms]
+        return Unknown(cause, _integrated(each), max(each, key=lambda s: s.log_evidence))
+
+    def _climbed(self, unknown: Unknown) -> Unknown:
+        best = unknown.likeliest
+        there = self.balance.solve(best.terms, near=best.rung)
+        return Unknown(unknown.cause, unknown.log_evidence + there.log_evidence - best.log_evidence, there)
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """A name among everything that may be in its place."""
+
+    confidence: float
+    outside: float  # share of all that is on no list
+    behind: float  # by how many T it is ahead of the name
+    temper: float  # T [nats]
+    strongest: Unknown | None  # of these
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """The names that hold against whatever is on no list, and what of that is told beside them or instead."""
+
+    solved: Solved
+    found: tuple[Found, ...]
+    standings: tuple[Standing, ...]  # of each name that was found
+    told: Unknown | None
+    told_gain: float = 0.0  # beyond the names [nats]
+
+
+def held(balance: Balance, kept: Kept, names: int, trail: Trail) -> Held:
+    """Names given up, the least likely first, as long as one is likelier something that is on no list.
+
+    Args:
+        balance: of all trials.
+        kept: names, each with what else was tried in its place.
+        names: in the catalogue, over which the odds for a known cause are spread.
+        trail: puts the question and keeps the answers.
+    """
+    world, solved, found = OpenWorld(balance), kept.solved, list(kept.found)
+    while True:
+        beside = world.beside(solved.terms, solved)
+        standings = [_standing(world, one, solved, beside, names) for one in found]
+        fallen = [
+            k
+            for k, (one, s) in enumerate(zip(found, standings, strict=True))
+            if trail.put(_proposal(balance, one, solved, s)).fell_at is not None
+        ]
+        if not fallen:
+            break
+        given_up = found.pop(max(fallen, key=lambda k: standings[k].behind)).contender.term
+        solved = balance.solve([t for t in solved.terms if t is not given_up], near=solved.rung)
+    told, gain = _told(world, solved, beside, names)
+    return Held(solved, tuple(found), tuple(standings), told, gain)
+
+
+def _proposal(balance: Balance, one: Found, solved: Solved, standing: Standing) -> AgainstAnything:
+    contender = Contender(one.contender.term, solved, one.contender.gain)
+    instead = "nothing" if standing.strongest is None else standing.strongest.cause.words
+    return AgainstAnything(balance, contender, solved, standing.behind, standing.temper, instead)
+
+
+def _standing(
+    world: OpenWorld, one: Found, solved: Solved, beside: Sequence[Unknown], names: int
+) -> Standing:
+    """Shares of a name, its rivals, nothing, and the unknown: p ∝ exp((log evidence + log prior odds) / T).
+
+    Against the unknown T grows with what the name explains, as what evidence gets wrong does; and the name's
+    own odds do not count, since what imitates it on sound recordings is off the list as well. Where something
+    unknown is there besides, the name may stand beside that, if it pays there.
+    """
+    balance, settings = world.balance, world.balance.settings
+    candidate = one.contender.term.candidate
+    rest = [t for t in solved.terms if t is not one.contender.term]
+    without = balance.solve(rest, near=solved.rung)
+    gain = solved.log_evidence - without.log_evidence
+    against = handicap(candidate, settings)
+    moved = gain - one.contender.gain  # since the rivals were tried
+    rivals = [r.odds_gain(settings) + moved for r in one.rivals if r.term.candidate.key != candidate.key]
+    listed = (np.array([0.0, *rivals]) - (gain - against)) / settings.confidence_temper
+    unknown = world.beside(rest, solved)
+    odds = _log_odds(settings, names, len(unknown))
+    temper = settings.confidence_temper + settings.temper_share * max(0.0, gain)
+    own = gain + max(0.0, -against)
+    if beside:
+        more = beside[0].log_evidence - solved.log_evidence + odds
+        least = settings.least_further_gain + settings.beside_unknown_share * max(0.0, more)
+        own = max(own, own + more - least)
+    outside = (np.array([u.log_evidence - without.log_evidence + odds for u in unknown]) - own) / temper
+    total = logsumexp([0.0, *listed, *outside])
+    off = logsumexp(outside) if len(outside) else -np.inf
+    return Standing(
+        confidence=float(np.exp(-total)),
+        outside=float(np.exp(off - total)),
+        behind=float(off),
+        temper=temper,
+        strongest=unknown[0] if unknown else None,
+    )
+
+
+def _told(
+    world: OpenWorld, solved: Solved, unknown: Sequence[Unknown], names: int
+) -> tuple[Unknown | None, float]:
+    """The likeliest unknown beside the names, if it is certain enough and large enough to be looked for."""
+    settings = world.balance.settings
+    if not unknown:
+        return None, 0.0
+    best = unknown[0]
+    gain = best.log_evidence - solved.log_evidence + _log_odds(settings, names, len(unknown))
+    explained = max(0.0, solved.log_evidence - world.balance.solve([], near=solved.rung).log_evidence)
+    least = settings.least_unknown_gain + settings.beside_unknown_share * explained
+    size_N = best.likeliest.estimates(len(best.likeliest.terms) - 1, world.balance.scenes)[
+        "rms_force_N"
+    ].value
+    if gain < least or size_N < settings.least_unknown_share * world.balance.scenes[0].weight_N:
+        return None, 0.0
+    return best, gain
+
+
+def _log_odds(settings: DiagnosisSettings, names: int, unknown: int) -> float:
+    """Of one unknown cause against one name, before the data: both shares are spread evenly."""
+    outside = settings.outside_odds
+    return float(np.log(outside / (1 - outside) * names / max(1, unknown)))
+
+
+def _integrated(each: Sequence[Solved]) -> float:
+    """Log evidence over all sizes."""
+    return float(logsumexp([s.log_evidence for s in each], b=SIZE_SHARES))
+
+
+def _of_each_size(balance: Balance, cause: Outside) -> list[Term]:
+    """The same columns under another prior each: they are whitened once."""
+    first = balance.term(cause, (SIZES[0],))
+    if first is None:
+        return []
+    return [
+        first,
+        *(
+            replace(
+                first,
+                eta=(size,),
+                prior_std=first.prior_std * size / SIZES[0],
+                seen=first.seen,
+                met=first.met,
+            )
+            for size in SIZES[1:]
+        ),
+    ]

@@ -1,0 +1,91 @@
+"""A name is as sure as what may be in its place allows, the unknown included."""
+
+import numpy as np
+import pytest
+
+from solver.diagnosis.conclusion import conclude
+from solver.diagnosis.open_world import OpenWorld, held
+from solver.diagnosis.report import as_json
+from solver.diagnosis.selection import select
+from solver.diagnosis.unexplained import Kept
+from solver.effects.plate_gain import PlateGain
+from solver.effects.plate_position import candidates as positions
+
+NAMES = 60
+
+
+@pytest.fixture(scope="module")
+def few(short_scene):
+    return [PlateGain("plate_1"), PlateGain("plate_2"), *positions([short_scene])]
+
+
+@pytest.fixture(scope="module")
+def turned(short_scene, drawn, balance_of_scenes):
+    """The second plate's forces come from a plate that is turned by a quarter: on no list of these few."""
+    plate = short_scene.plates[1]
+    force = plate.wrench_ground[:, :3]
+    there = np.stack([force[:, 2], force[:, 1], -force[:, 0]], axis=1)
+    missing = np.zeros((short_scene.frames, 6))
+    missing[:, :3] = 0.5 * (force - there) + 0.3 * force
+    missing[:, 3:] = np.cross(plate.centre_ground, missing[:, :3])
+    return balance_of_scenes(drawn(2, missing, scale=0.5))
+
+
+def held_of(balance, selection):
+    return held(balance, Kept(selection.solved, selection.found, None), NAMES, selection.trail)
+
+
+def test_a_right_name_stays_sure(short_scene, drawn, balance_of_scenes, few):
+    balance = balance_of_scenes(drawn(4, 0.15 * short_scene.plates[1].wrench_ground, scale=0.5))
+    selection = select(balance, few)
+    kept = held_of(balance, selection)
+    assert [f.contender.term.candidate.key for f in kept.found] == [("plate_gain", "plate_2")]
+    (standing,) = kept.standings
+    assert standing.confidence > 0.9
+    assert standing.confidence + standing.outside <= 1.0 + 1e-9
+    assert kept.told is None
+
+
+def test_the_nearest_wrong_name_gives_way_to_the_plate_it_is_about(turned, few):
+    selection = select(turned, few)
+    kept = held_of(turned, selection)
+    assert kept.told is not None
+    assert (kept.told.cause.kind, kept.told.cause.target) == ("plate", "plate_2")
+    assert all(s.behind < 1.0 for s in kept.standings)
+    answer = as_json(conclude(turned, selection))
+    assert answer["verdict"] == "unexplained"
+    off = answer["remaining"]["off_the_list"]
+    assert (off["touches"], off["target"]) == ("plate", "plate_2")
+    assert off["rms_force_N"] > 50.0
+    assert "plate_2" in off["sentence"]
+    assert not [e for e in answer["effects"] if e["confidence"] > 0.5]
+
+
+def test_nothing_is_told_where_nothing_is_wrong(drawn, balance_of_scenes, few):
+    for seed in (11, 12, 13):
+        balance = balance_of_scenes(drawn(seed))
+        selection = select(balance, few)
+        kept = held_of(balance, selection)
+        assert kept.told is None
+
+
+def test_the_evidence_of_an_unknown_is_that_over_its_sizes(drawn, balance_of_scenes):
+    """Against a dense Gaussian of every size, and their mixture."""
+    balance = balance_of_scenes(drawn(3))
+    null = balance.solve([])
+    world = OpenWorld(balance)
+    found = min(world.beside([], null), key=lambda u: u.likeliest.terms[-1].columns.shape[1])
+    columns = found.likeliest.terms[-1].columns
+    rung = found.likeliest.rung
+    K = rung.factor @ rung.factor.T
+    log = []
+    base = found.likeliest.terms[-1].prior_std / found.likeliest.terms[-1].eta[0]
+    for size in (0.01, 0.05, 0.2, 0.8):
+        whole = K + columns @ np.diag((size * base) ** 2) @ columns.T
+        sign, half = np.linalg.slogdet(whole)
+        assert sign > 0
+        log.append(-0.5 * balance.residual @ np.linalg.solve(whole, balance.residual) - 0.5 * half)
+    mixed = np.log(np.exp(np.array(log) - max(log)) @ (0.4, 0.3, 0.2, 0.1)) + max(log)
+    without = -0.5 * balance.residual @ np.linalg.solve(K, balance.residual) - 0.5 * np.linalg.slogdet(K)[1]
+    at_rung = balance.solve_at([], rung).log_evidence
+    assert found.log_evidence - at_rung == pytest.approx(mixed - without, abs=1e-6)
