@@ -56,12 +56,22 @@ class PlateScene:
 
         A spline through filtered samples is not smoothed by being read between them.
         """
-        cutoff = shared_cutoff(rate_of(self.times), self.conditioning)
-        smooth = low_pass(samples_ground, self.plate.rate, cutoff, self.conditioning.order)
-        at = self._samples_at(times)
-        values = CubicSpline(np.arange(len(smooth)), smooth)(np.clip(at, 0, len(smooth) - 1))
+        recorded = samples_ground is self.loads.wrench_ground
+        spline = self._recorded if recorded else self._smooth(samples_ground)
+        values = spline(np.clip(self._samples_at(times), 0, len(samples_ground) - 1))
         values[~self.covers(times)] = np.nan
         return values
+
+    @cached_property
+    def _recorded(self) -> CubicSpline:
+        """Through the filtered samples as recorded: kept, since a search over a clock reads them often."""
+        return self._smooth(self.loads.wrench_ground)
+
+    def _smooth(self, samples_ground: Float[np.ndarray, "samples *columns"]) -> CubicSpline:
+        """By the number of the sample."""
+        cutoff = shared_cutoff(rate_of(self.times), self.conditioning)
+        smooth = low_pass(samples_ground, self.plate.rate, cutoff, self.conditioning.order)
+        return CubicSpline(np.arange(len(smooth)), smooth)
 
     def covers(self, times: Float[np.ndarray, " frames"]) -> Bool[np.ndarray, " frames"]:
         """Whether something was recorded at these times [s] on the markers' clock."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float
@@ -24,6 +25,7 @@ DAMPING = (0.02, 1.5)
 DRIVEN_BELOW_HZ = 8.0  # above, accelerations are markers' noise, and a signature that shares it explains it
 FINER_HZ = 400.0  # steps of the equation of motion
 CRITICAL = 1e-6  # both roots are one at critical damping; kept apart by so much
+KEPT = 64  # segments of a session's trials
 TRANSIENT_M_PER_S2 = 1.5  # a push that could have set it swinging before the recording begins
 
 
@@ -78,22 +80,12 @@ class WobblingMass(Candidate):
         """A kilogramme that swings from rest, and six ways to swing from the beginning."""
         if self.target not in scene.skeleton.body_names:
             return None
-        body = scene.skeleton.body_index(self.target)
-        com = scene.skeleton.bodies[body].com_body
-        place = scene.point_ground(body, com)
-        felt = scene.material[:, body] @ np.append(com, 1.0)  # p̈ − g
-        push = low_pass(-(felt + np.asarray(scene.skeleton.gravity)), scene.rate, DRIVEN_BELOW_HZ)
-        r, r_dd = swing(push, scene.rate, eta)
-        columns = [_wrench(place, felt, r, r_dd)]
-        still = np.zeros_like(push)
-        prior = [PRIOR_STD_KG]
-        for k in range(6):
-            begin = np.zeros((2, 3))
-            begin[k // 3, k % 3] = TRANSIENT_M_PER_S2 / (2 * np.pi * eta[0]) ** (2 - k // 3)
-            r, r_dd = swing(still, scene.rate, eta, begin)
-            columns.append(np.concatenate([-r_dd, -cross(place, r_dd) - cross(r, felt)], axis=1))
-            prior.append(PRIOR_STD_KG)
-        return Signature(np.stack(columns, axis=-1), np.array(prior))
+        flesh = _flesh(scene, scene.skeleton.body_index(self.target))
+        r, r_dd = _driven(flesh.push_fine, scene.rate, eta)
+        moment = flesh.moment_still - cross(flesh.place + r, flesh.felt + r_dd)
+        driven = np.concatenate([-r_dd, moment], axis=1)[:, :, None]
+        columns = np.concatenate([driven, _free(flesh, scene, eta)], axis=2)
+        return Signature(columns, np.full(7, PRIOR_STD_KG))
 
     def estimates(
         self,
@@ -132,32 +124,114 @@ def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
 
 
 def swing(
-    push: Float[np.ndarray, "frames 3"],
-    rate: float,
-    eta: Eta,
-    begin: Float[np.ndarray, "2 3"] | None = None,
+    push: Float[np.ndarray, "frames 3"], rate: float, eta: Eta
 ) -> tuple[Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 3"]]:
-    """Solution r [m] and r̈ [m/s²] of r̈ + 2ζω ṙ + ω² r = push; exact for one linear between fine steps.
+    """Solution r [m] and r̈ [m/s²] of r̈ + 2ζω ṙ + ω² r = push, from rest where the first push holds it.
+
+    Exact for a push that is linear between fine steps.
 
     Args:
         push: at the frames [m/s²].
         rate: of the frames [Hz].
         eta: frequency [Hz] and damping ratio.
-        begin: r [m] and ṙ [m/s] at the first frame; None: at rest where the first push holds it.
+    """
+    return _driven(_finer(push, rate), rate, eta)
+
+
+def decay(
+    times: Float[np.ndarray, " frames"], eta: Eta, begin: Float[np.ndarray, "2"]
+) -> tuple[Float[np.ndarray, " frames"], Float[np.ndarray, " frames"]]:
+    """Solution r [m] and r̈ [m/s²] of r̈ + 2ζω ṙ + ω² r = 0.
+
+    Args:
+        times: from the beginning on [s].
+        eta: frequency [Hz] and damping ratio.
+        begin: r [m] and ṙ [m/s] there.
     """
     omega, damping = 2 * np.pi * eta[0], eta[1]
-    finer = max(1, int(np.ceil(FINER_HZ / rate)))
-    fine = CubicSpline(np.arange(len(push)), push)(np.arange((len(push) - 1) * finer + 1) / finer)
-    root = omega * np.sqrt(complex(damping**2 - 1 + CRITICAL))
-    poles = -damping * omega + np.array([root, -root])
-    r0, v0 = (push[0] / omega**2, np.zeros(3)) if begin is None else begin
-    one, other = (
-        _first_order(fine, pole, v0 - conjugate * r0, 1 / (rate * finer))[::finer]
-        for pole, conjugate in zip(poles, poles[::-1], strict=True)
+    first, second = _poles(eta)
+    one = np.exp(first * times) * (begin[1] - second * begin[0])
+    other = np.exp(second * times) * (begin[1] - first * begin[0])
+    r = ((one - other) / (first - second)).real
+    v = ((first * one - second * other) / (first - second)).real
+    return r, -2 * damping * omega * v - omega**2 * r
+
+
+@dataclass(frozen=True, eq=False)
+class _Flesh:
+    """What of a kilogramme at a body's centre of mass does not depend on how it hangs there."""
+
+    place: Float[np.ndarray, "frames 3"]  # [m]
+    felt: Float[np.ndarray, "frames 3"]  # p̈ − g [m/s²]
+    push_fine: Float[np.ndarray, "steps 3"]  # −p̈ [m/s²] at fine steps
+    moment_still: Float[np.ndarray, "frames 3"]  # p × (p̈ − g)
+    place_cross: Float[np.ndarray, "frames 3 3"]  # p × e, by axis e
+    cross_felt: Float[np.ndarray, "frames 3 3"]  # e × (p̈ − g), by axis e
+
+
+@lru_cache(maxsize=KEPT)
+def _flesh(scene: Scene, body: int) -> _Flesh:
+    """Kept: a search over frequency and damping asks again and again."""
+    com = scene.skeleton.bodies[body].com_body
+    place = scene.point_ground(body, com)
+    felt = scene.material[:, body] @ np.append(com, 1.0)  # p̈ − g
+    push = low_pass(-(felt + np.asarray(scene.skeleton.gravity)), scene.rate, DRIVEN_BELOW_HZ)
+    axes = np.eye(3)
+    return _Flesh(
+        place,
+        felt,
+        _finer(push, scene.rate),
+        cross(place, felt),
+        np.stack([cross(place, np.broadcast_to(e, place.shape)) for e in axes], axis=2),
+        np.stack([cross(np.broadcast_to(e, felt.shape), felt) for e in axes], axis=2),
     )
-    r = ((one - other) / (poles[0] - poles[1])).real
-    v = ((poles[0] * one - poles[1] * other) / (poles[0] - poles[1])).real
-    return r, push - 2 * damping * omega * v - omega**2 * r
+
+
+def _free(flesh: _Flesh, scene: Scene, eta: Eta) -> Float[np.ndarray, "frames 6 6"]:
+    """Wrenches of a kilogramme that swings out from a place or a speed along each axis, by closed form."""
+    omega = 2 * np.pi * eta[0]
+    columns = np.zeros((scene.frames, 6, 2, 3))
+    axes = np.arange(3)
+    times = np.arange(scene.frames) / scene.rate
+    for k, begin in enumerate((np.array([1.0, 0.0]), np.array([0.0, 1.0]))):
+        size = TRANSIENT_M_PER_S2 / omega ** (2 - k)
+        r, r_dd = (size * part for part in decay(times, eta, begin))
+        columns[:, axes, k, axes] = -r_dd[:, None]
+        columns[:, 3:, k] = -r_dd[:, None, None] * flesh.place_cross - r[:, None, None] * flesh.cross_felt
+    return columns.reshape(scene.frames, 6, 6)
+
+
+def _poles(eta: Eta) -> tuple[complex, complex]:
+    """Roots of p² + 2ζω p + ω²."""
+    omega, damping = 2 * np.pi * eta[0], eta[1]
+    root = omega * np.sqrt(complex(damping**2 - 1 + CRITICAL))
+    return -damping * omega + root, -damping * omega - root
+
+
+def _finer(push: Float[np.ndarray, "frames 3"], rate: float) -> Float[np.ndarray, "steps 3"]:
+    """The push at steps of the equation of motion."""
+    finer = _steps_a_frame(rate)
+    return CubicSpline(np.arange(len(push)), push)(np.arange((len(push) - 1) * finer + 1) / finer)
+
+
+def _steps_a_frame(rate: float) -> int:
+    return max(1, int(np.ceil(FINER_HZ / rate)))
+
+
+def _driven(
+    fine: Float[np.ndarray, "steps 3"], rate: float, eta: Eta
+) -> tuple[Float[np.ndarray, "frames 3"], Float[np.ndarray, "frames 3"]]:
+    """Likewise, of a push at fine steps; of two conjugate roots, one is enough."""
+    omega, damping = 2 * np.pi * eta[0], eta[1]
+    finer = _steps_a_frame(rate)
+    first, second = _poles(eta)
+    step, r0 = 1 / (rate * finer), fine[0] / omega**2
+    one = _first_order(fine, first, -second * r0, step)[::finer]
+    conjugate = first.imag != 0
+    other = one.conj() if conjugate else _first_order(fine, second, -first * r0, step)[::finer]
+    r = ((one - other) / (first - second)).real
+    v = ((first * one - second * other) / (first - second)).real
+    return r, fine[::finer] - 2 * damping * omega * v - omega**2 * r
 
 
 def _first_order(
@@ -169,14 +243,3 @@ def _first_order(
     early = (grown - 1) / pole - late
     rest = (first - late * push[0])[None]
     return lfilter([late, early], [1.0, -grown], push.astype(complex), axis=0, zi=rest)[0]
-
-
-def _wrench(
-    place_ground: Float[np.ndarray, "frames 3"],
-    felt_ground: Float[np.ndarray, "frames 3"],
-    r: Float[np.ndarray, "frames 3"],
-    r_dd: Float[np.ndarray, "frames 3"],
-) -> Float[np.ndarray, "frames 6"]:
-    """A kilogramme fixed at the place less one that is r away: force, moment about the ground origin."""
-    moment = cross(place_ground, felt_ground) - cross(place_ground + r, felt_ground + r_dd)
-    return np.concatenate([-r_dd, moment], axis=1)

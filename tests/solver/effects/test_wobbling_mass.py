@@ -3,7 +3,15 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from solver.effects.effect import Estimate
-from solver.effects.wobbling_mass import DRIVEN_BELOW_HZ, WobblingMass, candidates, swing
+from solver.effects.wobbling_mass import (
+    CRITICAL,
+    DRIVEN_BELOW_HZ,
+    TRANSIENT_M_PER_S2,
+    WobblingMass,
+    candidates,
+    decay,
+    swing,
+)
 from solver.filters import low_pass
 from solver.simulate.loads import BodyPoint
 from solver.simulate.other_masses import WobblingMass as TrueMass
@@ -33,20 +41,18 @@ def test_mass_is_recovered_and_little_is_left_below_the_band(scene, fitted, fles
 
 @pytest.mark.parametrize("damping", [0.05, 0.4, 1.0, 1.4])
 def test_swing_solves_its_equation(damping):
-    """Against an adaptive Runge-Kutta method."""
+    """Against an adaptive Runge-Kutta method, from rest where the first push holds it."""
     rate, times = 100.0, np.arange(120) / 100.0
     omega = 2 * np.pi * 5.0
 
     def push(t):
         return 3 * np.sin(14 * t + 0.3) + np.cos(31 * t)
 
-    begin = np.zeros((2, 3))
-    begin[:, 0] = 0.01, -0.2
-    r, r_dd = swing(np.stack([push(times)] * 3, axis=1), rate, (5.0, damping), begin)
+    r, r_dd = swing(np.stack([push(times)] * 3, axis=1), rate, (5.0, damping))
     exact = solve_ivp(
         lambda t, y: [y[1], push(t) - 2 * damping * omega * y[1] - omega**2 * y[0]],
         (0, times[-1]),
-        begin[:, 0],
+        [push(0.0) / omega**2, 0.0],
         t_eval=times,
         rtol=1e-10,
         atol=1e-12,
@@ -55,6 +61,43 @@ def test_swing_solves_its_equation(damping):
     assert np.abs(r[:, 0] - exact[0]).max() < 2e-3 * size
     rest = push(times) - 2 * damping * omega * exact[1] - omega**2 * exact[0]
     assert np.abs(r_dd[:, 0] - rest).max() < 5e-3 * np.abs(rest).max()
+
+
+@pytest.mark.parametrize("damping", [0.02, 0.4, 1.0, 1.4])
+@pytest.mark.parametrize("begin", [(0.01, 0.0), (0.0, -0.2)])
+def test_what_swings_out_from_a_place_or_a_speed_has_a_closed_form(damping, begin):
+    """Against an adaptive Runge-Kutta method; within what keeps the two roots apart at critical damping."""
+    times, omega = np.arange(120) / 100.0, 2 * np.pi * 5.0
+    r, r_dd = decay(times, (5.0, damping), np.array(begin))
+    exact = solve_ivp(
+        lambda t, y: [y[1], -2 * damping * omega * y[1] - omega**2 * y[0]],
+        (0, times[-1]),
+        begin,
+        t_eval=times,
+        rtol=1e-11,
+        atol=1e-13,
+    ).y
+    kept_apart = CRITICAL * omega * times[-1]  # by so much of a period the roots are off at the end
+    np.testing.assert_allclose(r, exact[0], atol=kept_apart * np.abs(exact[0]).max())
+    rest = -2 * damping * omega * exact[1] - omega**2 * exact[0]
+    np.testing.assert_allclose(r_dd, rest, atol=kept_apart * np.abs(rest).max())
+
+
+def test_columns_of_what_swings_out_are_those_of_a_kilogramme_that_does(scene):
+    """Force and moment of a kilogramme fixed at the place less those of one that is r away."""
+    columns = WobblingMass("torso").signature(scene, ETA).columns
+    body = scene.skeleton.body_index("torso")
+    com = scene.skeleton.bodies[body].com_body
+    place, felt = scene.point_ground(body, com), scene.material[:, body] @ np.append(com, 1.0)
+    omega = 2 * np.pi * ETA[0]
+    for k, begin in enumerate(([TRANSIENT_M_PER_S2 / omega**2, 0.0], [0.0, TRANSIENT_M_PER_S2 / omega])):
+        r, r_dd = decay(np.arange(scene.frames) / scene.rate, ETA, np.array(begin))
+        for axis, e in enumerate(np.eye(3)):
+            away, faster = r[:, None] * e, r_dd[:, None] * e
+            moment = np.cross(place, felt) - np.cross(place + away, felt + faster) + np.cross(away, faster)
+            own = columns[:, :, 1 + 3 * k + axis]
+            np.testing.assert_allclose(own[:, :3], -faster, atol=1e-12)
+            np.testing.assert_allclose(own[:, 3:], moment, atol=1e-9)
 
 
 def test_bounds():
