@@ -65,6 +65,9 @@ def test_a_true_cause_stays_though_a_free_force_might_imitate_it(short_scene, dr
     assert [f.contender.term.candidate.key for f in kept.found] == [("plate_gain", "plate_1")]
     assert kept.left is None
     assert kept.solved is selection.solved
+    (told,) = [c for c in selection.trail.told({("plate_gain", "plate_1")}) if c.named]
+    assert told.fell_at is None
+    assert "beats the unknown" in {d.name for d in told.decisions}
 
 
 def test_what_describes_a_force_badly_gives_way_to_the_unknown(swinging, drawn, balance_of_scenes):
@@ -76,6 +79,9 @@ def test_what_describes_a_force_badly_gives_way_to_the_unknown(swinging, drawn, 
     assert isinstance(kept.left.term.candidate, UnknownForce)
     assert kept.left.term.candidate.target == "hand_l"
     assert kept.solved.terms == ()
+    (told,) = selection.trail.told(())
+    assert [d.name for d in told.decisions if not d.passed] == ["beats the unknown"]
+    assert told.fell_at.nats < told.fell_at.limit
 
 
 def test_a_cause_that_pays_beside_the_unknown_is_named_with_it(
