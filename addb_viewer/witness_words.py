@@ -19,7 +19,7 @@ ABOUT = {
     "plate_zero": "a plate's zero level",
     "plate_scale": "a plate's scale",
     "plate_place": "a plate's place",
-    "plate_turn": "a plate that is turned or mirrored",
+    "plate_turned_or_mirrored": "a plate that is turned or mirrored",
     "slip": "a marker that moved",
     "segment": "markers that moved together",
 }

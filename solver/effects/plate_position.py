@@ -14,6 +14,8 @@ from solver.effects.scene import Scene
 from solver.skeleton.forward import cross
 
 PRIOR_STD_M = 0.01  # a calibration wand misplaced, a corner clicked beside the corner: 1 to 20 mm
+GROSS_STD_M = 0.15  # another plate's corners, a wrong origin: a plate's side and more
+GROSS_ODDS = 3.5  # [nats] against that: 1 in 30
 LEAST_M = 0.005  # half of what spends the limit on residual moments
 SHIFTS = ("shift_x_m", "shift_z_m")
 
@@ -47,7 +49,14 @@ class PlatePosition(Candidate):
     Force and free moment stay, so true − recorded moment = −shift × force.
     """
 
+    prior_std_m: float = PRIOR_STD_M
+
     about = ABOUT
+
+    @property
+    def place_odds(self) -> float:
+        """Plates in another place altogether are rarer."""
+        return 0.0 if self.prior_std_m == PRIOR_STD_M else GROSS_ODDS
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """Moments alone: the plate's force times the shift along x and z."""
@@ -56,7 +65,7 @@ class PlatePosition(Candidate):
                 columns = np.zeros((scene.frames, 6, 2))
                 for k, axis in enumerate(np.eye(3)[[0, 2]]):
                     columns[:, 3:, k] = -cross(axis, plate.wrench_ground[:, :3])
-                return Signature(columns, np.full(2, PRIOR_STD_M))
+                return Signature(columns, np.full(2, self.prior_std_m))
         return None
 
     def estimates(
@@ -77,6 +86,6 @@ class PlatePosition(Candidate):
 
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
-    """One for each plate."""
+    """For each plate a little beside its place, and far from it."""
     targets = dict.fromkeys(plate.target for scene in scenes for plate in scene.plates if plate.loaded.any())
-    return [PlatePosition(target) for target in targets]
+    return [PlatePosition(target, std) for target in targets for std in (PRIOR_STD_M, GROSS_STD_M)]

@@ -47,7 +47,12 @@ def figures(verdict="explained", effects=(), alternatives=(), **changes):
         "effects": list(effects),
         "alternatives": list(alternatives),
         "gain": {"heldout_linear_residual_N": FORCE} if effects else {},
-        "remaining": {"linear_residual_N": 12.2, "noise_floor_N": 9.8, "location": None},
+        "remaining": {
+            "linear_residual_N": 12.2,
+            "noise_floor_N": 9.8,
+            "location": None,
+            "off_the_list": None,
+        },
         "trials": ["walk1"],
         "rates_Hz": {"walk1": 100.0, "walk2": 50.0},
         "notes": [],
@@ -398,6 +403,20 @@ def test_what_nobody_can_explain_is_called_that():
     found = "one cause was found (forces shifted in time against the markers [very sure of the name]), but"
     assert found in named
     assert "cannot be tied to one part of the body" in named
+
+
+def test_what_is_on_no_list_is_told_as_what_it_touches():
+    off = {"touches": "plate", "target": "plate_2", "trial": None, "rms_force_N": 120.0}
+    remaining = {"linear_residual_N": 60.0, "noise_floor_N": 9.8, "location": None, "off_the_list": off}
+    text = said(figures("unexplained", remaining=remaining))
+    assert "Something is wrong with plate 2, 120 N (root mean square) while it is loaded" in text
+    assert "cannot be tied" not in text
+    time = off | {"touches": "time", "target": "walk1", "trial": "walk1"}
+    assert "The time of the forces is off" in said(
+        figures("unexplained", remaining=remaining | {"off_the_list": time})
+    )
+    force = off | {"touches": "body", "target": ""}
+    assert "cannot be tied" in said(figures("unexplained", remaining=remaining | {"off_the_list": force}))
 
 
 def test_lines_fit_a_terminal_and_a_longer_name_is_not_lost():

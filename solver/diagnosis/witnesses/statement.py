@@ -18,7 +18,7 @@ class About(StrEnum):
     PLATE_ZERO = "plate_zero"
     PLATE_SCALE = "plate_scale"
     PLATE_PLACE = "plate_place"
-    PLATE_TURN = "plate_turn"  # turned about the vertical, or mirrored
+    PLATE_TURN = "plate_turned_or_mirrored"  # turned about the vertical, or mirrored
     SLIP = "slip"  # of one marker
     SEGMENT = "segment"  # several markers that moved together
 

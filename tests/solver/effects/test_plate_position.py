@@ -36,5 +36,8 @@ def test_estimates_and_the_practical_minimum():
 def test_every_loaded_plate_is_a_candidate(crisp, seen):
     scene = seen(crisp)
     made = candidates([scene, scene])
-    assert [c.target for c in made] == [p.target for p in scene.plates]
+    assert [c.target for c in made] == [p.target for p in scene.plates for _ in range(2)]
+    near, far = made[:2]
+    assert far.prior_std_m > 5 * near.prior_std_m
+    assert far.place_odds > near.place_odds == 0.0
     assert made[0].signature(replace(scene, plates=scene.plates[1:]), ()) is None

@@ -1,0 +1,86 @@
+"""A plate whose wrench was moved as a whole: turned or mirrored about its middle, or in other units."""
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.effects.effect import Estimate, Eta, Signature
+from solver.effects.gross_cause import GrossCause, with_samples
+from solver.effects.scene import PlateScene, Scene
+from solver.skeleton.forward import cross
+
+KNOWN_MIDDLE_M = 0.02  # how far the middle may be from that of the corners in the files
+UNKNOWN_MIDDLE_M = 0.1  # or from that of the pressures, where the files have no corners
+
+
+@dataclass(frozen=True)
+class RearrangedPlate(GrossCause):
+    """One plate moved as a whole about a middle that is known more or less."""
+
+    @property
+    @abstractmethod
+    def R_true_recorded(self) -> Float[np.ndarray, "3 3"]:
+        """Turn or mirror of a force; a moment goes by its determinant times that."""
+
+    @property
+    def scale(self) -> float:
+        """Of true forces and moments over recorded ones."""
+        return 1.0
+
+    def put_right(self, plates: Sequence[PlateScene]) -> tuple[PlateScene, ...] | None:
+        """The plate as it should have been recorded, about its middle."""
+        if not any(plate.target == self.target and plate.loaded.any() for plate in plates):
+            return None
+        return tuple(self._righted(p) if p.target == self.target else p for p in plates)
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """The plate put right less the plate, and what a middle that lies elsewhere changes."""
+        plain = super().signature(scene, eta)
+        if plain is None or np.array_equal(self.R_true_recorded, np.eye(3)):
+            return plain
+        righted = self.put_right(scene.plates)
+        assert righted is not None
+        plate = next(p for p in righted if p.target == self.target)
+        columns = np.zeros((scene.frames, 6, 2))
+        for k, axis in enumerate(np.eye(3)[[0, 2]]):
+            columns[:, 3:, k] = cross(axis, plate.wrench_ground[:, :3])
+        known = plate.plate.corners_ground is not None
+        return replace(
+            plain,
+            columns=columns,
+            prior_std=np.full(2, KNOWN_MIDDLE_M if known else UNKNOWN_MIDDLE_M),
+        )
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, " parameters"],
+        covariance: Float[np.ndarray, "parameters parameters"],
+    ) -> dict[str, Estimate]:
+        """What it is; known exactly if it is there."""
+        return self.as_found
+
+    @property
+    @abstractmethod
+    def as_found(self) -> dict[str, Estimate]:
+        """Its parameters."""
+
+    def _righted(self, plate: PlateScene) -> PlateScene:
+        R, wrench = self.R_true_recorded, plate.loads.wrench_ground
+        force, moment = wrench[:, :3], wrench[:, 3:]
+        middle = np.broadcast_to(plate.centre_ground, force.shape)
+        about_middle = moment - cross(middle, force)
+        force = self.scale * force @ R.T
+        about_middle = self.scale * np.linalg.det(R) * about_middle @ R.T
+        moved = np.concatenate([force, about_middle + cross(middle, force)], axis=1)
+        return with_samples(plate, moved, plate.loads.carrying)
+
+
+def loaded_plates(scenes: Sequence[Scene]) -> list[str]:
+    """Names of the plates that bear a load somewhere."""
+    return list(dict.fromkeys(p.target for scene in scenes for p in scene.plates if p.loaded.any()))
