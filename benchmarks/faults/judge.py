@@ -68,7 +68,7 @@ def _of_faulted(
         return "right_but_more" if any(wrong) else "right"
     if any(wrong):
         return "wrong"
-    if found:
+    if found or _is_witnessed(truth, figures, names):
         return "class"
     return "unexplained" if figures["verdict"] == "unexplained" else "missed"
 
@@ -79,6 +79,16 @@ def _is_mended(truth: Mapping[str, Any], notes: Sequence[str], names: Names) -> 
         return False
     plate = re.escape(f"ground_force_{truth['plate']}")
     return any(re.search(names.mended.format(plate=plate), note) for note in notes)
+
+
+def _is_witnessed(truth: Mapping[str, Any], figures: Mapping[str, Any], names: Names) -> bool:
+    """Whether the loudest witness speaks for the fault's class, at its plate; "clean" undoes that."""
+    loud = [w for w in figures.get("witnesses", ()) if w["speaks_for"]]
+    if not loud or figures["verdict"] == "clean":
+        return False
+    first = max(loud, key=lambda w: max(w["nats"].values()))
+    at_its_plate = truth["plate"] is None or f"plate_{truth['plate']}" in str(first["target"]).split("+")
+    return at_its_plate and bool(set(first["speaks_for"]) & set(names.witnessed))
 
 
 def _is_right(effect: Mapping[str, Any], truth: Mapping[str, Any], names: Names) -> bool:

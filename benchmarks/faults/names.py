@@ -1,5 +1,7 @@
 """What counts as the right name of each kind of fault, and what as a name of its class.
 
+Where no name is given, a witness that speaks for the fault's class, louder than all others, tells the class.
+
 A class holds what nobody could tell from the fault by this recording or would act on in the same way. Ids are
 those of the catalogue; an entry that is added later for one of these faults is added here as well.
 """
@@ -14,6 +16,7 @@ class Names:
     right: tuple[str, ...]
     of_class: tuple[str, ...] = ()
     mended: str = ""  # regular expression; {plate} is the plate's name in the files
+    witnessed: tuple[str, ...] = ()  # classes that a witness may speak for instead of a name
 
 
 PLATE = (
@@ -34,18 +37,20 @@ WEIGHT = ("body_weight_support", "subject_mass", "carried_mass", "segment_mass")
 MARKERS = ("marker_slip", "marker_swap", "soft_tissue")
 ZERO = "{plate}: its zero level is off.*; taken off"
 
+GEOMETRY = ("plate_turned_or_mirrored", "plate_place")
+
 NAMES = {
     "tared_under_load": Names(("zero_level", "plate_bias"), PLATE, ZERO),
     "zero_level": Names(("zero_level", "plate_bias"), PLATE, ZERO),
-    "turned_half": Names(("plate_turn", "plate_yaw"), PLATE),
-    "turned_quarter": Names(("plate_turn", "plate_yaw"), PLATE),
-    "mirrored": Names(("plate_mirror",), PLATE),
-    "shifted": Names(("plate_position",), PLATE),
-    "pounds": Names(("plate_units", "plate_gain"), PLATE),
-    "half_gain": Names(("plate_units", "plate_gain"), PLATE),
-    "quarter_gain": Names(("plate_units", "plate_gain"), PLATE),
+    "turned_half": Names(("plate_turn", "plate_yaw"), PLATE, witnessed=GEOMETRY),
+    "turned_quarter": Names(("plate_turn", "plate_yaw"), PLATE, witnessed=GEOMETRY),
+    "mirrored": Names(("plate_mirror",), PLATE, witnessed=GEOMETRY),
+    "shifted": Names(("plate_position",), PLATE, witnessed=GEOMETRY),
+    "pounds": Names(("plate_units", "plate_gain"), PLATE, witnessed=("plate_scale",)),
+    "half_gain": Names(("plate_units", "plate_gain"), PLATE, witnessed=("plate_scale",)),
+    "quarter_gain": Names(("plate_units", "plate_gain"), PLATE, witnessed=("plate_scale",)),
     "sign": Names(("plate_sign",), PLATE, "{plate}: forces point downwards.*sign is turned"),
-    "exchanged_plates": Names(("plate_swap", "plate_exchange"), PLATE),
+    "exchanged_plates": Names(("plate_swap", "plate_exchange"), PLATE, witnessed=GEOMETRY),
     "late": Names(("clock_offset",), CLOCK),
     "two_lags": Names(("clock_offset",), CLOCK),
     "one_plate_late": Names(("clock_offset",), CLOCK),

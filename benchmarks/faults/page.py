@@ -24,8 +24,9 @@ solver (`benchmarks/faults/editor`); or one that was changed without harm (axes 
 stretch, half the samples of force), or not at all. The program is asked as a person asks it:
 `addb-viewer diagnose FOLDER --json FILE`. *Right*: the fault's name, at its place and within 30 % of its size
 or three stated deviations; or mended on reading, with a note that says so. *Class*: names that belong to
-the same place and kind only (`names.py`). *Wrong*: any other name, and not the right one. *Very sure*: a
-confidence of 97 % or more. Rates come with their 95 % interval (Wilson).
+the same place and kind only (`names.py`), or no name, and the loudest witness speaks for it. *Wrong*: any
+other name, and not the right one. *Very sure*: a confidence of 97 % or more. Rates come with their 95 %
+interval (Wilson).
 
 ## All
 

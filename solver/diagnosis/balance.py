@@ -9,7 +9,8 @@ scales s and h that suit it best and pays for them through the determinant of K:
 noise. How far flesh slides differs between persons, and a recording of some seconds tells it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -150,6 +151,13 @@ class Balance:
         of = Covariances(self.residual, fixed, tissue @ tissue.T, model)
         self.ladder = Ladder(of, settings)
         self.rungs = self.ladder.rungs
+        self.accused: frozenset[str] = frozenset()
+
+    def accusing(self, plates: Collection[str]) -> "Balance":
+        """The same, with plates that witnesses say are grossly wrong: nothing else is named beside that."""
+        other = copy(self)
+        other.accused = frozenset(plates)
+        return other
 
     @property
     def scenes(self) -> tuple[Scene, ...]:

@@ -137,6 +137,21 @@ def is_unexplained(
     return left is not None or told is not None or solved.rung.scale > settings.unexplained_scale
 
 
+def _witnessed(p: Proposal) -> Decision:
+    """Whether it is about the plates that witnesses accuse, if they accuse any."""
+    accused = p.balance.accused
+    targets = {part for _, target in p.keys for part in target.split("+")}
+    passed = not accused or bool(accused & targets)
+    plates = " and ".join(sorted(accused))
+    if not accused:
+        reason = "the files by themselves accuse no plate"
+    elif passed:
+        reason = f"it is about {plates}, which the files accuse by themselves"
+    else:
+        reason = f"the files by themselves accuse {plates}: nothing else can be told before that"
+    return Decision(WITNESSED, passed, None, None, reason)
+
+
 def _possible(p: Proposal) -> Decision:
     passed = p.candidate.is_possible(p.estimates())
     return Decision(POSSIBLE, passed, None, None, "" if passed else "of this size there is no such thing")
@@ -312,11 +327,13 @@ def _left_over(p: Proposal) -> Decision:
     return Decision(LEFT_OVER, passed, nats, limit, f"{reason}; more than {limit:.1f} is asked")
 
 
-POSSIBLE, PAYS, HOLDS_UP, STANDS_ALONE = "possible", "pays", "holds up", "stands alone"
+WITNESSED, POSSIBLE, PAYS = "witnessed", "possible", "pays"
+HOLDS_UP, STANDS_ALONE = "holds up", "stands alone"
 BEATS_THE_UNKNOWN, ON_THE_LIST, NOTABLE, NEEDED = "beats the unknown", "on the list", "notable", "needed"
 DECIDED, LEFT_OVER = "decided", "left over"
 
 CHECKS: tuple[Check, ...] = (
+    Check(WITNESSED, "is it about the plate that the files accuse, if they do?", (Withheld,), _witnessed),
     Check(POSSIBLE, "can there be such a thing?", (Withheld,), _possible),
     Check(PAYS, "does the balance gain enough by it?", (Withheld, OnReading), _pays),
     Check(HOLDS_UP, "does it foretell blocks that its fit has not seen?", (Withheld,), _holds_up),

@@ -18,6 +18,7 @@ from solver.diagnosis.report import as_json
 from solver.diagnosis.rows import trial_rows
 from solver.diagnosis.scenes import SceneAndPosterior
 from solver.diagnosis.selection import Selection, select
+from solver.diagnosis.witnesses.accusing import accused_plates
 from solver.diagnosis.witnesses.asking import asked
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.catalogue import catalogue
@@ -61,12 +62,10 @@ def diagnose(
         reviews=reviews or {},
         progress=part(progress, 0.0, FITTED),
     )
+    witnesses = asked(_as_recorded(fit, settings), subject.mass_kg, settings.reading)
+    balance = balance.accusing(accused_plates(witnesses))
     balance, selection = causes_of(balance, part(progress, FITTED, 1.0))
-    answer = replace(
-        conclude(balance, selection, seen),
-        notes=all_notes(fit),
-        witnesses=asked(_as_recorded(fit, settings), subject.mass_kg, settings.reading),
-    )
+    answer = replace(conclude(balance, selection, seen), notes=all_notes(fit), witnesses=witnesses)
     if answer.verdict != CLEAN:
         return answer
     candidates = catalogue(balance.scenes)

@@ -29,7 +29,9 @@ def without_the_unheard(balance: Balance, selection: Selection) -> Balance | Non
         trials.append(trial if whole else trial.without(_with_the_filters_ends(lost, trial, balance)))
     if all(one is other for one, other in zip(trials, balance.trials, strict=True)):
         return None
-    return Balance(trials, balance.settings) if all(t.windows.count for t in trials) else None
+    if not all(t.windows.count for t in trials):
+        return None
+    return Balance(trials, balance.settings).accusing(balance.accused)
 
 
 def shifts_time(found: Found, balance: Balance) -> bool:

@@ -105,3 +105,24 @@ def test_an_entered_mass_is_held_to_its_distance_from_one():
     far = answer(effect("subject_mass", "all", parameters={"mass_factor": (0.95, 0.01)}))
     assert judged(truth, near).outcome == "right"
     assert judged(truth, far).outcome == "class"
+
+
+@pytest.mark.parametrize(
+    ("target", "verdict", "outcome"),
+    [
+        ("plate_1", "unexplained", "class"),
+        ("plate_2", "unexplained", "unexplained"),
+        ("plate_1", "clean", "missed"),  # whoever reads "clean" looks no further
+    ],
+)
+def test_the_loudest_witness_tells_the_class_where_nothing_is_named(target, verdict, outcome):
+    truth = PLATES_FAULT | {"kind": "turned_half", "size": {"yaw_deg": 180.0}}
+    said = answer(verdict=verdict)
+    turned = {
+        "target": target,
+        "speaks_for": ["plate_turned_or_mirrored"],
+        "nats": {"plate_turned_or_mirrored": 20.0},
+    }
+    slipped = {"target": "a", "speaks_for": ["slip"], "nats": {"slip": 6.0}}
+    said["diagnosis"]["witnesses"] = [slipped, turned]
+    assert judged(truth, said).outcome == outcome

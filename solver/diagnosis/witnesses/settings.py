@@ -18,6 +18,11 @@ class WitnessSettings:
         unit="nats",
         why="150 to 1: what a witness says for a class is told from here on; each trial has ten figures",
     )
+    accusing_nats: float = setting(
+        6.0,
+        unit="nats",
+        why="400 to 1: from here on nothing else is named; a plate that is 18 cm off has as much",
+    )
     window_s: float = setting(
         0.12, unit="s", why="smoothing that heights and forces share: a quarter of a step's bounce"
     )

@@ -186,7 +186,9 @@ class Impossible(Course):
         return False
 
 
-@pytest.mark.parametrize("falls_at", ["possible", "pays", "holds up", "stands alone", "notable", "decided"])
+@pytest.mark.parametrize(
+    "falls_at", ["witnessed", "possible", "pays", "holds up", "stands alone", "notable", "decided"]
+)
 def test_a_refused_cause_says_at_which_check_it_fell(short_scene, drawn, falls_at):
     """The same fault, each time with one thing against the cause, and nothing else."""
     wrong = 0.15 * short_scene.plates[0].wrench_ground
@@ -199,6 +201,8 @@ def test_a_refused_cause_says_at_which_check_it_fell(short_scene, drawn, falls_a
     plain = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS)
     settings = replace(SETTINGS, **asks.get(falls_at, {}))
     balance = Balance(plain.trials, settings)
+    if falls_at == "witnessed":
+        balance = balance.accusing({"plate_7"})
     if falls_at == "stands alone":
         cause = Helper("all")
         shaken = 0.05 * short_scene.demanded_ground * np.sin(20 * short_scene.times)[:, None]
@@ -240,3 +244,12 @@ def test_a_cause_without_which_the_rest_does_as_well_is_not_needed(short_scene, 
     only = balance.solve([])
     kept = Kept(balance, Contender(with_it[0], alone, alone.log_evidence - only.log_evidence), only)
     assert Trail().put(kept).fell_at is None
+
+
+@pytest.mark.parametrize(("accused", "named_still"), [((), True), (("plate",), True), (("plate_7",), False)])
+def test_while_witnesses_accuse_a_plate_only_causes_of_that_plate_are_named(
+    short_scene, drawn, accused, named_still
+):
+    wrong = 0.15 * short_scene.plates[0].wrench_ground
+    balance = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS).accusing(accused)
+    assert (named(select(balance, [Course("plate", wrong)])) == [("course", "plate")]) == named_still

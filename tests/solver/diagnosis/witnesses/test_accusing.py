@@ -1,0 +1,29 @@
+"""When a plate is accused, and when not."""
+
+import pytest
+
+from solver.diagnosis.witnesses.accusing import accused_plates
+from solver.diagnosis.witnesses.statement import About, Statement
+
+
+def said(target, **nats):
+    return Statement("path of the pressure", "…", {About(k): v for k, v in nats.items()}, {}, target=target)
+
+
+@pytest.mark.parametrize(
+    ("statements", "accused"),
+    [
+        (
+            [said("plate_1", plate_turned_or_mirrored=20.0), said("plate_2", plate_turned_or_mirrored=-3.0)],
+            {"plate_1"},
+        ),
+        ([said("plate_1", plate_place=7.0), said("plate_2", plate_sign=9.0)], {"plate_1", "plate_2"}),
+        ([said("plate_1", plate_place=5.5)], set()),
+        ([said("plate_1", plate_zero=50.0)], set()),  # told and taken off on reading
+        ([said("plate_1+plate_2", plate_sign=40.0)], set()),  # one of the two, nobody knows which
+        ([said("plate_1", plate_turned_or_mirrored=20.0), said(None, clock=12.0)], set()),
+        ([], set()),
+    ],
+)
+def test_a_plate_is_accused_by_what_is_gross_and_its_own(statements, accused):
+    assert accused_plates(statements) == accused
