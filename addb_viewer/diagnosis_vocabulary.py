@@ -183,10 +183,10 @@ def upward(force_N: Sequence[float]) -> str:
 def _said(reading: Reading, estimate: Mapping[str, Any]) -> str:
     value = reading.factor * (estimate["value"] - reading.zero)
     spread = _spread(estimate, reading.factor)
-    if reading.which is None:
-        return reading.text.format(amount=amount(value, spread, reading.unit))
-    which = reading.which[0] if value >= 0 else reading.which[1]
     signed = f"{'+' if value >= 0 else '−'}{amount(abs(value), None, reading.unit)}"
+    if reading.which is None:
+        return reading.text.format(amount=amount(value, spread, reading.unit), signed=signed)
+    which = reading.which[0] if value >= 0 else reading.which[1]
     return reading.text.format(amount=amount(abs(value), spread, reading.unit), which=which, signed=signed)
 
 

@@ -17,7 +17,12 @@ DEVIATIONS = 3.0  # of the stated ones
 OVERLAP = 0.5  # of the frames of an event
 FAULTED = ("right", "right_but_more", "class", "unexplained", "missed", "wrong", "failed")
 UNTOUCHED = ("silent", "unexplained", "lead", "alarm", "failed")
-FROM_ONE = {"gain": "gain_error"}  # the truth is a factor, the answer its distance from one
+STATED = {  # by a size of the truth: parameters that state it, what they say then, and their period
+    "gain": (("gain_error", lambda gain: gain - 1, 0.0), ("factor", lambda gain: gain, 0.0)),
+    "yaw_deg": (("yaw_deg", lambda yaw: yaw, 360.0), ("turn_deg", lambda yaw: yaw, 360.0)),
+    "mirrored_axis": (("mirrored_axis_deg", lambda axis: 45.0 * axis, 180.0),),  # 0: x, 2: z
+    "mass_factor": (("mass_factor", lambda factor: factor, 0.0),),
+}
 
 
 @dataclass(frozen=True)
@@ -123,10 +128,11 @@ def _is_so_large(effect: Mapping[str, Any], truth: Mapping[str, Any]) -> bool:
     """Every size that both state; a vector's parts are held to its length."""
     pairs = []
     for name, true in truth["size"].items():
-        stated = effect["parameters"].get(FROM_ONE.get(name, name))
-        if stated is not None and stated["value"] is not None:
-            value = true - 1 if name in FROM_ONE else true
-            pairs.append((value, stated["value"], stated["std"] or 0.0))
+        for parameter, says, period in STATED.get(name, ((name, lambda value: value, 0.0),)):
+            stated = effect["parameters"].get(parameter)
+            if stated is not None and stated["value"] is not None:
+                value = _nearest(stated["value"], says(true), period)
+                pairs.append((says(true), value, stated["std"] or 0.0))
     lags = [true for name, true in truth["size"].items() if name.startswith("offset_s ")]
     if lags:  # clocks by trial are told by trial, or as one where they are one
         stated = effect["parameters"].get("offset_s")
@@ -140,6 +146,11 @@ def _is_so_large(effect: Mapping[str, Any], truth: Mapping[str, Any]) -> bool:
     true, value, std = np.array(pairs, dtype=float).T
     away = np.linalg.norm(value - true)
     return bool(away <= max(SIZE_WITHIN * np.linalg.norm(true), DEVIATIONS * np.linalg.norm(std)))
+
+
+def _nearest(value: float, true: float, period: float) -> float:
+    """The value, or what says the same a whole number of periods away."""
+    return value + period * round((true - value) / period) if period else value
 
 
 def with_seconds(figures: Mapping[str, Any]) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from solver.dynamics.com_mass import WEIGHED_BY_FORCES
 from solver.effects.carried_mass import ABOUT as CARRIED
 from solver.effects.catalogue import ABOUT, IDS, MARKER_IDS
 from solver.effects.plate_bias import TAKEN_OFF
+from solver.effects.readings import Reading
 from tests.addb_viewer.made_up_residual import residual
 
 FORCE = {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]}
@@ -662,3 +663,14 @@ def test_how_frames_are_counted_is_told_where_frames_are():
     counted = "Frames are counted from 0; `flag` takes the first one and the one after the last."
     assert counted in said(figures(effects=[STEP]))
     assert counted not in said(figures(effects=[LATE]))
+
+
+@pytest.mark.parametrize("id", [*IDS, *MARKER_IDS])
+@pytest.mark.parametrize("size", [0.5, -0.5])
+def test_every_reading_of_every_cause_can_be_said(id, size):
+    """Whatever its sense and sign: a reading that lacks a word would take the whole page with it."""
+    for reading in ABOUT[id].readings:
+        if isinstance(reading, Reading):
+            told = amounts(effect(id, "plate_1", **{reading.parameter: (reading.zero + size, 0.01)}))
+            assert told
+            assert "{" not in " ".join(told)

@@ -126,3 +126,19 @@ def test_the_loudest_witness_tells_the_class_where_nothing_is_named(target, verd
     slipped = {"target": "a", "speaks_for": ["slip"], "nats": {"slip": 6.0}}
     said["diagnosis"]["witnesses"] = [slipped, turned]
     assert judged(truth, said).outcome == outcome
+
+
+@pytest.mark.parametrize(
+    ("kind", "size", "id", "parameters", "outcome"),
+    [
+        ("turned_half", {"yaw_deg": 180.0}, "plate_turn", {"turn_deg": (-180.0, 0.0)}, "right"),
+        ("turned_quarter", {"yaw_deg": 90.0}, "plate_turn", {"turn_deg": (-90.0, 0.0)}, "class"),
+        ("mirrored", {"mirrored_axis": 2.0}, "plate_mirror", {"mirrored_axis_deg": (-90.0, 0.0)}, "right"),
+        ("mirrored", {"mirrored_axis": 0.0}, "plate_mirror", {"mirrored_axis_deg": (90.0, 0.0)}, "class"),
+        ("pounds", {"gain": 0.2248}, "plate_units", {"factor": (0.2248, 0.0)}, "right"),
+        ("pounds", {"gain": 0.2248}, "plate_units", {"factor": (0.5, 0.0)}, "class"),
+    ],
+)
+def test_a_choice_has_to_be_the_right_one(kind, size, id, parameters, outcome):
+    truth = PLATES_FAULT | {"kind": kind, "size": size}
+    assert judged(truth, answer(effect(id, parameters=parameters))).outcome == outcome
