@@ -155,7 +155,9 @@ class BesideUnknown(Proposal):
 
     @property
     def fits(self) -> tuple[tuple[Solved, int], ...]:
-        """Its own, without the unknown and beside it."""
+        """Its own, without the unknown and beside it; none of what the motion shows as well."""
+        if self.candidate.about.seen_standing:
+            return ()
         return (self.solved, self.place), (self.left.solved, self.place)
 
 

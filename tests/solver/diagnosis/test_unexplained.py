@@ -220,6 +220,22 @@ class Witnessed(Steady):
     about = About("steady", seen_standing=True)
 
 
+@dataclass(frozen=True, eq=False)
+class WitnessedNever(Witnessed):
+    """Likewise, but nobody would act on what the unknown leaves of it."""
+
+    def is_notable(self, estimates):
+        return False
+
+
+def test_what_was_seen_otherwise_stays_however_small_the_unknown_makes_it(swinging, drawn, balance_of_scenes):
+    balance = balance_of_scenes(drawn(4, swinging, scale=0.5))
+    kept = kept_of(balance, WitnessedNever("hand_l"))
+    assert kept.left is not None
+    assert [f.contender.term.candidate.key for f in kept.found] == [("steady", "hand_l")]
+    assert kept_of(balance, Never("hand_l")).found == ()
+
+
 def test_what_was_seen_otherwise_stays(swinging, drawn, balance_of_scenes):
     balance = balance_of_scenes(drawn(4, swinging, scale=0.5))
     kept = kept_beside_the_unknown(balance, select(balance, [Witnessed("hand_l")]))
