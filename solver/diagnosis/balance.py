@@ -57,6 +57,7 @@ class Term:
     usual_std: float = 0.0
     seen: dict[int, tuple[np.ndarray | None, np.ndarray]] = field(default_factory=dict)
     met: dict[tuple[int, int], tuple["Term", np.ndarray]] = field(default_factory=dict)
+    weighed: dict[int, np.ndarray] = field(default_factory=dict)
 
     def whitened(self, rung: Rung) -> tuple[np.ndarray | None, np.ndarray]:
         """Fixed part and columns, at one rung; kept."""
@@ -65,6 +66,12 @@ class Term:
             columns = rung.whitened(self.columns) if self.columns.shape[1] else self.columns
             self.seen[id(rung)] = fixed, columns
         return self.seen[id(rung)]
+
+    def weighted(self, rung: Rung) -> Float[np.ndarray, "rows parameters"]:
+        """K⁻¹ columns, each parameter at one prior standard deviation, at one rung; kept."""
+        if id(rung) not in self.weighed:
+            self.weighed[id(rung)] = rung.precision @ (self.columns * self.prior_std)
+        return self.weighed[id(rung)]
 
     def product(self, earlier: "Term", rung: Rung) -> Float[np.ndarray, "parameters others"]:
         """Columnsᵀ K⁻¹ columns of a term that stands before it, or of itself; kept."""

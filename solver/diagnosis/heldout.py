@@ -84,10 +84,10 @@ def block_scores(
         if term.fixed is not None:
             r = r - term.fixed
     Q = rung.precision
-    columns = [t.columns * t.prior_std for t in terms if t.columns.shape[1]]
-    if columns:
-        B = np.concatenate(columns, axis=1)
-        QB = Q @ B
+    some_terms = [t for t in terms if t.columns.shape[1]]
+    if some_terms:
+        B = np.concatenate([t.columns * t.prior_std for t in some_terms], axis=1)
+        QB = np.concatenate([t.weighted(rung) for t in some_terms], axis=1)
         M = B.T @ QB
         M[np.arange(len(M)), np.arange(len(M))] += 1.0
         factor = cho_factor(M, lower=True)

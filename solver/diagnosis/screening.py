@@ -72,10 +72,10 @@ class Beside:
         self.rung = rung
         self.W: Float[np.ndarray, "rows accepted"] = np.zeros((len(r), 0))
         self.Pr: Float[np.ndarray, " rows"] = P @ r  # what accepted causes leave of the residual, weighted
-        parts = [t.columns * t.prior_std for t in accepted if t.columns.shape[1]]
-        if parts:
-            B = np.concatenate(parts, axis=1)
-            PB = P @ B
+        some = [t for t in accepted if t.columns.shape[1]]
+        if some:
+            B = np.concatenate([t.columns * t.prior_std for t in some], axis=1)
+            PB = np.concatenate([t.weighted(rung) for t in some], axis=1)
             M = B.T @ PB
             M[np.arange(len(M)), np.arange(len(M))] += 1.0
             factor = cho_factor(M, lower=True, check_finite=False)[0]
