@@ -5,7 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
+from solver.dynamics.band_gain import BandGain
 from solver.dynamics.heldout import WithheldBlocks
+from solver.dynamics.motion_change import BANDS_HZ, CoordinateChange, motion_change
 from solver.dynamics.thresholds import Figures, Thresholds, verdicts
 from solver.dynamics.withheld_figures import AgainstMarkers, against_markers
 from solver.dynamics.withheld_layouts import BLOCKS, LAYOUTS, STEPS
@@ -13,6 +15,7 @@ from solver.fit import Fit, TrialFit
 from solver.kinematics.label_faults.fault import LabelFault
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.runs import runs
+from solver.skeleton.skeleton import Skeleton
 
 STANDARD_GRAVITY = 9.80665  # [m/s²] turns the fitted mass into one body weight (BW)
 
@@ -37,7 +40,10 @@ def summary(fit: Fit, files: Sequence[str] = ()) -> dict[str, object]:
         },
         "model": {"bodies": len(fit.skeleton.bodies), "dofs": len(fit.skeleton.dofs)},
         "trials": [
-            {**_trial(trial, body_weight, fit.height_m), "withheld": _withheld(fit, trial.capture.name)}
+            {
+                **_trial(trial, fit.skeleton, body_weight, fit.height_m),
+                "withheld": _withheld(fit, trial.capture.name),
+            }
             for trial in fit.trials
         ],
         "files": list(files),
@@ -72,7 +78,7 @@ def angular_figures(residual: Float[np.ndarray, "frames 3"], body_weight: float,
     return {"rms_Nm": _number(rms), "mean_norm_Nm": _number(mean), "rms_BWh": _number(scaled)}
 
 
-def _trial(trial: TrialFit, body_weight: float, height: float) -> dict[str, object]:
+def _trial(trial: TrialFit, skeleton: Skeleton, body_weight: float, height: float) -> dict[str, object]:
     used = trial.dynamics.used if trial.dynamics else np.zeros(trial.motion.frames, dtype=bool)
     figures = {**_marker_figures(trial.marker_errors), **_residual_figures(trial, body_weight, height)}
     return {
@@ -89,6 +95,7 @@ def _trial(trial: TrialFit, body_weight: float, height: float) -> dict[str, obje
         "hicks": verdicts(_judged(figures), Thresholds()),
         "heldout": _heldout(trial, body_weight, height),
         "kinematics_only": _kinematics_only(trial),
+        "change": _change(trial, skeleton),
         "seconds": {stage: _number(seconds) for stage, seconds in trial.seconds.items()},
     }
 
@@ -186,6 +193,54 @@ def _kinematics_only(trial: TrialFit) -> Numbers | None:
         "marker_rms_m": _number(before.marker_errors.rms),
         "marker_max_m": _number(before.marker_errors.maximum),
         "change_rms_rad": _number(float(np.sqrt(np.mean(change**2)))),
+    }
+
+
+def _change(trial: TrialFit, skeleton: Skeleton) -> dict[str, object] | None:
+    """What the fit to forces changed in the motion of the markers alone; in degrees, translations in mm."""
+    if trial.kinematics_only is None:
+        return None
+    change = motion_change(skeleton, trial.motion, trial.kinematics_only.motion)
+    rms, offset, gain = change.joints_rms_rad, change.joints_offset_rad, change.joints_gain
+    return {
+        "limit_hz": change.limit_Hz,
+        "bands_hz": [[low, _number(high)] for low, high in BANDS_HZ],
+        "joints_rms_deg": None if rms is None else np.degrees(rms),
+        "joints_offset_deg": None if offset is None else np.degrees(offset),
+        "joints_gain": _gain(gain, np.degrees(1.0)),
+        "coordinates": [_changed(coordinate) for coordinate in change.coordinates],
+    }
+
+
+def _changed(change: CoordinateChange) -> dict[str, object]:
+    scale = float(np.degrees(1.0)) if change.turning else 1000.0
+
+    def scaled(value: float | None) -> float | None:
+        return None if value is None else scale * value
+
+    return {
+        "name": change.name,
+        "unit": "deg" if change.turning else "mm",
+        "root": change.root,
+        "rms": scaled(change.rms),
+        "offset": scaled(change.offset),
+        "bands": [scaled(band) for band in change.bands],
+        "gains": [_gain(gain, scale) for gain in change.gains],
+        "range": scaled(change.range),
+        "range_of_markers": scaled(change.range_of_markers),
+        "peak_speed": scaled(change.peak_speed),
+        "peak_speed_of_markers": scaled(change.peak_speed_of_markers),
+    }
+
+
+def _gain(gain: BandGain | None, scale: float) -> dict[str, object] | None:
+    if gain is None:
+        return None
+    return {
+        "band_hz": [gain.low_Hz, _number(gain.high_Hz)],
+        "gain": gain.gain,
+        "phase_deg": float(np.degrees(gain.phase_rad)),
+        "content": scale * gain.content,
     }
 
 

@@ -68,6 +68,7 @@ class Controls:
     speed: viser.GuiDropdownHandle[str]
     banner: viser.GuiHtmlHandle
     summary: viser.GuiHtmlHandle
+    change: viser.GuiHtmlHandle
     notes: viser.GuiHtmlHandle
     show: Show
     tabs: Tabs
@@ -103,10 +104,23 @@ def build_controls(gui: viser.GuiApi, views: tuple[str, ...], *, dark: bool) -> 
         show = _show(gui, views, dark)
     with tabs.add_tab("Fit"):
         summary = gui.add_html("")
+        with gui.add_folder("What the fit to forces changed", expand_by_default=False):
+            change = gui.add_html("")
         with gui.add_folder("Notes"):
             notes = gui.add_html("")
     return Controls(
-        trial, frame, go_to, play, move, speed, banner, summary, notes, show, Tabs(review, queue, solve)
+        trial,
+        frame,
+        go_to,
+        play,
+        move,
+        speed,
+        banner,
+        summary,
+        change,
+        notes,
+        show,
+        Tabs(review, queue, solve),
     )
 
 

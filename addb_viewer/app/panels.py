@@ -1,6 +1,7 @@
 """How good the fit is, what was assumed, and what the colours mean, as pieces of the page."""
 
 import html
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,17 @@ from addb_viewer.app.palette import (
     foot_color,
 )
 from addb_viewer.app.replay import Replay
+from addb_viewer.change_words import (
+    READING,
+    band_in_words,
+    change_sentence,
+    coordinate_in_words,
+    largest_first,
+    signed,
+)
 from addb_viewer.withheld_words import KINDS, QUANTITIES, cutoff_words, worse_words
+
+MOST_CHANGED = 12  # coordinates in the panel, which is narrow; the report has all
 
 
 def summary_html(figures: dict[str, Any], person: dict[str, float], replay: Replay) -> str:
@@ -38,6 +49,35 @@ def person_rows(person: dict[str, float]) -> list[tuple[str, str]]:
     """Mass and height."""
     units = {"mass_kg": ("Mass", "{:.1f} kg"), "height_m": ("Height", "{:.2f} m")}
     return [(units[k][0], units[k][1].format(v)) for k, v in person.items() if k in units and v is not None]
+
+
+def change_html(change: Mapping[str, Any] | None) -> str:
+    """What the fit to forces changed in the motion, the largest changes first.
+
+    Args:
+        change: of the trial, in the shape of `fit --json`; None where nothing was fitted to forces.
+    """
+    told = change_sentence(change)
+    if change is None or not told:
+        return boxed("The motion is that of the markers alone.")
+    band = next(i for i, (_, high) in enumerate(change["bands_hz"]) if high == change["limit_hz"])
+    gain_head = f"gain at {band_in_words(change['bands_hz'][band])}"
+    rows = []
+    for c in largest_first(change)[:MOST_CHANGED]:
+        unit, digits = ("°", 1) if c["unit"] == "deg" else ("\u00a0mm", 0)
+        gain = c["gains"][band]
+        rows.append(
+            (
+                coordinate_in_words(c["name"]),
+                f"{c['rms']:.{digits}f}{unit}",
+                f"{signed(c['offset'], digits)}{unit}",
+                f"{gain['gain']:.2f}" if gain else "–",
+            )
+        )
+    return boxed(
+        f"<p>{html.escape(told)}.</p>{table(rows, ('coordinate', 'RMS', 'constant', gain_head))}"
+        f"<p>{html.escape(READING)} All coordinates and bands: in the report.</p>"
+    )
 
 
 def notes_html(notes: tuple[str, ...]) -> str:
@@ -105,6 +145,13 @@ def _figure_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
         rows.append(("Residual moment", text))
     if figures.get("forces_foretold"):
         rows.append(("Forces and torques", "foretold from the motion: no residual"))
+    change = figures.get("change")
+    if change and change["joints_rms_deg"] is not None:
+        rows.append(("Joints moved", f"{change['joints_rms_deg']:.1f}° RMS by forces"))
+        if gain := change["joints_gain"]:
+            rows.append(
+                (f"Gain, {band_in_words(gain['band_hz'])}", f"{gain['gain']:.2f} of the markers' motion")
+            )
     rows.append(("Frames counted", f"{figures.get('frames_with_force_used', 0)} (force known)"))
     return rows + _withheld_rows(figures)
 

@@ -20,7 +20,7 @@ from addb_viewer.app.memory import Remembered
 from addb_viewer.app.naming import Naming
 from addb_viewer.app.notices import Notices
 from addb_viewer.app.page_script import send_scripts
-from addb_viewer.app.panels import legend_html, notes_html, summary_html
+from addb_viewer.app.panels import change_html, legend_html, notes_html, summary_html
 from addb_viewer.app.playback import Pace, Playback, Position
 from addb_viewer.app.question import Questions
 from addb_viewer.app.queue_desk import QueueDesk
@@ -285,7 +285,9 @@ class Session:
         fit = library.fit
         mass, height = (fit.mass_kg, fit.height_m) if fit else (subject.mass_kg, subject.height_m)
         person = {k: v for k, v in (("mass_kg", mass), ("height_m", height)) if v is not None}
-        self.controls.summary.content = summary_html(library.figures(replay.name), person, replay)
+        figures = library.figures(replay.name)
+        self.controls.summary.content = summary_html(figures, person, replay)
+        self.controls.change.content = change_html(figures.get("change"))
 
     def _compare(self) -> None:
         other, library = self.solving.other, self._room.other

@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from addb_viewer.change_words import change_sentence
 from addb_viewer.withheld_words import cutoff_words, withheld_words, worse_words
 from solver.dynamics.thresholds import Thresholds
 
@@ -29,6 +30,9 @@ def print_summary(figures: dict[str, Any]) -> None:
     console.print(_legend(), style="dim")
     for line in _honesty(figures["trials"]):
         console.print(line, soft_wrap=True)
+    for trial in figures["trials"]:
+        if changed := change_sentence(trial.get("change")):
+            console.print(Text(f"{trial['name']}: {changed[0].lower()}{changed[1:]}"), soft_wrap=True)
     for note in figures["notes"]:
         console.print(Text(f"note: {note}"), soft_wrap=True)
     if figures["files"]:

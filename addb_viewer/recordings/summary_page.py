@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from addb_viewer.change_words import change_in_short
 from addb_viewer.diagnosis_vocabulary import title
 from addb_viewer.recordings.recording import Recording, TrialRecord
 
@@ -30,6 +31,8 @@ def summary_page(record: TrialRecord, recording: Recording) -> str:
         rows.append(("forces and torques", "foretold from the motion", "nothing measured confirms them"))
     if alone is not None:
         rows.append(("marker RMS of the markers alone", _cm(alone["marker_rms_m"]), "before forces counted"))
+    if changed := change_in_short(f.get("change")):
+        rows.append(("joints moved by the fit to forces", changed, "no error by itself"))
     person = f"{fit.mass_kg:.1f} kg, {fit.height_m:.2f} m"
     table = "\n".join(f"| {' | '.join(row)} |" for row in rows)
     compared = f" Sky blue: *{record.before_name}*." if record.before is not None else ""

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from addb_viewer.change_words import change_sentence
 from addb_viewer.diagnosis_vocabulary import listed
 from addb_viewer.diagnosis_words import verdict
 from addb_viewer.recordings.recording import TrialRecord
@@ -15,6 +16,7 @@ from solver.contact.wrenches import DETECTION
 
 FEW = 0.5  # share of frames below which figures say little about the whole trial
 MOST_REASONS, MOST_RANGES, MOST_STRIPS = 3, 4, 6
+MOST_CHANGES = 2  # trials whose changed motion is told at the top
 GOOD, DOUBT, BAD, PLAIN = ("good", "✓"), ("doubt", "!"), ("bad", "✗"), ("plain", "i")
 
 
@@ -159,8 +161,23 @@ def _bounds(report: SubjectReport) -> Safe:
     lines.append(f"Bounds of {SOURCE} for residual force and moment and for marker errors.")
     if 0 < count < FEW * frames:
         lines.append(f"Residuals are about the {count} usable frames alone and say nothing about the others.")
+    lines += _changes(report)
     kind = PLAIN if not bounds.judged else GOOD if not bounds.beyond else BAD
     return _card(kind, bounds.words, lines)
+
+
+def _changes(report: SubjectReport) -> list[str]:
+    """What the residuals may have cost, of the trials that were changed most."""
+    records = [r for r in report.recording.trials if change_sentence(r.figures.get("change"))]
+    records.sort(key=lambda r: -r.figures["change"]["joints_rms_deg"])
+    name = len(report.recording.trials) > 1
+    told = [
+        f"{f'{r.replay.name}: ' if name else ''}{change_sentence(r.figures['change'])}."
+        for r in records[:MOST_CHANGES]
+    ]
+    if len(records) > MOST_CHANGES:
+        told.append("The other trials were changed less.")
+    return told
 
 
 def _diagnosis(report: SubjectReport) -> Safe:

@@ -5,6 +5,7 @@ from pathlib import Path
 from addb_viewer.app.palette import BLUE, GREEN, INK, ORANGE, PURPLE, RESIDUAL
 from addb_viewer.recordings.recording import TrialRecord
 from addb_viewer.report.arrows import arrows_of
+from addb_viewer.report.changed_part import changed_part
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.diagnosis_part import diagnosis_part
 from addb_viewer.report.floor import plates_of
@@ -105,6 +106,7 @@ def _quality(report: SubjectReport) -> Safe:
                 "the motion and the mass; nothing measured confirms them, so there is no residual to judge.",
             )
         )
+    pieces.append(changed_part(figures))
     withheld = withheld_table(figures)
     force_N, moment_Nm = bounds_of(report.recording.fit.mass_kg, report.recording.fit.height_m)
     if withheld is not None:

@@ -1,12 +1,11 @@
 """How far a course is from the truth: errors, peaks, lag, ranges; gain and phase by frequency."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.signal import csd, welch
+from scipy.signal import welch
 
 from benchmarks.truth.course import Course
+from solver.dynamics.band_gain import FINER, band_gains
 
 TURNING = (
     *("pelvis_tilt", "pelvis_list", "pelvis_rotation"),
@@ -24,7 +23,6 @@ DEGREES = 180 / np.pi
 UNITS = {"angle": DEGREES, "speed": DEGREES, "acceleration": 1.0, "torque": 1.0}  # °, °/s, rad/s², N·m
 BANDS_HZ = ((0.5, 2.0), (2.0, 4.0), (4.0, 6.0), (6.0, 8.0), (8.0, 10.0), (10.0, 15.0))
 FLEXION = {"hip": "hip_flexion", "knee": "knee_angle", "ankle": "ankle_angle"}
-FINER = 8  # bins an hertz of a second's segment, so that a band holds what lies between its edges
 LARGEST_LAG_S = 0.06
 ALIKE = 0.5  # correlation below which a lag means nothing
 ENDS_S = 0.1  # at both ends of a trial: filters and splines know no motion beyond
@@ -117,19 +115,27 @@ def _alike(later: Float[np.ndarray, " some"], earlier: Float[np.ndarray, " other
 def gains(course: Course, marker_fit: Course) -> dict[str, list[dict[str, float]]]:
     """Gain and phase of a course against the marker fit by joint and frequency band, both sides together.
 
-    Gain is the cross-spectrum over the marker fit's spectrum (Welch, Hann, segments of a second or the whole
-    trial, half overlapping). Phase is positive where the course leads. `content` is the marker fit's own
-    root mean square in the band [°]: where it is tiny, gain is that of noise.
+    As `solver.dynamics.band_gain` has them. Phase is positive where the course leads. `content` is the marker
+    fit's own root mean square in the band [°]: where it is tiny, gain is that of noise.
     """
-    return {
-        joint: _gain(
-            [course.angle[:, course.dofs.index(d)] for d in _both(stem, course)],
-            [marker_fit.angle[:, marker_fit.dofs.index(d)] for d in _both(stem, course)],
-            course.rate,
-        )
-        for joint, stem in FLEXION.items()
-        if _both(stem, course)
-    }
+    found: dict[str, list[dict[str, float]]] = {}
+    for joint, stem in FLEXION.items():
+        dofs = _both(stem, course)
+        if not dofs:
+            continue
+        ours = course.angle[:, [course.dofs.index(d) for d in dofs]]
+        theirs = marker_fit.angle[:, [marker_fit.dofs.index(d) for d in dofs]]
+        found[joint] = [
+            {
+                "low_Hz": band.low_Hz,
+                "high_Hz": band.high_Hz,
+                "gain": band.gain,
+                "phase_deg": DEGREES * band.phase_rad,
+                "content_deg": DEGREES * band.content,
+            }
+            for band in band_gains(ours, theirs, course.rate, BANDS_HZ)
+        ]
+    return found
 
 
 def error_by_band(course: Course, truth: Course) -> dict[str, list[dict[str, float]]]:
@@ -158,33 +164,6 @@ def error_by_band(course: Course, truth: Course) -> dict[str, list[dict[str, flo
 
 def _both(stem: str, course: Course) -> list[str]:
     return [d for d in (f"{stem}_r", f"{stem}_l") if d in course.dofs]
-
-
-def _gain(
-    ours: Sequence[Float[np.ndarray, " frames"]], theirs: Sequence[Float[np.ndarray, " frames"]], rate: float
-) -> list[dict[str, float]]:
-    length = min(len(ours[0]), round(rate))
-    options = {"fs": rate, "nperseg": length, "nfft": FINER * length, "detrend": "linear"}
-    frequency, _ = welch(theirs[0], **options)
-    own = np.sum([welch(x, **options)[1] for x in theirs], axis=0)
-    cross = np.sum([csd(x, y, **options)[1] for x, y in zip(theirs, ours, strict=True)], axis=0)
-    found = []
-    for low, high in BANDS_HZ:
-        band = (frequency >= low - 1e-9) & (frequency < high - 1e-9)
-        if not band.any() or own[band].sum() == 0:
-            continue
-        ratio = cross[band].sum() / own[band].sum()
-        content = DEGREES * np.sqrt(own[band].sum() * (frequency[1] - frequency[0]) / len(ours))
-        found.append(
-            {
-                "low_Hz": low,
-                "high_Hz": high,
-                "gain": float(np.abs(ratio)),
-                "phase_deg": float(DEGREES * np.angle(ratio)),
-                "content_deg": float(content),
-            }
-        )
-    return found
 
 
 def _rms(values: Float[np.ndarray, " frames"]) -> float:

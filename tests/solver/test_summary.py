@@ -152,7 +152,7 @@ def test_the_contract_has_all_its_fields(small_fit):
         "name", "frames", "rate_hz", "frames_with_force_used", "frames_used_ranges", "mask_source",
         "marker_rms_m", "marker_rms_frame_mean_m", "marker_max_m",
         "linear_residual", "angular_residual", "linear_residual_raw", "angular_residual_raw",
-        "hicks", "heldout", "kinematics_only", "seconds", "torques_inferred_ranges", "label_faults",
+        "hicks", "heldout", "kinematics_only", "change", "seconds", "torques_inferred_ranges", "label_faults",
         "withheld", "forces_foretold",
     }  # fmt: skip
 

@@ -40,6 +40,17 @@ def test_withheld_forces_stand_beside_markers_and_a_worse_fit_is_said_to_be(make
     assert "first layout" not in text
 
 
+def test_what_the_fit_to_forces_changed_stands_beside_the_residuals(small_fit, make_replay):
+    gain = {"band_hz": [4.0, 6.0], "gain": 0.934, "phase_deg": 0.0, "content": 1.5}
+    figures = Library(small_fit.subject, small_fit).figures("walk")
+    changed = figures | {"change": {"joints_rms_deg": 0.82, "joints_gain": gain}}
+    text = summary_html(changed, {}, make_replay())
+    assert "0.8° RMS by forces" in text
+    assert "Gain, 4–6 Hz" in text
+    assert "0.93 of the markers" in text
+    assert "by forces" not in summary_html(figures, {}, make_replay())
+
+
 def test_a_trial_without_dynamics_has_no_residual_rows(small_fit, make_replay):
     text = summary_html(Library(small_fit.subject, small_fit).figures("no/forces"), {}, make_replay())
     assert "Residual" not in text

@@ -1,0 +1,175 @@
+"""What the fit to forces changed in the motion of the markers alone: by coordinate and frequency band.
+
+A change is no error by itself: noise of the markers goes, too. But a residual that is small because the
+motion was bent shows here: movement in the bands where people move is lost, ranges shrink, peaks flatten.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.fft import dct
+
+from solver.dynamics.band_gain import BandGain, band_gains
+from solver.kinematics.frame_solver import root_dofs
+from solver.kinematics.motion import Motion
+from solver.skeleton.skeleton import Skeleton
+
+BANDS_HZ = ((0.0, 2.0), (2.0, 4.0), (4.0, 6.0), (6.0, 10.0), (10.0, np.inf))
+
+
+@dataclass(frozen=True)
+class ChangeSettings:
+    """Below which frequency movement is expected, and from where a gain is one of movement."""
+
+    fast_Hz: float = 10.0  # running and jumping
+    usual_Hz: float = 6.0  # walking
+    slow_Hz: float = 4.0  # squatting, sitting down
+    # Share of the joint speeds' power below 10 Hz that lies above 4 Hz. On recordings: squat 1.8 %,
+    # sitting 2.8 %, walks 5 to 13 % (one with restless markers 50 %), run 19 %, jumps and sprint 30 to 55 %.
+    fast_share: float = 0.15
+    slow_share: float = 0.04
+    least_content_rad: float = np.radians(0.2)  # markers' own errors of 1 mm turn a segment of 0.3 m by 0.2°
+    least_content_m: float = 0.001  # the same errors
+    ends_s: float = 0.1  # left out of ranges and peaks: filters and splines know no motion beyond
+
+
+@dataclass(frozen=True)
+class CoordinateChange:
+    """Of one coordinate, in rad or m."""
+
+    name: str
+    turning: bool
+    root: bool  # places the whole body in the ground: of no joint
+    rms: float  # of all of the change
+    offset: float  # its mean, with sign: fitted less markers'
+    bands: tuple[float, ...]  # RMS by `BANDS_HZ`, without the mean; squares add up to rms² - offset²
+    gains: tuple[BandGain | None, ...]  # by `BANDS_HZ`; None where the markers' motion holds too little
+    range: float | None  # from the least to the greatest value; None: the trial is too short to tell
+    range_of_markers: float | None  # below the limit
+    peak_speed: float | None  # [rad/s or m/s]
+    peak_speed_of_markers: float | None  # below the limit
+
+
+@dataclass(frozen=True)
+class MotionChange:
+    """Of one trial."""
+
+    limit_Hz: float  # below it the movement is expected to stay
+    coordinates: tuple[CoordinateChange, ...]  # in the skeleton's order
+    joints_rms_rad: float | None  # over all turning coordinates but the root joint's; None: there are none
+    joints_offset_rad: float | None  # RMS of their means
+    joints_gain: BandGain | None  # of all of them, in the highest band below the limit
+
+
+def motion_change(
+    skeleton: Skeleton, fitted: Motion, markers: Motion, settings: ChangeSettings | None = None
+) -> MotionChange:
+    """How the fitted motion differs from that of the markers alone.
+
+    Args:
+        skeleton: that both motions are of.
+        fitted: to markers and forces.
+        markers: fitted to markers alone, unfiltered.
+        settings: where movement is expected.
+    """
+    chosen = settings or ChangeSettings()
+    turning = np.array([c.motion == "rotation" for c in skeleton.free_coordinates], dtype=bool)
+    root = root_dofs(skeleton)
+    joints = turning & ~root
+    limit = expected_limit_Hz(markers, joints, chosen)
+    change = fitted.q - markers.q
+    offset, bands = change.mean(axis=0), band_rms(change, fitted.rate, BANDS_HZ)
+    ranges = _ranges_and_peaks(fitted, chosen.ends_s)
+    below = _ranges_and_peaks(markers.low_passed(limit), chosen.ends_s)
+    coordinates = []
+    for i, name in enumerate(skeleton.dofs):
+        least = chosen.least_content_rad if turning[i] else chosen.least_content_m
+        told = {
+            g.low_Hz: g
+            for g in band_gains(fitted.q[:, [i]], markers.q[:, [i]], fitted.rate, BANDS_HZ)
+            if g.content >= least
+        }
+        coordinates.append(
+            CoordinateChange(
+                name,
+                bool(turning[i]),
+                bool(root[i]),
+                _rms(change[:, i]),
+                float(offset[i]),
+                tuple(float(b) for b in bands[:, i]),
+                tuple(told.get(low) for low, _ in BANDS_HZ),
+                *(None if pair is None else float(pair[i]) for pair in (ranges[0], below[0])),
+                *(None if pair is None else float(pair[i]) for pair in (ranges[1], below[1])),
+            )
+        )
+    if not joints.any():
+        return MotionChange(limit, tuple(coordinates), None, None, None)
+    highest = [band for band in BANDS_HZ if band[1] == limit]
+    gain = band_gains(fitted.q[:, joints], markers.q[:, joints], fitted.rate, highest)
+    enough = [g for g in gain if g.content >= chosen.least_content_rad]
+    return MotionChange(
+        limit,
+        tuple(coordinates),
+        _rms(change[:, joints]),
+        _rms(offset[joints]),
+        enough[0] if enough else None,
+    )
+
+
+def expected_limit_Hz(
+    markers: Motion, joints: Bool[np.ndarray, " dofs"], settings: ChangeSettings | None = None
+) -> float:
+    """Below which frequency [Hz] the movement is expected: by how much of the joints' speed is fast.
+
+    Args:
+        markers: motion of the markers alone.
+        joints: turning coordinates to look at.
+        settings: limits and the shares that tell them apart.
+    """
+    chosen = settings or ChangeSettings()
+    speeds = band_rms(
+        markers.velocity[:, joints], markers.rate, ((0.0, chosen.slow_Hz), (chosen.slow_Hz, 10.0))
+    )
+    slow, fast = (speeds**2).sum(axis=1)
+    if slow + fast == 0:
+        return chosen.usual_Hz
+    share = fast / (slow + fast)
+    if share > chosen.fast_share:
+        return chosen.fast_Hz
+    return chosen.slow_Hz if share < chosen.slow_share else chosen.usual_Hz
+
+
+def band_rms(
+    values: Float[np.ndarray, "frames columns"], rate: float, bands_Hz: Sequence[tuple[float, float]]
+) -> Float[np.ndarray, "bands columns"]:
+    """Root mean square by frequency band, without the mean; over bands without gaps squares add up.
+
+    By the cosine transform, which continues a series by its mirror image: a trend does not leak upwards.
+
+    Args:
+        values: in any unit.
+        rate: [Hz].
+        bands_Hz: from and below.
+    """
+    frames = len(values)
+    power = dct(values - values.mean(axis=0), axis=0, norm="ortho") ** 2 / frames
+    frequency = np.arange(frames) * rate / (2 * frames)
+    inside = [(frequency >= low) & (frequency < high) for low, high in bands_Hz]
+    return np.sqrt(np.stack([power[band].sum(axis=0) for band in inside]))
+
+
+def _ranges_and_peaks(
+    motion: Motion, ends_s: float
+) -> tuple[Float[np.ndarray, " dofs"], Float[np.ndarray, " dofs"]] | tuple[None, None]:
+    """Ranges and peak speeds away from the ends; None for trials that are hardly longer than these."""
+    cut = round(ends_s * motion.rate)
+    if motion.frames < 4 * cut:
+        return None, None
+    inner = slice(cut, motion.frames - cut)
+    return np.ptp(motion.q[inner], axis=0), np.abs(motion.velocity[inner]).max(axis=0)
+
+
+def _rms(values: Float[np.ndarray, "..."]) -> float:
+    return float(np.sqrt(np.mean(values**2)))
