@@ -14,20 +14,23 @@ from solver.dynamics.com_trajectory import fit_com_trajectory
 from solver.dynamics.divided_wrench import distances_to_soles
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.extension import Extension, TrialExtension, with_extra_wrench
+from solver.dynamics.foretelling.learnt_terms import LearntTerms
+from solver.dynamics.foretelling.sister_fit import Foretold
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.mass import mass_from_forces
 from solver.dynamics.missing_wrench import with_inferred_torques
 from solver.dynamics.root_shift import with_com_at
 from solver.dynamics.root_wrench import about_point, centre_of_mass
-from solver.dynamics.trajectory_fit import fit_trajectories
+from solver.dynamics.trajectory_fit import TrajectoryFit, fit_trajectories
 from solver.dynamics.trial_data import TrialData
 from solver.dynamics.unmeasured_forces import unmeasured_forces
 from solver.fit import Groundwork, KinematicsOnly, TrialFit
-from solver.foretelling_stage import misses_a_force, sister_of, with_foretold
+from solver.foretelling_stage import learnt_before, misses_a_force, sister_of, with_foretold
 from solver.kinematics.marker_errors import marker_errors
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.kinematics.motion import Motion
 from solver.progress import Progress
+from solver.runs import runs
 from solver.settings import Settings
 from solver.skeleton.forward import ForwardKinematics, marker_positions
 from solver.skeleton.skeleton import Skeleton
@@ -48,6 +51,9 @@ class Obeying:
     extra: Float[np.ndarray, " extra"]  # x of the extension, where there is one
     foretold_ground: Mapping[str, Float[np.ndarray, "frames 6"]] = field(default_factory=dict)
     # by trial, of all feet [N, N·m about the ground origin]; empty where no force is missing
+    learnt: LearntTerms | None = None  # by the sister that foretold missing forces, this time or before
+    learnt_on: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
+    # by trial, the stretches of known frames that chose the kinds of these terms
 
 
 def obeying_forces(
@@ -73,7 +79,8 @@ def obeying_forces(
     fitted = fitted_to_forces(fits, settings)
     if not fitted:
         x = extension.x if extension else np.zeros(0)
-        return Obeying(skeleton, tuple(replace(fit, spline=None) for fit in fits), None, (), x)
+        plain = tuple(replace(fit, spline=None) for fit in fits)
+        return Obeying(skeleton, plain, None, (), x, learnt=groundwork.learnt, learnt_on=groundwork.learnt_on)
     clock = Clock()
     with clock("dynamics"):
         data, gain_notes = all_data([fits[i] for i in fitted], match, skeleton, settings, extension)
@@ -83,28 +90,15 @@ def obeying_forces(
             else replace(trial, spline=fits[i].spline)
             for i, trial in zip(fitted, data, strict=True)
         ]
-        result = fit_trajectories(
-            skeleton,
+        result, sister = _fitted_together(
+            [fits[i] for i in fitted],
             data,
-            settings.trajectory,
-            progress,
-            phi=groundwork.phi,
-            extra=extension.parameters if extension else None,
+            groundwork,
+            skeleton=skeleton,
+            settings=settings,
+            progress=progress,
+            extension=extension,
         )
-        sister = None
-        if any(misses_a_force(fits[i]) for i in fitted):
-            sister = sister_of(
-                [fits[i] for i in fitted], data, result, skeleton, settings, extension=extension
-            )
-        if sister is not None:
-            result = fit_trajectories(
-                skeleton,
-                with_foretold(data, result, sister),
-                settings.trajectory,
-                progress,
-                phi=result.phi,
-                extra=extension.parameters if extension else None,
-            )
     foretold_ground: dict[str, Float[np.ndarray, "frames 6"]] = {}
     if sister is not None:
         gain_notes += sister.notes
@@ -134,7 +128,58 @@ def obeying_forces(
             "force missing, the plates' gain off, something carried, or the entered mass wrong?",
         )
     notes = (*result.notes, *gain_notes)
-    return Obeying(result.skeleton, tuple(updated), result.phi, notes, result.extra, foretold_ground)
+    learnt, learnt_on = groundwork.learnt, groundwork.learnt_on
+    if sister is not None:
+        if learnt_before([fits[i] for i in fitted], groundwork, settings) is None:
+            learnt_on = {fits[i].capture.name: tuple(runs(fits[i].forces_known)) for i in fitted}
+        learnt = sister.learnt
+        for k, i in enumerate(fitted):
+            updated[i] = replace(updated[i], sister_spline=sister.splines[k])
+    return Obeying(
+        result.skeleton,
+        tuple(updated),
+        result.phi,
+        notes,
+        result.extra,
+        foretold_ground,
+        learnt,
+        learnt_on,
+    )
+
+
+def _fitted_together(
+    fits: Sequence[TrialFit],
+    data: Sequence[TrialData],
+    groundwork: Groundwork,
+    *,
+    skeleton: Skeleton,
+    settings: Settings,
+    progress: Progress,
+    extension: Extension | None,
+) -> tuple[TrajectoryFit, Foretold | None]:
+    """The trajectory fit; where a force is missing, held by what its sister foretells.
+
+    A first sister begins where the fit ends without what it foretells. After an edit of the flags it begins
+    at the former sister, and one fit is enough.
+    """
+
+    def fit(trials: Sequence[TrialData], phi: Float[np.ndarray, " parameters"] | None) -> TrajectoryFit:
+        return fit_trajectories(
+            skeleton,
+            list(trials),
+            settings.trajectory,
+            progress,
+            phi=phi,
+            extra=extension.parameters if extension else None,
+        )
+
+    if not settings.foretelling.enabled or not any(misses_a_force(trial) for trial in fits):
+        return fit(data, groundwork.phi), None
+    learnt = learnt_before(fits, groundwork, settings)
+    begun = fit(data, groundwork.phi) if learnt is None else None
+    sister = sister_of(fits, data, begun, skeleton, settings, extension=extension, learnt=learnt)
+    assert sister is not None
+    return fit(with_foretold(data, begun, sister), begun.phi if begun else groundwork.phi), sister
 
 
 def fitted_to_forces(fits: Sequence[TrialFit], settings: Settings) -> list[int]:

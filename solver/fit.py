@@ -1,5 +1,6 @@
 """What a solve gives back: one skeleton for the subject, and per trial the motion, torques and residuals."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,6 +10,7 @@ from solver.capture.capture import Capture, Subject, UnreadTrial, UnusedFile
 from solver.contact.proposals import Proposal
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
+from solver.dynamics.foretelling.learnt_terms import LearntTerms
 from solver.dynamics.heldout import Heldout, WithheldLayout
 from solver.kinematics.label_faults.fault import LabelFault
 from solver.kinematics.marker_errors import MarkerErrors
@@ -40,6 +42,7 @@ class TrialFit:
     kinematics_only: KinematicsOnly | None = None  # None: the motion is that of the markers alone
     heldout: Heldout | None = None
     spline: Float[np.ndarray, "coefficients dofs"] | None = None  # of a motion that was fitted to forces
+    sister_spline: Float[np.ndarray, "coefficients dofs"] | None = None  # of the fit that foretold forces
     costs: tuple[float, ...] = ()  # of the trajectory fit of all trials: at first, after each iteration
     seconds: dict[str, float] = field(default_factory=dict)  # CPU seconds: load, kinematics, dynamics
     notes: tuple[str, ...] = ()
@@ -70,6 +73,9 @@ class Groundwork:
         None  # fitted inertias; None: no trial was fitted to forces
     )
     unread: tuple[UnreadTrial, ...] = ()  # that the solve went without
+    learnt: LearntTerms | None = None  # by the last sister fit; None: there was none
+    learnt_on: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
+    # by trial, the stretches of known frames that chose the kinds of these terms
 
 
 @dataclass(frozen=True)

@@ -5,69 +5,103 @@ from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
-from threadpoolctl import threadpool_limits
 
 from solver.dynamics.extension import Extension
+from solver.dynamics.foretelling.learnt_terms import LearntTerms
 from solver.dynamics.foretelling.sister_fit import Foretold, SisterTrial, foretold
 from solver.dynamics.heldout import Heldout
+from solver.dynamics.hidden_steps import frames_of
 from solver.dynamics.root_wrench import about_point
 from solver.dynamics.trajectory_fit import TrajectoryFit
 from solver.dynamics.trial_data import ExtraParameters, TrialData
-from solver.fit import TrialFit
+from solver.fit import Groundwork, TrialFit
 from solver.settings import Settings
 from solver.skeleton.skeleton import Skeleton
+
+
+def learnt_before(fits: Sequence[TrialFit], groundwork: Groundwork, settings: Settings) -> LearntTerms | None:
+    """What a re-solve need not learn anew; None where it has to.
+
+    A few frames more or fewer change little of what repeats in every step. Where many have changed since
+    hidden blocks chose the kinds of terms, or other trials take part, blocks are asked again.
+
+    Args:
+        fits: that take part, with contacts and mask.
+        groundwork: of the former solve.
+        settings: of both.
+    """
+    begun = all(fit.spline is not None and fit.sister_spline is not None for fit in fits)
+    known = {fit.capture.name: fit.forces_known for fit in fits}
+    if groundwork.learnt is None or not begun or known.keys() != groundwork.learnt_on.keys():
+        return None
+    then = {name: frames_of(list(groundwork.learnt_on[name]), len(now)) for name, now in known.items()}
+    changed = sum(int((then[name] != now).sum()) for name, now in known.items())
+    before = sum(int(frames.sum()) for frames in then.values())
+    return groundwork.learnt if changed <= settings.foretelling.kinds_last * before else None
 
 
 def sister_of(
     fits: Sequence[TrialFit],
     data: Sequence[TrialData],
-    result: TrajectoryFit,
+    result: TrajectoryFit | None,
     skeleton: Skeleton,
     settings: Settings,
     *,
     extension: Extension | None,
+    learnt: LearntTerms | None = None,
 ) -> Foretold | None:
     """The sister of a trajectory fit; None where settings do without.
 
     Args:
         fits: with contacts.
         data: that the fit was given.
-        result: of that fit.
+        result: of that fit; None: the sister begins where an earlier one ended.
         skeleton: that it began with.
         settings: of every stage.
         extension: what acts beside the recorded forces.
+        learnt: by that earlier sister.
     """
     if not settings.foretelling.enabled:
         return None
     trials = []
-    for fit, own, motion in zip(fits, data, result.motions, strict=True):
+    for i, (fit, own) in enumerate(zip(fits, data, strict=True)):
         assert fit.contacts is not None
-        contacts = fit.contacts
-        trials.append(
-            SisterTrial(replace(own, spline=None, initial=motion), contacts.foot_bodies, contacts.in_contact)
+        begun = (
+            replace(own, spline=fit.sister_spline)
+            if result is None
+            else replace(own, spline=None, initial=result.motions[i])
         )
+        trials.append(SisterTrial(begun, fit.contacts.foot_bodies, fit.contacts.in_contact))
     extra = None
     if extension is not None and extension.parameters is not None:
-        extra = ExtraParameters(extension.prior_std, result.extra)
-    with threadpool_limits(1):
-        return foretold(
-            skeleton, trials, settings.trajectory, settings.foretelling, phi=result.phi, extra=extra
-        )
+        extra = extension.parameters if result is None else ExtraParameters(extension.prior_std, result.extra)
+    return foretold(
+        skeleton,
+        trials,
+        settings.trajectory,
+        settings.foretelling,
+        phi=None if result is None else result.phi,
+        extra=extra,
+        learnt=learnt,
+    )
 
 
-def with_foretold(data: Sequence[TrialData], result: TrajectoryFit, sister: Foretold) -> list[TrialData]:
+def with_foretold(
+    data: Sequence[TrialData], result: TrajectoryFit | None, sister: Foretold
+) -> list[TrialData]:
     """The same trials for a fit that is held, where forces are missing, by those that the sister foretells.
 
     Without them the motion would change its mind at the borders of what is known, and be noisier beyond.
 
     Args:
         data: of the fit so far.
-        result: of it; the search goes on there.
+        result: of it; the search goes on there. None: where the data say.
         sister: of that fit.
     """
+    splines = [own.spline for own in data] if result is None else result.splines
     return [
         replace(own, foretold_ground=wrench, spline=spline)
-        for own, wrench, spline in zip(data, sister.wrenches_ground, result.splines, strict=True)
+        for own, wrench, spline in zip(data, sister.wrenches_ground, splines, strict=True)
     ]
 
 

@@ -248,6 +248,7 @@ def _before_reviews(trial: TrialFit, groundwork: Groundwork, settings: Settings)
         mask=trial.mask,
         proposals=trial.proposals,
         spline=trial.spline,
+        sister_spline=trial.sister_spline,
         seconds=nothing,
         label_faults=trial.label_faults,
     )

@@ -107,7 +107,9 @@ def obeying_reviews(
             *person_sex(subject, height_m),
             *_extension_notes(extension, names),
         ),
-        groundwork=replace(groundwork, mass_kg=mass_kg, phi=obeying.phi),
+        groundwork=replace(
+            groundwork, mass_kg=mass_kg, phi=obeying.phi, learnt=obeying.learnt, learnt_on=obeying.learnt_on
+        ),
         heldout_due=settings.trajectory.heldout and obeying.phi is not None,
     )
 

@@ -101,13 +101,15 @@ def fit_trajectories(
 
 @dataclass(frozen=True)
 class FirstStep:
-    """Where one step of the fit leads."""
+    """Where a step of the fit leads, or a few."""
 
     skeleton: Skeleton
     motions: tuple[Motion, ...]
     extra: Float[np.ndarray, " extra"]
     free: Bool[np.ndarray, " shared"]  # of φ and x
     corner: Float[np.ndarray, "free free"]  # of these, the trajectories eliminated
+    splines: tuple[Float[np.ndarray, "coefficients dofs"], ...]  # coefficients of the motions
+    phi: Float[np.ndarray, " parameters"]
 
     @property
     def extra_variance(self) -> Float[np.ndarray, " extra"]:
@@ -143,6 +145,33 @@ def first_steps(
     _refuse(trials, extra)
     with threadpool_limits(1):
         return _Solver(skeleton, trials, settings, extra).first_steps(phi, choices)
+
+
+def stepped(
+    skeleton: Skeleton,
+    trials: list[TrialData],
+    settings: TrajectorySettings,
+    count: int,
+    *,
+    phi: Float[np.ndarray, " parameters"] | None = None,
+    extra: ExtraParameters,
+) -> FirstStep:
+    """So many steps of the fit from near its end, where each arrives within the square of what the last left.
+
+    Args:
+        skeleton: scaled, with the entered mass.
+        trials: as for the fit.
+        settings: weights.
+        count: of the steps, one or more.
+        phi: inertia parameters where they begin; None: the nominal ones.
+        extra: of the trials' extra columns.
+
+    Raises:
+        FitError: as the fit.
+    """
+    _refuse(trials, extra)
+    with threadpool_limits(1):
+        return _Solver(skeleton, trials, settings, extra).steps(phi, count)
 
 
 def _refuse(trials: list[TrialData], extra: ExtraParameters) -> None:
@@ -208,9 +237,32 @@ class _Solver:
         for step, choice in zip(factor.steps(gradient, shared), shared, strict=True):
             there, free = self._stepped(state, step), choice.free
             corner = (factor.corner + choice.curvature)[np.ix_(free, free)]
-            motions = tuple(part.motion(at) for part, at in self._at(there))
-            found.append(FirstStep(self._skeleton(there), motions, there.shared.x, free, corner))
+            found.append(self._arrived(there, free, corner))
         return found
+
+    def steps(self, phi: Float[np.ndarray, " parameters"] | None, count: int) -> FirstStep:
+        state = self._begun(phi)
+        for _ in range(count):
+            system = self._linearized(state)
+            gradient = self._gradient_of(state, system)
+            factor = self._factorized(state, system)
+            state = self._stepped(state, factor.step(gradient))
+            corner = factor.corner
+            del system, factor  # before the next ones are built
+        return self._arrived(state, np.ones(state.shared.count, dtype=bool), corner)
+
+    def _arrived(
+        self, state: _State, free: Bool[np.ndarray, " shared"], corner: Float[np.ndarray, "free free"]
+    ) -> FirstStep:
+        return FirstStep(
+            skeleton=self._skeleton(state),
+            motions=tuple(part.motion(at) for part, at in self._at(state)),
+            extra=state.shared.x,
+            free=free,
+            corner=corner,
+            splines=tuple(state.coefficients),
+            phi=state.shared.phi,
+        )
 
     def _skeleton(self, state: _State) -> Skeleton:
         return state.shared.skeleton if state.shared.free_inertias else self.inertias.skeleton

@@ -22,6 +22,12 @@ from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
 
 
+def basis_for(motion: Motion, settings: TrajectorySettings) -> SplineBasis:
+    """Of a trial's splines."""
+    spacing = max(1, round(settings.knot_spacing_s * motion.rate))
+    return spline_basis(motion.frames, motion.rate, spacing)
+
+
 class TrialCost:
     """What one trial adds to the cost of the trajectory fit, by its spline and the shared parameters."""
 
@@ -29,9 +35,8 @@ class TrialCost:
         self, skeleton: Skeleton, data: TrialData, settings: TrajectorySettings, extra: int = 0
     ) -> None:
         motion = data.start
-        spacing = max(1, round(settings.knot_spacing_s * motion.rate))
         self.data, self.kinematics = data, ForwardKinematics(skeleton)
-        self.basis: SplineBasis = spline_basis(motion.frames, motion.rate, spacing)
+        self.basis: SplineBasis = basis_for(motion, settings)
         self.terms: tuple[Term, ...] = (
             Markers(self.kinematics, data.observed_ground, motion, settings),
             RootResidual(data, settings, extra),

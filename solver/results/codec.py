@@ -11,6 +11,7 @@ import numpy as np
 from solver.capture import capture
 from solver.contact import proposals, wrenches
 from solver.dynamics import dynamics, extension, heldout
+from solver.dynamics.foretelling import learnt_terms
 from solver.errors import ResultsError
 from solver.fit import Groundwork, KinematicsOnly, TrialFit
 from solver.kinematics import marker_errors, marker_matching, motion
@@ -26,6 +27,7 @@ _ROOMS = (
     proposals,
     dynamics,
     heldout,
+    learnt_terms,
     extension,
     fault,
     marker_errors,

@@ -9,7 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from solver import dynamics_stage
 from solver.capture.subject import open_subject
+from solver.dynamics.foretelling import sister_fit
 from solver.errors import Cancelled, FitError
 from solver.fit import Fit
 from solver.pipeline import can_resolve, resolve, solve
@@ -100,6 +102,52 @@ def test_a_new_flag_gives_what_a_solve_from_the_beginning_gives(case, reviewed):
     (trial,) = reviewed.trials
     assert trial.mask.reasons != case.first.trials[0].mask.reasons
     assert_agree(reviewed, case.cold(case.after))
+
+
+def trial_flags(case: Case) -> tuple:
+    return tuple(r for r in case.first.trials[0].mask.reasons if r[3] != "hasNoForcePlateData")
+
+
+def moved(case: Case, frames: int) -> dict:
+    """The last flag that `after` adds, later by so many frames."""
+    (name,) = case.after
+    (trial,) = case.first.trials
+    used = np.flatnonzero(trial.dynamics.used)
+    start = int(used[len(used) // 2]) + frames
+    return {
+        name: flagged(*trial_flags(case), (start, start + 25, trial.contacts.foot_bodies[0], "manualReview"))
+    }
+
+
+def test_another_flag_takes_one_fit_and_asks_no_blocks_anew(case, reviewed, monkeypatch):
+    """What is learnt of a person outlasts a few flags; from the beginning it takes two fits and a choice."""
+    cold, fits = case.cold(moved(case, 5)), []
+    fit = dynamics_stage.fit_trajectories
+    with monkeypatch.context() as watched:
+        watched.setattr(sister_fit, "chosen_kinds", lambda *_, **__: pytest.fail("blocks were asked anew"))
+        watched.setattr(dynamics_stage, "fit_trajectories", lambda *a, **k: fits.append(0) or fit(*a, **k))
+        warm = resolve(reviewed, moved(case, 5), SETTINGS)
+    assert len(fits) == 1
+    assert warm.groundwork.learnt.kinds == cold.groundwork.learnt.kinds
+    assert_agree(warm, cold)
+
+
+def test_solving_the_same_flags_again_moves_nothing_further(case, reviewed):
+    once = resolve(reviewed, case.after, SETTINGS)
+    assert_agree(resolve(once, case.after, SETTINGS), once)
+
+
+def test_many_changed_frames_ask_blocks_anew(case, reviewed, monkeypatch):
+    asked = []
+    choose = sister_fit.chosen_kinds
+    monkeypatch.setattr(sister_fit, "chosen_kinds", lambda *a, **k: asked.append(0) or choose(*a, **k))
+    (trial,) = reviewed.trials
+    known = np.flatnonzero(trial.forces_known)
+    most = (int(known[0]), int(known[2 * len(known) // 3]), None, "manualReview")
+    (name,) = case.after
+    fewer = resolve(reviewed, {name: flagged(*trial_flags(case), most)}, SETTINGS)
+    assert asked
+    assert fewer.groundwork.learnt_on != reviewed.groundwork.learnt_on
 
 
 def test_taking_it_back_gives_the_first_fit_again(case, reviewed):

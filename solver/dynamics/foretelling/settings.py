@@ -54,6 +54,12 @@ class ForetellingSettings:
         why="standard errors by which hidden blocks have to agree that it is lower, the end of a 90 % "
         "interval: else one impact decides",
     )
+    kinds_last: float = setting(
+        0.4,
+        unit="",
+        why="share of the known frames that edits of the flags may change before hidden blocks choose kinds "
+        "anew: choosing takes three times as long as all the rest of a re-solve",
+    )
     demand_cutoff_Hz: float = setting(
         8.0, unit="Hz", why="the motion's own demand is taken below it: above, marker noise dominates"
     )

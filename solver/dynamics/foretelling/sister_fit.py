@@ -21,15 +21,18 @@ from solver.dynamics.foretelling.demand_gains import demanded_ground, gain_colum
 from solver.dynamics.foretelling.footfalls import footfalls
 from solver.dynamics.foretelling.heading_frame import heading_frame
 from solver.dynamics.foretelling.inner_blocks import INERTIAS, Parameters, chosen_kinds
+from solver.dynamics.foretelling.learnt_terms import LearntTerms
 from solver.dynamics.foretelling.settings import ForetellingSettings
 from solver.dynamics.foretelling.step_curves import StepPhases, step_columns, step_phases
-from solver.dynamics.trajectory_fit import first_steps
+from solver.dynamics.trajectory_fit import stepped
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.dynamics.trial_data import ExtraParameters, TrialData
 from solver.skeleton.skeleton import Skeleton
 
 KINDS = (INERTIAS, step_curves.KIND, demand_gains.KIND, constants.KIND)
 OTHER = "extension"
+FIRST_STEPS = 2  # from the trajectory fit: its weights are others
+NEXT_STEPS = 1  # from an earlier sister: a few frames more or fewer
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,8 @@ class Foretold:
     skeleton: Skeleton  # with the sister's inertias
     kinds: tuple[str, ...]  # of terms that foretell better
     notes: tuple[str, ...]  # what the learnt gains may point to
+    splines: tuple[Float[np.ndarray, "coefficients dofs"], ...]  # of its motions
+    learnt: LearntTerms
 
 
 def foretold(
@@ -60,6 +65,7 @@ def foretold(
     phi: Float[np.ndarray, " parameters"] | None = None,
     extra: ExtraParameters | None = None,
     kinds: Sequence[str] = KINDS,
+    learnt: LearntTerms | None = None,
 ) -> Foretold:
     """Fit the sister, with the kinds of terms that foretell known forces better, if any.
 
@@ -72,6 +78,8 @@ def foretold(
         extra: x of the trials' extra columns, where a diagnosis has added some: they act on the body, and the
             wrench here is what remains beside them.
         kinds: of terms to choose among.
+        learnt: by an earlier sister, whose splines the trials begin with: its kinds stay. None: hidden blocks
+            choose among `kinds`.
 
     Raises:
         FitError: as the trajectory fit.
@@ -87,24 +95,32 @@ def foretold(
         residual_moment_std_Nm=settings.residual_moment_std_Nm,
         knot_spacing_s=settings.knot_spacing_s,
     )
-    made = _Made(skeleton, settings, trials)
-    parameters = made.parameters(extra)
+    made = _Made(skeleton, settings, trials, extra)
     plain = [trial.data for trial in trials]
-    chosen = chosen_kinds(
-        skeleton,
-        plain,
-        weights,
-        settings,
-        phi=phi,
-        parameters=parameters,
-        with_columns=made.with_columns,
-        kinds=[kind for kind in kinds if kind == INERTIAS or kind in parameters.of],
-        always=(OTHER,),
-    )
-    weight = settings.inertia_prior_weight if INERTIAS in chosen else 1.0
-    kept = parameters.some((OTHER, *chosen))
-    data = made.with_columns(plain)
-    (sister,) = first_steps(skeleton, data, weights, [(kept, weight)], phi=phi, extra=parameters.prior)
+    if learnt is None:
+        chosen = chosen_kinds(
+            skeleton,
+            plain,
+            weights,
+            settings,
+            phi=phi,
+            parameters=(every := made.parameters(kinds)),
+            with_columns=lambda data: made.with_columns(data, kinds),
+            kinds=[kind for kind in kinds if kind == INERTIAS or kind in every.of],
+            always=(OTHER,),
+        )
+    else:
+        chosen, phi = learnt.kinds, learnt.phi
+    if INERTIAS in chosen:
+        weights = replace(
+            weights, inertia_prior_weight=settings.inertia_prior_weight * weights.inertia_prior_weight
+        )
+    parameters, data = made.parameters(chosen), made.with_columns(plain, chosen)
+    start = parameters.prior
+    if learnt is not None and len(learnt.x) == len(start.start):
+        start = replace(start, start=learnt.x)
+    steps = FIRST_STEPS if learnt is None else NEXT_STEPS
+    sister = stepped(skeleton, data, weights, steps, phi=phi, extra=start)
     wrenches = []
     for motion, trial in zip(sister.motions, data, strict=True):
         assert trial.extra_columns_ground is not None
@@ -112,19 +128,31 @@ def foretold(
         if trial.extra_wrench_ground is not None:
             beside = beside + trial.extra_wrench_ground
         wrenches.append(demanded_ground(sister.skeleton, motion) - beside)
-    gains = parameters.some((demand_gains.KIND,)) & kept
-    std = np.sqrt(sister.extra_variance[gains])
-    notes = gain_notes(sister.extra[gains], std, settings) if gains.any() else ()
-    return Foretold(tuple(wrenches), sister.skeleton, chosen, notes)
+    gains = parameters.some((demand_gains.KIND,))
+    notes: tuple[str, ...] = ()
+    if gains.any():
+        notes = gain_notes(sister.extra[gains], np.sqrt(sister.extra_variance[gains]), settings)
+    return Foretold(
+        tuple(wrenches),
+        sister.skeleton,
+        chosen,
+        notes,
+        sister.splines,
+        LearntTerms(chosen, sister.phi, sister.extra),
+    )
 
 
 class _Made:
     """Columns of trials; what does not depend on which frames count is made once."""
 
     def __init__(
-        self, skeleton: Skeleton, settings: ForetellingSettings, trials: Sequence[SisterTrial]
+        self,
+        skeleton: Skeleton,
+        settings: ForetellingSettings,
+        trials: Sequence[SisterTrial],
+        extra: ExtraParameters,
     ) -> None:
-        self.skeleton, self.settings, self.trials = skeleton, settings, trials
+        self.skeleton, self.settings, self.trials, self.extra = skeleton, settings, trials, extra
         self.motions = [trial.data.start for trial in trials]
         self.frames = [heading_frame(skeleton, motion) for motion in self.motions]
         self.weight_N = float(skeleton.mass * np.linalg.norm(skeleton.gravity))
@@ -132,38 +160,44 @@ class _Made:
             smooth_demand(skeleton, motion, frame, settings)
             for motion, frame in zip(self.motions, self.frames, strict=True)
         ]
-        phases = self._phases([trial.data for trial in trials])
-        stepping = [_peak(d) for d, p in zip(self.demands, phases, strict=True) if p is not None]
+        self.phases = self._phases([trial.data for trial in trials])
+        stepping = [_peak(d) for d, p in zip(self.demands, self.phases, strict=True) if p is not None]
         self.peak_N = max(stepping, default=0.0)  # zero: nobody steps
         self.lasting = [
             [gain_columns(d, m.rate, f, settings), constant_columns(f, self.weight_N, settings)]
             for d, m, f in zip(self.demands, self.motions, self.frames, strict=True)
         ]
 
-    def parameters(self, extra: ExtraParameters) -> Parameters:
-        """Of the trials' own extra columns and of all kinds that there are."""
-        columns = self._learnt([trial.data for trial in self.trials])[0]
-        learnt = np.concatenate([c.prior_std for c in columns])
+    def parameters(self, kinds: Sequence[str]) -> Parameters:
+        """Of the trials' own extra columns and of these kinds."""
+        columns, extra = self._learnt([trial.data for trial in self.trials], kinds)[0], self.extra
         of = (OTHER,) * len(extra.start) + tuple(c.kind for c in columns for _ in c.prior_std)
-        prior_std = np.concatenate([extra.prior_std, learnt])
-        return Parameters(of, ExtraParameters(prior_std, np.concatenate([extra.start, 0 * learnt])))
+        prior_std = np.concatenate([extra.prior_std, *(c.prior_std for c in columns)])
+        start = np.concatenate([extra.start, np.zeros(len(of) - len(extra.start))])
+        return Parameters(of, ExtraParameters(prior_std, start))
 
-    def with_columns(self, data: Sequence[TrialData]) -> list[TrialData]:
-        """The trials with learnt columns behind those that they have."""
+    def with_columns(self, data: Sequence[TrialData], kinds: Sequence[str]) -> list[TrialData]:
+        """The trials with columns of these kinds behind those that they have."""
         whole = []
-        for trial, columns in zip(data, self._learnt(data), strict=True):
-            own = () if trial.extra_columns_ground is None else (trial.extra_columns_ground,)
-            together = np.concatenate([*own, *(c.ground for c in columns)], axis=2)
+        for trial, columns in zip(data, self._learnt(data, kinds), strict=True):
+            own = trial.extra_columns_ground
+            if own is None:
+                own = np.zeros((len(trial.counts), 6, len(self.extra.start)))
+            together = np.concatenate([own, *(c.ground for c in columns)], axis=2)
             whole.append(replace(trial, extra_columns_ground=together))
         return whole
 
-    def _learnt(self, data: Sequence[TrialData]) -> list[list[Columns]]:
+    def _learnt(self, data: Sequence[TrialData], kinds: Sequence[str]) -> list[list[Columns]]:
         """Of each trial, the same kinds in the same order."""
-        if not self.peak_N:
-            return self.lasting
+        lasting = [[c for c in own if c.kind in kinds] for own in self.lasting]
+        if not self.peak_N or step_curves.KIND not in kinds:
+            return lasting
+        same = all(own.counts is trial.data.counts for own, trial in zip(data, self.trials, strict=True))
         return [
-            [step_columns(phases, frame, self.peak_N, self.settings), *lasting]
-            for phases, frame, lasting in zip(self._phases(data), self.frames, self.lasting, strict=True)
+            [step_columns(phases, frame, self.peak_N, self.settings), *own]
+            for phases, frame, own in zip(
+                self.phases if same else self._phases(data), self.frames, lasting, strict=True
+            )
         ]
 
     def _phases(self, data: Sequence[TrialData]) -> list[StepPhases | None]:

@@ -1,0 +1,15 @@
+"""What a sister fit learnt: where the next one, of nearly the same frames, begins."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+
+@dataclass(frozen=True)
+class LearntTerms:
+    """Beside its trajectories."""
+
+    kinds: tuple[str, ...]  # that foretold hidden blocks better
+    phi: Float[np.ndarray, " parameters"]  # the sister's inertias
+    x: Float[np.ndarray, " extra"]  # of an extension's columns, then of these kinds'
