@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from solver.capture.conditioning import shared_cutoff
 from solver.clock import Clock
-from solver.dynamics.com_data import ComData, com_data
+from solver.dynamics.com_data import ComData
 from solver.dynamics.com_mass import MassPrior
 from solver.dynamics.com_trajectory import fit_com_trajectory
 from solver.dynamics.divided_wrench import distances_to_soles
@@ -17,10 +17,10 @@ from solver.dynamics.extension import Extension, TrialExtension, with_extra_wren
 from solver.dynamics.foretelling.learnt_terms import LearntTerms
 from solver.dynamics.foretelling.sister_fit import Foretold
 from solver.dynamics.inverse_dynamics import inverse_dynamics
-from solver.dynamics.mass import mass_from_forces
 from solver.dynamics.missing_wrench import with_inferred_torques
 from solver.dynamics.root_shift import with_com_at
 from solver.dynamics.root_wrench import about_point, centre_of_mass
+from solver.dynamics.segment_mass_notes import segment_mass_notes
 from solver.dynamics.trajectory_fit import TrajectoryFit, fit_trajectories
 from solver.dynamics.trial_data import TrialData
 from solver.dynamics.unmeasured_forces import unmeasured_forces
@@ -33,7 +33,9 @@ from solver.progress import Progress
 from solver.runs import runs
 from solver.settings import Settings
 from solver.skeleton.forward import ForwardKinematics, marker_positions
+from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
+from solver.weighing_stage import Weighed, weighed
 
 UNSURE_FOOT_M = 0.15  # [m] from a sole: the foretold centre of pressure errs by 3 to 5 cm in walking
 UNSURE_LOAD = 0.2  # of body weight; with less, a centre of pressure lies anywhere
@@ -83,9 +85,10 @@ def obeying_forces(
         return Obeying(skeleton, plain, None, (), x, learnt=groundwork.learnt, learnt_on=groundwork.learnt_on)
     clock = Clock()
     with clock("dynamics"):
-        data, gain_notes = all_data([fits[i] for i in fitted], match, skeleton, settings, extension)
+        data, told = all_data([fits[i] for i in fitted], match, skeleton, settings, extension)
+        nominal, gain_notes = with_mass(skeleton, told.mass_kg), told.notes
         data = [
-            started(trial, fits[i], skeleton, settings)
+            started(trial, fits[i], nominal, settings)
             if fits[i].spline is None
             else replace(trial, spline=fits[i].spline)
             for i, trial in zip(fitted, data, strict=True)
@@ -94,7 +97,7 @@ def obeying_forces(
             [fits[i] for i in fitted],
             data,
             groundwork,
-            skeleton=skeleton,
+            skeleton=nominal,
             settings=settings,
             progress=progress,
             extension=extension,
@@ -127,6 +130,7 @@ def obeying_forces(
             f"the fit moved the body's mass from {skeleton.mass:.1f} to {result.skeleton.mass:.1f} kg: is a "
             "force missing, the plates' gain off, something carried, or the entered mass wrong?",
         )
+    gain_notes += segment_mass_notes(with_mass(skeleton, result.skeleton.mass), result, settings.trajectory)
     notes = (*result.notes, *gain_notes)
     learnt, learnt_on = groundwork.learnt, groundwork.learnt_on
     if sister is not None:
@@ -171,6 +175,7 @@ def _fitted_together(
             progress,
             phi=phi,
             extra=extension.parameters if extension else None,
+            weighed=extension is None,
         )
 
     if not settings.foretelling.enabled or not any(misses_a_force(trial) for trial in fits):
@@ -195,23 +200,23 @@ def all_data(
     skeleton: Skeleton,
     settings: Settings,
     extension: Extension | None,
-) -> tuple[list[TrialData], tuple[str, ...]]:
-    """What the trials give to the trajectory fit, and notes on plates that disagree.
+) -> tuple[list[TrialData], Weighed]:
+    """What the trials give to the trajectory fit, and what the plates say of the body's mass.
 
     Args:
         fits: with contacts and mask.
         match: of the skeleton's markers.
-        skeleton: that the plates' gains are judged with.
+        skeleton: that the plates are judged with.
         settings: of every stage.
         extension: what acts beside the recorded forces.
     """
-    gains, notes = force_gains(fits, skeleton, settings)
+    told = weighed(fits, skeleton, settings, extended=extension is not None)
     data = []
-    for fit, gain in zip(fits, gains, strict=True):
+    for fit, gain in zip(fits, told.gains, strict=True):
         extra = extra_of(fit, extension)
         plain = trial_data(fit, match, gain)
         data.append(extra.added_to(plain, gain) if extra else plain)
-    return data, notes
+    return data, told
 
 
 def extra_of(fit: TrialFit, extension: Extension | None) -> TrialExtension | None:
@@ -232,36 +237,6 @@ def started(data: TrialData, fit: TrialFit, skeleton: Skeleton, settings: Settin
     path = fit_com_trajectory(com, settings.com, MassPrior(skeleton.mass, 0.0))
     q = with_com_at(skeleton, fit.motion.q, path.com_ground)
     return replace(data, initial=replace(fit.motion, q=q))
-
-
-def force_gains(
-    fits: Sequence[TrialFit], skeleton: Skeleton, settings: Settings
-) -> tuple[list[float], tuple[str, ...]]:
-    """How much more each trial's plates read than the mass that all trials agree on.
-
-    One body has one mass. Where plates of different trials say otherwise, the fit follows their forces in
-    shape and leaves the difference in the residual; else it would bend every motion, most of all where forces
-    are missing. One trial alone has no such difference.
-    """
-    if len(fits) < 2:
-        return [1.0] * len(fits), ()
-    trials = [com_data(skeleton, f.motion, f.contacts, f.mask) for f in fits if f.contacts and f.mask]
-    pooled = mass_from_forces(trials, settings.com)
-    if pooled is None:
-        return [1.0] * len(fits), ()
-    gains, notes = [], []
-    for fit, trial in zip(fits, trials, strict=True):
-        own = mass_from_forces([trial], settings.com)
-        gain = 1.0
-        if own is not None:
-            trust = 1 / (1 + (own.sampling_std_kg / (settings.trajectory.gain_std * pooled.mass_kg)) ** 2)
-            gain += trust * (own.mass_kg / pooled.mass_kg - 1)
-        if abs(gain - 1) > settings.trajectory.notable_gain:
-            notes.append(
-                f"{fit.capture.name}: plates read {100 * (gain - 1):+.1f} % against the other trials"
-            )
-        gains.append(gain)
-    return gains, tuple(notes)
 
 
 def before_forces(fit: TrialFit) -> TrialFit:

@@ -177,26 +177,39 @@ def _foretold(
     if not any(w.any() for w in withheld):
         return []
     before = [before_forces(fit) for fit in fits]
-    data, _ = all_data(before, match, skeleton, settings, extension)
-    blind = [
-        started(replace(d, counts=d.counts & ~w), fit, skeleton, settings)
-        for d, w, fit in zip(data, withheld, before, strict=True)
-    ]
+    hidden = [_without(fit, w) for fit, w in zip(before, withheld, strict=True)]
+    data, told = all_data(hidden, match, skeleton, settings, extension)
+    nominal = with_mass(skeleton, told.mass_kg)
+    blind = [started(d, fit, nominal, settings) for d, fit in zip(data, hidden, strict=True)]
     result = fit_trajectories(
-        skeleton, blind, settings.trajectory, progress, extra=extension.parameters if extension else None
+        nominal,
+        blind,
+        settings.trajectory,
+        progress,
+        extra=extension.parameters if extension else None,
+        weighed=extension is None,
     )
-    sister = sister_of(before, blind, result, skeleton, settings, extension=extension)
+    sister = sister_of(before, blind, result, nominal, settings, extension=extension)
     judged = []
     for k, (frames, fit, motion) in enumerate(zip(withheld, before, result.motions, strict=True)):
+        gain = told.gains[k]  # of the plates, as the frames that are known tell it
         ours, extra = under_forces(fit, motion, result.skeleton, settings), extra_of(fit, extension)
         if extra is not None:
             ours = with_extra_wrench(ours, result.skeleton, extra, result.extra)
-        markers, cutoffs = _markers_alone(fit, frames, result.skeleton, settings)
+        heavier = with_mass(result.skeleton, gain * result.skeleton.mass)
+        markers, cutoffs = _markers_alone(fit, frames, heavier, settings)
         heldout = Heldout(frames & ours.used, ours.residual_root, markers, markers_hz=cutoffs)
         if sister is not None:
-            heldout = foretold_heldout(heldout, fit, sister, sister.wrenches_ground[k], ours.root_ground)
+            wrench = gain * sister.wrenches_ground[k]
+            heldout = foretold_heldout(heldout, fit, sister, wrench, ours.root_ground)
         judged.append(heldout)
     return judged
+
+
+def _without(fit: TrialFit, frames: Bool[np.ndarray, " frames"]) -> TrialFit:
+    """The trial as if no force counted there."""
+    assert fit.mask is not None
+    return replace(fit, mask=replace(fit.mask, counts=fit.mask.counts & ~frames[:, None]))
 
 
 def _markers_alone(

@@ -14,7 +14,7 @@ from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.trajectory_fit import TrajectoryFit, fit_trajectories
 from solver.dynamics.trial_data import TrialData
 from solver.dynamics.withheld_layouts import withheld_blocks
-from solver.dynamics_stage import before_forces, force_gains, started, trial_data
+from solver.dynamics_stage import before_forces, started, trial_data
 from solver.errors import FitError
 from solver.fit import Fit, TrialFit
 from solver.kinematics.marker_matching import MarkerMatch, match_markers
@@ -25,6 +25,7 @@ from solver.settings import Settings
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
+from solver.weighing_stage import weighed
 
 BOOTSTRAPS = 400
 FEWEST_BLOCKS = 3  # drawn anew, fewer say nothing of how they scatter
@@ -136,7 +137,7 @@ def _cases(
         for trial in fit.trials
         if trial.contacts is not None and trial.capture.name in extension.trials
     ]
-    gains, _ = force_gains(trials, skeleton, settings)
+    gains = weighed(trials, skeleton, settings, extended=True).gains
     cases = []
     for trial, gain in zip(trials, gains, strict=True):
         extra = extension.trials[trial.capture.name]

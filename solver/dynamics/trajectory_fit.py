@@ -29,6 +29,7 @@ from solver.dynamics.bordered_system import (
     TrialGradient,
     TrialSystem,
 )
+from solver.dynamics.inertia_caution import inertia_caution
 from solver.dynamics.inertia_parameters import inertia_parameters
 from solver.dynamics.terms.extra_prior import ExtraPrior
 from solver.dynamics.terms.inertia_prior import InertiaPrior
@@ -65,6 +66,8 @@ class TrajectoryFit:
     converged: bool
     notes: tuple[str, ...]
     costs: tuple[float, ...]  # where the search began, and after each iteration
+    # Where one more step would take φ, were all frames' errors independent and of the fit's own size
+    asked_phi: Float[np.ndarray, " parameters"]
     extra: Float[np.ndarray, " extra"] = field(default_factory=lambda: np.zeros(0))  # x
     # Of x, with trajectories and inertias free: from the border after all trials' bands are eliminated. The
     # weights take frames as independent, so it is rather too small.
@@ -79,6 +82,7 @@ def fit_trajectories(
     *,
     phi: Float[np.ndarray, " parameters"] | None = None,
     extra: ExtraParameters | None = None,
+    weighed: bool = False,
 ) -> TrajectoryFit:
     """Fit all trials of a subject with one set of inertias.
 
@@ -89,6 +93,7 @@ def fit_trajectories(
         progress: told the fraction done; may raise `Cancelled`.
         phi: inertia parameters where the search begins, those of an earlier fit; None: the nominal ones.
         extra: of the trials' extra columns; None: they have none.
+        weighed: the skeleton's mass is what these forces weigh already; it moves no more easily than shares.
 
     Raises:
         FitError: no trial is long enough, or a trial's columns are not as many as extra parameters.
@@ -96,7 +101,8 @@ def fit_trajectories(
     extra = extra or ExtraParameters.none()
     _refuse(trials, extra)
     with threadpool_limits(1):
-        return _Solver(skeleton, trials, settings, extra).run(progress, phi)
+        caution = inertia_caution(skeleton, trials, settings) if settings.fit_inertias else 1.0
+        return _Solver(skeleton, trials, settings, extra, caution, weighed=weighed).run(progress, phi)
 
 
 @dataclass(frozen=True)
@@ -208,13 +214,19 @@ class _Solver:
         trials: list[TrialData],
         settings: TrajectorySettings,
         extra: ExtraParameters | None = None,
+        caution: float = 1.0,
+        *,
+        weighed: bool = False,
     ) -> None:
         self.settings, self.extra = settings, extra or ExtraParameters.none()
+        self.caution = caution
         self.inertias = inertia_parameters(skeleton, settings)
         width = len(self.extra.prior_std)
         self.parts = [TrialCost(skeleton, data, settings, width) for data in trials]
+        plain = prior_weight(trials, settings)
+        self.uncautious = InertiaPrior(self.inertias, plain, settings)
         self.priors: tuple[SharedTerm, ...] = (
-            InertiaPrior(self.inertias, prior_weight(trials, settings), settings),
+            InertiaPrior(self.inertias, caution * plain, settings, caution * plain if weighed else plain),
             ExtraPrior(self.extra),
         )
 
@@ -275,6 +287,7 @@ class _Solver:
         state = self._begun(phi)
         damping, converged, iteration = FIRST_DAMPING, False, 0
         costs: list[float] = []
+        asked = state.shared.phi
         while iteration < self.settings.iterations and not converged and damping < MOST_DAMPING:
             progress("dynamics", iteration / self.settings.iterations)
             iteration += 1
@@ -301,6 +314,8 @@ class _Solver:
             state, cost, damping = tried, tried_cost, damping / 10
             if undamped and not converged and gained < NEARLY_THERE * cost:
                 state, converged = self._settled(state, cost, factor)
+            if converged:
+                asked = self._asked(state, factor)
             del system, factor
         progress("dynamics", 1.0)
         shared = state.shared
@@ -312,6 +327,7 @@ class _Solver:
             inertia_names=self.inertias.names,
             iterations=iteration,
             converged=converged,
+            asked_phi=asked,
             notes=() if converged else (f"the trajectory fit did not settle in {iteration} iterations",),
             costs=tuple(float(c) for c in costs),
             extra=shared.x,
@@ -362,6 +378,19 @@ class _Solver:
             return state, False
         tried = self._stepped(state, step)
         return (tried, True) if self._cost(tried) < cost else (state, False)
+
+    def _asked(self, state: _State, factor: BorderedFactor) -> Float[np.ndarray, " parameters"]:
+        """φ after a step with the curvature at hand, the inertias' prior without its caution."""
+        if self.caution == 1.0:
+            return state.shared.phi
+        cautious = self.priors[0]
+        choice = SharedChoice(
+            np.ones(state.shared.count, dtype=bool),
+            self.uncautious.curvature(state.shared) - cautious.curvature(state.shared),
+            self.uncautious.gradient(state.shared) - cautious.gradient(state.shared),
+        )
+        (step,) = factor.steps(self._gradient(state), [choice])
+        return state.shared.moved(step.shared).phi
 
     def _cost(self, state: _State) -> float:
         return sum(part.cost(at) for part, at in self._at(state)) + self._prior_cost(state)

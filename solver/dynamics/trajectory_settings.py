@@ -132,6 +132,21 @@ class TrajectorySettings:
         why="of known forces teach what they can; beyond, the weight grows with time, as errors of the model "
         "repeat in every stride: 100 s of walking would else make shanks' inertias 2.3 times what they are",
     )
+    inertia_cutoff_Hz: float = setting(
+        6.0,
+        unit="Hz",
+        why="below it, what the markers' motion leaves of the forces tells how far these are to be believed "
+        "about inertias: marker noise is above, clocks, plates and model errors are below",
+    )
+    notable_segment_mass: float = setting(
+        0.1, unit="", why="from which on a segment's mass is noted: people scatter by 3 to 10 % about tables"
+    )
+    contradicting_mass: float = setting(
+        0.06,
+        unit="",
+        why="from the middle of all trials' masses and the entered one: two deviations of a plate's gain. "
+        "A trial beyond does not weigh the body: something else is on its plates",
+    )
     mass_std: float = setting(
         0.03, unit="", why="relative scatter of segment masses in anthropometric tables"
     )

@@ -9,12 +9,27 @@ from solver.dynamics.trajectory_settings import TrajectorySettings
 
 
 class InertiaPrior:
-    """weight · (Σ_k φ_k²/σ_k² + (m(φ) − m⁰)²/σ_m²), m the body's mass and m⁰ the entered one."""
+    """w Σ_k φ_k²/σ_k² + w_m (m(φ) − m⁰)²/σ_m², m the body's mass and m⁰ the skeleton's."""
 
-    def __init__(self, inertias: InertiaParameters, weight: float, settings: TrajectorySettings) -> None:
+    def __init__(
+        self,
+        inertias: InertiaParameters,
+        weight: float,
+        settings: TrajectorySettings,
+        mass_weight: float | None = None,
+    ) -> None:
+        """Of a skeleton.
+
+        Args:
+            inertias: about those of the skeleton.
+            weight: w.
+            settings: σ_k and σ_m.
+            mass_weight: w_m; None: w.
+        """
+        mass_weight = weight if mass_weight is None else mass_weight
         self.entered_mass = inertias.skeleton.mass
         self.precision = weight / prior_std(inertias, settings) ** 2
-        self.mass_precision = weight / (settings.body_mass_std * self.entered_mass) ** 2
+        self.mass_precision = mass_weight / (settings.body_mass_std * self.entered_mass) ** 2
 
     def cost(self, shared: SharedParameters) -> float:
         """Both sums."""
