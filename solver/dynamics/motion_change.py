@@ -18,21 +18,14 @@ from solver.skeleton.skeleton import Skeleton
 
 BANDS_HZ = ((0.0, 2.0), (2.0, 4.0), (4.0, 6.0), (6.0, 10.0), (10.0, np.inf))
 
-
-@dataclass(frozen=True)
-class ChangeSettings:
-    """Below which frequency movement is expected, and from where a gain is one of movement."""
-
-    fast_Hz: float = 10.0  # running and jumping
-    usual_Hz: float = 6.0  # walking
-    slow_Hz: float = 4.0  # squatting, sitting down
-    # Share of the joint speeds' power below 10 Hz that lies above 4 Hz. On recordings: squat 1.8 %,
-    # sitting 2.8 %, walks 5 to 13 % (one with restless markers 50 %), run 19 %, jumps and sprint 30 to 55 %.
-    fast_share: float = 0.15
-    slow_share: float = 0.04
-    least_content_rad: float = np.radians(0.2)  # markers' own errors of 1 mm turn a segment of 0.3 m by 0.2°
-    least_content_m: float = 0.001  # the same errors
-    ends_s: float = 0.1  # left out of ranges and peaks: filters and splines know no motion beyond
+# Below which frequency movement is expected: running and jumping, walking, squatting and sitting down.
+FAST_HZ, USUAL_HZ, SLOW_HZ = 10.0, 6.0, 4.0
+# Share of the speeds' power below 10 Hz that lies above 4 Hz. On recordings: squat 1.8 %, sitting 2.8 %,
+# walks 5 to 13 % (one with restless markers 50 %), run 19 %, jumps and sprint 30 to 55 %.
+FAST_SHARE, SLOW_SHARE = 0.15, 0.04
+# From where a gain is one of movement: markers' own errors of 1 mm turn a segment of 0.3 m by 0.2°.
+LEAST_CONTENT_RAD, LEAST_CONTENT_M = np.radians(0.2), 0.001
+ENDS_S = 0.1  # left out of ranges and peaks: filters and splines know no motion beyond
 
 
 @dataclass(frozen=True)
@@ -63,29 +56,25 @@ class MotionChange:
     joints_gain: BandGain | None  # of all of them, in the highest band below the limit
 
 
-def motion_change(
-    skeleton: Skeleton, fitted: Motion, markers: Motion, settings: ChangeSettings | None = None
-) -> MotionChange:
+def motion_change(skeleton: Skeleton, fitted: Motion, markers: Motion) -> MotionChange:
     """How the fitted motion differs from that of the markers alone.
 
     Args:
         skeleton: that both motions are of.
         fitted: to markers and forces.
         markers: fitted to markers alone, unfiltered.
-        settings: where movement is expected.
     """
-    chosen = settings or ChangeSettings()
     turning = np.array([c.motion == "rotation" for c in skeleton.free_coordinates], dtype=bool)
     root = root_dofs(skeleton)
     joints = turning & ~root
-    limit = expected_limit_Hz(markers, joints, chosen)
+    limit = expected_limit_Hz(markers, joints)
     change = fitted.q - markers.q
     offset, bands = change.mean(axis=0), band_rms(change, fitted.rate, BANDS_HZ)
-    ranges = _ranges_and_peaks(fitted, chosen.ends_s)
-    below = _ranges_and_peaks(markers.low_passed(limit), chosen.ends_s)
+    ranges = _ranges_and_peaks(fitted, ENDS_S)
+    below = _ranges_and_peaks(markers.low_passed(limit), ENDS_S)
     coordinates = []
     for i, name in enumerate(skeleton.dofs):
-        least = chosen.least_content_rad if turning[i] else chosen.least_content_m
+        least = LEAST_CONTENT_RAD if turning[i] else LEAST_CONTENT_M
         told = {
             g.low_Hz: g
             for g in band_gains(fitted.q[:, [i]], markers.q[:, [i]], fitted.rate, BANDS_HZ)
@@ -108,7 +97,7 @@ def motion_change(
         return MotionChange(limit, tuple(coordinates), None, None, None)
     highest = [band for band in BANDS_HZ if band[1] == limit]
     gain = band_gains(fitted.q[:, joints], markers.q[:, joints], fitted.rate, highest)
-    enough = [g for g in gain if g.content >= chosen.least_content_rad]
+    enough = [g for g in gain if g.content >= LEAST_CONTENT_RAD]
     return MotionChange(
         limit,
         tuple(coordinates),
@@ -118,27 +107,21 @@ def motion_change(
     )
 
 
-def expected_limit_Hz(
-    markers: Motion, joints: Bool[np.ndarray, " dofs"], settings: ChangeSettings | None = None
-) -> float:
+def expected_limit_Hz(markers: Motion, joints: Bool[np.ndarray, " dofs"]) -> float:
     """Below which frequency [Hz] the movement is expected: by how much of the joints' speed is fast.
 
     Args:
         markers: motion of the markers alone.
         joints: turning coordinates to look at.
-        settings: limits and the shares that tell them apart.
     """
-    chosen = settings or ChangeSettings()
-    speeds = band_rms(
-        markers.velocity[:, joints], markers.rate, ((0.0, chosen.slow_Hz), (chosen.slow_Hz, 10.0))
-    )
+    speeds = band_rms(markers.velocity[:, joints], markers.rate, ((0.0, SLOW_HZ), (SLOW_HZ, 10.0)))
     slow, fast = (speeds**2).sum(axis=1)
     if slow + fast == 0:
-        return chosen.usual_Hz
+        return USUAL_HZ
     share = fast / (slow + fast)
-    if share > chosen.fast_share:
-        return chosen.fast_Hz
-    return chosen.slow_Hz if share < chosen.slow_share else chosen.usual_Hz
+    if share > FAST_SHARE:
+        return FAST_HZ
+    return SLOW_HZ if share < SLOW_SHARE else USUAL_HZ
 
 
 def band_rms(
