@@ -32,8 +32,8 @@ def laboratory_errors(
     for module in MODULES:
         std = dict(settings.laboratory).get(module.ABOUT.id, module.ABOUT.usual_std)
         for candidate in module.candidates(scenes) if std else ():
-            if isinstance(candidate, Corrected):
-                continue
+            if isinstance(candidate, Corrected) or candidate.place_odds:
+                continue  # undone already, or rarer than what every laboratory has
             signatures = [candidate.signature(scene, ()) for scene in scenes]
             width = next(s.columns.shape[2] for s in signatures if s is not None)
             parts = [

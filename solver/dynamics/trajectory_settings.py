@@ -111,9 +111,9 @@ class TrajectorySettings:
         0.3, unit="rad", why="pull to the marker fit: dofs that markers barely see would absorb the residual"
     )
     untold_std_rad: float = setting(
-        0.07,
+        0.06,
         unit="rad",
-        why="4°: likewise for dofs that move no marker, which are neutral there. A trunk without "
+        why="3.4°: likewise for dofs that move no marker, which are neutral there. A trunk without "
         "markers else bends by 20 to 40° in place of what forces, clocks and masses have wrong",
     )
     iterations: int = setting(12, unit="", why="ceiling of Gauss-Newton; three or four suffice as a rule")

@@ -31,10 +31,10 @@ def test_angles_and_joint_centres_without_the_model(real_data):
 
 @pytest.mark.real
 def test_a_bone_pitched_otherwise_does_not_count_by_landmarks(real_data):
-    """The model of this recording pitches its pelvis by 8° against the spines, and so its hips."""
+    """The model of this recording pitches its pelvis against the spines, and so its hips."""
     found = agreement(open_subject(real_data / "exo_apo_gordon"), "NE21")
-    assert found.angle_rms_deg["hip"] > 5
     assert max(found.anatomical_rms_deg[a] for a in JOINTS) < 5
+    assert found.anatomical_rms_deg["hip"] < 0.8 * found.angle_rms_deg["hip"]
 
 
 @pytest.mark.real

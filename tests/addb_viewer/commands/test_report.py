@@ -70,7 +70,7 @@ def test_a_diagnosis_is_made_where_it_is_asked_for_and_none_is_kept(opening, mon
         return SimpleNamespace(notes=("looked at all",), trials=trials or ("walk",))
 
     monkeypatch.setattr("addb_viewer.commands.diagnose.diagnosis_of", diagnosis)
-    monkeypatch.setattr("addb_viewer.commands.diagnose.as_json", lambda found: dict(figures))
+    monkeypatch.setattr("addb_viewer.commands.diagnose.as_json", lambda found, why=None: dict(figures))
     folder, page = opening.subject.folder, opening.subject.folder / "results" / "report.html"
     assert opening("report", folder).exit_code == 0
     assert asked == []
