@@ -65,6 +65,7 @@ def faults_of_pair(fit: Fit, kinds: tuple[str, str], seed: int) -> list[str]:
                 add(replace(fit, mass_kg=mass), results, by="reviewer", seconds=0.0)
         said: multiprocessing.Queue[tuple[str, str]] = FORKS.Queue()
         end, start = FORKS.Event(), FORKS.Barrier(3)
+        solving_at_once = FORKS.Barrier(max(1, kinds.count("fit")))
         writers = [
             FORKS.Process(
                 target=_write,
@@ -75,6 +76,7 @@ def faults_of_pair(fit: Fit, kinds: tuple[str, str], seed: int) -> list[str]:
                     np.random.default_rng([seed, k]),
                     start,
                     said,
+                    solving_at_once,
                 ),
             )
             for k, (kind, mass) in enumerate(zip(kinds, masses, strict=True))
@@ -114,11 +116,16 @@ def faults_of_fits(recording: Path) -> list[str]:
         return [fault for fault in (*faults, *_debris(folder / "results")) if fault]
 
 
-def _write(fit: Fit, kind: str, results: Path, rng: np.random.Generator, start, said) -> None:  # noqa: PLR0917
+def _write(  # noqa: PLR0917
+    fit: Fit, kind: str, results: Path, rng: np.random.Generator, start, said, solving_at_once
+) -> None:
     start.wait()
     try:
         _yielding(rng)
-        {"fit": _fit, "keep": _keep, "accept": _accept}[kind](fit, results)
+        if kind == "fit":
+            _fit(fit, results, solving_at_once)
+        else:
+            {"keep": _keep, "accept": _accept}[kind](fit, results)
     except BaseException:
         said.put((kind, traceback.format_exc()))
     else:
@@ -150,8 +157,14 @@ def _yielding(rng: np.random.Generator) -> None:
         setattr(os, name, yields(getattr(os, name)))
 
 
-def _fit(fit: Fit, results: Path) -> None:
-    solving.computed = lambda *_: (fit, "")
+def _fit(fit: Fit, results: Path, solving_at_once) -> None:
+    """Both solve before either writes: one that begins after the other has ended rightly takes its place."""
+
+    def computed(*_) -> tuple[Fit, str]:
+        solving_at_once.wait()
+        return fit, ""
+
+    solving.computed = computed
     job = solving.Job(fit.subject, Settings(), None, results, {})
     solving.solved(job, force=True)
 
