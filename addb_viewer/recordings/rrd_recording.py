@@ -5,6 +5,7 @@ import os
 import re
 import shutil
 import subprocess
+import threading
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -21,6 +22,9 @@ from solver.capture.atomic import draft_folder, whole_file
 from solver.errors import CaptureError
 
 PROGRAM = "addb-viewer"
+LOOKS_S = 0.5  # between looks at whether rerun has ended
+FULL_S = 20.0  # after which a full disk is taken for the reason why it has not
+LEAST_ROOM_BYTES = 1 << 20
 _NO_SPACE = os.strerror(errno.ENOSPC)
 
 
@@ -80,4 +84,26 @@ def _write_trial(recording: Recording, record: TrialRecord, file: Path) -> None:
         write_scene(stream, record, recording)
         write_series(stream, record)
         write_story(stream, record, recording)
-        target.disconnect()
+        _finished(target, file)
+
+
+def _finished(target: rr.RecordingStream, file: Path) -> None:
+    """Wait until all is written; on a full disk rerun may never say that it is."""
+    failed: list[BaseException] = []
+
+    def disconnect() -> None:
+        try:
+            target.disconnect()
+        except BaseException as error:  # told below, where somebody waits
+            failed.append(error)
+
+    ending = threading.Thread(target=disconnect, daemon=True)
+    ending.start()
+    waited = 0.0
+    while ending.is_alive():
+        ending.join(LOOKS_S)
+        waited += LOOKS_S
+        if ending.is_alive() and waited > FULL_S and shutil.disk_usage(file.parent).free < LEAST_ROOM_BYTES:
+            raise OSError(errno.ENOSPC, _NO_SPACE, str(file))
+    if failed:
+        raise failed[0]
