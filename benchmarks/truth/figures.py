@@ -2,10 +2,9 @@
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.signal import welch
 
 from benchmarks.truth.course import Course
-from solver.dynamics.band_gain import FINER, band_gains
+from solver.dynamics.band_gain import band_gains
 
 TURNING = (
     *("pelvis_tilt", "pelvis_list", "pelvis_rotation"),
@@ -139,26 +138,18 @@ def gains(course: Course, marker_fit: Course) -> dict[str, list[dict[str, float]
 
 
 def error_by_band(course: Course, truth: Course) -> dict[str, list[dict[str, float]]]:
-    """Root mean square of a course's error by joint and frequency band [°], and of the truth itself."""
+    """Root mean square of a course's error by joint and frequency band [°], both sides together."""
     found: dict[str, list[dict[str, float]]] = {}
     for joint, stem in FLEXION.items():
         dofs = [d for d in _both(stem, truth) if d in course.dofs]
         if not dofs:
             continue
-        true = np.stack([truth.angle[:, truth.dofs.index(d)] for d in dofs])
-        error = np.stack([course.angle[:, course.dofs.index(d)] for d in dofs]) - true
-        length = min(true.shape[1], round(truth.rate))
-        options = {"fs": truth.rate, "nperseg": length, "nfft": FINER * length, "detrend": "linear"}
-        frequency, of_error = welch(error, **options)
-        _, of_truth = welch(true, **options)
-        step = frequency[1] - frequency[0]
-        found[joint] = []
-        for low, high in BANDS_HZ:
-            band = (frequency >= low - 1e-9) & (frequency < high - 1e-9)
-            rms = [
-                float(DEGREES * np.sqrt(s[:, band].sum() * step / len(dofs))) for s in (of_error, of_truth)
-            ]
-            found[joint].append({"low_Hz": low, "high_Hz": high, "error_deg": rms[0], "truth_deg": rms[1]})
+        ours, true = (c.angle[:, [c.dofs.index(d) for d in dofs]] for c in (course, truth))
+        error = ours - true
+        found[joint] = [
+            {"low_Hz": g.low_Hz, "high_Hz": g.high_Hz, "error_deg": DEGREES * g.content}
+            for g in band_gains(error, error, truth.rate, BANDS_HZ)
+        ]
     return found
 
 

@@ -21,17 +21,15 @@ from benchmarks.truth.figures import error_by_band, figures, gains
 from benchmarks.truth.recorded import ACTIVITY, solved
 from benchmarks.truth.skin import SkinSettings, skin_movement
 from benchmarks.truth.ways import CUTOFFS_HZ, MARKER_FIT, OURS, at_cutoff
+from solver.dynamics.foretelling.demand_gains import demanded_ground
 from solver.dynamics.marker_error_levels import MarkerErrorLevels, marker_error_levels
-from solver.dynamics.root_wrench import root_wrench
 from solver.dynamics_stage import obeying_forces
 from solver.fit import Fit, TrialFit
 from solver.kinematics.inverse_kinematics import inverse_kinematics
 from solver.kinematics.motion import Motion
-from solver.kinematics.root_joint import root_joint
 from solver.progress import silent
 from solver.settings import Settings
 from solver.skeleton.forward import ForwardKinematics, body_poses, marker_positions
-from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
 
@@ -113,9 +111,9 @@ def made(fit: Fit, trial: TrialFit, motion: Motion, settings: Settings) -> Twin:
     assert work is not None
     assert trial.kinematics_only is not None
     recorded = contacts.wrench_ground
-    missed = recorded.sum(axis=1) - demanded(fit.skeleton, trial.motion)
+    missed = recorded.sum(axis=1) - demanded_ground(fit.skeleton, trial.motion)
     missed[~trial.forces_known] = 0.0
-    true_wrench = recorded + _shared(demanded(fit.skeleton, motion) - recorded.sum(axis=1), recorded)
+    true_wrench = recorded + _shared(demanded_ground(fit.skeleton, motion) - recorded.sum(axis=1), recorded)
     true_wrench[~trial.forces_known] = recorded[~trial.forces_known]
     measured = true_wrench + _shared(missed, recorded)
     torque = torques_of(fit.skeleton, motion, true_wrench, contacts.foot_bodies)
@@ -185,16 +183,6 @@ def _skin(
         moved = np.einsum("tmij,tmj->tmi", R_ground[:, marker_bodies], on_body - on_body.mean(axis=0))
         parts.append(moved / np.sqrt(np.mean((moved**2).sum(axis=2))))
     return parts[0], parts[1]
-
-
-def demanded(skeleton: Skeleton, motion: Motion) -> Float[np.ndarray, "frames 6"]:
-    """The external wrench that a motion needs [N, N·m about the ground origin]."""
-    root, kinematics = root_joint(skeleton), ForwardKinematics(skeleton)
-    nothing = np.zeros((motion.frames, 0, 6))
-    torques = RigidBodyModel(skeleton).inverse_dynamics(
-        motion.q, motion.velocity, motion.acceleration, nothing, []
-    )
-    return root_wrench(root, kinematics.chain, kinematics.poses(motion.q), torques)
 
 
 def _shared(

@@ -34,7 +34,6 @@ from solver.diagnosis.trail import Trail
 from solver.diagnosis.unexplained import Kept, kept_beside_the_unknown, position, size_N
 from solver.diagnosis.unknown_course import dependence
 from solver.diagnosis_settings import DiagnosisSettings
-from solver.effects.catalogue import catalogue
 from solver.effects.effect import Estimate
 from solver.effects.marker_effect import MarkerFinding
 
@@ -53,7 +52,7 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
     """
     settings = balance.settings
     kept = kept_beside_the_unknown(balance, selection)
-    world = held(balance, kept, len(catalogue(balance.scenes)), selection.trail)
+    world = held(balance, kept, selection.candidates, selection.trail)
     solved, found = world.solved, world.found
     some, guards = blocks(balance), 0
     if any(_happens_once(balance, solved, k) for k in range(len(solved.terms))):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.diagnosis.unknown_course import courses_of
+from solver.diagnosis.unknown_course import courses_of, force_columns, moment_columns
 from solver.effects.contact_windows import contact_windows
 from solver.effects.effect import Candidate, Estimate, Eta, Range, Signature
 from solver.effects.plate_gain import demanded_of
@@ -210,14 +210,8 @@ def outside_the_list(scenes: Sequence[Scene]) -> list[Outside]:
 
 
 def _wrench_of_any(scene: Scene, courses: Float[np.ndarray, "frames courses"], size: float) -> Signature:
-    columns = []
-    for axis in np.eye(3):
-        columns.append(force_at(axis, scene.com_ground)[:, :, None] * courses[:, None, :])
-    for axis in np.eye(3):
-        moment = np.zeros((scene.frames, 6))
-        moment[:, 3:] = LEVER_M * axis
-        columns.append(moment[:, :, None] * courses[:, None, :])
-    stacked = np.concatenate(columns, axis=2)
+    moments = moment_columns(courses, LEVER_M)
+    stacked = np.concatenate([force_columns(scene.com_ground, courses), moments], axis=2)
     return Signature(stacked, np.full(stacked.shape[2], size * scene.weight_N))
 
 

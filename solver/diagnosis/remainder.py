@@ -11,10 +11,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from solver.diagnosis.unknown_course import KNOTS_S, courses_of, strongest_frequency_Hz
+from solver.diagnosis.unknown_course import (
+    KNOTS_S,
+    courses_of,
+    force_columns,
+    moment_columns,
+    strongest_frequency_Hz,
+)
 from solver.effects.about import About
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
-from solver.effects.scene import Scene, force_at
+from solver.effects.scene import Scene
 from solver.skeleton.rotations import skew
 from solver.skeleton.skeleton import Body
 
@@ -53,18 +59,10 @@ class UnknownForce(Candidate):
         if scene.name != self.trial:
             return None
         courses = courses_of(scene, self.knot_s, self.frequency_Hz)
-        point, reach_m = self.place_ground(scene), self.reach_m(scene)
-        columns = [
-            force_at(axis, point)[:, :, None] * courses[:, None, :]
-            for axis, size in zip(np.eye(3), self.directions, strict=True)
-            if size
-        ]
+        along = [axis for axis, size in enumerate(self.directions) if size]
+        stacked = force_columns(self.place_ground(scene), courses, along)
         if self.point_body is None:
-            for axis in np.eye(3):
-                moment = np.zeros((scene.frames, 6))
-                moment[:, 3:] = reach_m * axis
-                columns.append(moment[:, :, None] * courses[:, None, :])
-        stacked = np.concatenate(columns, axis=2)
+            stacked = np.concatenate([stacked, moment_columns(courses, self.reach_m(scene))], axis=2)
         each = np.ones(stacked.shape[2])
         sizes = [size for size in self.directions if size]
         each[: len(sizes) * courses.shape[1]] = np.repeat(sizes, courses.shape[1])
@@ -190,10 +188,7 @@ class UnknownMoment(Candidate):
         if scene.name != self.trial:
             return None
         courses = courses_of(scene, self.knot_s, self.frequency_Hz)
-        columns = np.zeros((scene.frames, 6, 3, courses.shape[1]))
-        for axis in range(3):
-            columns[:, 3 + axis, axis] = courses
-        stacked = columns.reshape(scene.frames, 6, -1)
+        stacked = moment_columns(courses)
         return Signature(stacked, np.full(stacked.shape[2], eta[0] * scene.weight_N))
 
     def estimates(

@@ -24,6 +24,7 @@ class Selection:
     corrected: tuple[PutRight, ...] = field(default=())  # undone on reading already
     uncorrected: tuple[Term, ...] = field(default=())  # what these would add to the balance
     trail: Trail = field(default_factory=Trail)  # what was decided on the way
+    candidates: int = 1  # among which it was made
 
 
 def select(
@@ -45,7 +46,15 @@ def select(
     others = [c for c in candidates if not isinstance(c, Corrected)]
     search = _beyond_gross_errors(Search(balance, others, progress), others, progress, candidates_of)
     named, uncorrected = put_right_on_reading(balance, corrections, search.solved, search.trail)
-    return Selection(search.null, search.solved, tuple(search.found), named, uncorrected, search.trail)
+    return Selection(
+        search.null,
+        search.solved,
+        tuple(search.found),
+        named,
+        uncorrected,
+        search.trail,
+        len(candidates),
+    )
 
 
 def _beyond_gross_errors(

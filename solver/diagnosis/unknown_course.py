@@ -4,11 +4,13 @@ A constant and changes that last six hundredths of a second and more, or an even
 shakes.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float
 from scipy.interpolate import BSpline
 
-from solver.effects.scene import Scene
+from solver.effects.scene import Scene, force_at
 
 KNOTS_S = (0.06, 0.25)  # of courses that are tried; shorter ones look like the model's own errors
 MOST_KNOTS = 60  # of one trial
@@ -40,6 +42,31 @@ def courses_of(
     knots = np.concatenate([-step * np.arange(3, 0, -1), inner, time_s[-1] + step * np.arange(1, 4)])
     splines = BSpline.design_matrix(time_s, knots, 3, extrapolate=True).toarray()
     return np.concatenate([np.ones((scene.frames, 1)), splines], axis=1)
+
+
+def force_columns(
+    point_ground: Float[np.ndarray, "frames 3"],
+    courses: Float[np.ndarray, "frames courses"],
+    axes: Sequence[int] = (0, 1, 2),
+) -> Float[np.ndarray, "frames 6 columns"]:
+    """Forces of these courses at a point [m], one axis after the other, about the ground origin."""
+    along = [force_at(np.eye(3)[axis], point_ground) for axis in axes]
+    return np.concatenate([wrench[:, :, None] * courses[:, None, :] for wrench in along], axis=2)
+
+
+def moment_columns(
+    courses: Float[np.ndarray, "frames courses"], lever_m: float = 1.0
+) -> Float[np.ndarray, "frames 6 columns"]:
+    """Moments of these courses, one axis after the other.
+
+    Args:
+        courses: of a force on the lever.
+        lever_m: its length.
+    """
+    columns = np.zeros((len(courses), 6, 3, courses.shape[1]))
+    for axis in range(3):
+        columns[:, 3 + axis, axis] = lever_m * courses
+    return columns.reshape(len(courses), 6, -1)
 
 
 def strongest_frequency_Hz(scene: Scene) -> float | None:

@@ -10,7 +10,7 @@ from solver.effects.about import About, Named, Size
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.pictures import Plates
 from solver.effects.readings import Reading
-from solver.effects.scene import PlateScene, Scene
+from solver.effects.scene import PlateScene, Scene, loaded_plates
 
 PRIOR_STD = 0.05  # plates are off by 1 to 5 %
 MOST = 0.2  # a plate that is off by more has the wrong units, or another fault
@@ -87,5 +87,4 @@ def demanded_of(plate: PlateScene, scene: Scene) -> Float[np.ndarray, "frames 6"
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     """One for each plate."""
-    targets = dict.fromkeys(plate.target for scene in scenes for plate in scene.plates if plate.loaded.any())
-    return [PlateGain(target) for target in targets]
+    return [PlateGain(target) for target in loaded_plates(scenes)]

@@ -10,8 +10,8 @@ from solver.effects.about import About, Named
 from solver.effects.effect import Candidate, Estimate
 from solver.effects.pictures import Plates
 from solver.effects.readings import Reading
-from solver.effects.rearranged_plate import RearrangedPlate, loaded_plates
-from solver.effects.scene import Scene
+from solver.effects.rearranged_plate import RearrangedPlate
+from solver.effects.scene import Scene, loaded_plates
 
 MIRRORS = {
     0: np.diag([-1.0, 1.0, 1.0]),

@@ -10,7 +10,7 @@ from solver.effects.about import About, Named, Size
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.pictures import Plates
 from solver.effects.readings import along
-from solver.effects.scene import Scene
+from solver.effects.scene import Scene, loaded_plates
 from solver.skeleton.forward import cross
 
 PRIOR_STD_M = 0.01  # a calibration wand misplaced, a corner clicked beside the corner: 1 to 20 mm
@@ -87,5 +87,6 @@ class PlatePosition(Candidate):
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     """For each plate a little beside its place, and far from it."""
-    targets = dict.fromkeys(plate.target for scene in scenes for plate in scene.plates if plate.loaded.any())
-    return [PlatePosition(target, std) for target in targets for std in (PRIOR_STD_M, GROSS_STD_M)]
+    return [
+        PlatePosition(target, std) for target in loaded_plates(scenes) for std in (PRIOR_STD_M, GROSS_STD_M)
+    ]

@@ -10,8 +10,8 @@ from solver.effects.about import About, Named
 from solver.effects.effect import Candidate, Estimate
 from solver.effects.pictures import Plates
 from solver.effects.readings import Reading
-from solver.effects.rearranged_plate import RearrangedPlate, loaded_plates
-from solver.effects.scene import Scene
+from solver.effects.rearranged_plate import RearrangedPlate
+from solver.effects.scene import Scene, loaded_plates
 
 FACTORS = (1 / 9.80665, 1 / 4.448222, 0.25, 0.5, 2.0, 4.0, 4.448222, 9.80665)
 # recorded over true: kilograms and pounds for newtons, and the other way; amplifiers' ranges

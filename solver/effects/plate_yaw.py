@@ -10,7 +10,7 @@ from solver.effects.about import About, Named
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.pictures import Plates
 from solver.effects.readings import Reading
-from solver.effects.scene import Scene
+from solver.effects.scene import Scene, loaded_plates
 from solver.skeleton.forward import cross
 
 PRIOR_STD_RAD = np.radians(
@@ -87,5 +87,4 @@ class PlateYaw(Candidate):
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     """One for each plate."""
-    targets = dict.fromkeys(plate.target for scene in scenes for plate in scene.plates if plate.loaded.any())
-    return [PlateYaw(target) for target in targets]
+    return [PlateYaw(target) for target in loaded_plates(scenes)]

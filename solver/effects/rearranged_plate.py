@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
+from solver.dynamics.root_wrench import about_point
 from solver.effects.effect import Estimate, Eta, Signature
 from solver.effects.gross_cause import GrossCause, with_samples
 from solver.effects.scene import PlateScene, Scene
@@ -72,15 +73,8 @@ class RearrangedPlate(GrossCause):
 
     def _righted(self, plate: PlateScene) -> PlateScene:
         R, wrench = self.R_true_recorded, plate.loads.wrench_ground
-        force, moment = wrench[:, :3], wrench[:, 3:]
-        middle = np.broadcast_to(plate.centre_ground, force.shape)
-        about_middle = moment - cross(middle, force)
-        force = self.scale * force @ R.T
-        about_middle = self.scale * np.linalg.det(R) * about_middle @ R.T
-        moved = np.concatenate([force, about_middle + cross(middle, force)], axis=1)
+        middle = np.broadcast_to(plate.centre_ground, wrench[:, :3].shape)
+        recorded = about_point(wrench, middle)
+        force, moment = recorded[:, :3] @ R.T, np.linalg.det(R) * recorded[:, 3:] @ R.T
+        moved = about_point(self.scale * np.concatenate([force, moment], axis=1), -middle)
         return with_samples(plate, moved, plate.loads.carrying)
-
-
-def loaded_plates(scenes: Sequence[Scene]) -> list[str]:
-    """Names of the plates that bear a load somewhere."""
-    return list(dict.fromkeys(p.target for scene in scenes for p in scene.plates if p.loaded.any()))

@@ -1,6 +1,6 @@
 """One trial as effects see it: how the body moves, what the plates recorded, what the cameras saw."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -211,3 +211,8 @@ def force_at(
         ],
         axis=-1,
     )
+
+
+def loaded_plates(scenes: Sequence[Scene]) -> list[str]:
+    """Targets of the plates that bear a load in some trial, each once."""
+    return list(dict.fromkeys(p.target for scene in scenes for p in scene.plates if p.loaded.any()))

@@ -9,6 +9,7 @@ from benchmarks.truth.figures import error_by_band
 from benchmarks.truth.pooling import twin_bands
 from benchmarks.truth.recorded import solved
 from benchmarks.truth.ways import OURS, at_cutoff
+from solver.dynamics.foretelling.demand_gains import demanded_ground
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.scaling import with_mass
@@ -40,7 +41,7 @@ def test_a_twin_of_a_walk(real_data, monkeypatch):
 
     lively = trial.kinematics_only.motion.low_passed(twins.LIVELY_HZ["walk"])
     twin = twins.made(fit, trial, lively, settings)
-    missed = trial.contacts.wrench_ground.sum(axis=1) - twins.demanded(fit.skeleton, trial.motion)
+    missed = trial.contacts.wrench_ground.sum(axis=1) - demanded_ground(fit.skeleton, trial.motion)
     total = twin.before.contacts.wrench_ground.sum(axis=1) - missed
     # Newton and Euler: under the true wrench of both feet nothing is left at the root.
     left = torques_of(fit.skeleton, lively, total[:, None], trial.contacts.foot_bodies[:1])
