@@ -3,6 +3,7 @@
 import argparse
 import hashlib
 import json
+import sys
 import time
 import traceback
 from collections.abc import Iterator
@@ -85,12 +86,14 @@ def main() -> None:
 
 
 def code_version(part: str) -> str:
-    """A hash of all code that a part's figures rest on: other code, other figures."""
+    """A hash of all code that a part's figures rest on: other code, other figures.
+
+    Of the solver what the bench imports; diagnosis and exports change no figure.
+    """
     digest = hashlib.sha256()
     sources = [p for p in HERE.glob("*.py") if p.name not in WORDS]
-    sources += [
-        p for p in SOLVER.rglob("*.py") if part == "simulated" or SOLVER / "simulate" not in p.parents
-    ]
+    imported = [Path(str(m.__file__)) for name, m in sys.modules.items() if name.startswith("solver.")]
+    sources += [p for p in imported if part == "simulated" or SOLVER / "simulate" not in p.parents]
     for path in sorted(sources):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:12]

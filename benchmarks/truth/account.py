@@ -6,23 +6,27 @@ import numpy as np
 
 from benchmarks.truth.figures import FLEXION
 from benchmarks.truth.pooling import (
+    ASKED_PERCENT,
     JOINTS,
     KINDS,
     Run,
     best_cutoff,
     geometric_mean,
     grouped,
+    kept_movement,
     mass_shares,
     pooled,
     twin_bands,
 )
 from benchmarks.truth.recorded import LIMIT_HZ
-from benchmarks.truth.tables import ratio_of_best
+from benchmarks.truth.tables import FLEXIONS, ratio_of_best
 from benchmarks.truth.ways import LABORATORY, MARKER_FIT, OURS
 
 SMALL_MM, LARGE_MM = (0.0, 0.1, 0.3, 1.0), (3.0, 5.0, 10.0)
 REPORTED = ("pelvis", "hip flexion", "hip adduction", "hip rotation", "knee", "ankle")
 ANGLES = tuple(dof for joint in REPORTED for dof in JOINTS[joint])
+MOST_PHASE_DEG = 5.0
+MOST_LISTED = 6
 TOLD_HZ = {"walk": 4.0, "run": 6.0, "sprint": 6.0, "jump": 6.0, "squat": 2.0, "sit": 2.0}  # bands of 2 Hz
 
 
@@ -36,6 +40,8 @@ def account(
         *_against_best(own),
         *_smoothly(own),
         *_gains(own_markers),
+        *_phases(own_markers),
+        *_kept(own_markers, twins),
         *_twins(twins),
         *_experts(references),
         *_masses(known, own_markers),
@@ -139,6 +145,57 @@ def _gains(own_markers: Sequence[Run]) -> list[str]:
     return [f"**Gain on real recordings** against their own marker fit, hip, knee and ankle: {listed}."]
 
 
+def _phases(own_markers: Sequence[Run]) -> list[str]:
+    """How far bands below the limit lead or lag the marker fit."""
+    found = [
+        (abs(band["phase_deg"]), f"{run['recording']} {run['trial']} {joint} from {band['low_Hz']:g} Hz")
+        for run in own_markers
+        if run["fitted_to_forces"]
+        for joint, bands in run["gains"][OURS].items()  # type: ignore[index]
+        for band in bands
+        if band["high_Hz"] <= LIMIT_HZ[str(run["activity"])]
+    ]
+    if not found:
+        return []
+    far = [f"{where} {phase:.0f}°" for phase, where in sorted(found, reverse=True) if phase > MOST_PHASE_DEG]
+    others = f"; the others: {_listed(far)}" if far else ""
+    return [
+        "**Phase on real recordings** against their own marker fit, below the limit: within "
+        f"{MOST_PHASE_DEG:g}° in {len(found) - len(far)} of {len(found)} joints and bands{others}."
+    ]
+
+
+def _kept(own_markers: Sequence[Run], twins: Sequence[Run]) -> list[str]:
+    """Ranges and peak speeds against what is asked for, and whether the missing part was movement."""
+    told = kept_movement(own_markers, twins, FLEXIONS)
+    sentences = []
+    for figure, asked in ASKED_PERCENT.items():
+        those = [k for k in told if k.figure == figure]
+        if not those:
+            continue
+        beyond = [k for k in those if not k.is_kept]
+        nearer = sum(k.is_nearer is True for k in beyond)
+        by_size = sorted(beyond, key=lambda k: -abs(k.percent))
+        worse = [
+            f"{k.recording} {k.trial} {k.joint} {k.percent:+.0f} %"
+            for k in by_size
+            if k.is_nearer is not True
+        ]
+        others = f" The others: {_listed(worse)}." if worse else ""
+        sentences.append(
+            f"**{figure.capitalize()} on real recordings** against the marker fit below the limit: within "
+            f"{asked:g} % for {len(those) - len(beyond)} of {len(those)} joints. Of the other {len(beyond)} "
+            f"the fit is nearer to the truth than those markers in both twins in {nearer}.{others}"
+        )
+    return sentences
+
+
+def _listed(items: Sequence[str]) -> str:
+    """The first few; the tables below have all."""
+    few = "; ".join(items[:MOST_LISTED])
+    return few if len(items) <= MOST_LISTED else f"{few}; and {len(items) - MOST_LISTED} more"
+
+
 def _twins(twins: Sequence[Run]) -> list[str]:
     """Whether a gain below 1 is right, by recordings whose truth is known and whose noise is a real one's."""
     if not twins:
@@ -153,7 +210,7 @@ def _twins(twins: Sequence[Run]) -> list[str]:
         bands = [b for b in twin_bands(pair, LIMIT_HZ[activity]) if b.is_bent]
         told += bands
         worse += [f"{recording} {trial} {b.joint} from {b.low_Hz:g} Hz" for b in bands if not b.is_nearer]
-    others = f" The others: {'; '.join(worse)}." if worse else ""
+    others = f" The others: {_listed(worse)}." if worse else ""
     return [
         f"**Twins of real recordings** ({len(twins)}, known motion under the recording's noise and forces): "
         f"our errors over those of the marker fit at its best cut-off, geometric mean: {', '.join(means)}. "

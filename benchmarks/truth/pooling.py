@@ -132,6 +132,53 @@ def twin_bands(pair: Sequence[Run], limit_Hz: float) -> list[TwinBand]:
     return found
 
 
+@dataclass(frozen=True)
+class Kept:
+    """How much of a joint's movement a recording's fit keeps, over its marker fit below a limit."""
+
+    recording: str
+    trial: str
+    joint: str
+    figure: str  # "range of motion" or "peak speed"
+    percent: float
+    is_kept: bool  # within what is asked for
+    is_nearer: bool | None  # in both twins the fit is nearer to the truth than those markers; None: no twins
+
+
+ASKED_PERCENT = {"range of motion": 2.0, "peak speed": 4.0}
+
+
+def kept_movement(own_markers: Sequence[Run], twins: Sequence[Run], joints: Sequence[str]) -> list[Kept]:
+    """Ranges of motion and peak speeds of the recordings that were fitted to forces, and what twins say."""
+    pairs = grouped(twins, "recording", "trial")
+    found = []
+    for run in (r for r in own_markers if r["fitted_to_forces"]):
+        where = (str(run["recording"]), str(run["trial"]))
+        for joint in joints:
+            for figure, asked in ASKED_PERCENT.items():
+                percent = _over(run["against_marker_fit_below_limit"], figure, joint)
+                if percent is None:
+                    continue
+                nearer = [_is_nearer(twin, figure, joint) for twin in pairs.get(where, [])]
+                told = all(nearer) if nearer else None
+                found.append(Kept(*where, joint, figure, percent, abs(percent) <= asked, told))
+    return found
+
+
+def _is_nearer(twin: Run, figure: str, joint: str) -> bool:
+    tables: dict[str, object] = twin["against_marker_fit_below_limit"]  # type: ignore[assignment]
+    ours, true = (_over(tables[who], figure, joint) for who in (OURS, "truth"))
+    return ours is not None and true is not None and abs(ours - true) <= abs(true)
+
+
+def _over(table: object, figure: str, joint: str) -> float | None:
+    """By how many per cent a table's range or peak exceeds what it was compared with."""
+    run = [{"ways": {OURS: table}}]
+    if figure == "range of motion":
+        return range_percent(run, OURS, JOINTS[joint])
+    return peak_percent(run, OURS, "speed", JOINTS[joint])
+
+
 def geometric_mean(ratios: Sequence[float]) -> float:
     """Of positive numbers."""
     return float(np.exp(np.mean(np.log(ratios))))

@@ -18,7 +18,7 @@ from jaxtyping import Float
 
 from benchmarks.truth.course import Course, course_of, torques_of
 from benchmarks.truth.figures import error_by_band, figures, gains
-from benchmarks.truth.recorded import ACTIVITY, solved
+from benchmarks.truth.recorded import ACTIVITY, LIMIT_HZ, solved
 from benchmarks.truth.skin import SkinSettings, skin_movement
 from benchmarks.truth.ways import CUTOFFS_HZ, MARKER_FIT, OURS, at_cutoff
 from solver.dynamics.foretelling.demand_gains import demanded_ground
@@ -82,6 +82,8 @@ def _run(
         if hertz < ours.rate / 2:
             courses[at_cutoff(hertz)] = _course(nominal, twin.before.motion.low_passed(hertz), twin.before)
     raw = courses[MARKER_FIT]
+    below_limit = course_of(twin.before.motion.low_passed(LIMIT_HZ[activity]))
+    used = trial.dynamics.used
     return {
         "kind": "twin",
         "recording": folder,
@@ -93,7 +95,11 @@ def _run(
         "gains": {OURS: gains(courses[OURS], raw), "truth": gains(twin.truth, raw)},
         "gains_of_recording": gains(course_of(trial.motion), course_of(markers_alone)),
         "errors_by_band": {name: error_by_band(course, twin.truth) for name, course in courses.items()},
-        "ways": {name: figures(course, twin.truth, trial.dynamics.used) for name, course in courses.items()},
+        "against_marker_fit_below_limit": {
+            OURS: figures(courses[OURS], below_limit, used),
+            "truth": figures(twin.truth, below_limit, used),
+        },
+        "ways": {name: figures(course, twin.truth, used) for name, course in courses.items()},
     }
 
 

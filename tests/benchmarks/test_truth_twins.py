@@ -6,7 +6,7 @@ import pytest
 from benchmarks.truth import twins
 from benchmarks.truth.course import course_of, torques_of
 from benchmarks.truth.figures import error_by_band
-from benchmarks.truth.pooling import twin_bands
+from benchmarks.truth.pooling import kept_movement, twin_bands
 from benchmarks.truth.recorded import solved
 from benchmarks.truth.ways import OURS, at_cutoff
 from solver.dynamics.foretelling.demand_gains import demanded_ground
@@ -76,3 +76,22 @@ def test_bands_tell_who_is_nearer():
     assert nearer.markers_deg == (0.2, 0.2)
     assert not not_nearer.is_nearer
     assert twin_bands([run, run], 4.0) == []
+
+
+def test_movement_kept_is_told_and_whether_the_rest_was_movement():
+    def against(range_excess, speed_excess):
+        return {
+            "angle": {"knee_angle_r": {"range": 50.0, "range_excess": range_excess}},
+            "speed": {"knee_angle_r": {"peak": 100.0, "peak_excess": speed_excess}},
+        }
+
+    where = {"recording": "a walk", "trial": "1"}
+    own = {**where, "fitted_to_forces": True, "against_marker_fit_below_limit": against(-0.5, -10.0)}
+    twin = {**where, "against_marker_fit_below_limit": {OURS: against(0, -8.0), "truth": against(0, -9.0)}}
+    kept, lost = kept_movement([own], [twin, twin], ("knee",))
+    assert (kept.figure, kept.percent, kept.is_kept) == ("range of motion", -1.0, True)
+    assert (lost.figure, lost.percent, lost.is_kept) == ("peak speed", -10.0, False)
+    assert lost.is_nearer  # 1 % from the truth, where the markers below the limit are 9 % from it
+    worse = {**where, "against_marker_fit_below_limit": {OURS: against(0, -8.0), "truth": against(0, 1.0)}}
+    assert not kept_movement([own], [twin, worse], ("knee",))[1].is_nearer
+    assert kept_movement([own], [], ("knee",))[1].is_nearer is None
