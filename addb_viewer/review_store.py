@@ -9,13 +9,16 @@ from pathlib import Path
 
 from annotations.database import Database, is_url
 from annotations.errors import ReviewError
-from annotations.events import IMPORTED, Edit, Event, ImportTable, Proposal
+from annotations.events import IMPORTED, ClearRange, Edit, Event, FlagRange, ImportTable, Proposal, Status
 from annotations.folding import folded
 from annotations.log import ReviewLog
 from annotations.reading import Reading
 from annotations.review_json import FINISHED, import_labels, labels_of
+from annotations.runs import true_runs
 from annotations.trial_review import TrialReview
 from annotations.unreadable import UnreadableRow, listed
+from solver.capture.atomic import made_folder
+from solver.capture.b3d.places import recording_of
 from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.mask import ERRONEOUS
@@ -58,6 +61,8 @@ def open_log(subject_folder: Path) -> ReviewLog:
     """
     url = store_url()
     if url is None:
+        if recording_of(subject_folder) is not None:
+            made_folder(subject_folder)
         return ReviewLog.open(subject_folder / FILE)
     return ReviewLog(_shared(url, os.getpid()), subject_key(subject_folder))
 
@@ -113,8 +118,11 @@ def record(log: ReviewLog, files: TrialFiles, capture: Capture, event: Event, au
         ReviewError: it cannot be recorded.
     """
     if capture.imported_missing_force is not None:
-        missing, reviewed = capture.imported_missing_force, capture.imported_reviewed
-        import_labels(log, files.name, missing, _finished(files), reviewed)
+        if capture.imported_reasons:
+            _import_table(log, files, capture)
+        else:
+            missing, reviewed = capture.imported_missing_force, capture.imported_reviewed
+            import_labels(log, files.name, missing, finished_by_file(files), reviewed)
     return log.append(files.name, event, author)
 
 
@@ -257,7 +265,9 @@ def with_own_file(files: TrialFiles, capture: Capture, history: Sequence[Edit]) 
     missing = capture.imported_missing_force
     if missing is None or any(edit.author == IMPORTED for edit in history):
         return tuple(history)
-    labels = labels_of(missing, finished=_finished(files), reviewed=capture.imported_reviewed)
+    labels: Event = labels_of(missing, finished=finished_by_file(files), reviewed=capture.imported_reviewed)
+    if capture.imported_reasons:
+        labels = _table(files, capture)
     return (Edit(0, files.name, IMPORTED, datetime.now(UTC), labels), *history)
 
 
@@ -297,9 +307,28 @@ def reviews_for_solve(
     return {trial: review for trial, review in said.items() if review != ForceReview()}, tuple(notes)
 
 
-def _finished(files: TrialFiles) -> bool:
-    """Whether somebody has finished the review beside the recording."""
+def finished_by_file(files: TrialFiles) -> bool:
+    """Whether somebody has finished the review beside the recording, or in its own file."""
+    if files.inner_review_finished is not None and not files.reviews:
+        return files.inner_review_finished
     return all((review.parent / FINISHED).exists() for review in files.reviews)
+
+
+def _table(files: TrialFiles, capture: Capture) -> ImportTable:
+    """A review that gives reasons, as the recording's own file has it: every frame is decided."""
+    missing = capture.imported_missing_force
+    assert missing is not None
+    flagged = [FlagRange(start, end, reason) for start, end, reason in capture.imported_reasons]
+    counts = [ClearRange(start, end) for start, end in true_runs(~missing)]
+    status = Status.FINISHED if finished_by_file(files) else None
+    return ImportTable(files.markers.name, PROGRAM, (*flagged, *counts), status=status)
+
+
+def _import_table(log: ReviewLog, files: TrialFiles, capture: Capture) -> None:
+    """Take the file's review into the log, unless any import is there: the later one holds."""
+    table = _table(files, capture)
+    if log.last_import(files.name, ImportTable) is None:
+        log.append(files.name, table, IMPORTED)
 
 
 def _place() -> str:

@@ -37,8 +37,8 @@ from solver.review_stage import obeying_reviews, predicting_withheld
 from solver.settings import Settings, decide_the_same_fit
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import body_poses, marker_positions
-from solver.skeleton.osim import load_skeleton
 from solver.skeleton.skeleton import Skeleton
+from solver.skeleton.subject_model import load_subject_model
 
 SCALED, TRACKED, FITTED = 0.2, 0.4, 0.75  # shares of the work done after scaling, marker fit, trajectory fit
 
@@ -269,7 +269,7 @@ def _count(extension: Extension | None, settings: Settings) -> int:
 
 def _generic(subject: Subject) -> Skeleton:
     if subject.model is not None:
-        return load_skeleton(subject.model)
+        return load_subject_model(subject.model)
     return default_skeleton(
         **{k: v for k, v in (("mass_kg", subject.mass_kg), ("height_m", subject.height_m)) if v is not None},
         sex=subject.sex,

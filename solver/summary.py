@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
+from solver.capture.b3d.stored import StoredPass
 from solver.dynamics.band_gain import BandGain
 from solver.dynamics.heldout import WithheldBlocks
 from solver.dynamics.motion_change import BANDS_HZ, CoordinateChange, motion_change
@@ -96,6 +97,7 @@ def _trial(trial: TrialFit, skeleton: Skeleton, body_weight: float, height: floa
         "heldout": _heldout(trial, body_weight, height),
         "kinematics_only": _kinematics_only(trial),
         "change": _change(trial, skeleton),
+        "stored": [_stored(found, used) for found in trial.capture.stored],
         "seconds": {stage: _number(seconds) for stage, seconds in trial.seconds.items()},
     }
 
@@ -112,6 +114,22 @@ def _label_fault(fault: LabelFault) -> dict[str, object]:
         "repaired_off_m": fault.repaired_off_m,
         "neighbours": fault.neighbours,
         "accepted": fault.accepted,
+    }
+
+
+def _stored(found: StoredPass, used: Bool[np.ndarray, " frames"]) -> dict[str, object]:
+    """What the recording's own file says of a pass, on the frames of the fit's own figures."""
+
+    def rms(series: Float[np.ndarray, " frames"]) -> float | None:
+        known = series[used & np.isfinite(series)]
+        return _number(np.sqrt(np.mean(known**2))) if len(known) else None
+
+    return {
+        "pass": found.kind,
+        "marker_rms_m": rms(found.marker_rms_m),
+        "force_rms_N": rms(found.force_N),
+        "moment_rms_Nm": rms(found.moment_Nm),
+        "notes": list(found.notes),
     }
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from addb_viewer.app.proposals import Pending, State, pending
 from addb_viewer.app.solves import solves
 from addb_viewer.app.solves import waiting as waiting_solves
-from addb_viewer.review_store import whole_log
+from addb_viewer.review_store import finished_by_file, whole_log
 from annotations.events import IMPORTED, Status
 from annotations.folding import folded
 from annotations.trial_review import TrialReview
@@ -137,12 +137,12 @@ def subject_rows(name: str, subject: Subject, results: Path | None = None) -> li
         reviews[trial] = folded(trial, said.edits, subject.foot_bodies, said.unreadable)
     rows = []
     for files in subject.trials:
-        imported = bool(files.reviews) and all((r.parent / "REVIEWED").exists() for r in files.reviews)
+        imported = files.has_review and finished_by_file(files)
         status, by = (Status.FINISHED, IMPORTED) if imported else (Status.UNSEEN, None)
         review = reviews.get(files.name)
         if review is not None:
             status, by = review.status, review.status_author
-        found = () if files.reviews and review is None else proposals.get(files.name, ())
+        found = () if files.has_review and review is None else proposals.get(files.name, ())
         seen = review or folded(files.name, (), subject.foot_bodies)
         waiting = [p for p in pending(found, seen, {}) if p.state is State.OPEN]
         row = Row(name, files.name, status, by, figures.get(files.name), len(waiting))

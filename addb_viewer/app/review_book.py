@@ -167,4 +167,4 @@ class ReviewBook:
     def _imported(self, trial: str) -> tuple[Edit, ...]:
         """A review.json that is not in the log yet."""
         files = next((files for files in self.subject.trials if files.name == trial), None)
-        return with_own_file(files, self._capture(trial), ()) if files and files.reviews else ()
+        return with_own_file(files, self._capture(trial), ()) if files and files.has_review else ()

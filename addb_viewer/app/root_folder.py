@@ -4,6 +4,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
+from solver.capture.b3d.places import recording_of, subject_folder_of
 from solver.capture.capture import Subject
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.subject import open_subject, subjects_in
@@ -45,7 +46,8 @@ def open_root(folder: Path) -> RootFolder:
     Raises:
         CaptureError: no such folder, no subject in it, or a file of the subject lies outside.
     """
-    if not folder.is_dir():
+    folder = subject_folder_of(folder)
+    if not folder.is_dir() and recording_of(folder) is None:
         raise CaptureError(f"{folder}: no such folder; give a subject's folder, or one that holds several")
     path = folder.resolve()
     subjects, left_out = subjects_in(
@@ -105,8 +107,10 @@ def check_inside(root: Path, subject: Subject) -> None:
     Raises:
         OutsideError: names the file.
     """
-    inside = root.resolve()
+    inside, opened = root.resolve(), recording_of(root)
     for file in (subject.folder, *_files(subject)):
+        if file == opened:
+            continue  # it is what was asked for, and lies beside the folder of its decisions
         if not file.resolve().is_relative_to(inside):
             raise OutsideError(
                 f"{file}: leads out of {inside}, to {file.resolve()}. Copy it into the folder, or open the "
@@ -126,7 +130,7 @@ def check_recorded(subject: Subject, fit: Fit) -> None:
     """
     captures = (file for trial in fit.trials for file in trial.capture.files)
     for file in (*_files(fit.subject), *captures):
-        if not Path(os.path.normpath(file)).is_relative_to(subject.folder):
+        if file != subject.recording and not Path(os.path.normpath(file)).is_relative_to(subject.folder):
             raise OutsideError(
                 f"{subject.folder}: its fit says that it was made of {file}, outside the folder. "
                 "Fit it again: addb-viewer fit"

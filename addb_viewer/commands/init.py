@@ -11,6 +11,7 @@ from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug
 from addb_viewer.commands.solving import check_folder
 from solver.capture.atomic import write_whole
+from solver.capture.b3d.places import subject_folder_of
 from solver.capture.capture import Subject
 from solver.capture.same_motion import markers_of
 from solver.capture.subject import open_subject, subjects_in
@@ -22,7 +23,12 @@ from solver.markers.people import people_notes
 from solver.settings import settings_for
 
 Folder = Annotated[
-    Path, typer.Argument(metavar="FOLDER", help="Folder of the recordings, or of several subjects.")
+    Path,
+    typer.Argument(
+        metavar="FOLDER",
+        help="Folder of the recordings, or of several subjects; or a .b3d file.",
+        callback=subject_folder_of,
+    ),
 ]
 Recursive = Annotated[
     bool, typer.Option("--recursive", help="One for each subject in the folder, however deep.")
@@ -66,7 +72,7 @@ def _describe(subject: Subject) -> None:
     if subject.static is not None:
         named[f"{subject.static.stem} (static)"] = subject.static
     read = {name: markers for name, path in named.items() if (markers := markers_of(path)) is not None}
-    damaged = [name for name in named if name not in read]
+    damaged = [name for name in named if name not in read and named[name] != subject.recording]
     subject = replace(subject, notes=(*people_notes(read), *_why_unread(subject, damaged), *subject.notes))
     text = described_as_toml(subject)
     try:

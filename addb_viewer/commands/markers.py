@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from addb_viewer.commands.errors import errors_as_lines
-from addb_viewer.commands.options import Debug, JsonFile, MapFile, SettingsFile
+from addb_viewer.commands.options import Debug, JsonFile, MapFile, SettingsFile, optional_subject_folder
 from addb_viewer.commands.solving import check_folder
 from solver.capture.capture import Markers, Subject
 from solver.capture.readable_trials import read_trials
@@ -26,13 +26,19 @@ from solver.markers.understanding import Understanding, UnderstoodLabel, underst
 from solver.results.store import write_json
 from solver.settings import Settings, settings_for
 from solver.skeleton.default_body import default_skeleton
-from solver.skeleton.osim import load_skeleton
 from solver.skeleton.skeleton import Skeleton
+from solver.skeleton.subject_model import load_subject_model
 
 WIDTH_OF_A_PIPE = 250  # [characters] where no terminal says how wide it is
 
 OptionalSubject = Annotated[
-    Path | None, typer.Argument(metavar="SUBJECT", help="Folder of the recordings.", show_default=False)
+    Path | None,
+    typer.Argument(
+        metavar="SUBJECT",
+        help="Folder of the recordings; or a .b3d file.",
+        show_default=False,
+        callback=optional_subject_folder,
+    ),
 ]
 DryRun = Annotated[bool, typer.Option("--no-write", help="Print only; leave the map as it is.")]
 Landmarks = Annotated[
@@ -66,7 +72,7 @@ def markers(
         chosen = settings_for(subject, settings)
         who = open_subject(subject, chosen.reading)
         recordings = _recordings(who, chosen)
-        model = None if who.model is None else load_skeleton(who.model)
+        model = None if who.model is None else load_subject_model(who.model)
         on_model = None if model is None or is_bare(model) else own_names(model, recordings)
         understood = _understood(recordings, on_model, chosen)
         file = map_ or subject / MARKER_MAP

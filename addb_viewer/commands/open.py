@@ -8,9 +8,11 @@ import typer
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import DEFAULT_HOST, DEFAULT_PORT, Debug, Host, Out, Port
 from addb_viewer.commands.solving import check_folder
+from solver.capture.b3d.places import subject_folder_of
 
 Root = Annotated[
-    Path, typer.Argument(metavar="ROOT", help="A subject's folder, or one that holds several subjects.")
+    Path,
+    typer.Argument(metavar="ROOT", help="A subject's folder, a .b3d file, or a folder of several subjects."),
 ]
 
 
@@ -38,6 +40,7 @@ def open_subject(
     On another host than this machine's own, browsers need the token that is printed with the address.
     """
     with errors_as_lines(debug):
+        root = subject_folder_of(root)
         check_folder(root)
         serve_app(root, host, port, out, log)
 

@@ -5,10 +5,23 @@ from typing import Annotated
 
 import typer
 
+from solver.capture.b3d.places import subject_folder_of
+
 SubjectFolder = Annotated[
     Path,
-    typer.Argument(metavar="SUBJECT", help="Folder of the recordings and, if any, the model."),
+    typer.Argument(
+        metavar="SUBJECT",
+        help="Folder of the recordings and, if any, the model; or a .b3d file.",
+        callback=subject_folder_of,
+    ),
 ]
+
+
+def optional_subject_folder(subject: Path | None) -> Path | None:
+    """Likewise of an argument that may be left out."""
+    return None if subject is None else subject_folder_of(subject)
+
+
 Out = Annotated[
     Path | None,
     typer.Option("--out", metavar="DIR", help="Results folder; SUBJECT/results by default.", file_okay=False),

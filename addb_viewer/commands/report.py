@@ -20,13 +20,17 @@ from addb_viewer.report.overview import Entry, write_overview
 from addb_viewer.report.subject_page import write_report
 from annotations.errors import ReviewError
 from solver.capture.atomic import made_folder
+from solver.capture.b3d.places import subject_folder_of
 from solver.errors import Cancelled, SolverError
 from solver.results.store import default_folder, write_json
 
 PAGE = "report.html"
 
 Root = Annotated[
-    Path, typer.Argument(metavar="SUBJECT", help="A subject's folder, or one that holds several subjects.")
+    Path,
+    typer.Argument(
+        metavar="SUBJECT", help="A subject's folder, a .b3d file, or a folder of several subjects."
+    ),
 ]
 OutPlace = Annotated[
     Path | None,
@@ -72,6 +76,7 @@ def report(
     if json is not None and not json.absolute().parent.is_dir():
         raise typer.BadParameter(f"no folder {json.parent} to write into", param_hint="--json")
     with errors_as_lines(debug):
+        subject = subject_folder_of(subject)
         check_folder(subject)
         root = open_root(subject)
         wishes = _Wishes(tuple(trial or ()), diagnose, settings, ignore_review)

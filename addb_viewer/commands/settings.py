@@ -6,12 +6,16 @@ from typing import Annotated
 import typer
 
 from addb_viewer.commands.errors import errors_as_lines
-from addb_viewer.commands.options import Debug, SettingsFile
+from addb_viewer.commands.options import Debug, SettingsFile, optional_subject_folder
 from solver.settings import Settings, as_toml, read_settings, settings_for
 
 OptionalSubject = Annotated[
     Path | None,
-    typer.Argument(metavar="[SUBJECT]", help="Print this subject's settings, not the defaults."),
+    typer.Argument(
+        metavar="[SUBJECT]",
+        help="Print this subject's settings, not the defaults.",
+        callback=optional_subject_folder,
+    ),
 ]
 
 

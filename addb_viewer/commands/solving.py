@@ -10,6 +10,7 @@ from pathlib import Path
 from addb_viewer.accepted_extension import extension_for_solve
 from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.review_store import reviews_for_solve
+from solver.capture.b3d.places import DECISIONS, recording_of
 from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.capture.subject import open_subject
 from solver.contact.force_review import ForceReview
@@ -89,8 +90,11 @@ def job_for(
 
 def check_folder(folder: Path) -> None:
     """Refuse a subject folder that isn't there."""
-    if not folder.is_dir():
-        raise CaptureError(f"{folder}: no such folder; give the folder that holds the recordings")
+    if not folder.is_dir() and recording_of(folder) is None:
+        given = str(folder).removesuffix(DECISIONS)
+        raise CaptureError(
+            f"{given}: no such folder; give the folder that holds the recordings, or a .b3d file"
+        )
 
 
 def check_trials(subject: Subject, wanted: Sequence[str]) -> None:
@@ -237,5 +241,5 @@ def _wanted(subject: Subject, trials: Sequence[str] | None) -> list[TrialFiles]:
 
 def _without_reviews(subject: Subject) -> Subject:
     note = "reviews are ignored: detection alone says which forces count"
-    trials = tuple(replace(trial, reviews=()) for trial in subject.trials)
+    trials = tuple(replace(trial, reviews=(), inner_review_finished=None) for trial in subject.trials)
     return replace(subject, trials=trials, notes=(*subject.notes, note))

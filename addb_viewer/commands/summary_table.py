@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from addb_viewer.change_words import change_sentence
+from addb_viewer.stored_words import stored_words
 from addb_viewer.withheld_words import cutoff_words, withheld_words, worse_words
 from solver.dynamics.thresholds import Thresholds
 
@@ -113,6 +114,7 @@ def _honesty(trials: list[dict[str, Any]]) -> Iterator[Text]:
                 )
         if parts:
             yield Text(f"{trial['name']}: {'; '.join(parts)}")
+        yield from (Text(f"{trial['name']}: {words}") for words in stored_words(trial.get("stored", ())))
         yield from _withheld(trial)
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from addb_viewer.report.markup import Safe, bar, element, joined, table, verdict_mark
+from addb_viewer.stored_words import stored_words
 from addb_viewer.withheld_words import KINDS, QUANTITIES, cutoff_words, worse_words
 from solver.dynamics.thresholds import Thresholds
 from solver.summary import STANDARD_GRAVITY
@@ -106,6 +107,20 @@ def worse_than_markers(trials: Sequence[Mapping[str, Any]]) -> Safe | None:
         trials: in the shape of `fit --json`.
     """
     said = [f"{figures['name']}: {words}." for figures in trials for words in worse_words(figures)]
+    return element("ul", *(element("li", words) for words in said)) if said else None
+
+
+def stored_list(trials: Sequence[Mapping[str, Any]]) -> Safe | None:
+    """What recordings say of themselves, beside the table of what was found; None where they say nothing.
+
+    Args:
+        trials: in the shape of `fit --json`.
+    """
+    said = [
+        f"{figures['name']}: {words}."
+        for figures in trials
+        for words in stored_words(figures.get("stored", ()))
+    ]
     return element("ul", *(element("li", words) for words in said)) if said else None
 
 

@@ -15,7 +15,14 @@ from addb_viewer.report.markup import Safe, data_script, element, joined, part, 
 from addb_viewer.report.moments import moments_of
 from addb_viewer.report.page import page_html
 from addb_viewer.report.player_html import player_html
-from addb_viewer.report.quality import SOURCE, bounds_of, quality_table, withheld_table, worse_than_markers
+from addb_viewer.report.quality import (
+    SOURCE,
+    bounds_of,
+    quality_table,
+    stored_list,
+    withheld_table,
+    worse_than_markers,
+)
 from addb_viewer.report.recorded import recorded
 from addb_viewer.report.repeat import repeat_part
 from addb_viewer.report.scene_data import scene_of
@@ -106,6 +113,8 @@ def _quality(report: SubjectReport) -> Safe:
                 "the motion and the mass; nothing measured confirms them, so there is no residual to judge.",
             )
         )
+    if (stored := stored_list(figures)) is not None:
+        pieces += [element("h3", "What the recording's file says of itself"), stored]
     pieces.append(changed_part(figures))
     withheld = withheld_table(figures)
     force_N, moment_Nm = bounds_of(report.recording.fit.mass_kg, report.recording.fit.height_m)

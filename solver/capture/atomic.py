@@ -14,6 +14,7 @@ from functools import cache
 from pathlib import Path
 from typing import BinaryIO
 
+from solver.capture.b3d.places import belongs_to_b3d
 from solver.capture.disk_errors import writing_failed
 from solver.capture.file_lock import HAS_LOCKS, abandoned, taken
 from solver.errors import CaptureError
@@ -43,12 +44,14 @@ def whole_file(path: Path) -> Iterator[BinaryIO]:
     """A file to write into that takes the place of the previous one once the block has ended without error.
 
     Args:
-        path: where the file belongs; its folder must exist.
+        path: where the file belongs; its folder must exist, or be that of a .b3d file's decisions or results.
 
     Raises:
         CaptureError: the folder is missing or cannot be written to, or the disk is full.
     """
     path = Path(path)
+    if belongs_to_b3d(path.parent):
+        made_folder(path.parent)
     clear_drafts_once(path.parent.absolute())
     name: Path | None = None
     try:

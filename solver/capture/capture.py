@@ -2,9 +2,12 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
+
+from solver.capture.b3d.stored import StoredPass
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,14 @@ class ForcePlate:
         return self.start_time + np.arange(self.samples) / self.rate
 
 
+class ImportedReason(NamedTuple):
+    """Why the file leaves out the forces of frames start to end − 1, by the names of the B3D format."""
+
+    start: int
+    end: int
+    reason: str
+
+
 @dataclass(frozen=True)
 class Capture:
     """One trial as measured."""
@@ -72,6 +83,8 @@ class Capture:
     outside_ranges: Bool[np.ndarray, " frames"] | None = (
         None  # true: in no range of the trial; None: all counts
     )
+    stored: tuple[StoredPass, ...] = ()  # what the file itself says of its passes; nothing of it is used
+    imported_reasons: tuple[ImportedReason, ...] = ()  # of the missing frames, where the file names reasons
 
 
 @dataclass(frozen=True)
@@ -95,6 +108,12 @@ class TrialFiles:
     moments: str | None = None  # "free", "plate", "ground": what moment columns mean, where a person said so
     plates: tuple[PlateWord, ...] = ()  # of those about which a person said something
     ranges: tuple[tuple[float, float], ...] = ()  # [s] whose forces are to be used; empty: the whole trial
+    inner_review_finished: bool | None = None  # of a review in the recording's own file; None: it has none
+
+    @property
+    def has_review(self) -> bool:
+        """Whether files that came with the recording say which forces count."""
+        return bool(self.reviews) or self.inner_review_finished is not None
 
 
 @dataclass(frozen=True)
@@ -125,15 +144,18 @@ class Subject:
     sex: str | None = None  # "male", "female" or None
     age_years: float | None = None
     model: Path | None = None  # None: the default full body
-    model_is: str | None = None  # "scaled": this person's own; "generic"; None: to be found out
+    model_is: str | None = (
+        None  # "scaled": this person's own; "generic"; "stored": in `recording`; None: look
+    )
     static: Path | None = None
     marker_map: Path | None = None  # what labels mean, as a person corrected it
     foot_bodies: tuple[str, ...] = ("calcn_r", "calcn_l")
     tags: tuple[str, ...] = ()
     notes: tuple[str, ...] = field(default=())
     unused: tuple[UnusedFile, ...] = ()  # the most harmful first
+    recording: Path | None = None  # the one file that holds all trials; `folder` then keeps decisions only
 
     @property
     def name(self) -> str:
-        """The folder's name."""
-        return self.folder.resolve().name
+        """The folder's name, or the file's without its ending."""
+        return self.folder.resolve().name if self.recording is None else self.recording.stem

@@ -5,6 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from solver.capture.addbiomechanics_folder import read_subject_json, trials_of
+from solver.capture.b3d.places import is_b3d, recording_of, subject_folder_of
+from solver.capture.b3d.subject import open_b3d_subject
 from solver.capture.capture import Subject
 from solver.capture.description import Description
 from solver.capture.loose_files import FoundTrials, files_in, find_models, is_recording, trials_among
@@ -35,13 +37,16 @@ def open_subject(folder: Path, settings: ReadingSettings = READING) -> Subject:
     subject's. What is not used is listed.
 
     Args:
-        folder: of the subject.
+        folder: of the subject; or a .b3d file, or the folder of decisions beside one.
         settings: which force tables are taken for whose, where only the contents tell.
 
     Raises:
         CaptureError: no such folder, no trial in it, or a description that is broken or names missing files.
     """
-    folder = Path(folder)
+    folder = subject_folder_of(Path(folder))
+    recording = recording_of(folder)
+    if recording is not None:
+        return open_b3d_subject(folder, recording)
     if not folder.is_dir():
         mend = f"Give its folder: {folder.parent}." if folder.is_file() else "Check the spelling of the path."
         raise CaptureError(f"{folder}: no folder of that name. {mend}")
@@ -121,16 +126,13 @@ def subjects_in(
         if described or (not is_allowed and _holds_trials(folder)):
             raise
         alone = error
-    found: list[Subject] = []
-    notes: list[str] = []
+    found, notes = _b3d_subjects(folder, may_be_read)
     for place in folders_below(folder, 1):
         try:
             if deepest > 1:
                 subjects, more = subjects_in(place, deepest - 1, may_be_read, settings_of)
             else:
-                if may_be_read is not None:
-                    may_be_read(place)
-                subjects, more = (open_subject(place, settings_of(place)),), ()
+                subjects, more = _at(place, may_be_read, settings_of)
         except CaptureError as error:
             notes.append(f"{place.name} is left out: {error}")
         else:
@@ -139,6 +141,39 @@ def subjects_in(
     if not found:
         raise CaptureError(f"{alone} Nor is any folder in it a subject's.")
     return tuple(found), tuple(notes)
+
+
+def _at(
+    place: Path, may_be_read: Callable[[Path], None] | None, settings_of: Callable[[Path], ReadingSettings]
+) -> tuple[tuple[Subject, ...], tuple[str, ...]]:
+    """The subjects of a folder below which nothing is looked into."""
+    if may_be_read is not None:
+        may_be_read(place)
+    try:
+        return (open_subject(place, settings_of(place)),), ()
+    except CaptureError:
+        found, notes = _b3d_subjects(place, may_be_read)
+        if not found:
+            raise
+        return tuple(found), tuple(notes)
+
+
+def _b3d_subjects(
+    folder: Path, may_be_read: Callable[[Path], None] | None
+) -> tuple[list[Subject], list[str]]:
+    """The .b3d files of a folder, each a subject; and why others are left out."""
+    found: list[Subject] = []
+    notes: list[str] = []
+    for file in files_in(folder):
+        if not is_b3d(file):
+            continue
+        try:
+            if may_be_read is not None:
+                may_be_read(subject_folder_of(file))
+            found.append(open_subject(file))
+        except CaptureError as error:
+            notes.append(f"{file.name} is left out: {error}")
+    return found, notes
 
 
 def _lies_there(path: Path) -> bool:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+from solver.capture.b3d.places import belongs_to_b3d
 from solver.capture.body_lengths import Lengths, body_lengths, odds_for_two
 from solver.capture.loose_files import (
     TABLES,
@@ -80,7 +81,7 @@ def folders_below(folder: Path, deepest: int = DEEPEST) -> Iterator[Path]:
     inside = (p for p in folder.iterdir() if p.is_dir() and not p.name.startswith("."))
     for place in sorted(inside, key=lambda p: natural_order(p.name)):
         made_here = any((place / name).is_file() for name in MADE_HERE)
-        if place.name.lower() == MESHES or made_here or place.is_symlink():
+        if place.name.lower() == MESHES or made_here or place.is_symlink() or belongs_to_b3d(place):
             continue
         yield place
         if deepest > 1:

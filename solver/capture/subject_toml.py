@@ -21,11 +21,16 @@ KEYS = (
     "trials",
 )
 TRIAL_KEYS = ("markers", "forces", "review", "up", "moments", "plates")
+MODEL_WORDS = ("scaled", "generic")
 READS = {"person": 1, "plate": -1}
 
 
-def read_subject_toml(path: Path) -> Description:
+def read_subject_toml(path: Path, model_words: tuple[str, ...] = MODEL_WORDS) -> Description:
     """Read a subject.toml.
+
+    Args:
+        path: of the file.
+        model_words: what may be said of the model.
 
     Raises:
         CaptureError: broken TOML, a value of the wrong kind, or a file that is missing or outside the folder.
@@ -45,7 +50,7 @@ def read_subject_toml(path: Path) -> Description:
         foot_bodies=entries.texts("foot_bodies"),
         tags=entries.texts("tags"),
         model=entries.file("model"),
-        model_is=entries.word("model_is", ("scaled", "generic")),
+        model_is=entries.word("model_is", model_words),
         static=entries.file("static"),
         trials=trials,
         notes=notes,

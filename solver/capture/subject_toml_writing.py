@@ -13,6 +13,11 @@ _HEAD = """\
 # does not name is not used. Paths are seen from here. All keys: docs/command-line.md, The subject's folder.
 """
 
+_HEAD_OF_B3D = """\
+# What the .b3d file beside this folder says of the person. Correct what is wrong: what stands here goes
+# before the file. Its trials are those inside it. All keys: docs/b3d-input.md.
+"""
+
 _ABOUT_PLATES = (
     "",
     "# Which way a plate counts and its zero level follow from the recording. Where you know better, say so:",
@@ -24,6 +29,8 @@ _ABOUT_PLATES = (
 
 def described_as_toml(subject: Subject) -> str:
     """The text of a subject.toml that `open_subject` reads as this subject."""
+    if subject.recording is not None:
+        return "\n".join([_HEAD_OF_B3D, *_person(subject), *_model(subject), *_comments(subject)]) + "\n"
     return (
         "\n".join([_HEAD, *_person(subject), *_files(subject), *_trials(subject), *_comments(subject)]) + "\n"
     )
@@ -54,6 +61,12 @@ def _files(subject: Subject) -> Iterator[str]:
         yield f"static = {_path(subject, subject.static)}"
     else:
         yield '# static = "static.trc"  # without it: scaled by the trials'
+
+
+def _model(subject: Subject) -> Iterator[str]:
+    yield '# "scaled": the model in the file as it is; "generic": scaled anew; "default": our own body'
+    word = {"stored": "scaled", None: "default"}.get(subject.model_is, subject.model_is)
+    yield f"model_is = {_text(word)}"
 
 
 def _trials(subject: Subject) -> Iterator[str]:

@@ -12,6 +12,9 @@ from solver.capture.axes import (
     vertical_axis,
     vertical_axis_named,
 )
+from solver.capture.b3d.places import SUFFIX
+from solver.capture.b3d.recording import B3dReview, read_b3d_trial
+from solver.capture.b3d.stored import StoredPass
 from solver.capture.c3d import read_c3d, read_c3d_markers
 from solver.capture.capture import Capture, ForcePlate, Markers, TrialFiles
 from solver.capture.edge_zeros import without_edge_zeros
@@ -28,7 +31,7 @@ from solver.capture.trc import read_trc
 from solver.capture.trial_ranges import outside_ranges
 from solver.errors import CaptureError
 
-MARKER_KINDS = (".trc", ".c3d")
+MARKER_KINDS = (".trc", ".c3d", SUFFIX)
 FORCE_KINDS = (".mot", ".sto", ".c3d")
 
 
@@ -50,6 +53,9 @@ def read_trial(
     recording = _recording(files, settings)
     markers, cleaning_notes = _cleaned(recording.markers, files.markers, settings)
     mask, reviewed, review_notes = imported_review(files.reviews, markers)
+    inner = None if files.inner_review_finished is None else recording.review
+    if mask is None and inner is not None:
+        mask = inner.missing
     outside, range_notes = outside_ranges(files.ranges, markers)
     measured = [without_edge_zeros(plate, settings.edge_zeros) for plate in recording.plates]
     try:
@@ -83,6 +89,8 @@ def read_trial(
         imported_missing_force=mask,
         imported_reviewed=reviewed,
         outside_ranges=outside,
+        stored=recording.stored,
+        imported_reasons=inner.reasons if inner is not None and mask is inner.missing else (),
     )
 
 
@@ -114,11 +122,16 @@ class _Recording:
     markers: Markers
     plates: tuple[ForcePlate, ...]
     notes: tuple[str, ...]
+    review: B3dReview | None = None  # in the recording's own file
+    stored: tuple[StoredPass, ...] = ()
 
 
 def _recording(files: TrialFiles, settings: ReadingSettings) -> _Recording:
     up = vertical_axis_named(files.up) if files.up else None
     kind = _kind(files.markers, MARKER_KINDS)
+    if kind == SUFFIX:
+        b3d = read_b3d_trial(files.markers, files.name, settings.edge_zeros)
+        return _Recording(b3d.markers, b3d.plates, b3d.notes, b3d.review, b3d.stored)
     if files.forces in (None, files.markers) and kind == ".c3d":
         c3d = read_c3d(files.markers, up, settings)
         plates = tuple(plate_y_up(plate, c3d.up) for plate in c3d.plates)

@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
+from solver.capture.b3d.places import SUFFIX
 from solver.capture.capture import UnusedFile
 from solver.capture.loose_files import (
     LEADS_OUT,
@@ -25,9 +26,7 @@ DATA_KINDS = {
     **dict.fromkeys(
         (".asf", ".amc", ".bvh", ".fbx", ".qtm", ".tsv", ".v3d", ".cmz", ".tak", ".vsk", ".vst"), "motion"
     ),
-    **dict.fromkeys(
-        (".anc", ".forces", ".tdf", ".emg", ".b3d", ".xcp", ".x2d", ".x1d", ".drf"), "a recording"
-    ),
+    **dict.fromkeys((".anc", ".forces", ".tdf", ".emg", ".xcp", ".x2d", ".x1d", ".drf"), "a recording"),
 }
 
 
@@ -94,6 +93,8 @@ def _judged(path: Path, reason: str | None, silent: str) -> tuple[int, str]:
             REVIEW,
             reason or f"frames that somebody reviewed; {silent or 'it lies beside no single trial'}",
         )
+    if kind == SUFFIX:
+        return DATA, "a subject of its own: give this file by its name"
     if kind in DATA_KINDS:
         return DATA, f"{DATA_KINDS[kind]} of a kind that is not read here; C3D, TRC, MOT and STO are"
     return OTHER, "no recording"

@@ -1,12 +1,12 @@
 """Which frames' forces count: what was recorded, what one foot can be given, what a review says."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Bool, Int
 
-from solver.capture.capture import Capture
+from solver.capture.capture import Capture, ImportedReason
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.wrenches import (
     DETECTION,
@@ -145,8 +145,19 @@ def with_own_file(review: ForceReview, capture: Capture) -> ForceReview:
     about = capture.imported_reviewed
     about = np.ones(frames, dtype=bool) if about is None else about
     counted = [ForceLabel(start, end, None, None) for start, end in runs(about & ~missing)]
-    left_out = [ForceLabel(start, end, None, REVIEWED) for start, end in runs(about & missing)]
+    left_out = [
+        ForceLabel(start, end, None, why) for start, end, why in _why_missing(capture, about & missing)
+    ]
     return replace(review, by_file=(*counted, *left_out))
+
+
+def _why_missing(capture: Capture, missing: Bool[np.ndarray, " frames"]) -> Iterator[ImportedReason]:
+    """The ranges that the file leaves out, with its reasons where it has any."""
+    named = np.zeros(len(missing), dtype=bool)
+    for start, end, reason in capture.imported_reasons:
+        named[start:end] = True
+        yield ImportedReason(start, end, reason)
+    yield from (ImportedReason(start, end, REVIEWED) for start, end in runs(missing & ~named))
 
 
 def _winners(layers: Labelled, feet: Sequence[str], frames: int) -> Int[np.ndarray, "frames feet"]:

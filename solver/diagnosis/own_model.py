@@ -3,8 +3,8 @@
 import numpy as np
 
 from solver.fit import Fit
-from solver.skeleton.osim import load_skeleton
 from solver.skeleton.skeleton import Skeleton
+from solver.skeleton.subject_model import load_subject_model
 
 LONG_M = 0.2  # shorter segments are measured by too few markers
 FEWEST_SEGMENTS = 4
@@ -20,7 +20,7 @@ def size_against_own_model(fit: Fit) -> float | None:
     """
     if fit.subject.model is None or fit.subject.mass_kg is None:
         return None
-    model = load_skeleton(fit.subject.model)
+    model = load_subject_model(fit.subject.model)
     if abs(model.mass / fit.subject.mass_kg - 1) > SAME_MASS:
         return None
     before, after = _lengths_m(model), _lengths_m(fit.skeleton)

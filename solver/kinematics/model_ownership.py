@@ -23,6 +23,7 @@ from solver.skeleton.skeleton import Skeleton
 FEWEST_STAYING = 2  # markers that fix how a segment turns whatever becomes of another one
 FEWEST_OWN = 8  # markers of the model's own; fewer do not tell whether it fits
 SAME_MASS = 0.005  # relative: a model of a person weighs what was entered for them
+STORED = "stored"  # said of the model inside a recording's own file
 SCALED_WORDS = ("scaled",)
 GENERIC_WORDS = ("generic", "unscaled")
 
@@ -131,7 +132,8 @@ def whose_model(
         settings: thresholds.
         file_name: of the model.
         mass_kg: entered for the person.
-        said: "scaled" or "generic", in subject.toml, where it says anything.
+        said: "scaled" or "generic", in subject.toml, where it says anything; "stored" of the model in a .b3d
+            file, whose scales were fitted to these very markers.
     """
     if said == "generic" or not settings.keep_scaled_models:
         return Ownership(False)
@@ -151,6 +153,8 @@ def whose_model(
         odds += (says_scaled - says_generic) * settings.model_name_odds
         if odds < 0:
             return Ownership(False, notes=_of_another(file_name, measured, says_scaled, same_mass))
+    if said == STORED:
+        return _of_the_recording(file_name, measured, own, typical <= settings.registered_m)
     bodies = np.array([marker.body for marker in body.markers])
     refuted = tuple(body.markers[m].name for m in np.flatnonzero(found.refuted(bodies, settings.refuted_m)))
     why = [measured] if np.isfinite(typical) else []
@@ -174,6 +178,16 @@ def whose_model(
             "is it of another person, or were the markers put on again since?"
         )
     return Ownership(True, refuted, tuple(notes))
+
+
+def _of_the_recording(file_name: str, measured: str, own: frozenset[str], is_near: bool) -> Ownership:
+    """A model that was scaled to these markers; its markers stay, unless most of them sit elsewhere."""
+    places = "are kept" if is_near else f"are fitted anew, because {measured}"
+    note = (
+        f"{file_name}: the scales of the model in it are kept, its markers' places {places}; "
+        'model_is = "generic" in subject.toml scales it again, "default" takes the program\'s own body'
+    )
+    return Ownership(True, () if is_near else tuple(sorted(own)), (note,))
 
 
 def _of_another(file_name: str, measured: str, says_scaled: bool, same_mass: bool) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from solver.capture import capture
+from solver.capture.b3d import stored
 from solver.contact import proposals, wrenches
 from solver.dynamics import dynamics, extension, heldout
 from solver.dynamics.foretelling import learnt_terms
@@ -23,6 +24,7 @@ Arrays = dict[str, np.ndarray]
 
 _ROOMS = (
     capture,
+    stored,
     wrenches,
     proposals,
     dynamics,
@@ -116,7 +118,7 @@ class Decoder:
             case {"float": str(text)}:
                 return float(text)
             case {"path": str(text)}:
-                return self.base / text
+                return Path(os.path.normpath(self.base / text)) if text.startswith("..") else self.base / text
             case {"dict": dict(items)}:
                 return {key: self.decode(item) for key, item in items.items()}
         raise ResultsError(f"not written by this version: {sorted(tree)}")

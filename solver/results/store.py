@@ -24,6 +24,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from solver.capture.atomic import draft_folder, move_draft_folder, on_disk, write_whole
+from solver.capture.b3d.places import results_folder_of
 from solver.capture.disk_errors import writing_failed
 from solver.capture.file_lock import abandoned
 from solver.capture.file_names import distinct
@@ -54,7 +55,7 @@ _TREE = "tree"  # the array in a trial's file that says what the others are
 
 def default_folder(subject_folder: Path) -> Path:
     """Where a subject's results go unless somebody says otherwise."""
-    return subject_folder / "results"
+    return results_folder_of(subject_folder) or subject_folder / "results"
 
 
 def has_fit(folder: Path) -> bool:

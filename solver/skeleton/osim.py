@@ -21,17 +21,21 @@ COUPLER = "CoordinateCouplerConstraint"
 INERTIA_TOLERANCE = 1e-9  # relative; a body's moments of inertia obey the triangle inequality
 
 
-def load_skeleton(path: Path | str) -> Skeleton:
+def load_skeleton(path: Path | str, text: str | None = None) -> Skeleton:
     """Read an OpenSim model: everything that says how it moves, weighs and carries markers.
 
     Muscles, other forces, controllers and the like are left out: they are no part of a skeleton. Coordinates
     are named and ordered as OpenSim does. Rotations of Ball and Free joints are described by x-y-z angles and
     their rates, where OpenSim's speeds are an angular velocity.
 
+    Args:
+        path: of the model's file.
+        text: of the model, where another kind of file holds it.
+
     Raises:
         ModelError: the file is no readable model, or holds something that a skeleton cannot express.
     """
-    document = read_document(Path(path))
+    document = read_document(Path(path), text)
     if document.version < LEGACY_BEFORE:
         parts = osim_legacy.read_parts(document)
     elif document.version >= CURRENT_FROM:

@@ -125,13 +125,17 @@ class OsimDocument:
         return members
 
 
-def read_document(path: Path) -> OsimDocument:
+def read_document(path: Path, text: str | None = None) -> OsimDocument:
     """Parse a model file, refusing entities and document type definitions.
+
+    Args:
+        path: of the file, for messages.
+        text: of the model, where another kind of file holds it; None: that of the file.
 
     Raises:
         ModelError: the file cannot be read, is not XML, or is not an OpenSim model.
     """
-    root = _parse(path)
+    root = _parse(path, text)
     if root.tag != "OpenSimDocument":
         raise ModelError(
             f"{path}:{root.line}: the root element is <{root.tag}>; an .osim file has <OpenSimDocument>."
@@ -160,7 +164,7 @@ def children(node: Node, tag: str | None = None) -> list[Node]:
     return [child for child in node if isinstance(child, Node) and (tag is None or child.tag == tag)]
 
 
-def _parse(path: Path) -> Node:
+def _parse(path: Path, text: str | None) -> Node:
     def located(tag: str, attributes: dict[str, str]) -> Node:
         node = Node(tag, attributes)
         node.line = parser.parser.CurrentLineNumber
@@ -168,8 +172,11 @@ def _parse(path: Path) -> Node:
 
     parser = bounded_parser(located, longest_text=LONGEST_TEXT)
     try:
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
+        if text is None:
+            with path.open("rb") as file:
+                content = file.read(LARGEST_FILE + 1)
+        else:
+            content = text.encode()
         if len(content) > LARGEST_FILE:
             raise ModelError(
                 f"{path}: larger than {LARGEST_FILE // 2**20} MB, which no model is; give an .osim file."

@@ -1,1 +1,1 @@
-"""B3D, the release format of the AddBiomechanics Dataset: reader, writer, and a fit as such a file."""
+"""B3D, the format of the AddBiomechanics Dataset: writer, and a fit as such a file."""

@@ -1,20 +1,13 @@
 """A fit as a .b3d file."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.capture.conditioning import shared_cutoff
-from solver.capture.force_settings import ConditioningSettings
-from solver.contact.wrenches import FILE, PERSON
-from solver.dynamics.inverse_dynamics import counted_wrenches
-from solver.export.b3d.model import dofs_in_order, joints_in_order, unlocked
-from solver.export.b3d.pass_frames import ContactForces, pass_frames
-from solver.export.b3d.reasons import reasons_per_frame
-from solver.export.b3d.schema import (
+from solver.capture.b3d.schema import (
     VERSION,
     B3dFile,
     B3dTrial,
@@ -27,6 +20,13 @@ from solver.export.b3d.schema import (
     TrialHeader,
     TrialType,
 )
+from solver.capture.conditioning import shared_cutoff
+from solver.capture.force_settings import ConditioningSettings
+from solver.contact.wrenches import FILE, PERSON
+from solver.dynamics.inverse_dynamics import counted_wrenches
+from solver.export.b3d.model import dofs_in_order, joints_in_order, unlocked
+from solver.export.b3d.pass_frames import ContactForces, pass_frames
+from solver.export.b3d.reasons import reasons_per_frame
 from solver.export.b3d.sensor_frames import corners, marker_names, sensor_frames
 from solver.export.b3d.writer import write_b3d
 from solver.export.places import file_stem, made
@@ -54,8 +54,8 @@ class _Pass:
 def fit_to_b3d(fit: Fit) -> B3dFile:
     """The fit as a subject: for each trial what markers alone say and, where it was fitted, what forces add.
 
-    The last pass of a trial has the motion that its joint torques and residuals belong to. All passes are
-    computed with the fitted skeleton.
+    The last pass of a trial has the motion that its joint torques and residuals belong to. The first is
+    computed with the inertias from before the fit, scaled to its mass: fitted ones have seen the forces.
 
     Args:
         fit: the solved subject; in trials without forces every frame says so.
@@ -66,16 +66,30 @@ def fit_to_b3d(fit: Fit) -> B3dFile:
     bodies = _contact_bodies(fit)
     names = marker_names([trial.capture for trial in fit.trials])
     plates = max((len(trial.capture.plates) for trial in fit.trials), default=0)
+    models = {PassType.KINEMATICS: unfitted(fit), PassType.DYNAMICS: fit.skeleton}
     trials = []
     for trial in fit.trials:
         contact = _contact_forces(trial, bodies)
         passes = _passes(trial)
-        frames = tuple(pass_frames(fit.skeleton, one.motion, contact) for one in passes)
+        frames = tuple(pass_frames(models[one.type], one.motion, contact) for one in passes)
         headers = [_pass_header(fit, trial, one, own) for one, own in zip(passes, frames, strict=True)]
         sensors = sensor_frames(trial.capture, names, plates, from_dict(fit.settings).conditioning)
         trials.append(B3dTrial(_trial_header(trial, headers), sensors, frames))
-    types = sorted({about.type for trial in trials for about in trial.header.processing_pass_header})
-    return B3dFile(_header(fit, bodies, names, types, trials), tuple(trials))
+    types = sorted({PassType(about.type) for t in trials for about in t.header.processing_pass_header})
+    return B3dFile(
+        _header(fit, bodies, names, [(kind, models[kind]) for kind in types], trials), tuple(trials)
+    )
+
+
+def unfitted(fit: Fit) -> Skeleton:
+    """The fitted skeleton with the masses and inertias from before forces were fitted, at the same mass."""
+    before = fit.skeleton if fit.groundwork is None else fit.groundwork.skeleton
+    factor = fit.skeleton.mass / before.mass
+    bodies = tuple(
+        replace(body, mass=factor * own.mass, com_body=own.com_body, inertia_body=factor * own.inertia_body)
+        for body, own in zip(fit.skeleton.bodies, before.bodies, strict=True)
+    )
+    return replace(fit.skeleton, bodies=bodies)
 
 
 def export_b3d(fit: Fit, folder: Path) -> list[Path]:
@@ -125,14 +139,18 @@ def _contact_forces(trial: TrialFit, bodies: Sequence[str]) -> ContactForces:
 
 
 def _header(
-    fit: Fit, bodies: Sequence[str], names: Sequence[str], types: Sequence[int], trials: Sequence[B3dTrial]
+    fit: Fit,
+    bodies: Sequence[str],
+    names: Sequence[str],
+    models: Sequence[tuple[PassType, Skeleton]],
+    trials: Sequence[B3dTrial],
 ) -> Header:
-    subject, model = fit.subject, skeleton_text(fit.skeleton)
+    subject = fit.subject
     return Header(
         num_dofs=len(dofs_in_order(fit.skeleton)),
         num_joints=len(joints_in_order(fit.skeleton)),
         num_trials=len(trials),
-        passes=tuple(PassModel(type, model) for type in types),
+        passes=tuple(PassModel(kind, skeleton_text(model)) for kind, model in models),
         ground_contact_body=tuple(bodies),
         trial_header=tuple(trial.header for trial in trials),
         version=VERSION,

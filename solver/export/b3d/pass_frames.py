@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from solver.capture.b3d.schema import PassFrames
 from solver.dynamics.root_wrench import centre_of_mass, root_wrench
 from solver.export.b3d.model import dofs_in_order, joints_in_order, unlocked, unlocked_motion
 from solver.export.b3d.root_frame import RootFrame
-from solver.export.b3d.schema import PassFrames
 from solver.kinematics.motion import Motion
 from solver.kinematics.root_joint import RootJoint, root_joint
 from solver.skeleton.forward import ForwardKinematics, Poses, cross

@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Int
 
+from solver.capture.b3d.reasons import REASONS
 from solver.contact.mask import (
     ERRONEOUS,
     NOT_RECORDED,
@@ -12,28 +13,6 @@ from solver.contact.mask import (
     TWO_FEET_ON_ONE_PLATE,
 )
 from solver.contact.wrenches import RECORDING, SOURCES, FrameMask
-
-REASONS = (
-    "notMissingGRF",
-    "measuredGrfZeroWhenAccelerationNonZero",
-    "unmeasuredExternalForceDetected",
-    "torqueDiscrepancy",
-    "forceDiscrepancy",
-    "notOverForcePlate",
-    "missingImpact",
-    "missingBlip",
-    "shiftGRF",
-    "interpolatedClippedGRF",
-    "manualReview",
-    "footContactDetectedButNoForce",
-    "tooHighMarkerRMS",
-    "hasInputOutliers",
-    "hasNoForcePlateData",
-    "velocitiesStillTooHighAfterFiltering",
-    "copOutsideConvexFootError",
-    "zeroForceFrame",
-    "extendedToNearestPeakForce",
-)  # a reason's place is its number
 
 NEAREST = {
     TOO_FEW_MARKERS: "hasInputOutliers",

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver.capture.b3d.reader import read_b3d
 from solver.capture.capture import Subject
 from solver.contact.wrenches import FrameMask
 from solver.errors import ModelError
 from solver.export.b3d.from_fit import export_b3d, fit_to_b3d
-from solver.export.b3d.reader import read_b3d
 from solver.fit import KinematicsOnly
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.settings import Settings, as_dict

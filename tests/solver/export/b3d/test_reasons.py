@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from annotations import reasons as spoken
+from solver.capture.b3d.reasons import REASONS
 from solver.contact import mask as contact_mask
 from solver.contact.wrenches import DETECTION, PERSON, RECORDING, SOURCES, FrameMask
-from solver.export.b3d.reasons import NEAREST, REASONS, reason_number, reasons_per_frame
+from solver.export.b3d.reasons import NEAREST, reason_number, reasons_per_frame
 
 
 def test_the_numbers_of_the_format():

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver.capture.b3d.reader import read_b3d
+from solver.capture.b3d.schema import B3dFile, Header, PassFrames, SensorFrames
 from solver.errors import CaptureError
 from solver.export.b3d import writer
-from solver.export.b3d.reader import read_b3d
-from solver.export.b3d.schema import B3dFile, Header, PassFrames, SensorFrames
 from solver.export.b3d.writer import write_b3d
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from google.protobuf.message import DecodeError
 
-from solver.export.b3d.wire import decoded, encoded, many, one
+from solver.capture.b3d.wire import decoded, encoded, many, one
 
 
 @dataclass(frozen=True, eq=False)

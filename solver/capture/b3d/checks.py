@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
-from solver.export.b3d.frames import present
-from solver.export.b3d.schema import B3dTrial, Header, PassFrames, SensorFrames
+from solver.capture.b3d.frames import present
+from solver.capture.b3d.schema import B3dTrial, Header, PassFrames, SensorFrames
 
 _BY_DOF = ("pos", "vel", "acc", "tau")
 _BY_BODY_6 = ("ground_contact_wrench", "root_frame_ground_contact_wrench")

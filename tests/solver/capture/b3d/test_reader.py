@@ -10,9 +10,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from solver.capture.b3d.reader import read_b3d
+from solver.capture.b3d.wire import encoded
 from solver.errors import CaptureError
-from solver.export.b3d.reader import read_b3d
-from solver.export.b3d.wire import encoded
 from solver.export.b3d.writer import write_b3d
 
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass, fields, make_dataclass
 import numpy as np
 import pytest
 
-from solver.export.b3d.frames import LayoutError, layout_of, layout_to_write, packed, tag_of, unpacked
-from solver.export.b3d.schema import PassFrames, SensorFrames
-from solver.export.b3d.wire import encoded, many
+from solver.capture.b3d.frames import LayoutError, layout_of, layout_to_write, packed, tag_of, unpacked
+from solver.capture.b3d.schema import PassFrames, SensorFrames
+from solver.capture.b3d.wire import encoded, many
 
 
 def by_protobuf(series, frame):

@@ -7,7 +7,7 @@ from enum import IntEnum
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
-from solver.export.b3d.wire import many, one
+from solver.capture.b3d.wire import many, one
 
 VERSION = 4  # of the format, as its other writers state it at present
 

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
 
-from solver.export.b3d.schema import PassFrames, SensorFrames
+from solver.capture.b3d.schema import PassFrames, SensorFrames
 
 DOUBLE = np.dtype("<f8")
 _LENGTH_DELIMITED, _FIXED64, _FIXED32 = 2, 1, 5

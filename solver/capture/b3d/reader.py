@@ -12,11 +12,11 @@ import numpy as np
 from google.protobuf.message import DecodeError
 from jaxtyping import UInt8
 
+from solver.capture.b3d.checks import faults
+from solver.capture.b3d.frames import LayoutError, unpacked
+from solver.capture.b3d.schema import B3dFile, B3dTrial, Header, PassFrames, SensorFrames
+from solver.capture.b3d.wire import decoded
 from solver.errors import CaptureError
-from solver.export.b3d.checks import faults
-from solver.export.b3d.frames import LayoutError, unpacked
-from solver.export.b3d.schema import B3dFile, B3dTrial, Header, PassFrames, SensorFrames
-from solver.export.b3d.wire import decoded
 
 LENGTH = struct.Struct("<q")  # of the header, in bytes
 MEND = "Export or download it again."

@@ -1,0 +1,8 @@
+"""The subject that most of these tests write and read."""
+
+import pytest
+
+
+@pytest.fixture
+def subject(small_b3d):
+    return small_b3d
