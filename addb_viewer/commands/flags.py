@@ -102,7 +102,8 @@ def _print(review: TrialReview, files: TrialFiles) -> None:
     by = f" ({about})" if about else ""
     flags = (*review.flags, *(review.stays_out or ()))
     nothing = "" if flags else ", nothing flagged"
-    decides = ", the review that came with it decides" if files.has_review and not review.is_imported else ""
+    own = "its review.json" if files.reviews else f"the review in {files.markers.name}"
+    decides = f", {own} decides" if files.has_review and not review.is_imported else ""
     typer.echo(f"{review.trial}: {review.status}{by}{nothing}{decides}")
     rows = [_row(flag) for flag in flags]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
