@@ -1,4 +1,4 @@
-"""The command line: one module a command, put together here."""
+"""The command line: one module a command, listed here and loaded when it is run."""
 
 import os
 import sys
@@ -7,30 +7,124 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.commands.ablation import ablation
-from addb_viewer.commands.accept import accept, reject
-from addb_viewer.commands.agreement import agreement
-from addb_viewer.commands.demo import demo
-from addb_viewer.commands.detect import detect
-from addb_viewer.commands.diagnose import diagnose
-from addb_viewer.commands.export import export
-from addb_viewer.commands.fit import fit
-from addb_viewer.commands.flag import flag
-from addb_viewer.commands.flags import flags
-from addb_viewer.commands.init import init
-from addb_viewer.commands.label import label
-from addb_viewer.commands.mark import mark
-from addb_viewer.commands.markers import markers
-from addb_viewer.commands.open import open_subject
-from addb_viewer.commands.record import record
-from addb_viewer.commands.recover import recover, restore
-from addb_viewer.commands.report import report
-from addb_viewer.commands.settings import settings
-from addb_viewer.commands.share import share
-from addb_viewer.commands.undo import redo, undo
-from addb_viewer.review_store import STORE
+from addb_viewer.commands.listed import ListedCommand, listing
+from addb_viewer.environment import STORE
+
+COMMANDS = (
+    ListedCommand(
+        "demo",
+        "demo:demo",
+        "Make the demo subject, fit it, say what is wrong with it, and open the app on it.",
+    ),
+    ListedCommand(
+        "open",
+        "open:open_subject",
+        "Open the review app; subjects without a fit show what was measured.",
+    ),
+    ListedCommand(
+        "init",
+        "init:init",
+        "Write a subject.toml that says what was understood, commented, for you to correct.",
+    ),
+    ListedCommand(
+        "fit",
+        "fit:fit",
+        "Fit the skeleton to a subject's recordings, keep the results and print the summary.",
+    ),
+    ListedCommand(
+        "markers",
+        "markers:markers",
+        "Print how each label is understood, how sure that is, and write a map that you can correct.",
+    ),
+    ListedCommand(
+        "detect",
+        "detect:detect",
+        "List the frames whose force is missing or wrong: which foot's, why, and how sure that is.",
+    ),
+    ListedCommand(
+        "diagnose",
+        "diagnose:diagnose",
+        "Say what is wrong with the recordings, name the cause, and say how sure that is.",
+    ),
+    ListedCommand(
+        "accept",
+        "accept:accept",
+        "Accept the causes of the last diagnosis: from now on fits use them beside the recorded forces.",
+    ),
+    ListedCommand(
+        "reject",
+        "accept:reject",
+        "Reject the causes of the last diagnosis: from now on fits use the recorded forces alone.",
+    ),
+    ListedCommand(
+        "export",
+        "export:export",
+        "Write the fit for other tools into the results folder; solve first where there is no current fit.",
+    ),
+    ListedCommand(
+        "record",
+        "record:record",
+        "Record the fit for rerun or Foxglove; solve first where there is no current fit.",
+    ),
+    ListedCommand(
+        "report",
+        "report:report",
+        "Write a page that says how good a fit is, on which frames, and why not on others.",
+    ),
+    ListedCommand(
+        "recover",
+        "recover:recover",
+        "Write a whole MCAP file with everything that can be read of one whose writer was killed.",
+    ),
+    ListedCommand(
+        "restore",
+        "recover:restore",
+        "Put the edits that a session log holds into the subject's review, those that it lacks.",
+    ),
+    ListedCommand(
+        "flag",
+        "flag:flag",
+        "Flag frames of a trial whose force is missing or wrong; the next fit leaves it out.",
+    ),
+    ListedCommand(
+        "flags",
+        "flags:flags",
+        "List the flagged ranges of a subject, who flagged them, and where reviewers disagree.",
+    ),
+    ListedCommand("undo", "undo:undo", "Take back your last edit of a trial, or the one with that number."),
+    ListedCommand("redo", "undo:redo", "Let the edit that you undid last count again."),
+    ListedCommand(
+        "mark",
+        "mark:mark",
+        "Say how far the review of a trial has come; once it is finished, detection changes nothing in it.",
+    ),
+    ListedCommand(
+        "agreement",
+        "agreement:agreement",
+        "Compare two reviewers' flags, and activities, on the trials that both have judged.",
+    ),
+    ListedCommand(
+        "label", "label:label", "Take in a table of labels; they count wherever nobody has decided here."
+    ),
+    ListedCommand(
+        "share",
+        "share:share",
+        "Copy a subject's edits from its own file into the shared database, authors and dates included.",
+    ),
+    ListedCommand(
+        "ablation",
+        "ablation:ablation",
+        "Hide the forces of right steps, fit without them, and compare with the fit that sees them.",
+    ),
+    ListedCommand(
+        "settings",
+        "settings:settings",
+        "Print the settings as TOML; copy what you change into SUBJECT/settings.toml.",
+    ),
+)
 
 app = typer.Typer(
+    cls=listing(COMMANDS),
     name="addb-viewer",
     help="Markers and force plates in, a skeleton that obeys F = ma out; reviewed in the browser.",
     no_args_is_help=True,
@@ -38,30 +132,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command(name="demo")(demo)
-app.command(name="open")(open_subject)
-app.command(name="init")(init)
-app.command(name="fit")(fit)
-app.command(name="markers")(markers)
-app.command(name="detect")(detect)
-app.command(name="diagnose")(diagnose)
-app.command(name="accept")(accept)
-app.command(name="reject")(reject)
-app.command(name="export")(export)
-app.command(name="record")(record)
-app.command(name="report")(report)
-app.command(name="recover")(recover)
-app.command(name="restore")(restore)
-app.command(name="flag")(flag)
-app.command(name="flags")(flags)
-app.command(name="undo")(undo)
-app.command(name="redo")(redo)
-app.command(name="mark")(mark)
-app.command(name="agreement")(agreement)
-app.command(name="label")(label)
-app.command(name="share")(share)
-app.command(name="ablation")(ablation)
-app.command(name="settings")(settings)
 
 
 def _print_version(wanted: bool) -> None:

@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
 
+from addb_viewer.environment import ROOT, STORE
 from annotations.database import Database, is_url
 from annotations.errors import ReviewError
 from annotations.events import IMPORTED, ClearRange, Edit, Event, FlagRange, ImportTable, Proposal, Status
@@ -23,14 +24,10 @@ from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.mask import ERRONEOUS
 from solver.contact.proposals import Proposal as Found
-from solver.results.kept_proposals import kept_proposals
-from solver.results.store import default_folder
 from solver.settings import settings_for
 
 PROGRAM = "addb-viewer"
 FILE = "annotations.sqlite"
-STORE = "ADDB_VIEWER_STORE"  # environment: URL of a database that several people share
-ROOT = "ADDB_VIEWER_ROOT"  # environment: the folder that all of its subjects lie below
 
 
 def store_url() -> str | None:
@@ -246,6 +243,9 @@ def undecided(
     Raises:
         SolverError: the fit, or the subject's settings.toml, cannot be read.
     """
+    from solver.results.kept_proposals import kept_proposals  # noqa: PLC0415 (slow; few who read reviews ask)
+    from solver.results.store import default_folder  # noqa: PLC0415 (likewise)
+
     found = kept_proposals(default_folder(subject.folder))
     if files.name not in found:
         return None

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, field
 
-from solver.dynamics.marker_posterior import MarkerNoise
+from solver.dynamics.marker_noise import MarkerNoise
 from solver.settings_field import setting
 
 

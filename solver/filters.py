@@ -4,7 +4,6 @@ from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float
-from scipy.signal import butter, sosfiltfilt
 
 
 def low_pass(
@@ -24,6 +23,8 @@ def low_pass(
     padding = 3 * (2 * ((order + 1) // 2) + 1)
     if cutoff_Hz >= rate / 2 or values.shape[0] < 2:
         return values
+    from scipy.signal import sosfiltfilt  # noqa: PLC0415 (slow to load; settings lead here)
+
     padding = min(padding, values.shape[0] - 1)
     return sosfiltfilt(_sections(order, cutoff_Hz, rate), values, axis=0, padlen=padding)
 
@@ -31,4 +32,6 @@ def low_pass(
 @lru_cache(maxsize=256)
 def _sections(order: int, cutoff_Hz: float, rate: float) -> Float[np.ndarray, "sections 6"]:
     """Designed once for each corner: that takes as long as filtering a trial."""
+    from scipy.signal import butter  # noqa: PLC0415 (likewise)
+
     return np.asarray(butter(order, cutoff_Hz, btype="low", fs=rate, output="sos"))

@@ -23,7 +23,6 @@ from annotations.review_json import export_labels, lost_in_review_json
 from annotations.trial_review import FlaggedRange, TrialReview
 from solver.capture.atomic import write_whole
 from solver.capture.capture import Subject, TrialFiles
-from solver.results.store import write_json
 
 OneTrial = Annotated[str | None, typer.Argument(metavar="[TRIAL]", help="This trial only.")]
 CsvFile = Annotated[
@@ -53,6 +52,8 @@ def flags(
         trials = [trial_of(opened, trial)] if trial is not None else list(opened.trials)
         reviews = _reviews(opened, trials, history, trial)
         if json is not None:
+            from solver.results.store import write_json  # noqa: PLC0415 (slow to load)
+
             write_json(json, {"trials": [_figures(review) for review in reviews]})
         if csv is not None:
             write_whole(csv, ranges_csv(reviews))

@@ -9,7 +9,8 @@ import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, IgnoreReview, Out, SettingsFile, SubjectFolder
-from addb_viewer.commands.solving import Job, check_trials, current_fit, job_for
+from addb_viewer.commands.solving import Job, current_fit, job_for
+from addb_viewer.commands.subject_checks import check_trials
 from addb_viewer.kept_diagnosis import kept
 from addb_viewer.recordings.recording import Recording, recording_of
 from addb_viewer.review_store import unreadable_notes, whole_log

@@ -11,7 +11,8 @@ from addb_viewer.commands.diagnose import diagnosed
 from addb_viewer.commands.errors import FAILED, errors_as_lines
 from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, SettingsFile
 from addb_viewer.commands.progress import terminal_progress
-from addb_viewer.commands.solving import check_folder, check_trials, current_fit, job_for
+from addb_viewer.commands.solving import current_fit, job_for
+from addb_viewer.commands.subject_checks import check_folder, check_trials
 from addb_viewer.recordings.recording import file_of, recording_of
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.diagnosis_shown import diagnosis_shown

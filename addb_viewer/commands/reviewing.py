@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.commands.solving import check_folder, check_trials
+from addb_viewer.commands.subject_checks import check_folder, check_trials
 from addb_viewer.review_store import unreadable_notes
 from annotations.errors import ReviewError
 from annotations.events import Edit

@@ -3,19 +3,18 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
-from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
 
 from addb_viewer.accepted_extension import extension_for_solve
 from addb_viewer.commands.progress import terminal_progress
+from addb_viewer.commands.subject_checks import check_folder, check_trials
 from addb_viewer.review_store import reviews_for_solve
-from solver.capture.b3d.places import DECISIONS, recording_of
 from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.capture.subject import open_subject
 from solver.contact.force_review import ForceReview
 from solver.dynamics.extension import Extension
-from solver.errors import CaptureError, ResultsError
+from solver.errors import ResultsError
 from solver.fit import Fit
 from solver.markers.mapping_file import chosen_for
 from solver.pipeline import can_resolve, resolve, solve
@@ -86,24 +85,6 @@ def job_for(
         reviews=reviews,
         extension=extension,
     )
-
-
-def check_folder(folder: Path) -> None:
-    """Refuse a subject folder that isn't there."""
-    if not folder.is_dir() and recording_of(folder) is None:
-        given = str(folder).removesuffix(DECISIONS)
-        raise CaptureError(
-            f"{given}: no such folder; give the folder that holds the recordings, or a .b3d file"
-        )
-
-
-def check_trials(subject: Subject, wanted: Sequence[str]) -> None:
-    """Refuse a trial that the subject doesn't have."""
-    known = [trial.name for trial in subject.trials]
-    for name in wanted:
-        if name not in known:
-            near = get_close_matches(name, known) or known
-            raise CaptureError(f"{subject.folder}: no trial '{name}'; nearest: {', '.join(near)}")
 
 
 @dataclass(frozen=True)

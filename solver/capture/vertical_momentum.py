@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.signal import savgol_coeffs
 
 from solver.capture.axes import TRUNK
 from solver.capture.capture import ForcePlate, Markers
@@ -39,6 +38,8 @@ def vertical_momentum(
     frames = markers.frames
     if frames <= 2 * half:
         return _unsmoothed(plates, markers, settings, conditioning)
+    from scipy.signal import savgol_coeffs  # noqa: PLC0415 (slow to load, and rarely needed)
+
     second = savgol_coeffs(2 * half + 1, 3, deriv=2, delta=1 / markers.rate, use="dot")
     mean = np.cumsum(np.cumsum(second))[:-2]
     mean /= mean.sum()

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
-from scipy.signal import csd, welch
 
 FINER = 8  # bins an hertz of a second's segment, so that a band holds what lies between its edges
 
@@ -40,6 +39,8 @@ def band_gains(
     """
     length = min(len(reference), round(rate))
     options = {"fs": rate, "nperseg": length, "nfft": FINER * length, "detrend": "linear", "axis": 0}
+    from scipy.signal import csd, welch  # noqa: PLC0415 (slow to load; every reader of a fit leads here)
+
     frequency, each = welch(reference, **options)
     own = each.sum(axis=1)
     cross = csd(reference, motion, **options)[1].sum(axis=1)

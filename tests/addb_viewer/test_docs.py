@@ -10,7 +10,7 @@ from addb_viewer.cli import app
 
 PAGE = (Path(__file__).parents[2] / "docs" / "command-line.md").read_text(encoding="utf-8")
 SECTIONS = dict(re.findall(r"^## (\w+)\n(.*?)(?=^## |\Z)", PAGE, re.M | re.S))
-COMMANDS = get_command(app).commands
+COMMANDS = {name: command.loaded() for name, command in get_command(app).commands.items()}
 
 
 def options(command):

@@ -17,7 +17,8 @@ from addb_viewer.app.review_html import ranges_html, status_html
 from addb_viewer.cli import app
 from addb_viewer.commands.reviewing import subject_in
 from addb_viewer.commands.solving import job_for
-from addb_viewer.review_store import FILE, ROOT, STORE, open_log, reviews_for_solve
+from addb_viewer.environment import ROOT, STORE
+from addb_viewer.review_store import FILE, open_log, reviews_for_solve
 from annotations.database import Database
 from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange, Status

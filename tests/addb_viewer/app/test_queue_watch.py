@@ -6,7 +6,8 @@ from addb_viewer import review_store
 from addb_viewer.app.house import House
 from addb_viewer.app.queue_watch import signature
 from addb_viewer.app.root_folder import RootFolder
-from addb_viewer.review_store import ROOT, STORE, open_log
+from addb_viewer.environment import ROOT, STORE
+from addb_viewer.review_store import open_log
 from annotations.events import FlagRange, Status
 from tests.annotations.postgresql_server import postgresql  # noqa: F401 (a fixture)
 

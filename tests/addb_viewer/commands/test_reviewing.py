@@ -329,7 +329,9 @@ def detected(monkeypatch):
         Found((30, 35), "calcn_r", "forceDiscrepancy", 0.9),
         Found((36, 39), None, "forceDiscrepancy", 0.1),
     )
-    monkeypatch.setattr("addb_viewer.review_store.kept_proposals", lambda _: {"run": found, "walk": found})
+    monkeypatch.setattr(
+        "solver.results.kept_proposals.kept_proposals", lambda _: {"run": found, "walk": found}
+    )
 
 
 def test_finishing_over_what_nobody_decided_is_refused_or_said(run, folder, detected):

@@ -5,6 +5,8 @@ import subprocess
 import sys
 import textwrap
 
+import pytest
+
 from tests.patience import FOR_EVER_S, PATIENCE_S
 
 # A background job starts its children with Ctrl-C ignored; a terminal does not.
@@ -27,20 +29,20 @@ SOLVE_THAT_WAITS = """
 LOADED_SLOWLY = """
     import runpy, sys, types
 
-    class Cli(types.ModuleType):
+    class Slow(types.ModuleType):
         def __getattr__(self, name):
             raise KeyboardInterrupt
 
-    sys.modules["addb_viewer.cli"] = Cli("addb_viewer.cli")
+    sys.modules[MODULE] = Slow(MODULE)
     sys.argv = ["addb-viewer", "fit", "."]
     runpy.run_module("addb_viewer", run_name="__main__")
 """
 
 
-def test_ctrl_c_while_the_libraries_are_loaded_is_no_traceback():
-    run = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(LOADED_SLOWLY)], capture_output=True, text=True, check=False
-    )
+@pytest.mark.parametrize("module", ["addb_viewer.cli", "addb_viewer.commands.fit"])
+def test_ctrl_c_while_the_libraries_are_loaded_is_no_traceback(module):
+    program = textwrap.dedent(LOADED_SLOWLY).replace("MODULE", repr(module))
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert run.returncode == 130
     assert run.stderr == "addb-viewer: stopped; nothing was written\n"
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from solver.dynamics.marker_posterior import MarkerNoise, MarkerPosterior, marker_posterior
+from solver.dynamics.marker_noise import MarkerNoise
+from solver.dynamics.marker_posterior import MarkerPosterior, marker_posterior
 from solver.dynamics.momentum_terms import momentum_terms
 from solver.dynamics.terms.smoothness import jerk_level
 from solver.dynamics.trajectory_settings import TrajectorySettings

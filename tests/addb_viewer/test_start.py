@@ -1,0 +1,57 @@
+"""What a command loads before it answers, each in an interpreter of its own."""
+
+import inspect
+import subprocess
+import sys
+from importlib import import_module
+
+import pytest
+from typer.main import get_command
+
+from addb_viewer.cli import app
+
+HEAVY = {"numpy", "scipy", "sqlalchemy", "viser", "pinocchio", "trimesh", "rerun", "mcap", "ezc3d", "pyarrow"}
+OF_A_SOLVE = {"scipy.signal", "scipy.stats", "pinocchio", "viser", "trimesh", "solver.dynamics.dynamics"}
+LISTED = get_command(app).commands
+
+THEN_LIST = """
+import sys
+from addb_viewer.cli import app
+app(sys.argv[1:], standalone_mode=False)
+print("\\nloaded", *sys.modules)
+"""
+
+
+def loaded_by(*words):
+    run = subprocess.run(
+        [sys.executable, "-c", THEN_LIST, *map(str, words)], capture_output=True, text=True, check=True
+    )
+    *said, modules = run.stdout.splitlines()
+    assert modules.startswith("loaded ")
+    return "\n".join(said), set(modules.split()[1:])
+
+
+@pytest.mark.parametrize(
+    ("option", "says"), [("--version", "addb-viewer "), ("--help", "Usage: "), ("-h", "Usage: ")]
+)
+def test_nothing_heavy_is_loaded_to_say_what_there_is(option, says):
+    said, modules = loaded_by(option)
+    assert says in said
+    assert not modules & HEAVY
+    assert not {name for name in modules if name.startswith(("solver", "annotations"))}
+
+
+def test_reading_flags_loads_no_solver_libraries(tmp_path):
+    (tmp_path / "walk.trc").write_text("never read")
+    (tmp_path / "subject.toml").write_text('[trials.walk]\nmarkers = "walk.trc"\n')
+    said, modules = loaded_by("flags", tmp_path)
+    assert "walk: " in said
+    assert not modules & OF_A_SOLVE
+
+
+@pytest.mark.parametrize("name", LISTED)
+def test_a_command_is_listed_as_it_says_itself(name):
+    listed = LISTED[name]
+    function = getattr(import_module(listed.module), listed.function)
+    assert listed.help == inspect.getdoc(function).split("\n\n")[0]
+    assert listed.loaded().help == inspect.getdoc(function)
