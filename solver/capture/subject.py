@@ -126,7 +126,7 @@ def subjects_in(
         if described or (not is_allowed and _holds_trials(folder)):
             raise
         alone = error
-    found, notes = _b3d_subjects(folder, may_be_read)
+    found, notes = _b3d_subjects(folder, may_be_read, settings_of)
     for place in folders_below(folder, 1):
         try:
             if deepest > 1:
@@ -152,14 +152,14 @@ def _at(
     try:
         return (open_subject(place, settings_of(place)),), ()
     except CaptureError:
-        found, notes = _b3d_subjects(place, may_be_read)
+        found, notes = _b3d_subjects(place, may_be_read, settings_of)
         if not found:
             raise
         return tuple(found), tuple(notes)
 
 
 def _b3d_subjects(
-    folder: Path, may_be_read: Callable[[Path], None] | None
+    folder: Path, may_be_read: Callable[[Path], None] | None, settings_of: Callable[[Path], ReadingSettings]
 ) -> tuple[list[Subject], list[str]]:
     """The .b3d files of a folder, each a subject; and why others are left out."""
     found: list[Subject] = []
@@ -170,7 +170,7 @@ def _b3d_subjects(
         try:
             if may_be_read is not None:
                 may_be_read(subject_folder_of(file))
-            found.append(open_subject(file))
+            found.append(open_subject(file, settings_of(subject_folder_of(file))))
         except CaptureError as error:
             notes.append(f"{file.name} is left out: {error}")
     return found, notes
