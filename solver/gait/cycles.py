@@ -1,0 +1,105 @@
+"""Gait cycles, from contact to the next contact of the same foot, and the figures of each."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.gait.events import Stance
+from solver.gait.foot_motion import FootMotion
+from solver.gait.settings import GaitSettings
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """One stride. Lengths are over the surface: on a treadmill, the belt's travel is in them.
+
+    Definitions: Perry & Burnfield 2010, Gait Analysis; Whittle 2007. Progression is the direction from this
+    heel at the first to the same heel at the second contact; a heel is the origin of the foot's body.
+    """
+
+    foot: int
+    start_s: float  # contact
+    off_s: float | None  # foot-off
+    end_s: float  # next contact of the same foot
+    stride_length_m: float
+    step_length_m: (
+        float | None
+    )  # of this foot: ahead of the other's heel at that one's contact before the end
+    step_width_m: float | None  # across, between the same two heels
+
+    @property
+    def duration_s(self) -> float:
+        """Stride time."""
+        return self.end_s - self.start_s
+
+    @property
+    def cadence_per_min(self) -> float:
+        """Steps a minute, two a stride."""
+        return 120.0 / self.duration_s
+
+    @property
+    def speed_m_s(self) -> float:
+        """Stride length over stride time."""
+        return self.stride_length_m / self.duration_s
+
+    @property
+    def stance_share(self) -> float | None:
+        """From contact to foot-off, of the stride."""
+        return None if self.off_s is None else (self.off_s - self.start_s) / self.duration_s
+
+
+def cycles_of(
+    stances: Sequence[Stance],
+    motion: FootMotion,
+    heels_ground: Sequence[Float[np.ndarray, "frames 3"]],
+    times: Float[np.ndarray, " frames"],
+    settings: GaitSettings,
+) -> tuple[Cycle, ...]:
+    """The cycles of all feet while the person walks or runs, in order of their beginnings.
+
+    Args:
+        stances: of all feet.
+        motion: of the feet, for the surface and the pace.
+        heels_ground: origins of the foot bodies [m], at the frames.
+        times: of the frames [s].
+        settings: slowest pace, longest cycle.
+    """
+    travel = np.zeros_like(motion.surface)
+    travel[1:] = np.cumsum(np.diff(motion.times)[:, None] * motion.surface[:-1], axis=0)
+
+    def heel(foot: int, time: float) -> Float[np.ndarray, "2"]:
+        place = [np.interp(time, times, heels_ground[foot][:, axis]) for axis in (0, 2)]
+        return np.array(place) - [np.interp(time, motion.times, travel[:, axis]) for axis in range(2)]
+
+    found = []
+    for foot in range(len(heels_ground)):
+        own = sorted(
+            (s for s in stances if s.foot == foot and s.contact_s is not None),
+            key=lambda s: s.contact_s or 0.0,
+        )
+        for one, following in pairwise(own):
+            start, end = one.contact_s, following.contact_s
+            assert start is not None
+            assert end is not None
+            within = (motion.times >= start) & (motion.times <= end)
+            if end - start > settings.longest_cycle_s or motion.pace[within].mean() < settings.walking_m_s:
+                continue
+            stride = heel(foot, end) - heel(foot, start)
+            length = float(np.linalg.norm(stride))
+            others = [
+                (s.contact_s, s.foot)
+                for s in stances
+                if s.foot != foot and s.contact_s is not None and start < s.contact_s < end
+            ]
+            step = width = None
+            if others and length > 0:
+                time, other = max(others)
+                ahead = heel(foot, end) - heel(other, time)
+                forward = stride / length
+                step = float(ahead @ forward)
+                width = float(abs(ahead[0] * forward[1] - ahead[1] * forward[0]))
+            found.append(Cycle(foot, start, one.off_s, end, length, step, width))
+    return tuple(sorted(found, key=lambda cycle: (cycle.start_s, cycle.foot)))

@@ -1,0 +1,95 @@
+"""How fast the part of each sole that may touch the ground slips over it, and the person's pace."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy.interpolate import CubicSpline
+from scipy.ndimage import uniform_filter1d
+
+from solver.filters import low_pass
+from solver.gait.settings import GaitSettings
+
+MOST_SAMPLES = 1500  # of soles' velocities; more tell no more of the surface's
+GRID_S = 0.1
+ROUNDS = 10  # of mean shift, which settles in a few
+
+
+@dataclass(frozen=True)
+class FootMotion:
+    """Both feet on a fine grid of times."""
+
+    times: Float[np.ndarray, " steps"]  # [s]
+    slip: Float[np.ndarray, "steps feet"]  # [m/s] of the slowest low corner against the surface
+    surface: Float[np.ndarray, "steps 2"]  # [m/s] velocity of the ground: x, z; zero on a floor
+    pace: Float[np.ndarray, " steps"]  # [m/s] of the body over the surface
+
+
+def foot_motion(
+    corners_ground: Sequence[Float[np.ndarray, "frames corners 3"]],
+    root_ground: Float[np.ndarray, "frames 3"],
+    times: Float[np.ndarray, " frames"],
+    settings: GaitSettings,
+) -> FootMotion:
+    """Slip, surface and pace from the motion alone.
+
+    The surface's velocity is the most common one of low soles near in time, so that belts may speed up; no
+    height of the floor is asked for.
+
+    Args:
+        corners_ground: of each foot's sole [m].
+        root_ground: a point of the pelvis [m].
+        times: of the frames, equally spaced [s].
+        settings: filter and thresholds.
+    """
+    rate = (len(times) - 1) / float(times[-1] - times[0])
+    fine = np.arange(times[0], times[-1], 1 / settings.steps_per_s)
+    splines = [CubicSpline(times, low_pass(c, rate, settings.cutoff_Hz)) for c in corners_ground]
+    places, velocities = [s(fine) for s in splines], [s(fine, 1) for s in splines]
+    surface = _surface(places, velocities, fine, settings)
+    against = np.insert(surface, 1, 0.0, axis=1)[:, None]
+    slips = []
+    for place, velocity in zip(places, velocities, strict=True):
+        height = place[..., 1]
+        low = height < height.min(axis=1, keepdims=True) + settings.low_m
+        slips.append(np.where(low, np.linalg.norm(velocity - against, axis=2), np.inf).min(axis=1))
+    moving = CubicSpline(times, low_pass(root_ground, rate, settings.cutoff_Hz))(fine, 1)[:, [0, 2]] - surface
+    window = max(1, round(settings.pace_window_s * settings.steps_per_s))
+    pace = uniform_filter1d(np.linalg.norm(moving, axis=1), window, mode="nearest")
+    return FootMotion(fine, np.column_stack(slips), surface, pace)
+
+
+def _surface(
+    places: Sequence[Float[np.ndarray, "steps corners 3"]],
+    velocities: Sequence[Float[np.ndarray, "steps corners 3"]],
+    times: Float[np.ndarray, " steps"],
+    settings: GaitSettings,
+) -> Float[np.ndarray, "steps 2"]:
+    """Where velocities of low soles crowd, near in time; by mean shift from the densest sample."""
+    pool, when = [], []
+    for place, velocity in zip(places, velocities, strict=True):
+        lowest = place[..., 1].min(axis=1)
+        low = np.flatnonzero(lowest <= np.quantile(lowest, settings.surface_low_share))
+        pool.append(velocity[low, place[low, :, 1].argmin(axis=1)][:, [0, 2]])
+        when.append(times[low])
+    samples, at = np.concatenate(pool), np.concatenate(when)
+    thinned = slice(None, None, max(1, len(samples) // MOST_SAMPLES))
+    samples, at = samples[thinned], at[thinned]
+    near = _kernel(np.linalg.norm(samples[:, None] - samples[None], axis=2) / settings.surface_spread_m_s)
+    grid = np.arange(times[0], times[-1] + GRID_S, GRID_S)
+    found = np.zeros((len(grid), 2))
+    for k, time in enumerate(grid):
+        weight = _kernel((at - time) / settings.surface_window_s) + 1e-12
+        centre = samples[int(np.argmax(near @ weight))]
+        for _ in range(ROUNDS):
+            own = weight * _kernel(np.linalg.norm(samples - centre, axis=1) / settings.surface_spread_m_s)
+            centre = own @ samples / own.sum()
+        found[k] = centre
+    if np.median(np.linalg.norm(found, axis=1)) < settings.still_m_s:
+        found[:] = 0.0
+    return np.column_stack([np.interp(times, grid, found[:, axis]) for axis in range(2)])
+
+
+def _kernel(distance: Float[np.ndarray, "*any"]) -> Float[np.ndarray, "*any"]:
+    return np.exp(-(distance**2) / 2)

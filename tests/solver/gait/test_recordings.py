@@ -1,0 +1,156 @@
+"""Events from the feet alone against raw plates: every walk and run among the recordings that has plates."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.capture.force_settings import CONDITIONING
+from solver.capture.subject import open_subject
+from solver.contact.sole import soles
+from solver.gait.events import Kind, Source, events_of
+from solver.gait.gait import gait_of
+from solver.gait.settings import GAIT
+from solver.pipeline import solve
+from solver.settings import settings_for
+from solver.skeleton.forward import body_poses
+
+pytestmark = pytest.mark.real
+
+CONTACT_S, OFF_S = 0.020, 0.030  # RMS that is allowed
+EDGE_S = 0.03  # a recording's ends, where no filter knows what comes
+SEARCH_S = 0.15  # farther off, an event is another one
+INNER_S = 0.06  # inside a measured stance, where no event may be
+
+RECORDINGS = {
+    "walk_rajagopal2015": ["walk"],
+    "walk_gait2354_subject01": ["walk1"],
+    "walk_treadmill_stepwidth": ["example1"],
+    "opencap_subject4": ["walking1", "walkingTO1"],
+    "opencap_subject6": ["walking1"],
+    "overground_falisse_AdDB": ["Gait_7"],
+    "overground_camargo2021_AB06": ["levelground_ccw_fast_01_01"],
+    "c3d_lab_trials/lasem_FAILT01": ["Walk01"],
+    "anomalies/tiziana2019_lencioni": ["trial"],
+    "synthetic_arnold2013_subject01": ["trial"],
+    "run_treadmill_hamner2013_subject04": ["run400"],
+    "sprint_overground_dorn2012_JA1_9ms": ["run0900cms", "JA1Gait35"],
+}
+
+
+def fitted(folder, names):
+    """Markers alone: no force has a say in the motion."""
+    settings = settings_for(folder)
+    alone = replace(settings, trajectory=replace(settings.trajectory, enabled=False))
+    return solve(open_subject(folder, settings.reading), alone, trials=names)
+
+
+def middles_of_soles(trial, gait, skeleton):
+    """Middle of each sole and origin of the root body, frame by frame [m]."""
+    R, p = body_poses(skeleton, trial.motion.q)
+    return [sole.corners_ground(R, p).mean(axis=1) for sole in soles(skeleton, gait.feet)], p[:, 0]
+
+
+def compared(trial, gait, skeleton, stances_on_plates):
+    """Errors of contacts and foot-offs [s], how many are missed, and how many stand inside a stance."""
+    places, root = middles_of_soles(trial, gait, skeleton)
+    times, errors, missed, extra = trial.motion.times, {Kind.CONTACT: [], Kind.FOOT_OFF: []}, 0, 0
+    for stance in stances_on_plates(trial.capture.plates, places, times):
+        own = [event for event in gait.events if event.foot == stance.foot]
+        ends = {Kind.CONTACT: stance.on_s, Kind.FOOT_OFF: stance.off_s}
+        for kind, measured in ends.items():
+            if measured is None:
+                continue
+            if not times[0] + EDGE_S < measured < times[-1] - EDGE_S or not walks(trial, root, measured):
+                continue
+            off = [event.time_s - measured for event in own if event.kind == kind]
+            nearest = min(off, key=abs, default=np.inf)
+            if abs(nearest) > SEARCH_S:
+                missed += 1
+            else:
+                errors[kind].append(nearest)
+        first = -np.inf if stance.on_s is None else stance.on_s + INNER_S
+        last = np.inf if stance.off_s is None else stance.off_s - INNER_S
+        extra += sum(first < event.time_s < last and walks(trial, root, event.time_s) for event in own)
+    return errors, missed, extra
+
+
+def walks(trial, root, time):
+    """On a floor: the pelvis goes on by 0.4 m within the second about a time. On a belt: always."""
+    near = np.abs(trial.motion.times - time) <= 0.5
+    if np.ptp(root[:, [0, 2]], axis=0).max() < 1.0:
+        return True
+    path = np.diff(root[near][:, [0, 2]], axis=0).sum(axis=0)
+    return bool(np.hypot(*path) > 0.4 * np.ptp(trial.motion.times[near]))
+
+
+def rms(errors):
+    return float(np.sqrt(np.mean(np.square(errors)))) if errors else 0.0
+
+
+@pytest.mark.parametrize("recording", RECORDINGS)
+def test_feet_alone_against_raw_plates(real_data, recording, stances_on_plates):
+    folder = real_data / recording
+    if not folder.is_dir():
+        pytest.skip(f"{folder} is not there")
+    fit = fitted(folder, RECORDINGS[recording])
+    counted = 0
+    for trial in fit.trials:
+        gait = gait_of(trial, fit.skeleton, GAIT, CONDITIONING, with_plates=False)
+        assert gait is not None
+        assert all(event.source == Source.FEET for event in gait.events)
+        errors, missed, extra = compared(trial, gait, fit.skeleton, stances_on_plates)
+        contact, off = errors[Kind.CONTACT], errors[Kind.FOOT_OFF]
+        print(
+            f"| {recording} {trial.capture.name} | {len(contact)} | {1000 * rms(contact):.0f} | {len(off)} | "
+            f"{1000 * rms(off):.0f} | {missed} | {extra} |"
+        )
+        counted += len(contact) + len(off)
+        assert (missed, extra) == (0, 0)
+        assert rms(contact) < CONTACT_S
+        assert rms(off) < OFF_S
+    assert counted
+
+
+def test_with_plates_their_crossings_are_the_events(real_data, stances_on_plates):
+    """At the plates' own rate, to a tenth of a millisecond, and each once."""
+    folder = real_data / "walk_treadmill_stepwidth"
+    if not folder.is_dir():
+        pytest.skip(f"{folder} is not there")
+    fit = fitted(folder, ["example1"])
+    (trial,) = fit.trials
+    gait = gait_of(trial, fit.skeleton, GAIT, CONDITIONING)
+    assert gait is not None
+    places, _ = middles_of_soles(trial, gait, fit.skeleton)
+    measured = stances_on_plates(trial.capture.plates, places, trial.motion.times)
+    told = {
+        (stance.foot, kind, round(time, 2))
+        for stance in measured
+        for kind, time in ((Kind.CONTACT, stance.on_s), (Kind.FOOT_OFF, stance.off_s))
+        if time is not None
+    }
+    by_force = [event for event in events_of(gait.stances) if event.source == Source.FORCE]
+    assert {(event.foot, event.kind, round(event.time_s, 2)) for event in by_force} == told
+    assert len(gait.events) == len(told)
+
+
+def test_figures_of_a_treadmill_walk(real_data):
+    """The belt's speed is the walker's; two steps make a stride; widths are a person's."""
+    folder = real_data / "walk_gait2354_subject01"
+    if not folder.is_dir():
+        pytest.skip(f"{folder} is not there")
+    fit = fitted(folder, ["walk1"])
+    (trial,) = fit.trials
+    gait = gait_of(trial, fit.skeleton, GAIT, CONDITIONING)
+    assert gait is not None
+    assert gait.cycles
+    p = body_poses(fit.skeleton, trial.motion.q)[1]
+    for cycle in gait.cycles:
+        heel = p[:, fit.skeleton.body_index(gait.feet[cycle.foot])]
+        standing = (trial.motion.times > cycle.start_s + 0.25) & (trial.motion.times < cycle.start_s + 0.4)
+        belt = np.polyfit(trial.motion.times[standing], heel[standing, 0], 1)[0]
+        assert cycle.speed_m_s == pytest.approx(-belt, rel=0.08)
+        assert cycle.stance_share == pytest.approx(0.63, abs=0.04)
+        assert 0.4 < cycle.step_length_m / cycle.stride_length_m < 0.6
+        assert 0.03 < cycle.step_width_m < 0.25
+        assert cycle.cadence_per_min == pytest.approx(120 / cycle.duration_s)
