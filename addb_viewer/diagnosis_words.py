@@ -3,7 +3,9 @@
 Takes the plain values of `diagnose --json`, so that a kept diagnosis reads like a new one.
 """
 
+import textwrap
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from addb_viewer.detectable_words import what_would_be_found
@@ -39,10 +41,14 @@ from addb_viewer.use_words import trials_in_question, use
 from addb_viewer.witness_words import what_the_files_say
 from solver.effects.about import Mend
 
+ON_A_SCREEN = ("how large", "when", "what to do")  # of a cause
+MOST_CAUSES = 4  # on a screen of 40 lines
+SHORT = 240  # [characters] of a text there: three lines
 LEAST_ELSE = 0.05  # of the certainty, for causes that are not listed
 LIKELY_NATS = 20.0  # sound recordings hardly reach 8
 NOTES = "Notes"
 BEFORE_THE_CAUSES = "From reading and fitting the files, before causes were looked for:"
+TO_FLAG = "To flag: "
 SPREAD = "±: in 19 of 20 cases the true value lies within."
 
 Figures = Mapping[str, Any]
@@ -67,6 +73,35 @@ def page(figures: Figures) -> list[Section]:
         how_to_read(figures),
     ]
     return [s for s in (*sections, notes(figures)) if s.lines or s.rows]
+
+
+def screen(figures: Figures) -> list[Section]:
+    """The answer that fits a screen: the verdict, each cause with its size and what to do, what remains.
+
+    Args:
+        figures: in the shape of `diagnose --json`.
+    """
+    each = [cause(figures, k) for k in range(len(figures["effects"]))]
+    causes = [
+        replace(one, rows=tuple((label, _short(text)) for label, text in one.rows if label in ON_A_SCREEN))
+        for one in each[:MOST_CAUSES]
+    ]
+    if len(each) > MOST_CAUSES:
+        others = "; ".join(title(effect) for effect in figures["effects"][MOST_CAUSES:])
+        causes.append(Section(f"{len(each) - MOST_CAUSES} more causes", (_short(others),)))
+    remains = what_remains(figures)
+    unseen = [] if each else [what_would_be_found(figures)]
+    sections = [verdict(figures), *unseen, *causes, replace(remains, lines=tuple(map(_short, remains.lines)))]
+    return [s for s in sections if s.lines or s.rows]
+
+
+def _short(text: str) -> str:
+    """Three lines at most; a command to flag frames is whole or not there."""
+    said, *commands = text.split(TO_FLAG)
+    if not commands:
+        return textwrap.shorten(said, SHORT, placeholder=" …")
+    more = f" … and {len(commands) - 1} more" if len(commands) > 1 else ""
+    return f"{textwrap.shorten(said, SHORT, placeholder=' …')}{TO_FLAG}{commands[0]}{more}"
 
 
 def notes(figures: Figures) -> Section:
@@ -230,6 +265,6 @@ def _flag_hint(figures: Figures, effect: Figures, to_flag: ToFlag) -> list[str]:
     several = effect["target"].startswith("plate_") or "+" in effect["target"]
     foot = "both" if several else effect["target"]
     return [
-        f"To flag: {to_flag(trial, start, end, foot)}."
+        f"{TO_FLAG}{to_flag(trial, start, end, foot)}."
         for trial, start, end in sorted(ranges_of(figures, effect))
     ]

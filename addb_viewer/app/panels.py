@@ -1,7 +1,7 @@
 """How good the fit is, what was assumed, and what the colours mean, as pieces of the page."""
 
 import html
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -32,7 +32,10 @@ from addb_viewer.change_words import (
     largest_first,
     signed,
 )
+from addb_viewer.note_kinds import by_kind
 from addb_viewer.withheld_words import KINDS, QUANTITIES, cutoff_words, worse_words
+
+UNFOLDED = 3  # notes of a kind that are shown without a click
 
 MOST_CHANGED = 12  # coordinates in the panel, which is narrow; the report has all
 
@@ -81,11 +84,20 @@ def change_html(change: Mapping[str, Any] | None) -> str:
 
 
 def notes_html(notes: tuple[str, ...]) -> str:
-    """What was assumed or ignored."""
+    """What was assumed or ignored, folded by kind; open where somebody has to decide on a few."""
     if not notes:
         return boxed("Nothing was assumed or ignored.")
-    items = "".join(f"<li>{html.escape(note)}</li>" for note in dict.fromkeys(notes))
-    return boxed(f"<ul style='padding-left:1.2em;margin:0;overflow-wrap:anywhere'>{items}</ul>")
+    kinds = "".join(
+        f"<details{' open' * (found.kind.decide and len(found.notes) <= UNFOLDED)}>"
+        f"<summary>{html.escape(found.heading)}</summary>{_items(found.notes)}</details>"
+        for found in by_kind(notes)
+    )
+    return boxed(kinds)
+
+
+def _items(notes: Sequence[str]) -> str:
+    items = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
+    return f"<ul style='padding-left:1.2em;margin:0;overflow-wrap:anywhere'>{items}</ul>"
 
 
 def legend_html(replay: Replay, *, diagnosed: bool = False) -> str:

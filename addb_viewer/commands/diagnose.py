@@ -20,7 +20,7 @@ from addb_viewer.commands.options import (
 from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.commands.solving import Job, job_for
 from addb_viewer.decision_words import decisions_on
-from addb_viewer.diagnosis_words import page
+from addb_viewer.diagnosis_words import page, screen
 from addb_viewer.kept_diagnosis import keep
 from addb_viewer.sections import as_text
 from solver.diagnosis.diagnose import diagnose as diagnosis_of
@@ -41,6 +41,10 @@ Why = Annotated[
     ),
 ]
 
+Full = Annotated[
+    bool, typer.Option("--full", help="Print the whole answer: witnesses, certainty, what else it could be.")
+]
+
 
 def diagnose(
     subject: SubjectFolder,
@@ -50,6 +54,7 @@ def diagnose(
     ignore_review: IgnoreReview = False,
     json: JsonFile = None,
     why: Why = None,
+    full: Full = False,
     debug: Debug = False,
 ) -> None:
     """Say what is wrong with the recordings, name the cause, and say how sure that is.
@@ -76,7 +81,7 @@ def diagnose(
         if json is not None:
             write_json(json, figures)
         if why is None:
-            print_diagnosis(figures, kept)
+            print_diagnosis(figures, kept, full=full)
         else:
             for line in as_text(decisions_on(figures, why)):
                 typer.echo(line)
@@ -99,8 +104,8 @@ def diagnosed(job: Job, progress: Progress, why: str | None = None) -> tuple[dic
     return figures, keep(figures, made_of, job.results)
 
 
-def print_diagnosis(figures: Mapping[str, Any], kept: Path) -> None:
-    """The page on stdout, and where the figures are."""
-    for line in as_text(page(figures)):
+def print_diagnosis(figures: Mapping[str, Any], kept: Path, *, full: bool = False) -> None:
+    """A screen, or the whole page, on stdout, and where the figures are."""
+    for line in as_text(page(figures) if full else screen(figures)):
         typer.echo(line)
-    typer.echo(f"\nwritten: {kept}")
+    typer.echo(f"\nwritten: {kept}{'' if full else '; --full says more'}")

@@ -22,7 +22,7 @@ from addb_viewer.commands.options import (
 from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.commands.solving import Job, Solved, job_for, solved
 from addb_viewer.commands.summary_table import print_summary, print_withheld
-from addb_viewer.commands.unused_files import print_unused
+from addb_viewer.commands.unused_files import unused_lines
 from addb_viewer.commands.withholding import FitReplacedError, Withholding
 from addb_viewer.withheld_words import rest_words
 from solver.fit import Fit
@@ -30,7 +30,8 @@ from solver.results.store import write_json
 from solver.summary import summary
 
 Notes = Annotated[
-    bool, typer.Option("--notes", help="List every file of the folder that is not used, and why.")
+    bool,
+    typer.Option("--notes", help="Print all that was noted, and every file that is not used, and why."),
 ]
 
 
@@ -71,12 +72,13 @@ def fit(
         figures = summary(fit, files=[str(path) for path in done.files])
         if json is not None:
             write_json(json, figures)
-        print_summary(figures if done.new else figures | {"files": []})
-        print_unused(fit.unused, whole=notes)
-        if done.said:
-            typer.echo(done.said)
+        print_summary(
+            figures if done.new else figures | {"files": []},
+            notes=notes,
+            closing=[*unused_lines(fit.unused, whole=notes), *filter(None, [done.said])],
+        )
         if not quick:
-            withheld = _judged_on_all_layouts(job, done)
+            withheld = _judged_on_all_layouts(job, done, notes)
             if json is not None:
                 write_json(json, figures | {"trials": summary(withheld)["trials"]})
         if fit.unread:
@@ -86,7 +88,7 @@ def fit(
             raise typer.Exit(FAILED)
 
 
-def _judged_on_all_layouts(job: Job, done: Solved) -> Fit:
+def _judged_on_all_layouts(job: Job, done: Solved, notes: bool) -> Fit:
     """The fit with all layouts of withheld forces, which are printed when they are there."""
     withholding = Withholding(done.fit, job.results, done.files[1].parent.name)
     if not withholding.is_due:
@@ -98,11 +100,11 @@ def _judged_on_all_layouts(job: Job, done: Solved) -> Fit:
         typer.echo("withheld forces: not judged any further; another fit has taken the place of this one")
     except KeyboardInterrupt as stop:
         figures: dict[str, Any] = summary(withholding.fit)
-        print_withheld(figures)
+        print_withheld(figures, notes=notes)
         rest = rest_words(figures["trials"])
         typer.echo(f"addb-viewer: stopped; the fit is kept. {rest or ''}".rstrip(), err=True)
         raise typer.Exit(STOPPED) from stop
-    print_withheld(summary(withholding.fit))
+    print_withheld(summary(withholding.fit), notes=notes)
     return withholding.fit
 
 

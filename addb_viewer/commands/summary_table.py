@@ -1,7 +1,7 @@
 """The summary of a fit in the terminal: units in the heads, ✓ and ✗ where Hicks et al. 2015 set a bound."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from rich import box
@@ -10,11 +10,15 @@ from rich.table import Table
 from rich.text import Text
 
 from addb_viewer.change_words import change_sentence
+from addb_viewer.note_kinds import by_kind
 from addb_viewer.stored_words import stored_words
 from addb_viewer.withheld_words import cutoff_words, withheld_words, worse_words
 from solver.dynamics.thresholds import Thresholds
 
 _WIDTH_OF_A_PIPE = 120  # [characters] where no terminal says how wide it is
+_MOST_DECISIONS = 5  # lines: with what is withheld, noted, written and not used, a screen's end has ten
+_MOST_WITHHELD = 10  # lines
+_CUT = "… (--notes)"
 _MASKS = {
     "review": "the review",
     "review.json": "the imported review.json",
@@ -23,33 +27,108 @@ _MASKS = {
 _COLUMNS = ("used of\nframes", "marker\nRMS cm", "\nmax cm", "force\nN", "\nBW", "moment\nN·m", "\nBW·h")
 
 
-def print_summary(figures: dict[str, Any]) -> None:
-    """Print what `solver.summary.summary` found."""
+def print_summary(figures: dict[str, Any], *, notes: bool = False, closing: Sequence[str] = ()) -> None:
+    """Print what `solver.summary.summary` found: the table, and what needs a decision.
+
+    Args:
+        figures: of a subject.
+        notes: all that was noted, by kind, and all figures of each trial, in place of what needs a decision.
+        closing: lines to end with.
+    """
     console = Console(highlight=False, width=None if sys.stdout.isatty() else _WIDTH_OF_A_PIPE)
     console.print(_subject_line(figures))
     console.print(_table(figures["trials"]))
     console.print(_legend(), style="dim")
+    if notes:
+        _print_all(console, figures)
+    else:
+        for line in after_table(figures, console.width):
+            console.print(Text(line), soft_wrap=True)
+    if figures["files"]:
+        console.print(Text(f"written: {figures['files'][0]}"), soft_wrap=True)
+    for line in closing:
+        console.print(Text(line), soft_wrap=True)
+
+
+def _print_all(console: Console, figures: dict[str, Any]) -> None:
     for line in _honesty(figures["trials"]):
         console.print(line, soft_wrap=True)
     for trial in figures["trials"]:
         if changed := change_sentence(trial.get("change")):
             console.print(Text(f"{trial['name']}: {changed[0].lower()}{changed[1:]}"), soft_wrap=True)
-    for note in figures["notes"]:
-        console.print(Text(f"note: {note}"), soft_wrap=True)
-    if figures["files"]:
-        console.print(Text(f"written: {figures['files'][0]}"), soft_wrap=True)
+    for found in by_kind(figures["notes"]):
+        console.print(Text(f"{found.heading}:"), style="bold" if found.kind.decide else "")
+        for note in found.notes:
+            console.print(Text(f"  note: {note}"), soft_wrap=True)
 
 
-def print_withheld(figures: dict[str, Any]) -> None:
+def after_table(figures: dict[str, Any], width: int) -> list[str]:
+    """How well withheld forces are foretold, what needs a decision, what else is noted: seven lines at most.
+
+    Args:
+        figures: as `solver.summary.summary` found them.
+        width: of a line [characters].
+    """
+    kinds = by_kind(figures["notes"])
+    decisions = [*_about_trials(figures["trials"]), *(found.in_short for found in kinds if found.kind.decide)]
+    shown, left = decisions[:_MOST_DECISIONS], len(decisions) - _MOST_DECISIONS
+    room = width * max(1, min(2, _MOST_DECISIONS // max(1, len(shown))))
+    rest = [f"{left} more to decide"] if left > 0 else []
+    rest += [found.heading for found in kinds if not found.kind.decide]
+    lines = [
+        *_withheld_at_worst(figures["trials"]),
+        *(_cut(f"! {line}", room) for line in shown),
+        *([f"also noted (--notes): {'; '.join(rest)}"] if rest else []),
+    ]
+    return [line if line.startswith("!") else _cut(line, width) for line in lines]
+
+
+def _about_trials(trials: Sequence[dict[str, Any]]) -> Iterator[str]:
+    """What the figures themselves ask somebody to decide, for all trials at once."""
+    worse = [f"{trial['name']}: {said}" for trial in trials for said in worse_words(trial)]
+    if worse:
+        yield worse[0] + (f" (and {len(worse) - 1} more)" if len(worse) > 1 else "")
+    proposed = [trial["name"] for trial in trials if "proposals" in trial["mask_source"].split(" + ")]
+    if proposed:
+        yield f"frames chosen by detection, which nobody has reviewed: {', '.join(proposed)}"
+
+
+def _withheld_at_worst(trials: Sequence[dict[str, Any]]) -> list[str]:
+    """The trial whose withheld force is missed by most, against the markers alone."""
+    with_any = [trial for trial in trials if trial["heldout"] is not None]
+    if not with_any:
+        return []
+    worst = max(with_any, key=lambda trial: trial["heldout"]["linear_residual"]["rms_N"])
+    heldout = worst["heldout"]
+    of = f", worst of {len(with_any)}" if len(with_any) > 1 else ""
+    return [
+        f"withheld forces ({worst['name']}{of}): {heldout['frames']} frames missed by "
+        f"{heldout['linear_residual']['rms_N']:.1f} N, {heldout['angular_residual']['rms_Nm']:.1f} N·m"
+        f"{_markers_alone(heldout, cutoffs=False)}"
+    ]
+
+
+def _cut(text: str, room: int) -> str:
+    """Without its end where it is longer, and with a word on where that is."""
+    text = " ".join(text.split())
+    return text if len(text) <= room else text[: room - len(_CUT)].rstrip(" ,;:(") + _CUT
+
+
+def print_withheld(figures: dict[str, Any], *, notes: bool = False) -> None:
     """Print how well forces were foretold on all layouts that have been judged.
 
     Args:
         figures: as `solver.summary.summary` found them.
+        notes: of every trial, however many there are; else where the fit is the worse of the two comes first.
     """
     console = Console(highlight=False, width=None if sys.stdout.isatty() else _WIDTH_OF_A_PIPE)
-    for trial in figures["trials"]:
-        for line in _withheld(trial):
-            console.print(line, soft_wrap=True)
+    lines = [line for trial in figures["trials"] for line in _withheld(trial)]
+    if not notes and len(lines) > _MOST_WITHHELD:
+        lines.sort(key=lambda line: not line.style)
+        left = len(lines) - _MOST_WITHHELD + 1
+        lines = [*lines[:-left], Text(f"and {left} more on withheld forces (--notes)")]
+    for line in lines:
+        console.print(line, soft_wrap=True)
 
 
 def _subject_line(figures: dict[str, Any]) -> Text:
@@ -126,13 +205,14 @@ def _withheld(trial: dict[str, Any]) -> Iterator[Text]:
         yield Text(f"{trial['name']}: {said}", style="red")
 
 
-def _markers_alone(heldout: dict[str, Any]) -> str:
+def _markers_alone(heldout: dict[str, Any], *, cutoffs: bool = True) -> str:
     """Of the first layout; an older version's markers are no fair comparison, and not shown."""
-    cutoffs = heldout.get("markers_cutoff_hz")
-    if cutoffs is None:
+    hz = heldout.get("markers_cutoff_hz")
+    if hz is None:
         return ""
     linear, angular = heldout["kinematics_only_linear_residual"], heldout["kinematics_only_angular_residual"]
-    return f" (markers alone at {cutoff_words(cutoffs)} {linear['rms_N']:.1f} N, {angular['rms_Nm']:.1f} N·m)"
+    at = f" at {cutoff_words(hz)}" if cutoffs else ""
+    return f" (markers alone{at} {linear['rms_N']:.1f} N, {angular['rms_Nm']:.1f} N·m)"
 
 
 def _in_cm(metres: float | None) -> float | None:

@@ -96,3 +96,10 @@ def test_every_view_has_a_command():
 
 def test_speeds_have_names():
     assert [SPEED_NAMES[speed_name(speed)] for speed in SPEEDS] == list(SPEEDS)
+
+
+def test_notes_are_folded_by_kind_and_open_where_somebody_has_to_decide():
+    page = notes_html(("walk: plate 1 was not tared", "run: plates read -4.7 % against the body's mass"))
+    first, second = page.split("</details>")[:2]
+    assert "<details open><summary>forces against the body" in first
+    assert "<details><summary>axes, units and plates" in second

@@ -102,7 +102,7 @@ def test_every_verdict_is_status_0_and_is_kept(command_line, finder, found):
 
 
 def test_the_page_says_what_how_sure_and_what_to_do(command_line, finder):
-    page = command_line("diagnose", command_line.subject.folder).stdout
+    page = command_line("diagnose", command_line.subject.folder, "--full").stdout
     verdict = page.split("WHAT IS WRONG")[0]
     assert "one cause accounts for it" in " ".join(verdict.split())
     assert "12.3 ± 0.8 ms too late" in page
@@ -216,7 +216,7 @@ def test_trials_settings_and_notes_are_handed_over(command_line, finder, tmp_pat
     file.write_text("[kinematics]\niterations = 3\n")
     finder.found = UNEXPLAINED
     folder = command_line.subject.folder
-    run = command_line("diagnose", folder, "--trial", "walk", "--settings", file, "--ignore-review")
+    run = command_line("diagnose", folder, "--trial", "walk", "--settings", file, "--ignore-review", "--full")
     _, settings, trials, reviews = finder.calls[0]
     assert trials == ("walk",)
     assert settings.kinematics.iterations == 3
@@ -224,6 +224,26 @@ def test_trials_settings_and_notes_are_handed_over(command_line, finder, tmp_pat
     assert reviews == {}
     assert "half of the markers are missing" in run.stdout
     assert "reviews are ignored" in run.stdout
+
+
+def test_what_is_printed_fits_a_screen_however_many_causes_there_are(command_line, finder):
+    ranges = tuple(Range("walk", k, k + 1) for k in range(4))
+    steps = [replace(LATE, id="off_plate_step", target=f"calcn_{k}", frames=ranges) for k in range(9)]
+    finder.found = replace(EXPLAINED, effects=tuple(steps), rates_Hz={"walk": 50.0})
+    folder = command_line.subject.folder
+    run = command_line("diagnose", folder)
+    lines = run.stdout.splitlines()
+    assert len(lines) <= 60
+    headings = [line.split(":")[0] for line in lines if line and not line.startswith(" ")]
+    assert headings[:2] == ["VERDICT", "CAUSE 1 OF 9"]
+    assert "5 MORE CAUSES" in headings
+    assert "HOW TO READ THIS" not in headings
+    said = " ".join(run.stdout.split())
+    assert "addb-viewer flag SUBJECT walk 0:1 --foot calcn_0 --reason notOverForcePlate. … and 3 more" in said
+    assert lines[-1].endswith("--full says more")
+    full = command_line("diagnose", folder, "--full").stdout
+    assert full.count("CAUSE ") == 9
+    assert "HOW TO READ THIS" in full
 
 
 def test_a_note_is_told_once(command_line, finder, tmp_path):

@@ -3,11 +3,16 @@
 import json
 import os
 import re
+import shutil
 
 import pytest
+from typer.testing import CliRunner
 
+from addb_viewer.cli import app
+from addb_viewer.commands.summary_table import print_summary
 from solver.errors import FitError
 from solver.results.store import load_fit
+from solver.summary import summary
 
 
 def test_fit_keeps_the_results_and_prints_the_summary(command_line):
@@ -20,7 +25,9 @@ def test_fit_keeps_the_results_and_prints_the_summary(command_line):
     # used frames, marker RMS and max [cm], force [N], [BW], moment [N·m], [BW·h] and the paper's bound
     assert " ".join(rows["walk"]) == "3 of 4 1.50 ✓ 2.1 ✓ 7.5 0.0077 ✓ 0.8 0.0004 ✓ (✓)"
     assert " ".join(rows["no/forces"]) == "0 of 4 1.50 ✓ 2.1 ✓ – – – –"
-    assert "note: walk: plate 1 was not tared" in run.stdout
+    assert "also noted (--notes): axes, units and plates" in run.stdout
+    assert "walk: plate 1 was not tared" not in run.stdout
+    assert "note: walk: plate 1 was not tared" in command_line("fit", folder, "--notes").stdout
     assert run.stderr == ""
 
 
@@ -167,3 +174,48 @@ def test_json_into_a_missing_folder_is_refused_before_the_solve(command_line, tm
     run = command_line("fit", command_line.subject.folder, "--json", tmp_path / "missing" / "figures.json")
     assert run.exit_code == 2
     assert command_line.solves == []
+
+
+@pytest.mark.real
+def test_a_fit_ends_with_the_table_and_at_most_ten_lines(real_data, tmp_path):
+    folder = tmp_path / "walk"
+    shutil.copytree(real_data / "anomalies" / "UpsideDownData", folder, copy_function=shutil.copyfile)
+    run = CliRunner().invoke(app, ["fit", str(folder), "--quick"])
+    assert run.exit_code == 0, run.output
+    after = run.stdout.partition("dataset paper's bound).\n")[2].splitlines()
+    assert 3 <= len(after) <= 10
+    assert max(map(len, after[:-1])) <= 240
+    assert any(line.startswith("! trial2: no force counts: ") for line in after)
+    whole = CliRunner().invoke(app, ["fit", str(folder), "--quick", "--notes"]).stdout
+    notes = json.loads((folder / "results" / "fit.json").read_text(encoding="utf-8"))["notes"]
+    assert len(notes) > 10
+    assert all(f"note: {note}" in whole for note in notes)
+
+
+def test_sixty_notes_and_seven_trials_end_in_ten_lines(small_fit, capsys):
+    figures = summary(small_fit, files=["results/fit.json"])
+    figures["trials"] = [figures["trials"][0] | {"name": f"walk{k}"} for k in range(7)]
+    figures["notes"] = [
+        f"walk{k % 7}: {note}"
+        for k in range(10)
+        for note in (
+            f"plates read {k + 1}.0 % against the body's mass",
+            f"marker M{k} is up to {k + 5} cm off in frames 0-9: slipped, swapped or mislabelled?",
+            f"mean pelvis tilt is {k}°, and people walk with -25° to 12°",
+            f"label A{k} lay off its segment in frames 1-2 and is left out there (2 frames)",
+            f"x{k}.trc: the header says 9 frames, the file holds 3; is the file cut off?",
+            f"{k}: which axis points up is ambiguous",
+        )
+    ]
+    print_summary(figures, closing=["2 files of the folder not used: a, b", "unchanged: kept fit of"])
+    after = capsys.readouterr().out.partition("dataset paper's bound).\n")[2].splitlines()
+    assert len(after) <= 10
+    decisions = [line.removeprefix("! ").partition(" (")[0] for line in after if line.startswith("! ")]
+    assert decisions == [
+        "not read",
+        "forces against the body",
+        "a guess",
+        "model against markers",
+        "markers far from the model",
+    ]
+    assert any("more to decide" in line for line in after)

@@ -1,0 +1,188 @@
+"""Notes of a fit by kind, in order of harm: what needs a decision, and what is only good to know.
+
+A note belongs to the first kind of which it holds a phrase. One that holds none may be anything, so it is not
+hidden: it counts among those that need a decision.
+"""
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+_FAR = re.compile(r"marker (?P<name>.+) is up to (?P<cm>\d+) cm off")
+
+
+@dataclass(frozen=True)
+class NoteKind:
+    """What notes have in common."""
+
+    heading: str
+    phrases: tuple[str, ...]  # one of which stands in each
+    decide: bool  # whether somebody has to choose or look
+
+
+@dataclass(frozen=True)
+class NotesOfKind:
+    """All notes of one kind."""
+
+    kind: NoteKind
+    notes: tuple[str, ...]
+
+    @property
+    def heading(self) -> str:
+        """With the number of notes, if there are several."""
+        return self.kind.heading + (f" ({len(self.notes)})" if len(self.notes) > 1 else "")
+
+    @property
+    def in_short(self) -> str:
+        """One sentence for all of them; markers by name, the farthest first."""
+        if self.kind is FAR_MARKERS:
+            return f"{self.heading}: {_farthest(self.notes)}; slipped, swapped or mislabelled?"
+        return self.notes[0] if len(self.notes) == 1 else f"{self.heading}: {self.notes[0]}; …"
+
+
+FAR_MARKERS = NoteKind("markers far from the model", ("slipped, swapped or mislabelled?",), True)
+OTHER = NoteKind("other notes", (), True)
+
+KINDS = (
+    NoteKind(
+        "not read",
+        (
+            "cannot be used",
+            "cannot be read",
+            "no forces of ",
+            "forces inside it, if any, are not used",
+            " is left out: ",
+            "trials without a frame are left out",
+            "is the file cut off?",
+        ),
+        True,
+    ),
+    NoteKind(
+        "forces against the body",
+        (
+            "does not weigh the body",
+            "plates read ",
+            "the largest force is ",
+            "do both share one clock?",
+            "no centre of pressure on ",
+            "no foot of ",
+        ),
+        True,
+    ),
+    NoteKind("a guess", ("is ambiguous", "unknown POINT:UNITS", "no forces to tell it"), True),
+    NoteKind(
+        "model against markers",
+        (
+            "seems to be a scaled model",
+            "people walk with",
+            "ask for segments of other masses",
+            "are placed anew",
+            "is unusual",
+            "from the model's place for it",
+            "no marker at the ",
+            "contradict the distances",
+                        "names no model",
+        ),
+        True,
+    ),
+    FAR_MARKERS,
+    NoteKind(
+        "labels on the wrong marker",
+        ("were exchanged in ", "exchanged back in ", " is left out there ("),
+        True,
+    ),
+    NoteKind(
+        "labels not used",
+        ("labels not understood", "labels that no recording has", "of no marker of the model, left out"),
+        True,
+    ),
+    NoteKind(
+        "reviews",
+        (
+            "' (edit ",
+            "has edits of trials",
+            "perhaps nobody has finished the review",
+            "frames have no review",
+            "is not used, because these have changed",
+            "not extended, because",
+            "no trial is called",
+        ),
+        True,
+    ),
+    NoteKind("the solve", ("did not settle in ", "none foretold", "no force counts: "), True),
+    NoteKind("drawing", ("are not drawn", "No bone mesh for ", "Drawn as rods: "), False),
+    NoteKind("labels", (
+        "labels understood by the atlas",
+        "labels that the marker map explains",
+        "labels without a meaning, ",
+        "labels that the model has no markers for",
+        "matched by similar names",
+        "under other names",
+        "does not know, left out",
+        "pieces of one trajectory",
+        "is taken off the labels",
+        "unlabelled trajectories are left out",
+        "computed quantities, not markers",
+    ), False),
+    NoteKind("bodies without markers", (
+        "how they move is a guess",
+        "the pose there is bridged",
+        "they are used as they are",
+        "the shoulder rose?",
+    ), False),
+    NoteKind("axes, units and plates", (
+        " points up",
+        "moment columns read as",
+        "FORCE_PLATFORM:",
+        "taken off as its zero level",
+        "low-passed at ",
+        "was not tared",
+        "centres of pressure read as",
+        "its free moment is taken as zero",
+        "taken as the free moment",
+        "belong to no force plate",
+    ), False),
+    NoteKind("the person", (
+        "mass not given",
+        "height not given",
+        "sex not given",
+        "own scaled model",
+    ), False),
+    NoteKind("frames and values left out", (
+        "are not used: outside",
+        "not observed",
+        "counts as not seen",
+        "never seen",
+        "are blank or NaN",
+        "the file holds ",
+        "left out, the trial is read from",
+        "Not used: ",
+    ), False),
+)  # fmt: skip
+
+
+def by_kind(notes: Iterable[str]) -> list[NotesOfKind]:
+    """The notes that there are, the most harmful kind first; in each in the order given."""
+    found: dict[NoteKind, list[str]] = {kind: [] for kind in _in_order()}
+    for note in dict.fromkeys(notes):
+        found[_kind_of(note)].append(note)
+    return [NotesOfKind(kind, tuple(those)) for kind, those in found.items() if those]
+
+
+def _in_order() -> list[NoteKind]:
+    harmful = [kind for kind in KINDS if kind.decide]
+    return [*harmful, OTHER, *(kind for kind in KINDS if not kind.decide)]
+
+
+def _kind_of(note: str) -> NoteKind:
+    return next((kind for kind in KINDS if any(phrase in note for phrase in kind.phrases)), OTHER)
+
+
+def _farthest(notes: Sequence[str]) -> str:
+    far: dict[str, int] = {}
+    for note in notes:
+        match = _FAR.search(note)
+        if match:
+            far[match["name"]] = max(int(match["cm"]), far.get(match["name"], 0))
+    ranked = sorted(far, key=lambda name: -far[name])
+    return ", ".join(f"{name} {far[name]} cm" for name in ranked)
