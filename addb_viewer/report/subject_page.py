@@ -27,6 +27,7 @@ from addb_viewer.report.recorded import recorded
 from addb_viewer.report.repeat import repeat_part
 from addb_viewer.report.scene_data import scene_of
 from addb_viewer.report.still_picture import still_picture
+from addb_viewer.report.strides import strides_part
 from addb_viewer.report.timeline import timeline
 from addb_viewer.report.worst_markers import seek_link, worst_markers
 from addb_viewer.withheld_words import rest_words
@@ -71,7 +72,7 @@ def subject_page(report: SubjectReport) -> str:
     """The page's HTML."""
     recording = report.recording
     contents = {
-        "recorded": recorded(recording),
+        "recorded": joined(filter(None, (recorded(recording), strides_part(recording.fit)))),
         "quality": _quality(report),
         "frames": _frames(report),
         "scene": _scene(report),

@@ -13,8 +13,10 @@ from jaxtyping import Float
 from solver.capture.atomic import whole_file
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
+from solver.export.gait_tables import export_gait
 from solver.export.places import made, trial_stems
 from solver.fit import Fit, TrialFit
+from solver.gait.gait import joint_power
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
@@ -52,6 +54,7 @@ def trial_columns(trial: TrialFit, skeleton: Skeleton) -> Columns:
     columns |= _of_motion(motion, skeleton)
     if trial.dynamics is not None:
         columns |= _of_dynamics(trial.dynamics, skeleton)
+        columns |= _of_power(trial, skeleton)
         columns |= _of_inferred(trial)
     if trial.contacts is not None and trial.mask is not None:
         columns |= _of_contacts(trial.contacts, trial.mask)
@@ -67,7 +70,7 @@ def _export(fit: Fit, folder: Path, suffix: str, write: Callable[[pa.Table, Bina
         with whole_file(path) as file:
             write(table, file)
         written.append(path)
-    return written
+    return [*written, *export_gait(fit, folder, suffix, write)]
 
 
 def _of_motion(motion: Motion, skeleton: Skeleton) -> Columns:
@@ -89,6 +92,12 @@ def _of_dynamics(dynamics: Dynamics, skeleton: Skeleton) -> Columns:
         **_vector("com", "m", dynamics.com_ground),
         "used": dynamics.used,
     }
+
+
+def _of_power(trial: TrialFit, skeleton: Skeleton) -> Columns:
+    power = joint_power(trial)
+    names = [f"{c.name}_power_W" for c in skeleton.free_coordinates]
+    return {} if power is None else {name: power[:, i] for i, name in enumerate(names)}
 
 
 def _of_inferred(trial: TrialFit) -> Columns:

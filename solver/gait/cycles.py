@@ -67,8 +67,9 @@ def cycles_of(
         times: of the frames [s].
         settings: slowest pace, longest cycle.
     """
-    travel = np.zeros_like(motion.surface)
-    travel[1:] = np.cumsum(np.diff(motion.times)[:, None] * motion.surface[:-1], axis=0)
+    surface = _belt(stances, motion, settings)
+    travel = np.zeros_like(surface)
+    travel[1:] = np.cumsum(np.diff(motion.times)[:, None] * surface[:-1], axis=0)
 
     def heel(foot: int, time: float) -> Float[np.ndarray, "2"]:
         place = [np.interp(time, times, heels_ground[foot][:, axis]) for axis in (0, 2)]
@@ -103,3 +104,32 @@ def cycles_of(
                 width = float(abs(ahead[0] * forward[1] - ahead[1] * forward[0]))
             found.append(Cycle(foot, start, one.off_s, end, length, step, width))
     return tuple(sorted(found, key=lambda cycle: (cycle.start_s, cycle.foot)))
+
+
+def _belt(
+    stances: Sequence[Stance], motion: FootMotion, settings: GaitSettings
+) -> Float[np.ndarray, "steps 2"]:
+    """The surface's velocity from the soles amid their stances [m/s]; zero on a floor.
+
+    Later in a stance a foot rolls over its toes, and a rigid sole's lowest corner is faster than the belt.
+    """
+    if not motion.surface.any():
+        return motion.surface
+    first, last = settings.flat_from, settings.flat_to
+    at, found = [], []
+    for stance in stances:
+        if stance.contact_s is None or stance.off_s is None:
+            continue
+        lasts = stance.off_s - stance.contact_s
+        flat = (motion.times > stance.contact_s + first * lasts) & (
+            motion.times < stance.contact_s + last * lasts
+        )
+        if flat.any():
+            at.append(stance.contact_s + (first + last) / 2 * lasts)
+            found.append(np.median(motion.sole[flat, stance.foot], axis=0))
+    if not found:
+        return motion.surface
+    distance = (motion.times[:, None] - np.array(at)) / settings.belt_window_s
+    nearest = distance**2 - (distance**2).min(axis=1, keepdims=True)
+    weight = np.exp(-nearest / 2)
+    return (weight @ np.array(found)) / weight.sum(axis=1, keepdims=True)

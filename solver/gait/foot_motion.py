@@ -24,6 +24,7 @@ class FootMotion:
     slip: Float[np.ndarray, "steps feet"]  # [m/s] of the slowest low corner against the surface
     surface: Float[np.ndarray, "steps 2"]  # [m/s] velocity of the ground: x, z; zero on a floor
     pace: Float[np.ndarray, " steps"]  # [m/s] of the body over the surface
+    sole: Float[np.ndarray, "steps feet 2"]  # [m/s] x, z velocity of each sole's lowest corner
 
 
 def foot_motion(
@@ -57,7 +58,12 @@ def foot_motion(
     moving = CubicSpline(times, low_pass(root_ground, rate, settings.cutoff_Hz))(fine, 1)[:, [0, 2]] - surface
     window = max(1, round(settings.pace_window_s * settings.steps_per_s))
     pace = uniform_filter1d(np.linalg.norm(moving, axis=1), window, mode="nearest")
-    return FootMotion(fine, np.column_stack(slips), surface, pace)
+    every = np.arange(len(fine))
+    sole = [
+        velocity[every, place[..., 1].argmin(axis=1)][:, [0, 2]]
+        for place, velocity in zip(places, velocities, strict=True)
+    ]
+    return FootMotion(fine, np.column_stack(slips), surface, pace, np.stack(sole, axis=1))
 
 
 def _surface(

@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from solver.capture.force_settings import ConditioningSettings
 from solver.contact.sole import soles
+from solver.errors import ModelError
 from solver.fit import TrialFit
 from solver.gait.cycles import Cycle, cycles_of
 from solver.gait.events import (
@@ -63,7 +64,10 @@ def gait_of(
         return None
     R, p = body_poses(skeleton, motion.q)
     feet = trial.contacts.foot_bodies
-    corners = [sole.corners_ground(R, p) for sole in soles(skeleton, feet)]
+    try:
+        corners = [sole.corners_ground(R, p) for sole in soles(skeleton, feet)]
+    except ModelError:
+        return None  # a body that forces act on, and no foot with toes
     heels = [p[:, skeleton.body_index(foot)] for foot in feet]
     moved = foot_motion(corners, p[:, 0], motion.times, settings)
     stances = stances_from_feet(moved, settings)

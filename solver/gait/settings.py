@@ -55,6 +55,9 @@ class GaitSettings:
     surface_window_s: float = setting(
         0.35, unit="s", why="over which a belt keeps its speed; about half a step"
     )
+    flat_from: float = setting(0.2, unit="", why="of a stance, from which the whole sole lies on the surface")
+    flat_to: float = setting(0.55, unit="", why="of a stance, until which it does; runners' heels then rise")
+    belt_window_s: float = setting(0.5, unit="s", why="over which stances are averaged for a belt's speed")
     still_m_s: float = setting(0.15, unit="m/s", why="a slower surface stands still: no belt is so slow")
     pace_window_s: float = setting(1.0, unit="s", why="about a stride of a walk")
     walking_m_s: float = setting(

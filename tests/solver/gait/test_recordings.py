@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import ezc3d
 import numpy as np
 import pytest
 
@@ -154,3 +155,48 @@ def test_figures_of_a_treadmill_walk(real_data):
         assert 0.4 < cycle.step_length_m / cycle.stride_length_m < 0.6
         assert 0.03 < cycle.step_width_m < 0.25
         assert cycle.cadence_per_min == pytest.approx(120 / cycle.duration_s)
+
+
+@pytest.mark.parametrize(
+    ("recording", "file"),
+    [
+        ("sprint_overground_dorn2012_JA1_9ms", "JA1Gait35.c3d"),
+        ("c3d_lab_trials/lasem_FAILT01", "FAILT01_Walk01.c3d"),
+    ],
+)
+def test_events_that_laboratories_stored(real_data, recording, file):
+    """Contacts within 20 ms, foot-offs within 30 ms of each; those at the very end nobody can see."""
+    folder = real_data / recording
+    if not (folder / file).is_file():
+        pytest.skip(f"{folder / file} is not there")
+    content = ezc3d.c3d(str(folder / file))
+    stored = content["parameters"]["EVENT"]
+    points = content["header"]["points"]
+    begin = points["first_frame"] / points["frame_rate"]
+    times = np.array(stored["TIMES"]["value"])[0] * 60 + np.array(stored["TIMES"]["value"])[1] - begin
+    fit = fitted(folder, [file.removesuffix(".c3d").split("_")[-1]])
+    (trial,) = fit.trials
+    gait = gait_of(trial, fit.skeleton, GAIT, CONDITIONING, with_plates=False)
+    assert gait is not None
+    compared_events = 0
+    for side, label, time in zip(stored["CONTEXTS"]["value"], stored["LABELS"]["value"], times, strict=True):
+        at = time + trial.motion.start_time
+        if at > trial.motion.times[-1] - 2 * EDGE_S:
+            continue
+        kind, allowed = (Kind.CONTACT, CONTACT_S) if "Strike" in label else (Kind.FOOT_OFF, OFF_S)
+        foot = next(k for k, name in enumerate(gait.feet) if name.endswith(f"_{side[0].lower()}"))
+        own = [event.time_s for event in gait.events if (event.foot, event.kind) == (foot, kind)]
+        assert min(abs(event - at) for event in own) < allowed, (label, time)
+        compared_events += 1
+    assert compared_events >= 6
+
+
+def test_a_runner_is_as_fast_as_the_belt_was_set(real_data):
+    """Hamner & Delp 2013 ran this trial at 4.0 m/s."""
+    folder = real_data / "run_treadmill_hamner2013_subject04"
+    if not folder.is_dir():
+        pytest.skip(f"{folder} is not there")
+    fit = fitted(folder, ["run400"])
+    gait = gait_of(fit.trials[0], fit.skeleton, GAIT, CONDITIONING)
+    assert gait is not None
+    assert np.mean([cycle.speed_m_s for cycle in gait.cycles]) == pytest.approx(4.0, rel=0.03)

@@ -1,0 +1,56 @@
+"""The strides of each trial and foot: spatio-temporal figures of a walk or run."""
+
+from collections.abc import Callable, Sequence
+from statistics import mean, stdev
+
+from addb_viewer.report.markup import Safe, element, joined, table
+from solver.export.gait_tables import gaits_of
+from solver.fit import Fit
+from solver.gait.cycles import Cycle
+
+HEAD = ("Trial", "Foot", "Strides", "Cadence", "Speed", "Stride", "Step length", "Step width", "Stance")
+FINE = (
+    "From a foot's contact to its next; mean ± standard deviation. Contact and foot-off: its vertical force "
+    "crosses 20 N; where no plate bears the whole stance, its sole slips at a share of the pace. "
+    "Step length and width: as the stride ends, this heel against the other's at its last contact, "
+    "along and across the stride. Stance: contact to foot-off, of the stride time. A belt's travel counts. "
+    "Definitions: Perry & Burnfield 2010."
+)
+
+
+def strides_part(fit: Fit) -> Safe | None:
+    """A row for each trial and foot; None where nobody takes a whole stride.
+
+    Args:
+        fit: of the subject.
+    """
+    rows = []
+    for name, gait in gaits_of(fit).items():
+        for foot, body in enumerate(gait.feet):
+            own = [cycle for cycle in gait.cycles if cycle.foot == foot]
+            if own:
+                rows.append([name, body, str(len(own)), *_figures(own)])
+    if not rows:
+        return None
+    return joined((element("h3", "Strides"), table(HEAD, rows), element("p", FINE, class_="fine")))
+
+
+def _figures(cycles: Sequence[Cycle]) -> list[str]:
+    return [
+        _spread(cycles, lambda cycle: cycle.cadence_per_min, "steps/min", 0),
+        _spread(cycles, lambda cycle: cycle.speed_m_s, "m/s", 2),
+        _spread(cycles, lambda cycle: cycle.stride_length_m, "m", 2),
+        _spread(cycles, lambda cycle: cycle.step_length_m, "m", 2),
+        _spread(cycles, lambda cycle: cycle.step_width_m, "m", 2),
+        _spread(
+            cycles, lambda cycle: None if cycle.stance_share is None else 100 * cycle.stance_share, "%", 0
+        ),
+    ]
+
+
+def _spread(cycles: Sequence[Cycle], figure: Callable[[Cycle], float | None], unit: str, digits: int) -> str:
+    known = [value for value in map(figure, cycles) if value is not None]
+    if not known:
+        return ""
+    spread = f" ± {stdev(known):.{digits}f}" if len(known) > 1 else ""
+    return f"{mean(known):.{digits}f}{spread} {unit}"

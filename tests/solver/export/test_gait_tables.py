@@ -1,0 +1,44 @@
+"""Events and cycles of a recorded walk as files."""
+
+import json
+
+import pyarrow.csv
+import pyarrow.parquet
+import pytest
+
+from solver.capture.subject import open_subject
+from solver.export.tables import export_csv, export_parquet
+from solver.pipeline import solve
+from solver.settings import Settings
+
+
+@pytest.mark.real
+def test_a_walk_has_events_and_cycles_in_files(real_data, tmp_path):
+    folder = real_data / "walk_gait2354_subject01"
+    if not folder.is_dir():
+        pytest.skip(f"{folder} is not there")
+    fit = solve(open_subject(folder), Settings())
+    as_text = {path.name: path for path in export_csv(fit, tmp_path / "csv")}
+    as_parquet = {path.name: path for path in export_parquet(fit, tmp_path / "parquet")}
+    assert set(as_text) == {"walk1.csv", "events.csv", "cycles.csv", "gait.json"}
+    assert set(as_parquet) == {"walk1.parquet", "events.parquet", "cycles.parquet", "gait.json"}
+    told = json.loads(as_text["gait.json"].read_text())
+    for name in ("events", "cycles"):
+        rows = pyarrow.csv.read_csv(as_text[f"{name}.csv"]).to_pylist()
+        assert rows == pyarrow.parquet.read_table(as_parquet[f"{name}.parquet"]).to_pylist() == told[name]
+        assert rows
+    events = told["events"]
+    assert [event["time_s"] for event in events] == sorted(event["time_s"] for event in events)
+    assert {event["source"] for event in events} == {"force"}
+    for cycle in told["cycles"]:
+        assert cycle["contact_s"] < cycle["foot_off_s"] < cycle["next_contact_s"]
+        assert cycle["speed_m_s"] == pytest.approx(1.2, abs=0.1)  # the belt's, by the standing feet
+    assert set(told["cycles"][0]) - {"trial", "foot", "contact_s", "foot_off_s", "next_contact_s"} <= set(
+        told["definitions"]
+    )
+    power = pyarrow.parquet.read_table(as_parquet["walk1.parquet"])
+    used = fit.trials[0].dynamics.used
+    ankle = power["ankle_angle_r_power_W"].to_numpy()[used]
+    assert ankle.max() > 100  # push-off of an adult delivers two to four watts a kilogram
+    torque, rate = (power[f"ankle_angle_r_{what}"].to_numpy()[used] for what in ("moment_Nm", "rad_s"))
+    assert ankle == pytest.approx(torque * rate)
