@@ -2,26 +2,28 @@
 
 from collections.abc import Mapping
 from difflib import get_close_matches
+from json import dumps, loads
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from addb_viewer.commands.errors import errors_as_lines
+from addb_viewer.commands.many import Row, Work, options, several
+from addb_viewer.commands.many_subjects import CsvFile, Jobs, SubjectOrRoot, check_one, run_on_all
 from addb_viewer.commands.options import (
     Debug,
     IgnoreReview,
     JsonFile,
     Out,
     SettingsFile,
-    SubjectFolder,
     Trials,
 )
 from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.commands.solving import Job, job_for
 from addb_viewer.decision_words import decisions_on
 from addb_viewer.diagnosis_words import page, screen
-from addb_viewer.kept_diagnosis import keep
+from addb_viewer.kept_diagnosis import keep, kept
 from addb_viewer.sections import as_text
 from solver.diagnosis.diagnose import diagnose as diagnosis_of
 from solver.diagnosis.report import as_json
@@ -47,7 +49,7 @@ Full = Annotated[
 
 
 def diagnose(
-    subject: SubjectFolder,
+    subject: SubjectOrRoot,
     out: Out = None,
     trial: Trials = None,
     settings: SettingsFile = None,
@@ -55,6 +57,8 @@ def diagnose(
     json: JsonFile = None,
     why: Why = None,
     full: Full = False,
+    jobs: Jobs = 1,
+    csv: CsvFile = None,
     debug: Debug = False,
 ) -> None:
     """Say what is wrong with the recordings, name the cause, and say how sure that is.
@@ -68,20 +72,44 @@ def diagnose(
         hint = f"; did you mean {near[0]}?" if near else ""
         raise typer.BadParameter(f"no cause has the id '{why}'{hint}", param_hint="--why")
     with errors_as_lines(debug):
-        job = job_for(
-            subject,
-            out=out,
-            trials=trial,
-            settings_file=settings,
-            ignore_review=ignore_review,
-            without_extension=True,
-        )
+
+        def job_of(folder: Path, results: Path | None) -> Job:
+            return job_for(
+                folder,
+                out=results,
+                trials=trial,
+                settings_file=settings,
+                ignore_review=ignore_review,
+                without_extension=True,
+            )
+
+        root = several(subject)
+        if root is not None:
+            if why is not None:
+                raise typer.BadParameter("of one subject only", param_hint="--why")
+            place, words = (
+                root.path,
+                options(
+                    trial=trial,
+                    settings=settings and settings.absolute(),
+                    ignore_review=ignore_review,
+                    debug=debug,
+                ),
+            )
+
+            def still_true(folder: Path) -> dict[str, Any] | None:
+                return kept_of(job_of(folder, out and out / folder.relative_to(place)))
+
+            run_on_all(root, Work("diagnose", words, out, in_short, kept=still_true), jobs, json, csv)
+            return
+        check_one(csv, jobs)
+        job = job_of(subject, out)
         with terminal_progress() as progress:
-            figures, kept = diagnosed(job, progress, why)
+            figures, file = diagnosed(job, progress, why)
         if json is not None:
             write_json(json, figures)
         if why is None:
-            print_diagnosis(figures, kept, full=full)
+            print_diagnosis(figures, file, full=full)
         else:
             for line in as_text(decisions_on(figures, why)):
                 typer.echo(line)
@@ -104,8 +132,28 @@ def diagnosed(job: Job, progress: Progress, why: str | None = None) -> tuple[dic
     return figures, keep(figures, made_of, job.results)
 
 
-def print_diagnosis(figures: Mapping[str, Any], kept: Path, *, full: bool = False) -> None:
+def kept_of(job: Job) -> dict[str, Any] | None:
+    """The kept diagnosis where it is still that of these files, flags, settings and versions."""
+    found = kept(job.results)
+    if found is None:
+        return None
+    figures, made_of = found
+    chosen = [t for t in job.subject.trials if job.trials is None or t.name in job.trials]
+    now = {
+        "provenance": provenance_of(job.subject, chosen, job.reviews),
+        "settings": as_dict(job.settings),
+    }
+    return figures if made_of == loads(dumps(now)) else None
+
+
+def in_short(figures: dict[str, Any], _: str = "") -> Row:
+    """A subject's verdict and causes in a row."""
+    named = [f"{effect['id']} ({effect['target']})" for effect in figures["effects"]]
+    return {"trials": len(figures["trials"]), "verdict": figures["verdict"], "causes": "; ".join(named)}
+
+
+def print_diagnosis(figures: Mapping[str, Any], file: Path, *, full: bool = False) -> None:
     """A screen, or the whole page, on stdout, and where the figures are."""
     for line in as_text(page(figures) if full else screen(figures)):
         typer.echo(line)
-    typer.echo(f"\nwritten: {kept}{'' if full else '; --full says more'}")
+    typer.echo(f"\nwritten: {file}{'' if full else '; --full says more'}")

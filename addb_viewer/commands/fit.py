@@ -6,6 +6,8 @@ from typing import Annotated, Any
 import typer
 
 from addb_viewer.commands.errors import FAILED, STOPPED, errors_as_lines
+from addb_viewer.commands.many import Row, Work, options, several
+from addb_viewer.commands.many_subjects import CsvFile, Jobs, SubjectOrRoot, check_one, run_on_all
 from addb_viewer.commands.options import (
     Debug,
     Force,
@@ -15,7 +17,6 @@ from addb_viewer.commands.options import (
     Out,
     Quick,
     SettingsFile,
-    SubjectFolder,
     Trials,
     WithoutExtension,
 )
@@ -24,6 +25,7 @@ from addb_viewer.commands.solving import Job, Solved, job_for, solved
 from addb_viewer.commands.summary_table import print_summary, print_withheld
 from addb_viewer.commands.unused_files import unused_lines
 from addb_viewer.commands.withholding import FitReplacedError, Withholding
+from addb_viewer.note_kinds import by_kind
 from addb_viewer.withheld_words import rest_words
 from solver.fit import Fit
 from solver.results.store import write_json
@@ -36,7 +38,7 @@ Notes = Annotated[
 
 
 def fit(
-    subject: SubjectFolder,
+    subject: SubjectOrRoot,
     out: Out = None,
     trial: Trials = None,
     settings: SettingsFile = None,
@@ -47,6 +49,8 @@ def fit(
     quick: Quick = False,
     json: JsonFile = None,
     notes: Notes = False,
+    jobs: Jobs = 1,
+    csv: CsvFile = None,
     debug: Debug = False,
 ) -> None:
     """Fit the skeleton to a subject's recordings, keep the results and print the summary.
@@ -54,10 +58,28 @@ def fit(
     Unchanged inputs are not solved again; where only flags changed, the fit begins at the kept one. Once the
     summary is printed and the fit kept, all other layouts of withheld forces follow: Ctrl-C keeps the fit and
     those that came.
+
+    Of a folder of several subjects each is fitted in a process of its own; what fails is told at the end.
     """
     if json is not None and not json.absolute().parent.is_dir():
         raise typer.BadParameter(f"no folder {json.parent} to write into", param_hint="--json")
     with errors_as_lines(debug):
+        root = several(subject)
+        if root is not None:
+            words = options(
+                trial=trial,
+                settings=settings and settings.absolute(),
+                map_=map_ and map_.absolute(),
+                ignore_review=ignore_review,
+                without_extension=without_extension,
+                force=force,
+                quick=quick,
+                debug=debug,
+            )
+            work = Work("fit", words, out, in_short, unchanged="unchanged: kept fit of")
+            run_on_all(root, work, jobs, json, csv)
+            return
+        check_one(csv, jobs)
         job = job_for(
             subject,
             out=out,
@@ -86,6 +108,32 @@ def fit(
                 typer.echo(f"addb-viewer: {unread.file.file}: {unread.file.reason}", err=True)
             typer.echo(f"addb-viewer: fitted without {_counted(fit)}, see above", err=True)
             raise typer.Exit(FAILED)
+
+
+def in_short(figures: dict[str, Any], _: str = "") -> Row:
+    """A subject's figures in a row: of all trials, the worst."""
+    trials = figures["trials"]
+
+    def worst(*keys: str) -> float | None:
+        found = []
+        for trial in trials:
+            value: Any = trial
+            for key in keys:
+                value = (value or {}).get(key)
+            found.append(value)
+        return max((value for value in found if value is not None), default=None)
+
+    rms = worst("marker_rms_m")
+    return {
+        "mass kg": figures["subject"]["mass_kg"],
+        "trials": len(trials),
+        "frames": sum(trial["frames"] for trial in trials),
+        "used": sum(trial["frames_with_force_used"] for trial in trials),
+        "marker RMS cm": None if rms is None else 100 * rms,
+        "force BW": worst("linear_residual", "rms_BW"),
+        "moment BW·h": worst("angular_residual", "rms_BWh"),
+        "to decide": sum(found.kind.decide for found in by_kind(figures["notes"])),
+    }
 
 
 def _judged_on_all_layouts(job: Job, done: Solved, notes: bool) -> Fit:

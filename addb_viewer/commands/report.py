@@ -9,6 +9,9 @@ import typer
 from addb_viewer.app.root_folder import RootFolder, open_root
 from addb_viewer.commands.diagnose import diagnosed
 from addb_viewer.commands.errors import FAILED, errors_as_lines
+from addb_viewer.commands.fit import in_short
+from addb_viewer.commands.many import Work, done_to_all, options
+from addb_viewer.commands.many_subjects import Jobs
 from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, SettingsFile
 from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.commands.solving import current_fit, job_for
@@ -67,6 +70,7 @@ def report(
     diagnose: Diagnose = False,
     settings: SettingsFile = None,
     ignore_review: IgnoreReview = False,
+    jobs: Jobs = 1,
     json: JsonFile = None,
     debug: Debug = False,
 ) -> None:
@@ -86,6 +90,8 @@ def report(
             typer.echo(file)
             entries, overview = [Entry(made.recording.subject, file, made, "")], None
         else:
+            if jobs > 1:
+                _fit_first(root, wishes, jobs)
             entries = _each(root, out, wishes)
             overview = _overview(root, out, entries)
         if json is not None:
@@ -114,6 +120,16 @@ def _one(folder: Path, file: Path | None, wishes: _Wishes) -> tuple[Path, Subjec
         shown = diagnosis_shown(fit, job.results)
     made = SubjectReport(recording_of(fit, trials=wishes.trials, diagnosis=shown.figures), shown)
     return write_report(made, file or job.results / PAGE), made
+
+
+def _fit_first(root: RootFolder, wishes: _Wishes, jobs: int) -> None:
+    """Fit the subjects in processes of their own: pages are then made of kept fits, and say what failed."""
+    words = options(
+        settings=wishes.settings and wishes.settings.absolute(),
+        ignore_review=wishes.ignore_review,
+        quick=True,
+    )
+    done_to_all(root, Work("fit", words, None, in_short), jobs, lambda line: typer.echo(line, err=True))
 
 
 def _each(root: RootFolder, out: Path | None, wishes: _Wishes) -> list[Entry]:
