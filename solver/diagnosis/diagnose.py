@@ -65,7 +65,9 @@ def diagnose(
     witnesses = asked(_as_recorded(fit, settings), subject.mass_kg, settings.reading)
     balance = balance.accusing(accused_plates(witnesses))
     balance, selection = causes_of(balance, part(progress, FITTED, 1.0))
-    answer = replace(conclude(balance, selection, seen), notes=all_notes(fit), witnesses=witnesses)
+    answer = replace(
+        conclude(balance, selection, seen), notes=(*all_notes(fit), *seen.notes), witnesses=witnesses
+    )
     if answer.verdict != CLEAN:
         return answer
     candidates = catalogue(balance.scenes)

@@ -10,6 +10,7 @@ from solver.contact.force_review import ForceReview
 from solver.diagnosis.scenes import SceneAndPosterior, scenes_of
 from solver.effects import marker_slip, marker_swap, soft_tissue
 from solver.effects.marker_effect import MarkerFinding
+from solver.effects.marker_events import events_of
 from solver.effects.scene import Scene
 from solver.fit import Fit, TrialFit
 from solver.settings import Settings
@@ -24,6 +25,7 @@ class SeenInMarkers:
     findings: tuple[MarkerFinding, ...] = ()
     marker_rms_before_m: float = float("nan")
     marker_rms_after_m: float = float("nan")
+    notes: tuple[str, ...] = ()  # on jumps that are nobody's slip
 
 
 NOTHING_SEEN = SeenInMarkers()
@@ -47,10 +49,11 @@ def with_markers_repaired(
     fit = fitted({})
     before = _rms(fit)
     found: list[MarkerFinding] = []
+    notes: list[str] = []
     repaired: dict[str, Capture] = {}
     for _ in range(ROUNDS):
         seen = scenes_of(fit, settings, reviews)
-        fresh = {scene.name: _repairable(scene) for scene, _ in seen}
+        fresh = {scene.name: _repairable(scene, found, notes) for scene, _ in seen}
         for trial in fit.trials:
             name = trial.capture.name
             if fresh.get(name):
@@ -63,12 +66,17 @@ def with_markers_repaired(
     else:
         seen = scenes_of(fit, settings, reviews)
     tissue = [finding for scene, _ in seen for finding in soft_tissue.findings(scene)]
-    return fit, seen, SeenInMarkers((*found, *tissue), before, _rms(fit))
+    return fit, seen, SeenInMarkers((*found, *tissue), before, _rms(fit), tuple(dict.fromkeys(notes)))
 
 
-def _repairable(scene: Scene) -> list[MarkerFinding]:
-    """Exchanged markers, else slips: a swap looks like two slips."""
-    return marker_swap.findings(scene) or marker_slip.findings(scene)
+def _repairable(scene: Scene, before: Sequence[MarkerFinding], notes: list[str]) -> list[MarkerFinding]:
+    """Exchanged markers, else slips: a swap looks like two slips. Notes on other jumps are added to those."""
+    swaps = marker_swap.findings(scene)
+    if swaps:
+        return swaps
+    events = events_of(scene, marker_slip.findings(scene), before)
+    notes += events.notes
+    return list(events.slips)
 
 
 def _repaired(trial: TrialFit, scene: Scene, findings: Sequence[MarkerFinding]) -> Capture:

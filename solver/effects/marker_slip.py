@@ -105,7 +105,7 @@ class _Jump:
         return 0.5 * (self.size / usual) ** 2 - float(np.log(self.places))
 
 
-def findings(scene: Scene) -> list[MarkerFinding]:
+def findings(scene: Scene) -> list[MarkerSlip]:
     """Slips of a trial's markers, the clearest first. Exchanged markers have to be repaired before.
 
     A slip is a jump of the marker, in the axes of its segment and against where all other markers put it,
@@ -113,7 +113,7 @@ def findings(scene: Scene) -> list[MarkerFinding]:
     near joints' angles is taken off, or from all that happens to it between two samples. Slips in longer gaps
     and near the ends are not looked for, but for those in a gap at which another marker seems to jump.
     """
-    found: list[MarkerFinding] = []
+    found: list[MarkerSlip] = []
     at = scene
     for _ in range(MOST_SLIPS):
         free = pose_free(at, FLESH)
@@ -134,6 +134,18 @@ def findings(scene: Scene) -> list[MarkerFinding]:
         repaired = slip.repaired(at.markers.observed_ground)
         at = replace(at, markers=replace(at.markers, observed_ground=repaired))
     return found
+
+
+def slip_at(scene: Scene, marker: int, frame: int) -> MarkerSlip | None:
+    """The slip of a marker at a frame; None where it is not seen well enough or does not jump there."""
+    course = _course(scene, pose_free(scene, FLESH), marker, seen_share(scene) >= FEWEST_SEEN)
+    if course is None or not (near := np.abs(course.frames - frame) <= SAME_TIME_S * scene.rate).any():
+        return None
+    size = near * _changes(course.place, scene.rate)[1]
+    jump = _jump_at(course, int(size.argmax()))
+    return (
+        None if jump is None else _finding(scene, jump, jump.gain - float(np.log(len(scene.markers.names))))
+    )
 
 
 def _finding(scene: Scene, jump: _Jump, gain: float) -> MarkerSlip:

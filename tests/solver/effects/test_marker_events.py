@@ -1,0 +1,111 @@
+"""Of markers that seem to slip at one instant: distances within the segment tell which one did, if any."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.faults.editor.files import write_folder
+from benchmarks.faults.editor.markers import slipped
+from benchmarks.faults.editor.sources import SOURCES
+from solver.capture.subject import open_subject
+from solver.diagnosis.diagnose import repaired_balance
+from solver.effects.marker_events import UNDECIDED_GAIN, events_of
+from solver.effects.marker_slip import findings
+from solver.effects.segment_distances import segment_distances
+from solver.progress import silent
+from solver.settings import settings_for
+
+SLIP_M = np.array([0.0, 0.012, -0.009])
+FRAME = 180
+
+
+@pytest.fixture(scope="module")
+def sound(long_walk, tracked):
+    return tracked(*long_walk)
+
+
+def moved(scene, names, shift_body=SLIP_M, frame=FRAME):
+    """Markers carried along their segment's axes from a frame on; the pose stays."""
+    observed = scene.markers.observed_ground.copy()
+    for name in names:
+        m = scene.markers.names.index(name)
+        observed[frame:, m] += scene.R_ground_body[frame:, scene.markers.body[m]] @ shift_body
+    return replace(scene, markers=replace(scene.markers, observed_ground=observed))
+
+
+def of_torso(scene):
+    body = scene.skeleton.body_index("torso")
+    return [n for n, b in zip(scene.markers.names, scene.markers.body, strict=True) if b == body]
+
+
+def test_distances_single_out_the_marker_that_moved(sound):
+    name = of_torso(sound)[0]
+    m = sound.markers.names.index(name)
+    asked = segment_distances(moved(sound, [name]), m, FRAME, SLIP_M)
+    assert asked.likeliest == m
+    others = asked.gains[asked.markers != m]
+    assert asked.gain(m) > 6.0 + others.max()
+    assert asked.foretold > 6.0
+
+
+def test_a_segment_whose_markers_all_move_shows_no_slip(sound):
+    names = of_torso(sound)
+    assert len(names) >= 3
+    m = sound.markers.names.index(names[0])
+    asked = segment_distances(moved(sound, names), m, FRAME, SLIP_M)
+    assert asked.gains.max() < 3.0
+    assert asked.foretold > 6.0  # of one alone they would have shown it
+
+
+def test_nothing_happens_where_nothing_moved(sound):
+    m = sound.markers.names.index(of_torso(sound)[0])
+    assert segment_distances(sound, m, FRAME, SLIP_M).gains.max() < 3.0
+
+
+def test_a_jump_that_distances_deny_is_a_note_and_no_slip(sound, long_walk, tracked):
+    """The pose's own word, on markers that kept their distances."""
+    observed, skeleton = long_walk
+    m = skeleton.marker_names.index("C7")
+    altered = observed.copy()
+    altered[FRAME:, m] += sound.R_ground_body[FRAME:, sound.markers.body[m]] @ SLIP_M
+    jumping = tracked(altered, skeleton)
+    jumps = findings(jumping)
+    assert [s.target for s in events_of(jumping, jumps).slips] == ["C7"]
+    denied = events_of(sound, jumps)
+    assert denied.slips == ()
+    (note,) = denied.notes
+    assert "C7" in note
+    assert "no marker is named" in note
+
+
+def seen_in(real_data, tmp_path, name, edit=None, seed=0):
+    recording = next(s for s in SOURCES if s.name == name).read(real_data)
+    fault = None
+    if edit is not None:
+        recording, fault = edit(recording, np.random.default_rng(seed))
+    write_folder(tmp_path, recording)
+    _, seen, _ = repaired_balance(
+        open_subject(tmp_path), settings_for(tmp_path), trials=None, reviews={}, progress=silent
+    )
+    return seen, fault
+
+
+def test_a_drop_jump_names_no_marker(real_data, tmp_path):
+    """Trunk and shoulders are no rigid bodies: nine slips were named here, most of them very sure."""
+    seen, _ = seen_in(real_data, tmp_path, "drop jump F")
+    assert [f.target for f in seen.findings if f.id == "marker_slip"] == []
+    assert any("no marker is named" in note for note in seen.notes)
+
+
+def test_a_slip_in_a_drop_jump_is_the_only_one_named(real_data, tmp_path):
+    seen, fault = seen_in(real_data, tmp_path, "drop jump F", slipped(0.03), seed=2)
+    assert tuple(f.target for f in seen.findings if f.id == "marker_slip") == fault.markers
+
+
+def test_of_two_markers_of_a_segment_none_is_very_sure(real_data, tmp_path):
+    """Distances cannot tell; the pose was certain of the wrong one, and of three neighbours besides."""
+    seen, _ = seen_in(real_data, tmp_path, "treadmill run C", slipped(0.03), seed=3)
+    slips = [f for f in seen.findings if f.id == "marker_slip"]
+    assert len(slips) <= 1
+    assert all(slip.gain <= UNDECIDED_GAIN for slip in slips)
