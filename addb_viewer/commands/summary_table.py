@@ -74,6 +74,9 @@ def after_table(figures: dict[str, Any], width: int) -> list[str]:
     shown, left = decisions[:_MOST_DECISIONS], len(decisions) - _MOST_DECISIONS
     room = width * max(1, min(2, _MOST_DECISIONS // max(1, len(shown))))
     rest = [f"{left} more to decide"] if left > 0 else []
+    rest += _chosen_by_people(figures["trials"])
+    if any(trial.get("stored") for trial in figures["trials"]):
+        rest.append("what the file says of its own passes")
     rest += [found.heading for found in kinds if not found.kind.decide]
     lines = [
         *_withheld_at_worst(figures["trials"]),
@@ -91,6 +94,13 @@ def _about_trials(trials: Sequence[dict[str, Any]]) -> Iterator[str]:
     proposed = [trial["name"] for trial in trials if "proposals" in trial["mask_source"].split(" + ")]
     if proposed:
         yield f"frames chosen by detection, which nobody has reviewed: {', '.join(proposed)}"
+
+
+def _chosen_by_people(trials: Sequence[dict[str, Any]]) -> list[str]:
+    """Whose review says which frames count, once for all trials."""
+    sources = dict.fromkeys(source for trial in trials for source in trial["mask_source"].split(" + "))
+    chose = [_MASKS[source] for source in sources if source not in ("none", "proposals")]
+    return [f"frames chosen by {' and '.join(chose)}"] if chose else []
 
 
 def _withheld_at_worst(trials: Sequence[dict[str, Any]]) -> list[str]:

@@ -33,14 +33,16 @@ def test_a_flag_goes_beside_the_file_and_into_the_next_fit(recording):
     code, said = run("fit", recording, "--quick")
     assert code == 0
     assert "frames chosen by the review" in said
-    assert "its file says of its kinematics pass" in said
+    assert "what the file says of its own passes" in said
     assert recording.read_bytes() == before
     decisions, results = (recording.with_name(recording.name + end) for end in (".subject", ".results"))
     assert [path.name for path in decisions.iterdir() if path.suffix == ".sqlite"] == ["annotations.sqlite"]
     assert (results / "fit.json").is_file()
     with ReviewLog.open(decisions / "annotations.sqlite") as log:
         assert log.trials() == ("walking1",)
-    assert "unchanged: kept fit" in run("fit", recording, "--quick")[1]
+    again = run("fit", recording, "--quick", "--notes")[1]
+    assert "unchanged: kept fit" in again
+    assert "its file says of its kinematics pass" in again
 
 
 def test_a_subject_toml_for_it_holds_what_may_be_corrected(recording):

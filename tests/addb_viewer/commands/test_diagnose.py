@@ -9,6 +9,8 @@ import pytest
 from typer.testing import CliRunner
 
 from addb_viewer.cli import app
+from addb_viewer.commands.diagnose import in_short, kept_of
+from addb_viewer.commands.solving import job_for
 from addb_viewer.kept_diagnosis import kept
 from solver.diagnosis.decisions import Decision
 from solver.diagnosis.diagnosis import (
@@ -327,3 +329,21 @@ def test_a_recording_without_forces_is_refused_with_one_line(tmp_path):
     assert run.stderr.count("\n") == 1
     assert "no trial has forces" in run.stderr
     assert not (tmp_path / "S1" / "results" / "diagnosis.json").exists()
+
+
+def test_of_many_a_kept_diagnosis_holds_until_something_changes(command_line, finder):
+    finder.found = EXPLAINED
+    folder = command_line.subject.folder
+    command_line("diagnose", folder, "--trial", "walk")
+    job = job_for(folder, trials=["walk"], without_extension=True)
+    figures = kept_of(job)
+    assert figures is not None
+    assert in_short(figures)["verdict"] == "explained"
+    assert kept_of(replace(job, settings=settings_with_other_iterations())) is None
+    command_line.subject.trials[0].markers.write_text("recorded anew")
+    assert kept_of(job_for(folder, trials=["walk"], without_extension=True)) is None
+
+
+def settings_with_other_iterations():
+    kinematics = Settings().kinematics
+    return replace(Settings(), kinematics=replace(kinematics, iterations=kinematics.iterations + 1))
