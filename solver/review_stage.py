@@ -13,6 +13,7 @@ from solver.contact.mask import ERRONEOUS, frame_mask, with_own_file
 from solver.contact.proposals import sure_ranges, within
 from solver.contact.wrenches import MissingRange
 from solver.dynamics.com_data import com_data
+from solver.dynamics.com_mass import MassEstimate
 from solver.dynamics.extension import Extension
 from solver.dynamics.mass import mass_from_forces
 from solver.dynamics.person_estimates import person_height, person_mass, person_sex
@@ -58,7 +59,8 @@ def obeying_reviews(
     """
     judged_without = [_erroneous(fit) for fit in fits]
     fits = [_masked(fit, settings, reviews.get(fit.capture.name)) for fit in fits]
-    mass_kg, mass_notes = _mass(subject, groundwork.skeleton, fits, settings)
+    told = _told_by_forces(groundwork.skeleton, fits, settings)
+    mass_kg, mass_notes = person_mass(subject, groundwork.skeleton, told, settings.com)
     skeleton = with_mass(groundwork.skeleton, mass_kg)
     fits = [
         fit
@@ -66,15 +68,13 @@ def obeying_reviews(
         else _judged(fit, skeleton, settings)
         for fit, before in zip(fits, judged_without, strict=True)
     ]
-    fits = [
-        _masked(
-            fit,
-            settings,
-            reviews.get(fit.capture.name),
-            sure_ranges(fit.proposals, settings.detection.confidence),
-        )
-        for fit in fits
-    ]
+    fits = [_proposed(fit, settings, reviews) for fit in fits]
+    if subject.mass_kg is None and told is None:
+        told = _told_by_forces(groundwork.skeleton, fits, settings)  # without frames that miss a force
+        if told is not None:
+            mass_kg, mass_notes = person_mass(subject, groundwork.skeleton, told, settings.com)
+            skeleton = with_mass(groundwork.skeleton, mass_kg)
+            fits = [_proposed(_judged(fit, skeleton, settings), settings, reviews) for fit in fits]
     obeying = obeying_forces(fits, groundwork, skeleton, settings, progress, extension=extension)
     solved = tuple(
         with_dynamics(
@@ -211,12 +211,13 @@ def _noted(fit: TrialFit, match: MarkerMatch, skeleton: Skeleton, settings: Sett
     return replace(fit, notes=(*fit.notes, *notes))
 
 
-def _mass(
-    subject: Subject, skeleton: Skeleton, fits: Sequence[TrialFit], settings: Settings
-) -> tuple[float, tuple[str, ...]]:
-    """The entered mass, else what the forces or tables tell."""
-    estimate = mass_from_forces(
-        [com_data(skeleton, f.motion, f.contacts, f.mask) for f in fits if f.contacts and f.mask],
-        settings.com,
-    )
-    return person_mass(subject, skeleton, estimate, settings.com)
+def _told_by_forces(skeleton: Skeleton, fits: Sequence[TrialFit], settings: Settings) -> MassEstimate | None:
+    """The mass that plates carried on the frames that count."""
+    trials = [com_data(skeleton, f.motion, f.contacts, f.mask) for f in fits if f.contacts and f.mask]
+    return mass_from_forces(trials, settings.com)
+
+
+def _proposed(fit: TrialFit, settings: Settings, reviews: Reviews) -> TrialFit:
+    """The trial without the frames of sure proposals, where no person says otherwise."""
+    sure = sure_ranges(fit.proposals, settings.detection.confidence)
+    return _masked(fit, settings, reviews.get(fit.capture.name), sure)
