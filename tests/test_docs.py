@@ -13,7 +13,8 @@ from solver.settings import Settings, as_toml, tables
 
 PROJECT = Path(__file__).resolve().parent.parent
 DOCS = PROJECT / "docs"
-PAGES = {page.relative_to(PROJECT).as_posix(): page for page in (PROJECT / "README.md", *DOCS.glob("*.md"))}
+TOP = [PROJECT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")]
+PAGES = {page.relative_to(PROJECT).as_posix(): page for page in (*TOP, *DOCS.glob("*.md"))}
 TABLES = dict(tables(Settings()))
 
 
@@ -107,3 +108,11 @@ def test_links_lead_somewhere(page, target):
     assert file.exists(), f"{page} links to {target}"
     if anchor:
         assert anchor in anchors(file.relative_to(PROJECT).as_posix()), f"{page} links to {target}"
+
+
+def test_places_that_contributors_are_sent_to_are_there():
+    named = re.findall(
+        r"`((?:solver|addb_viewer|tests|docs|benchmarks)/[\w/.*-]+)`", text_of("CONTRIBUTING.md")
+    )
+    assert len(named) > 12
+    assert [place for place in named if not any(PROJECT.glob(place.rstrip("/")))] == []
