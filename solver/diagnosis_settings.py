@@ -214,6 +214,12 @@ class DiagnosisSettings:
         why="how likely a fault is on no list, before the balance: of real recordings whose fault was found "
         "by other means, too few are counted yet to say more",
     )
+    sure_beside_unexplained: float = setting(
+        0.9,
+        unit="",
+        why="of a name at most while something else stays unexplained, which it may stand in for: "
+        "a plate in pounds beside a harness, in a real recording, was held for certain",
+    )
     std_inflation: float = setting(1.3, unit="", why="by calibration on hidden effects")
     certain_gain: float = setting(
         40.0,

@@ -1,6 +1,7 @@
 """From a selection to a verdict: names, rivals, gain, and what is left."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
@@ -63,10 +64,12 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
     left = None
     if len(found) == len(kept.found) and not _has_a_class(world.told):
         left = _left_to_tell(balance, kept, selection.trail)
+    unexplained = is_unexplained(left, world.told, solved, settings)
+    most = settings.sure_beside_unexplained if unexplained else 1.0
     named = [_named(balance, solved, f, s) for f, s in zip(found, world.standings, strict=True)]
+    named = [replace(effect, confidence=min(effect.confidence, most)) for effect in named]
     named += [_of_markers(f) for f in _together(seen.findings)]
     named += [_of_reading(balance, c) for c in selection.corrected]
-    unexplained = is_unexplained(left, world.told, solved, settings)
     verdict = UNEXPLAINED if unexplained else EXPLAINED if named else CLEAN
     gains = _gains(before, after) if named else {}
     if named and np.isfinite(seen.marker_rms_before_m):
