@@ -25,6 +25,7 @@ class Format(StrEnum):
     b3d = "b3d"
     csv = "csv"
     parquet = "parquet"
+    gltf = "gltf"
 
 
 To = Annotated[
@@ -32,7 +33,8 @@ To = Annotated[
     typer.Option(
         "--to",
         help="opensim: model, motion, torques, forces for OpenSim 4.6. "
-        "b3d: the AddBiomechanics Dataset's format. csv, parquet: a table a trial.",
+        "b3d: the AddBiomechanics Dataset's format. csv, parquet: a table a trial. "
+        "gltf: the moving skeleton, for Blender and browsers.",
     ),
 ]
 
@@ -88,3 +90,7 @@ def _exported(fit: Fit, to: Format, results: Path) -> list[Path]:
             return export_csv(fit, results / "csv")
         case Format.parquet:
             return export_parquet(fit, results / "parquet")
+        case Format.gltf:
+            from solver.export.gltf import export_gltf  # noqa: PLC0415 (loads the meshes' library)
+
+            return export_gltf(fit, results / "gltf")

@@ -18,9 +18,13 @@ def exported(monkeypatch):
 
 @pytest.mark.parametrize(
     ("to", "files"),
-    [("csv", ["csv/no_forces.csv", "csv/walk.csv"]), ("parquet", ["parquet/no_forces.parquet"])],
+    [
+        ("csv", ["csv/no_forces.csv", "csv/walk.csv"]),
+        ("parquet", ["parquet/no_forces.parquet"]),
+        ("gltf", ["gltf/walk.glb"]),
+    ],
 )
-def test_tables_go_into_a_folder_of_their_own(command_line, to, files):
+def test_tables_and_scenes_go_into_a_folder_of_their_own(command_line, to, files):
     folder = command_line.subject.folder
     run = command_line("export", folder, "--to", to)
     assert run.exit_code == 0

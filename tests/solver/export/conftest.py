@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Capture, Markers, Subject
+from solver.capture.storage import read_storage
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.settings import DynamicsSettings
 from solver.fit import Fit, TrialFit
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
+from solver.skeleton.osim import load_skeleton
+from solver.skeleton.skeleton import Skeleton
 
 RATE = 50.0
 LOADED = slice(20, 60)
@@ -60,3 +63,13 @@ def fit(crane, crane_q, contacts) -> Fit:
         dynamics=inverse_dynamics(crane, motion, contacts, mask, DynamicsSettings()),
     )
     return Fit(Subject(Path("subject"), ()), crane, (trial,), mass_kg=crane.mass, height_m=1.7)
+
+
+@pytest.fixture(scope="session")
+def recorded_walk(real_data) -> tuple[Skeleton, Motion]:
+    """A full-body model with moving knees, and a walk of 238 frames that others have fitted to it."""
+    folder = real_data / "walk_rajagopal2015"
+    skeleton = load_skeleton(folder / "unscaled_generic.osim")
+    table = read_storage(folder / "reference" / "walk_ik_addbiomechanics.mot")
+    q = np.column_stack([table.column(name) for name in skeleton.dofs])
+    return skeleton, Motion(skeleton.dofs, q, 100.0)
