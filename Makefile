@@ -4,12 +4,13 @@ BIN := .venv/bin
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 WORKERS := 2
 
-.PHONY: help setup demo test lint format bench bench-diagnosis bench-faults bench-truth lock clean
+.PHONY: help setup demo test lint format docs bench bench-diagnosis bench-faults bench-truth lock clean
 
 help:
 	@echo "make setup   .venv with the locked versions"
 	@echo "make demo    make the demo subject, fit it, open the app"
 	@echo "make test    all tests            make lint    ruff, import-linter, mypy"
+	@echo "make docs    the documentation as a site, in build/site; links checked"
 	@echo "make bench   speed and accuracy   make format  ruff's formatter"
 	@echo "make bench-diagnosis   hidden effects: named, missed, falsely alarmed; CASES, REAL, OUT, SEED"
 	@echo "make bench-faults      known faults edited into real recordings: right, wrong, missed; FAULTS_OUT, SEED"
@@ -37,6 +38,14 @@ format: setup
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
+docs: .venv/docs-installed
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
+	@echo "build/site/index.html"
+
+.venv/docs-installed: .venv/installed requirements-docs.lock
+	$(BIN)/python -m pip install --disable-pip-version-check --quiet -r requirements-docs.lock
+	@touch $@
+
 bench: setup
 	$(ONE_THREAD) $(BIN)/python -m benchmarks $(ARGS)
 
@@ -63,12 +72,17 @@ bench-truth: setup
 	$(ONE_THREAD) $(BIN)/python -m benchmarks.truth --out $(TRUTH_OUT) --workers $(WORKERS) \
 	  --page benchmarks/TRUTH.md $(ARGS)
 
-# Needs uv on PATH. One set of versions for Python 3.11 to 3.13; OpenSim apart, since not every platform has its wheel.
+# Needs uv on PATH. One set of versions for Python 3.11 to 3.13; OpenSim apart, since not every platform has its wheel,
+# and what only the documentation's site needs.
+COMPILE := uv pip compile --quiet --universal --python-version 3.11 --fork-strategy fewest \
+  --no-emit-index-url --no-header --no-annotate pyproject.toml --output-file requirements.all
 lock:
-	uv pip compile --quiet --universal --python-version 3.11 --fork-strategy fewest --extra dev --extra reference \
-	  --no-emit-index-url --no-header --no-annotate pyproject.toml --output-file requirements.all
+	$(COMPILE) --extra dev --extra reference
 	grep '^opensim==' requirements.all > requirements-opensim.lock
 	grep -v '^opensim==' requirements.all > requirements.lock
+	rm requirements.all
+	$(COMPILE) --extra docs --constraints requirements.lock
+	grep -vxFf requirements.lock requirements.all > requirements-docs.lock
 	rm requirements.all
 
 clean:

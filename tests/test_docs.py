@@ -94,6 +94,14 @@ def test_the_map_leads_to_every_page():
     assert {page.name for page in DOCS.glob("*.md")} - {"index.md"} <= mapped
 
 
+def test_the_site_has_every_page():
+    navigation = (PROJECT / "mkdocs.yml").read_text(encoding="utf-8").split("\nnav:\n")[1]
+    named = re.findall(r": ([\w-]+\.md)$", navigation, re.M)
+    pages = {page.name for page in DOCS.glob("*.md")}
+    assert set(named) == pages | {"map.md"}, "nav in mkdocs.yml has to name each page of docs/"
+    assert len(named) == len(set(named))
+
+
 def test_the_map_shows_every_room():
     drawing = text_of("docs/index.md").split("```")[1]
     rooms = {init.parent.name for init in (PROJECT / "solver").glob("*/__init__.py")}

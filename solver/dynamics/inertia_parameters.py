@@ -1,9 +1,9 @@
 """Segment inertias as free parameters that stay physical, and the wrench that each of them demands.
 
 A body's mass, centre of mass and inertia are one symmetric positive definite 4×4 matrix, its pseudo-inertia
-J = ∫ [x; 1][x; 1]ᵀ dm. Here J = U₀ L(φ) L(φ)ᵀ U₀ᵀ, with U₀ the nominal factor and L upper triangular with an
-exponential diagonal: any φ is a body that could exist, and φ = 0 the nominal one (log-Cholesky coordinates:
-Rucker & Wensing 2022, 10.1109/LRA.2022.3144517). Left and right twins share φ through a mirror.
+`J = ∫ [x; 1][x; 1]ᵀ dm`. Here J = U₀ L(φ) L(φ)ᵀ U₀ᵀ, with U₀ the nominal factor and L upper triangular with
+an exponential diagonal: any φ is a body that could exist, and φ = 0 is the nominal one (log-Cholesky
+coordinates: Rucker & Wensing 2022, 10.1109/LRA.2022.3144517). Left and right twins share φ through a mirror.
 """
 
 from dataclasses import dataclass, replace

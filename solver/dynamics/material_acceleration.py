@@ -27,7 +27,7 @@ def material_accelerations(
         a: their accelerations.
 
     Returns:
-        A with ẍ − g = A [x_body; 1] [m/s²], and T_ground_body.
+        A [m/s²] with `ẍ − g = A [x_body; 1]`, and T_ground_body.
     """
     chain, skeleton = kinematics.chain, kinematics.skeleton
     frames, bodies = len(q), len(skeleton.bodies)

@@ -1,0 +1,148 @@
+"""What the site has beside docs/: README, CHANGELOG, CONTRIBUTING, benchmark pages, and the API reference.
+
+A hook of MkDocs (mkdocs.yml). Links are written as the repository needs them: one to a page of the site leads
+there, one to another file leads to the repository.
+"""
+
+import ast
+import posixpath
+import re
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.exceptions import PluginError
+from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
+
+PROJECT = Path(__file__).resolve().parent.parent
+REFERENCE = {
+    "addb_viewer": "__init__.py",
+    "addb_viewer/recordings": "*.py",
+    "addb_viewer/report": "*.py",
+    "annotations": "*.py",
+    "solver": "*.py",
+    "solver/*": "**/*.py",
+}
+"""Packages that have a page in the API reference, and which of their files it describes."""
+
+MOVED = {
+    "README.md": "index.md",  # the site opens with the README
+    "docs/index.md": "map.md",
+    "CHANGELOG.md": "changelog.md",
+    "CONTRIBUTING.md": "contributing.md",
+}
+BENCHMARKS = {
+    "RESULTS": "Accuracy and speed",
+    "TRUTH": "Against known motions",
+    "DIAGNOSIS": "Diagnosis: hidden causes",
+    "DIAGNOSIS_BY_SIZE": "Diagnosis: by size",
+    "FAULTS": "Diagnosis: known faults",
+    "DETECTION": "Detection of missing force",
+    "NO_PLATES": "Forces without plates",
+    "ABLATION": "What hidden forces cost",
+}
+CODE = r"^ *```.*?^ *```"
+LINK = r"\[(?P<text>(?:[^\]`]|`[^`]*`)*)\]\((?P<target>[^)\s]+)\)"
+QUOTED = r"`[^`\n]+`"
+RANGES = r"\](?P<space> ?)\["
+"""Between two ranges of frames, which is no link by reference: no page has such links."""
+TOKENS = re.compile(f"{CODE}|{LINK}|{QUOTED}|{RANGES}", re.M | re.S)
+
+
+def on_config(config: MkDocsConfig) -> MkDocsConfig:
+    """Complete the navigation, and show the version that pyproject.toml states."""
+    project = tomllib.loads((PROJECT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    config.copyright = f"{project['name']} {project['version']}, {project['license']}"
+    there = {path.stem for path in (PROJECT / "benchmarks").glob("*.md")}
+    if there != set(BENCHMARKS):
+        raise PluginError(
+            f"scripts/docs_site.py: benchmark pages without a title here: {there ^ set(BENCHMARKS)}"
+        )
+    config.nav += [
+        {"Benchmarks": [{title: _place(f"benchmarks/{name}.md")} for name, title in BENCHMARKS.items()]},
+        {"API reference": [{_dotted(package): _reference_page(package)} for package in _packages()]},
+        {"Project": [{"Changes": "changelog.md"}, {"Contributing": "contributing.md"}]},
+    ]
+    return config
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the pages that do not lie in docs/, or stand elsewhere on the site than there."""
+    files.remove(files.src_uris["index.md"])
+    for source in (*MOVED, *(f"benchmarks/{name}.md" for name in BENCHMARKS)):
+        text = (PROJECT / source).read_text(encoding="utf-8")
+        files.append(File.generated(config, _place(source), content=text))
+    for package, pattern in _packages().items():
+        files.append(File.generated(config, _reference_page(package), content=_reference(package, pattern)))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Turn links between files of the repository into links between pages of the site."""
+    here = page.file.src_uri
+    if here == MOVED["README.md"]:
+        page.meta["hide"] = ["navigation"]  # it is the only page of its tab
+    source = next((source for source in _sources() if _place(source) == here), f"docs/{here}")
+
+    def moved(token: re.Match[str]) -> str:
+        if token["space"] is not None:
+            return f"]{token['space']}\\["
+        text, (path, hash_sign, anchor) = token["text"], (token["target"] or "").partition("#")
+        if not path or re.match(r"[a-z]+:", path):
+            return token[0]
+        target = posixpath.normpath(posixpath.join(posixpath.dirname(source), path))
+        if not (PROJECT / target).exists():
+            raise PluginError(f"{source}: the link to {path} leads nowhere")
+        place = _place(target)
+        if files.get_file_from_path(place) is None:
+            return f"[{text}]({config.repo_url}/blob/main/{target})"
+        shown = _title(target) if text.endswith(".md") else text
+        return f"[{shown}]({posixpath.relpath(place, posixpath.dirname(here) or '.')}{hash_sign}{anchor})"
+
+    return TOKENS.sub(moved, markdown)
+
+
+def _sources() -> Iterator[str]:
+    yield from MOVED
+    yield from (f"benchmarks/{name}.md" for name in BENCHMARKS)
+
+
+def _place(source: str) -> str:
+    """Where on the site a file of the repository stands, if it is part of it."""
+    return MOVED.get(source, source.removeprefix("docs/").lower())
+
+
+def _title(source: str) -> str:
+    """The heading of a page up to its colon, for links that say a file's name in the repository."""
+    return (PROJECT / source).read_text(encoding="utf-8").partition("\n")[0].strip("# ").partition(":")[0]
+
+
+def _packages() -> dict[str, str]:
+    """Packages of the API reference by their folder, and which files it describes."""
+    return {
+        path.parent.relative_to(PROJECT).as_posix(): pattern
+        for packages, pattern in REFERENCE.items()
+        for path in sorted(PROJECT.glob(f"{packages}/__init__.py"))
+    }
+
+
+def _dotted(path: str) -> str:
+    return path.replace("/", ".")
+
+
+def _reference_page(package: str) -> str:
+    return f"reference/{_dotted(package)}.md"
+
+
+def _reference(package: str, pattern: str) -> str:
+    """The page of a package: what it is for, then each of its modules."""
+    heading = f"# {_dotted(package)}"
+    if pattern == "__init__.py":
+        return f"{heading}\n\n::: {_dotted(package)}"
+    init = (PROJECT / package / "__init__.py").read_text(encoding="utf-8")
+    paths = [path for path in sorted((PROJECT / package).glob(pattern)) if path.stem != "__init__"]
+    modules = [_dotted(path.relative_to(PROJECT).with_suffix("").as_posix()) for path in paths]
+    about = ast.get_docstring(ast.parse(init)) or ""
+    return "\n\n".join([heading, about, *(f"::: {module}" for module in modules)])
