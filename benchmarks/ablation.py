@@ -20,7 +20,7 @@ import numpy as np
 
 from addb_viewer.commands.ablation_setup import Experiment, choices_of, experiment_on
 from addb_viewer.commands.ablation_table import run_as_json
-from addb_viewer.commands.solving import Job, job_for
+from addb_viewer.jobs.solving import Job, job_for
 from benchmarks.ablation_page import Rows, page
 from benchmarks.long_walk import write_long_walk
 from benchmarks.recordings import data_folder

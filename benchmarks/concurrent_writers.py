@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 
 from addb_viewer.app.solves import add, keep, solves
-from addb_viewer.commands import solving
+from addb_viewer.jobs import solving
 from solver.capture.atomic import DRAFT
 from solver.capture.capture import Subject
 from solver.capture.subject import open_subject

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from addb_viewer.commands.solving import Job, job_for
+from addb_viewer.jobs.solving import Job, job_for
 from benchmarks.recordings import data_folder, subjects
 from solver.capture.capture import Subject
 from solver.diagnosis.diagnose import diagnose

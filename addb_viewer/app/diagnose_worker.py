@@ -6,9 +6,9 @@ from pathlib import Path
 import typer
 
 from addb_viewer.app.work import print_progress
-from addb_viewer.commands.diagnose import diagnosed
 from addb_viewer.commands.errors import errors_as_lines
-from addb_viewer.commands.solving import job_for
+from addb_viewer.jobs.diagnosing import diagnosed
+from addb_viewer.jobs.solving import job_for
 
 
 def main() -> int:

@@ -25,7 +25,7 @@ from addb_viewer.app.solve_panel import BEFORE, SolvePanel
 from addb_viewer.app.solves import Solve, solves
 from addb_viewer.app.work import Outcome
 from addb_viewer.app.workbench import Progress, Task
-from addb_viewer.commands.solving import job_for
+from addb_viewer.jobs.solving import job_for
 from solver.errors import SolverError
 from solver.pipeline import can_resolve
 from solver.settings import Settings, as_dict, from_dict

@@ -13,7 +13,7 @@ import typer
 from addb_viewer.app.solves import add
 from addb_viewer.app.work import end_in_order, print_progress
 from addb_viewer.commands.errors import errors_as_lines
-from addb_viewer.commands.solving import computed, job_for, last_fit
+from addb_viewer.jobs.solving import computed, job_for, last_fit
 from solver.results.store import check_place
 
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from addb_viewer.commands.solving import Job, job_for
+from addb_viewer.jobs.solving import Job, job_for
 from solver.contact.force_review import from_plain
 from solver.dynamics.extension import Extension
 from solver.errors import SolverError

@@ -12,8 +12,8 @@ import typer
 
 from addb_viewer.app.work import give_way, print_progress
 from addb_viewer.commands.errors import errors_as_lines
-from addb_viewer.commands.solving import job_for
-from addb_viewer.commands.withholding import FitReplacedError, Withholding
+from addb_viewer.jobs.solving import job_for
+from addb_viewer.jobs.withholding import FitReplacedError, Withholding
 from solver.errors import ResultsError
 from solver.pipeline import can_resolve
 from solver.results.store import load_fit, present_solve

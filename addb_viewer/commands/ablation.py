@@ -10,8 +10,8 @@ from addb_viewer.commands.ablation_table import Condition, as_json, print_condit
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, SettingsFile, SubjectFolder
 from addb_viewer.commands.progress import terminal_progress
-from addb_viewer.commands.solving import job_for
 from addb_viewer.commands.torque_figure import torque_figure
+from addb_viewer.jobs.solving import job_for
 from solver.capture.atomic import write_whole
 from solver.dynamics.ablation import ablate
 from solver.dynamics.hidden_steps import Step

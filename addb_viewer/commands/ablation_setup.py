@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from addb_viewer.commands.reviewing import foot_named
-from addb_viewer.commands.solving import Job
+from addb_viewer.jobs.solving import Job
 from solver.capture.conditioning import shared_cutoff
 from solver.dynamics.ablation import AblationSettings, AblationTrial
 from solver.dynamics.hidden_steps import Step, every_third, frames_of, random_shares, steps_of

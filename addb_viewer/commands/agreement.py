@@ -8,7 +8,8 @@ import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, SubjectFolder
-from addb_viewer.commands.reviewing import capture_of, subject_in, tell_unreadable, unreadable_figures
+from addb_viewer.commands.reviewing import tell_unreadable, unreadable_figures
+from addb_viewer.jobs.reviewing import capture_of, subject_in
 from addb_viewer.review_store import has_log, open_log
 from annotations.agreement import Agreement
 from annotations.agreement import agreement as compared

@@ -6,13 +6,14 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from addb_viewer.commands.diagnose import diagnosed, print_diagnosis
+from addb_viewer.commands.diagnose import print_diagnosis
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.open import serve_app
 from addb_viewer.commands.options import DEFAULT_HOST, DEFAULT_PORT, Debug, Host, Port
 from addb_viewer.commands.progress import terminal_progress
-from addb_viewer.commands.solving import job_for, solved
 from addb_viewer.commands.summary_table import print_summary
+from addb_viewer.jobs.diagnosing import diagnosed
+from addb_viewer.jobs.solving import job_for, solved
 from solver.capture.atomic import made_folder
 from solver.errors import CaptureError
 from solver.simulate.demo import LateForces, write_demo_subject
@@ -41,7 +42,8 @@ def demo(
     with errors_as_lines(debug):
         _make_subject(folder)
         job = job_for(folder)
-        done = solved(job)
+        with terminal_progress() as progress:
+            done = solved(job, progress=progress)
         print_summary(summary(done.fit, files=[str(path) for path in done.files]))
         with terminal_progress() as progress:
             figures, kept = diagnosed(job, progress)

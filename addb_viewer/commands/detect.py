@@ -10,7 +10,8 @@ from rich.table import Table
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, SettingsFile, SubjectFolder, Trials
-from addb_viewer.commands.solving import job_for, judged
+from addb_viewer.commands.progress import terminal_progress
+from addb_viewer.jobs.solving import job_for, judged
 from solver.contact.detection import detect as proposals_for
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.proposals import missing_force
@@ -33,7 +34,8 @@ def detect(
         raise typer.BadParameter(f"no folder {json.parent} to write into", param_hint="--json")
     with errors_as_lines(debug):
         job = job_for(subject, trials=trial, settings_file=settings)
-        fit = judged(job)
+        with terminal_progress() as progress:
+            fit = judged(job, progress)
         figures = [_figures(t, fit, job.settings.detection) for t in fit.trials]
         if json is not None:
             write_json(json, {"trials": figures})

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from difflib import get_close_matches
-from json import dumps, loads
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,18 +19,13 @@ from addb_viewer.commands.options import (
     Trials,
 )
 from addb_viewer.commands.progress import terminal_progress
-from addb_viewer.commands.solving import Job, job_for
 from addb_viewer.decision_words import decisions_on
 from addb_viewer.diagnosis_words import page, screen
-from addb_viewer.kept_diagnosis import keep, kept
+from addb_viewer.jobs.diagnosing import diagnosed, kept_of
+from addb_viewer.jobs.solving import Job, job_for
 from addb_viewer.sections import as_text
-from solver.diagnosis.diagnose import diagnose as diagnosis_of
-from solver.diagnosis.report import as_json
 from solver.effects.catalogue import IDS, MARKER_IDS
-from solver.progress import Progress
-from solver.provenance import provenance_of
-from solver.results.store import check_place, write_json
-from solver.settings import as_dict
+from solver.results.store import write_json
 
 CAUSES = (*IDS, *MARKER_IDS)
 Why = Annotated[
@@ -113,37 +107,6 @@ def diagnose(
         else:
             for line in as_text(decisions_on(figures, why)):
                 typer.echo(line)
-
-
-def diagnosed(job: Job, progress: Progress, why: str | None = None) -> tuple[dict[str, Any], Path]:
-    """Diagnose and keep the answer; its figures and its file."""
-    check_place(job.results)
-    chosen = [t for t in job.subject.trials if job.trials is None or t.name in job.trials]
-    made_of = {
-        "provenance": provenance_of(job.subject, chosen, job.reviews),
-        "settings": as_dict(job.settings),
-    }
-    found = diagnosis_of(job.subject, job.settings, trials=job.trials, reviews=job.reviews, progress=progress)
-    figures = as_json(found, why)
-    figures["notes"] = list(dict.fromkeys([*job.subject.notes, *found.notes]))
-    read = [t for t in chosen if t.name in found.trials]
-    if len(read) < len(chosen):  # the others cannot be read
-        made_of["provenance"] = provenance_of(job.subject, read, job.reviews)
-    return figures, keep(figures, made_of, job.results)
-
-
-def kept_of(job: Job) -> dict[str, Any] | None:
-    """The kept diagnosis where it is still that of these files, flags, settings and versions."""
-    found = kept(job.results)
-    if found is None:
-        return None
-    figures, made_of = found
-    chosen = [t for t in job.subject.trials if job.trials is None or t.name in job.trials]
-    now = {
-        "provenance": provenance_of(job.subject, chosen, job.reviews),
-        "settings": as_dict(job.settings),
-    }
-    return figures if made_of == loads(dumps(now)) else None
 
 
 def in_short(figures: dict[str, Any], _: str = "") -> Row:

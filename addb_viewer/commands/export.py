@@ -1,7 +1,5 @@
 """`addb-viewer export`: the fit as files that other tools open."""
 
-from enum import StrEnum
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -10,23 +8,9 @@ from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.many import Row, Work, options, several
 from addb_viewer.commands.many_subjects import CsvFile, Jobs, SubjectOrRoot, check_one, run_on_all
 from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, Out, SettingsFile, Trials
-from addb_viewer.commands.solving import current_fit, job_for
-from solver.export.b3d.from_fit import export_b3d
-from solver.export.opensim import export_opensim
-from solver.export.places import renamed
-from solver.export.tables import export_csv, export_parquet
-from solver.fit import Fit
-
-
-class Format(StrEnum):
-    """What `--to` takes."""
-
-    opensim = "opensim"
-    b3d = "b3d"
-    csv = "csv"
-    parquet = "parquet"
-    gltf = "gltf"
-
+from addb_viewer.commands.progress import terminal_progress
+from addb_viewer.jobs.exporting import Format, exported
+from addb_viewer.jobs.solving import job_for, solved
 
 To = Annotated[
     Format,
@@ -68,29 +52,15 @@ def export(
         if json is not None:
             raise typer.BadParameter("says what became of several subjects; this is one", param_hint="--json")
         job = job_for(subject, out=out, trials=trial, settings_file=settings, ignore_review=ignore_review)
-        fit = current_fit(job)
-        for path in _exported(fit, to, job.results):
+        with terminal_progress() as progress:
+            fit = solved(job, progress=progress).fit
+        files, notes = exported(fit, to, job.results)
+        for path in files:
             typer.echo(path)
-        for note in renamed(fit) if to is not Format.b3d else ():
+        for note in notes:
             typer.echo(f"note: {note}")
 
 
 def _written(_: dict[str, Any], said: str) -> Row:
     """How many files a subject's export has written."""
     return {"files": sum(not line.startswith("note: ") for line in said.splitlines())}
-
-
-def _exported(fit: Fit, to: Format, results: Path) -> list[Path]:
-    match to:
-        case Format.opensim:
-            return export_opensim(fit, results / "opensim")
-        case Format.b3d:
-            return export_b3d(fit, results)
-        case Format.csv:
-            return export_csv(fit, results / "csv")
-        case Format.parquet:
-            return export_parquet(fit, results / "parquet")
-        case Format.gltf:
-            from solver.export.gltf import export_gltf  # noqa: PLC0415 (loads the meshes' library)
-
-            return export_gltf(fit, results / "gltf")

@@ -21,10 +21,10 @@ from addb_viewer.commands.options import (
     WithoutExtension,
 )
 from addb_viewer.commands.progress import terminal_progress
-from addb_viewer.commands.solving import Job, Solved, job_for, solved
 from addb_viewer.commands.summary_table import print_summary, print_withheld
 from addb_viewer.commands.unused_files import unused_lines
-from addb_viewer.commands.withholding import FitReplacedError, Withholding
+from addb_viewer.jobs.solving import Job, Solved, job_for, solved
+from addb_viewer.jobs.withholding import FitReplacedError, Withholding
 from addb_viewer.note_kinds import by_kind
 from addb_viewer.withheld_words import rest_words
 from solver.fit import Fit
@@ -89,7 +89,8 @@ def fit(
             ignore_review=ignore_review,
             without_extension=without_extension,
         )
-        done = solved(job, force=force)
+        with terminal_progress() as progress:
+            done = solved(job, force=force, progress=progress)
         fit = replace(done.fit, subject=replace(done.fit.subject, unused=job.subject.unused))
         figures = summary(fit, files=[str(path) for path in done.files])
         if json is not None:

@@ -10,13 +10,11 @@ from addb_viewer.commands.reviewing import (
     Author,
     TrialName,
     author_named,
-    capture_of,
     foot_named,
     frames_named,
-    subject_in,
     tell_unreadable,
-    trial_of,
 )
+from addb_viewer.jobs.reviewing import capture_of, subject_in, trial_of
 from addb_viewer.review_store import open_log, record
 from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange

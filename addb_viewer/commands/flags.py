@@ -7,14 +7,8 @@ import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, SubjectFolder
-from addb_viewer.commands.reviewing import (
-    capture_of,
-    described,
-    subject_in,
-    tell_unreadable,
-    trial_of,
-    unreadable_figures,
-)
+from addb_viewer.commands.reviewing import described, tell_unreadable, unreadable_figures
+from addb_viewer.jobs.reviewing import capture_of, subject_in, trial_of
 from addb_viewer.review_store import has_log, open_log
 from annotations.events import Status
 from annotations.folding import folded

@@ -9,7 +9,7 @@ import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug
-from addb_viewer.commands.subject_checks import check_folder
+from addb_viewer.jobs.subject_checks import check_folder
 from solver.capture.atomic import write_whole
 from solver.capture.b3d.places import subject_folder_of
 from solver.capture.capture import Subject

@@ -16,7 +16,7 @@ from typing import Any
 
 from addb_viewer.app.root_folder import RootFolder, open_root, reading_of
 from addb_viewer.commands.many_table import Outcome, Status, line_of, write_csv
-from addb_viewer.commands.subject_checks import check_folder
+from addb_viewer.jobs.subject_checks import check_folder
 from solver.capture.b3d.places import recording_of
 from solver.capture.small_files import json_content
 from solver.capture.subject import DESCRIPTIONS, open_subject

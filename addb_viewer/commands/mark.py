@@ -8,15 +8,8 @@ import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, SubjectFolder
-from addb_viewer.commands.reviewing import (
-    Author,
-    TrialName,
-    author_named,
-    capture_of,
-    subject_in,
-    tell_unreadable,
-    trial_of,
-)
+from addb_viewer.commands.reviewing import Author, TrialName, author_named, tell_unreadable
+from addb_viewer.jobs.reviewing import capture_of, subject_in, trial_of
 from addb_viewer.review_store import open_log, record, undecided
 from annotations.errors import ReviewError
 from annotations.events import Proposal, SetStatus, Status

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, MapFile, SettingsFile, optional_subject_folder
-from addb_viewer.commands.subject_checks import check_folder
+from addb_viewer.jobs.subject_checks import check_folder
 from solver.capture.capture import Markers, Subject
 from solver.capture.readable_trials import read_trials
 from solver.capture.subject import MARKER_MAP, open_subject

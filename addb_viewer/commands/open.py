@@ -7,7 +7,7 @@ import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import DEFAULT_HOST, DEFAULT_PORT, Debug, Host, Out, Port
-from addb_viewer.commands.subject_checks import check_folder
+from addb_viewer.jobs.subject_checks import check_folder
 from solver.capture.b3d.places import subject_folder_of
 
 Root = Annotated[

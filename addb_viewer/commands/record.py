@@ -9,8 +9,9 @@ import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, IgnoreReview, Out, SettingsFile, SubjectFolder
-from addb_viewer.commands.solving import Job, current_fit, job_for
-from addb_viewer.commands.subject_checks import check_trials
+from addb_viewer.commands.progress import terminal_progress
+from addb_viewer.jobs.solving import Job, job_for, solved
+from addb_viewer.jobs.subject_checks import check_trials
 from addb_viewer.kept_diagnosis import kept
 from addb_viewer.recordings.recording import Recording, recording_of
 from addb_viewer.review_store import unreadable_notes, whole_log
@@ -58,7 +59,9 @@ def record(
     with errors_as_lines(debug), ExitStack() as stack:
         job = job_for(subject, out=out, settings_file=settings, ignore_review=ignore_review)
         check_trials(job.subject, trial or ())
-        recording = _recording(current_fit(job), job, trial)
+        with terminal_progress() as progress:
+            fit = solved(job, progress=progress).fit
+        recording = _recording(fit, job, trial)
         if mcap is not None:
             from addb_viewer.recordings.mcap_recording import write_mcap  # noqa: PLC0415 (slow to load)
 

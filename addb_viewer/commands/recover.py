@@ -8,8 +8,9 @@ import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, SubjectFolder
-from addb_viewer.commands.reviewing import subject_in, tell_unreadable
-from addb_viewer.commands.subject_checks import check_trials
+from addb_viewer.commands.reviewing import tell_unreadable
+from addb_viewer.jobs.reviewing import subject_in
+from addb_viewer.jobs.subject_checks import check_trials
 from addb_viewer.recordings.mcap_recovery import Found
 from addb_viewer.recordings.mcap_recovery import recover as recovered
 from addb_viewer.recordings.restoring import edits_in

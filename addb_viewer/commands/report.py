@@ -1,34 +1,31 @@
 """`addb-viewer report`: a fit as one page to hand over; of many subjects, a page each and an overview."""
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from addb_viewer.app.root_folder import RootFolder, open_root
-from addb_viewer.commands.diagnose import diagnosed
 from addb_viewer.commands.errors import FAILED, errors_as_lines
 from addb_viewer.commands.fit import in_short
 from addb_viewer.commands.many import Work, done_to_all, options
 from addb_viewer.commands.many_subjects import Jobs
 from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, SettingsFile
 from addb_viewer.commands.progress import terminal_progress
-from addb_viewer.commands.solving import current_fit, job_for
-from addb_viewer.commands.subject_checks import check_folder, check_trials
-from addb_viewer.recordings.recording import file_of, recording_of
+from addb_viewer.jobs.reporting import PAGE, reported
+from addb_viewer.jobs.solving import job_for
+from addb_viewer.jobs.subject_checks import check_folder
+from addb_viewer.recordings.recording import file_of
 from addb_viewer.report.content import SubjectReport
-from addb_viewer.report.diagnosis_shown import diagnosis_shown
 from addb_viewer.report.figures import pages_written
 from addb_viewer.report.overview import Entry, write_overview
-from addb_viewer.report.subject_page import write_report
 from annotations.errors import ReviewError
 from solver.capture.atomic import made_folder
 from solver.capture.b3d.places import subject_folder_of
 from solver.errors import Cancelled, SolverError
 from solver.results.store import default_folder, write_json
-
-PAGE = "report.html"
 
 Root = Annotated[
     Path,
@@ -104,22 +101,15 @@ def report(
 
 def _one(folder: Path, file: Path | None, wishes: _Wishes) -> tuple[Path, SubjectReport]:
     """Solve a subject where that is due, and write its page."""
-    job = job_for(folder, settings_file=wishes.settings, ignore_review=wishes.ignore_review)
-    check_trials(job.subject, wishes.trials)
-    fit = current_fit(job)
-    shown = diagnosis_shown(fit, job.results)
-    if wishes.diagnose and shown.figures is None:
-        as_recorded = job_for(
-            folder,
-            settings_file=wishes.settings,
-            ignore_review=wishes.ignore_review,
-            without_extension=True,
+    opened = partial(job_for, folder, settings_file=wishes.settings, ignore_review=wishes.ignore_review)
+    with terminal_progress() as progress:
+        return reported(
+            opened(),
+            as_recorded=partial(opened, without_extension=True) if wishes.diagnose else None,
+            trials=wishes.trials,
+            file=file,
+            progress=progress,
         )
-        with terminal_progress() as progress:
-            diagnosed(as_recorded, progress)
-        shown = diagnosis_shown(fit, job.results)
-    made = SubjectReport(recording_of(fit, trials=wishes.trials, diagnosis=shown.figures), shown)
-    return write_report(made, file or job.results / PAGE), made
 
 
 def _fit_first(root: RootFolder, wishes: _Wishes, jobs: int) -> None:

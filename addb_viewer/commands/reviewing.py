@@ -1,63 +1,24 @@
 """What the commands that read or edit the review log share."""
 
-import getpass
 import re
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from addb_viewer.commands.subject_checks import check_folder, check_trials
+from addb_viewer.jobs.reviewing import foot_meant, login_name
 from addb_viewer.review_store import unreadable_notes
 from annotations.errors import ReviewError
 from annotations.events import Edit
 from annotations.log import ReviewLog
 from annotations.unreadable import UnreadableRow
 from annotations.wording import said_by
-from solver.capture.capture import Capture, Subject, TrialFiles
-from solver.capture.subject import open_subject
-from solver.capture.trial import read_trial
-from solver.settings import settings_for
 
 TrialName = Annotated[str, typer.Argument(metavar="TRIAL", help="Name of the trial.")]
 Author = Annotated[
     str | None,
     typer.Option("--author", metavar="NAME", help="Who decides; your login name by default."),
 ]
-
-_SIDES = {"right": {"r", "right"}, "left": {"l", "left"}}
-_WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+")  # of a body's name: calcn_r, footR, RightFoot
-
-
-def subject_in(folder: Path) -> Subject:
-    """The subject of a folder.
-
-    Raises:
-        CaptureError: no such folder, or nothing in it.
-    """
-    check_folder(folder)
-    return open_subject(folder, settings_for(folder).reading)
-
-
-def trial_of(subject: Subject, name: str) -> TrialFiles:
-    """The subject's trial of that name.
-
-    Raises:
-        CaptureError: there is none; the nearest names, or all of them, are listed.
-    """
-    check_trials(subject, [name])
-    return next(trial for trial in subject.trials if trial.name == name)
-
-
-def capture_of(subject: Subject, files: TrialFiles) -> Capture:
-    """One trial as a solve of the subject would read it.
-
-    Raises:
-        CaptureError: its files cannot be read.
-        SettingsError: the subject's settings.toml cannot be used.
-    """
-    return read_trial(files, settings_for(subject.folder).reading, subject.mass_kg)
 
 
 def author_named(name: str | None) -> str:
@@ -69,11 +30,9 @@ def author_named(name: str | None) -> str:
     if name is not None:
         return name
     try:
-        return getpass.getuser()
-    except (OSError, KeyError) as error:
-        raise typer.BadParameter(
-            "this machine does not say who is logged in; give a name", param_hint="--author"
-        ) from error
+        return login_name()
+    except ReviewError as error:
+        raise typer.BadParameter(str(error), param_hint="--author") from error
 
 
 def foot_named(word: str, feet: Sequence[str]) -> str | None:
@@ -82,17 +41,10 @@ def foot_named(word: str, feet: Sequence[str]) -> str | None:
     Raises:
         BadParameter: no foot of that name, or not clear which.
     """
-    if word == "both":
-        return None
-    if word in feet:
-        return word
-    sides = _SIDES.get(word, set())
-    found = [foot for foot in feet if sides & {part.lower() for part in _WORDS.findall(foot)}]
-    if len(found) != 1:
-        raise typer.BadParameter(
-            f"'{word}' is not clear; give both or one of: {', '.join(feet)}", param_hint="--foot"
-        )
-    return found[0]
+    try:
+        return foot_meant(word, feet)
+    except ReviewError as error:
+        raise typer.BadParameter(str(error), param_hint="--foot") from error
 
 
 def frames_named(text: str, trial: str, frames: int) -> tuple[int, int]:

@@ -7,7 +7,7 @@ import typer
 from addb_viewer import review_store
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, SubjectFolder
-from addb_viewer.commands.reviewing import subject_in
+from addb_viewer.jobs.reviewing import subject_in
 
 WithoutUnreadable = Annotated[
     bool,

@@ -5,8 +5,8 @@ import shutil
 import pytest
 
 from addb_viewer.app.root_folder import open_root
-from addb_viewer.commands.reviewing import subject_in
-from addb_viewer.commands.solving import job_for
+from addb_viewer.jobs.reviewing import subject_in
+from addb_viewer.jobs.solving import job_for
 from solver.capture.trial import read_trial
 from solver.settings import FILE_NAME, settings_for
 

@@ -15,9 +15,9 @@ from addb_viewer.app.queue_rows import subject_rows
 from addb_viewer.app.review_book import ReviewBook
 from addb_viewer.app.review_html import ranges_html, status_html
 from addb_viewer.cli import app
-from addb_viewer.commands.reviewing import subject_in
-from addb_viewer.commands.solving import job_for
 from addb_viewer.environment import ROOT, STORE
+from addb_viewer.jobs.reviewing import subject_in
+from addb_viewer.jobs.solving import job_for
 from addb_viewer.review_store import FILE, open_log, reviews_for_solve
 from annotations.database import Database
 from annotations.errors import ReviewError

@@ -25,7 +25,7 @@ def test_it_keeps_the_answer_and_tells_progress(subject, monkeypatch, capsys):
         progress("screening", 0.5)
         return Diagnosis("clean", (), (), {}, Remaining(9.0, 9.8), ("squat",), notes=("a note",))
 
-    monkeypatch.setattr("addb_viewer.commands.diagnose.diagnosis_of", finder)
+    monkeypatch.setattr("addb_viewer.jobs.diagnosing.diagnosis_of", finder)
     monkeypatch.setattr(sys, "argv", ["worker", str(subject), str(subject / "elsewhere")])
     assert diagnose_worker.main() == 0
     (line,) = capsys.readouterr().out.splitlines()

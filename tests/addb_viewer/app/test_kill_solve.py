@@ -13,7 +13,7 @@ import pytest
 from addb_viewer.app.library import library_of
 from addb_viewer.app.room import SubjectRoom
 from addb_viewer.app.solves import KEPT, NEW, solves
-from addb_viewer.commands.solving import job_for, solved
+from addb_viewer.jobs.solving import job_for, solved
 from solver.capture.subject import open_subject
 from solver.results.store import load_fit, save_fit
 from solver.simulate.demo import write_demo_subject

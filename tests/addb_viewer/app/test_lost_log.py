@@ -8,7 +8,7 @@ import pytest
 
 from addb_viewer.app import review_book
 from addb_viewer.app.review_book import ReviewBook
-from addb_viewer.commands.reviewing import subject_in
+from addb_viewer.jobs.reviewing import subject_in
 from addb_viewer.review_store import FILE
 from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange, SetStatus, Status, Undo

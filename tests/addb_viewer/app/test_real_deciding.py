@@ -9,7 +9,7 @@ import pytest
 
 from addb_viewer.app.app import start
 from addb_viewer.app.solves import solves
-from addb_viewer.commands.solving import job_for, solved
+from addb_viewer.jobs.solving import job_for, solved
 from annotations.events import Status
 from solver.results.store import load_fit
 

@@ -10,7 +10,7 @@ from addb_viewer.app.house import House
 from addb_viewer.app.library import open_library
 from addb_viewer.app.room import WITHHOLDING
 from addb_viewer.app.server import open_server
-from addb_viewer.commands.solving import job_for, solved
+from addb_viewer.jobs.solving import job_for, solved
 from solver.dynamics.heldout import WithheldLayout
 from solver.dynamics.withheld_layouts import LAYOUTS
 from solver.results.store import add_withheld, load_fit, present_solve

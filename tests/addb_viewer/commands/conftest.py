@@ -57,9 +57,9 @@ def command_line(small_fit: Fit, monkeypatch: pytest.MonkeyPatch) -> CommandLine
             provenance=provenance_of(subject, chosen, reviews, extension),
         )
 
-    monkeypatch.setattr("addb_viewer.commands.solving.solve", solve)
+    monkeypatch.setattr("addb_viewer.jobs.solving.solve", solve)
     monkeypatch.setattr(
-        "addb_viewer.commands.solving.open_subject",
+        "addb_viewer.jobs.solving.open_subject",
         lambda folder, settings=None: replace(subject, folder=folder),
     )
     return line

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from addb_viewer.commands import solving
+from addb_viewer.jobs import solving
 
 
 @pytest.mark.real

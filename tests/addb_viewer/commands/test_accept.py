@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from addb_viewer.accepted_extension import kept_gain
-from addb_viewer.commands import accept as accepting
+from addb_viewer.jobs import accepting
 from addb_viewer.kept_diagnosis import keep
 from solver.dynamics.extension import BodyWrench, Cause, Extension, TrialExtension
 from solver.kinematics.label_faults.fault import Exchange

@@ -26,7 +26,7 @@ def made(monkeypatch):
 
     monkeypatch.setattr("addb_viewer.commands.demo.write_demo_subject", write_demo_subject)
     clean = Diagnosis("clean", (), (), {}, Remaining(9.0, 9.8), ("walk",))
-    monkeypatch.setattr("addb_viewer.commands.diagnose.diagnosis_of", lambda *_, **__: clean)
+    monkeypatch.setattr("addb_viewer.jobs.diagnosing.diagnosis_of", lambda *_, **__: clean)
     return folders
 
 

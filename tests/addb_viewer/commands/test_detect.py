@@ -14,7 +14,7 @@ UNSURE = Proposal((3, 4), None, "forceDiscrepancy", 0.3, {"missing_share": 0.25}
 @pytest.fixture
 def judged(command_line, monkeypatch):
     """The command line, whose solve also proposes something for the trial with forces."""
-    from addb_viewer.commands import solving
+    from addb_viewer.jobs import solving
 
     solve = solving.solve
 

@@ -9,8 +9,9 @@ import pytest
 from typer.testing import CliRunner
 
 from addb_viewer.cli import app
-from addb_viewer.commands.diagnose import in_short, kept_of
-from addb_viewer.commands.solving import job_for
+from addb_viewer.commands.diagnose import in_short
+from addb_viewer.jobs.diagnosing import kept_of
+from addb_viewer.jobs.solving import job_for
 from addb_viewer.kept_diagnosis import kept
 from solver.diagnosis.decisions import Decision
 from solver.diagnosis.diagnosis import (
@@ -84,7 +85,7 @@ class Finder:
 def finder(command_line, monkeypatch):
     """Answers `EXPLAINED` unless told otherwise."""
     finder = Finder()
-    monkeypatch.setattr("addb_viewer.commands.diagnose.diagnosis_of", finder)
+    monkeypatch.setattr("addb_viewer.jobs.diagnosing.diagnosis_of", finder)
     return finder
 
 
@@ -266,7 +267,7 @@ def test_frames_are_told_in_seconds_with_the_diagnosis_own_rates(command_line, f
 
 def test_people_s_flags_reach_the_finder(command_line, finder, monkeypatch):
     flags = {"walk": flagged((1, 3, "calcn_r", "notOverForcePlate"))}
-    monkeypatch.setattr("addb_viewer.commands.solving.reviews_for_solve", lambda *_: (flags, ()))
+    monkeypatch.setattr("addb_viewer.jobs.solving.reviews_for_solve", lambda *_: (flags, ()))
     command_line("diagnose", command_line.subject.folder)
     assert finder.calls[0][3] == flags
     command_line("diagnose", command_line.subject.folder, "--ignore-review")

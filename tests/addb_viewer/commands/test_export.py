@@ -12,7 +12,7 @@ def exported(monkeypatch):
         calls.append((fit, folder))
         return [folder / "model.osim"]
 
-    monkeypatch.setattr("addb_viewer.commands.export.export_opensim", export_opensim)
+    monkeypatch.setattr("addb_viewer.jobs.exporting.export_opensim", export_opensim)
     return calls
 
 
@@ -38,7 +38,7 @@ def test_b3d_is_one_file_beside_the_fit(command_line, monkeypatch):
         (folder / "subject.b3d").write_bytes(b"b3d")
         return [folder / "subject.b3d"]
 
-    monkeypatch.setattr("addb_viewer.commands.export.export_b3d", export_b3d)
+    monkeypatch.setattr("addb_viewer.jobs.exporting.export_b3d", export_b3d)
     folder = command_line.subject.folder
     assert command_line("export", folder, "--to", "b3d").exit_code == 0
     assert (folder / "results" / "subject.b3d").read_bytes() == b"b3d"

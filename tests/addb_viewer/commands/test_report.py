@@ -26,7 +26,7 @@ def opening(command_line, monkeypatch):
         return replace(command_line.subject, folder=folder, trials=trials)
 
     monkeypatch.setattr("solver.capture.subject.open_subject", opened)
-    monkeypatch.setattr("addb_viewer.commands.solving.open_subject", opened)
+    monkeypatch.setattr("addb_viewer.jobs.solving.open_subject", opened)
     return command_line
 
 
@@ -69,8 +69,8 @@ def test_a_diagnosis_is_made_where_it_is_asked_for_and_none_is_kept(opening, mon
         asked.append(trials)
         return SimpleNamespace(notes=("looked at all",), trials=trials or ("walk",))
 
-    monkeypatch.setattr("addb_viewer.commands.diagnose.diagnosis_of", diagnosis)
-    monkeypatch.setattr("addb_viewer.commands.diagnose.as_json", lambda found, why=None: dict(figures))
+    monkeypatch.setattr("addb_viewer.jobs.diagnosing.diagnosis_of", diagnosis)
+    monkeypatch.setattr("addb_viewer.jobs.diagnosing.as_json", lambda found, why=None: dict(figures))
     folder, page = opening.subject.folder, opening.subject.folder / "results" / "report.html"
     assert opening("report", folder).exit_code == 0
     assert asked == []

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from addb_viewer.commands import solving
-from addb_viewer.commands.solving import job_for
+from addb_viewer.jobs import solving
+from addb_viewer.jobs.solving import job_for
 from addb_viewer.review_store import FILE, open_log
 from annotations.events import ClearRange, FlagRange, SetStatus, Status
 from solver.contact.force_review import ForceReview
@@ -23,7 +23,7 @@ def reviewed(command_line, monkeypatch):
     """The log of the subject, which has the feet 'thigh' and 'shank' here."""
     two_feet = replace(command_line.subject, foot_bodies=("thigh", "shank"))
     monkeypatch.setattr(
-        "addb_viewer.commands.solving.open_subject",
+        "addb_viewer.jobs.solving.open_subject",
         lambda folder, settings=None: replace(two_feet, folder=folder),
     )
     with open_log(two_feet.folder) as log:
@@ -46,7 +46,7 @@ def test_only_trials_that_a_person_decided_on_are_handed_over(command_line, revi
 
 
 def test_an_edit_makes_the_fit_stale_and_its_undo_current_again(command_line, reviewed, monkeypatch):
-    monkeypatch.setattr("addb_viewer.commands.export.export_opensim", lambda fit, folder: [])
+    monkeypatch.setattr("addb_viewer.jobs.exporting.export_opensim", lambda fit, folder: [])
     folder = command_line.subject.folder
     command_line("fit", folder)
     solves = []
@@ -100,7 +100,7 @@ def test_where_only_flags_changed_the_search_begins_at_the_kept_fit(command_line
 
 @pytest.mark.parametrize("command", [("fit",), ("export", "--to", "opensim")])
 def test_a_review_can_be_ignored(command_line, reviewed, monkeypatch, command):
-    monkeypatch.setattr("addb_viewer.commands.export.export_opensim", lambda fit, folder: [])
+    monkeypatch.setattr("addb_viewer.jobs.exporting.export_opensim", lambda fit, folder: [])
     reviewed.append("walk", FLAG, "anna")
     folder = command_line.subject.folder
     assert command_line(command[0], folder, *command[1:], "--ignore-review").exit_code == 0

@@ -14,7 +14,7 @@ SOLVE_THAT_WAITS = """
     import signal, sys, time
     signal.signal(signal.SIGINT, signal.default_int_handler)
     from addb_viewer import cli
-    from addb_viewer.commands import solving
+    from addb_viewer.jobs import solving
 
     def solve(*_, progress, **__):
         progress("scaling", 0.1)

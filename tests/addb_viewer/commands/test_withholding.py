@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from addb_viewer.commands import withholding
+from addb_viewer.jobs import withholding
 from solver.dynamics.withheld_layouts import LAYOUTS
 from solver.results.store import default_folder, load_fit, save_fit
 from tests.solver.results.test_withheld_file import layout

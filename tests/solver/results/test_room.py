@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from addb_viewer.cli import app
-from addb_viewer.commands.solving import computed, job_for
+from addb_viewer.jobs.solving import computed, job_for
 from solver.capture.subject import open_subject
 from solver.errors import CaptureError
 from solver.pipeline import solve

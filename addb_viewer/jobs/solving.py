@@ -1,4 +1,4 @@
-"""What fit, export and demo share: open a subject, solve it, keep the fit, find one that is still current."""
+"""Open a subject, solve it, keep the fit, find one that is still current."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -7,8 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from addb_viewer.accepted_extension import extension_for_solve
-from addb_viewer.commands.progress import terminal_progress
-from addb_viewer.commands.subject_checks import check_folder, check_trials
+from addb_viewer.jobs.subject_checks import check_folder, check_trials
 from addb_viewer.review_store import reviews_for_solve
 from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.capture.subject import open_subject
@@ -18,7 +17,7 @@ from solver.errors import ResultsError
 from solver.fit import Fit
 from solver.markers.mapping_file import chosen_for
 from solver.pipeline import can_resolve, resolve, solve
-from solver.progress import Progress, part
+from solver.progress import Progress, part, silent
 from solver.provenance import provenance_of
 from solver.results.room import check_room_for_fit
 from solver.results.store import check_place, default_folder, files_of_fit, has_fit, load_fit, save_fit
@@ -97,7 +96,7 @@ class Solved:
     said: str  # about what was not computed again; empty after a whole solve
 
 
-def solved(job: Job, *, force: bool = False) -> Solved:
+def solved(job: Job, *, force: bool = False, progress: Progress = silent) -> Solved:
     """Solve and keep the fit in place of the last one, with no more work than the inputs ask for.
 
     Where nothing changed, the kept fit stands. Where only the reviews did, the search begins at it.
@@ -105,6 +104,7 @@ def solved(job: Job, *, force: bool = False) -> Solved:
     Args:
         job: what is wanted.
         force: solve from the beginning whatever is kept.
+        progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
     """
     kept, before = None if force else last_fit(job), _written(job.results)
     if kept is not None and _is_current(kept, job):
@@ -113,8 +113,7 @@ def solved(job: Job, *, force: bool = False) -> Solved:
         said = f"unchanged: kept fit of {when:%Y-%m-%d %H:%M} in {files[0]}; --force solves it again"
         return Solved(_with_notes_of_now(kept, job), files, False, said)
     check_place(job.results)
-    with terminal_progress() as progress:
-        fit, said = computed(job, kept, progress)
+    fit, said = computed(job, kept, progress)
     with writing(job.results):
         if _written(job.results) not in (before, None):
             said = f"{said}; {_put_aside(job.results)}".removeprefix("; ")
@@ -174,12 +173,7 @@ def _check_room(job: Job, skeleton: Skeleton, captures: Sequence[Capture]) -> No
     check_room_for_fit(job.results, skeleton, captures, job.settings)
 
 
-def current_fit(job: Job) -> Fit:
-    """The kept fit where it's still that of these files, settings and versions; else a new one."""
-    return solved(job).fit
-
-
-def judged(job: Job) -> Fit:
+def judged(job: Job, progress: Progress = silent) -> Fit:
     """A fit with its forces judged: the kept one where it's current, else one of the markers alone.
 
     The latter takes seconds; it isn't kept, because it doesn't obey the forces.
@@ -188,8 +182,7 @@ def judged(job: Job) -> Fit:
     if kept is not None and _is_current(kept, job):
         return kept
     alone = replace(job.settings, trajectory=replace(job.settings.trajectory, enabled=False))
-    with terminal_progress() as progress:
-        return solve(job.subject, alone, trials=job.trials, reviews=job.reviews, progress=progress)
+    return solve(job.subject, alone, trials=job.trials, reviews=job.reviews, progress=progress)
 
 
 def last_fit(job: Job) -> Fit | None:

@@ -1,0 +1,45 @@
+"""Diagnose a subject and keep the answer; find one that still holds."""
+
+from json import dumps, loads
+from pathlib import Path
+from typing import Any
+
+from addb_viewer.jobs.solving import Job
+from addb_viewer.kept_diagnosis import keep, kept
+from solver.diagnosis.diagnose import diagnose as diagnosis_of
+from solver.diagnosis.report import as_json
+from solver.progress import Progress, silent
+from solver.provenance import provenance_of
+from solver.results.store import check_place
+from solver.settings import as_dict
+
+
+def diagnosed(job: Job, progress: Progress = silent, why: str | None = None) -> tuple[dict[str, Any], Path]:
+    """Diagnose and keep the answer; its figures and its file."""
+    check_place(job.results)
+    chosen = [t for t in job.subject.trials if job.trials is None or t.name in job.trials]
+    made_of = {
+        "provenance": provenance_of(job.subject, chosen, job.reviews),
+        "settings": as_dict(job.settings),
+    }
+    found = diagnosis_of(job.subject, job.settings, trials=job.trials, reviews=job.reviews, progress=progress)
+    figures = as_json(found, why)
+    figures["notes"] = list(dict.fromkeys([*job.subject.notes, *found.notes]))
+    read = [t for t in chosen if t.name in found.trials]
+    if len(read) < len(chosen):  # the others cannot be read
+        made_of["provenance"] = provenance_of(job.subject, read, job.reviews)
+    return figures, keep(figures, made_of, job.results)
+
+
+def kept_of(job: Job) -> dict[str, Any] | None:
+    """The kept diagnosis where it is still that of these files, flags, settings and versions."""
+    found = kept(job.results)
+    if found is None:
+        return None
+    figures, made_of = found
+    chosen = [t for t in job.subject.trials if job.trials is None or t.name in job.trials]
+    now = {
+        "provenance": provenance_of(job.subject, chosen, job.reviews),
+        "settings": as_dict(job.settings),
+    }
+    return figures if made_of == loads(dumps(now)) else None

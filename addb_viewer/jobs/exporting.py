@@ -1,0 +1,50 @@
+"""A fit as files that other tools open."""
+
+from enum import StrEnum
+from pathlib import Path
+
+from solver.export.b3d.from_fit import export_b3d
+from solver.export.opensim import export_opensim
+from solver.export.places import renamed
+from solver.export.tables import export_csv, export_parquet
+from solver.fit import Fit
+
+
+class Format(StrEnum):
+    """What a fit can be written as."""
+
+    opensim = "opensim"
+    b3d = "b3d"
+    csv = "csv"
+    parquet = "parquet"
+    gltf = "gltf"
+
+
+def exported(fit: Fit, to: Format, folder: Path) -> tuple[list[Path], tuple[str, ...]]:
+    """Write a fit for other tools.
+
+    Args:
+        fit: the solved subject.
+        to: the format; all but B3D get a folder of their own.
+        folder: the results folder, or another.
+
+    Returns:
+        The files written, and what people should know about them.
+
+    Raises:
+        FitError, CaptureError: the folder cannot be made, or not written to.
+    """
+    match to:
+        case Format.opensim:
+            files = export_opensim(fit, folder / "opensim")
+        case Format.b3d:
+            return export_b3d(fit, folder), ()
+        case Format.csv:
+            files = export_csv(fit, folder / "csv")
+        case Format.parquet:
+            files = export_parquet(fit, folder / "parquet")
+        case Format.gltf:
+            from solver.export.gltf import export_gltf  # noqa: PLC0415 (loads the meshes' library)
+
+            files = export_gltf(fit, folder / "gltf")
+    return files, renamed(fit)

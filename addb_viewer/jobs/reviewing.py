@@ -1,0 +1,75 @@
+"""What a person decides about a trial's frames, and for whom it counts: found, checked, put into the log."""
+
+import getpass
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from addb_viewer.jobs.subject_checks import check_folder, check_trials
+from annotations.errors import ReviewError
+from solver.capture.capture import Capture, Subject, TrialFiles
+from solver.capture.subject import open_subject
+from solver.capture.trial import read_trial
+from solver.settings import settings_for
+
+_SIDES = {"right": {"r", "right"}, "left": {"l", "left"}}
+_WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+")  # of a body's name: calcn_r, footR, RightFoot
+
+
+def subject_in(folder: Path) -> Subject:
+    """The subject of a folder.
+
+    Raises:
+        CaptureError: no such folder, or nothing in it.
+    """
+    check_folder(folder)
+    return open_subject(folder, settings_for(folder).reading)
+
+
+def trial_of(subject: Subject, name: str) -> TrialFiles:
+    """The subject's trial of that name.
+
+    Raises:
+        CaptureError: there is none; the nearest names, or all of them, are listed.
+    """
+    check_trials(subject, [name])
+    return next(trial for trial in subject.trials if trial.name == name)
+
+
+def capture_of(subject: Subject, files: TrialFiles) -> Capture:
+    """One trial as a solve of the subject would read it.
+
+    Raises:
+        CaptureError: its files cannot be read.
+        SettingsError: the subject's settings.toml cannot be used.
+    """
+    return read_trial(files, settings_for(subject.folder).reading, subject.mass_kg)
+
+
+def login_name() -> str:
+    """The author of an edit where nobody gives another name.
+
+    Raises:
+        ReviewError: this machine has no name for who is logged in.
+    """
+    try:
+        return getpass.getuser()
+    except (OSError, KeyError) as error:
+        raise ReviewError("this machine does not say who is logged in; give a name") from error
+
+
+def foot_meant(word: str, feet: Sequence[str]) -> str | None:
+    """The foot body that a person means by right, left or its own name; None for both.
+
+    Raises:
+        ReviewError: no foot of that name, or not clear which.
+    """
+    if word == "both":
+        return None
+    if word in feet:
+        return word
+    sides = _SIDES.get(word, set())
+    found = [foot for foot in feet if sides & {part.lower() for part in _WORDS.findall(foot)}]
+    if len(found) != 1:
+        raise ReviewError(f"'{word}' is not clear; give both or one of: {', '.join(feet)}")
+    return found[0]
