@@ -21,6 +21,7 @@ from scipy.linalg import cho_solve, cholesky, solve_triangular
 from solver.diagnosis.laboratory import laboratory_errors, usual_std
 from solver.diagnosis.ladder import Covariances, Ladder, Rung
 from solver.diagnosis.rows import TrialRows
+from solver.diagnosis.witnesses.weighings import Weighings
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.effect import Candidate, Estimate, Eta
 from solver.effects.scene import Scene
@@ -159,11 +160,17 @@ class Balance:
         self.ladder = Ladder(of, settings)
         self.rungs = self.ladder.rungs
         self.accused: frozenset[str] = frozenset()
+        self.weighings = Weighings()
 
-    def accusing(self, plates: Collection[str]) -> "Balance":
-        """The same, with plates that witnesses say are grossly wrong: nothing else is named beside that."""
+    def witnessed(self, accused: Collection[str], weighings: Weighings) -> "Balance":
+        """The same, with what witnesses say of it.
+
+        Args:
+            accused: plates that are grossly wrong: nothing else is named beside that.
+            weighings: of the person on each plate, which refute other units.
+        """
         other = copy(self)
-        other.accused = frozenset(plates)
+        other.accused, other.weighings = frozenset(accused), weighings
         return other
 
     @property

@@ -25,6 +25,7 @@ from solver.diagnosis.proposals import (
     Remainder,
     Withheld,
 )
+from solver.diagnosis.witnesses.settings import WITNESSES
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.about import Weight
 from solver.effects.effect import Candidate
@@ -138,18 +139,48 @@ def is_unexplained(
 
 
 def _witnessed(p: Proposal) -> Decision:
-    """Whether it is about the plates that witnesses accuse, if they accuse any."""
+    """Whether it is about the plates that witnesses accuse, if any, and the person's weight allows for it."""
     accused = p.balance.accused
     targets = {part for _, target in p.keys for part in target.split("+")}
-    passed = not accused or bool(accused & targets)
     plates = " and ".join(sorted(accused))
-    if not accused:
-        reason = "the files by themselves accuse no plate"
-    elif passed:
-        reason = f"it is about {plates}, which the files accuse by themselves"
-    else:
+    if accused and not accused & targets:
         reason = f"the files by themselves accuse {plates}: nothing else can be told before that"
-    return Decision(WITNESSED, passed, None, None, reason)
+        return Decision(WITNESSED, False, None, None, reason)
+    claimed, beside = _factors(p.solved), _factors(p.without)
+    if claimed != beside:
+        return _weighed(p, claimed, beside)
+    reason = f"it is about {plates}, which the files accuse by themselves"
+    return Decision(
+        WITNESSED, True, None, None, reason if accused else "the files by themselves accuse no plate"
+    )
+
+
+def _weighed(p: Proposal, claimed: dict[str, float], beside: dict[str, float]) -> Decision:
+    """What the plates carry by themselves, if they read so many times what is true."""
+    weighings = p.balance.weighings
+    if not weighings.tell(claimed, beside):
+        reason = "nobody entered a mass, and no other plate weighs the person: nothing tells units from that"
+        return Decision(WITNESSED, False, None, None, reason)
+    nats, limit = weighings.for_factors(claimed, beside), -WITNESSES.refuting_nats
+    plates = [plate for plate in claimed if claimed[plate] != beside.get(plate)]
+    with_it, without = (
+        ", ".join(f"{mass:.0f}" for mass in weighings.masses_kg(plates, factors)) or "nothing"
+        for factors in (claimed, beside)
+    )
+    reason = (
+        f"by itself {' and '.join(plates)} carries {with_it} kg with it, {without} kg without; by what the "
+        f"person weighs elsewhere that is {nats:+.1f} nats likelier, and more than {limit:.0f} is asked"
+    )
+    return Decision(WITNESSED, nats > limit, nats, limit, reason)
+
+
+def _factors(solved: Solved) -> dict[str, float]:
+    """By plate, how many times what is true it reads if all these causes are right."""
+    factors: dict[str, float] = {}
+    for term in solved.terms:
+        for plate, factor in term.candidate.plate_factors().items():
+            factors[plate] = factors.get(plate, 1.0) * factor
+    return factors
 
 
 def _possible(p: Proposal) -> Decision:
@@ -333,7 +364,12 @@ BEATS_THE_UNKNOWN, ON_THE_LIST, NOTABLE, NEEDED = "beats the unknown", "on the l
 DECIDED, LEFT_OVER = "decided", "left over"
 
 CHECKS: tuple[Check, ...] = (
-    Check(WITNESSED, "is it about the plate that the files accuse, if they do?", (Withheld,), _witnessed),
+    Check(
+        WITNESSED,
+        "is it about the plate that the files accuse, if they do, and does the person's weight allow for it?",
+        (Withheld,),
+        _witnessed,
+    ),
     Check(POSSIBLE, "can there be such a thing?", (Withheld,), _possible),
     Check(PAYS, "does the balance gain enough by it?", (Withheld, OnReading), _pays),
     Check(HOLDS_UP, "does it foretell blocks that its fit has not seen?", (Withheld,), _holds_up),

@@ -20,6 +20,8 @@ from solver.diagnosis.scenes import SceneAndPosterior
 from solver.diagnosis.selection import Selection, select
 from solver.diagnosis.witnesses.accusing import accused_plates
 from solver.diagnosis.witnesses.asking import asked
+from solver.diagnosis.witnesses.measured import measured
+from solver.diagnosis.witnesses.weighings import weighings
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.catalogue import catalogue
 from solver.errors import FitError
@@ -62,8 +64,9 @@ def diagnose(
         reviews=reviews or {},
         progress=part(progress, 0.0, FITTED),
     )
-    witnesses = asked(_as_recorded(fit, settings), subject.mass_kg, settings.reading)
-    balance = balance.accusing(accused_plates(witnesses))
+    seen_by_witnesses = measured(_as_recorded(fit, settings), settings.reading)
+    witnesses = asked(seen_by_witnesses, subject.mass_kg)
+    balance = balance.witnessed(accused_plates(witnesses), weighings(seen_by_witnesses, subject.mass_kg))
     balance, selection = causes_of(balance, part(progress, FITTED, 1.0))
     answer = replace(
         conclude(balance, selection, seen), notes=(*all_notes(fit), *seen.notes), witnesses=witnesses

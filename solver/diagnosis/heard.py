@@ -31,7 +31,7 @@ def without_the_unheard(balance: Balance, selection: Selection) -> Balance | Non
         return None
     if not all(t.windows.count for t in trials):
         return None
-    return Balance(trials, balance.settings).accusing(balance.accused)
+    return Balance(trials, balance.settings).witnessed(balance.accused, balance.weighings)
 
 
 def shifts_time(found: Found, balance: Balance) -> bool:

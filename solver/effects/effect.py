@@ -96,6 +96,10 @@ class Candidate(Described, ABC):
         """Whether there can be such a cause, whatever its size; the search over η stays among those."""
         return True
 
+    def plate_factors(self) -> dict[str, float]:
+        """By plate, how many times the true weight it says that the plate reads, where that is a claim."""
+        return {}
+
     @abstractmethod
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """In one trial; None where the cause does not touch it."""

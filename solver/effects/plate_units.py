@@ -51,6 +51,10 @@ class PlateUnits(RearrangedPlate):
         """Over what was recorded."""
         return 1 / self.factor
 
+    def plate_factors(self) -> dict[str, float]:
+        """A weight on the plate is read so many times."""
+        return {self.target: self.factor}
+
     @property
     def as_found(self) -> dict[str, Estimate]:
         """The factor."""

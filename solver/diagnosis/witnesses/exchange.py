@@ -1,6 +1,7 @@
 """Exchange between plates: on two feet, what one gains the other loses, but for what motion asks for."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool
@@ -13,12 +14,27 @@ WITNESS = "exchange between plates"
 LEAST_SHIFT_N = 3.0  # root mean square of what goes to and fro; less is the plates' own noise
 
 
+@dataclass(frozen=True)
+class Exchange:
+    """Between two plates of one trial, on both feet."""
+
+    one: str  # "plate_1"
+    other: str
+    share: float  # newtons that the other loses for each that the one gains
+    std: float
+
+    def log_share(self, factors: Mapping[str, float]) -> float:
+        """If the plates read so many times what is true."""
+        return float(np.log(self.share * factors.get(self.one, 1.0) / factors.get(self.other, 1.0)))
+
+
 def exchange(trials: Sequence[Measured]) -> list[Statement]:
     """Of the longest stretch of each trial in which the same two plates bear all, and no seat beside."""
-    return [said for trial in trials if (said := _of_trial(trial)) is not None]
+    return [_said(trial, found) for trial in trials if (found := exchange_of(trial)) is not None]
 
 
-def _of_trial(trial: Measured) -> Statement | None:
+def exchange_of(trial: Measured) -> Exchange | None:
+    """None where nobody stands on two plates for long enough, or moves no load between them."""
     settings = trial.settings
     known = np.isfinite(trial.vertical_N).all(axis=1) & np.isfinite(trial.acceleration)
     sizes = np.abs(trial.vertical_N).sum(axis=1)  # of whatever sign, which is what is asked about
@@ -35,10 +51,12 @@ def _of_trial(trial: Measured) -> Statement | None:
     used = np.flatnonzero(loaded[start])
     one, other = trial.vertical_N[start:end, used].T
     found = _shared(one, other, trial.acceleration[start:end], trial.rate * settings.window_s)
-    if found is None:
-        return None
-    share, std = found
-    names = [trial.capture.plates[k].name for k in used]
+    return None if found is None else Exchange(f"plate_{used[0] + 1}", f"plate_{used[1] + 1}", *found)
+
+
+def _said(trial: Measured, found: Exchange) -> Statement:
+    settings, share, std = trial.settings, found.share, found.std
+    names = [trial.capture.plates[int(t.split("_")[1]) - 1].name for t in (found.one, found.other)]
     if share > 0:
         nats = nats_of(float(np.log(share)), std / share, settings.exchange_scatter, settings.exchange_usual)
         against_sign = nats_of(share, std, 0.3, 1.0) if share < 2 * std else -10.0
@@ -51,7 +69,7 @@ def _of_trial(trial: Measured) -> Statement | None:
         {About.PLATE_SCALE: nats, About.PLATE_SIGN: min(against_sign, 50.0)},
         {"share": share, "share_std": std},
         trial=trial.capture.name,
-        target=f"plate_{used[0] + 1}+plate_{used[1] + 1}",
+        target=f"{found.one}+{found.other}",
     )
 
 

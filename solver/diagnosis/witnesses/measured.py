@@ -166,3 +166,11 @@ def measured(
         for capture in captures
         if capture.plates and capture.markers.frames
     ]
+
+
+def may_hide(trial: Measured, loaded: Bool[np.ndarray, "frames plates"], frame: int) -> bool:
+    """Whether another foot may have been beside the plates there: nothing is loaded, and nobody flies."""
+    if not 0 <= frame < len(loaded):
+        return True
+    flies = trial.acceleration[frame] < -0.5 * GRAVITY
+    return not (loaded[frame].any() or flies)

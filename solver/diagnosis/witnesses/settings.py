@@ -23,6 +23,12 @@ class WitnessSettings:
         unit="nats",
         why="400 to 1: from here on nothing else is named; a plate that is 18 cm off has as much",
     )
+    refuting_nats: float = setting(
+        10.0,
+        unit="nats",
+        why="20 000 to 1: what a cause says of a plate's scale is refuted by what the plate carries in sound "
+        "steps; one step that carries the entered mass has 13 against half or double",
+    )
     window_s: float = setting(
         0.12, unit="s", why="smoothing that heights and forces share: a quarter of a step's bounce"
     )

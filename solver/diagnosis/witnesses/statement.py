@@ -66,12 +66,12 @@ def nats_of(figure: float, std: float, sound: float, usual: float) -> float:
         sound: scale of what sound recordings show beyond it.
         usual: scale of faults.
     """
-    return _log_t(figure, math.hypot(std, usual), FAULTY_DOF) - _log_t(
+    return log_t(figure, math.hypot(std, usual), FAULTY_DOF) - log_t(
         figure, math.hypot(std, sound), SOUND_DOF
     )
 
 
-def _log_t(x: float, scale: float, dof: float) -> float:
+def log_t(x: float, scale: float, dof: float) -> float:
     """Log density of Student's t."""
     shape = math.lgamma((dof + 1) / 2) - math.lgamma(dof / 2) - 0.5 * math.log(dof * math.pi)
     return shape - math.log(scale) - (dof + 1) / 2 * math.log1p((x / scale) ** 2 / dof)

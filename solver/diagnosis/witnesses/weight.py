@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.diagnosis.witnesses.measured import GRAVITY, Measured
+from solver.diagnosis.witnesses.measured import GRAVITY, Measured, may_hide
 from solver.diagnosis.witnesses.settings import WitnessSettings
 from solver.diagnosis.witnesses.statement import About, Statement, nats_of
 from solver.runs import runs
@@ -104,8 +104,8 @@ def _plates(trial: Measured) -> Statement | None:
     for k in range(loaded.shape[1]):
         alone = loaded[:, k] & (loaded.sum(axis=1) == 1) & np.isfinite(trial.total_N + trial.acceleration)
         for start, end in runs(alone):
-            alone[start : start + edge * _may_hide(trial, loaded, start - 1)] = False
-            alone[max(start, end - edge * _may_hide(trial, loaded, end)) : end] = False
+            alone[start : start + edge * may_hide(trial, loaded, start - 1)] = False
+            alone[max(start, end - edge * may_hide(trial, loaded, end)) : end] = False
         if alone.sum() / trial.rate >= settings.alone_s:
             asked = GRAVITY + trial.acceleration[alone]
             found[k] = float(trial.vertical_N[alone, k].sum() / asked.sum())
@@ -123,11 +123,3 @@ def _plates(trial: Measured) -> Statement | None:
         trial=trial.capture.name,
         target="+".join(f"plate_{j + 1}" for j in found),
     )
-
-
-def _may_hide(trial: Measured, loaded: Bool[np.ndarray, "frames plates"], frame: int) -> bool:
-    """Whether another foot may have been beside the plates there: nothing is loaded, and nobody flies."""
-    if not 0 <= frame < len(loaded):
-        return True
-    flies = trial.acceleration[frame] < -0.5 * GRAVITY
-    return not (loaded[frame].any() or flies)

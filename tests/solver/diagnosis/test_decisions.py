@@ -12,6 +12,7 @@ from solver.diagnosis.heldout import blocks, heldout_gain
 from solver.diagnosis.proposals import Kept
 from solver.diagnosis.selection import select
 from solver.diagnosis.trail import Trail
+from solver.diagnosis.witnesses.weighings import Weighing, Weighings
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.external_contact import ExternalContact
@@ -202,7 +203,7 @@ def test_a_refused_cause_says_at_which_check_it_fell(short_scene, drawn, falls_a
     settings = replace(SETTINGS, **asks.get(falls_at, {}))
     balance = Balance(plain.trials, settings)
     if falls_at == "witnessed":
-        balance = balance.accusing({"plate_7"})
+        balance = balance.witnessed({"plate_7"}, Weighings())
     if falls_at == "stands alone":
         cause = Helper("all")
         shaken = 0.05 * short_scene.demanded_ground * np.sin(20 * short_scene.times)[:, None]
@@ -251,5 +252,42 @@ def test_while_witnesses_accuse_a_plate_only_causes_of_that_plate_are_named(
     short_scene, drawn, accused, named_still
 ):
     wrong = 0.15 * short_scene.plates[0].wrench_ground
-    balance = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS).accusing(accused)
+    balance = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS).witnessed(accused, Weighings())
     assert (named(select(balance, [Course("plate", wrong)])) == [("course", "plate")]) == named_still
+
+
+@dataclass(frozen=True, eq=False)
+class Units(Course):
+    """Says that its plate reads half of what is true."""
+
+    def plate_factors(self):
+        return {self.target: 0.5}
+
+
+def carried(plate, mass_kg):
+    """Somebody stands still on one plate."""
+    return Weighing({plate: 9.80665 * mass_kg}, 9.80665)
+
+
+@pytest.mark.parametrize(
+    ("weighings", "named_still"),
+    [
+        (Weighings((carried("plate", 35.0),), entered_kg=70.0), True),
+        (Weighings((carried("plate", 71.0),), entered_kg=70.0), False),
+        (Weighings((carried("plate", 35.0), carried("plate_7", 70.0))), True),
+        (Weighings((carried("plate", 70.0), carried("plate_7", 69.0))), False),
+        (Weighings((carried("plate", 35.0),)), False),  # or a child
+        (Weighings(entered_kg=70.0), True),  # never all on plates: nothing speaks against it
+    ],
+)
+def test_the_weight_that_a_plate_carries_by_itself_refutes_other_units(
+    short_scene, drawn, weighings, named_still
+):
+    wrong = 0.5 * short_scene.plates[0].wrench_ground
+    balance = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS).witnessed((), weighings)
+    selection = select(balance, [Units("plate", wrong)])
+    assert (named(selection) == [("course", "plate")]) == named_still
+    if not named_still:
+        one, said = said_of(selection, ("course", "plate"))
+        assert one.fell_at.name == "witnessed"
+        assert "kg" in said["witnessed"].reason or "nobody entered" in said["witnessed"].reason

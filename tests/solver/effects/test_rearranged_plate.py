@@ -72,6 +72,8 @@ def test_units_scale_force_and_moment(scene):
         wrong.measured_ground + signature.fixed, scene.measured_ground, atol=1e-5 * scene.weight_N
     )
     assert signature.columns.shape[2] == 0
+    assert PlateUnits(target, 0.5).plate_factors() == {target: 0.5}
+    assert PlateTurn(target, 90).plate_factors() == {}
 
 
 def test_a_middle_that_lies_elsewhere_is_a_shift(scene):

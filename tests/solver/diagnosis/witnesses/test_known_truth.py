@@ -12,6 +12,7 @@ from solver.diagnosis.witnesses.lag import lag_of
 from solver.diagnosis.witnesses.measured import GRAVITY, measured
 from solver.diagnosis.witnesses.settings import WITNESSES
 from solver.diagnosis.witnesses.statement import About, nats_of
+from solver.diagnosis.witnesses.weighings import weighings
 from solver.diagnosis.witnesses.weight import carried_mass
 
 MASS_KG = 70.0
@@ -67,7 +68,7 @@ def changed(capture, k, **values):
 
 
 def heard(*captures, entered_kg=MASS_KG):
-    return asked(captures, entered_kg, READING)
+    return asked(measured(captures, READING), entered_kg)
 
 
 def spoken(said):
@@ -165,6 +166,40 @@ def test_a_marker_that_slips_is_told_from_markers_that_move_together():
     said = [s for s in heard(both) if s.witness == "rigid distances"]
     assert [s.target for s in said] == ["trunk2+trunk3"]
     assert spoken(said) == {About.SEGMENT}
+
+
+def weighed(capture, entered_kg=MASS_KG):
+    return weighings(measured([capture], READING), entered_kg)
+
+
+@pytest.mark.parametrize("entered_kg", [MASS_KG, None])
+@pytest.mark.parametrize("factor", [0.25, 0.5, 2.0, 4.448222])
+def test_a_plate_in_other_units_is_told_by_what_the_person_weighs_elsewhere(factor, entered_kg):
+    whole = standing_person()
+    one = whole.plates[0]
+    scaled = changed(
+        whole, 0, force_ground=factor * one.force_ground, moment_ground=factor * one.moment_ground
+    )
+    least = WITNESSES.refuting_nats
+    right = weighed(scaled, entered_kg).for_factors({"plate_1": factor}, {})
+    assert right > least
+    assert weighed(scaled, entered_kg).for_factors({"plate_2": factor}, {}) < right - least
+    assert weighed(whole, entered_kg).for_factors({"plate_1": factor}, {}) < -least
+
+
+def test_where_nobody_entered_a_mass_units_of_all_plates_are_not_told_from_it():
+    both = {"plate_1": 2.0, "plate_2": 2.0}
+    assert not weighed(standing_person(), None).tell(both, {})
+    assert weighed(standing_person(), None).tell({"plate_1": 2.0}, {})
+    assert weighed(standing_person()).tell(both, {})
+    assert weighed(standing_person()).for_factors(both, {}) < -WITNESSES.refuting_nats
+
+
+def test_a_weighing_is_the_mean_force_over_that_of_gravity_and_acceleration():
+    found = weighed(standing_person()).weighings
+    assert [set(w.vertical_N) for w in found] == [{"plate_1", "plate_2"}]
+    assert found[0].mass_kg({}) == pytest.approx(MASS_KG, rel=0.01)
+    assert found[0].mass_kg({"plate_1": 0.5, "plate_2": 0.5}) == pytest.approx(2 * MASS_KG, rel=0.01)
 
 
 def test_nothing_is_asked_of_a_recording_without_plates():

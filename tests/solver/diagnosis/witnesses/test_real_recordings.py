@@ -13,6 +13,7 @@ from solver.capture.reading_settings import READING
 from solver.capture.subject import open_subject
 from solver.capture.trial import read_trial
 from solver.diagnosis.witnesses.asking import asked
+from solver.diagnosis.witnesses.measured import measured
 from solver.diagnosis.witnesses.settings import WITNESSES
 from solver.diagnosis.witnesses.statement import About
 
@@ -27,7 +28,7 @@ def heard(folder, recording):
     write_folder(folder, recording)
     subject = open_subject(folder)
     captures = [read_trial(files, READING, subject.mass_kg) for files in subject.trials]
-    return asked(captures, subject.mass_kg, READING)
+    return asked(measured(captures, READING), subject.mass_kg)
 
 
 def spoken(said):
@@ -87,7 +88,7 @@ def test_of_whole_recordings_those_are_heard_whose_files_are_known_to_hold_somet
     """Figures are finite whatever the recording lacks: they go into JSON."""
     subject = open_subject(real_data / folder)
     captures = [read_trial(files, READING, subject.mass_kg) for files in subject.trials]
-    said = asked(captures, subject.mass_kg, READING)
+    said = asked(measured(captures, READING), subject.mass_kg)
     assert spoken(said) == WHOLE[folder]
     figures = [value for one in said for value in (*one.nats.values(), *one.figures.values())]
     assert np.isfinite(figures).all()
