@@ -18,6 +18,7 @@ class Format(StrEnum):
     csv = "csv"
     parquet = "parquet"
     gltf = "gltf"
+    mujoco = "mujoco"
 
 
 def exported(fit: Fit, to: Format, folder: Path) -> tuple[list[Path], tuple[str, ...]]:
@@ -47,4 +48,9 @@ def exported(fit: Fit, to: Format, folder: Path) -> tuple[list[Path], tuple[str,
             from solver.export.gltf import export_gltf  # noqa: PLC0415 (loads the meshes' library)
 
             files = export_gltf(fit, folder / "gltf")
+        case Format.mujoco:
+            from solver.export.mujoco import export_mujoco  # noqa: PLC0415 (likewise)
+
+            files, notes = export_mujoco(fit, folder / "mujoco")
+            return files, (*renamed(fit), *notes)
     return files, renamed(fit)

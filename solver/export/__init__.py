@@ -1,1 +1,1 @@
-"""Files that other tools open: OpenSim, B3D, tables, glTF."""
+"""Files that other tools open: OpenSim, B3D, tables, glTF, MuJoCo."""

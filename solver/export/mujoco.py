@@ -1,0 +1,66 @@
+"""The fit for MuJoCo: its model, its bones, and the motion of each trial as MuJoCo's qpos.
+
+model.xml            the skeleton as MJCF, z up
+bones/BODY.stl       what each body looks like
+TRIAL_motion.npz     time [s], qpos, qvel, qacc (frames × joints; rad, m), joints (names in the order of qpos)
+"""
+
+from pathlib import Path
+
+import numpy as np
+from trimesh.exchange.stl import export_stl
+
+from solver.capture.atomic import whole_file, write_whole
+from solver.capture.file_names import distinct
+from solver.export.mjcf import MujocoModel, mujoco_model
+from solver.export.places import file_stem, made, trial_stems
+from solver.fit import Fit
+from solver.kinematics.motion import Motion
+from solver.skeleton.bones import body_meshes
+from solver.skeleton.chain import chain_of
+from solver.skeleton.skeleton import Skeleton
+
+BONES = "bones"
+
+
+def export_mujoco(fit: Fit, folder: Path) -> tuple[list[Path], tuple[str, ...]]:
+    """Write model.xml, its bones, and TRIAL_motion.npz for every trial.
+
+    Returns:
+        The files written, and where the model had to differ from the skeleton.
+
+    Raises:
+        FitError, CaptureError: the folder cannot be made, or not written to.
+    """
+    place, written = made(folder / BONES), []
+    meshes = body_meshes(fit.skeleton, fit.subject.folder / "Geometry").meshes
+    files = {body: f"{stem}.stl" for body, stem in distinct(list(meshes), file_stem).items()}
+    for body, name in files.items():
+        with whole_file(place / name) as file:
+            file.write(export_stl(meshes[body]))
+        written.append(place / name)
+    model, stems = mujoco_model(fit.skeleton, files, BONES), trial_stems(fit)
+    write_whole(folder / "model.xml", model.xml)
+    written.insert(0, folder / "model.xml")
+    for trial in fit.trials:
+        motion = trial.dynamics.motion if trial.dynamics else trial.motion
+        path = folder / f"{stems[trial.capture.name]}_motion.npz"
+        with whole_file(path) as file:
+            np.savez_compressed(file, allow_pickle=False, **mujoco_motion(fit.skeleton, model, motion))
+        written.append(path)
+    return written, model.notes
+
+
+def mujoco_motion(skeleton: Skeleton, model: MujocoModel, motion: Motion) -> dict[str, np.ndarray]:
+    """A motion in the joints of a MuJoCo model: the arrays of its file by name."""
+    value, slope, curvature = chain_of(skeleton).couple(motion.q)
+    dof, order = chain_of(skeleton).dof, list(model.positions)
+    velocity = slope * motion.velocity[:, dof]
+    acceleration = slope * motion.acceleration[:, dof] + curvature * motion.velocity[:, dof] ** 2
+    return {
+        "time": motion.times,
+        "qpos": model.signs * value[:, order],
+        "qvel": model.signs * velocity[:, order],
+        "qacc": model.signs * acceleration[:, order],
+        "joints": np.array(model.joints),
+    }
