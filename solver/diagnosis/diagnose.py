@@ -67,10 +67,20 @@ def diagnose(
     seen_by_witnesses = measured(_as_recorded(fit, settings), settings.reading)
     witnesses = asked(seen_by_witnesses, subject.mass_kg)
     balance = balance.witnessed(accused_plates(witnesses), weighings(seen_by_witnesses, subject.mass_kg))
-    balance, selection = causes_of(balance, part(progress, FITTED, 1.0))
-    answer = replace(
-        conclude(balance, selection, seen), notes=(*all_notes(fit), *seen.notes), witnesses=witnesses
-    )
+    answer = answered(balance, seen, part(progress, FITTED, 1.0))
+    return replace(answer, notes=(*all_notes(fit), *seen.notes), witnesses=witnesses)
+
+
+def answered(balance: Balance, seen: SeenInMarkers, progress: Progress = silent) -> Diagnosis:
+    """What a balance says: all of a diagnosis that comes after the fit.
+
+    Args:
+        balance: of all trials, markers repaired, with what witnesses say of the plates.
+        seen: causes that the markers showed before.
+        progress: told the fraction done; may raise `Cancelled`.
+    """
+    balance, selection = causes_of(balance, progress)
+    answer = conclude(balance, selection, seen)
     if answer.verdict != CLEAN:
         return answer
     candidates = catalogue(balance.scenes)
