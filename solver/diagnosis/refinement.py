@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 
 from solver.diagnosis.balance import Balance, CandidateRows, Term
 from solver.diagnosis.ladder import Rung
-from solver.diagnosis.screening import Beside, products_of
+from solver.diagnosis.screening import Beside, Gained
 from solver.effects.effect import Candidate, Eta
 
 SMALL_STEP = 0.1  # of the first step, for derivatives by η
@@ -34,13 +34,13 @@ def refined(balance: Balance, term: Term, others: Sequence[Term], rung: Rung) ->
     def at(eta: Eta) -> _Tried | None:
         if eta not in tried:
             rows = balance.rows_of(candidate, eta) if candidate.admissible(eta) else None
-            tried[eta] = None if rows is None else _Tried(rows, *beside.gain(rows, products_of(rows, rung)))
+            tried[eta] = None if rows is None else _Tried(rows, beside.gain(rows))
         return tried[eta]
 
     def possible(one: _Tried) -> bool:
         nothing = tuple(0.0 for _ in one.rows.eta)
         return candidate.is_possible(
-            candidate.estimates(balance.scenes, one.rows.eta, nothing, one.x, one.covariance)
+            candidate.estimates(balance.scenes, one.rows.eta, nothing, one.gained.x, one.gained.covariance)
         )
 
     def cost(z: np.ndarray) -> float:
@@ -48,7 +48,7 @@ def refined(balance: Balance, term: Term, others: Sequence[Term], rung: Rung) ->
         found = at(tuple(eta.tolist()))
         if found is None or (start_possible and not possible(found)):
             return np.inf
-        return 0.5 * float((((eta - prior[:, 0]) / prior[:, 1]) ** 2).sum()) - found.gain
+        return 0.5 * float((((eta - prior[:, 0]) / prior[:, 1]) ** 2).sum()) - found.gained.log_evidence
 
     start = term.eta
     first = at(start)
@@ -62,7 +62,7 @@ def refined(balance: Balance, term: Term, others: Sequence[Term], rung: Rung) ->
     )
     eta = tuple((np.array(start) + steps * found.x).tolist())
     best = at(eta)
-    return term if best is None else _with_tangents(balance, balance.spread(best.rows), best.x, steps)
+    return term if best is None else _with_tangents(balance, balance.spread(best.rows), best.gained.x, steps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,9 +70,7 @@ class _Tried:
     """A candidate at one η beside the others."""
 
     rows: CandidateRows
-    gain: float
-    x: Float[np.ndarray, " parameters"]
-    covariance: Float[np.ndarray, "parameters parameters"]
+    gained: Gained
 
 
 def _with_tangents(

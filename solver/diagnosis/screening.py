@@ -4,15 +4,17 @@ A candidate's rows don't depend on what else is accepted: they are made once, an
 the precision P = K⁻¹ of each rung. Accepted causes, all of them integrated out, take W Wᵀ off that precision,
 with as many columns as they have parameters (Woodbury). A candidate with columns B (unit prior) on the rows
 of its trials adds ½ (bᵀ S⁻¹ b − log det S) to the log evidence, with S = I + Bᵀ (P − W Wᵀ) B and
-b = Bᵀ (P − W Wᵀ) r. Only the rows of its trials are touched.
+b = Bᵀ (P − W Wᵀ) r. Only the rows of its trials are touched. Candidates on the same trials with as many
+parameters are stacked, and their small systems solved together.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from heapq import heapify, heappop, heappush
 
 import numpy as np
 from jaxtyping import Float
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.linalg import cho_factor, solve_triangular
 
 from solver.diagnosis.balance import Balance, CandidateRows, Term, with_the_usual
 from solver.diagnosis.contenders import handicap
@@ -32,33 +34,65 @@ class Screened:
 
 
 @dataclass(frozen=True, eq=False)
+class Gained:
+    """What one candidate at one η adds to the accepted causes."""
+
+    log_evidence: float
+    x: Float[np.ndarray, " parameters"]
+    information: Float[np.ndarray, "parameters parameters"]  # of x over its prior std
+    prior_std: Float[np.ndarray, " parameters"]
+
+    @property
+    def covariance(self) -> Float[np.ndarray, "parameters parameters"]:
+        """Of x."""
+        return np.asarray(np.linalg.inv(self.information) * np.outer(self.prior_std, self.prior_std))
+
+
+@dataclass(frozen=True, eq=False)
 class Products:
-    """Of a candidate's columns C and fixed part f with the precision of a rung, nothing accepted."""
+    """Of candidates' columns C and fixed parts f with the precision of a rung, nothing accepted."""
 
-    CPC: Float[np.ndarray, "parameters parameters"]
-    CPf: Float[np.ndarray, " parameters"]
-    fPf: float
-
-
-def products_of(rows: CandidateRows, rung: Rung) -> Products:
-    """Only rows of the trials that the candidate touches are read."""
-    return products_of_all([rows], rung)[0]
+    CPC: Float[np.ndarray, "candidates parameters parameters"]
+    CPf: Float[np.ndarray, "candidates parameters"]
+    fPf: Float[np.ndarray, " candidates"]
 
 
-def products_of_all(all_rows: Sequence[CandidateRows], rung: Rung) -> list[Products]:
-    """Of many candidates: the precision of the trials that some of them touch is read once."""
-    found: dict[int, Products] = {}
-    for span in {(r.span.start, r.span.stop): r.span for r in all_rows}.values():
-        own = [r for r in all_rows if r.span == span]
-        parts = [r.columns if r.fixed is None else np.column_stack([r.columns, r.fixed]) for r in own]
-        ends = np.cumsum([part.shape[1] for part in parts])
-        weighted = rung.precision[span, span] @ np.concatenate(parts, axis=1)
-        for rows, part, Pparts in zip(own, parts, np.split(weighted, ends[:-1], axis=1), strict=True):
-            n = rows.columns.shape[1]
-            whole = part.T @ Pparts
-            CPf, fPf = whole[:n, n:].sum(axis=1), whole[n:, n:].sum()  # of one column, or of none
-            found[id(rows)] = Products(whole[:n, :n], CPf, float(fPf))
-    return [found[id(r)] for r in all_rows]
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """Candidates on the rows of the same trials, with as many parameters, all with a fixed part or none."""
+
+    span: slice
+    columns: Float[np.ndarray, "candidates parameters own"]
+    fixed: Float[np.ndarray, "candidates own"] | None
+    prior_std: Float[np.ndarray, "candidates parameters"]
+
+    @staticmethod
+    def of(rows: Sequence[CandidateRows]) -> "Stack":
+        """Of candidates that are alike."""
+        fixed = [r.fixed for r in rows if r.fixed is not None]
+        return Stack(
+            rows[0].span,
+            np.stack([r.columns.T for r in rows]),
+            np.stack(fixed) if fixed else None,
+            np.stack([r.prior_std for r in rows]),
+        )
+
+    def times(
+        self, weights: Float[np.ndarray, "own *some"]
+    ) -> Float[np.ndarray, "candidates parameters *some"]:
+        """Columnsᵀ weights."""
+        many, width, own = self.columns.shape
+        return (self.columns.reshape(many * width, own) @ weights).reshape(many, width, *weights.shape[1:])
+
+    def products(self, rung: Rung) -> Products:
+        """Only the precision of their trials is read."""
+        P = rung.precision[self.span, self.span]
+        CP = self.times(P)
+        CPC = CP @ self.columns.transpose(0, 2, 1)
+        if self.fixed is None:
+            return Products(CPC, np.zeros(CPC.shape[:2]), np.zeros(len(CPC)))
+        CPf = (CP @ self.fixed[:, :, None])[:, :, 0]
+        return Products(CPC, CPf, _each_squared(self.fixed @ P, self.fixed))
 
 
 class Beside:
@@ -82,29 +116,36 @@ class Beside:
             self.W = solve_triangular(factor, PB.T, lower=True, check_finite=False).T
             self.Pr = self.Pr - self.W @ (self.W.T @ r)
 
-    def gain(
-        self, rows: CandidateRows, products: Products
-    ) -> tuple[float, Float[np.ndarray, " parameters"], Float[np.ndarray, "parameters parameters"]]:
-        """Log evidence that a candidate adds, its parameters and their covariance.
+    def gain(self, rows: CandidateRows) -> Gained:
+        """What a candidate adds.
 
         Args:
-            rows: of a candidate that is not among the accepted ones.
-            products: of these rows at this rung.
+            rows: of one that is not among the accepted ones.
         """
-        C, W, Pr = rows.columns, self.W[rows.span], self.Pr[rows.span]
-        CW, CPr, gain = C.T @ W, C.T @ Pr, 0.0
-        if rows.fixed is not None:
-            fW = rows.fixed @ W
-            gain = float(rows.fixed @ Pr - 0.5 * (products.fPf - fW @ fW))
-            CPr = CPr - (products.CPf - CW @ fW)
-        S = (products.CPC - CW @ CW.T) * np.outer(rows.prior_std, rows.prior_std)
-        S[np.arange(len(S)), np.arange(len(S))] += 1.0
-        factor = cho_factor(S, lower=True, check_finite=False)
-        b = CPr * rows.prior_std
-        u = cho_solve(factor, b, check_finite=False)
-        gain += 0.5 * float(b @ u) - float(np.log(np.diag(factor[0])).sum())
-        inverse = cho_solve(factor, np.eye(len(S)), check_finite=False)
-        return gain, u * rows.prior_std, inverse * np.outer(rows.prior_std, rows.prior_std)
+        alone = Stack.of([rows])
+        return self.gains(alone, alone.products(self.rung))[0]
+
+    def gains(self, stack: Stack, products: Products) -> list[Gained]:
+        """Likewise of each of a stack.
+
+        Args:
+            stack: of candidates that are not among the accepted ones.
+            products: of its rows at this rung.
+        """
+        W, Pr, std = self.W[stack.span], self.Pr[stack.span], stack.prior_std
+        CW, CPr, gain = stack.times(W), stack.times(Pr), np.zeros(len(std))
+        if stack.fixed is not None:
+            fW = stack.fixed @ W
+            gain = stack.fixed @ Pr - 0.5 * (products.fPf - _each_squared(fW, fW))
+            CPr = CPr - products.CPf + (CW @ fW[:, :, None])[:, :, 0]
+        S = (products.CPC - CW @ CW.transpose(0, 2, 1)) * (std[:, :, None] * std[:, None, :])
+        own = np.arange(S.shape[1])
+        S[:, own, own] += 1.0
+        b = CPr * std
+        u = np.linalg.solve(S, b[:, :, None])[:, :, 0]
+        gain = gain + 0.5 * _each_squared(b, u)
+        gain -= np.log(np.linalg.cholesky(S)[:, own, own]).sum(axis=1)  # ½ log det S
+        return [Gained(float(g), x, s, p) for g, x, s, p in zip(gain, u * std, S, std, strict=True)]
 
 
 class Screen:
@@ -112,64 +153,86 @@ class Screen:
 
     def __init__(self, balance: Balance, candidates: Sequence[Candidate]) -> None:
         self._balance = balance
-        self._starts = [starts for c in candidates if (starts := _rows_of_starts(balance, c))]
-        self._products: dict[int, dict[int, Products]] = {}  # by rung, by place
+        self._rows: list[CandidateRows] = []
+        self._starts: list[list[int]] = []  # of each candidate, places among all rows
+        alike: dict[tuple[int, int, int, bool], list[int]] = {}
+        for candidate in candidates:
+            own = [balance.rows_of(candidate, eta) for eta in candidate.starts(balance.scenes)]
+            self._starts.append([])
+            for rows in own:
+                if rows is not None:
+                    kind = rows.span.start, rows.span.stop, rows.columns.shape[1], rows.fixed is None
+                    alike.setdefault(kind, []).append(len(self._rows))
+                    self._starts[-1].append(len(self._rows))
+                    self._rows.append(rows)
+        self._starts = [places for places in self._starts if places]
+        self._stacks = [(places, self._stacked(places)) for places in alike.values()]
+        self._products: dict[int, list[Products]] = {}  # by rung
 
-    def at(self, rung: Rung, accepted: Sequence[Term] = ()) -> list[Screened]:
-        """Every candidate that touches a trial, beside accepted causes, greatest gain first.
+    def best(self, rung: Rung, accepted: Sequence[Term] = ()) -> Iterator[Screened]:
+        """Candidates that touch a trial, beside accepted causes, by what they gain over their odds.
+
+        Of each candidate the start is taken that is notable, or at least possible, before those that gain
+        more. What its starts gain bounds what it can: only candidates that may be the next are looked at.
 
         Args:
             rung: scale of the model error.
             accepted: causes fitted with it; candidates among them are left out.
         """
+        gained = self._gained(rung, accepted)
         taken = {t.candidate.key for t in accepted}
-        beside = Beside(accepted, rung)
-        free = [starts for starts in self._starts if starts[0].candidate.key not in taken]
-        products = self._products_at(rung, [rows for starts in free for rows in starts])
-        found = []
-        for starts in free:
-            tried = [self._tried(beside, rows, products[_place(rows)]) for rows in starts]
-            found.append(max(tried, key=lambda s: (s.notable, s.possible, s.gain)))
-        return sorted(found, key=lambda s: -s.gain)
+        free = [places for places in self._starts if self._rows[places[0]].candidate.key not in taken]
+        against = [handicap(self._rows[places[0]].candidate, self._balance.settings) for places in free]
+        bounds = [a - max(gained[p].log_evidence for p in ps) for a, ps in zip(against, free, strict=True)]
+        waiting: list[tuple[float, int, Screened | None]] = [
+            (bound, k, None) for k, bound in enumerate(bounds)
+        ]
+        heapify(waiting)
+        while waiting:
+            _, k, known = heappop(waiting)
+            if known is not None:
+                yield known
+                continue
+            tried = [self._tried(self._rows[place], gained[place]) for place in free[k]]
+            one = max(tried, key=lambda s: (s.notable, s.possible, s.gain))
+            heappush(waiting, (against[k] - one.gain, k, one))
 
-    def by_name(self, rung: Rung, accepted: Sequence[Term] = ()) -> list[Screened]:
+    def by_name(self, rung: Rung, accepted: Sequence[Term] = ()) -> Iterator[Screened]:
         """The best variant of each name, likeliest name first; of what cannot be, only what has a search."""
-        able = [s for s in self.at(rung, accepted) if s.possible or s.rows.candidate.steps()]
-        able.sort(key=lambda s: handicap(s.rows.candidate, self._balance.settings) - s.gain)
-        best: dict[tuple[str, str], Screened] = {}
-        for one in able:
-            best.setdefault(one.rows.candidate.key, one)
-        return list(best.values())
+        told: set[tuple[str, str]] = set()
+        for one in self.best(rung, accepted):
+            candidate = one.rows.candidate
+            if candidate.key not in told and (one.possible or candidate.steps()):
+                told.add(candidate.key)
+                yield one
 
-    def _tried(self, beside: Beside, rows: CandidateRows, products: Products) -> Screened:
-        gain, x, covariance = beside.gain(rows, products)
-        nothing = tuple(0.0 for _ in rows.eta)
-        whole = with_the_usual(x, covariance, rows.prior_std, rows.usual_std)
-        estimates = rows.candidate.estimates(self._balance.scenes, rows.eta, nothing, *whole)
-        candidate = rows.candidate
-        return Screened(rows, candidate.is_notable(estimates), candidate.is_possible(estimates), gain, x)
+    def _gained(self, rung: Rung, accepted: Sequence[Term]) -> list[Gained]:
+        """At every start."""
+        beside = Beside(accepted, rung)
+        if id(rung) not in self._products:
+            self._products[id(rung)] = [stack.products(rung) for _, stack in self._stacks]
+        found: dict[int, Gained] = {}
+        for (places, stack), products in zip(self._stacks, self._products[id(rung)], strict=True):
+            found.update(zip(places, beside.gains(stack, products), strict=True))
+        return [found[place] for place in range(len(self._rows))]
 
-    def _products_at(self, rung: Rung, wanted: Sequence[CandidateRows]) -> dict[int, Products]:
-        """By place; those that are not known yet all at once."""
-        known = self._products.setdefault(id(rung), {})
-        fresh = {_place(rows): rows for rows in wanted if _place(rows) not in known}
-        known.update(zip(fresh, products_of_all(list(fresh.values()), rung), strict=True))
-        return known
+    def _tried(self, rows: CandidateRows, gained: Gained) -> Screened:
+        candidate, nothing = rows.candidate, tuple(0.0 for _ in rows.eta)
+        whole = with_the_usual(gained.x, gained.covariance, rows.prior_std, rows.usual_std)
+        estimates = candidate.estimates(self._balance.scenes, rows.eta, nothing, *whole)
+        notable, possible = candidate.is_notable(estimates), candidate.is_possible(estimates)
+        return Screened(rows, notable, possible, gained.log_evidence, gained.x)
+
+    def _stacked(self, places: Sequence[int]) -> Stack:
+        """Rows that are alike; their columns are kept there alone."""
+        stack = Stack.of([self._rows[place] for place in places])
+        for place, columns in zip(places, stack.columns, strict=True):
+            self._rows[place] = replace(self._rows[place], columns=columns.T)
+        return stack
 
 
-def _place(rows: CandidateRows) -> int:
-    """The same for rows whose products are equal: kept columns, no fixed part."""
-    return id(rows.columns if rows.fixed is None else rows)
-
-
-def _rows_of_starts(balance: Balance, candidate: Candidate) -> list[CandidateRows]:
-    """At each start; equal columns, as where only the prior changes, are kept once."""
-    found: list[CandidateRows] = []
-    for eta in candidate.starts(balance.scenes):
-        rows = balance.rows_of(candidate, eta)
-        if rows is None:
-            continue
-        if found and np.array_equal(found[-1].columns, rows.columns):
-            rows = replace(rows, columns=found[-1].columns)
-        found.append(rows)
-    return found
+def _each_squared(
+    one: Float[np.ndarray, "candidates some"], other: Float[np.ndarray, "candidates some"]
+) -> Float[np.ndarray, " candidates"]:
+    """Inner products, row by row."""
+    return np.asarray(np.einsum("ij,ij->i", one, other))

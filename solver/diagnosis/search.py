@@ -1,7 +1,7 @@
 """The search for causes: screened, refitted, proposed one by one, in pairs, exchanged; `decisions` decide."""
 
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import combinations, islice
 
 import numpy as np
 
@@ -35,6 +35,7 @@ class Search:
         self.screen = Screen(balance, candidates)
         self.blocks = blocks(balance)
         self.null = balance.solve([])
+        self._met: dict[tuple[int, ...], tuple[tuple[Term, ...], list[Contender]]] = {}  # ids stay theirs
         self.found = list(found)
         self.first: Found | None = None  # as it was found
         self.solved = balance.solve(self.terms) if found else self.null
@@ -233,13 +234,22 @@ class Search:
         self.found[k] = Found(chosen, heldout, rivals)
 
     def _contenders(self, accepted: Sequence[Term], current: Solved) -> list[Contender]:
-        """The most promising candidates, refined, each with the scale that suits it; best first."""
+        """The most promising candidates, refined, each with the scale that suits it; best first.
+
+        Kept: the same causes are met again when they are exchanged, and after that.
+        """
+        key = (id(current.rung), *map(id, accepted))
+        if key not in self._met:
+            self._met[key] = tuple(accepted), self._refitted(accepted, current)
+        return self._met[key][1]
+
+    def _refitted(self, accepted: Sequence[Term], current: Solved) -> list[Contender]:
         balance, settings = self.balance, self.settings
         scales, slack = (current.rung.scale, 1.0, current.rung.scale / SHARPER), current.rung.slack
         rungs = {id(r): r for r in (balance.ladder.nearest(s, slack) for s in scales)}.values()
         chosen: dict[tuple[str, str], Term] = {}
         for rung in rungs:
-            for one in self.screen.by_name(rung, accepted)[: settings.refitted]:
+            for one in islice(self.screen.by_name(rung, accepted), settings.refitted):
                 if one.rows.candidate.key not in chosen:
                     chosen[one.rows.candidate.key] = balance.spread(one.rows)
         contenders = []

@@ -55,7 +55,7 @@ class Ramp(ClockOffset):
 
 def first(balance, candidate, rung):
     """Where the search begins."""
-    (one,) = Screen(balance, [candidate]).at(rung)
+    (one,) = Screen(balance, [candidate]).best(rung)
     return balance.spread(one.rows)
 
 

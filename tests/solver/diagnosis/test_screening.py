@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from solver.diagnosis.contenders import handicap
 from solver.diagnosis.screening import Screen
 from solver.effects.catalogue import catalogue
 from solver.effects.clock_offset import ClockOffset
@@ -35,7 +36,7 @@ def test_each_gain_is_that_of_the_whole_solve(screen, wrong, everything, accepte
     rung = wrong.rungs[4]
     terms = [wrong.term(c, c.starts(wrong.scenes)[0]) for c in accepted]
     without = wrong.solve_at(terms, rung).log_evidence
-    screened = screen.at(rung, terms)
+    screened = list(screen.best(rung, terms))
     assert len({s.rows.candidate.key for s in screened}) > 20
     for one in screened:
         whole = wrong.solve_at([*terms, wrong.spread(one.rows)], rung)
@@ -45,10 +46,10 @@ def test_each_gain_is_that_of_the_whole_solve(screen, wrong, everything, accepte
 
 
 def test_the_best_comes_first_and_what_is_accepted_is_left_out(screen, wrong):
-    first = screen.at(wrong.rungs[4])
-    gains = [s.gain for s in first]
-    assert gains == sorted(gains, reverse=True)
-    rest = screen.at(wrong.rungs[4], [wrong.spread(first[0].rows)])
+    first = list(screen.best(wrong.rungs[4]))
+    over_odds = [s.gain - handicap(s.rows.candidate, wrong.settings) for s in first]
+    assert over_odds == sorted(over_odds, reverse=True)
+    rest = list(screen.best(wrong.rungs[4], [wrong.spread(first[0].rows)]))
     assert first[0].rows.candidate.key not in {s.rows.candidate.key for s in rest}
     assert len(rest) == len(first) - 1
 
@@ -56,7 +57,7 @@ def test_the_best_comes_first_and_what_is_accepted_is_left_out(screen, wrong):
 def test_of_all_starts_the_best_notable_one_is_taken(wrong):
     clock = ClockOffset("all")
     rung = wrong.rungs[4]
-    (one,) = Screen(wrong, [clock]).at(rung)
+    (one,) = Screen(wrong, [clock]).best(rung)
     gains = {}
     for eta in clock.starts(wrong.scenes):
         solved = wrong.solve_at([wrong.term(clock, eta)], rung)
@@ -65,10 +66,10 @@ def test_of_all_starts_the_best_notable_one_is_taken(wrong):
 
 
 def test_rows_of_one_trial_stay_there(wrong):
-    (one,) = Screen(wrong, [PlateGain("plate_1")]).at(wrong.rungs[4])
+    (one,) = Screen(wrong, [PlateGain("plate_1")]).best(wrong.rungs[4])
     term = wrong.spread(one.rows)
     np.testing.assert_allclose(term.columns, wrong.term(PlateGain("plate_1"), ()).columns)
-    assert Screen(wrong, [PlateGain("plate_9")]).at(wrong.rungs[4]) == []
+    assert list(Screen(wrong, [PlateGain("plate_9")]).best(wrong.rungs[4])) == []
 
 
 def test_a_name_ranks_by_its_best_variant(wrong):
@@ -84,7 +85,7 @@ def test_a_name_ranks_by_its_best_variant(wrong):
 
     rung = wrong.rungs[4]
     variants = [PlateGain("plate_1"), PlateYaw("plate_1"), Weak("plate_1")]
-    gains = {type(s.rows.candidate): s.gain for s in Screen(wrong, variants).at(rung)}
+    gains = {type(s.rows.candidate): s.gain for s in Screen(wrong, variants).best(rung)}
     assert gains[PlateGain] > gains[PlateYaw]
-    named = Screen(wrong, variants).by_name(rung)
+    named = list(Screen(wrong, variants).by_name(rung))
     assert [type(s.rows.candidate) for s in named] == [PlateGain, PlateYaw]
