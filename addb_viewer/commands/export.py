@@ -18,7 +18,8 @@ To = Annotated[
         "--to",
         help="opensim: model, motion, torques, forces for OpenSim 4.6. "
         "b3d: the AddBiomechanics Dataset's format. csv, parquet: a table a trial. "
-        "gltf: the moving skeleton, for Blender and browsers. mujoco: model and motion for MuJoCo.",
+        "gltf: the moving skeleton, for Blender and browsers. mujoco: model and motion for MuJoCo. "
+        "c3d: recorded markers and plates with events, joint angles and moments.",
     ),
 ]
 

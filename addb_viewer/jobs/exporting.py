@@ -4,6 +4,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from solver.export.b3d.from_fit import export_b3d
+from solver.export.c3d import export_c3d
 from solver.export.opensim import export_opensim
 from solver.export.places import renamed
 from solver.export.tables import export_csv, export_parquet
@@ -19,6 +20,7 @@ class Format(StrEnum):
     parquet = "parquet"
     gltf = "gltf"
     mujoco = "mujoco"
+    c3d = "c3d"
 
 
 def exported(fit: Fit, to: Format, folder: Path) -> tuple[list[Path], tuple[str, ...]]:
@@ -52,5 +54,8 @@ def exported(fit: Fit, to: Format, folder: Path) -> tuple[list[Path], tuple[str,
             from solver.export.mujoco import export_mujoco  # noqa: PLC0415 (likewise)
 
             files, notes = export_mujoco(fit, folder / "mujoco")
+            return files, (*renamed(fit), *notes)
+        case Format.c3d:
+            files, notes = export_c3d(fit, folder / "c3d")
             return files, (*renamed(fit), *notes)
     return files, renamed(fit)

@@ -8,7 +8,7 @@ import ezc3d
 import numpy as np
 from jaxtyping import Float
 
-from solver.capture.c3d_header import EXPORT_AGAIN, C3dHeader, read_data, read_header
+from solver.capture.c3d_header import BLOCK, EXPORT_AGAIN, C3dHeader, read_data, read_header
 from solver.errors import CaptureError
 
 
@@ -72,6 +72,12 @@ def open_c3d(path: Path) -> C3dContents:
         raise CaptureError(f"{path}: neither the header nor POINT:RATE says how many frames a second holds.")
     if points.shape[0] == 0 or points.shape[1] == 0:
         raise CaptureError(f"{path}: the file holds no marker. Export it with its trajectories.")
+    padding = BLOCK // max(1, header.frame_bytes)
+    if header.frames is None and header.frames_held - padding > points.shape[0]:
+        notes += (
+            f"{path.name}: holds about {header.frames_held} frames, more than its header counts; the first "
+            f"{points.shape[0]} are read. Export it in parts to use them all.",
+        )
     if header.frames is not None and header.frames > points.shape[0]:
         notes += (f"{path.name}: the header says {header.frames} frames, the file holds {points.shape[0]}",)
     return C3dContents(path, raw["parameters"], points, rate, analogs, notes)

@@ -22,6 +22,8 @@ def exported(monkeypatch):
         ("csv", ["csv/no_forces.csv", "csv/walk.csv"]),
         ("parquet", ["parquet/no_forces.parquet"]),
         ("gltf", ["gltf/walk.glb"]),
+        ("mujoco", ["mujoco/model.xml", "mujoco/walk_motion.npz"]),
+        ("c3d", ["c3d/walk.c3d"]),
     ],
 )
 def test_tables_and_scenes_go_into_a_folder_of_their_own(command_line, to, files):

@@ -1,0 +1,274 @@
+"""A C3D file with markers, force plates, events and model outputs, written by ezc3d.
+
+As laboratories keep them: millimetres, z up ((x, y, z) of the ground frame becomes (x, −z, y)), force
+platforms of type 2 that read the force on the person, real numbers of four bytes. The first frame is 1.
+Source: The C3D File Format User Guide (Motion Lab Systems 2008).
+"""
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import ezc3d
+import numpy as np
+from jaxtyping import Float
+
+from solver.capture.atomic import whole_file
+from solver.capture.capture import ForcePlate, Markers
+from solver.capture.force_platform import plate_axes
+from solver.capture.resampling import resample
+from solver.errors import CaptureError
+from solver.runs import runs
+
+R_LAB_GROUND = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+MM = 1000.0  # per metre
+SAME_RATE = 1e-6  # relative: samples of a plate keep step with the markers' frames
+SAME_SAMPLE = 0.01  # of a sample: the plate's clock and the markers' begin together
+ROOM_M = 0.05  # around the centres of pressure of a plate whose corners nobody knows
+LEAST_HALF_SIDE_M = 0.2  # of such a plate
+SEEN, UNSEEN = 0.0, -1.0  # residuals
+ICONS = {"Foot Strike": 1, "Foot Off": 2}
+DESCRIPTIONS = {
+    "Foot Strike": "The instant the heel strikes the ground",
+    "Foot Off": "The instant the toe leaves the ground",
+}  # Vicon's, which other programs look for
+FORCE_CHANNELS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
+WORD = 65536  # the header counts frames in 16 bits
+
+
+@dataclass(frozen=True)
+class FootEvent:
+    """A foot meets or leaves the ground."""
+
+    time_s: float  # on the recording's clock
+    side: Literal["Left", "Right", "General"]
+    label: Literal["Foot Strike", "Foot Off"]
+
+
+@dataclass(frozen=True)
+class ModelOutput:
+    """Something computed, as a point whose three values are no place."""
+
+    label: str
+    group: Literal["ANGLES", "MOMENTS", "POWERS", "FORCES", "SCALARS"]  # of POINT, where it is listed
+    unit: str  # one for all of a group
+    values: Float[np.ndarray, "frames 3"]
+    description: str
+
+
+@dataclass(frozen=True)
+class C3dRecording:
+    """What goes into a file: ground frame, y up, forces on the person."""
+
+    markers: Markers
+    plates: tuple[ForcePlate, ...] = ()
+    events: tuple[FootEvent, ...] = ()
+    outputs: tuple[ModelOutput, ...] = ()
+    subject: str = ""
+    mass_kg: float | None = None
+    height_m: float | None = None
+
+
+def write_c3d(path: Path, recording: C3dRecording) -> tuple[str, ...]:
+    """Write a C3D file, whole or not at all.
+
+    Args:
+        path: where it belongs.
+        recording: outputs have a row for each of the markers' frames.
+
+    Returns:
+        What of the recording the file could not take as it was.
+
+    Raises:
+        CaptureError: the file cannot be written.
+    """
+    c3d = ezc3d.c3d()
+    _add_points(c3d, recording)
+    notes = _add_plates(c3d, recording)
+    _add_events(c3d, recording)
+    _add_about(c3d, recording)
+    frames = recording.markers.frames
+    if frames >= WORD:
+        notes = (f"{frames} frames: programs that trust the header's 16 bits read the first 65535", *notes)
+    if recording.markers.start_time:
+        notes = (
+            f"frame 1 is at {recording.markers.start_time:g} s of the recording; in a C3D file it is at 0 s",
+            *notes,
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        draft = Path(folder) / "written.c3d"
+        try:
+            c3d.write(str(draft))
+            content = draft.read_bytes()
+        except (RuntimeError, OSError, ValueError) as error:
+            raise CaptureError(f"{path}: cannot be written as C3D ({error}).") from error
+    with whole_file(path) as file:
+        file.write(content)
+    return tuple(f"{path.name}: {note}" for note in notes)
+
+
+def _add_points(c3d: Any, recording: C3dRecording) -> None:
+    markers, outputs = recording.markers, recording.outputs
+    places = MM * markers.positions_ground @ R_LAB_GROUND.T
+    values = np.concatenate([places, *(output.values[:, None] for output in outputs)], axis=1)
+    known = np.isfinite(values).all(axis=2)
+    stored = np.ones((4, values.shape[1], values.shape[0]))
+    stored[:3] = np.where(known[..., None], values, 0.0).transpose(2, 1, 0)
+    point = c3d["parameters"]["POINT"]
+    point["RATE"]["value"] = [markers.rate]
+    point["UNITS"]["value"] = ["mm"]
+    point["LABELS"]["value"] = [*markers.names, *(output.label for output in outputs)]
+    point["DESCRIPTIONS"]["value"] = [*("" for _ in markers.names), *(o.description for o in outputs)]
+    c3d["data"]["points"] = stored
+    c3d["data"]["meta_points"]["residuals"] = np.where(known, SEEN, UNSEEN).T[None]
+    c3d["data"]["meta_points"]["camera_masks"] = np.zeros((7, *known.T.shape), dtype=bool)
+    c3d.add_parameter("POINT", "X_SCREEN", ["+X"])
+    c3d.add_parameter("POINT", "Y_SCREEN", ["+Z"])
+    for group in dict.fromkeys(output.group for output in outputs):
+        members = [output for output in outputs if output.group == group]
+        c3d.add_parameter("POINT", group, [output.label for output in members])
+        c3d.add_parameter("POINT", f"{group.removesuffix('S')}_UNITS", [members[0].unit])
+    frames = markers.frames
+    _add_integers(c3d, "TRIAL", "ACTUAL_START_FIELD", [1, 0])
+    _add_integers(c3d, "TRIAL", "ACTUAL_END_FIELD", [frames % WORD, frames // WORD])
+
+
+def _add_plates(c3d: Any, recording: C3dRecording) -> tuple[str, ...]:
+    markers, plates = recording.markers, recording.plates
+    if not plates:
+        return ()
+    per_frame = max(int(np.ceil(plate.rate / markers.rate * (1 - SAME_RATE))) for plate in plates)
+    rate = per_frame * markers.rate
+    times = markers.start_time + np.arange(markers.frames * per_frame) / rate
+    channels, corners, notes = [], [], []
+    for plate in plates:
+        place, place_notes = _corners(plate)
+        wrench, wrench_notes = _at(plate, times, rate)
+        R_plate_ground = plate_axes(place).T
+        force, moment = wrench[:, :3], wrench[:, 3:] - np.cross(place.mean(axis=0), wrench[:, :3])
+        channels += [force @ R_plate_ground.T, MM * moment @ R_plate_ground.T]
+        corners.append(MM * R_LAB_GROUND @ place.T)
+        notes += [*place_notes, *wrench_notes]
+    names = [f"{kind}{axis}{k + 1}" for k in range(len(plates)) for kind in "FM" for axis in "xyz"]
+    analog = c3d["parameters"]["ANALOG"]
+    analog["RATE"]["value"] = [rate]
+    analog["LABELS"]["value"] = names
+    analog["DESCRIPTIONS"]["value"] = [f"{plate.name}: {name}" for plate in plates for name in FORCE_CHANNELS]
+    analog["UNITS"]["value"] = [unit for _ in plates for unit in ("N", "N", "N", "Nmm", "Nmm", "Nmm")]
+    analog["SCALE"]["value"] = [1.0] * len(names)
+    analog["OFFSET"]["value"] = [0] * len(names)
+    c3d["data"]["analogs"] = np.hstack(channels).T[None]
+    platform = c3d["parameters"]["FORCE_PLATFORM"]
+    platform["USED"]["value"] = [len(plates)]
+    platform["TYPE"]["value"] = [2] * len(plates)
+    platform["ZERO"]["value"] = [0, 0]  # levels are as they are
+    platform["CORNERS"]["value"] = np.stack(corners, axis=2)
+    platform["ORIGIN"]["value"] = np.zeros((3, len(plates)))
+    platform["CHANNEL"]["value"] = np.arange(1, 6 * len(plates) + 1).reshape(-1, 6).T
+    return tuple(notes)
+
+
+def _corners(plate: ForcePlate) -> tuple[Float[np.ndarray, "4 3"], tuple[str, ...]]:
+    """The plate's corners [m], ground frame; around its centres of pressure where nobody knows them."""
+    if plate.corners_ground is not None and np.isfinite(plate.corners_ground).all():
+        return plate.corners_ground, ()
+    pressed = plate.cop_ground[np.isfinite(plate.cop_ground).all(axis=1)]
+    middle, half = np.zeros(3), np.full(3, LEAST_HALF_SIDE_M)
+    if len(pressed):
+        low, high = pressed.min(axis=0) - ROOM_M, pressed.max(axis=0) + ROOM_M
+        middle, half = (low + high) / 2, np.maximum((high - low) / 2, LEAST_HALF_SIDE_M)
+        middle[1] = np.median(pressed[:, 1])
+    # in the order of the quadrants of a plate's axes of which z points down
+    corners = np.array([middle + half * [x, 0.0, z] for x, z in ((1, 1), (-1, 1), (-1, -1), (1, -1))])
+    note = (
+        f"{plate.name}: its corners are not known; a rectangle around its centres of pressure stands for it"
+    )
+    return corners, (note,)
+
+
+def _at(
+    plate: ForcePlate, times: Float[np.ndarray, " samples"], rate: float
+) -> tuple[Float[np.ndarray, "samples 6"], tuple[str, ...]]:
+    """The plate's wrench about the ground origin at the file's samples; zero where it was not recorded."""
+    notes = []
+    recorded = np.concatenate([plate.force_ground, plate.moment_ground], axis=1)
+    first = (plate.start_time - times[0]) * rate
+    in_step = abs(plate.rate / rate - 1) < SAME_RATE and abs(first - round(first)) < SAME_SAMPLE
+    if in_step:
+        wrench = _shifted(recorded, round(first), len(times))
+    else:
+        wrench = _resampled(recorded, plate, times)
+        notes.append(f"{plate.name}: resampled from {plate.rate:g} to {rate:g} Hz, in step with the markers")
+    unknown = ~np.isfinite(wrench).all(axis=1)
+    if unknown.any():
+        spans = [f"{times[start]:.3f} to {times[end - 1]:.3f} s" for start, end in runs(unknown)]
+        listed = ", ".join(spans[:5]) + (f" and {len(spans) - 5} more" if len(spans) > 5 else "")
+        notes.append(f"{plate.name}: not recorded from {listed}; zeros stand there")
+    outside = (plate.times < times[0] - 0.5 / rate) | (plate.times > times[-1] + 0.5 / rate)
+    if outside.any():
+        span = f"{outside.sum() / plate.rate:.3f} s"
+        notes.append(
+            f"{plate.name}: {span} outside the markers' frames are lost; a C3D file has no place for them"
+        )
+    return np.where(unknown[:, None], 0.0, wrench), tuple(notes)
+
+
+def _shifted(values: np.ndarray, first: int, count: int) -> np.ndarray:
+    """Rows `first` and so on of a longer array are the values; NaN elsewhere."""
+    shifted = np.full((count, values.shape[1]), np.nan)
+    start, end = max(first, 0), min(first + len(values), count)
+    if start < end:
+        shifted[start:end] = values[start - first : end - first]
+    return shifted
+
+
+def _resampled(recorded: np.ndarray, plate: ForcePlate, times: Float[np.ndarray, " samples"]) -> np.ndarray:
+    """At other times, NaN beside samples without a number."""
+    known = np.isfinite(recorded).all(axis=1)
+    filled = recorded
+    if not known.all():
+        order = np.arange(len(recorded))
+        if not known.any():
+            return np.full((len(times), recorded.shape[1]), np.nan)
+        filled = np.stack([np.interp(order, order[known], column[known]) for column in recorded.T], axis=1)
+    wrench = resample(filled, plate.rate, plate.start_time, times)
+    nearest = np.clip(np.round((times - plate.start_time) * plate.rate).astype(int), 0, len(known) - 1)
+    wrench[~known[nearest]] = np.nan
+    return wrench
+
+
+def _add_events(c3d: Any, recording: C3dRecording) -> None:
+    events = sorted(recording.events, key=lambda event: event.time_s)
+    _add_integers(c3d, "EVENT", "USED", [len(events)])
+    if not events:
+        return
+    seconds = np.array([event.time_s for event in events]) - recording.markers.start_time
+    texts: dict[str, Sequence[str]] = {
+        "CONTEXTS": [event.side for event in events],
+        "LABELS": [event.label for event in events],
+        "DESCRIPTIONS": [DESCRIPTIONS[event.label] for event in events],
+        "SUBJECTS": [recording.subject] * len(events),
+    }
+    for name, values in texts.items():
+        c3d.add_parameter("EVENT", name, list(values))
+    c3d.add_parameter("EVENT", "TIMES", np.stack([seconds // 60, seconds % 60]))
+    _add_integers(c3d, "EVENT", "ICON_IDS", [ICONS[event.label] for event in events])
+    _add_integers(c3d, "EVENT", "GENERIC_FLAGS", [0] * len(events))
+
+
+def _add_integers(c3d: Any, group: str, name: str, values: list[int]) -> None:
+    """Ezc3d would store them as real numbers, which some readers take amiss."""
+    c3d.add_parameter(group, name, values)
+    c3d["parameters"][group][name]["type"] = ezc3d.ezc3d.INT
+
+
+def _add_about(c3d: Any, recording: C3dRecording) -> None:
+    c3d.add_parameter("MANUFACTURER", "SOFTWARE", ["addb-viewer"])
+    _add_integers(c3d, "SUBJECTS", "USED", [1])
+    c3d.add_parameter("SUBJECTS", "NAMES", [recording.subject])
+    for name, value in (("BODYMASS", recording.mass_kg), ("HEIGHT", recording.height_m)):
+        if value is not None:
+            scaled = value * (MM if name == "HEIGHT" else 1.0)
+            c3d.add_parameter("PROCESSING", name, [scaled])
