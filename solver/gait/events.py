@@ -106,8 +106,8 @@ def stances_from_plates(
 ) -> tuple[Stance, ...]:
     """Stances from raw forces at the plates' own rates, zero level off: where they cross the threshold.
 
-    Each is the foot's whose sole is nearest to the centre of pressure at its middle. Stances of one foot that
-    overlap on two plates are one.
+    Each is the foot's whose sole is nearest to the centre of pressure most of the time: the other foot swings
+    past at mid-stance. Stances of one foot that overlap on two plates are one.
 
     Args:
         plates: as recorded.
@@ -123,12 +123,12 @@ def stances_from_plates(
         for start, end in runs(load > settings.threshold_N):
             if end - start < settings.shortest_contact_s * plate.rate:
                 continue
-            middle = (start + end) // 2
-            point = plate.cop_ground[middle]
-            if load[start:end].max() < settings.least_peak_N or not np.isfinite(point).all():
+            points = plate.cop_ground[start:end]
+            known = np.isfinite(points).all(axis=1)
+            if load[start:end].max() < settings.least_peak_N or not known.any():
                 continue
-            frame = int(np.clip(np.searchsorted(times, plate.times[middle]), 0, len(times) - 1))
-            away = [np.linalg.norm((c[frame].mean(axis=0) - point)[[0, 2]]) for c in corners_ground]
+            frames = np.searchsorted(times, plate.times[start:end][known]).clip(0, len(times) - 1)
+            away = [_distance(corners[frames], points[known]) for corners in corners_ground]
             contact = _crossing(plate, load, start - 1, settings.threshold_N)
             off = _crossing(plate, load, end - 1, settings.threshold_N)
             found.append(
@@ -142,6 +142,14 @@ def stances_from_plates(
     return tuple(
         stance for foot in range(len(corners_ground)) for stance in _merged(found, foot, settings.gap_s)
     )
+
+
+def _distance(
+    corners_ground: Float[np.ndarray, "samples corners 3"], points_ground: Float[np.ndarray, "samples 3"]
+) -> float:
+    """Over the floor, from the middle of a sole to where the force acts: the median of all samples [m]."""
+    apart = (corners_ground.mean(axis=1) - points_ground)[:, [0, 2]]
+    return float(np.median(np.linalg.norm(apart, axis=1)))
 
 
 def _crossing(

@@ -9,7 +9,7 @@ from solver.settings_field import setting
 class GaitSettings:
     """When a foot counts as standing, from forces and from its motion.
 
-    Values "by recordings" were chosen on 15 walks and runs with plates; docs/gait.md has the table.
+    Values "by recordings" were chosen on 15 walks and runs; benchmarks/GAIT.md judges them, on others too.
     """
 
     threshold_N: float = setting(20.0, unit="N", why="vertical force of a contact; the field's usual bound")

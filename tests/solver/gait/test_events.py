@@ -96,6 +96,19 @@ def test_a_plate_tells_to_a_fraction_of_its_samples(walk):
     assert stance.off_s == pytest.approx(3.195, abs=1e-4)
 
 
+def test_a_foot_that_swings_past_at_mid_stance_does_not_take_the_plate(walk):
+    """The left sole stands ahead of the pressure; the right one passes right over it, and is then far."""
+    times, corners, _, _ = walk
+    load = np.interp(np.arange(3000), [0, 500, 700, 1000, 1200, 3000], [0, 0, 800, 800, 0, 0])
+    plate = plate_with(load)
+    standing, passing = np.zeros_like(corners[0]), np.zeros_like(corners[1])
+    standing[:] = [0.2, 0.0, 0.1]
+    passing[:] = [0.1, 0.0, 0.1]
+    passing[..., 0] += 2.0 * (times - 2.85)[:, None]
+    (stance,) = stances_from_plates([plate], [standing, passing], times, GAIT, CONDITIONING)
+    assert stance.foot == 0
+
+
 def test_a_short_knock_and_a_touch_are_no_stances(walk):
     times, corners, _, _ = walk
     load = np.zeros(3000)

@@ -1,0 +1,425 @@
+"""Gait events from the feet alone against the raw plates: into benchmarks/GAIT.md.
+
+The judge reads the plates itself. The program gets copies without any force and is asked through its command
+line. `python -m benchmarks.gait_events`
+"""
+
+import argparse
+import csv
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+import ezc3d
+import numpy as np
+
+from benchmarks.gait_plates import (
+    RECORDINGS,
+    Load,
+    Points,
+    Recording,
+    Step,
+    lag_ms,
+    mean_of,
+    measured,
+    steps_of,
+)
+from benchmarks.gait_thresholds import Feet, chosen_elsewhere, feet_of, words
+from benchmarks.recordings import data_folder
+from solver.gait.settings import GaitSettings
+
+PAGE = Path(__file__).parent / "GAIT.md"
+
+EDGE_S = 0.03  # [s] from a recording's ends: nobody sees what comes after
+SEARCH_S = 0.15  # [s] farther off, an event is another one
+SWING_S = 0.25  # [s] before a contact and after a foot-off, in which the same foot has no other event
+WALKING_M_S = 0.4  # [m/s] slower, a person stands or shuffles
+BARS_MS = {"contact": 20.0, "foot-off": 30.0}
+
+PAGE_TEXT = """# Gait events from the feet alone
+
+{date}. Made by `python -m benchmarks.gait_events`; the judge shares no code with `solver/gait`. It reads the
+plates itself, at their own rate: MOT files by their columns, C3D files by ezc3d. Truth is where the vertical
+force, zero level off, crosses 20 N for at least 0.06 s and reaches 150 N. The program gets a copy of the
+folder without forces, plates and events, and is asked by `addb-viewer export --to csv`.
+
+The bar, for each recording: contact within 20 ms and foot-off within 30 ms (RMS), none missed, none extra.
+An event is missed where none of that foot and kind is within 0.15 s. It is extra where it matches none and
+plates tell what the foot did: anywhere, where they measure every step; else from 0.25 s before a measured
+contact to 0.25 s after the foot-off. In brackets the mean: positive where the program is late. {edge}
+events lie within 0.03 s of a recording's first or last frame and are not asked for. In the Camargo
+recording, frames in which the pelvis makes less than 0.4 m/s do not count: the person stands.
+
+| recording | contacts | RMS ms | foot-offs | RMS ms | missed | extra | within the bar |
+|---|---|---|---|---|---|---|---|
+{judges}
+
+{wrong}
+
+No threshold was chosen on the last four files: they were read for the first time when the thresholds stood.
+A foot that slides on after it lands makes a contact hard to place: see `walk_rajagopal2015` in the last
+table.
+
+## Plates that are no judge
+
+| recording | contacts | RMS ms | foot-offs | RMS ms | missed | extra | within the bar |
+|---|---|---|---|---|---|---|---|
+{others}
+
+The forces of `exo_apo_gordon` are early against its markers. By how much is told without the solver: the
+vertical acceleration of the pelvis' markers against the sum of the plates, of all recordings in which
+plates measure every step. Positive: forces late. The simulated recording, which is in step by construction,
+tells how exact this is.
+
+| recording | lag ms |
+|---|---|
+{lags}
+
+Not asked, for want of forces that can be read apart from the program, or of feet: `c3dorg_sample28` and
+`561xxa01_anonym` (ezc3d finds no analog rate), `c3dorg_sample10` TYPE-2 and TYPE-4 (labels that mean
+nothing), `Analysis.c3d` (no markers), `results.b3d` (the person of `opencap_subject4`, forces at the
+frames). `weird.mot`, `subject02_grf_HiFreq.mot` and `EA21.mot` hold forces alone.
+
+## Events that laboratories stored in C3D files
+
+Feet alone against the events in the file. *At the end*: within 0.03 s of the first or last frame, not asked
+for.
+
+| recording | contacts | RMS ms | foot-offs | RMS ms | missed | at the end |
+|---|---|---|---|---|---|---|
+{stored}
+
+## Thresholds chosen on some persons and judged on others
+
+Every other person of the table above is in one half. Four thresholds are chosen anew on each half, out of
+625 combinations, by the squared errors in units of the bars, and judged on the other half, which they have
+not seen.
+
+| recording | contacts | RMS ms | foot-offs | RMS ms | missed | extra | within the bar | thresholds |
+|---|---|---|---|---|---|---|---|---|
+{halves}
+"""
+
+
+@dataclass(frozen=True)
+class Told:
+    """An event, as the program or a laboratory's file says it. Time from the first frame [s]."""
+
+    foot: str
+    kind: str
+    time_s: float
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One recording: errors by kind [s], told less measured, and what did not match."""
+
+    errors: dict[str, list[float]]
+    missed: list[str]
+    extra: list[str]
+    at_edge: int
+
+    def rms_ms(self, kind: str) -> float | None:
+        """Root mean square of the errors [ms]."""
+        found = self.errors[kind]
+        return 1000 * float(np.sqrt(np.mean(np.square(found)))) if found else None
+
+    @property
+    def passes(self) -> bool:
+        """Whether both errors are within the bars, nothing is missed and nothing is extra."""
+        return (
+            not self.missed
+            and not self.extra
+            and all((self.rms_ms(k) or 0) <= bar for k, bar in BARS_MS.items())
+        )
+
+
+def without_forces(recording: Recording, into: Path) -> None:
+    """The subject's folder with this trial's markers and nothing about forces or events."""
+    source = data_folder() / recording.folder
+    into.mkdir()
+    marker_file = into / Path(recording.markers).name
+    if recording.markers.endswith(".c3d"):
+        _points_alone(source / recording.markers, marker_file)
+    else:
+        shutil.copyfile(source / recording.markers, marker_file)
+    kept = ['foot_bodies = ["calcn_r", "calcn_l"]'] if recording.lone else []
+    if not recording.lone:
+        for line in (source / "subject.toml").read_text().splitlines():
+            if line.startswith("[trials"):
+                break
+            file = re.fullmatch(r'(model|static) = "(.+)"', line)
+            if file:
+                name = Path(file[2]).name
+                alone = _points_alone if name.endswith(".c3d") else shutil.copyfile
+                alone(source / file[2], into / name)
+            kept.append(f'{file[1]} = "{name}"' if file else line)
+    described = [*kept, f"[trials.{recording.trial}]", f'markers = "{marker_file.name}"', ""]
+    (into / "subject.toml").write_text("\n".join(described))
+
+
+def _points_alone(source: Path, target: Path) -> None:
+    """A C3D file with the points and their axes, and no analog channel, plate or event."""
+    full, bare = ezc3d.c3d(str(source)), ezc3d.c3d()
+    points = full["data"]["points"]
+    bare["header"]["points"]["frame_rate"] = full["header"]["points"]["frame_rate"]
+    for name in ("RATE", "UNITS", "LABELS", "X_SCREEN", "Y_SCREEN"):
+        if name in full["parameters"]["POINT"]:
+            value = full["parameters"]["POINT"][name]["value"]
+            bare.add_parameter("POINT", name, value[: points.shape[1]] if name == "LABELS" else value)
+    bare["data"]["points"] = points
+    bare.write(str(target))
+
+
+def told_from_feet(recording: Recording, folder: Path) -> list[Told]:
+    """Events of the program's own table, from a folder without forces, which is made unless it is there."""
+    if not folder.exists():
+        without_forces(recording, folder)
+    words = [sys.executable, "-m", "addb_viewer", "export", str(folder), "--to", "csv"]
+    ended = subprocess.run(words, capture_output=True, text=True, check=False)
+    if ended.returncode:
+        raise RuntimeError(f"{recording.name}: {ended.stderr.strip()}")
+    tables = folder / "results" / "csv"
+    begin_s = float(_rows(tables / f"{recording.trial}.csv")[0]["time_s"])
+    return [_told(row, begin_s) for row in _rows(tables / "gait" / "events.csv")]
+
+
+def _rows(file: Path) -> list[dict[str, str]]:
+    with file.open(newline="") as lines:
+        return list(csv.DictReader(lines))
+
+
+def _told(row: dict[str, str], begin_s: float) -> Told:
+    if row["source"] != "feet":
+        raise RuntimeError(f"an event from {row['source']}, of a recording without forces")
+    return Told(
+        "right" if row["foot"].endswith("_r") else "left", row["event"], float(row["time_s"]) - begin_s
+    )
+
+
+def stored_events(recording: Recording) -> list[Told]:
+    """Events that a laboratory stored in a C3D file."""
+    if not recording.markers.endswith(".c3d"):
+        return []
+    content = ezc3d.c3d(str(data_folder() / recording.folder / recording.markers))
+    stored = content["parameters"].get("EVENT", {})
+    if "LABELS" not in stored:
+        return []
+    header = content["header"]["points"]
+    minutes, seconds = np.array(stored["TIMES"]["value"])
+    times = 60 * minutes + seconds - header["first_frame"] / header["frame_rate"]
+    kinds = {"Foot Strike": "contact", "Foot Off": "foot-off"}
+    sides_and_labels = zip(stored["CONTEXTS"]["value"], stored["LABELS"]["value"], times, strict=True)
+    return [Told(side.lower(), kinds[label], float(time)) for side, label, time in sides_and_labels]
+
+
+def judged(recording: Recording, points: Points, steps: Sequence[Step], told: Sequence[Told]) -> Verdict:
+    """Match what was told with what was measured, each once, the nearest first."""
+    end_s = float(points.times[-1])
+    counts = _counting(recording, points)
+    truth = [
+        Told(step.foot, kind, time)
+        for step in steps
+        for kind, time in (("contact", step.on_s), ("foot-off", step.off_s))
+        if time is not None and counts(time)
+    ]
+    inside = [event for event in truth if EDGE_S < event.time_s < end_s - EDGE_S]
+    errors, missed, taken = matched(inside, told)
+    free = [event for k, event in enumerate(told) if k not in taken and counts(event.time_s)]
+    at_edge = [event for event in truth if event not in inside]
+    extra = [
+        event
+        for event in free
+        if _is_known(recording, steps, event)
+        and not any(_same(event, other) and abs(event.time_s - other.time_s) < SEARCH_S for other in at_edge)
+    ]
+    return Verdict(errors, missed, [_said(event) for event in extra], len(at_edge))
+
+
+def matched(
+    truth: Sequence[Told], told: Sequence[Told]
+) -> tuple[dict[str, list[float]], list[str], set[int]]:
+    """Errors by kind, what is missed, and which of those told were taken."""
+    pairs = sorted(
+        (abs(event.time_s - one.time_s), k, j)
+        for k, event in enumerate(truth)
+        for j, one in enumerate(told)
+        if _same(event, one) and abs(event.time_s - one.time_s) < SEARCH_S
+    )
+    errors: dict[str, list[float]] = {kind: [] for kind in BARS_MS}
+    seen, taken = set(), set()
+    for _, k, j in pairs:
+        if k not in seen and j not in taken:
+            seen.add(k)
+            taken.add(j)
+            errors[truth[k].kind].append(told[j].time_s - truth[k].time_s)
+    return errors, [_said(event) for k, event in enumerate(truth) if k not in seen], taken
+
+
+def _same(one: Told, other: Told) -> bool:
+    return (one.foot, one.kind) == (other.foot, other.kind)
+
+
+def _said(event: Told) -> str:
+    return f"{event.foot} {event.kind} at {event.time_s:.2f} s"
+
+
+def _is_known(recording: Recording, steps: Sequence[Step], event: Told) -> bool:
+    """Whether plates tell what this foot did at that time."""
+    return recording.all_steps or any(
+        step.foot == event.foot
+        and (-np.inf if step.on_s is None else step.on_s - SWING_S) < event.time_s
+        and event.time_s < (np.inf if step.off_s is None else step.off_s + SWING_S)
+        for step in steps
+    )
+
+
+def _counting(recording: Recording, points: Points) -> Callable[[float], bool]:
+    """Times at which the person walks: where nothing else is said, always."""
+    if not recording.stands:
+        return lambda _: True
+    pelvis = mean_of(points, recording.pelvis)[:, [0, 2]]
+
+    def walks(time: float) -> bool:
+        near = np.abs(points.times - time) <= 0.5
+        path = np.linalg.norm(pelvis[near][-1] - pelvis[near][0])
+        return bool(path > WALKING_M_S * np.ptp(points.times[near]))
+
+    return walks
+
+
+@dataclass(frozen=True)
+class Case:
+    """A recording with all that is needed to judge events of it."""
+
+    recording: Recording
+    points: Points
+    loads: Sequence[Load]
+    steps: Sequence[Step]
+    folder: Path
+    told: Sequence[Told]
+
+    @property
+    def verdict(self) -> Verdict:
+        """On the events of the program's table."""
+        return judged(self.recording, self.points, self.steps, self.told)
+
+    def verdict_with(self, feet: Feet, settings: GaitSettings) -> Verdict:
+        """On the events that other thresholds would make."""
+        begin_s = float(feet.motion.times[0])
+        told = [
+            Told("right" if feet.bodies[e.foot].endswith("_r") else "left", e.kind.value, e.time_s - begin_s)
+            for e in feet.events(settings)
+        ]
+        return judged(self.recording, self.points, self.steps, told)
+
+
+def case_of(recording: Recording, folder: Path) -> Case:
+    """Read the plates, and let the program see the markers."""
+    points, loads = measured(recording)
+    steps = steps_of(recording, points, loads)
+    return Case(recording, points, loads, steps, folder, told_from_feet(recording, folder))
+
+
+def row_of(name: str, verdict: Verdict) -> str:
+    """A line of the table."""
+    cells = []
+    for kind in BARS_MS:
+        found, rms = verdict.errors[kind], verdict.rms_ms(kind)
+        mean = 1000 * np.mean(found) if found else None
+        cells += [str(len(found)), "–" if rms is None or mean is None else f"{rms:.0f} ({mean:+.0f})"]
+    cells += [str(len(verdict.missed)), str(len(verdict.extra)), "yes" if verdict.passes else "**no**"]
+    return f"| {name} | {' | '.join(cells)} |"
+
+
+def stored_row(case: Case, stored: Sequence[Told]) -> str:
+    """A line of the table of events that laboratories stored."""
+    end_s = float(case.points.times[-1])
+    inside = [event for event in stored if EDGE_S < event.time_s < end_s - EDGE_S]
+    errors, missed, _ = matched(inside, case.told)
+    cells = [f"{len(found)} | {_rms_of(found)}" for found in errors.values()]
+    return f"| {case.recording.name} | {' | '.join(cells)} | {len(missed)} | {len(stored) - len(inside)} |"
+
+
+def _rms_of(errors: Sequence[float]) -> str:
+    return f"{1000 * float(np.sqrt(np.mean(np.square(errors)))):.0f}" if errors else "–"
+
+
+def harm(verdict: Verdict) -> float:
+    """Squared errors in units of the bars; one missed or extra weighs as one at three times its bar."""
+    squares = [
+        (error / (BARS_MS[kind] / 1000)) ** 2 for kind, found in verdict.errors.items() for error in found
+    ]
+    squares += [9.0] * (len(verdict.missed) + len(verdict.extra))
+    return float(np.mean(squares)) if squares else 0.0
+
+
+def halves(cases: Sequence[Case]) -> list[str]:
+    """Lines of the table of thresholds chosen on the other half of the persons."""
+    judged_cases = {case.recording.name: case for case in cases if not case.recording.excluded}
+    feet = {name: feet_of(case.folder, case.recording.trial) for name, case in judged_cases.items()}
+    persons: dict[str, list[str]] = {}
+    for name, case in judged_cases.items():
+        persons.setdefault(case.recording.folder, []).append(name)
+    chosen = chosen_elsewhere(
+        persons, lambda name, settings: harm(judged_cases[name].verdict_with(feet[name], settings))
+    )
+    return [
+        f"{row_of(name, judged_cases[name].verdict_with(feet[name], settings))} {words(settings)} |"
+        for name, settings in chosen.items()
+    ]
+
+
+def page(cases: Sequence[Case]) -> str:
+    """GAIT.md."""
+    lags = [
+        f"| {case.recording.name} | {lag_ms(case.recording, case.points, case.loads):+.0f} |"
+        for case in cases
+        if case.recording.all_steps
+    ]
+    stored = [stored_row(case, events) for case in cases if (events := stored_events(case.recording))]
+    judges = [row_of(case.recording.name, case.verdict) for case in cases if not case.recording.excluded]
+    others = [row_of(case.recording.name, case.verdict) for case in cases if case.recording.excluded]
+    wrong = [
+        f"- {case.recording.name}: {kind} {event}"
+        for case in cases
+        for kind, events in (("missed", case.verdict.missed), ("extra", case.verdict.extra))
+        for event in events
+    ]
+    edge = sum(case.verdict.at_edge for case in cases if not case.recording.excluded)
+    return PAGE_TEXT.format(
+        date=date.today(),
+        judges="\n".join(judges),
+        others="\n".join(others),
+        lags="\n".join(lags),
+        stored="\n".join(stored),
+        halves="\n".join(halves(cases)),
+        wrong="\n".join(wrong) or "Nothing is missed and nothing is extra.",
+        edge=edge,
+    )
+
+
+def main() -> None:
+    """Judge every recording and write the page; with --only, print the rows."""
+    arguments = argparse.ArgumentParser(prog="python -m benchmarks.gait_events", description=__doc__)
+    arguments.add_argument("--only", help="part of a recording's name", default="")
+    arguments.add_argument("--folder", type=Path, help="where the copies without forces go; a temporary one")
+    given = arguments.parse_args()
+    cases = []
+    with tempfile.TemporaryDirectory() as scratch:
+        for k, recording in enumerate(RECORDINGS):
+            if given.only in recording.name:
+                cases.append(case_of(recording, (given.folder or Path(scratch)) / str(k)))
+                print(row_of(recording.name, cases[-1].verdict), flush=True)
+        if not given.only:
+            PAGE.write_text(page(cases))
+
+
+if __name__ == "__main__":
+    main()
