@@ -7,7 +7,7 @@ from typing import Any
 
 from solver.effects.about import About, Named
 from solver.effects.catalogue import ABOUT
-from solver.effects.readings import Place, Reading
+from solver.effects.readings import Place, Reading, of_each_trial
 
 CONFIDENT = 0.9  # share of a cause, from which on others in its place are no reason to wait
 LEAST_TOLD = 0.005  # of a share
@@ -112,7 +112,7 @@ def amounts(effect: Mapping[str, Any]) -> list[str]:
     """How large a cause is, each parameter with the spread within which it lies in 19 of 20 cases."""
     said: list[str] = []
     hardly: list[str] = []  # told only where nothing else is
-    for reading in about(effect).readings:
+    for reading in of_each_trial(about(effect).readings, effect["parameters"]):
         if isinstance(reading, Place):
             said += _placed(reading, effect["parameters"])
             continue

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.faults.editor.kinds import CLEAN
-from benchmarks.faults.names import MARKERS, NAMES, PLATE, Names
+from benchmarks.faults.names import MARKERS, NAMES, Names
 
 VERY_SURE = 0.97  # what the page calls very sure begins no lower
 LEAD = 0.9  # below it a name is a lead, not a finding
@@ -107,7 +107,7 @@ def _belongs(effect: Mapping[str, Any], truth: Mapping[str, Any], names: Names) 
 
 def _is_there(effect: Mapping[str, Any], truth: Mapping[str, Any]) -> bool:
     target = set(str(effect["target"]).split("+"))
-    if effect["id"] in PLATE and truth["plate"] is not None and "plate" in str(effect["target"]):
+    if truth["plate"] is not None and "plate_" in str(effect["target"]):
         return f"plate_{truth['plate']}" in target
     if effect["id"] in MARKERS[:2] and truth["markers"]:
         return bool(target & set(truth["markers"]))
@@ -134,7 +134,7 @@ def _is_so_large(effect: Mapping[str, Any], truth: Mapping[str, Any]) -> bool:
                 value = _nearest(stated["value"], says(true), period)
                 pairs.append((says(true), value, stated["std"] or 0.0))
     lags = [true for name, true in truth["size"].items() if name.startswith("offset_s ")]
-    if lags:  # clocks by trial are told by trial, or as one where they are one
+    if lags and not pairs:  # clocks by trial are told by trial, or as one where they are one
         stated = effect["parameters"].get("offset_s")
         if stated is None or np.ptp(lags) > SIZE_WITHIN * max(map(abs, lags)):
             return False

@@ -28,11 +28,12 @@ PLATE = (
     "plate_mirror",
     "plate_units",
     "plate_swap",
+    "plate_exchange",
     "axis_convention",
     "zero_level",
     "plate_sign",
 )
-CLOCK = ("clock_offset", "sample_rate", "filter_mismatch")
+CLOCK = ("clock_offset", "trial_clocks", "plate_clock", "sample_rate", "filter_mismatch")
 WEIGHT = ("body_weight_support", "subject_mass", "carried_mass", "segment_mass")
 MARKERS = ("marker_slip", "marker_swap", "soft_tissue")
 ZERO = "{plate}: its zero level is off.*; taken off"
@@ -52,8 +53,8 @@ NAMES = {
     "sign": Names(("plate_sign",), PLATE, "{plate}: forces point downwards.*sign is turned"),
     "exchanged_plates": Names(("plate_swap", "plate_exchange"), PLATE, witnessed=GEOMETRY),
     "late": Names(("clock_offset",), CLOCK),
-    "two_lags": Names(("clock_offset",), CLOCK),
-    "one_plate_late": Names(("clock_offset",), CLOCK),
+    "two_lags": Names(("clock_offset", "trial_clocks"), CLOCK),
+    "one_plate_late": Names(("plate_clock",), CLOCK),
     "drift": Names(("sample_rate",), CLOCK),
     "filtered": Names(("filter_mismatch",), CLOCK),
     "lost_step": Names(("off_plate_step",)),

@@ -161,7 +161,8 @@ def _weighed(p: Proposal, claimed: dict[str, float], beside: dict[str, float]) -
     if not weighings.tell(claimed, beside):
         reason = "nobody entered a mass, and no other plate weighs the person: nothing tells units from that"
         return Decision(WITNESSED, False, None, None, reason)
-    nats, limit = weighings.for_factors(claimed, beside), -WITNESSES.refuting_nats
+    nats = weighings.for_factors(claimed, beside)
+    limit = max(0.0, weighings.of_another_plate(claimed, beside)) - WITNESSES.refuting_nats
     plates = [plate for plate in claimed if claimed[plate] != beside.get(plate)]
     with_it, without = (
         ", ".join(f"{mass:.0f}" for mass in weighings.masses_kg(plates, factors)) or "nothing"
@@ -169,7 +170,8 @@ def _weighed(p: Proposal, claimed: dict[str, float], beside: dict[str, float]) -
     )
     reason = (
         f"by itself {' and '.join(plates)} carries {with_it} kg with it, {without} kg without; by what the "
-        f"person weighs elsewhere that is {nats:+.1f} nats likelier, and more than {limit:.0f} is asked"
+        f"person weighs elsewhere that is {nats:+.1f} nats likelier; more than {limit:.0f} is asked, "
+        "as other plates' units would do so much"
     )
     return Decision(WITNESSED, nats > limit, nats, limit, reason)
 

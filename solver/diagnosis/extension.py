@@ -18,6 +18,7 @@ from jaxtyping import Bool, Float
 
 from solver.diagnosis.balance import Solved, Term
 from solver.dynamics.extension import BodyWrench, Cause, Extension, TrialExtension
+from solver.effects.about import Named
 from solver.effects.effect import Candidate, Eta, Signature
 from solver.effects.scene import Scene
 
@@ -135,7 +136,7 @@ def _placed(
     placed: Placed = {None: (fixed * told[:, None], columns)}
     if candidate.target in scene.skeleton.body_names:
         placed = {candidate.target: placed[None]}
-    elif candidate.target == "all" or candidate.target in {p.target for p in scene.plates}:
+    elif candidate.about.names is Named.ALL or candidate.target in {p.target for p in scene.plates}:
         by_plate = _by_plate(scene, candidate, eta)
         if by_plate is not None and _adds_up(
             [(f[told], c[told]) for f, c in by_plate], fixed[told], columns[told]

@@ -17,6 +17,7 @@ from solver.effects.effect import Candidate, Estimate, Eta, Range, Signature
 from solver.effects.plate_gain import demanded_of
 from solver.effects.scene import PlateScene, Scene, force_at
 from solver.effects.time_course import Stretch
+from solver.effects.trial_clocks import MOST_TRIALS
 
 SIZES = (0.01, 0.05, 0.2, 0.8)  # of body weight, or of what a plate bears: standard deviations
 SIZE_SHARES = (0.4, 0.3, 0.2, 0.1)  # how likely each is before the data
@@ -197,10 +198,10 @@ def outside_the_list(scenes: Sequence[Scene]) -> list[Outside]:
         found.append(AnyWrench("", scene.name, COURSE_KNOTS_S))
         short = [w.stretch for w in contact_windows(scene) if w.stretch.seconds <= LONGEST_EVENT_S]
         found += [AnyEvent("", scene.name, stretch) for stretch in short[:MOST_EVENTS]]
-        if several:  # a single trial's clock has a name
+        if len(scenes) > MOST_TRIALS:  # clocks of a few have names
             found.append(AnyClock(scene.name, scene.name))
         loaded = [p.target for p in scene.plates if p.loaded.sum() >= LEAST_LOADED]
-        if len(loaded) > 1:
+        if several and len(loaded) > 1:  # so has a plate's in all of them
             found += [AnyClock(f"{target} in {scene.name}", scene.name) for target in loaded]
         if several:
             found += [AnyPlateFault(target, scene.name) for target in loaded]

@@ -17,8 +17,11 @@ from solver.effects import (
     gravity_tilt,
     marker_slip,
     marker_swap,
+    object_on_plate,
     off_plate_step,
     plate_bias,
+    plate_clock,
+    plate_exchange,
     plate_gain,
     plate_mirror,
     plate_position,
@@ -30,6 +33,7 @@ from solver.effects import (
     segment_mass,
     soft_tissue,
     subject_mass,
+    trial_clocks,
     wobbling_mass,
 )
 from solver.effects.about import About
@@ -38,6 +42,8 @@ from solver.effects.scene import Scene
 
 MODULES: tuple[ModuleType, ...] = (
     clock_offset,
+    trial_clocks,
+    plate_clock,
     sample_rate,
     filter_mismatch,
     plate_gain,
@@ -48,8 +54,10 @@ MODULES: tuple[ModuleType, ...] = (
     plate_mirror,
     plate_units,
     plate_swap,
+    plate_exchange,
     axis_convention,
     gravity_tilt,
+    object_on_plate,
     off_plate_step,
     external_contact,
     body_weight_support,

@@ -1,5 +1,6 @@
 """Plate swap: the forces of two plates stand in each other's columns."""
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -27,23 +28,27 @@ ABOUT = About(
 
 
 @dataclass(frozen=True)
-class PlateSwap(GrossCause):
-    """The forces of two plates are exchanged, their centres of pressure stay.
+class PairOfPlates(GrossCause):
+    """Something that two plates have of each other; both hang on one clock."""
 
-    Where the files hold no centres of pressure, those follow the forces: each plate's wrench then moves from
-    the other's centre to its own.
-    """
-
-    about = ABOUT
+    @property
+    def targets(self) -> tuple[str, str]:
+        """Of the two."""
+        one, other = self.target.split("+")
+        return one, other
 
     def target_put_right(self, target: str) -> str:
         """The other of the two plates."""
-        one, other = self.target.split("+")
+        one, other = self.targets
         return {one: other, other: one}.get(target, target)
 
+    @abstractmethod
+    def of_pair(self, a: PlateScene, b: PlateScene) -> tuple[PlateScene, PlateScene]:
+        """Both as they should have been recorded."""
+
     def put_right(self, plates: Sequence[PlateScene]) -> tuple[PlateScene, ...] | None:
-        """Both plates with each other's forces; None unless one clock drives both."""
-        pair = [plate for plate in plates if plate.target in self.target.split("+")]
+        """All plates with these two put right; None unless one clock drives both."""
+        pair = [plate for plate in plates if plate.target in self.targets]
         if len(pair) != 2 or not any(plate.loaded.any() for plate in pair):
             return None
         a, b = pair
@@ -53,11 +58,26 @@ class PlateSwap(GrossCause):
             b.plate.start_time,
         ):
             return None
-        own = {
-            a.target: with_samples(a, with_force_of(a, b), b.loads.carrying),
-            b.target: with_samples(b, with_force_of(b, a), a.loads.carrying),
-        }
+        own = {plate.target: plate for plate in self.of_pair(a, b)}
         return tuple(own.get(plate.target, plate) for plate in plates)
+
+
+@dataclass(frozen=True)
+class PlateSwap(PairOfPlates):
+    """The forces of two plates are exchanged, their centres of pressure stay.
+
+    Where the files hold no centres of pressure, those follow the forces: each plate's wrench then moves from
+    the other's centre to its own.
+    """
+
+    about = ABOUT
+
+    def of_pair(self, a: PlateScene, b: PlateScene) -> tuple[PlateScene, PlateScene]:
+        """Each with the other's forces."""
+        return (
+            with_samples(a, with_force_of(a, b), b.loads.carrying),
+            with_samples(b, with_force_of(b, a), a.loads.carrying),
+        )
 
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
@@ -74,15 +94,20 @@ def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
 def with_force_of(own: PlateScene, other: PlateScene) -> Float[np.ndarray, "samples 6"]:
     """A plate's samples if the other's columns hold its force; zero where those are unloaded."""
     loaded = other.loads.carrying
-    force = other.loads.wrench_ground[:, :3]
     points = _written_points(own, other)
     if points is None:
-        moved = force_at(force, np.broadcast_to(own.centre_ground - other.centre_ground, force.shape))
-        moved[:, 3:] += other.loads.wrench_ground[:, 3:]
-        return np.where(loaded[:, None], moved, 0.0)
-    wrench = force_at(force, points)
+        return moved_rigidly(other, own)
+    wrench = force_at(other.loads.wrench_ground[:, :3], points)
     wrench[:, 4] += _free_moment(own, other)
     return np.where(loaded[:, None], wrench, 0.0)
+
+
+def moved_rigidly(plate: PlateScene, to: PlateScene) -> Float[np.ndarray, "samples 6"]:
+    """A plate's samples, moved as a whole from its middle to another's; zero where they are unloaded."""
+    force = plate.loads.wrench_ground[:, :3]
+    moved = force_at(force, np.broadcast_to(to.centre_ground - plate.centre_ground, force.shape))
+    moved[:, 3:] += plate.loads.wrench_ground[:, 3:]
+    return np.where(plate.loads.carrying[:, None], moved, 0.0)
 
 
 def _written_points(own: PlateScene, other: PlateScene) -> Float[np.ndarray, "samples 3"] | None:

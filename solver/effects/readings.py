@@ -1,6 +1,9 @@
 """How the parameters of a cause are said: sense, unit and which sign means what."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+OF_EACH_TRIAL = "{trial}"  # in the name of a parameter that each trial has, and in its text
 
 
 @dataclass(frozen=True)
@@ -45,3 +48,23 @@ def along(
 
 NOT_TOLD = "this recording does not tell"
 ON_SEGMENT = "{distance} from the segment's origin, at {point} in its axes"
+
+
+def of_each_trial(readings: Iterable[Reading | Place], parameters: Iterable[str]) -> list[Reading | Place]:
+    """Readings of a parameter that each trial has, one for each trial; the others as they are.
+
+    Args:
+        readings: of a cause.
+        parameters: names in its answer.
+    """
+    said: list[Reading | Place] = []
+    for reading in readings:
+        if isinstance(reading, Place) or OF_EACH_TRIAL not in reading.parameter:
+            said.append(reading)
+            continue
+        before, after = reading.parameter.split(OF_EACH_TRIAL)
+        for name in parameters:
+            if name.startswith(before) and name.endswith(after):
+                trial = name[len(before) : len(name) - len(after)]
+                said.append(replace(reading, parameter=name, text=reading.text.replace(OF_EACH_TRIAL, trial)))
+    return said

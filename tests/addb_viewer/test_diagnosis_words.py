@@ -19,7 +19,7 @@ from solver.dynamics.com_mass import WEIGHED_BY_FORCES
 from solver.effects.carried_mass import ABOUT as CARRIED
 from solver.effects.catalogue import ABOUT, IDS, MARKER_IDS
 from solver.effects.plate_bias import TAKEN_OFF
-from solver.effects.readings import Reading
+from solver.effects.readings import OF_EACH_TRIAL, Reading
 from tests.addb_viewer.made_up_residual import residual
 
 FORCE = {"before": 41.0, "after": 12.2, "interval": [11.0, 13.9]}
@@ -77,11 +77,24 @@ STEP = effect(
 )
 
 
+NOTHING_TO_MEASURE = ("plate_swap", "plate_exchange", "axis_convention", "marker_swap")
+
+
 @pytest.mark.parametrize("id", [*IDS, *MARKER_IDS])
 def test_every_cause_of_the_catalogue_has_words(id):
     assert ABOUT[id].title
-    assert ABOUT[id].readings or id in ("plate_swap", "axis_convention", "marker_swap")  # nothing to measure
+    assert ABOUT[id].readings or id in NOTHING_TO_MEASURE
     assert "_" not in title({"id": id, "target": "all"})
+
+
+def test_what_each_trial_has_is_said_trial_by_trial():
+    found = effect(
+        "trial_clocks", "each trial", **{"offset_s Walk01": (0.006, 0.001), "offset_s b": (-0.02, 0.001)}
+    )
+    assert amounts(found) == [
+        "in Walk01 the forces come 6 ± 2 ms too late",
+        "in b the forces come 20 ± 2 ms too early",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -671,6 +684,7 @@ def test_every_reading_of_every_cause_can_be_said(id, size):
     """Whatever its sense and sign: a reading that lacks a word would take the whole page with it."""
     for reading in ABOUT[id].readings:
         if isinstance(reading, Reading):
-            told = amounts(effect(id, "plate_1", **{reading.parameter: (reading.zero + size, 0.01)}))
+            parameter = reading.parameter.replace(OF_EACH_TRIAL, "Walk 01")
+            told = amounts(effect(id, "plate_1", **{parameter: (reading.zero + size, 0.01)}))
             assert told
             assert "{" not in " ".join(told)

@@ -92,6 +92,32 @@ def test_two_lags_told_as_one_are_a_class_and_told_as_one_where_they_are_one_are
     assert judged(truth | {"size": alike}, one).outcome == "right"
 
 
+@pytest.mark.parametrize(("second", "outcome"), [(0.019, "right"), (0.009, "class")])
+def test_two_lags_told_by_trial_are_right_where_each_is(second, outcome):
+    truth = PLATES_FAULT | {
+        "kind": "two_lags",
+        "plate": None,
+        "size": {"offset_s a": 0.008, "offset_s b": 0.02},
+    }
+    parameters = {"offset_s a": (0.0085, 0.001), "offset_s b": (second, 0.001)}
+    each = answer(effect("trial_clocks", "each trial", parameters=parameters))
+    assert judged(truth, each).outcome == outcome
+
+
+@pytest.mark.parametrize(
+    ("id", "target", "outcome"),
+    [
+        ("plate_clock", "plate_1", "right"),
+        ("plate_clock", "plate_2", "wrong"),
+        ("clock_offset", "all", "class"),
+    ],
+)
+def test_the_clock_of_one_plate_has_a_place(id, target, outcome):
+    truth = PLATES_FAULT | {"kind": "one_plate_late", "size": {"offset_s": 0.03}}
+    said = answer(effect(id, target, parameters={"offset_s": (0.029, 0.001)}))
+    assert judged(truth, said).outcome == outcome
+
+
 @pytest.mark.parametrize(("plate", "outcome"), [(1, "right"), (2, "missed")])
 def test_a_fault_that_reading_mends_and_tells_counts_as_right(plate, outcome):
     truth = PLATES_FAULT | {"kind": "sign", "size": {"gain": -1.0}, "plate": plate}

@@ -18,6 +18,7 @@ from solver.diagnosis.witnesses.statement import SOUND_DOF, log_t
 from solver.runs import runs
 
 LEAST_KG = 1.0  # less on a plate is nobody
+ANY_FACTOR = np.geomspace(0.1, 10.0, 47)  # a twentieth apart: within what weighings scatter
 NOTHING_NATS = 1e-6  # where every weighing changes alike, a mass that nobody knows takes it all in
 
 Factors = Mapping[str, float]  # by plate, what it reads over what is true; 1 where it is missing
@@ -53,6 +54,14 @@ class Weighings:
             beside: of others, in either case.
         """
         return self._log_likelihood({**beside, **factors}) - self._log_likelihood(beside)
+
+    def of_another_plate(self, factors: Factors, beside: Factors) -> float:
+        """The most that any factor of one plate does for them, of a plate that is in neither [nats]."""
+        plates = {plate for w in self.weighings for plate in w.vertical_N}
+        plates |= {plate for e in self.exchanges for plate in (e.one, e.other)}
+        others = sorted(plates - set(factors) - set(beside))
+        tried = [self.for_factors({plate: float(f)}, beside) for plate in others for f in ANY_FACTOR]
+        return max(tried, default=0.0)
 
     def tell(self, factors: Factors, beside: Factors) -> bool:
         """Whether there is a mass to hold these factors against: an entered one, or other plates'."""

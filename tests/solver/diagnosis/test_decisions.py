@@ -277,6 +277,7 @@ def carried(plate, mass_kg):
         (Weighings((carried("plate", 35.0), carried("plate_7", 70.0))), True),
         (Weighings((carried("plate", 70.0), carried("plate_7", 69.0))), False),
         (Weighings((carried("plate", 35.0),)), False),  # or a child
+        (Weighings((carried("plate", 55.0), carried("plate_7", 20.0)), entered_kg=70.0), False),  # the other
         (Weighings(entered_kg=70.0), True),  # never all on plates: nothing speaks against it
     ],
 )

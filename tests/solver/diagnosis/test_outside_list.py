@@ -1,5 +1,7 @@
 """Unknown causes can be what they stand for: any fault of a plate, any wrench, any clock."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from solver.diagnosis.outside_list import (
     outside_the_list,
 )
 from solver.effects.plate_gain import demanded_of
+from solver.effects.trial_clocks import MOST_TRIALS
 from tests.solver.effects.conftest import RATE
 
 
@@ -66,9 +69,22 @@ def test_a_clock_is_how_fast_the_recorded_wrench_changes(short_scene):
 def test_the_family_is_small_and_each_touches_something(short_scene):
     family = outside_the_list([short_scene])
     assert 5 <= len(family) <= 12
-    assert {one.kind for one in family} >= {"body", "plate", "time"}
+    assert {one.kind for one in family} >= {"body", "plate"}  # clocks have names
     for one in family:
         signature = one.signature(short_scene, (0.05,))
         assert signature.columns.any()
         assert len(signature.prior_std) == signature.columns.shape[2]
     assert short_scene.rate == RATE
+
+
+def test_clocks_that_no_entry_parts_are_of_unknown_time(short_scene):
+    """A plate in one of several trials; a trial among more than have clocks of their own."""
+
+    def times(count):
+        scenes = [replace(short_scene, name=f"trial {k}") for k in range(count)]
+        return [one.target for one in outside_the_list(scenes) if one.kind == "time"]
+
+    assert times(1) == []
+    assert all(" in trial " in target for target in times(2))
+    assert len(times(2)) >= 4
+    assert "trial 0" in times(MOST_TRIALS + 1)

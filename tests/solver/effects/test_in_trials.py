@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from solver.effects import body_weight_support, carried_mass, drag, elastic_tether
+from solver.effects import body_weight_support, carried_mass, drag, elastic_tether, object_on_plate
 from solver.effects.effect import all_and_each
 
-MODULES = [body_weight_support, carried_mass, drag, elastic_tether]
+MODULES = [body_weight_support, carried_mass, drag, elastic_tether, object_on_plate]
 
 
 @pytest.mark.parametrize("module", MODULES)

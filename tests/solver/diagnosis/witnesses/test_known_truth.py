@@ -184,6 +184,10 @@ def test_a_plate_in_other_units_is_told_by_what_the_person_weighs_elsewhere(fact
     right = weighed(scaled, entered_kg).for_factors({"plate_1": factor}, {})
     assert right > least
     assert weighed(scaled, entered_kg).for_factors({"plate_2": factor}, {}) < right - least
+    assert weighed(scaled, entered_kg).of_another_plate({"plate_2": factor}, {}) == pytest.approx(
+        right, abs=1
+    )
+    assert weighed(scaled, entered_kg).of_another_plate({"plate_1": factor}, {}) < right
     assert weighed(whole, entered_kg).for_factors({"plate_1": factor}, {}) < -least
 
 

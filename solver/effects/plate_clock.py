@@ -1,0 +1,96 @@
+"""Plate clock: one plate is late or early, the others are not."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from solver.effects.about import About, Named, Size
+from solver.effects.clock_offset import FARTHEST_S, STARTS_S
+from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.pictures import Plates
+from solver.effects.readings import Reading
+from solver.effects.scene import PlateScene, Scene
+
+LEAST_S = 0.004  # amplifiers of one kind delay alike
+
+ABOUT = About(
+    id="plate_clock",
+    title="forces of {target} shifted in time against the other plates",
+    sentence="The forces of {target} alone come too late or too early.",
+    remedy=(
+        "Compare this plate's amplifier and converter with the others': a filter that runs one way only, a "
+        "lost sample, another trigger."
+    ),
+    told_apart_by="a foot stamped on each plate in turn",
+    branch="time/clock of one plate",
+    names=Named.PLATES,
+    odds_against=4.0,
+    sizes=(Size("offset_s", 0.01, 0.05, 0.3, "filters and triggers of one amplifier"),),
+    readings=(
+        Reading("offset_s", "its forces come {amount} {which}", "ms", 1e3, which=("too late", "too early")),
+    ),
+    picture=Plates(),
+)
+
+
+@dataclass(frozen=True)
+class PlateClock(Candidate):
+    """recorded(t) = true(t − offset_s) for one plate: true(t) = recorded(t + offset_s)."""
+
+    about = ABOUT
+
+    def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
+        """Offsets from which the search begins [s]."""
+        return tuple((offset,) for offset in STARTS_S)
+
+    def steps(self) -> Eta:
+        """[s]."""
+        return (0.004,)
+
+    def admissible(self, eta: Eta) -> bool:
+        """Within what a trigger can be off."""
+        return abs(eta[0]) <= FARTHEST_S
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """The plate shifted less unshifted; what was recorded at no such time stays as it is."""
+        plate = self._plate(scene)
+        if plate is None:
+            return None
+        shifted = plate.at_times(plate.loads.wrench_ground, plate.times + eta[0])
+        unheard = self.unheard(scene, eta)
+        shifted[unheard] = plate.wrench_ground[unheard]
+        fixed = np.nan_to_num(shifted) - plate.wrench_ground
+        return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), fixed)
+
+    def unheard(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
+        """Those that the right clock puts outside the recording."""
+        plate = self._plate(scene)
+        if plate is None:
+            return np.zeros(scene.frames, dtype=bool)
+        return ~plate.covers(plate.times + eta[0])
+
+    def estimates(
+        self,
+        scenes: Sequence[Scene],
+        eta: Eta,
+        eta_std: Eta,
+        x: Float[np.ndarray, "0"],
+        covariance: Float[np.ndarray, "0 0"],
+    ) -> dict[str, Estimate]:
+        """offset_s; positive when the forces were recorded late."""
+        return {"offset_s": Estimate(eta[0], eta_std[0])}
+
+    def is_notable(self, estimates: dict[str, Estimate]) -> bool:
+        """Beyond what amplifiers of one kind differ by."""
+        return abs(estimates["offset_s"].value) > LEAST_S
+
+    def _plate(self, scene: Scene) -> PlateScene | None:
+        return next((p for p in scene.plates if p.target == self.target and p.loaded.any()), None)
+
+
+def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
+    """Each plate, where several bear a load in some trial."""
+    several = [[p.target for p in scene.plates if p.loaded.any()] for scene in scenes]
+    return [PlateClock(target) for target in dict.fromkeys(t for own in several if len(own) > 1 for t in own)]
