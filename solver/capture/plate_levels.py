@@ -16,6 +16,7 @@ from solver.errors import CaptureError
 from solver.runs import runs
 
 LOAD_N = 150.0  # [N] a step departs at least as far from the zero level; less may be one foot at rest
+LEVEL_STDS = 2.0  # by which a level that was held may lie off what weight and motion ask for
 CENTRE_KNOWN_N = 20.0  # [N] below it a centre of pressure is noise: gait laboratories' contact threshold
 
 
@@ -45,15 +46,24 @@ def plate_witnesses(
         word.zero_N if word.zero_N is not None else _held_level(plate, settings)
         for plate, word in zip(plates, given, strict=True)
     ]
-    return weigh_signs(
-        samples.readings_N,
-        samples.acceleration,
-        samples.agitation,
-        held_N=held,
-        said=[word.sign for word in given],
-        mass_kg=mass_kg,
-        settings=settings,
-    )
+
+    def weighed(levels: Sequence[float | None]) -> tuple[PlateWitness, ...]:
+        return weigh_signs(
+            samples.readings_N,
+            samples.acceleration,
+            samples.agitation,
+            held_N=levels,
+            said=[word.sign for word in given],
+            mass_kg=mass_kg,
+            settings=settings,
+        )
+
+    found = weighed(held)
+    rested = [
+        _held_once(plate, witness, settings) if level is None else level
+        for plate, witness, level in zip(plates, found, held, strict=True)
+    ]
+    return found if rested == held else weighed(rested)
 
 
 def levelled(
@@ -172,10 +182,7 @@ def _sentences(
 
 def _held_level(plate: ForcePlate, settings: PlateSignSettings) -> float | None:
     """The vertical reading that a program gave to unloaded samples: zero, or held alike in two places [N]."""
-    wrench = np.concatenate([plate.force_ground, plate.moment_ground], axis=1)
-    alike = np.r_[False, (np.diff(wrench, axis=0) == 0).all(axis=1)]
-    fewest = max(4, round(settings.held_s * plate.rate))
-    levels = [wrench[start] for start, end in runs(alike) if end - start >= fewest]
+    levels = _held_wrenches(plate, settings)
     zeros = [level for level in levels if not level.any()]
     if zeros:
         return 0.0
@@ -183,6 +190,25 @@ def _held_level(plate: ForcePlate, settings: PlateSignSettings) -> float | None:
         if any((level == other).all() for other in levels[k + 1 :]):
             return float(level[1])
     return None
+
+
+def _held_once(plate: ForcePlate, witness: PlateWitness, settings: PlateSignSettings) -> float | None:
+    """A level that a program held in one place, where weight and motion ask for about that one [N]."""
+    if not witness.used or not witness.is_untared(settings) or witness.is_undecided(settings):
+        return None
+    within = LEVEL_STDS * witness.zero_std_N
+    near = [float(w[1]) for w in _held_wrenches(plate, settings) if abs(w[1] - witness.zero_N) <= within]
+    least = np.nanmin(witness.sign * plate.force_ground[:, 1])
+    lowest = [level for level in near if witness.sign * level <= least + settings.tare_N]
+    return lowest[0] if lowest else None
+
+
+def _held_wrenches(plate: ForcePlate, settings: PlateSignSettings) -> list[Float[np.ndarray, "6"]]:
+    """Force and moment of each stretch on which they stay the same to the last digit."""
+    wrench = np.concatenate([plate.force_ground, plate.moment_ground], axis=1)
+    alike = np.r_[False, (np.diff(wrench, axis=0) == 0).all(axis=1)]
+    fewest = max(4, round(settings.held_s * plate.rate))
+    return [wrench[start] for start, end in runs(alike) if end - start >= fewest]
 
 
 def _resting(

@@ -2,14 +2,11 @@
 
 from collections.abc import Sequence
 
+from solver.diagnosis.witnesses.levels import WITNESS as LEVELS
 from solver.diagnosis.witnesses.settings import WITNESSES, WitnessSettings
 from solver.diagnosis.witnesses.statement import About, Statement
 
-GROSS = (
-    About.PLATE_TURN,
-    About.PLATE_PLACE,
-    About.PLATE_SIGN,
-)  # a zero level is told and taken off on reading
+GROSS = (About.PLATE_TURN, About.PLATE_PLACE, About.PLATE_SIGN)
 
 
 def accused_plates(statements: Sequence[Statement], settings: WitnessSettings = WITNESSES) -> frozenset[str]:
@@ -32,4 +29,15 @@ def accused_plates(statements: Sequence[Statement], settings: WitnessSettings = 
     }
     if len(placed) > 1 and accused[About.PLATE_PLACE] == placed:
         del accused[About.PLATE_PLACE]
-    return frozenset[str]().union(*accused.values())
+    return frozenset[str]().union(*accused.values(), _untared(own, settings))
+
+
+def _untared(statements: Sequence[Statement], settings: WitnessSettings) -> set[str]:
+    """Plates whose zero level is off while their sign is clear, and which reading could not put right."""
+    said = [one for one in statements if one.witness == LEVELS]
+    return {
+        str(one.target)
+        for one in said
+        if one.nats.get(About.PLATE_ZERO, 0.0) >= settings.accusing_nats
+        and one.nats.get(About.PLATE_SIGN, 0.0) <= -settings.accusing_nats
+    }

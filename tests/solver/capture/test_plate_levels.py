@@ -261,6 +261,49 @@ def test_weight_that_comes_and_goes_tells_that_a_plate_tared_under_load_counts_t
     assert min(first.sign_nats, second.sign_nats) > PLATE_SIGN.clear_nats
 
 
+def stepping(held_N, rest_s):
+    """Three squats on two plates; for a while nobody is on the first, whose samples a program then holds."""
+    plates, markers = standing()
+    times, rate = markers.times, markers.rate
+    depth = 0.12 * (1 - np.cos(2 * np.pi * 0.6 * times)) / 2
+    moved = markers.positions_ground.copy()
+    moved[:, 2:, 1] -= depth[:, None]
+    total = 65 * (9.80665 - 0.75 * np.gradient(np.gradient(depth, 1 / rate), 1 / rate))
+    away = (times > 1.0) & (times < 1.0 + rest_s)
+    loads = np.stack([np.where(away, 0.0, 0.45 * total), np.where(away, total, 0.55 * total)], axis=1)
+    filed = []
+    for plate, load in zip(plates, loads.T, strict=True):
+        force = load[:, None] * [0.0, 1.0, 0.0]
+        filed.append(replace(plate, force_ground=force, moment_ground=np.cross(plate.cop_ground, force)))
+    level = np.array([0.0, held_N, 0.0])
+    first = replace(
+        filed[0],
+        force_ground=filed[0].force_ground + level,
+        moment_ground=filed[0].moment_ground + np.cross(filed[0].cop_ground, level),
+    )
+    return (first, filed[1]), filed[0], replace(markers, positions_ground=moved)
+
+
+def test_a_level_held_once_is_taken_off_where_weight_and_motion_ask_for_it():
+    """One swing of a treadmill walk: the plate rests once, at a level that no load leaves."""
+    plates, true, markers = stepping(held_N=-600.0, rest_s=0.4)
+    settled, notes = levelled(plates, markers, 65.0)
+    np.testing.assert_allclose(settled[0].force_ground, true.force_ground, atol=1e-6)
+    np.testing.assert_allclose(settled[0].moment_ground, true.moment_ground, atol=1e-6)
+    assert any("zero level is off" in note and "-600 N" in note and "taken off" in note for note in notes)
+
+
+def test_a_reading_held_once_elsewhere_is_no_level():
+    """A program that held one loaded value, as over a lost packet, above what the plate reads unloaded."""
+    plates, _, markers = stepping(held_N=-600.0, rest_s=0.0)
+    stuck = plates[0].force_ground.copy()
+    stuck[120:140] = stuck[120] + [0.0, 40.0, 0.0]
+    first = replace(plates[0], force_ground=stuck)
+    settled, notes = levelled((first, plates[1]), markers, 65.0)
+    assert any("nothing is taken off" in note for note in notes)
+    assert settled[0] is first
+
+
 def test_quiet_standing_tells_which_plate_holds_the_force_on_the_plate():
     plates, markers = standing()
     settled, notes = levelled((plates[0], reversed_(plates[1])), markers, 65.0)

@@ -3,11 +3,12 @@
 import pytest
 
 from solver.diagnosis.witnesses.accusing import accused_plates
+from solver.diagnosis.witnesses.levels import WITNESS as LEVELS
 from solver.diagnosis.witnesses.statement import About, Statement
 
 
-def said(target, **nats):
-    return Statement("path of the pressure", "…", {About(k): v for k, v in nats.items()}, {}, target=target)
+def said(target, witness="path of the pressure", **nats):
+    return Statement(witness, "…", {About(k): v for k, v in nats.items()}, {}, target=target)
 
 
 @pytest.mark.parametrize(
@@ -19,7 +20,10 @@ def said(target, **nats):
         ),
         ([said("plate_1", plate_place=7.0), said("plate_2", plate_sign=9.0)], {"plate_1", "plate_2"}),
         ([said("plate_1", plate_place=5.5)], set()),
-        ([said("plate_1", plate_zero=50.0)], set()),  # told and taken off on reading
+        ([said("plate_1", plate_zero=50.0)], set()),  # of a pressure, which much else moves
+        ([said("plate_1", LEVELS, plate_zero=50.0, plate_sign=-50.0)], {"plate_1"}),
+        ([said("plate_1", LEVELS, plate_zero=50.0, plate_sign=-2.0)], set()),
+        ([said("plate_1", LEVELS, plate_zero=-1.0, plate_sign=-50.0)], set()),  # taken off on reading
         ([said("plate_1+plate_2", plate_sign=40.0)], set()),  # one of the two, nobody knows which
         ([said("plate_1", plate_turned_or_mirrored=20.0), said(None, clock=12.0)], set()),
         ([said("plate_1", plate_place=7.0), said("plate_2", plate_place=6.5)], set()),  # soles or cameras
