@@ -8,12 +8,13 @@ from scipy.special import logsumexp
 
 from solver.diagnosis.balance import Balance, Solved, Term
 from solver.diagnosis.contenders import Contender, Found, handicap
-from solver.diagnosis.outside_list import SIZE_SHARES, SIZES, Outside, outside_the_list
+from solver.diagnosis.outside_list import BODY, EVENT, SIZE_SHARES, SIZES, Outside, outside_the_list
 from solver.diagnosis.proposals import AgainstAnything
 from solver.diagnosis.trail import Trail
 from solver.diagnosis.unexplained import Kept
 from solver.diagnosis_settings import DiagnosisSettings
 
+FORCES = (BODY, EVENT)
 CLIMBED = 3  # of the unknown causes in a name's place, to the scales that suit them
 
 
@@ -120,7 +121,8 @@ def _standing(
 
     Against the unknown T grows with what the name explains, as what evidence gets wrong does; and the name's
     own odds do not count, since what imitates it on sound recordings is off the list as well. Where something
-    unknown is there besides, the name may stand beside that, if it pays there.
+    unknown is there besides, the name may stand beside that, if it pays there. Where a foot is seen to stand
+    somewhere, the ground carries it: a force of another place and course is none in its place.
     """
     balance, settings = world.balance, world.balance.settings
     candidate = one.contender.term.candidate
@@ -131,8 +133,9 @@ def _standing(
     moved = gain - one.contender.gain  # since the rivals were tried
     rivals = [r.odds_gain(settings) + moved for r in one.rivals if r.term.candidate.key != candidate.key]
     listed = (np.array([0.0, *rivals]) - (gain - against)) / settings.confidence_temper
-    unknown = world.beside(rest, solved)
-    odds = _log_odds(settings, names, len(unknown))
+    every = world.beside(rest, solved)
+    odds = _log_odds(settings, names, len(every))
+    unknown = [u for u in every if not (candidate.about.seen_standing and u.cause.kind in FORCES)]
     temper = settings.confidence_temper + settings.temper_share * max(0.0, gain)
     own = gain + max(0.0, -against)
     if beside:

@@ -1,15 +1,21 @@
 """A name is as sure as what may be in its place allows, the unknown included."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
 from solver.diagnosis.conclusion import conclude
+from solver.diagnosis.contenders import Contender, Found
 from solver.diagnosis.open_world import OpenWorld, held
 from solver.diagnosis.report import as_json
 from solver.diagnosis.selection import select
+from solver.diagnosis.trail import Trail
 from solver.diagnosis.unexplained import Kept
+from solver.effects.about import About
 from solver.effects.plate_gain import PlateGain
 from solver.effects.plate_position import candidates as positions
+from tests.solver.diagnosis.causes import Course
 
 NAMES = 60
 
@@ -89,3 +95,27 @@ def test_the_evidence_of_an_unknown_is_that_over_its_sizes(drawn, balance_of_sce
     without = -0.5 * balance.residual @ np.linalg.solve(K, balance.residual) - 0.5 * np.linalg.slogdet(K)[1]
     at_rung = balance.solve_at([], rung).log_evidence
     assert found.log_evidence - at_rung == pytest.approx(mixed - without, abs=1e-6)
+
+
+@dataclass(frozen=True, eq=False)
+class Standing(Course):
+    """A foot that is seen to stand where nothing measures."""
+
+    about = About("standing", seen_standing=True)
+    id = "standing"
+
+
+@pytest.mark.parametrize(("cause", "kept"), [(Course, False), (Standing, True)])
+def test_no_force_elsewhere_takes_the_place_of_a_foot_that_is_seen_to_stand(
+    short_scene, drawn, balance_of_scenes, cause, kept
+):
+    """Both say of a force that it is half a metre from where it is; the balance denies it of both."""
+    force = np.tile([0.0, 250.0, 0.0], (short_scene.frames, 1))
+    there = np.concatenate([force, np.cross(short_scene.com_ground, force)], axis=1)
+    aside = short_scene.com_ground + np.array([0.5, 0.0, 0.0])
+    said = np.concatenate([force, np.cross(aside, force)], axis=1)
+    balance = balance_of_scenes(drawn(4, there, scale=0.3))
+    null, solved = balance.solve([]), balance.solve([balance.term(cause("calcn_r", said), ())])
+    contender = Contender(solved.terms[0], solved, solved.log_evidence - null.log_evidence)
+    names = Kept(solved, (Found(contender, 1.0, ()),), None)
+    assert bool(held(balance, names, NAMES, Trail()).found) == kept
