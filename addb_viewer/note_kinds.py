@@ -62,6 +62,7 @@ KINDS = (
         (
             "does not weigh the body",
             "plates read ",
+            "what it reads speaks against that",
             "the largest force is ",
             "do both share one clock?",
             "no centre of pressure on ",
@@ -141,6 +142,7 @@ KINDS = (
         "its free moment is taken as zero",
         "taken as the free moment",
         "belong to no force plate",
+        "as subject.toml says",
     ), False),
     NoteKind("the person", (
         "mass not given",

@@ -19,6 +19,7 @@ from mkdocs.structure.pages import Page
 PROJECT = Path(__file__).resolve().parent.parent
 REFERENCE = {
     "addb_viewer": "__init__.py",
+    "addb_viewer/api": "*.py",
     "addb_viewer/recordings": "*.py",
     "addb_viewer/report": "*.py",
     "annotations": "*.py",

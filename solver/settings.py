@@ -108,15 +108,28 @@ def read_settings(path: Path) -> Settings:
         raise SettingsError(f"{path}: not a TOML file: {error}") from error
     except OSError as error:
         raise SettingsError(f"{path}: cannot be read ({error.strerror}).") from error
+    return settings_from(tables, path)
+
+
+def settings_from(tables: Mapping[str, object], said_in: Path | str) -> Settings:
+    """The defaults with the changes of tables as a TOML file has them.
+
+    Args:
+        tables: by name; of each, values by key.
+        said_in: where they stand, for messages.
+
+    Raises:
+        SettingsError: a key or value is not one of ours.
+    """
     defaults = Settings()
     stages = {f.name: f for f in fields(defaults)}
     changed = {}
     for name, table in tables.items():
         if name not in stages:
-            raise SettingsError(f"{path}: unknown table [{name}]; {_nearest(name, stages)}")
+            raise SettingsError(f"{said_in}: unknown table [{name}]; {_nearest(name, stages)}")
         if not isinstance(table, dict):
-            raise SettingsError(f"{path}: '{name}' must be a table: [{name}]")
-        changed[name] = _stage(path, name, getattr(defaults, name), table)
+            raise SettingsError(f"{said_in}: '{name}' must be a table: [{name}]")
+        changed[name] = _stage(said_in, name, getattr(defaults, name), table)
     return replace(defaults, **changed)
 
 
@@ -189,7 +202,7 @@ def _with_tuples(value: Any) -> Any:
     return tuple(_with_tuples(item) for item in value) if isinstance(value, list | tuple) else value
 
 
-def _stage(path: Path, name: str, defaults: Any, table: Mapping[str, object]) -> Any:
+def _stage(path: Path | str, name: str, defaults: Any, table: Mapping[str, object]) -> Any:
     kinds, inner = get_type_hints(type(defaults)), {}
     bounds = {f.name: f.metadata["bounds"] for f in fields(defaults) if "bounds" in f.metadata}
     for key, value in table.items():

@@ -12,11 +12,9 @@ import typer
 
 from addb_viewer.app.work import end_in_order, print_progress
 from addb_viewer.commands.errors import errors_as_lines
+from addb_viewer.jobs.reporting import page_of
 from addb_viewer.kept_diagnosis import kept
 from addb_viewer.recordings.recording import Recording, recording_of
-from addb_viewer.report.content import SubjectReport
-from addb_viewer.report.diagnosis_shown import diagnosis_shown
-from addb_viewer.report.subject_page import write_report
 from addb_viewer.review_store import whole_log
 from solver.capture.atomic import made_folder
 from solver.fit import Fit
@@ -57,7 +55,7 @@ def _arguments(arguments: Sequence[str]) -> argparse.Namespace:
 
 def _write(fit: Fit, asked: argparse.Namespace, file: Path) -> Path:
     if file.suffix == ".html":
-        return _write_report(fit, asked, file)
+        return page_of(fit, asked.results, file, trials=_trials(asked))[0]
     if file.suffix == ".mcap":
         from addb_viewer.recordings.mcap_recording import write_mcap  # noqa: PLC0415 (slow to load)
 
@@ -65,13 +63,6 @@ def _write(fit: Fit, asked: argparse.Namespace, file: Path) -> Path:
     from addb_viewer.recordings.rrd_recording import write_rrd  # noqa: PLC0415 (slow to load)
 
     return write_rrd(_recording(fit, asked), file)
-
-
-def _write_report(fit: Fit, asked: argparse.Namespace, file: Path) -> Path:
-    """The page that `addb-viewer report` writes: about this fit alone."""
-    shown = diagnosis_shown(fit, asked.results)
-    recording = recording_of(fit, trials=_trials(asked), diagnosis=shown.figures)
-    return write_report(SubjectReport(recording, shown), file)
 
 
 def _recording(fit: Fit, asked: argparse.Namespace) -> Recording:

@@ -9,9 +9,9 @@ from addb_viewer.commands.ablation_setup import Experiment, choices_of, experime
 from addb_viewer.commands.ablation_table import Condition, as_json, print_conditions
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, SettingsFile, SubjectFolder
-from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.commands.torque_figure import torque_figure
 from addb_viewer.jobs.solving import job_for
+from addb_viewer.terminal_progress import terminal_progress
 from solver.capture.atomic import write_whole
 from solver.dynamics.ablation import ablate
 from solver.dynamics.hidden_steps import Step

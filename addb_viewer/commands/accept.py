@@ -5,12 +5,12 @@ import typer
 from addb_viewer.accepted_exchanges import exchange_in_words
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, Out, SettingsFile, SubjectFolder
-from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.commands.reviewing import Author, author_named
 from addb_viewer.extension_words import what_accepting_changes
 from addb_viewer.jobs.accepting import Accepted, accepted, rejected
 from addb_viewer.jobs.solving import job_for, last_fit
 from addb_viewer.sections import as_text
+from addb_viewer.terminal_progress import terminal_progress
 from solver.fit import Fit
 from solver.results.store import write_json
 

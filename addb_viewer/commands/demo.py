@@ -3,24 +3,18 @@
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from addb_viewer.commands.diagnose import print_diagnosis
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.open import serve_app
 from addb_viewer.commands.options import DEFAULT_HOST, DEFAULT_PORT, Debug, Host, Port
-from addb_viewer.commands.progress import terminal_progress
-from addb_viewer.commands.summary_table import print_summary
+from addb_viewer.jobs.demo import make_demo
 from addb_viewer.jobs.diagnosing import diagnosed
 from addb_viewer.jobs.solving import job_for, solved
-from solver.capture.atomic import made_folder
-from solver.errors import CaptureError
-from solver.simulate.demo import LateForces, write_demo_subject
+from addb_viewer.summary_table import print_summary
+from addb_viewer.terminal_progress import terminal_progress
 from solver.summary import summary
-
-SEED = 20_240_901  # any number: the same demo for everyone
-_OURS = ".addb-viewer-demo"  # marks a folder that the demo may write over
 
 Folder = Annotated[
     Path, typer.Option("--folder", metavar="DIR", help="Folder for the demo subject.", file_okay=False)
@@ -40,7 +34,7 @@ def demo(
     One step finds no plate, and all forces come late; nothing in the files says so.
     """
     with errors_as_lines(debug):
-        _make_subject(folder)
+        make_demo(folder)
         job = job_for(folder)
         with terminal_progress() as progress:
             done = solved(job, progress=progress)
@@ -50,12 +44,3 @@ def demo(
         print_diagnosis(figures, kept)
         if not no_serve:
             serve_app(folder, host, port)
-
-
-def _make_subject(folder: Path) -> None:
-    mark = folder / _OURS
-    if folder.is_dir() and any(folder.iterdir()) and not mark.is_file():
-        raise CaptureError(f"{folder}: not empty and not the demo's; choose another folder with --folder")
-    made_folder(folder)
-    mark.touch()
-    write_demo_subject(folder, np.random.default_rng(SEED), cause=LateForces())

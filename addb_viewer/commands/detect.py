@@ -10,8 +10,8 @@ from rich.table import Table
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, SettingsFile, SubjectFolder, Trials
-from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.jobs.solving import job_for, judged
+from addb_viewer.terminal_progress import terminal_progress
 from solver.contact.detection import detect as proposals_for
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.proposals import missing_force

@@ -18,12 +18,12 @@ from addb_viewer.commands.options import (
     SettingsFile,
     Trials,
 )
-from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.decision_words import decisions_on
 from addb_viewer.diagnosis_words import page, screen
 from addb_viewer.jobs.diagnosing import diagnosed, kept_of
 from addb_viewer.jobs.solving import Job, job_for
 from addb_viewer.sections import as_text
+from addb_viewer.terminal_progress import terminal_progress
 from solver.effects.catalogue import IDS, MARKER_IDS
 from solver.results.store import write_json
 

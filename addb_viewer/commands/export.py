@@ -8,9 +8,9 @@ from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.many import Row, Work, options, several
 from addb_viewer.commands.many_subjects import CsvFile, Jobs, SubjectOrRoot, check_one, run_on_all
 from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, Out, SettingsFile, Trials
-from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.jobs.exporting import Format, exported
 from addb_viewer.jobs.solving import job_for, solved
+from addb_viewer.terminal_progress import terminal_progress
 
 To = Annotated[
     Format,

@@ -20,12 +20,12 @@ from addb_viewer.commands.options import (
     Trials,
     WithoutExtension,
 )
-from addb_viewer.commands.progress import terminal_progress
-from addb_viewer.commands.summary_table import print_summary, print_withheld
 from addb_viewer.commands.unused_files import unused_lines
 from addb_viewer.jobs.solving import Job, Solved, job_for, solved
 from addb_viewer.jobs.withholding import FitReplacedError, Withholding
 from addb_viewer.note_kinds import by_kind
+from addb_viewer.summary_table import print_summary, print_withheld
+from addb_viewer.terminal_progress import terminal_progress
 from addb_viewer.withheld_words import rest_words
 from solver.fit import Fit
 from solver.results.store import write_json

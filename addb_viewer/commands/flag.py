@@ -12,10 +12,9 @@ from addb_viewer.commands.reviewing import (
     author_named,
     foot_named,
     frames_named,
-    tell_unreadable,
 )
-from addb_viewer.jobs.reviewing import capture_of, subject_in, trial_of
-from addb_viewer.review_store import open_log, record
+from addb_viewer.jobs.reviewing import capture_of, noted, subject_in, trial_of
+from addb_viewer.review_store import unreadable_notes
 from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange
 from annotations.reasons import MANUAL_REVIEW, reason_named
@@ -59,13 +58,14 @@ def flag(
             if chosen is None
             else FlagRange(start, end, chosen, of_foot, note)
         )
-        with open_log(subject) as log:
-            number = record(log, files, capture, event, name)
-            review = log.review(trial, opened.foot_bodies)
-            tell_unreadable(log, trial)
+        edit = noted(opened, files, capture, event, name)
+        for line in unreadable_notes(edit.review.unreadable):
+            typer.echo(f"note: {line}")
         said = "the force counts" if chosen is None else chosen
-        typer.echo(f"{trial}: frames {start} to {end - 1}, {of_foot or 'both feet'}: {said} (edit {number})")
-        _print_conflicts(review, number)
+        typer.echo(
+            f"{trial}: frames {start} to {end - 1}, {of_foot or 'both feet'}: {said} (edit {edit.number})"
+        )
+        _print_conflicts(edit.review, edit.number)
 
 
 def _reason(word: str | None, clear: bool) -> str | None:

@@ -9,12 +9,12 @@ import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, IgnoreReview, Out, SettingsFile, SubjectFolder
-from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.jobs.solving import Job, job_for, solved
 from addb_viewer.jobs.subject_checks import check_trials
 from addb_viewer.kept_diagnosis import kept
 from addb_viewer.recordings.recording import Recording, recording_of
 from addb_viewer.review_store import unreadable_notes, whole_log
+from addb_viewer.terminal_progress import terminal_progress
 from solver.fit import Fit
 
 Rrd = Annotated[

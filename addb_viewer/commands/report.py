@@ -13,7 +13,6 @@ from addb_viewer.commands.fit import in_short
 from addb_viewer.commands.many import Work, done_to_all, options
 from addb_viewer.commands.many_subjects import Jobs
 from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, SettingsFile
-from addb_viewer.commands.progress import terminal_progress
 from addb_viewer.jobs.reporting import PAGE, reported
 from addb_viewer.jobs.solving import job_for
 from addb_viewer.jobs.subject_checks import check_folder
@@ -21,6 +20,7 @@ from addb_viewer.recordings.recording import file_of
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.figures import pages_written
 from addb_viewer.report.overview import Entry, write_overview
+from addb_viewer.terminal_progress import terminal_progress
 from annotations.errors import ReviewError
 from solver.capture.atomic import made_folder
 from solver.capture.b3d.places import subject_folder_of

@@ -3,10 +3,14 @@
 import getpass
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from addb_viewer.jobs.subject_checks import check_folder, check_trials
+from addb_viewer.review_store import has_log, open_log, record
 from annotations.errors import ReviewError
+from annotations.events import ClearRange, FlagRange
+from annotations.trial_review import FlaggedRange, TrialReview
 from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.capture.subject import open_subject
 from solver.capture.trial import read_trial
@@ -73,3 +77,44 @@ def foot_meant(word: str, feet: Sequence[str]) -> str | None:
     if len(found) != 1:
         raise ReviewError(f"'{word}' is not clear; give both or one of: {', '.join(feet)}")
     return found[0]
+
+
+@dataclass(frozen=True)
+class Noted:
+    """An edit that is in the log, and the trial's review with it."""
+
+    number: int
+    review: TrialReview
+
+
+def noted(
+    subject: Subject, files: TrialFiles, capture: Capture, edit: FlagRange | ClearRange, author: str
+) -> Noted:
+    """Put a decision about a trial's frames into the subject's log.
+
+    Args:
+        subject: whose.
+        files: of the trial.
+        capture: the trial as read from them.
+        edit: the decision.
+        author: who makes it.
+
+    Raises:
+        ReviewError: it cannot be recorded.
+    """
+    with open_log(subject.folder) as log:
+        number = record(log, files, capture, edit, author)
+        return Noted(number, log.review(files.name, subject.foot_bodies))
+
+
+def flagged(subject: Subject) -> list[tuple[str, FlaggedRange]]:
+    """What is flagged in the subject's log, with its trial.
+
+    Raises:
+        ReviewError: the log cannot be read.
+    """
+    if not has_log(subject.folder):
+        return []
+    with open_log(subject.folder) as log:
+        reviews = [log.review(trial.name, subject.foot_bodies) for trial in subject.trials]
+    return [(review.trial, flag) for review in reviews for flag in review.flags]

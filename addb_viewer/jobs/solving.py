@@ -47,6 +47,7 @@ def job_for(
     out: Path | None = None,
     trials: Sequence[str] | None = None,
     settings_file: Path | None = None,
+    settings: Settings | None = None,
     map_file: Path | None = None,
     ignore_review: bool = False,
     without_extension: bool = False,
@@ -63,7 +64,7 @@ def job_for(
         ResultsError: what somebody accepted cannot be read.
     """
     check_folder(folder)
-    settings = settings_for(folder, settings_file)
+    settings = settings or settings_for(folder, settings_file)
     subject = open_subject(folder, settings.reading)
     if map_file is not None:
         subject = replace(subject, marker_map=map_file)

@@ -139,9 +139,16 @@ def _said_of(word: PlateWord, unasked: PlateWitness, settings: PlateSignSettings
         said.append(
             f"unloaded it reads {word.zero_N:.0f} N" + (", which is taken off" if word.zero_N else "")
         )
+    is_against = (
+        word.sign is not None
+        and unasked.used
+        and not unasked.is_undecided(settings)
+        and unasked.is_turned(settings) != (word.sign == -1)
+    )
+    against = "; what it reads speaks against that" if is_against else ""
     return (
         f"{word.name}: as subject.toml says, {', and '.join(said)} (the recording alone: "
-        f"{unasked.sentence(settings)})"
+        f"{unasked.sentence(settings)}{against})"
     )
 
 

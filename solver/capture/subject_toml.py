@@ -57,6 +57,11 @@ def read_subject_toml(path: Path, model_words: tuple[str, ...] = MODEL_WORDS) ->
     )
 
 
+def can_name_a_trial(name: str) -> bool:
+    """Whether files can be called after it."""
+    return bool(name.strip()) and not name.startswith(".") and "/" not in name and "\\" not in name
+
+
 def _trials(entries: Entries) -> tuple[tuple[TrialFiles, ...] | None, tuple[str, ...]]:
     tables = entries.values.get("trials")
     if tables is None:
@@ -72,7 +77,7 @@ def _trials(entries: Entries) -> tuple[tuple[TrialFiles, ...] | None, tuple[str,
             raise CaptureError(
                 f"{entries.path}: trials.{name} is no table. Write [trials.{name}] above its keys."
             )
-        if not name.strip() or name.startswith(".") or "/" in name or "\\" in name:
+        if not can_name_a_trial(name):
             raise CaptureError(
                 f"{entries.path}: trial '{name}': results are filed under that name; leave out / and \\."
             )

@@ -1,13 +1,16 @@
 """What a command loads before it answers, each in an interpreter of its own."""
 
+import ast
 import inspect
 import subprocess
 import sys
 from importlib import import_module
+from pathlib import Path
 
 import pytest
 from typer.main import get_command
 
+import addb_viewer
 from addb_viewer.cli import app
 
 HEAVY = {"numpy", "scipy", "sqlalchemy", "viser", "pinocchio", "trimesh", "rerun", "mcap", "ezc3d", "pyarrow"}
@@ -16,6 +19,7 @@ LISTED = get_command(app).commands
 
 THEN_LIST = """
 import sys
+import addb_viewer
 from addb_viewer.cli import app
 app(sys.argv[1:], standalone_mode=False)
 print("\\nloaded", *sys.modules)
@@ -55,3 +59,37 @@ def test_a_command_is_listed_as_it_says_itself(name):
     function = getattr(import_module(listed.module), listed.function)
     assert listed.help == inspect.getdoc(function).split("\n\n")[0]
     assert listed.loaded().help == inspect.getdoc(function)
+
+
+IMPORT = "import sys, addb_viewer; print(*sys.modules)"
+
+
+def test_importing_the_package_loads_nothing_before_a_name_is_used():
+    run = subprocess.run([sys.executable, "-c", IMPORT], capture_output=True, text=True, check=True)
+    modules = set(run.stdout.split())
+    assert not modules & HEAVY
+    assert not {name for name in modules if name.startswith(("solver", "annotations", "addb_viewer.api"))}
+
+
+@pytest.mark.parametrize("name", addb_viewer.__all__)
+def test_every_public_name_is_there(name):
+    assert getattr(addb_viewer, name) is not None
+    assert name in dir(addb_viewer)
+
+
+def test_a_name_that_is_not_public_is_told_with_those_that_are():
+    with pytest.raises(AttributeError, match=r"no attribute 'subject'.*Subject"):
+        addb_viewer.subject  # noqa: B018 (asking is the test)
+
+
+def test_type_checkers_see_the_names_that_the_table_loads():
+    source = Path(addb_viewer.__file__).read_text(encoding="utf-8")
+    told = {
+        alias.asname: node.module
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+        if alias.asname
+    }
+    assert told == {name: getattr(addb_viewer, name).__module__ for name in told}
+    assert set(told) == set(addb_viewer.__all__) - {"__version__"}

@@ -20,11 +20,11 @@ def made(monkeypatch):
     """Folders that a demo subject was written into, with what draws it and what is hidden in it."""
     folders = []
 
-    def write_demo_subject(folder, rng, cause):
+    def write_demo_subject(folder, rng, cause, trials):
         folders.append((folder, rng.integers(1000), cause))
         (folder / "subject.toml").write_text("")
 
-    monkeypatch.setattr("addb_viewer.commands.demo.write_demo_subject", write_demo_subject)
+    monkeypatch.setattr("addb_viewer.jobs.demo.write_demo_subject", write_demo_subject)
     clean = Diagnosis("clean", (), (), {}, Remaining(9.0, 9.8), ("walk",))
     monkeypatch.setattr("addb_viewer.jobs.diagnosing.diagnosis_of", lambda *_, **__: clean)
     return folders

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from addb_viewer.cli import app
-from addb_viewer.commands.summary_table import print_summary
+from addb_viewer.summary_table import print_summary
 from solver.errors import FitError
 from solver.results.store import load_fit
 from solver.summary import summary

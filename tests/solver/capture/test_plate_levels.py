@@ -376,8 +376,10 @@ def test_a_person_says_which_way_a_plate_counts(real_data, tmp_path):
     (note,) = [note for note in capture.notes if "as subject.toml says" in note]
     assert names[1] in note
     assert "the recording alone: it reads the force on the plate" in note
+    assert "what it reads speaks against that" in note
     said = said.replace("person", "plate")
     turned = read_reversed(real_data, tmp_path, said)
+    assert not [note for note in turned.notes if "speaks against" in note]
     np.testing.assert_allclose(turned.plates[1].force_ground, by_itself.plates[1].force_ground)
 
 

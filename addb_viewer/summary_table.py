@@ -1,7 +1,8 @@
 """The summary of a fit in the terminal: units in the heads, ✓ and ✗ where Hicks et al. 2015 set a bound."""
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from io import StringIO
 from typing import Any
 
 from rich import box
@@ -35,7 +36,23 @@ def print_summary(figures: dict[str, Any], *, notes: bool = False, closing: Sequ
         notes: all that was noted, by kind, and all figures of each trial, in place of what needs a decision.
         closing: lines to end with.
     """
-    console = Console(highlight=False, width=None if sys.stdout.isatty() else _WIDTH_OF_A_PIPE)
+    _print(
+        Console(highlight=False, width=None if sys.stdout.isatty() else _WIDTH_OF_A_PIPE),
+        figures,
+        notes,
+        closing,
+    )
+
+
+def summary_text(figures: Mapping[str, Any]) -> str:
+    """The same as a text: the table, and what needs a decision."""
+    console = Console(highlight=False, width=_WIDTH_OF_A_PIPE, file=StringIO(), force_jupyter=False)
+    _print(console, dict(figures), notes=False, closing=())
+    text: str = console.file.getvalue()  # type: ignore[attr-defined]
+    return "\n".join(line.rstrip() for line in text.splitlines())
+
+
+def _print(console: Console, figures: dict[str, Any], notes: bool, closing: Sequence[str]) -> None:
     console.print(_subject_line(figures))
     console.print(_table(figures["trials"]))
     console.print(_legend(), style="dim")

@@ -1,0 +1,1 @@
+"""The Python interface: `Subject`, `Fit`, `Diagnosis`, and the arrays that they give."""

@@ -1,0 +1,30 @@
+"""What somebody decided about the causes of a diagnosis."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from addb_viewer.extension_words import what_accepting_changes
+from addb_viewer.sections import as_text
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Acceptance:
+    """Causes that later fits use beside the recorded forces, and what they change."""
+
+    by: str
+    sentence: str  # what was accepted
+    figures: Mapping[str, Any]  # in the shape of `addb-viewer accept --json`
+    left_out: tuple[str, ...]  # causes that lie in the markers alone
+    file: Path | None  # that keeps the figures; None where only labels are exchanged
+
+    def __repr__(self) -> str:
+        """What was accepted, in a line."""
+        return f"<Acceptance by {self.by}: {self.sentence}>"
+
+    def __str__(self) -> str:
+        """What accepting changes: withheld forces, markers, mass, torques."""
+        if self.file is None:
+            return self.sentence
+        return "\n".join(as_text([what_accepting_changes(self.figures)]))

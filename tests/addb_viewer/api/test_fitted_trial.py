@@ -1,0 +1,104 @@
+"""The arrays of a fit are the solver's, with the names and units that belong to them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from addb_viewer import Fit
+from solver.export.tables import export_csv
+
+
+@pytest.fixture
+def fit(small_fit, tmp_path):
+    return Fit(small_fit, tmp_path / "results")
+
+
+def test_trials_by_name_and_in_order(fit):
+    assert fit.trials == ("walk", "no/forces")
+    assert [trial.name for trial in fit] == list(fit.trials)
+    assert len(fit) == 2
+    with pytest.raises(KeyError, match="no trial 'Walk'; nearest: walk"):
+        fit["Walk"]
+
+
+def test_arrays_have_the_solvers_values_names_and_units(fit, small_fit):
+    walk, solved = fit["walk"], small_fit.trials[0]
+    assert walk.times.tolist() == [0.25, 0.26, 0.27, 0.28]
+    assert (walk.coordinates.names, walk.coordinates.units) == (("hip_flexion",), ("rad",))
+    assert walk.coordinates["hip_flexion"].tolist() == [0.0, 0.1, 0.2, 0.3]
+    np.testing.assert_allclose(walk.velocities["hip_flexion"], 10.0)
+    assert (walk.velocities.unit, walk.accelerations.unit) == ("rad/s", "rad/s²")
+    assert walk.torques.unit == "Nm"
+    assert walk.powers.unit == "W"
+    assert walk.residual_force["x"].tolist() == [3.0, 1000.0, 0.0, 0.0]
+    assert walk.residual_moment["z"].tolist() == [0.0, 0.0, 0.0, 1.2]
+    assert walk.used.tolist() == [True, False, True, True]
+    assert walk.counts["thigh"].tolist() == [True, False, True, True]
+    assert walk.forces.shape == (4, 1, 3)
+    assert walk.markers.names == ("ASIS", "PSIS")
+    assert np.isnan(walk.markers["PSIS"][3]).all()
+    assert walk.marker_errors["ASIS"].tolist() == [0.003, 0.003, 0.021, 0.021]
+    np.testing.assert_array_equal(walk.model_markers.values, solved.model_markers_ground)
+
+
+def test_why_forces_do_not_count(fit):
+    assert list(fit["walk"].left_out) == [
+        {"start": 1, "end": 2, "foot": "thigh", "reason": "manualReview", "said_by": "review.json"}
+    ]
+
+
+def test_without_forces_what_rests_on_them_is_empty_and_the_rest_is_there(fit):
+    trial = fit["no/forces"]
+    assert not trial.used.any()
+    assert trial.coordinates.shape == (4, 1)
+    assert trial.feet == ()
+    for empty in (trial.torques, trial.powers, trial.residual_force, trial.forces, trial.com, trial.counts):
+        assert (empty.names, empty.shape) == ((), (4, 0))
+    assert len(trial.left_out) == 0
+
+
+def test_body_poses_are_those_of_the_skeleton(fit):
+    walk = fit["walk"]
+    assert walk.bodies == ("thigh",)
+    angle = walk.coordinates["hip_flexion"][3]
+    R = walk.body_rotations[3, 0]
+    np.testing.assert_allclose(R @ [1, 0, 0], [np.cos(angle), np.sin(angle), 0], atol=1e-12)
+    assert walk.body_positions["thigh"][:, 1].tolist() == [0.9] * 4
+
+
+def test_tables_have_the_columns_of_the_exported_ones(fit, small_fit, tmp_path):
+    exported = next(path for path in export_csv(small_fit, tmp_path) if path.name == "walk.csv")
+    head = exported.read_text().splitlines()[0].replace('"', "").split(",")
+    assert list(fit["walk"].table.names) == head
+    whole = fit.table
+    assert len(whole) == 8
+    assert whole["trial"].tolist() == ["walk"] * 4 + ["no/forces"] * 4
+    assert np.isnan(whole["residual_force_x_N"][4:]).all()
+    assert not whole["used"][4:].any()
+
+
+def test_figures_and_summary_are_those_of_the_command_line(fit, small_fit):
+    assert fit.figures["trials"][0]["linear_residual"]["rms_N"] == pytest.approx(np.sqrt((9 + 16 + 144) / 3))
+    assert "height read from the model" in fit.notes
+    text = str(fit)
+    assert text.startswith("100.0 kg (98.5 kg entered), 2.00 m; 1 bodies, 1 degrees of freedom")
+    assert "3 of 4" in text
+    assert fit.bodies["mass_kg"].tolist() == [100.0]
+
+
+def test_export_writes_into_the_results_or_another_folder(fit, tmp_path):
+    (first, *_) = fit.export("csv")
+    assert first == tmp_path / "results" / "csv" / "walk.csv"
+    assert fit.export("csv", tmp_path / "other")[0] == tmp_path / "other" / "csv" / "walk.csv"
+    with pytest.raises(ValueError, match="no format 'xlsx'; choose opensim, b3d, csv"):
+        fit.export("xlsx")
+
+
+def test_type_information_lies_beside_the_packages():
+    import addb_viewer
+    import annotations
+    import solver
+
+    for package in (addb_viewer, annotations, solver):
+        assert Path(package.__file__).with_name("py.typed").is_file()

@@ -1,0 +1,31 @@
+"""Another package named `solver` or `annotations` before ours: a sentence, not an error deep inside."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from addb_viewer.own_packages import NAMES
+
+
+def ran(folder, *words):
+    return subprocess.run([sys.executable, *words], cwd=folder, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("as_file", ["{}.py", "{}/__init__.py"])
+def test_a_stranger_in_the_working_folder_is_named(name, as_file, tmp_path):
+    stranger = tmp_path / as_file.format(name)
+    stranger.parent.mkdir(exist_ok=True)
+    stranger.write_text("")
+    told = ran(tmp_path, "-m", "addb_viewer", "--version").stderr.splitlines()[-1]
+    assert f"needs its own package '{name}'" in told
+    assert os.fspath(stranger.parent if stranger.name == "__init__.py" else stranger) in told
+    assert "Rename or uninstall" in told
+
+
+def test_a_folder_that_is_no_package_is_no_stranger(tmp_path):
+    for name in NAMES:
+        (tmp_path / name).mkdir()
+    assert ran(tmp_path, "-m", "addb_viewer", "--version").returncode == 0
