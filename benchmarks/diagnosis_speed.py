@@ -22,8 +22,8 @@ from solver.capture.atomic import whole_file, write_whole
 from solver.capture.subject import open_subject
 from solver.diagnosis import refinement
 from solver.diagnosis.balance import Balance
+from solver.diagnosis.covariances import Rung
 from solver.diagnosis.diagnose import answered, repaired_balance
-from solver.diagnosis.ladder import Rung
 from solver.diagnosis.marker_causes import SeenInMarkers
 from solver.diagnosis.report import as_json
 from solver.diagnosis.rows import TrialRows
@@ -87,23 +87,24 @@ def counted() -> Iterator[Counter[str]]:
         whole = getattr(of, name)
 
         def once(*args: Any) -> Any:
-            counts[what] += 1
-            return whole(*args)
+            found = whole(*args)
+            counts[what] += len(found) if isinstance(found, list) else 1
+            return found
 
         return patch.object(of, name, once)
 
-    factor = Rung.factor.func  # type: ignore[attr-defined]
+    constant = Rung.constant.func  # type: ignore[attr-defined]
 
     def factored(rung: Rung) -> Any:
         counts["factors of K"] += 1
-        return factor(rung)
+        return constant(rung)
 
     with ExitStack() as stack:
         stack.enter_context(counting(Balance, "rows_of", "rows of causes"))
         stack.enter_context(counting(Balance, "solve_at", "sets fitted"))
-        stack.enter_context(counting(Beside, "gain", "gains beside others"))
+        stack.enter_context(counting(Beside, "gains", "gains beside others"))
         stack.enter_context(counting(refinement, "_with_tangents", "searches over η"))
-        stack.enter_context(patch.object(Rung.factor, "func", factored))
+        stack.enter_context(patch.object(Rung.constant, "func", factored))
         yield counts
 
 

@@ -18,13 +18,16 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.linalg import cho_solve, cholesky, solve_triangular
 
+from solver.diagnosis.covariances import Basis, Covariances, Rung, TrialsBasis
 from solver.diagnosis.laboratory import laboratory_errors, usual_std
-from solver.diagnosis.ladder import Covariances, Ladder, Rung
+from solver.diagnosis.ladder import Ladder
 from solver.diagnosis.rows import TrialRows
 from solver.diagnosis.witnesses.weighings import Weighings
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.effect import Candidate, Estimate, Eta
 from solver.effects.scene import Scene
+
+MANY_ROWS = 1200  # from which on turning them pays
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,22 +59,32 @@ class Term:
     prior_std: Float[np.ndarray, " parameters"]
     tangent_mean: Eta = ()
     usual_std: float = 0.0
+    turned: dict[int, tuple[np.ndarray | None, np.ndarray]] = field(default_factory=dict)
     seen: dict[int, tuple[np.ndarray | None, np.ndarray]] = field(default_factory=dict)
     met: dict[tuple[int, int], tuple["Term", np.ndarray]] = field(default_factory=dict)
     weighed: dict[int, np.ndarray] = field(default_factory=dict)
 
+    def within(self, basis: Basis) -> tuple[np.ndarray | None, np.ndarray]:
+        """Fixed part and columns in a basis; kept."""
+        if id(basis) not in self.turned:
+            fixed = None if self.fixed is None else basis.turned(self.fixed)
+            self.turned[id(basis)] = fixed, basis.turned(self.columns)
+        return self.turned[id(basis)]
+
     def whitened(self, rung: Rung) -> tuple[np.ndarray | None, np.ndarray]:
         """Fixed part and columns, at one rung; kept."""
         if id(rung) not in self.seen:
-            fixed = None if self.fixed is None else rung.whitened(self.fixed)
-            columns = rung.whitened(self.columns) if self.columns.shape[1] else self.columns
-            self.seen[id(rung)] = fixed, columns
+            fixed, columns = self.within(rung.basis)
+            self.seen[id(rung)] = (
+                None if fixed is None else rung.whitened(fixed),
+                rung.whitened(columns) if columns.shape[1] else columns,
+            )
         return self.seen[id(rung)]
 
     def weighted(self, rung: Rung) -> Float[np.ndarray, "rows parameters"]:
         """K⁻¹ columns, each parameter at one prior standard deviation, at one rung; kept."""
         if id(rung) not in self.weighed:
-            self.weighed[id(rung)] = rung.precision @ (self.columns * self.prior_std)
+            self.weighed[id(rung)] = rung.weighted(self.within(rung.basis)[1] * self.prior_std)
         return self.weighed[id(rung)]
 
     def product(self, earlier: "Term", rung: Rung) -> Float[np.ndarray, "parameters others"]:
@@ -92,7 +105,22 @@ class Solved:
     x: Float[np.ndarray, " parameters"]
     std: Float[np.ndarray, " parameters"]  # of x before the data
     root: Float[np.ndarray, "parameters parameters"]  # lower; root rootᵀ is the precision of x / std
-    left: Float[np.ndarray, " rows"]  # whitened rest
+    y: Float[np.ndarray, " rows"]  # whitened, without what is fixed in the terms
+
+    @cached_property
+    def left(self) -> Float[np.ndarray, " rows"]:
+        """Whitened rest."""
+        return self.y - sum(
+            (t.whitened(self.rung)[1] @ self.x[self._own(k)] for k, t in enumerate(self.terms)), np.zeros(1)
+        )
+
+    def left_of(self, residual: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
+        """The rest of a balance's residual, as it is."""
+        for k, term in enumerate(self.terms):
+            residual = residual - term.columns @ self.x[self._own(k)]
+            if term.fixed is not None:
+                residual = residual - term.fixed
+        return residual
 
     @cached_property
     def covariance(self) -> Float[np.ndarray, "parameters parameters"]:
@@ -127,9 +155,13 @@ class Solved:
 
     def of(self, k: int) -> tuple[Float[np.ndarray, " own"], Float[np.ndarray, "own own"]]:
         """Parameters of the k-th term and their covariance."""
-        start = sum(t.columns.shape[1] for t in self.terms[:k])
-        own = slice(start, start + self.terms[k].columns.shape[1])
+        own = self._own(k)
         return self.x[own], self.covariance[own, own]
+
+    def _own(self, k: int) -> slice:
+        """Of the k-th term among all parameters."""
+        start = sum(t.columns.shape[1] for t in self.terms[:k])
+        return slice(start, start + self.terms[k].columns.shape[1])
 
     def explained(self, k: int, rung: Rung) -> Float[np.ndarray, " rows"]:
         """What the k-th term takes off the residual, whitened at a rung."""
@@ -148,16 +180,16 @@ class Balance:
         )
         self.residual = np.concatenate([t.residual for t in trials])
         self.mass = np.concatenate([t.mass for t in trials])
-        H = np.concatenate([t.nuisance for t in trials])
-        H = np.concatenate([H, laboratory_errors(trials, settings)], axis=1)
-        tissue = np.concatenate([t.tissue for t in trials])
-        rows = len(self.residual)
-        fixed, model = H @ H.T, np.zeros((rows, rows))
-        for t, low, high in zip(trials, self.start, self.start[1:], strict=False):
-            fixed[low:high, low:high] += t.covariance
-            model[low:high, low:high] = t.model_error
-        of = Covariances(self.residual, fixed, tissue @ tissue.T, model)
-        self.ladder = Ladder(of, settings)
+        nuisance = np.concatenate([t.nuisance for t in trials])
+        of = Covariances(
+            self.residual,
+            fixed=tuple(t.covariance for t in trials),
+            model=tuple(t.model_error for t in trials),
+            shared=np.concatenate([nuisance, laboratory_errors(trials, settings)], axis=1),
+            tissue=np.concatenate([t.tissue for t in trials]),
+        )
+        self.basis = TrialsBasis(of) if len(self.residual) > MANY_ROWS else Basis(of)
+        self.ladder = Ladder(self.basis, settings)
         self.rungs = self.ladder.rungs
         self.accused: frozenset[str] = frozenset()
         self.weighings = Weighings()
@@ -220,7 +252,8 @@ class Balance:
         """Whitened columns of many terms at once, at a rung and where a climb from it looks first."""
         for rung in self.ladder.around(near):
             fresh = [t for t in terms if id(rung) not in t.seen and t.columns.shape[1]]
-            parts = [t.columns if t.fixed is None else np.column_stack([t.columns, t.fixed]) for t in fresh]
+            both = [t.within(self.basis) for t in fresh]
+            parts = [columns if f is None else np.column_stack([columns, f]) for f, columns in both]
             if not fresh:
                 continue
             whole = rung.whitened(np.concatenate(parts, axis=1))
@@ -235,7 +268,7 @@ class Balance:
 
         The posterior mean of a nuisance z ~ N(0, 1) with rows h is hᵀ K⁻¹ (what terms leave).
         """
-        return float(solved.rung.whitened(self.mass) @ solved.left)
+        return float(solved.rung.whitened(self.basis.turned(self.mass)) @ solved.left)
 
     def solve_at(self, terms: Sequence[Term], rung: Rung) -> Solved:
         """Terms fitted together at one scale."""
@@ -261,10 +294,7 @@ class Balance:
         u = cho_solve((L, True), b, check_finite=False)
         log = rung.constant - 0.5 * float(y @ y - b @ u) - float(np.log(np.diag(L)).sum())
         x = u * std
-        left = y.copy()
-        for term, own in zip(terms, owns, strict=True):
-            left -= term.whitened(rung)[1] @ x[own]
-        return Solved(tuple(terms), rung, log, x, std, L, left)
+        return Solved(tuple(terms), rung, log, x, std, L, y)
 
     def solve(self, terms: Sequence[Term], near: Rung | None = None) -> Solved:
         """Terms fitted together at the scales that suit them best.

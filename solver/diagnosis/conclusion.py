@@ -283,10 +283,10 @@ def _gains(before: BlockScores, after: BlockScores) -> dict[str, Gain]:
 def _noise_floor(balance: Balance, solved: Solved) -> float:
     """RMS norm of what a withheld block's force may be off by [N], without any cause."""
     some = blocks(balance)
-    Q = solved.rung.precision
     variance: list[Float[np.ndarray, "windows 6"]] = []
     for own in some:
-        variance.append(np.diag(np.linalg.inv(Q[np.ix_(own, own)])).reshape(-1, 6))
+        Q_own = solved.rung.precision_at(slice(int(own[0]), int(own[-1]) + 1))
+        variance.append(np.diag(np.linalg.inv(Q_own)).reshape(-1, 6))
     return float(np.sqrt(np.concatenate(variance)[:, :3].sum(axis=1).mean()))
 
 

@@ -11,10 +11,11 @@ from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_solve
 
 from solver.diagnosis.balance import Balance, Solved, Term
-from solver.diagnosis.ladder import Rung
+from solver.diagnosis.covariances import Rung
+from solver.diagnosis.screening import beside
 
 SHORT_WINDOWS = 3  # a tenth of a second
 
@@ -76,32 +77,16 @@ def block_scores(
         balance: of all trials.
         terms: of the hypothesis.
         rung: its scale of the model error.
-        some: rows of each block.
+        some: rows of each block, all that lie between its first and its last.
         guards: windows at both ends of each block whose errors are not counted.
     """
-    r = balance.residual.copy()
-    for term in terms:
-        if term.fixed is not None:
-            r = r - term.fixed
-    Q = rung.precision
-    some_terms = [t for t in terms if t.columns.shape[1]]
-    if some_terms:
-        B = np.concatenate([t.columns * t.prior_std for t in some_terms], axis=1)
-        QB = np.concatenate([t.weighted(rung) for t in some_terms], axis=1)
-        M = B.T @ QB
-        M[np.arange(len(M)), np.arange(len(M))] += 1.0
-        factor = cho_factor(M, lower=True)
-        u = Q @ r - QB @ cho_solve(factor, QB.T @ r)
-    else:
-        QB, factor, u = None, None, Q @ r
+    W, left = beside(terms, rung).by_rows
     density, errors = [], []
     for own in some:
-        Q_own = Q[np.ix_(own, own)]
-        if QB is not None:
-            Q_own = Q_own - QB[own] @ cho_solve(factor, QB[own].T)
+        Q_own = rung.precision_at(slice(int(own[0]), int(own[-1]) + 1)) - W[own] @ W[own].T
         L = np.linalg.cholesky(Q_own)
-        error = cho_solve((L, True), u[own])
-        density.append(float(np.log(np.diag(L)).sum() - 0.5 * u[own] @ error))
+        error = cho_solve((L, True), left[own])
+        density.append(float(np.log(np.diag(L)).sum() - 0.5 * left[own] @ error))
         by_window = error.reshape(-1, 6)
         errors.append(by_window[guards : len(by_window) - guards])
     return BlockScores(np.array(density), tuple(errors))

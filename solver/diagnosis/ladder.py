@@ -1,70 +1,15 @@
 """K at every pair of its unknown scales, and the way to the pair that suits a hypothesis best."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
 from typing import Protocol, TypeVar
 
 import numpy as np
-from jaxtyping import Float
-from scipy.linalg import cholesky, solve_triangular
-from scipy.linalg.lapack import dpotri
 
+from solver.diagnosis.covariances import Basis, Rung
 from solver.diagnosis_settings import DiagnosisSettings
 
 # of slack and of model error: each up and down, and one for the other
 STEPS = ((0, -1), (0, 1), (1, 0), (-1, 0), (1, -1), (-1, 1))
-
-
-@dataclass(frozen=True, eq=False)
-class Covariances:
-    """What K is made of, over the rows of all trials."""
-
-    residual: Float[np.ndarray, " rows"]
-    fixed: Float[np.ndarray, "rows rows"]  # of markers, plates and inertias
-    slack: Float[np.ndarray, "rows rows"]  # of flesh, at scale 1
-    model: Float[np.ndarray, "rows rows"]  # at scale 1
-
-
-@dataclass(eq=False)
-class Rung:
-    """K at one scale of the model error and one of the slack; factored once it is asked for."""
-
-    scale: float
-    slack: float  # of flesh on the bones; 1 is usual
-    of: Covariances
-    log_prior: float  # of both scales
-
-    @property
-    def residual(self) -> Float[np.ndarray, " rows"]:
-        """The same at every rung."""
-        return self.of.residual
-
-    @cached_property
-    def factor(self) -> Float[np.ndarray, "rows rows"]:
-        """Lower Cholesky."""
-        K = self.of.fixed + self.slack**2 * self.of.slack + self.scale**2 * self.of.model
-        return np.asarray(cholesky(K, lower=True, overwrite_a=True, check_finite=False))
-
-    @cached_property
-    def y(self) -> Float[np.ndarray, " rows"]:
-        """Whitened residual."""
-        return self.whitened(self.residual)
-
-    @cached_property
-    def constant(self) -> float:
-        """Log density of whatever doesn't depend on candidates, but for ½ yᵀy."""
-        return float(self.log_prior - np.log(np.diag(self.factor)).sum())
-
-    def whitened(self, columns: Float[np.ndarray, "rows *columns"]) -> Float[np.ndarray, "rows *columns"]:
-        """L⁻¹ columns."""
-        return np.asarray(solve_triangular(self.factor, columns, lower=True, check_finite=False))
-
-    @cached_property
-    def precision(self) -> Float[np.ndarray, "rows rows"]:
-        """K⁻¹."""
-        lower, _ = dpotri(self.factor, lower=1)
-        return np.asarray(np.tril(lower) + np.tril(lower, -1).T)
 
 
 class AtRung(Protocol):
@@ -85,9 +30,9 @@ Fitted = TypeVar("Fitted", bound=AtRung)
 class Ladder:
     """Rungs by their slack and by their scale of model errors, both ascending."""
 
-    def __init__(self, of: Covariances, settings: DiagnosisSettings) -> None:
+    def __init__(self, basis: Basis, settings: DiagnosisSettings) -> None:
         self._rows = [
-            [Rung(s, h, of, _log_prior(s, h, settings)) for s in settings.model_scales]
+            [basis.rung(s, h, _log_prior(s, h, settings)) for s in settings.model_scales]
             for h in settings.slacks
         ]
 

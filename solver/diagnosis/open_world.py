@@ -196,6 +196,7 @@ def _of_each_size(balance: Balance, cause: Outside) -> list[Term]:
                 first,
                 eta=(size,),
                 prior_std=first.prior_std * size / SIZES[0],
+                turned=first.turned,
                 seen=first.seen,
                 met=first.met,
             )

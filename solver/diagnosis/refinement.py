@@ -8,8 +8,8 @@ from jaxtyping import Float
 from scipy.optimize import minimize
 
 from solver.diagnosis.balance import Balance, CandidateRows, Term
-from solver.diagnosis.ladder import Rung
-from solver.diagnosis.screening import Beside, Gained
+from solver.diagnosis.covariances import Rung
+from solver.diagnosis.screening import Gained, beside
 from solver.effects.effect import Candidate, Eta
 
 SMALL_STEP = 0.1  # of the first step, for derivatives by η
@@ -28,13 +28,13 @@ def refined(balance: Balance, term: Term, others: Sequence[Term], rung: Rung) ->
         return term
     reach = AGAIN if term.tangent_mean else 1.0
     prior = np.array(candidate.prior(balance.scenes))
-    beside = Beside(others, rung)
+    others_there = beside(others, rung)
     tried: dict[Eta, _Tried | None] = {}
 
     def at(eta: Eta) -> _Tried | None:
         if eta not in tried:
             rows = balance.rows_of(candidate, eta) if candidate.admissible(eta) else None
-            tried[eta] = None if rows is None else _Tried(rows, beside.gain(rows))
+            tried[eta] = None if rows is None else _Tried(rows, others_there.gain(rows))
         return tried[eta]
 
     def possible(one: _Tried) -> bool:

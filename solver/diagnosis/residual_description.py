@@ -107,7 +107,7 @@ def described(balance: Balance, solved: Solved, uncorrected: Sequence[Term] = ()
     rows = balance.residual - sum((t.fixed for t in uncorrected if t.fixed is not None), np.zeros(1))
     parts = _Parts(
         before=rows.reshape(-1, 6),
-        after=(solved.rung.factor @ solved.left).reshape(-1, 6),
+        after=solved.left_of(balance.residual).reshape(-1, 6),
         variance=_variance(balance).reshape(-1, 6),
         seconds=np.concatenate([np.full(t.windows.count, _step_s(t)) for t in balance.trials]),
     )
@@ -155,7 +155,7 @@ class _Parts:
 def _variance(balance: Balance) -> Float[np.ndarray, " rows"]:
     """Of a sound recording's rows: the diagonal of K."""
     typical = balance.ladder.nearest(TYPICAL_SCALE, 1.0)
-    return np.asarray((typical.factor**2).sum(axis=1))
+    return balance.basis.of.variance(typical.scale, typical.slack)
 
 
 def _step_s(trial: TrialRows) -> float:

@@ -9,7 +9,8 @@ parameters are stacked, and their small systems solved together.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from heapq import heapify, heappop, heappush
 
 import numpy as np
@@ -18,8 +19,10 @@ from scipy.linalg import cho_factor, solve_triangular
 
 from solver.diagnosis.balance import Balance, CandidateRows, Term, with_the_usual
 from solver.diagnosis.contenders import handicap
-from solver.diagnosis.ladder import Rung
+from solver.diagnosis.covariances import Basis, Rung
 from solver.effects.effect import Candidate
+
+KEPT = 4  # sets of accepted causes, at each rung
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +62,10 @@ class Products:
 
 @dataclass(frozen=True, eq=False)
 class Stack:
-    """Candidates on the rows of the same trials, with as many parameters, all with a fixed part or none."""
+    """Candidates on the rows of the same trials, with as many parameters, all with a fixed part or none.
+
+    Columns and fixed parts are those of the balance's basis.
+    """
 
     span: slice
     columns: Float[np.ndarray, "candidates parameters own"]
@@ -67,13 +73,15 @@ class Stack:
     prior_std: Float[np.ndarray, "candidates parameters"]
 
     @staticmethod
-    def of(rows: Sequence[CandidateRows]) -> "Stack":
+    def of(rows: Sequence[CandidateRows], basis: Basis) -> "Stack":
         """Of candidates that are alike."""
+        span, width = rows[0].span, rows[0].columns.shape[1]
+        columns = basis.turned(np.concatenate([r.columns for r in rows], axis=1), span)
         fixed = [r.fixed for r in rows if r.fixed is not None]
         return Stack(
-            rows[0].span,
-            np.stack([r.columns.T for r in rows]),
-            np.stack(fixed) if fixed else None,
+            span,
+            np.ascontiguousarray(columns.T).reshape(len(rows), width, len(columns)),
+            np.ascontiguousarray(basis.turned(np.stack(fixed, axis=1), span).T) if fixed else None,
             np.stack([r.prior_std for r in rows]),
         )
 
@@ -85,30 +93,41 @@ class Stack:
         return (self.columns.reshape(many * width, own) @ weights).reshape(many, width, *weights.shape[1:])
 
     def products(self, rung: Rung) -> Products:
-        """Only the precision of their trials is read."""
-        P = rung.precision[self.span, self.span]
-        CP = self.times(P)
+        """Only the precision of their trials is asked for."""
+        many, width, own = self.columns.shape
+        flat = self.columns.reshape(many * width, own)
+        CP = rung.weighted(flat.T, self.span).T.reshape(self.columns.shape)
         CPC = CP @ self.columns.transpose(0, 2, 1)
         if self.fixed is None:
-            return Products(CPC, np.zeros(CPC.shape[:2]), np.zeros(len(CPC)))
+            return Products(CPC, np.zeros(CPC.shape[:2]), np.zeros(many))
         CPf = (CP @ self.fixed[:, :, None])[:, :, 0]
-        return Products(CPC, CPf, _each_squared(self.fixed @ P, self.fixed))
+        return Products(CPC, CPf, _each_squared(rung.weighted(self.fixed.T, self.span).T, self.fixed))
+
+
+def beside(accepted: Sequence[Term], rung: Rung) -> "Beside":
+    """The last few of each rung are kept: many candidates are tried beside the same causes."""
+    key = tuple(accepted)
+    if key not in rung.beside:
+        if len(rung.beside) == KEPT:
+            del rung.beside[next(iter(rung.beside))]
+        rung.beside[key] = Beside(accepted, rung)
+    found = rung.beside[key]
+    assert isinstance(found, Beside)
+    return found
 
 
 class Beside:
-    """The residual's precision with accepted causes integrated out, at one rung: P − W Wᵀ."""
+    """The residual's precision with accepted causes integrated out, at one rung: P − W Wᵀ, in the basis."""
 
     def __init__(self, accepted: Sequence[Term], rung: Rung) -> None:
-        P, r = rung.precision, rung.residual
-        for term in accepted:
-            if term.fixed is not None:
-                r = r - term.fixed
+        parts = [t.within(rung.basis) for t in accepted]
+        r = rung.residual - sum((fixed for fixed, _ in parts if fixed is not None), np.zeros(1))
         self.rung = rung
         self.W: Float[np.ndarray, "rows accepted"] = np.zeros((len(r), 0))
-        self.Pr: Float[np.ndarray, " rows"] = P @ r  # what accepted causes leave of the residual, weighted
+        self.Pr: Float[np.ndarray, " rows"] = rung.weighted(r)  # what accepted causes leave of it, weighted
         some = [t for t in accepted if t.columns.shape[1]]
         if some:
-            B = np.concatenate([t.columns * t.prior_std for t in some], axis=1)
+            B = np.concatenate([t.within(rung.basis)[1] * t.prior_std for t in some], axis=1)
             PB = np.concatenate([t.weighted(rung) for t in some], axis=1)
             M = B.T @ PB
             M[np.arange(len(M)), np.arange(len(M))] += 1.0
@@ -116,13 +135,18 @@ class Beside:
             self.W = solve_triangular(factor, PB.T, lower=True, check_finite=False).T
             self.Pr = self.Pr - self.W @ (self.W.T @ r)
 
+    @cached_property
+    def by_rows(self) -> tuple[Float[np.ndarray, "rows accepted"], Float[np.ndarray, " rows"]]:
+        """W and what is left, weighted, of the balance's rows."""
+        return self.rung.basis.rows(self.W), self.rung.basis.rows(self.Pr)
+
     def gain(self, rows: CandidateRows) -> Gained:
         """What a candidate adds.
 
         Args:
             rows: of one that is not among the accepted ones.
         """
-        alone = Stack.of([rows])
+        alone = Stack.of([rows], self.rung.basis)
         return self.gains(alone, alone.products(self.rung))[0]
 
     def gains(self, stack: Stack, products: Products) -> list[Gained]:
@@ -208,12 +232,12 @@ class Screen:
 
     def _gained(self, rung: Rung, accepted: Sequence[Term]) -> list[Gained]:
         """At every start."""
-        beside = Beside(accepted, rung)
+        others = beside(accepted, rung)
         if id(rung) not in self._products:
             self._products[id(rung)] = [stack.products(rung) for _, stack in self._stacks]
         found: dict[int, Gained] = {}
         for (places, stack), products in zip(self._stacks, self._products[id(rung)], strict=True):
-            found.update(zip(places, beside.gains(stack, products), strict=True))
+            found.update(zip(places, others.gains(stack, products), strict=True))
         return [found[place] for place in range(len(self._rows))]
 
     def _tried(self, rows: CandidateRows, gained: Gained) -> Screened:
@@ -224,11 +248,8 @@ class Screen:
         return Screened(rows, notable, possible, gained.log_evidence, gained.x)
 
     def _stacked(self, places: Sequence[int]) -> Stack:
-        """Rows that are alike; their columns are kept there alone."""
-        stack = Stack.of([self._rows[place] for place in places])
-        for place, columns in zip(places, stack.columns, strict=True):
-            self._rows[place] = replace(self._rows[place], columns=columns.T)
-        return stack
+        """Rows that are alike."""
+        return Stack.of([self._rows[place] for place in places], self._balance.basis)
 
 
 def _each_squared(

@@ -7,8 +7,8 @@ import numpy as np
 
 from solver.diagnosis.balance import Balance, Solved, Term
 from solver.diagnosis.contenders import Contender, Found
+from solver.diagnosis.covariances import Rung
 from solver.diagnosis.decisions import decide
-from solver.diagnosis.ladder import Rung
 from solver.diagnosis.proposals import AllInPlace, BesideUnknown, Remainder
 from solver.diagnosis.remainder import Unknown
 from solver.diagnosis.selection import Selection
@@ -104,7 +104,7 @@ def _told(unknown: UnknownSearch, solved: Solved, found: Sequence[Found]) -> Con
 
     def resembles(one: Tried) -> bool:
         """Whether the named causes, of any sizes, come near what it explains."""
-        own = solved.rung.whitened(unknown.screen.explained(one)[:, None])[:, 0]
+        own = solved.rung.whitened(unknown.balance.basis.turned(unknown.screen.explained(one)))
         share = np.linalg.norm(basis.T @ own) / max(np.linalg.norm(own), np.finfo(float).tiny)
         return bool(share > RESEMBLING)
 

@@ -1,6 +1,6 @@
 """Every force of unknown course against the balance, at all its sizes, beside any accepted causes.
 
-A force's columns are splines times levers, each of which lasts for a few windows: rows are sparse. Their
+A force's columns are splines times levers, each of which lasts for a few windows: only these are kept. Their
 product with the precision of a rung is made once for each point of a body and serves every direction, every
 size, and whatever is accepted, which only takes a matrix of low rank off it (see `screening`).
 """
@@ -11,10 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.linalg.lapack import dpotrf, dtrtrs
-from scipy.sparse import csr_array
 
 from solver.diagnosis.balance import Balance
-from solver.diagnosis.ladder import Rung
+from solver.diagnosis.covariances import Rung
 from solver.diagnosis.remainder import Unknown, UnknownForce, UnknownMoment, unknown_forces
 from solver.diagnosis.rows import TrialRows
 from solver.diagnosis.screening import Beside
@@ -36,17 +35,51 @@ class Tried:
 
 @dataclass(frozen=True, eq=False)
 class Local:
-    """Splines along the axes of force, then of moment, on the rows of one trial; a constant is their sum."""
+    """Splines along the axes of force, then of moment, on the rows of one trial; a constant is their sum.
+
+    Each spline lasts for some windows: of its rows only those are kept, from `first` on.
+    """
 
     key: Key
     span: slice
-    splines: int
-    columns: csr_array  # transposed: [axis, spline] by row
+    first: Int[np.ndarray, " splines"]
+    columns: Float[np.ndarray, "splines axes some"]
+
+    @staticmethod
+    def of(key: Key, span: slice, columns: Float[np.ndarray, "windows 6 axes splines"]) -> "Local":
+        """From all windows."""
+        windows, axes = columns.shape[0], columns.shape[2]
+        there = np.abs(columns).max(axis=(1, 2), initial=0.0) > 0
+        first = np.where(there.any(axis=0), there.argmax(axis=0), 0)
+        last = np.where(there.any(axis=0), windows - there[::-1].argmax(axis=0), 1)
+        length = int((last - first).max())
+        first = np.minimum(first, windows - length)
+        of_each = [columns[f : f + length, :, :, k].reshape(-1, axes).T for k, f in enumerate(first)]
+        return Local(key, span, 6 * first, np.stack(of_each))
+
+    @property
+    def splines(self) -> int:
+        """How many."""
+        return len(self.first)
 
     @property
     def axes(self) -> int:
-        """How many it has."""
-        return self.columns.shape[0] // self.splines
+        """How many each has."""
+        return self.columns.shape[1]
+
+    def times(self, rows: Float[np.ndarray, "own *some"]) -> Float[np.ndarray, "columns *some"]:
+        """Columnsᵀ rows, one axis after the other."""
+        found = np.empty((self.axes, self.splines, *rows.shape[1:]))
+        for k, (first, columns) in enumerate(zip(self.first.tolist(), self.columns, strict=True)):
+            found[:, k] = columns @ rows[first : first + columns.shape[1]]
+        return found.reshape(self.axes * self.splines, *rows.shape[1:])
+
+    def sum(self, sizes: Float[np.ndarray, "axes splines"]) -> Float[np.ndarray, " own"]:
+        """All columns together, each of some size."""
+        rows = np.zeros(self.span.stop - self.span.start)
+        for k, (first, columns) in enumerate(zip(self.first.tolist(), self.columns, strict=True)):
+            rows[first : first + columns.shape[1]] += sizes[:, k] @ columns
+        return rows
 
     def with_constants(self, values: Float[np.ndarray, "columns *rest"]) -> Float[np.ndarray, "more *rest"]:
         """Something linear in columns, before each axis' splines that of their sum."""
@@ -84,7 +117,7 @@ class UnknownScreen:
         """What it takes off the residual, in all trials' rows."""
         local = self._local_of(one.candidate)
         rows = np.zeros(int(self._balance.start[-1]))
-        rows[local.span] = local.columns.T @ self._coefficients(one)[: local.axes].ravel()
+        rows[local.span] = local.sum(self._coefficients(one)[: local.axes])
         return rows
 
     def _coefficients(self, one: Tried) -> Float[np.ndarray, "6 splines"]:
@@ -100,8 +133,9 @@ class UnknownScreen:
         axes, sizes = _axes(candidate)
         own = (axes[:, None] * (1 + local.splines) + np.arange(1 + local.splines)).ravel()
         scale = np.repeat(sizes, 1 + local.splines) * self._trial(candidate).scene.weight_N
-        W = scale[:, None] * local.with_constants(local.columns @ beside.W[local.span])[own]
-        b = scale * local.with_constants(local.columns @ beside.Pr[local.span])[own]
+        of_accepted, left = (part[local.span] for part in beside.by_rows)
+        W = scale[:, None] * local.with_constants(local.times(of_accepted))[own]
+        b = scale * local.with_constants(local.times(left))[own]
         whole = self._product(beside.rung, local)
         information = whole.copy() if len(own) == len(whole) else whole[np.ix_(own, own)]
         information *= scale[:, None]
@@ -114,8 +148,8 @@ class UnknownScreen:
         """Columnsᵀ P columns with constants, nothing accepted."""
         key = id(rung), local.key
         if key not in self._products:
-            half = local.columns @ np.ascontiguousarray(rung.precision[local.span, local.span])
-            whole = local.with_constants(local.columns @ half.T)
+            half = local.times(rung.precision_at(local.span))
+            whole = local.with_constants(local.times(np.ascontiguousarray(half.T)))
             self._products[key] = local.with_constants(np.ascontiguousarray(whole.T))
         return self._products[key]
 
@@ -141,8 +175,7 @@ class UnknownScreen:
                 columns = _forces(trial, splines, candidate.place_ground(scene) - scene.com_ground)
                 if np.array_equal(point, centre):
                     columns = np.concatenate([columns, candidate.reach_m(scene) * moments], axis=2)
-            rows = columns.reshape(-1, columns.shape[2] * columns.shape[3])
-            self._local[key] = Local(key, span, splines.shape[1], csr_array(rows.T))
+            self._local[key] = Local.of(key, span, columns)
         return self._local[key]
 
     def _splines(self, candidate: Unknown) -> Float[np.ndarray, "frames splines"]:

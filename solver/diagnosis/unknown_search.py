@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from solver.diagnosis.balance import Balance, Solved, Term
-from solver.diagnosis.ladder import Rung
+from solver.diagnosis.covariances import Rung
 from solver.diagnosis.remainder import Unknown, UnknownForce
-from solver.diagnosis.screening import Beside
+from solver.diagnosis.screening import beside
 from solver.diagnosis.unknown_course import mostly_swings
 from solver.diagnosis.unknown_screen import Tried, UnknownScreen
 
@@ -44,7 +44,7 @@ class UnknownSearch:
         for rung in {id(r): r for r in (solved.rung, sharpest)}.values():
             base = self.balance.solve_at(solved.terms, rung).log_evidence
             nearly: dict[tuple[str, str, bool], Tried] = {}
-            for one in self.screen.at(self.screen.free, Beside(solved.terms, rung)):
+            for one in self.screen.at(self.screen.free, beside(solved.terms, rung)):
                 swings = one.candidate.frequency_Hz is not None
                 nearly.setdefault((one.candidate.target, one.candidate.trial, swings), one)
             found += [Sought(base + one.gain, one, rung) for one in list(nearly.values())[:PLACED]]
@@ -64,7 +64,7 @@ class UnknownSearch:
             base = self.balance.solve_at(terms, rung).log_evidence
             found += [
                 Sought(base + one.gain - one.candidate.reach_cost(scenes), one, rung)
-                for one in self.screen.at(placed, Beside(terms, rung))
+                for one in self.screen.at(placed, beside(terms, rung))
             ]
         course = self.screen.course_ground
         found = [s for s in found if s.tried.candidate.frequency_Hz is None or mostly_swings(course(s.tried))]

@@ -7,8 +7,8 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from solver.diagnosis.balance import Balance, Term
+from solver.diagnosis.covariances import Rung
 from solver.diagnosis.laboratory import laboratory_errors
-from solver.diagnosis.ladder import Rung
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.plate_bias import candidates as biases
@@ -175,7 +175,7 @@ def test_trials_share_inertias_but_no_noise(drawn, rows_of):
     one, two = rows_of(drawn(1)), rows_of(drawn(2))
     both = Balance([one, two], SETTINGS)
     rung = both.rungs[5]
-    K = rung.factor @ rung.factor.T
+    K = rung.covariance
     n = len(one.residual)
     plates = [laboratory_errors([rows], SETTINGS) for rows in (one, two)]
     shared = one.nuisance @ two.nuisance.T + plates[0] @ plates[1].T

@@ -227,7 +227,7 @@ def test_no_more_rivals_are_told_than_anybody_can_look_into(short_scene, drawn, 
 def test_likeness_is_the_cosine_between_whitened_signatures(sound):
     one, other = (sound.term(PlateGain(t), ()) for t in ("plate_1", "plate_2"))
     solved = sound.solve([one])
-    K = solved.rung.factor @ solved.rung.factor.T
+    K = solved.rung.covariance
     a, b = one.columns[:, 0], other.columns[:, 0]
     Q = np.linalg.inv(K)
     expected = abs(a @ Q @ b) / np.sqrt((a @ Q @ a) * (b @ Q @ b))

@@ -21,7 +21,7 @@ def test_scores_are_conditional_densities_and_errors(balance, with_terms):
     terms = [balance.term(PlateGain("plate_1"), ()), balance.term(ClockOffset("all"), (0.02,))]
     terms = terms if with_terms else []
     rung = balance.rungs[6]
-    K = rung.factor @ rung.factor.T
+    K = rung.covariance
     mean = np.zeros(len(K))
     for term in terms:
         S = term.columns * term.prior_std

@@ -83,7 +83,7 @@ def test_the_evidence_of_an_unknown_is_that_over_its_sizes(drawn, balance_of_sce
     found = min(world.beside([], null), key=lambda u: u.likeliest.terms[-1].columns.shape[1])
     columns = found.likeliest.terms[-1].columns
     rung = found.likeliest.rung
-    K = rung.factor @ rung.factor.T
+    K = rung.covariance
     log = []
     base = found.likeliest.terms[-1].prior_std / found.likeliest.terms[-1].eta[0]
     for size in (0.01, 0.05, 0.2, 0.8):
