@@ -60,7 +60,7 @@ KINDS = (
     NoteKind(
         "forces against the body",
         (
-            "does not weigh the body",
+            "is not used for the body's mass",
             "plates read ",
             "what it reads speaks against that",
             "the largest force is ",
@@ -70,16 +70,16 @@ KINDS = (
         ),
         True,
     ),
-    NoteKind("a guess", ("is ambiguous", "unknown POINT:UNITS", "no forces to tell it"), True),
+    NoteKind("a guess", ("is ambiguous", "unknown POINT:UNITS", "no forces to estimate it from"), True),
     NoteKind(
         "model against markers",
         (
             "seems to be a scaled model",
             "people walk with",
-            "ask for segments of other masses",
+            "would fit better with other segment masses",
             "are placed anew",
             "is unusual",
-            "from the model's place for it",
+            "from its usual place on the model",
             "no marker at the ",
             "contradict the distances",
                         "names no model",
@@ -110,7 +110,7 @@ KINDS = (
         ),
         True,
     ),
-    NoteKind("the solve", ("did not settle in ", "none foretold", "no force counts: "), True),
+    NoteKind("the solve", ("did not settle in ", "none predicted", "no measured force is used: "), True),
     NoteKind("drawing", ("are not drawn", "No bone mesh for ", "Drawn as rods: "), False),
     NoteKind("labels", (
         "labels understood by the atlas",
@@ -127,7 +127,7 @@ KINDS = (
     ), False),
     NoteKind("bodies without markers", (
         "how they move is a guess",
-        "the pose there is bridged",
+        "their pose is interpolated",
         "they are used as they are",
         "the shoulder rose?",
     ), False),

@@ -349,7 +349,7 @@ def _which_foot(
     if unsure.sum() < NOTABLE_SHARE * len(unsure):
         return ()
     return (
-        f"on {100 * unsure.mean():.0f} % of the frames the foretold force meets the floor more than "
-        f"{100 * UNSURE_FOOT_M:.0f} cm outside every sole: which foot bears it, or whether something else "
-        "does, is unsure there, and so are the torques",
+        f"on {100 * unsure.mean():.0f} % of the frames the predicted force acts on the floor more than "
+        f"{100 * UNSURE_FOOT_M:.0f} cm outside every sole: it is uncertain there which foot carries it, or "
+        "whether something else does, and so are the torques",
     )

@@ -331,5 +331,5 @@ def _without_plates(fit: TrialFit, groundwork: Groundwork, subject: Subject) -> 
         soles(groundwork.skeleton, feet)
         root_joint(groundwork.skeleton)
     except ModelError as error:
-        return replace(fit, notes=(*fit.notes, f"no forces are recorded and none foretold: {error}"))
+        return replace(fit, notes=(*fit.notes, f"no forces are recorded and none predicted: {error}"))
     return replace(fit, contacts=unmeasured(feet, fit.motion.frames))

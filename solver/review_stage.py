@@ -197,15 +197,15 @@ def _noted(fit: TrialFit, match: MarkerMatch, skeleton: Skeleton, settings: Sett
     notes = unseen_body_notes(match.skeleton(skeleton), match.observed(markers), markers.rate)
     if fit.mask is not None and not fit.mask.counts.any():
         notes += (
-            f"no force counts: ground forces and joint torques are foretold from the motion below "
-            f"{settings.dynamics.unmeasured_cutoff_Hz:g} Hz and the mass of {skeleton.mass:.1f} kg; nothing "
-            "measured confirms them, and there is no residual",
+            f"no measured force is used: ground forces and joint torques are predicted from the motion below "
+            f"{settings.dynamics.unmeasured_cutoff_Hz:g} Hz and the mass of {skeleton.mass:.1f} kg; no "
+            "measurement confirms them, and there is no residual",
             *unseen_mass_notes(match.skeleton(skeleton), match.observed(markers)),
         )
     elif settings.trajectory.enabled and fit.contacts is not None and fit.kinematics_only is None:
         notes += (
-            f"forces count on {int(fit.forces_known.sum())} frames, and fewer than "
-            f"{settings.trajectory.fewest_frames} say nothing about F = ma: the motion follows the markers "
+            f"forces count on {int(fit.forces_known.sum())} frames; fewer than "
+            f"{settings.trajectory.fewest_frames} are too few for F = ma, so the motion follows the markers "
             "alone",
         )
     return replace(fit, notes=(*fit.notes, *notes))

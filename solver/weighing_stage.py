@@ -62,12 +62,12 @@ def weighed(
         gains.append(gain)
         if own is not None and not kept:
             notes.append(
-                f"{fit.capture.name}: its forces carry {own.mass_kg:.1f} kg, those of the other trials "
-                f"{pooled.mass_kg:.1f} kg, so it does not weigh the body: does something stand on a plate, "
-                "is a gain off, or is something carried?"
+                f"{fit.capture.name}: its forces correspond to {own.mass_kg:.1f} kg, those of the other "
+                f"trials to {pooled.mass_kg:.1f} kg, so it is not used for the body's mass: does something "
+                "stand on a plate, is a gain wrong, or is something carried?"
             )
         elif abs(gain - 1) > weights.notable_gain:
-            notes.append(f"{fit.capture.name}: plates read {100 * (gain - 1):+.1f} % against {against}")
+            notes.append(f"{fit.capture.name}: plates read {100 * (gain - 1):+.1f} % compared with {against}")
     return Weighed(own_mass if extended else reference, tuple(gains), tuple(notes))
 
 

@@ -13,6 +13,8 @@ def check_folder(folder: Path) -> None:
     """Refuse a subject folder that isn't there."""
     if not folder.is_dir() and recording_of(folder) is None:
         given = str(folder).removesuffix(DECISIONS)
+        if folder.is_file():
+            raise CaptureError(f"{given}: this is a file; give the folder that holds it, or a .b3d file")
         raise CaptureError(
             f"{given}: no such folder; give the folder that holds the recordings, or a .b3d file"
         )

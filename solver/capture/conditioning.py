@@ -180,17 +180,17 @@ def gaps_filled(
     notes: tuple[str, ...] = ()
     if impossible:
         notes += (
-            f"{plate.name}: {impossible} samples above {settings.largest_N:g} N, more than anybody exerts, "
-            "count as without a number",
+            f"{plate.name}: {impossible} samples above {settings.largest_N:g} N, more than a person can "
+            "exert, count as missing",
         )
     if bridged:
         notes += (
-            f"{plate.name}: {bridged} samples without a number bridged, in gaps of up to "
+            f"{plate.name}: {bridged} missing samples interpolated, in gaps of up to "
             f"{settings.longest_gap_s:g} s",
         )
     if lost:
         listed = ", ".join(lost[:5]) + (f" and {len(lost) - 5} more" if len(lost) > 5 else "")
-        notes += (f"{plate.name}: no numbers from {listed}; those frames count as not observed",)
+        notes += (f"{plate.name}: no values from {listed}; those frames count as not observed",)
     order = np.arange(plate.samples)
     filled = np.zeros_like(wrench)
     if known.any():

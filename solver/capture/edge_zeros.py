@@ -55,8 +55,8 @@ def without_edge_zeros(
         f"the {end} {count} rows" for end, count in (("first", first), ("last", last)) if count
     )
     note = (
-        f"{plate.name}: {said} hold zero force beside a row under load; nobody steps on or off a plate so "
-        "fast: they count as not measured"
+        f"{plate.name}: {said} hold zero force next to a row under load; nobody steps on or off a plate that "
+        "fast, so they count as not measured"
     )
     known = np.where(unmeasured, np.nan, 1.0)[:, None]
     return replace(

@@ -71,8 +71,8 @@ def pair_forces(
     least = settings.force_files.taken
     taken = [c for c in candidates if c.log_odds >= least and not _rivals(c, candidates, among)]
     notes = tuple(
-        f"{c.table.relative_to(folder)}: taken for the forces of {c.markers.relative_to(folder)} ({c.why}); "
-        "subject.toml may say else"
+        f"{c.table.relative_to(folder)}: used as the forces of {c.markers.relative_to(folder)} ({c.why}); "
+        "a subject.toml can name others"
         for c in taken
     )
     used = {c.table for c in taken}

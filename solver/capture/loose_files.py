@@ -113,7 +113,7 @@ def trials_among(folder: Path, places: Sequence[Path], settings: ReadingSettings
             left[markers] = f"the same motion as {recording.name}, which is read"
             notes += (f"{markers.name}: left out, the trial is read from {recording.name}",)
         elif markers in forces and markers in inside and holds_forces(markers, settings):
-            reason = f"{markers.name} holds its own forces; a subject.toml may say else"
+            reason = f"{markers.name} holds its own forces; a subject.toml can name others"
             left[forces[markers]] = reason
             notes += (f"{forces[markers].name}: left out, {reason}",)
             kept.append((markers, None))

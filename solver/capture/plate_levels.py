@@ -126,14 +126,14 @@ def _refuse_strangers(words: Mapping[str, PlateWord], known: Sequence[str]) -> N
     for name in words:
         if name not in known:
             raise CaptureError(
-                f"subject.toml speaks of a plate '{name}', but the recording's plates are "
+                f"subject.toml names a plate '{name}', but the recording's plates are "
                 f"{', '.join(known) or 'none'}. Correct the name below [trials.NAME.plates]."
             )
 
 
 def _said_of(word: PlateWord, unasked: PlateWitness, settings: PlateSignSettings) -> str:
     """What was done at a person's word, and what the recording alone tells."""
-    ways = {1: "its forces are those on the person", -1: "its forces are those on the plate and are turned"}
+    ways = {1: "its forces act on the person", -1: "its forces act on the plate, so their sign is turned"}
     said = [ways[word.sign]] if word.sign is not None else []
     if word.zero_N is not None:
         said.append(
@@ -159,28 +159,28 @@ def _sentences(
         return []
     if witness.is_undecided(settings):
         return [
-            f"{plate.name}: which way its force counts cannot be told from this recording (it reads "
+            f"{plate.name}: the sign of its force cannot be determined from this recording (it reads "
             f"{np.nanmin(plate.force_ground[:, 1]):.0f} to {np.nanmax(plate.force_ground[:, 1]):.0f} N "
-            "upwards); left as it is. If that is not the force on the person, or if the plate was tared "
+            "upwards); left unchanged. If that is not the force on the person, or if the plate was tared "
             "under a load, export it again with the right sign and zero level"
         ]
     said = []
     if witness.is_turned(settings):
         said.append(
-            f"{plate.name}: forces point downwards, on the plate; their sign is turned: only so do the "
-            "plates carry what the person's weight and motion ask for"
+            f"{plate.name}: forces point downwards, on the plate; their sign is turned: only then do the "
+            "plates carry the person's weight"
         )
     if not witness.is_untared(settings) or (witness.has_known_level(settings) and not lowered):
         return said
     level = f"{plate.name}: its zero level is off: unloaded it would read {witness.zero_N:.0f} N"
     if lowered:
         said.append(
-            f"{level}, as while nobody stands on it; taken off. Was it tared under a load, or not at all?"
+            f"{level}, as it does while nobody is on it; taken off. Was it tared under a load, or not at all?"
         )
     else:
         known = f" (± {witness.zero_std_N:.0f} N)" if np.isfinite(witness.zero_std_N) else ""
         said.append(
-            f"{level}{known}. Was it tared while something stood on it? It never rests unloaded here, so "
+            f"{level}{known}. Was it tared while something stood on it? It is never unloaded here, so "
             "nothing is taken off, and its forces are wrong by that much: tare it empty and record again, or "
             "leave its forces out"
         )

@@ -53,11 +53,11 @@ class PlateWitness:
     def sentence(self, settings: PlateSignSettings = PLATE_SIGN) -> str:
         """The verdict in words, with its evidence."""
         if not self.used:
-            return "it carried nobody, so nothing tells which way it counts"
+            return "it carried nobody, so its sign cannot be determined"
         way = "the force on the person" if self.sign > 0 else "the force on the plate"
         said = f"it reads {way} ({self.sign_nats:.0f} nats ahead of the other sign)"
         if self.is_undecided(settings):
-            said = f"which way it counts is open; {way} is likelier ({self.sign_nats:.0f} nats)"
+            said = f"its sign is uncertain; {way} is more likely ({self.sign_nats:.0f} nats)"
         if not self.is_untared(settings):
             return said
         known = f"{self.zero_N:.0f} ± {self.zero_std_N:.0f} N"

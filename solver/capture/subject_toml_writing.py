@@ -9,21 +9,22 @@ from solver.capture.capture import Subject, TrialFiles
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _HEAD = """\
-# What addb-viewer understood of this folder. Correct what is wrong: from now on this file counts, and what it
-# does not name is not used. Paths are seen from here. All keys: docs/command-line.md, The subject's folder.
+# How addb-viewer understood this folder. Correct what is wrong: from now on this file is used, and files
+# that it does not name are not. Paths are relative to this folder.
+# All keys: docs/command-line.md, The subject's folder.
 """
 
 _HEAD_OF_B3D = """\
-# What the .b3d file beside this folder says of the person. Correct what is wrong: what stands here goes
-# before the file. Its trials are those inside it. All keys: docs/b3d-input.md.
+# What the .b3d file says about the person. Correct what is wrong: values here replace those of the file.
+# Its trials are those inside it. All keys: docs/b3d-input.md.
 """
 
 _ABOUT_PLATES = (
     "",
-    "# Which way a plate counts and its zero level follow from the recording. Where you know better, say so:",
-    '# [trials.NAME.plates."PLATE"]  # as the notes call it',
-    '# reads = "person"  # the force on the person; "plate": the force on the plate, to be turned',
-    "# zero_N = 0.0  # what it reads vertically with nobody on it, in the file's own sign",
+    "# The sign and the zero level of each plate are found from the recording. To set them yourself:",
+    '# [trials.NAME.plates."PLATE"]  # named as in the notes',
+    '# reads = "person"  # the force on the person; "plate": the force on the plate, its sign is changed',
+    "# zero_N = 0.0  # its vertical force with nobody on it, with the sign as in the file",
 )
 
 
@@ -38,8 +39,8 @@ def described_as_toml(subject: Subject) -> str:
 
 def _person(subject: Subject) -> Iterator[str]:
     for key, value, without in (
-        ("mass_kg", subject.mass_kg, "70.0  # unknown: from the forces, else the height"),
-        ("height_m", subject.height_m, "1.75  # unknown: from the scaled model"),
+        ("mass_kg", subject.mass_kg, "70.0  # unknown: estimated from the forces, else the height"),
+        ("height_m", subject.height_m, "1.75  # unknown: estimated from the scaled model"),
         ("sex", subject.sex, '"female"'),
         ("age_years", subject.age_years, None),
     ):
@@ -60,11 +61,11 @@ def _files(subject: Subject) -> Iterator[str]:
     if subject.static is not None:
         yield f"static = {_path(subject, subject.static)}"
     else:
-        yield '# static = "static.trc"  # without it: scaled by the trials'
+        yield '# static = "static.trc"  # without it: scaled with the trials'
 
 
 def _model(subject: Subject) -> Iterator[str]:
-    yield '# "scaled": the model in the file as it is; "generic": scaled anew; "default": our own body'
+    yield '# "scaled": the model in the file as it is; "generic": scaled again; "default": the built-in body'
     word = {"stored": "scaled", None: "default"}.get(subject.model_is, subject.model_is)
     yield f"model_is = {_text(word)}"
 

@@ -280,7 +280,7 @@ def _notes(
     for start, end in runs(owners == TWO_FEET):
         notes.append(
             f"plate {plate}: two feet from {times[start]:.2f} to {times[end - 1]:.2f} s; "
-            "its force cannot be divided and goes to neither"
+            "its force cannot be divided and is assigned to neither"
         )
     for start, end in runs(loaded & (owners == NO_FOOT)):
         nearest = distances[start:end].min(axis=1)
@@ -289,6 +289,6 @@ def _notes(
             where = f"{np.nanmedian(nearest):.2f} m from the nearest sole"
         notes.append(
             f"plate {plate}: loaded from {times[start]:.2f} to {times[end - 1]:.2f} s, but its centre of "
-            f"pressure is {where}; its force goes to no foot"
+            f"pressure is {where}; its force is assigned to no foot"
         )
     return notes

@@ -80,11 +80,11 @@ def extension_for(
         named_ones = ", ".join(f"{id_} ({target})" for id_, target in sorted(lost))
         raise FitError(
             f"{subject.folder}: not found again: {named_ones}. Flags or settings have changed since the "
-            "diagnosis; make it anew: addb-viewer diagnose"
+            "diagnosis; run it again: addb-viewer diagnose"
         )
     if not extension.causes:
         raise FitError(
-            f"{subject.folder}: nothing to accept: reading the files puts right what the diagnosis names, in "
-            "every fit. Mend the files so that other programs need not"
+            f"{subject.folder}: nothing to accept: every fit corrects what the diagnosis names when it reads "
+            "the files. Correct the files, so that other programs read them right as well"
         )
     return FoundAgain(extension, fit, balance.scenes, selection.solved, tuple(sorted(undone)))

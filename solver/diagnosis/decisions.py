@@ -319,7 +319,7 @@ def _notable(p: Proposal) -> Decision:
         if not solved.terms[k].candidate.is_notable(solved.estimates(k, p.balance.scenes))
     ]
     names = ", ".join(dict.fromkeys(f"{c.id} {c.target}" for c in small))
-    reason = f"nobody would act on so little: {names}" if small else "large enough to act on"
+    reason = f"too small to act on: {names}" if small else "large enough to act on"
     return Decision(NOTABLE, not small, None, None, reason)
 
 
@@ -374,7 +374,7 @@ CHECKS: tuple[Check, ...] = (
     ),
     Check(POSSIBLE, "can there be such a thing?", (Withheld,), _possible),
     Check(PAYS, "does the balance gain enough by it?", (Withheld, OnReading), _pays),
-    Check(HOLDS_UP, "does it foretell blocks that its fit has not seen?", (Withheld,), _holds_up),
+    Check(HOLDS_UP, "does it predict blocks that its fit did not use?", (Withheld,), _holds_up),
     Check(
         STANDS_ALONE, "without another body mass, and without undoing the others?", (Withheld,), _stands_alone
     ),

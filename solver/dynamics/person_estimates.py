@@ -43,12 +43,12 @@ def person_mass(
     height = subject.height_m or stature(skeleton)
     if subject.model is not None or height is None:
         told = f"the model's own {skeleton.mass:.1f} kg is used"
-        return skeleton.mass, (f"mass not given and no forces to tell it; {told}",)
+        return skeleton.mass, (f"mass not given, and no forces to estimate it from; {told}",)
     mass, std = mass_of_height(height, subject.sex)
     if subject.height_m is None:
         std = math.hypot(std, 2 * mass * STATURE_STD_M / height)
-    told = f"{mass:.0f} ± {std:.0f} kg is what people of {height:.2f} m weigh; torques are as uncertain"
-    return mass, (f"mass not given and no forces to tell it; {told}",)
+    told = f"people of {height:.2f} m weigh {mass:.0f} ± {std:.0f} kg; torques are as uncertain"
+    return mass, (f"mass not given, and no forces to estimate it from; {told}",)
 
 
 def person_height(subject: Subject, skeleton: Skeleton) -> tuple[float, tuple[str, ...]]:
@@ -57,7 +57,7 @@ def person_height(subject: Subject, skeleton: Skeleton) -> tuple[float, tuple[st
         return subject.height_m, ()
     height = stature(skeleton)
     if height is None:
-        return math.nan, ("height not given, and the model has no leg that would tell it",)
+        return math.nan, ("height not given, and the model has no legs to estimate it from",)
     return height, (f"height not given; {height:.2f} ± {STATURE_STD_M:.2f} m from the scaled model's legs",)
 
 
@@ -72,12 +72,12 @@ def person_sex(subject: Subject, height_m: float) -> tuple[str, ...]:
         return ()
     used = "masses of the segments are the mean of both sexes' tables"
     if height_m < _CHILDRENS_STATURE or (height_m < _GROWN_UP_STATURE and _is_child(subject)):
-        return (f"sex not given, and a child's height does not tell it; {used}",)
+        return (f"sex not given, and a child's height does not show it; {used}",)
     male = probability_male(height_m, 0.0 if subject.height_m is not None else STATURE_STD_M)
     likely, p = ("male", male) if male > 0.5 else ("female", 1 - male)
     if p < _LIKELY:
-        return (f"sex not given, and the height does not tell it ({likely} with {p:.2f}); {used}",)
-    return (f"sex not given; {likely} with a probability of {p:.2f}, by the height; {used}",)
+        return (f"sex not given, and the height does not show it ({likely}: {100 * p:.0f} %); {used}",)
+    return (f"sex not given; {likely} with a probability of {100 * p:.0f} %, by the height; {used}",)
 
 
 def mass_of_height(height_m: float, sex: str | None) -> tuple[float, float]:

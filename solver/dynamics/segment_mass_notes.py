@@ -39,9 +39,9 @@ def segment_mass_notes(
         return ()
     listed = ", ".join(text for _, text in sorted(said, reverse=True))
     return (
-        "the forces ask for segments of other masses than their lengths and the body's mass say, times: "
-        f"{listed}; is a clock late, a plate turned or off, something carried, or the body unlike tables? "
-        "Soft tissue asks for such masses too, in runs and landings above all",
+        "the forces would fit better with other segment masses than the tables give, by the factors: "
+        f"{listed}; do forces come late, is a plate turned or misplaced, is something carried, or is the "
+        "body unlike the tables? Soft tissue has the same effect, above all in runs and landings",
     )
 
 

@@ -21,7 +21,7 @@ LEAST = 0.003  # a wand made with care: 1.5 mm over half a metre
 ABOUT = About(
     id="capture_scale",
     title="wrong scale of the camera calibration",
-    sentence=("The markers were recorded in a room that is a constant factor too large or too small."),
+    sentence="All distances between markers are too large or too small by a constant factor.",
     remedy="Calibrate the cameras with a wand whose length was measured.",
     told_apart_by=(
         "two markers at a known distance, or steps on plates far from the laboratory's origin, on both sides"

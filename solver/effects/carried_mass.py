@@ -26,8 +26,8 @@ MOMENTS = ((0, 3), (1, 3), (2, 3), (0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2
 
 ABOUT = About(
     id="carried_mass",
-    title="a load that the model does not know: {target}",
-    sentence="Something heavy is carried on {target} that the model does not know.",
+    title="a load that is not in the model: {target}",
+    sentence="A load that is not in the model is carried on {target}.",
     remedy=(
         "Weigh the load and note where it was fixed. Accept the cause for these trials or make the "
         "load part of the model, not both."

@@ -20,7 +20,7 @@ FARTHEST_S = 0.3
 ABOUT = About(
     id="clock_offset",
     title="forces shifted in time against the markers",
-    sentence=("The forces were recorded on another clock than the markers: they come too late or too early."),
+    sentence="Forces and markers are shifted in time: the forces come too late or too early.",
     remedy=(
         "Check the trigger line between cameras and plates. Forces 5 to 10 ms too late may be an "
         "amplifier's latency, too early the cameras'; more is a trigger, lost frames, or a filter "

@@ -20,10 +20,10 @@ TILTS = ("tilt_x_deg", "tilt_z_deg")
 
 ABOUT = About(
     id="gravity_tilt",
-    title="force vectors that lean",
-    sentence="The forces lean: the vertical of the force plates is not that of the cameras.",
+    title="tilted force vectors",
+    sentence="All forces are tilted: the vertical of the force plates is not that of the cameras.",
     remedy=(
-        "Level the calibration frame, and check that the plates stand level; calibrate the cameras anew."
+        "Level the calibration frame, and check that the plates stand level; calibrate the cameras again."
     ),
     told_apart_by="a quiet standing trial, and a weight set down on each plate",
     branch="plate/geometry",

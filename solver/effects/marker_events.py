@@ -113,5 +113,5 @@ def _note(scene: Scene, event: Sequence[MarkerSlip]) -> str:
     at = event[0].frames.start / scene.rate
     return (
         f"{scene.name}: at {at:.2f} s {names} seem to move on the body, but distances between markers do not "
-        "show that one slipped: a segment that bends, flesh, cloth or an impact; no marker is named"
+        "show that one slipped: a bending segment, soft tissue, clothing or an impact; no marker is named"
     )

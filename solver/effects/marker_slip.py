@@ -45,7 +45,7 @@ ABOUT = About(
     sentence="Marker {target} has moved on its segment during the trial and stayed there.",
     remedy=(
         'In this recording leave it out: set it to "" in the map that `addb-viewer markers SUBJECT` '
-        "writes. Before the next one fix it anew and take another static trial."
+        "writes. Before the next one, attach it again and record another static trial."
     ),
     told_apart_by="a static trial before and after the recording",
     branch="markers/one",

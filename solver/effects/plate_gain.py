@@ -21,7 +21,7 @@ MOST_LEFT = 0.5  # of the plate's force
 ABOUT = About(
     id="plate_gain",
     title="wrong gain of {target}",
-    sentence="{target} reads a constant factor too much or too little.",
+    sentence="{target} reads too much or too little by a constant factor.",
     remedy=("Put a known weight on the plate at several places and correct its calibration matrix."),
     told_apart_by=(
         "the plate empty, then with two known weights: an error that grows with the weight is a gain,"

@@ -23,9 +23,9 @@ SHIFTS = ("shift_x_m", "shift_z_m")
 ABOUT = About(
     id="plate_position",
     title="wrong position of {target}",
-    sentence="{target} lies a little beside the place that the files give it.",
+    sentence="{target} is not exactly where the files place it.",
     remedy=(
-        "Measure the plate's corners anew, with a pointer or markers on them, after each camera calibration."
+        "Measure the plate's corners again, with a pointer or markers on them, after each camera calibration."
     ),
     told_apart_by="a pointed rod pressed on the plate at several known places",
     branch="plate/geometry",

@@ -17,8 +17,8 @@ TURNS_DEG = (90, 180, -90)
 
 ABOUT = About(
     id="plate_turn",
-    title="{target} turned about the vertical",
-    sentence="The files have the axes of {target} turned by a quarter or a half about the vertical.",
+    title="{target} turned by 90° or 180°",
+    sentence="In the files the axes of {target} are turned by 90° or 180° about the vertical.",
     remedy=(
         "Compare the order of the plate's corners, and its x and y, with how it lies in the floor, and put "
         "them right in the laboratory's files."

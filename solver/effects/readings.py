@@ -46,7 +46,7 @@ def along(
     )
 
 
-NOT_TOLD = "this recording does not tell"
+NOT_TOLD = "this recording does not show"
 ON_SEGMENT = "{distance} from the segment's origin, at {point} in its axes"
 
 

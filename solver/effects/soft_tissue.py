@@ -28,13 +28,13 @@ ABOUT = About(
     id="soft_tissue",
     title="markers that slide over the bone: {target}",
     sentence=(
-        "The markers of {target} ride on flesh and move together over the bone as the near joints turn."
+        "Soft tissue: the markers of {target} move together over the bone as the neighbouring joints turn."
     ),
     remedy=(
         "Next time put the markers on bony places or on a rigid plate strapped to the segment, not on muscle."
     ),
     told_apart_by=(
-        "a joint centre that is off looks alike: a functional calibration of the near joints tells them apart"
+        "a wrong joint centre looks the same: a functional calibration of the near joints tells them apart"
     ),
     branch="markers/several at once",
     names=Named.BODIES,

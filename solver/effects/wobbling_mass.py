@@ -31,10 +31,10 @@ TRANSIENT_M_PER_S2 = 1.5  # a push that could have set it swinging before the re
 
 ABOUT = About(
     id="wobbling_mass",
-    title="flesh that swings: {target}",
+    title="wobbling soft tissue: {target}",
     sentence="Soft tissue of {target} swings on its own, and the markers do not show it.",
-    remedy="Strap it, or say how much of the segment swings, and how fast.",
-    told_apart_by="a hop or a heel drop, after which it swings out",
+    remedy="Strap it, or state which share of the segment swings, and at which frequency.",
+    told_apart_by="a hop or a heel drop, after which the swing dies out",
     branch="body/flesh",
     names=Named.BODIES,
     at_fault=AtFault.MODEL,

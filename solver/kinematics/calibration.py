@@ -311,6 +311,6 @@ def _notes(
     far = (length > 3 * std) & (std < settings.cluster_offset_std_m)
     for i in np.flatnonzero(far):
         notes.append(
-            f"marker {generic.markers[i].name} sits {100 * length[i]:.1f} cm from the model's place for it"
+            f"marker {generic.markers[i].name} is {100 * length[i]:.1f} cm from its usual place on the model"
         )
     return tuple(notes)

@@ -116,8 +116,8 @@ def _bare_body_notes(skeleton: Skeleton, match: MarkerMatch) -> tuple[str, ...]:
     notes = []
     if free:
         notes.append(
-            f"no marker of the recordings tells {_listed(skeleton, free)}, kept near the neutral pose: how "
-            "they move is a guess"
+            f"no marker of the recordings shows the motion of {_listed(skeleton, free)}; they are kept near "
+            "the neutral pose: how they move is a guess"
         )
     if bare:
         notes.append(f"no marker of the recordings is on {_listed(skeleton, bare)}: how they move is a guess")

@@ -36,7 +36,7 @@ def unseen_body_notes(
         listed = ", ".join(f"{start}-{end - 1}" for start, end in stretches[:LISTED])
         more = f" and {len(stretches) - LISTED} more stretches" if len(stretches) > LISTED else ""
         notes.append(
-            f"no marker on {', '.join(bodies)} is seen in frames {listed}{more}: the pose there is bridged"
+            f"no marker on {', '.join(bodies)} is seen in frames {listed}{more}: their pose is interpolated"
         )
     return tuple(notes)
 
@@ -71,8 +71,8 @@ def unseen_mass_notes(
         return ()
     names = ", ".join(skeleton.bodies[body].name for body in guessed)
     return (
-        f"no marker tells how {100 * mass / skeleton.mass:.0f} % of the mass moves ({names}): what forces "
-        "the motion demands lacks their share",
+        f"no marker shows how {100 * mass / skeleton.mass:.0f} % of the mass moves ({names}): the predicted "
+        "forces lack their share",
     )
 
 

@@ -16,7 +16,7 @@ def named_in(folder: Path, name: object, told_in: Path) -> Path:
     Raises:
         ResultsError: it is no name, or it leads out of the folder, by `..` or by a link.
     """
-    again = "Whoever wrote it was not this program. Fit the subject again: addb-viewer fit"
+    again = "It was not written by this program. Fit the subject again: addb-viewer fit"
     if not isinstance(name, str) or not name:
         raise ResultsError(f"{told_in}: names {name!r} where a file of the fit belongs. {again}")
     parts = PurePosixPath(name).parts

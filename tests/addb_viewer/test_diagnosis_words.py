@@ -280,7 +280,7 @@ def test_of_the_same_cause_elsewhere_only_the_place_is_told():
     text = said(
         figures(effects=[load], alternatives=[rival("carried_mass", "carried_mass hand_r", target="ulna_r")])
     )
-    both = "a load that the model does not know: right hand (hand_r) (40 %) — or else right forearm (ulna_r)"
+    both = "a load that is not in the model: right hand (hand_r) (40 %) — or else right forearm (ulna_r)"
     assert both in text.split("WHAT IS WRONG")[0]
 
 
@@ -384,9 +384,9 @@ def test_without_causes_what_remains_is_all_with_its_moment():
 
 def test_segments_have_an_article_in_a_sentence():
     load = effect("carried_mass", "tibia_l") | {"sentence": CARRIED.sentence.format(target="tibia_l")}
-    assert "carried on the left shank (tibia_l) that" in sentence(load)
+    assert "carried on the left shank (tibia_l)." in sentence(load)
     trunk = load | {"target": "pelvis", "sentence": CARRIED.sentence.format(target="pelvis")}
-    assert "carried on the pelvis that" in sentence(trunk)
+    assert "carried on the pelvis." in sentence(trunk)
 
 
 def test_a_clean_recording_is_said_to_be_clean_and_what_was_looked_for():
@@ -630,7 +630,7 @@ def test_a_distance_has_no_more_digits_than_its_place():
         point_y_m=(-0.008, 0.099),
         point_z_m=(0.052, 0.048),
     )
-    assert amounts(vague)[-1] == "where on the segment it acts, this recording does not tell"
+    assert amounts(vague)[-1] == "where on the segment it acts, this recording does not show"
     assert amounts(vague)[0] == "45 ± 4 N downwards"
     known = vague | {"parameters": vague["parameters"] | {"point_y_m": {"value": -0.2, "std": 0.099}}}
     assert "it acts 207 ± 198 mm from" in amounts(known)[-1]

@@ -68,7 +68,7 @@ def read_b3d_trial(path: Path, name: str, settings: EdgeZeroSettings) -> B3dReco
     plates, plate_notes = _plates(b3d.header, segments, rate, settings)
     notes = (
         *found.notes,
-        *(("the file's markers were named by guessing, it says",) if guessed else ()),
+        *(("according to the file, its markers were named by guessing",) if guessed else ()),
         *marker_notes,
         *plate_notes,
     )
@@ -139,9 +139,9 @@ def _plates(
         if not any(loads is not None and loads.force.any() for loads in of_bodies):
             return (), ()
         raw = [loads for loads in of_bodies if loads is not None]
-        notes.append("the file holds no plates' values: the forces on its contact bodies stand for them")
+        notes.append("the file holds no plate data: the forces on its contact bodies are used instead")
     elif _are_feet(raw, of_bodies):
-        notes.append("plates are feet: their values are those of the contact bodies, one each")
+        notes.append("each plate stands for a foot: its values are those of one contact body")
     count = max(len(loads.names) for loads in raw)
     names = next(loads.names for loads in raw if len(loads.names) == count)
     corners = _corners(segments, count)

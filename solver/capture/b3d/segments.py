@@ -56,15 +56,13 @@ def _joined(b3d: B3dFile, places: Sequence[int]) -> tuple[list[tuple[int, ...]],
     for before, after in pairwise(ordered):
         apart = _why_apart(b3d, before, after, stated)
         if apart:
-            notes.append(
-                f"{headers[before].name} and {headers[after].name} stay trials of their own: {apart}"
-            )
+            notes.append(f"{headers[before].name} and {headers[after].name} remain separate trials: {apart}")
             pieces.append([after])
         else:
             pieces[-1].append(after)
     for piece in (piece for piece in pieces if len(piece) > 1):
-        how = "their frames follow one another" if stated else "the markers go on where the other ended"
-        notes.append(f"{len(piece)} segments of {headers[piece[0]].original_name} are one trial again: {how}")
+        how = "their frames follow one another" if stated else "the markers continue where the other ended"
+        notes.append(f"{len(piece)} segments of {headers[piece[0]].original_name} are joined again: {how}")
     return [tuple(piece) for piece in pieces], tuple(notes)
 
 

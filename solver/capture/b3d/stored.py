@@ -80,14 +80,14 @@ def _piece(header: Header, about: PassHeader, frames: PassFrames, step_s: float)
     own, other = tau[:, forces], tau[:, slice(3) if forces.start else slice(3, 6)]
     if _is_norm_of(linear, other) and not _is_norm_of(linear, own):
         linear, angular = angular, linear
-        notes.append("its linear and angular residuals stand under each other's name; put right here")
+        notes.append("its linear and angular residuals are stored under each other's name; corrected here")
     if turned:
         corrected = own + weight * np.array([0.0, 1.0, -1.0])
         linear = np.linalg.norm(corrected, axis=1)
         linear[[0, -1]] = np.nan
         angular = np.full(count, np.nan)
         notes.append(
-            "its torques were computed with gravity along −z: the force is put right, the moment left out"
+            "its torques were computed with gravity along −z: the force is corrected, the moment is left out"
         )
     return StoredPass(kind, rms, linear, angular, tuple(notes))
 

@@ -52,8 +52,9 @@ def _of_trial(trial: Measured) -> Statement | None:
     nats = nats_of(figure, 0.0, settings.quick_scatter, settings.quick_usual) if figure < 0 else -1.0
     return Statement(
         WITNESS,
-        f"What is quick in the forces ({QUICK_HZ[0]:.0f} to {QUICK_HZ[1]:.0f} Hz) is {100 * share:.1f} % of "
-        f"what is slow; contacts so long usually show {100 * usual:.1f} % (sound: a quarter and more).",
+        f"The fast part of the forces ({QUICK_HZ[0]:.0f} to {QUICK_HZ[1]:.0f} Hz) is {100 * share:.1f} % of "
+        f"the slow part; {100 * usual:.1f} % is usual for contacts of this length (normal: at least a "
+        "quarter of that).",
         {About.FILTER: nats},
         {"quick_share": share, "usual_share": usual},
         trial=trial.capture.name,

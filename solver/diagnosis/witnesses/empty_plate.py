@@ -37,7 +37,8 @@ def _of_plate(trial: Measured, k: int, plate: ForcePlate, stretches: list[np.nda
     drifts = f", {abs(drift):.0f} N more at the end" if abs(drift) > settings.empty_scatter_N else ""
     return Statement(
         WITNESS,
-        f"{plate.name} reads {size:.0f} N while nobody is on it ({seconds:.1f} s{drifts}; sound: below 8 N).",
+        f"{plate.name} reads {size:.0f} N while nobody is on it ({seconds:.1f} s{drifts}; normal: "
+        "below 8 N).",
         {About.PLATE_ZERO: nats, About.LOAD: nats},
         {"x_N": float(level[0]), "y_N": float(level[1]), "z_N": float(level[2]), "drift_y_N": drift},
         trial=trial.capture.name,

@@ -65,7 +65,7 @@ def _said(trial: Measured, found: Exchange) -> Statement:
     return Statement(
         WITNESS,
         f"On both feet {names[1]} loses {share:.2f} ± {std:.2f} N for each newton that {names[0]} gains "
-        "(sound: 1, within 0.1).",
+        "(normal: 1, within 0.1).",
         {About.PLATE_SCALE: nats, About.PLATE_SIGN: min(against_sign, 50.0)},
         {"share": share, "share_std": std},
         trial=trial.capture.name,

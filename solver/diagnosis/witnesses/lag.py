@@ -65,7 +65,7 @@ def lag(trials: Sequence[Measured]) -> list[Statement]:
             Statement(
                 WITNESS,
                 f"The forces come {1e3 * abs(one.lag_s):.0f} ms {'after' if one.lag_s > 0 else 'before'} the "
-                f"acceleration of the markers (correlation {one.agreement:.2f}; sound: within 12 ms).",
+                f"acceleration of the markers (correlation {one.agreement:.2f}; normal: within 12 ms).",
                 {About.CLOCK: nats},
                 {"lag_s": one.lag_s, "agreement": one.agreement},
                 trial=one.trial,
@@ -86,7 +86,7 @@ def _between(found: Sequence[Lag], trials: Sequence[Measured]) -> Statement:
     return Statement(
         WITNESS,
         f"The forces come {1e3 * abs(away[k]):.0f} ms {'later' if away[k] > 0 else 'earlier'} than in the "
-        "other trials (sound: within 8 ms): the clocks differ from trial to trial.",
+        "other trials (normal: within 8 ms): the clocks differ from trial to trial.",
         {About.CLOCK: nats},
         {"lag_beyond_others_s": away[k]},
         trial=found[k].trial,

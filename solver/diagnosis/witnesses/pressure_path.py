@@ -79,7 +79,8 @@ def _of_plate(trial: Measured, number: int, stances: Sequence[_Stance]) -> State
     stood = "stance" if len(stances) == 1 else "stances"
     return Statement(
         WITNESS,
-        f"plate {number}: its pressure is {told} ({len(stances)} {stood}; sound: 4 cm off, scattering by 5).",
+        f"plate {number}: its pressure is {told} ({len(stances)} {stood}; normal: 4 cm off, scattering "
+        "by 5).",
         {About.PLATE_TURN: turned, About.PLATE_PLACE: place},
         {"off_m": off, "off_x_m": float(-shifts["as it is"][0]), "off_z_m": float(-shifts["as it is"][1])}
         | {"scatter_m": float(scatter)},

@@ -60,7 +60,7 @@ def _of_plate(trial: Measured, k: int, plate: ForcePlate, feet: Sequence[Pressin
     return Statement(
         WITNESS,
         f"The load on {plate.name} changes about a point {100 * off:.0f} ± {100 * std:.0f} cm from the "
-        f"foot's middle, and its mean pressure lies {100 * constant:.0f} cm from there (sound: within 8).",
+        f"foot's middle, and its mean pressure lies {100 * constant:.0f} cm from there (normal: within 8).",
         {
             About.PLATE_PLACE: nats_of(off, std, settings.standing_scatter_m, settings.place_usual_m),
             About.PLATE_ZERO: nats_of(constant, std, settings.standing_scatter_m, settings.place_usual_m),

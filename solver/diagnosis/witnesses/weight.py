@@ -61,7 +61,7 @@ def _against_entered(one: Carried, entered_kg: float, settings: WitnessSettings)
     return Statement(
         WITNESS,
         f"The plates carry {one.mass_kg:.1f} ± {one.std_kg:.1f} kg, and {entered_kg:.1f} kg were entered: "
-        f"{100 * (one.mass_kg / entered_kg - 1):+.1f} % (sound: within 4 %).",
+        f"{100 * (one.mass_kg / entered_kg - 1):+.1f} % (normal: within 4 %).",
         {About.ENTERED_MASS: nats, About.LOAD: nats, About.PLATE_SCALE: nats},
         {"carried_kg": one.mass_kg, "carried_std_kg": one.std_kg, "entered_kg": entered_kg},
         trial=one.trial,
@@ -84,7 +84,7 @@ def _between(found: Sequence[Carried], trials: Sequence[Measured]) -> list[State
             Statement(
                 WITNESS,
                 f"The plates carry {one.mass_kg:.1f} kg here and {usual:.1f} kg in the other trials "
-                "(sound: within 3 %).",
+                "(normal: within 3 %).",
                 {About.LOAD: nats},
                 {"carried_kg": one.mass_kg, "others_kg": usual},
                 trial=one.trial,
@@ -117,7 +117,7 @@ def _plates(trial: Measured) -> Statement | None:
     masses = ", ".join(f"{trial.capture.plates[j].name} {mass:.1f} kg" for j, mass in found.items())
     return Statement(
         WITNESS,
-        f"While one plate bears alone, it carries: {masses} (sound: within 8 % of each other).",
+        f"While one plate bears alone, it carries: {masses} (normal: within 8 % of each other).",
         {About.PLATE_SCALE: nats, About.PLATE_ZERO: nats, About.OFF_PLATE: nats},
         {f"plate_{j + 1}_kg": mass for j, mass in found.items()},
         trial=trial.capture.name,

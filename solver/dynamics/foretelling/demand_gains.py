@@ -95,6 +95,6 @@ def gain_notes(
     if not parts:
         return ()
     return (
-        f"against what the markers' motion demands, plates read {', '.join(parts)}: a plate's gain, a "
-        "clock, or what the model gets wrong of masses and soft tissue?",
+        f"compared with the forces that the markers' motion requires, plates read {', '.join(parts)}: a "
+        "plate's gain, a time shift, or wrong masses and soft tissue in the model?",
     )

@@ -186,7 +186,7 @@ def test_a_fit_ends_with_the_table_and_at_most_ten_lines(real_data, tmp_path):
     after = run.stdout.partition("dataset paper's bound).\n")[2].splitlines()
     assert 3 <= len(after) <= 10
     assert max(map(len, after[:-1])) <= 240
-    assert any(line.startswith("! trial2: no force counts: ") for line in after)
+    assert any(line.startswith("! trial2: no measured force is used: ") for line in after)
     whole = CliRunner().invoke(app, ["fit", str(folder), "--quick", "--notes"]).stdout
     notes = json.loads((folder / "results" / "fit.json").read_text(encoding="utf-8"))["notes"]
     assert len(notes) > 10

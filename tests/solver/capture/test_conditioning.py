@@ -128,7 +128,7 @@ def test_short_gaps_are_bridged_and_long_ones_not_observed():
     assert not result.loaded[lost].any()
     whole = condition(plate, TIMES)
     np.testing.assert_allclose(result.force_ground[90:112], whole.force_ground[90:112], atol=2)
-    assert any("10 samples without a number bridged" in note for note in result.notes)
+    assert any("10 missing samples interpolated" in note for note in result.notes)
     assert any("0.000 to 0.054 s, 1.200 to 1.299 s" in note for note in result.notes)
 
 

@@ -29,7 +29,7 @@ def test_zeros_beside_a_loaded_row_are_not_measured(real_data, tmp_path, first, 
     table = zeroed_ends(read_storage(folder / "ForceData/squats1_grf.mot"), first, last)
     write_storage(tmp_path / "f.mot", table.labels, table.times, table.values)
     capture = read_trial(TrialFiles("squats", folder / "MarkerData/squats1.trc", tmp_path / "f.mot"))
-    notes = [note for note in capture.notes if "zero force beside a row under load" in note]
+    notes = [note for note in capture.notes if "zero force next to a row under load" in note]
     assert [note.split(": ")[1] for note in notes] == ["ground_force_1", "ground_force_2"]
     plate = condition(capture.plates[0], capture.markers.times)
     lost = np.r_[np.arange(first), np.arange(len(plate.observed) - last, len(plate.observed))]

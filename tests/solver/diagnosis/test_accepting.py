@@ -44,7 +44,7 @@ def test_what_reading_undoes_is_no_part_of_the_extension_and_not_lost(found):
 
 
 def test_where_reading_undoes_all_nothing_is_to_be_accepted(found):
-    with pytest.raises(FitError, match=r"lab/S4: nothing to accept: reading the files puts right"):
+    with pytest.raises(FitError, match=r"lab/S4: nothing to accept: every fit corrects"):
         found([], ["plate_2"], {OTHER})
 
 

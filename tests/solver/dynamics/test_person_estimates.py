@@ -76,7 +76,7 @@ def test_the_height_of_the_body_is_told_with_its_uncertainty(body):
 def test_the_sex_is_called_likely_only_where_it_is(body):
     assert "; male with a probability" in person_sex(NOBODY, 1.95)[0]
     assert "; female with a probability" in person_sex(NOBODY, 1.50)[0]
-    assert "does not tell it" in person_sex(NOBODY, 1.70)[0]
+    assert "does not show it" in person_sex(NOBODY, 1.70)[0]
     assert "child" in person_sex(NOBODY, 1.20)[0]
     assert person_sex(replace(NOBODY, sex="female"), 1.95) == ()
     assert person_sex(replace(NOBODY, model=Path("own.osim")), 1.95) == ()

@@ -79,8 +79,8 @@ def test_segments_without_any_shared_marker_are_named(crane):
     names = [marker.name for marker in crane.markers if marker.body != last]
     match = match_markers(crane, [recording(names)])
     expected = (
-        f"no marker of the recordings tells {crane.bodies[last].name}, kept near the neutral pose: how they "
-        "move is a guess"
+        f"no marker of the recordings shows the motion of {crane.bodies[last].name}; they are kept near the "
+        "neutral pose: how they move is a guess"
     )
     assert expected in match.notes
     assert expected not in match_markers(crane, [recording(crane.marker_names)]).notes

@@ -35,5 +35,5 @@ def test_long_gaps_are_named_and_short_ones_are_not(crane, observed, foot):
     observed[20:50, on_foot] = np.nan
     observed[70:75, on_foot] = np.nan
     assert unseen_body_notes(crane, observed, 100.0) == (
-        f"no marker on {name} is seen in frames 20-49: the pose there is bridged",
+        f"no marker on {name} is seen in frames 20-49: their pose is interpolated",
     )

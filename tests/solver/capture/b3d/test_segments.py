@@ -85,7 +85,7 @@ def test_segments_in_any_order_are_one_trial_again(written, order, stated):
     capture = read_trial(files)
     assert capture.name == "walk"
     np.testing.assert_array_equal(capture.markers.positions_ground, whole())
-    assert any("3 segments of walk are one trial again" in note for note in capture.notes)
+    assert any("3 segments of walk are joined again" in note for note in capture.notes)
 
 
 def test_without_any_numbers_the_names_give_the_order(written):
