@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
+from scipy.ndimage import uniform_filter1d
 
 from solver.dynamics.extension import Extension
 from solver.dynamics.foretelling.learnt_terms import LearntTerms
@@ -15,8 +16,11 @@ from solver.dynamics.root_wrench import about_point
 from solver.dynamics.trajectory_fit import TrajectoryFit
 from solver.dynamics.trial_data import ExtraParameters, TrialData
 from solver.fit import Groundwork, TrialFit
+from solver.kinematics.motion import Motion
 from solver.settings import Settings
 from solver.skeleton.skeleton import Skeleton
+
+PASSAGE_S = 0.1  # to either side of a border, from the fit's motion to the sister's
 
 
 def learnt_before(fits: Sequence[TrialFit], groundwork: Groundwork, settings: Settings) -> LearntTerms | None:
@@ -92,17 +96,32 @@ def with_foretold(
     """The same trials for a fit that is held, where forces are missing, by those that the sister foretells.
 
     Without them the motion would change its mind at the borders of what is known, and be noisier beyond.
+    Where the two motions are far apart, the fit's own may lie in a valley of the cost without a way to the
+    foretold forces; so where forces are missing, the search may begin at the sister's.
 
     Args:
         data: of the fit so far.
-        result: of it; the search goes on there. None: where the data say.
+        result: of it; the search goes on there, or at the sister's motion if that costs less. None: where
+            the data say.
         sister: of that fit.
     """
-    splines = [own.spline for own in data] if result is None else result.splines
-    return [
-        replace(own, foretold_ground=wrench, spline=spline)
-        for own, wrench, spline in zip(data, sister.wrenches_ground, splines, strict=True)
-    ]
+    if result is None:
+        return [
+            replace(own, foretold_ground=wrench)
+            for own, wrench in zip(data, sister.wrenches_ground, strict=True)
+        ]
+    held = []
+    for i, (own, wrench) in enumerate(zip(data, sister.wrenches_ground, strict=True)):
+        between = _sisters_where_missing(result.motions[i], sister.motions[i], own.counts)
+        held.append(replace(own, foretold_ground=wrench, spline=result.splines[i], other_start=between))
+    return held
+
+
+def _sisters_where_missing(fit: Motion, sister: Motion, known: Bool[np.ndarray, " frames"]) -> Motion:
+    """The sister's motion where forces are missing, the fit's elsewhere, and a passage between them."""
+    frames = 1 + 2 * max(1, round(PASSAGE_S * fit.rate))
+    share = np.clip(2 * uniform_filter1d((~known).astype(float), frames), 0.0, 1.0)[:, None]
+    return replace(fit, q=fit.q + share * (sister.q - fit.q))
 
 
 def misses_a_force(fit: TrialFit) -> bool:

@@ -37,18 +37,33 @@ class TrialCost:
         motion = data.start
         self.data, self.kinematics = data, ForwardKinematics(skeleton)
         self.basis: SplineBasis = basis_for(motion, settings)
-        self.terms: tuple[Term, ...] = (
+        self.residual = RootResidual(data, settings, extra)
+        self.without_forces: tuple[Term, ...] = (
             Markers(self.kinematics, data.observed_ground, motion, settings),
-            RootResidual(data, settings, extra),
             PosePull(skeleton, data.observed_ground, motion, settings),
             Smoothness(motion, settings),
         )
 
-    def start(self) -> Float[np.ndarray, "coefficients columns"]:
-        """The spline that the search begins with: an earlier fit's, or the one nearest to a motion."""
-        if self.data.spline is not None:
-            return self.data.spline
-        return nearest_spline(self.basis, (self.data.initial or self.data.start).q)
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """All."""
+        return (*self.without_forces, self.residual)
+
+    def start(self, shared: SharedParameters) -> Float[np.ndarray, "coefficients columns"]:
+        """The spline that the search begins with: an earlier fit's, or the one nearest to a motion.
+
+        Args:
+            shared: parameters that it begins with; where there are two places to begin, they decide.
+        """
+        data = self.data
+        begun = data.spline
+        if begun is None:
+            begun = nearest_spline(self.basis, (data.initial or data.start).q)
+        if data.other_start is None:
+            return begun
+        other = nearest_spline(self.basis, data.other_start.q)
+        first, second = (self.cost(self.point(spline, shared)) for spline in (begun, other))
+        return other if second < first else begun
 
     def point(
         self, coefficients: Float[np.ndarray, "coefficients columns"], shared: SharedParameters

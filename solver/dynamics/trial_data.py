@@ -18,6 +18,7 @@ class TrialData:
     start: Motion  # the marker fit
     initial: Motion | None = None  # where the search begins; None: at the marker fit
     spline: Float[np.ndarray, "coefficients dofs"] | None = None  # of an earlier fit: begin there instead
+    other_start: Motion | None = None  # begin here instead, where the cost is lower than there
     foretold_ground: Float[np.ndarray, "frames 6"] | None = (
         None  # like the wrench, for frames of U; None: free
     )

@@ -12,14 +12,10 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from solver.dynamics.foretelling.demand_gains import demanded_ground
+from solver.dynamics.blind_steps import Blind, BlindSteps
 from solver.dynamics.foretelling.settings import ForetellingSettings
-from solver.dynamics.root_wrench import about_point, root_centre
-from solver.dynamics.trajectory_fit import FirstStep, first_steps
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.dynamics.trial_data import ExtraParameters, TrialData
-from solver.kinematics.root_joint import root_joint
-from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
 
 INERTIAS = "inertias"  # freer ones: no columns, a weaker prior
@@ -68,15 +64,20 @@ def chosen_kinds(
     choices = [(parameters.some((*always, *s)), weight[INERTIAS in s]) for s in sets]
     squares: list[Float[np.ndarray, "sets 2"]] = []  # one a block
     of_trial: list[int] = []
+    whole = with_columns(trials)
+    steps = BlindSteps(skeleton, whole, trajectory, phi=phi, extra=parameters.prior)
     for turn in range(trajectory.heldout_every):
         blocks = [_hidden(trial, turn, trajectory) for trial in trials]
-        blind = [replace(t, counts=t.counts & ~_any(b, t)) for t, b in zip(trials, blocks, strict=True)]
+        hidden = [_any(own, trial) for own, trial in zip(blocks, trials, strict=True)]
+        blind = [replace(t, counts=t.counts & ~h) for t, h in zip(trials, hidden, strict=True)]
         if not any(blocks) or not any(b.counts.any() for b in blind):
             continue
-        data = with_columns(blind)
-        steps = first_steps(skeleton, data, trajectory, choices, phi=phi, extra=parameters.prior)
-        for i, (trial, own) in enumerate(zip(data, blocks, strict=True)):
-            squares += list(_missed(steps, i, trial, own).transpose(1, 0, 2))
+        layout = []
+        for frames, seen in zip(hidden, with_columns(blind), strict=True):
+            assert seen.extra_columns_ground is not None
+            layout.append(Blind(frames, seen.extra_columns_ground))
+        for i, (missed, own) in enumerate(zip(steps.missed(layout, choices), blocks, strict=True)):
+            squares += list(_squares(missed, trials[i], own))
             of_trial += [i] * len(own)
     if len(squares) < 2:
         return ()
@@ -124,27 +125,18 @@ def _any(blocks: Sequence[Int[np.ndarray, " some"]], trial: TrialData) -> Bool[n
     return hidden
 
 
-def _missed(
-    steps: Sequence[FirstStep], i: int, trial: TrialData, blocks: Sequence[Int[np.ndarray, " some"]]
-) -> Float[np.ndarray, "sets blocks 2"]:
-    """Sums of squares over blocks of the i-th trial: of force [N²], of moment about the root [N²·m²].
+def _squares(
+    missed: Float[np.ndarray, "sets hidden 6"], trial: TrialData, blocks: Sequence[Int[np.ndarray, " some"]]
+) -> Float[np.ndarray, "blocks sets 2"]:
+    """Sums over blocks: of force [N²], of moment about the root [N²·m²].
 
     Frames near the trial's ends, where motions know nothing beyond, are not counted.
     """
     if not blocks:
-        return np.zeros((len(steps), 0, 2))
-    assert trial.extra_columns_ground is not None
+        return np.zeros((0, len(missed), 2))
     at, end = np.concatenate(blocks), round(END_S * trial.start.rate)
     borders = np.cumsum([0, *(len(block) for block in blocks[:-1])])
     inside = (at >= end) & (at < len(trial.counts) - end)
-    poses = ForwardKinematics(steps[0].skeleton).poses(trial.start.q[at])
-    centre = root_centre(root_joint(steps[0].skeleton), poses)
-    found = []
-    for step in steps:
-        missed = demanded_ground(step.skeleton, step.motions[i], at) - trial.wrench_ground[at]
-        missed -= trial.extra_columns_ground[at] @ step.extra
-        if trial.extra_wrench_ground is not None:
-            missed -= trial.extra_wrench_ground[at]
-        squares = (about_point(missed, centre) ** 2).reshape(-1, 2, 3).sum(axis=2)
-        found.append(np.add.reduceat(np.where(inside[:, None], squares, 1e-12), borders))
-    return np.stack(found)
+    squares = (missed**2).reshape(*missed.shape[:2], 2, 3).sum(axis=3)
+    counted = np.where(inside[None, :, None], squares, 1e-12)
+    return np.add.reduceat(counted, borders, axis=1).transpose(1, 0, 2)

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.dynamics.fit_steps import stepped
 from solver.dynamics.foretelling import constants, demand_gains, step_curves
 from solver.dynamics.foretelling.columns import Columns
 from solver.dynamics.foretelling.constants import constant_columns
@@ -24,9 +25,9 @@ from solver.dynamics.foretelling.inner_blocks import INERTIAS, Parameters, chose
 from solver.dynamics.foretelling.learnt_terms import LearntTerms
 from solver.dynamics.foretelling.settings import ForetellingSettings
 from solver.dynamics.foretelling.step_curves import StepPhases, step_columns, step_phases
-from solver.dynamics.trajectory_fit import stepped
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.dynamics.trial_data import ExtraParameters, TrialData
+from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
 
 KINDS = (INERTIAS, step_curves.KIND, demand_gains.KIND, constants.KIND)
@@ -52,7 +53,8 @@ class Foretold:
     skeleton: Skeleton  # with the sister's inertias
     kinds: tuple[str, ...]  # of terms that foretell better
     notes: tuple[str, ...]  # what the learnt gains may point to
-    splines: tuple[Float[np.ndarray, "coefficients dofs"], ...]  # of its motions
+    motions: tuple[Motion, ...]
+    splines: tuple[Float[np.ndarray, "coefficients dofs"], ...]  # of these motions
     learnt: LearntTerms
 
 
@@ -137,6 +139,7 @@ def foretold(
         sister.skeleton,
         chosen,
         notes,
+        sister.motions,
         sister.splines,
         LearntTerms(chosen, sister.phi, sister.extra),
     )

@@ -1,7 +1,5 @@
 """Forces: the wrench at the root that the motion demands and nobody recorded."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
@@ -10,6 +8,7 @@ from solver.dynamics.inertia_parameters import demanded_wrench, wrench_by_parame
 from solver.dynamics.material_acceleration import material_accelerations
 from solver.dynamics.momentum_terms import momentum_terms
 from solver.dynamics.root_wrench import root_centre
+from solver.dynamics.terms.residual_rows import ResidualRows, add_by_states
 from solver.dynamics.terms.shared_parameters import SharedParameters
 from solver.dynamics.terms.trial_point import FrameStates, TrialPoint
 from solver.dynamics.trajectory_settings import TrajectorySettings
@@ -17,33 +16,6 @@ from solver.dynamics.trial_data import TrialData
 from solver.kinematics.root_joint import root_joint
 from solver.skeleton.forward import cross, point_jacobian
 from solver.skeleton.rotations import skew
-
-
-@dataclass(frozen=True)
-class ResidualRows:
-    """Whitened residual rows [force, moment about the root joint's centre] and their derivatives."""
-
-    value: Float[np.ndarray, "frames 6"]
-    by_q: Float[np.ndarray, "frames 6 dofs"]
-    by_v: Float[np.ndarray, "frames 6 dofs"]
-    by_a: Float[np.ndarray, "frames 6 dofs"]
-    by_shared: Float[np.ndarray, "frames 6 shared"]
-    cost: float
-
-    @property
-    def gradient_by_states(self) -> Float[np.ndarray, "3 frames dofs"]:
-        """Of half the cost, by q, q̇ and q̈."""
-        return np.stack([(self.value[:, None] @ J)[:, 0] for J in (self.by_q, self.by_v, self.by_a)])
-
-    @property
-    def gradient_by_shared(self) -> Float[np.ndarray, " shared"]:
-        """Of half the cost, by the shared parameters."""
-        return self.shared_rows.T @ self.value.ravel()
-
-    @property
-    def shared_rows(self) -> Float[np.ndarray, "rows shared"]:
-        """Derivatives of all rows by the shared parameters."""
-        return self.by_shared.reshape(self.value.size, self.by_shared.shape[2])
 
 
 class RootResidual:
@@ -89,22 +61,16 @@ class RootResidual:
             rows = self.rows(at.shared, states)
             gradient.shared += at.frame_weight * rows.gradient_by_shared
             by_states.append(rows.gradient_by_states)
-        _add_by_states(at, by_states, gradient)
+        add_by_states(at, by_states, gradient)
 
     def add_linearized(self, at: TrialPoint, system: TrialSystem) -> None:
         """The robust weights are held."""
         by_states, weight = [], at.frame_weight
         for states in at.chunks:
             rows = self.rows(at.shared, states)
-            jacobians = rows.by_q, rows.by_v, rows.by_a
-            system.band.add_residual_rows(
-                states.frames.start, jacobians, rows.by_shared, system.border, weight
-            )
-            system.corner += weight * rows.shared_rows.T @ rows.shared_rows
-            system.gradient.shared += weight * rows.gradient_by_shared
-            system.cost += weight * rows.cost
+            rows.add_to(system, states.frames.start, weight)
             by_states.append(rows.gradient_by_states)
-        _add_by_states(at, by_states, system.gradient)
+        add_by_states(at, by_states, system.gradient)
 
     def _cost(self, shared: SharedParameters, states: FrameStates) -> float:
         at, states = self._known(states)
@@ -137,6 +103,7 @@ class RootResidual:
             by_v=padded(rows.by_v),
             by_a=padded(rows.by_a),
             by_shared=padded(rows.by_shared),
+            weights=padded(rows.weights),
             cost=rows.cost,
         )
 
@@ -178,12 +145,5 @@ class RootResidual:
         for derivative in (terms.by_q, terms.by_v, terms.by_a, by_shared):
             np.multiply(derivative, weights[:, :, None], out=derivative)
         return ResidualRows(
-            weights * value, terms.by_q, terms.by_v, terms.by_a, by_shared, self._robust(squares)
+            weights * value, terms.by_q, terms.by_v, terms.by_a, by_shared, weights, self._robust(squares)
         )
-
-
-def _add_by_states(
-    at: TrialPoint, by_states: list[Float[np.ndarray, "3 some dofs"]], gradient: TrialGradient
-) -> None:
-    for order, by_state in enumerate(np.concatenate(by_states, axis=1)):
-        gradient.add_frames(at.basis, at.frame_weight * by_state, order)

@@ -8,8 +8,9 @@ import pytest
 from solver.dynamics.momentum_terms import momentum_terms
 from solver.dynamics.spline_band import from_blocks, in_blocks
 from solver.dynamics.terms.root_residual import RootResidual
-from solver.dynamics.trajectory_fit import _Solver, _State, fit_trajectories
+from solver.dynamics.trajectory_fit import extra_covariance, fit_trajectories
 from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.dynamics.trajectory_solver import State, TrajectorySolver
 from solver.dynamics.trial_data import ExtraParameters, TrialData
 from solver.errors import FitError
 from solver.kinematics.motion import Motion
@@ -78,23 +79,23 @@ def test_a_fixed_wrench_is_the_same_as_one_that_was_recorded(crane, trial, fitte
 
 
 def test_gradient_by_x_is_that_of_the_cost(crane, trial):
-    solver = _Solver(crane, [trial], SETTINGS, PRIOR)
-    c, x = solver.parts[0].start(), np.array([12.0, 0.1])
+    solver = TrajectorySolver(crane, [trial], SETTINGS, PRIOR)
+    c, x = solver.begun(None).coefficients[0], np.array([12.0, 0.1])
     state = state_at(solver, c, x)
-    (system,) = solver._linearized(state)
-    analytic = 2 * solver._gradient_of(state, [system]).shared[solver.inertias.count :]
+    (system,) = solver.linearized(state)
+    analytic = 2 * solver.gradient_of(state, [system]).shared[solver.inertias.count :]
     for k, step in enumerate((1e-3, 1e-5)):
         ahead, behind = (state_at(solver, c, x + sign * step * np.eye(2)[k]) for sign in (1, -1))
-        numerical = (solver._cost(ahead) - solver._cost(behind)) / (2 * step)
+        numerical = (solver.cost(ahead) - solver.cost(behind)) / (2 * step)
         assert analytic[k] == pytest.approx(numerical, rel=1e-6)
 
 
 def test_the_step_and_the_covariance_are_those_of_a_dense_solve(crane, trial):
     """Rows by finite differences of the whitened residual; markers, jerk and priors from the band itself."""
-    solver = _Solver(crane, [trial], SETTINGS, PRIOR)
-    c = solver.parts[0].start()
+    solver = TrajectorySolver(crane, [trial], SETTINGS, PRIOR)
+    c = solver.begun(None).coefficients[0]
     state = state_at(solver, c, np.array([12.0, 0.1]))
-    (system,) = solver._linearized(state)
+    (system,) = solver.linearized(state)
     inertias, size = solver.inertias.count, c.size
     matrix = system.band.block_tridiagonal()
     unit = np.eye(size).reshape(*c.shape, size)
@@ -105,25 +106,25 @@ def test_the_step_and_the_covariance_are_those_of_a_dense_solve(crane, trial):
     dense = np.block([[band, border], [border.T, system.corner + prior_curvature]])
     gradient = np.concatenate([system.gradient.coefficients.ravel(), system.gradient.shared + prior_gradient])
     step = -np.linalg.solve(dense, gradient)
-    found = solver._factorized(state, [system]).step(solver._gradient_of(state, [system]))
-    tried = solver._stepped(state, found)
+    found = solver.factorized(state, [system]).step(solver.gradient_of(state, [system]))
+    tried = solver.stepped(state, found)
     scale = np.abs(step[size + inertias :])
     np.testing.assert_allclose(
         tried.shared.x - state.shared.x, step[size + inertias :], atol=1e-6 * scale.max()
     )
     covariance = np.linalg.inv(dense)[size + inertias :, size + inertias :]
-    np.testing.assert_allclose(solver._extra_covariance(state), covariance, rtol=1e-6)
+    np.testing.assert_allclose(extra_covariance(solver, state), covariance, rtol=1e-6)
 
 
 def test_the_border_of_x_is_the_derivative_of_the_gradient(crane, trial):
     """Gauss-Newton's border: Jᵀ ∂r/∂x; r is linear in x, and for a robust scale far off nothing else is."""
     settings = replace(SETTINGS, residual_robust_scale=1e6)
-    solver = _Solver(crane, [trial], settings, PRIOR)
+    solver = TrajectorySolver(crane, [trial], settings, PRIOR)
     part, inertias = solver.parts[0], solver.inertias.count
-    c, x, rng = part.start(), np.zeros(2), np.random.default_rng(2)
+    c, x, rng = solver.begun(None).coefficients[0], np.zeros(2), np.random.default_rng(2)
     term = RootResidual(trial, settings)
     direction = rng.normal(size=c.shape)
-    (system,) = solver._linearized(state_at(solver, c, x))
+    (system,) = solver.linearized(state_at(solver, c, x))
     border = np.einsum("cd,cdp->p", direction, system.border)[inertias:]
 
     def residual(coefficients, x):
@@ -162,4 +163,4 @@ def test_columns_and_parameters_must_be_as_many(crane, trial):
 
 
 def state_at(solver, coefficients, x):
-    return _State([coefficients], solver._shared(np.zeros(solver.inertias.count), x))
+    return State([coefficients], solver.shared(np.zeros(solver.inertias.count), x))

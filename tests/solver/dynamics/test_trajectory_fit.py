@@ -8,8 +8,9 @@ from solver.dynamics.momentum_terms import momentum_terms
 from solver.dynamics.spline_band import CoefficientBand, from_blocks, in_blocks
 from solver.dynamics.spline_basis import spline_basis
 from solver.dynamics.terms import trial_point
-from solver.dynamics.trajectory_fit import _Solver, _State, fit_trajectories
+from solver.dynamics.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.dynamics.trajectory_solver import State, TrajectorySolver
 from solver.dynamics.trial_data import TrialData
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import marker_positions
@@ -100,16 +101,16 @@ def test_band_equals_the_dense_sum_over_frames():
 
 
 def test_gradient_of_the_whole_cost_matches_finite_differences(light_capped, trial):
-    solver = _Solver(light_capped, [trial], SETTINGS)
+    solver = TrajectorySolver(light_capped, [trial], SETTINGS)
     part = solver.parts[0]
     rng = np.random.default_rng(1)
-    c = part.start()
+    c = solver.begun(None).coefficients[0]
     phi = rng.normal(0, 0.02, solver.inertias.count)
-    shared = solver._shared(phi, np.zeros(0))
+    shared = solver.shared(phi, np.zeros(0))
     system = part.linearized(part.point(c, shared))
 
     def cost(coefficients, phi=phi):
-        return part.cost(part.point(coefficients, solver._shared(phi, np.zeros(0))))
+        return part.cost(part.point(coefficients, solver.shared(phi, np.zeros(0))))
 
     for _ in range(4):
         direction = rng.normal(size=c.shape)
@@ -177,38 +178,38 @@ def test_a_search_that_begins_where_one_ended_ends_with_its_first_step(light_cap
 
 def test_the_foretold_decrease_is_the_quadratic_models(light_capped, trial):
     """2 gᵀs + sᵀHs with H s = −g is gᵀs; the gradient here by central differences of the whole cost."""
-    solver = _Solver(light_capped, [trial], SETTINGS)
+    solver = TrajectorySolver(light_capped, [trial], SETTINGS)
     fit = fit_trajectories(light_capped, [trial], replace(SETTINGS, iterations=1))
     state = state_at(solver, fit.splines[0], fit.phi)
-    system = solver._linearized(state)
-    step = solver._factorized(state, system).step(solver._gradient_of(state, system))
+    system = solver.linearized(state)
+    step = solver.factorized(state, system).step(solver.gradient_of(state, system))
 
     def cost(h):
         moved = state.coefficients[0] + h * step.coefficients[0]
-        return solver._cost(state_at(solver, moved, fit.phi + h * step.shared))
+        return solver.cost(state_at(solver, moved, fit.phi + h * step.shared))
 
     slope = (cost(1e-4) - cost(-1e-4)) / 2e-4
     np.testing.assert_allclose(step.foretold, -slope / 2, rtol=1e-4)
 
 
 def test_the_gradient_alone_is_that_of_the_whole_system(light_capped, trial):
-    solver = _Solver(light_capped, [trial], SETTINGS)
+    solver = TrajectorySolver(light_capped, [trial], SETTINGS)
     rng = np.random.default_rng(3)
-    state = state_at(solver, solver.parts[0].start(), rng.normal(0, 0.02, solver.inertias.count))
-    alone, whole = solver._gradient(state), solver._gradient_of(state, solver._linearized(state))
+    state = state_at(solver, solver.begun(None).coefficients[0], rng.normal(0, 0.02, solver.inertias.count))
+    alone, whole = solver.gradient(state), solver.gradient_of(state, solver.linearized(state))
     scale = np.abs(whole.coefficients[0]).max()
     np.testing.assert_allclose(alone.coefficients[0], whole.coefficients[0], atol=1e-12 * scale)
     np.testing.assert_allclose(alone.shared, whole.shared, rtol=1e-10)
 
 
 def test_cost_and_system_are_the_same_whatever_the_chunks(light_capped, trial, monkeypatch):
-    solver = _Solver(light_capped, [trial], SETTINGS)
-    state = state_at(solver, solver.parts[0].start(), np.zeros(solver.inertias.count))
-    ((whole,), cost) = solver._linearized(state), solver._cost(state)
+    solver = TrajectorySolver(light_capped, [trial], SETTINGS)
+    state = state_at(solver, solver.begun(None).coefficients[0], np.zeros(solver.inertias.count))
+    ((whole,), cost) = solver.linearized(state), solver.cost(state)
     monkeypatch.setattr(trial_point, "CHUNK", 7)
-    ((chunked,), again) = solver._linearized(state), solver._cost(state)
+    ((chunked,), again) = solver.linearized(state), solver.cost(state)
     assert again == pytest.approx(cost, rel=1e-12)
-    assert chunked.cost + solver._prior_cost(state) == pytest.approx(cost, rel=1e-12)
+    assert chunked.cost + solver.prior_cost(state) == pytest.approx(cost, rel=1e-12)
     pairs = (
         (whole.gradient.coefficients, chunked.gradient.coefficients),
         (whole.gradient.shared, chunked.gradient.shared),
@@ -223,4 +224,13 @@ def test_cost_and_system_are_the_same_whatever_the_chunks(light_capped, trial, m
 
 
 def state_at(solver, coefficients, phi):
-    return _State([coefficients], solver._shared(phi, np.zeros(0)))
+    return State([coefficients], solver.shared(phi, np.zeros(0)))
+
+
+@pytest.mark.parametrize("better", [True, False])
+def test_of_two_places_to_begin_the_cheaper_one_is_taken(light_capped, trial, better):
+    near, far = trial.start, replace(trial.start, q=trial.start.q + 0.5)
+    begun = {"initial": far, "other_start": near} if better else {"initial": near, "other_start": far}
+    alone = TrajectorySolver(light_capped, [replace(trial, initial=near)], SETTINGS).begun(None)
+    chosen = TrajectorySolver(light_capped, [replace(trial, **begun)], SETTINGS).begun(None)
+    np.testing.assert_array_equal(chosen.coefficients[0], alone.coefficients[0])
