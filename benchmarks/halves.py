@@ -1,8 +1,8 @@
 """`python -m benchmarks.halves --out FILE`: weights chosen on one half of the people and judged on the other.
 
-Then the other way round. What foretells missing forces has two weights that withheld forces could have chosen: the sister fit's
-smoothness and its residual. Each is tried at half and twice its size; figures are RMS over six layouts of
-withheld blocks. FILE keeps them, so that a run goes on where it was stopped.
+Then the other way round. What foretells missing forces has two weights that withheld forces could have
+chosen: the sister fit's smoothness and its residual. Each is tried at half and twice its size; figures are
+RMS over six layouts of withheld blocks. FILE keeps them, so that a run goes on where it was stopped.
 """
 
 import argparse
