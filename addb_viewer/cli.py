@@ -62,6 +62,11 @@ COMMANDS = (
         "Write the fit for other tools into the results folder; solve first where there is no current fit.",
     ),
     ListedCommand(
+        "convert",
+        "convert:convert",
+        "Write what a file holds in another format, without a fit; says what the other cannot hold.",
+    ),
+    ListedCommand(
         "record",
         "record:record",
         "Record the fit for rerun or Foxglove; solve first where there is no current fit.",

@@ -50,7 +50,7 @@ def read_trial(
     Raises:
         CaptureError: a file cannot be read, or not be understood without a guess.
     """
-    recording = _recording(files, settings)
+    recording = read_recording(files, settings)
     markers, cleaning_notes = _cleaned(recording.markers, files.markers, settings)
     mask, reviewed, review_notes = imported_review(files.reviews, markers)
     inner = None if files.inner_review_finished is None else recording.review
@@ -116,7 +116,7 @@ class _MarkersInLab:
 
 
 @dataclass(frozen=True)
-class _Recording:
+class Recording:
     """Markers and plates in axes of which y points up."""
 
     markers: Markers
@@ -126,27 +126,36 @@ class _Recording:
     stored: tuple[StoredPass, ...] = ()
 
 
-def _recording(files: TrialFiles, settings: ReadingSettings) -> _Recording:
+def read_recording(files: TrialFiles, settings: ReadingSettings = READING) -> Recording:
+    """Markers and plates as their files have them, but for axes and units; nothing is cleaned.
+
+    Args:
+        files: where they lie, and what a person said about axes and moments.
+        settings: thresholds.
+
+    Raises:
+        CaptureError: a file cannot be read, or not be understood without a guess.
+    """
     up = vertical_axis_named(files.up) if files.up else None
     kind = _kind(files.markers, MARKER_KINDS)
     if kind == SUFFIX:
         b3d = read_b3d_trial(files.markers, files.name, settings.edge_zeros)
-        return _Recording(b3d.markers, b3d.plates, b3d.notes, b3d.review, b3d.stored)
+        return Recording(b3d.markers, b3d.plates, b3d.notes, b3d.review, b3d.stored)
     if files.forces in (None, files.markers) and kind == ".c3d":
         c3d = read_c3d(files.markers, up, settings)
         plates = tuple(plate_y_up(plate, c3d.up) for plate in c3d.plates)
-        return _Recording(
+        return Recording(
             markers_y_up(c3d.markers, c3d.up), plates, c3d.notes + c3d.up.notes(files.markers.name)
         )
     lab = _markers_in_lab(files.markers, up, settings)
     if files.forces is None:
-        return _Recording(markers_y_up(lab.markers, lab.up), (), lab.notes + lab.up.notes(files.markers.name))
+        return Recording(markers_y_up(lab.markers, lab.up), (), lab.notes + lab.up.notes(files.markers.name))
     if kind == ".c3d":
         note = f"{files.markers.name}: forces inside it, if any, are not used: {files.forces.name} is named"
         lab = replace(lab, notes=(*lab.notes, note))
     if _kind(files.forces, FORCE_KINDS) == ".c3d":
         c3d = read_c3d(files.forces, up, settings)
-        return _Recording(
+        return Recording(
             markers_y_up(lab.markers, lab.up),
             tuple(plate_y_up(plate, c3d.up) for plate in c3d.plates),
             lab.notes + lab.up.notes(files.markers.name) + c3d.notes + c3d.up.notes(files.forces.name),
@@ -181,7 +190,7 @@ def _cleaned(markers: Markers, path: Path, settings: ReadingSettings) -> tuple[M
 
 def _with_table(
     lab: _MarkersInLab, files: TrialFiles, told: VerticalAxis | None, settings: ReadingSettings
-) -> _Recording:
+) -> Recording:
     """Markers with the plates of a .mot or .sto file, which mostly are in the same axes as the markers.
 
     Where markers and forces each say clearly that another axis is vertical, either somebody lies on the floor
@@ -211,7 +220,7 @@ def _turned(
     storage: Storage,
     ups: tuple[VerticalAxis, VerticalAxis],
     settings: ReadingSettings,
-) -> _Recording:
+) -> Recording:
     """Markers and forces turned to y up, each from its own axes."""
     assert files.forces is not None
     upright = turned(storage, ups[1].R_ground_lab)
@@ -224,10 +233,10 @@ def _turned(
     notes = (*lab.notes, *ups[0].notes(files.markers.name), *plate_notes)
     if ups[0] != ups[1]:
         notes += ups[1].notes(files.forces.name)
-    return _Recording(markers_y_up(lab.markers, ups[0]), plates, notes)
+    return Recording(markers_y_up(lab.markers, ups[0]), plates, notes)
 
 
-def _overlap_notes(recording: _Recording) -> tuple[str, ...]:
+def _overlap_notes(recording: Recording) -> tuple[str, ...]:
     times = recording.markers.times
     apart = [p.name for p in recording.plates if p.times[0] > times[-1] or p.times[-1] < times[0]]
     if not apart:
@@ -238,7 +247,7 @@ def _overlap_notes(recording: _Recording) -> tuple[str, ...]:
     )
 
 
-def _distance_notes(recording: _Recording, settings: ReadingSettings) -> tuple[str, ...]:
+def _distance_notes(recording: Recording, settings: ReadingSettings) -> tuple[str, ...]:
     distance = _distance(recording, settings)
     if not np.isfinite(distance) or distance < settings.pairing.near_m:
         return ()
@@ -248,7 +257,7 @@ def _distance_notes(recording: _Recording, settings: ReadingSettings) -> tuple[s
     )
 
 
-def _contradiction(recording: _Recording, files: TrialFiles, settings: UnderFeetSettings) -> tuple[str, ...]:
+def _contradiction(recording: Recording, files: TrialFiles, settings: UnderFeetSettings) -> tuple[str, ...]:
     """Said of a force file whose loads do not lie under the feet that the markers show."""
     loads = loads_of(recording.plates, settings)
     if files.forces is None or loads is None:
@@ -266,7 +275,7 @@ def _contradiction(recording: _Recording, files: TrialFiles, settings: UnderFeet
     )
 
 
-def _distance(recording: _Recording, settings: ReadingSettings) -> float:
+def _distance(recording: Recording, settings: ReadingSettings) -> float:
     """How far loaded centres of pressure typically are from the nearest marker [m]; infinite without any."""
     markers, nearest = recording.markers, []
     for plate in recording.plates:

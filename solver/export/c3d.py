@@ -12,12 +12,13 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from solver.export.c3d_file import C3dRecording, FootEvent, ModelOutput, write_c3d
+from solver.export.c3d_file import C3dRecording, FootEvent, ModelOutput, Side, write_c3d
 from solver.export.gait_tables import gaits_of
 from solver.export.places import made, trial_stems
 from solver.fit import Fit, TrialFit
 from solver.gait.events import Kind
-from solver.gait.gait import Gait, joint_power
+from solver.gait.gait import Gait
+from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
 
 NMM = 1000.0  # per N·m
@@ -62,7 +63,7 @@ def export_c3d(fit: Fit, folder: Path) -> tuple[list[Path], tuple[str, ...]]:
             markers=trial.capture.markers,
             plates=trial.capture.plates,
             events=foot_events(gaits[name]) if name in gaits else (),
-            outputs=model_outputs(trial, fit.skeleton),
+            outputs=_outputs(trial, fit.skeleton),
             subject=fit.subject.name,
             mass_kg=fit.mass_kg,
             height_m=fit.height_m,
@@ -82,7 +83,7 @@ def foot_events(gait: Gait) -> tuple[FootEvent, ...]:
     )
 
 
-def side_of(body: str) -> Literal["Left", "Right", "General"]:
+def side_of(body: str) -> Side:
     """The side that a body's name tells."""
     words = body.lower().replace("-", "_").split("_")
     if "l" in words or "left" in body.lower():
@@ -90,18 +91,27 @@ def side_of(body: str) -> Literal["Left", "Right", "General"]:
     return "Right" if "r" in words or "right" in body.lower() else "General"
 
 
-def model_outputs(trial: TrialFit, skeleton: Skeleton) -> tuple[ModelOutput, ...]:
+def joint_outputs(
+    skeleton: Skeleton, motion: Motion, torques: Float[np.ndarray, "frames dofs"] | None
+) -> tuple[ModelOutput, ...]:
     """A point a joint and kind, its three values those of three coordinates in the order of the joint's axes.
 
-    Torques and powers are there where dynamics are; the root's torques are the residual.
+    Args:
+        skeleton: of the motion.
+        motion: whose angles they are.
+        torques: generalized forces; None: neither moments nor powers. The root's are the residual.
     """
-    motion = trial.dynamics.motion if trial.dynamics else trial.motion
     found = [*_points(skeleton, ANGLES, np.degrees(motion.q)), *_points(skeleton, TRANSLATIONS, motion.q)]
-    if trial.dynamics is not None:
-        torques, power = trial.dynamics.joint_torques, joint_power(trial)
+    if torques is not None:
         found += [*_points(skeleton, MOMENTS, NMM * torques), *_points(skeleton, FORCES, torques)]
-        found += [] if power is None else _points(skeleton, POWERS, power)
+        found += _points(skeleton, POWERS, torques * motion.velocity)
     return tuple(found)
+
+
+def _outputs(trial: TrialFit, skeleton: Skeleton) -> tuple[ModelOutput, ...]:
+    if trial.dynamics is None:
+        return joint_outputs(skeleton, trial.motion, None)
+    return joint_outputs(skeleton, trial.dynamics.motion, trial.dynamics.joint_torques)
 
 
 def _points(

@@ -38,13 +38,17 @@ FORCE_CHANNELS = ("force x", "force y", "force z", "moment x", "moment y", "mome
 WORD = 65536  # the header counts frames in 16 bits
 
 
+Side = Literal["Left", "Right", "General"]
+Label = Literal["Foot Strike", "Foot Off"]
+
+
 @dataclass(frozen=True)
 class FootEvent:
     """A foot meets or leaves the ground."""
 
     time_s: float  # on the recording's clock
-    side: Literal["Left", "Right", "General"]
-    label: Literal["Foot Strike", "Foot Off"]
+    side: Side
+    label: Label
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,15 @@
 """The fit for MuJoCo: its model, its bones, and the motion of each trial as MuJoCo's qpos.
 
 model.xml            the skeleton as MJCF, z up
-bones/BODY.stl       what each body looks like
+model_bones/BODY.stl what each body looks like
 TRIAL_motion.npz     time [s], qpos, qvel, qacc (frames × joints; rad, m), joints (names in the order of qpos)
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+import trimesh
 from trimesh.exchange.stl import export_stl
 
 from solver.capture.atomic import whole_file, write_whole
@@ -20,8 +22,6 @@ from solver.skeleton.bones import body_meshes
 from solver.skeleton.chain import chain_of
 from solver.skeleton.skeleton import Skeleton
 
-BONES = "bones"
-
 
 def export_mujoco(fit: Fit, folder: Path) -> tuple[list[Path], tuple[str, ...]]:
     """Write model.xml, its bones, and TRIAL_motion.npz for every trial.
@@ -32,22 +32,40 @@ def export_mujoco(fit: Fit, folder: Path) -> tuple[list[Path], tuple[str, ...]]:
     Raises:
         FitError, CaptureError: the folder cannot be made, or not written to.
     """
-    place, written = made(folder / BONES), []
-    meshes = body_meshes(fit.skeleton, fit.subject.folder / "Geometry").meshes
+    meshes, stems = body_meshes(fit.skeleton, fit.subject.folder / "Geometry").meshes, trial_stems(fit)
+    motions = {
+        stems[trial.capture.name]: trial.dynamics.motion if trial.dynamics else trial.motion
+        for trial in fit.trials
+    }
+    return write_mujoco(made(folder) / "model.xml", fit.skeleton, meshes, motions)
+
+
+def write_mujoco(
+    path: Path, skeleton: Skeleton, meshes: Mapping[str, trimesh.Trimesh], motions: Mapping[str, Motion]
+) -> tuple[list[Path], tuple[str, ...]]:
+    """Write a model, its bones beside it, and NAME_motion.npz for every motion.
+
+    Args:
+        path: of the model.
+        skeleton: the model.
+        meshes: by body, in its frame.
+        motions: by the name that their files get.
+
+    Raises:
+        FitError, CaptureError: a folder cannot be made, or not written to.
+    """
+    place, written = made(path.with_name(f"{path.stem}_bones")), [path]
     files = {body: f"{stem}.stl" for body, stem in distinct(list(meshes), file_stem).items()}
     for body, name in files.items():
         with whole_file(place / name) as file:
             file.write(export_stl(meshes[body]))
         written.append(place / name)
-    model, stems = mujoco_model(fit.skeleton, files, BONES), trial_stems(fit)
-    write_whole(folder / "model.xml", model.xml)
-    written.insert(0, folder / "model.xml")
-    for trial in fit.trials:
-        motion = trial.dynamics.motion if trial.dynamics else trial.motion
-        path = folder / f"{stems[trial.capture.name]}_motion.npz"
-        with whole_file(path) as file:
-            np.savez_compressed(file, allow_pickle=False, **mujoco_motion(fit.skeleton, model, motion))
-        written.append(path)
+    model = mujoco_model(skeleton, files, place.name)
+    write_whole(path, model.xml)
+    for name, motion in motions.items():
+        written.append(path.with_name(f"{name}_motion.npz"))
+        with whole_file(written[-1]) as file:
+            np.savez_compressed(file, allow_pickle=False, **mujoco_motion(skeleton, model, motion))
     return written, model.notes
 
 

@@ -18,7 +18,6 @@ from jaxtyping import Float
 
 from solver.capture.coordinates import write_coordinates
 from solver.capture.storage import write_storage
-from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.export.opensim_setup import write_external_loads, write_inverse_dynamics_setup
@@ -61,19 +60,21 @@ def export_opensim(fit: Fit, folder: Path) -> list[Path]:
 def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path, stem: str) -> list[Path]:
     ik = folder / f"{stem}_ik.mot"
     if trial.dynamics is None or trial.contacts is None or trial.mask is None:
-        _write_motion(trial.motion, skeleton, ik)
+        write_motion(trial.motion, skeleton, ik)
         return [ik]
     forces = folder / f"{stem}_grf{'_foretold' if trial.forces_foretold else ''}.mot"
     torques = folder / f"{stem}_id.sto"
     loads, setup = folder / f"{stem}_external_loads.xml", folder / f"{stem}_id_setup.xml"
     times = trial.dynamics.motion.times
-    _write_motion(trial.dynamics.motion, skeleton, ik)
+    write_motion(trial.dynamics.motion, skeleton, ik)
     foretold = trial.dynamics.wrench_foretold_ground
     if trial.forces_foretold and foretold is not None:
         _write_foretold(trial.contacts.foot_bodies, foretold, times, forces)
     else:
-        _write_forces(trial.contacts, trial.mask, times, forces)
-    _write_torques(trial.dynamics, skeleton, torques)
+        wrenches = counted_wrenches(trial.contacts.wrench_ground, trial.mask)
+        write_body_forces(forces, trial.contacts.foot_bodies, wrenches, trial.contacts.cop_ground, times)
+    name = f"{torques.stem}{_inferred(trial.dynamics)}"
+    write_torques(torques, skeleton, times, trial.dynamics.joint_torques, name)
     write_external_loads(loads, trial.contacts.foot_bodies, forces)
     write_inverse_dynamics_setup(
         setup,
@@ -86,8 +87,12 @@ def _export_trial(trial: TrialFit, skeleton: Skeleton, folder: Path, stem: str) 
     return [ik, forces, torques, loads, setup]
 
 
-def _write_motion(motion: Motion, skeleton: Skeleton, path: Path) -> None:
-    """All coordinates of the model, the locked and coupled ones too: OpenSim would take them as zero."""
+def write_motion(motion: Motion, skeleton: Skeleton, path: Path) -> None:
+    """All coordinates of the model, the locked and coupled ones too: OpenSim would take them as zero.
+
+    Raises:
+        CaptureError: the file cannot be written.
+    """
     by_name = {c.name: c for c in skeleton.coordinates}
     values = np.column_stack([_values(c, by_name, motion) for c in skeleton.coordinates])
     write_coordinates(path, list(by_name), motion.times, values, rotational=(), in_degrees=False)
@@ -103,18 +108,32 @@ def _values(
     return coordinate.coupling(_values(by_name[coordinate.coupled_to], by_name, motion))[0]
 
 
-def _write_forces(
-    contacts: ContactWrenches, mask: FrameMask, times: Float[np.ndarray, " frames"], path: Path
+def write_body_forces(
+    path: Path,
+    bodies: Sequence[str],
+    wrench_ground: Float[np.ndarray, "frames bodies 6"],
+    cop_ground: Float[np.ndarray, "frames bodies 3"],
+    times: Float[np.ndarray, " frames"],
 ) -> None:
-    """Measured force, point and remaining torque of each foot; zero where a foot's force does not count."""
-    wrenches = counted_wrenches(contacts.wrench_ground, mask)
+    """Force, point and remaining torque of each body, in columns with its name.
+
+    Args:
+        path: of the file.
+        bodies: that the forces act on.
+        wrench_ground: force [N] and moment about the ground origin [N·m].
+        cop_ground: centres of pressure [m], NaN while there is none.
+        times: of the frames [s].
+
+    Raises:
+        CaptureError: the file cannot be written.
+    """
     labels, columns = [], []
-    for f, foot in enumerate(contacts.foot_bodies):
-        point = _held(contacts.cop_ground[:, f])
-        force, moment = wrenches[:, f, :3], wrenches[:, f, 3:]
-        labels += [f"ground_force_{foot}_v{axis}" for axis in AXES]
-        labels += [f"ground_force_{foot}_p{axis}" for axis in AXES]
-        labels += [f"ground_torque_{foot}_{axis}" for axis in AXES]
+    for k, body in enumerate(bodies):
+        point = _held(cop_ground[:, k])
+        force, moment = wrench_ground[:, k, :3], wrench_ground[:, k, 3:]
+        labels += [f"ground_force_{body}_v{axis}" for axis in AXES]
+        labels += [f"ground_force_{body}_p{axis}" for axis in AXES]
+        labels += [f"ground_torque_{body}_{axis}" for axis in AXES]
         columns += [force, point, moment - np.cross(point, force)]
     write_storage(path, labels, times, np.hstack(columns))
 
@@ -149,13 +168,29 @@ def _held(cop_ground: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, "frame
     return cop_ground[known[np.maximum(last, 0)]]
 
 
-def _write_torques(dynamics: Dynamics, skeleton: Skeleton, path: Path) -> None:
-    """Named as OpenSim names them: moments of rotations, forces of everything else."""
+def write_torques(
+    path: Path,
+    skeleton: Skeleton,
+    times: Float[np.ndarray, " frames"],
+    torques: Float[np.ndarray, "frames dofs"],
+    name: str = "",
+) -> None:
+    """Named as OpenSim names them: moments of rotations, forces of everything else.
+
+    Args:
+        path: of the file.
+        skeleton: whose free coordinates they belong to.
+        times: of the frames [s].
+        torques: generalized forces [N·m or N].
+        name: title in the first line; the file's name if empty.
+
+    Raises:
+        CaptureError: the file cannot be written.
+    """
     labels = [
         f"{c.name}_{'moment' if c.motion == 'rotation' else 'force'}" for c in skeleton.free_coordinates
     ]
-    name = f"{path.stem}{_inferred(dynamics)}"
-    write_storage(path, labels, dynamics.motion.times, dynamics.joint_torques, name=name)
+    write_storage(path, labels, times, torques, name=name)
 
 
 def _inferred(dynamics: Dynamics) -> str:

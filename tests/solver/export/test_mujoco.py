@@ -56,7 +56,7 @@ def test_the_exported_files_reproduce_the_motion(fit, tmp_path):
     folder = tmp_path / "results" / "mujoco"
     assert written[0] == folder / "model.xml"
     assert written[-1] == folder / "walk_motion.npz"
-    assert {path.parent for path in written[1:-1]} == {folder / "bones"}
+    assert {path.parent for path in written[1:-1]} == {folder / "model_bones"}
     model = mujoco.MjModel.from_xml_path(str(folder / "model.xml"))
     motion = fit.trials[0].dynamics.motion
     with np.load(folder / "walk_motion.npz") as arrays:

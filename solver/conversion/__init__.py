@@ -1,0 +1,1 @@
+"""From one file format to another: recordings, models and motions, without a fit."""
