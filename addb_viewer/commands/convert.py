@@ -7,7 +7,6 @@ import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, Trials
-from solver.conversion.convert import convert as converted
 
 Source = Annotated[
     Path,
@@ -51,6 +50,8 @@ def convert(
     debug: Debug = False,
 ) -> None:
     """Write what a file holds in another format, without a fit; says what the other cannot hold."""
+    from solver.conversion.convert import convert as converted  # noqa: PLC0415 (loads all formats' libraries)
+
     with errors_as_lines(debug):
         done = converted(source, target, forces=forces, model=model, trials=trial or (), overwrite=overwrite)
         for path in done.files:
