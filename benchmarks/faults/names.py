@@ -35,7 +35,7 @@ PLATE = (
 )
 CLOCK = ("clock_offset", "trial_clocks", "plate_clock", "sample_rate", "filter_mismatch")
 WEIGHT = ("body_weight_support", "subject_mass", "carried_mass", "segment_mass")
-MARKERS = ("marker_slip", "marker_swap", "soft_tissue")
+MARKERS = ("marker_slip", "marker_swap", "segment_displaced", "soft_tissue")
 ZERO = "{plate}: its zero level is off.*; taken off"
 
 GEOMETRY = ("plate_turned_or_mirrored", "plate_place")

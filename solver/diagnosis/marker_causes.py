@@ -12,6 +12,7 @@ from solver.effects import marker_slip, marker_swap, soft_tissue
 from solver.effects.marker_effect import MarkerFinding
 from solver.effects.marker_events import events_of
 from solver.effects.scene import Scene
+from solver.effects.segment_displaced import slips_together
 from solver.fit import Fit, TrialFit
 from solver.settings import Settings
 
@@ -66,7 +67,8 @@ def with_markers_repaired(
     else:
         seen = scenes_of(fit, settings, reviews)
     tissue = [finding for scene, _ in seen for finding in soft_tissue.findings(scene)]
-    return fit, seen, SeenInMarkers((*found, *tissue), before, _rms(fit), tuple(dict.fromkeys(notes)))
+    told = slips_together(found, {scene.name: scene for scene, _ in seen})
+    return fit, seen, SeenInMarkers((*told, *tissue), before, _rms(fit), tuple(dict.fromkeys(notes)))
 
 
 def _repairable(scene: Scene, before: Sequence[MarkerFinding], notes: list[str]) -> list[MarkerFinding]:

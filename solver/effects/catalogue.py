@@ -30,6 +30,7 @@ from solver.effects import (
     plate_units,
     plate_yaw,
     sample_rate,
+    segment_displaced,
     segment_mass,
     soft_tissue,
     subject_mass,
@@ -70,7 +71,7 @@ MODULES: tuple[ModuleType, ...] = (
     wobbling_mass,
     capture_scale,
 )
-MARKER_MODULES: tuple[ModuleType, ...] = (marker_slip, marker_swap, soft_tissue)
+MARKER_MODULES: tuple[ModuleType, ...] = (marker_slip, marker_swap, segment_displaced, soft_tissue)
 ABOUT: dict[str, About] = {module.ABOUT.id: module.ABOUT for module in (*MODULES, *MARKER_MODULES)}
 IDS = tuple(id for id, about in ABOUT.items() if not about.in_markers)
 MARKER_IDS = tuple(id for id, about in ABOUT.items() if about.in_markers)

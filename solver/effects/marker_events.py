@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 from solver.effects.marker_effect import MarkerFinding
 from solver.effects.marker_slip import MarkerSlip, slip_at
 from solver.effects.scene import Scene
+from solver.effects.segment_displaced import TOGETHER_S
 from solver.effects.segment_distances import SegmentDistances, segment_distances
 
-TOGETHER_S = 0.1  # jumps within are one event
 CLEAR = 6.0  # [nats] by which distances show a slip; sound jumps reach 5.5
 PARTED = 3.0  # [nats] between two markers of a segment, or either may be the one
 UNDECIDED_GAIN = 23.0  # of the markers' likelihood: nine to one, where distances do not tell

@@ -1,0 +1,111 @@
+"""Segment displaced: from one moment on several markers of a segment sit elsewhere, together.
+
+Cloth that is caught, a strap or a rigid plate of markers that turns. Each of these markers seems to slip;
+that several slip by themselves within a tenth of a second is far less likely.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.effects.about import About, Course, Mend, Named, Size
+from solver.effects.effect import Estimate
+from solver.effects.marker_effect import MarkerFinding
+from solver.effects.marker_slip import MarkerSlip
+from solver.effects.pictures import Segments
+from solver.effects.readings import Reading
+from solver.effects.scene import Scene
+
+TOGETHER_S = 0.1  # slips within are one event
+
+ABOUT = About(
+    id="segment_displaced",
+    title="several markers that moved together: {target}",
+    sentence="At one moment several markers of {target} moved together over the body and stayed there.",
+    remedy=(
+        "Look for cloth, a strap or a plate of markers that was caught there. In this recording use what "
+        "was recorded before that moment; before the next one fix them anew and take another static trial."
+    ),
+    told_apart_by="a static trial before and after the recording",
+    branch="markers/several at once",
+    names=Named.BODIES,
+    course=Course.EVENT,
+    mend=Mend.FILES,
+    in_markers=True,
+    sizes=(Size("shift_m", 0.02, 0.06, 0.3, "cloth that slides; the segment's length at most"),),
+    readings=(
+        Reading("shift_m", "by {amount}", "mm", 1e3),
+        Reading("time_s", "at {amount} from the trial's start", "s"),
+    ),
+    picture=Segments(),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentDisplaced(MarkerFinding):
+    """Slips of several markers of neighbouring segments at one moment, as one event."""
+
+    slips: tuple[MarkerSlip, ...]
+
+    about = ABOUT
+
+    def repaired(
+        self, observed_ground: Float[np.ndarray, "frames markers 3"]
+    ) -> Float[np.ndarray, "frames markers 3"]:
+        """Each marker put back."""
+        for slip in self.slips:
+            observed_ground = slip.repaired(observed_ground)
+        return observed_ground
+
+
+def slips_together(findings: Sequence[MarkerFinding], scenes: Mapping[str, Scene]) -> list[MarkerFinding]:
+    """Findings, with slips of neighbouring segments at one moment as one event.
+
+    Args:
+        findings: of all trials and rounds.
+        scenes: by trial.
+    """
+    events: list[list[MarkerSlip]] = []
+    for finding in findings:
+        if isinstance(finding, MarkerSlip):
+            scene = scenes[finding.frames.trial]
+            same = [event for event in events if any(_belong(scene, finding, slip) for slip in event)]
+            joined = [*(slip for event in same for slip in event), finding]
+            events = [*(event for event in events if event not in same), joined]
+    told: list[MarkerFinding] = []
+    for finding in findings:
+        event = next((event for event in events if finding in event), None)
+        if event is None or len(event) == 1:
+            told.append(finding)
+        elif event[0] is finding:
+            told.append(_event(event, scenes))
+    return told
+
+
+def _belong(scene: Scene, one: MarkerSlip, other: MarkerSlip) -> bool:
+    """At one moment, on one segment or on two that a joint connects."""
+    if one.frames.trial != other.frames.trial or one.marker == other.marker:
+        return False
+    if abs(one.frames.start - other.frames.start) > TOGETHER_S * scene.rate:
+        return False
+    a, b = (int(scene.markers.body[slip.marker]) for slip in (one, other))
+    joints = scene.skeleton.joints
+    return a == b or joints[a].parent == b or joints[b].parent == a
+
+
+def _event(slips: Sequence[MarkerSlip], scenes: Mapping[str, Scene]) -> SegmentDisplaced:
+    scene = scenes[slips[0].frames.trial]
+    bodies = dict.fromkeys(scene.skeleton.body_names[scene.markers.body[s.marker]] for s in slips)
+    first = min(slips, key=lambda slip: slip.frames.start)
+    sizes = [slip.parameters["shift_m"] for slip in slips]
+    mean = float(np.mean([size.value for size in sizes]))
+    std = float(np.hypot(np.std([size.value for size in sizes]), np.mean([size.std for size in sizes])))
+    return SegmentDisplaced(
+        target="+".join(bodies),
+        parameters={"shift_m": Estimate(mean, std), "time_s": first.parameters["time_s"]},
+        frames=first.frames,
+        gain=max(slip.gain for slip in slips),
+        slips=tuple(slips),
+    )

@@ -1,0 +1,86 @@
+"""Slips of neighbouring segments at one moment are one event; others stay what they are."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.effects.effect import Estimate, Range
+from solver.effects.marker_slip import MarkerSlip
+from solver.effects.segment_displaced import SegmentDisplaced, slips_together
+from solver.effects.soft_tissue import SoftTissue
+
+SHIFT_M = np.array([0.02, -0.01, 0.005])
+
+
+def marker_of(scene, body, nth=0):
+    own = np.flatnonzero(scene.markers.body == scene.skeleton.body_index(body))
+    return int(own[nth])
+
+
+def slip(scene, marker, frame=100, size_m=0.02, trial=None):
+    return MarkerSlip(
+        target=scene.markers.names[marker],
+        parameters={"shift_m": Estimate(size_m, 0.001), "time_s": Estimate(frame / scene.rate, 0.01)},
+        frames=Range(trial or scene.name, frame, scene.frames),
+        gain=40.0,
+        marker=marker,
+        shift_body=SHIFT_M,
+        R_ground_body=scene.R_ground_body[:, scene.markers.body[marker]],
+    )
+
+
+def together(scene, *found):
+    return slips_together(found, {scene.name: scene, "other": scene})
+
+
+def test_two_of_a_segment_and_one_of_its_neighbour_are_one_event(scene):
+    two = [slip(scene, marker_of(scene, "pelvis", k), 100 + 3 * k, 0.02 + 0.01 * k) for k in range(2)]
+    (event,) = together(scene, *two, slip(scene, marker_of(scene, "femur_r"), 105, 0.04))
+    assert isinstance(event, SegmentDisplaced)
+    assert set(event.target.split("+")) == {"pelvis", "femur_r"}
+    assert event.parameters["shift_m"].value == pytest.approx(0.03)
+    assert event.parameters["time_s"].value == pytest.approx(100 / scene.rate)
+    assert event.frames.start == 100
+    assert event.gain == 40.0
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        lambda scene: slip(scene, marker_of(scene, "pelvis", 1), 100 + round(0.2 * scene.rate)),
+        lambda scene: slip(scene, marker_of(scene, "calcn_l")),
+        lambda scene: slip(scene, marker_of(scene, "pelvis", 1), trial="other"),
+        lambda scene: slip(scene, marker_of(scene, "pelvis", 0), 102),
+    ],
+    ids=["later", "far away", "in another trial", "of the same marker"],
+)
+def test_what_does_not_belong_together_stays_apart(scene, other):
+    one, two = slip(scene, marker_of(scene, "pelvis")), other(scene)
+    assert together(scene, one, two) == [one, two]
+
+
+def test_a_slip_between_two_joins_them_whatever_the_order(scene):
+    """Pelvis and shank are no neighbours; a thigh's marker links them."""
+    shank, pelvis, thigh = (slip(scene, marker_of(scene, b)) for b in ("tibia_r", "pelvis", "femur_r"))
+    assert len(together(scene, shank, pelvis)) == 2
+    assert len(together(scene, shank, pelvis, thigh)) == 1
+
+
+def test_other_findings_are_left_alone(scene):
+    flesh = SoftTissue("femur_r", {}, Range(scene.name, 0, scene.frames), 30.0, (0,), np.zeros((1, 3)))
+    one = slip(scene, marker_of(scene, "pelvis"))
+    assert together(scene, flesh, one) == [flesh, one]
+
+
+def test_repair_puts_every_marker_back(scene):
+    markers = [marker_of(scene, "pelvis", k) for k in range(2)]
+    observed = scene.markers.observed_ground
+    carried = observed.copy()
+    R = scene.R_ground_body[:, scene.markers.body[markers[0]]]
+    for frame in range(100, scene.frames):
+        for m in markers:
+            carried[frame, m] += R[frame] @ SHIFT_M
+    moved = replace(scene, markers=replace(scene.markers, observed_ground=carried))
+    (event,) = together(moved, *(slip(moved, m) for m in markers))
+    np.testing.assert_allclose(event.repaired(carried), observed, atol=1e-12)
