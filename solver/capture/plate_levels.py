@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float
 from solver.capture.capture import ForcePlate, Markers, PlateWord
 from solver.capture.centre_of_pressure import centre_of_pressure, surface_of
 from solver.capture.force_settings import CONDITIONING, ConditioningSettings
+from solver.capture.lost_moments import moments_lost, with_moments_bridged
 from solver.capture.plate_sign import PlateWitness, weigh_signs
 from solver.capture.plate_sign_settings import PLATE_SIGN, PlateSignSettings
 from solver.capture.vertical_momentum import vertical_momentum
@@ -112,9 +113,11 @@ def levelled(
                 changed, force_ground=-changed.force_ground, moment_ground=-changed.moment_ground
             )
         if changed is not plate and changed.point_ground is None:
+            surface = surface_of(plate, conditioning)
+            changed = with_moments_bridged(changed, moments_lost(plate), surface, CENTRE_KNOWN_N)
             wrench = (changed.force_ground, changed.moment_ground)
             known = changed.force_ground[:, 1] >= CENTRE_KNOWN_N
-            centre = centre_of_pressure(*wrench, surface_of(plate, conditioning))
+            centre = centre_of_pressure(*wrench, surface)
             changed = replace(changed, cop_ground=np.where(known[:, None], centre, np.nan))
         settled.append(changed)
         if word.sign is None and word.zero_N is None:
