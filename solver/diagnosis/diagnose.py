@@ -13,7 +13,7 @@ from solver.diagnosis.conclusion import conclude
 from solver.diagnosis.detectable import detectable
 from solver.diagnosis.diagnosis import CLEAN, Diagnosis
 from solver.diagnosis.heard import shifts_time, without_the_unheard
-from solver.diagnosis.marker_causes import SeenInMarkers, with_markers_repaired
+from solver.diagnosis.marker_causes import SeenInMarkers, as_distances_tell, with_markers_repaired
 from solver.diagnosis.report import as_json
 from solver.diagnosis.rows import trial_rows
 from solver.diagnosis.scenes import SceneAndPosterior
@@ -66,6 +66,7 @@ def diagnose(
     )
     seen_by_witnesses = measured(_as_recorded(fit, settings), settings.reading)
     witnesses = asked(seen_by_witnesses, subject.mass_kg)
+    seen = as_distances_tell(seen, witnesses, balance.scenes)
     balance = balance.witnessed(accused_plates(witnesses), weighings(seen_by_witnesses, subject.mass_kg))
     answer = answered(balance, seen, part(progress, FITTED, 1.0))
     return replace(answer, notes=(*all_notes(fit), *seen.notes), witnesses=witnesses)

@@ -8,11 +8,15 @@ import numpy as np
 from solver.capture.capture import Capture
 from solver.contact.force_review import ForceReview
 from solver.diagnosis.scenes import SceneAndPosterior, scenes_of
+from solver.diagnosis.witnesses.settings import WITNESSES
+from solver.diagnosis.witnesses.statement import About, Statement
 from solver.effects import marker_slip, marker_swap, soft_tissue
+from solver.effects.effect import Estimate
 from solver.effects.marker_effect import MarkerFinding
 from solver.effects.marker_events import events_of
+from solver.effects.marker_slip import MarkerSlip
 from solver.effects.scene import Scene
-from solver.effects.segment_displaced import slips_together
+from solver.effects.segment_displaced import TOGETHER_S, of_others, slips_together
 from solver.fit import Fit, TrialFit
 from solver.settings import Settings
 
@@ -69,6 +73,41 @@ def with_markers_repaired(
     tissue = [finding for scene, _ in seen for finding in soft_tissue.findings(scene)]
     told = slips_together(found, {scene.name: scene for scene, _ in seen})
     return fit, seen, SeenInMarkers((*told, *tissue), before, _rms(fit), tuple(dict.fromkeys(notes)))
+
+
+def as_distances_tell(
+    seen: SeenInMarkers, witnesses: Sequence[Statement], scenes: Sequence[Scene]
+) -> SeenInMarkers:
+    """Where distances say that others moved together at the moment of a slip, they did, and it did not.
+
+    A pose is pulled along by the many, so that the one which stayed seems to slip.
+
+    Args:
+        seen: by the poses.
+        witnesses: what distances between markers say, among others.
+        scenes: of the trials.
+    """
+    by_trial = {scene.name: scene for scene in scenes}
+    told = [_as_distances_tell(f, witnesses, by_trial) for f in seen.findings]
+    return replace(seen, findings=tuple(told))
+
+
+def _as_distances_tell(
+    finding: MarkerFinding, witnesses: Sequence[Statement], scenes: Mapping[str, Scene]
+) -> MarkerFinding:
+    scene = scenes.get(finding.frames.trial)
+    if not isinstance(finding, MarkerSlip) or scene is None:
+        return finding
+    time_s = scene.motion.start_time + finding.frames.start / scene.rate
+    for one in witnesses:
+        if About.SEGMENT not in one.spoken_for(WITNESSES.told_nats) or one.trial != scene.name:
+            continue
+        moved = str(one.target).split("+")
+        at_once = abs(one.figures["time_s"] - time_s) <= TOGETHER_S
+        if at_once and finding.target not in moved:
+            shift = Estimate(one.figures["change_m"], WITNESSES.step_scatter_m)
+            return of_others(scene, finding, moved, shift) or finding
+    return finding
 
 
 def _repairable(scene: Scene, before: Sequence[MarkerFinding], notes: list[str]) -> list[MarkerFinding]:

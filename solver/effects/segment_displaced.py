@@ -84,15 +84,44 @@ def slips_together(findings: Sequence[MarkerFinding], scenes: Mapping[str, Scene
     return told
 
 
+def of_others(
+    scene: Scene, slip: MarkerSlip, moved: Sequence[str], shift: Estimate
+) -> SegmentDisplaced | None:
+    """The event in which these markers moved together, in place of a slip that another seems to have.
+
+    Args:
+        scene: its trial.
+        slip: of that one, which is none of these.
+        moved: names of the markers.
+        shift: by how much [m].
+
+    Returns:
+        None where the model knows none of them.
+    """
+    known = [scene.markers.names.index(name) for name in moved if name in scene.markers.names]
+    if not known:
+        return None
+    bodies = dict.fromkeys(scene.skeleton.body_names[scene.markers.body[m]] for m in known)
+    parameters = {"shift_m": shift, "time_s": slip.parameters["time_s"]}
+    return SegmentDisplaced("+".join(bodies), parameters, slip.frames, slip.gain, (slip,))
+
+
 def _belong(scene: Scene, one: MarkerSlip, other: MarkerSlip) -> bool:
-    """At one moment, on one segment or on two that a joint connects."""
+    """At one moment, on one segment or on two of which the one carries the other."""
     if one.frames.trial != other.frames.trial or one.marker == other.marker:
         return False
     if abs(one.frames.start - other.frames.start) > TOGETHER_S * scene.rate:
         return False
     a, b = (int(scene.markers.body[slip.marker]) for slip in (one, other))
-    joints = scene.skeleton.joints
-    return a == b or joints[a].parent == b or joints[b].parent == a
+    return a == b or _carrier(scene, a) == b or _carrier(scene, b) == a
+
+
+def _carrier(scene: Scene, body: int) -> int:
+    """The next segment towards the root that has markers; -1 beyond the root. A talus has none."""
+    parent = scene.skeleton.joints[body].parent
+    while parent >= 0 and parent not in scene.markers.body:
+        parent = scene.skeleton.joints[parent].parent
+    return parent
 
 
 def _event(slips: Sequence[MarkerSlip], scenes: Mapping[str, Scene]) -> SegmentDisplaced:

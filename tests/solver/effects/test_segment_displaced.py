@@ -61,8 +61,10 @@ def test_what_does_not_belong_together_stays_apart(scene, other):
 
 
 def test_a_slip_between_two_joins_them_whatever_the_order(scene):
-    """Pelvis and shank are no neighbours; a thigh's marker links them."""
+    """Pelvis and shank are no neighbours; foot and shank are, with an ankle bone without markers between."""
     shank, pelvis, thigh = (slip(scene, marker_of(scene, b)) for b in ("tibia_r", "pelvis", "femur_r"))
+    foot = slip(scene, marker_of(scene, "calcn_r"))
+    assert len(together(scene, shank, foot)) == 1
     assert len(together(scene, shank, pelvis)) == 2
     assert len(together(scene, shank, pelvis, thigh)) == 1
 
