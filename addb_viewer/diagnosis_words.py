@@ -46,6 +46,11 @@ MOST_CAUSES = 4  # on a screen of 40 lines
 SHORT = 240  # [characters] of a text there: three lines
 LEAST_ELSE = 0.05  # of the certainty, for causes that are not listed
 LIKELY_NATS = 20.0  # sound recordings hardly reach 8
+ENDED_EARLY = (
+    "The search ended before everything was tried: it had the evaluations that the settings allow "
+    "(`most_evaluations` in the table [diagnosis]). What is named held up so far; more may be wrong. Look at "
+    "fewer trials at a time (`--trial`), or allow more evaluations."
+)
 NOTES = "Notes"
 BEFORE_THE_CAUSES = "From reading and fitting the files, before causes were looked for:"
 TO_FLAG = "To flag: "
@@ -136,7 +141,8 @@ def verdict(figures: Figures) -> Section:
         )
     else:
         text = f"{wrong}, and no cause that this program knows accounts for it."
-    return Section("Verdict", (text, *([_only_a_lead(figures)] if lead else []), use(figures)))
+    early = [ENDED_EARLY] if figures.get("ended_early") else []
+    return Section("Verdict", (text, *early, *([_only_a_lead(figures)] if lead else []), use(figures)))
 
 
 def _how_surely(figures: Figures) -> str:

@@ -113,6 +113,14 @@ class DiagnosisSettings:
         2.5, unit="", why="standard deviations that a cause may need the body's mass from the entered one"
     )
     tried_in_pairs: int = setting(6, unit="", why="the best of the refitted, each with each")
+    most_evaluations: float = setting(
+        8e6,
+        unit="rows",
+        least=0.0,
+        why="of the balance, fitted with sets of causes at pairs of scales; then the search ends with what "
+        "held up so far and says so. The longest known takes 6e6; counted, not timed: the same files always "
+        "get the same answer",
+    )
     exchange_margin: float = setting(
         2.0,
         unit="nats",

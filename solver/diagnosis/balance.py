@@ -193,6 +193,12 @@ class Balance:
         self.rungs = self.ladder.rungs
         self.accused: frozenset[str] = frozenset()
         self.weighings = Weighings()
+        self.evaluations = 0.0  # rows fitted so far
+
+    @property
+    def is_exhausted(self) -> bool:
+        """Whether a search has had as many evaluations as it may have."""
+        return self.evaluations >= self.settings.most_evaluations
 
     def witnessed(self, accused: Collection[str], weighings: Weighings) -> "Balance":
         """The same, with what witnesses say of it.
@@ -272,6 +278,7 @@ class Balance:
 
     def solve_at(self, terms: Sequence[Term], rung: Rung) -> Solved:
         """Terms fitted together at one scale."""
+        self.evaluations += len(self.residual)
         y = rung.y
         for term in terms:
             fixed, _ = term.whitened(rung)

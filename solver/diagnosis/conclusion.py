@@ -89,6 +89,7 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
         residual=described(balance, solved, selection.uncorrected),
         evidence_nats=_evidence(selection, solved if left is None else left.solved, seen, settings),
         certain_nats=settings.certain_gain,
+        ended_early=selection.ended_early,
         decisions=selection.trail.told({(e.id, e.target) for e in named}),
         rates_Hz={s.name: s.rate for s in balance.scenes},
         starts_s={s.name: s.motion.start_time for s in balance.scenes},

@@ -101,7 +101,7 @@ def causes_of(balance: Balance, progress: Progress = silent) -> tuple[Balance, S
     Sought anew where the right clock leaves frames without a recording, in the balance without these.
     """
     selection = select(balance, catalogue(balance.scenes), progress, catalogue)
-    heard = without_the_unheard(balance, selection)
+    heard = None if selection.ended_early else without_the_unheard(balance, selection)
     if heard is None:
         return balance, selection
     again = select(heard, catalogue(heard.scenes), progress, catalogue)

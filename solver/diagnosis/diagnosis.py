@@ -107,6 +107,7 @@ class Diagnosis:
     residual: ResidualDescription | None = None  # without any cause
     evidence_nats: float = 0.0  # of all that was found, named or not, against nothing being wrong
     certain_nats: float = DiagnosisSettings.certain_gain  # from which on that is certain
+    ended_early: bool = False  # the search, before all was tried, at the most evaluations
     rates_Hz: Mapping[str, float] = field(default_factory=dict)  # of the markers' frames, by trial
     starts_s: Mapping[str, float] = field(default_factory=dict)  # of frame 0 on the recording's clock
     notes: tuple[str, ...] = field(default=())

@@ -20,7 +20,7 @@ def without_the_unheard(balance: Balance, selection: Selection) -> Balance | Non
         selection: causes found in it.
 
     Returns:
-        None where no window is lost, or nothing would be left of a trial.
+        None where no window is lost, or nothing would be left of a trial. What was evaluated so far counts.
     """
     trials = []
     for trial in balance.trials:
@@ -31,7 +31,9 @@ def without_the_unheard(balance: Balance, selection: Selection) -> Balance | Non
         return None
     if not all(t.windows.count for t in trials):
         return None
-    return Balance(trials, balance.settings).witnessed(balance.accused, balance.weighings)
+    heard = Balance(trials, balance.settings).witnessed(balance.accused, balance.weighings)
+    heard.evaluations = balance.evaluations
+    return heard
 
 
 def shifts_time(found: Found, balance: Balance) -> bool:

@@ -61,6 +61,7 @@ def as_json(diagnosis: Diagnosis, why: str | None = None) -> dict[str, object]:
         "notes": list(diagnosis.notes),
         "evidence_nats": _finite(diagnosis.evidence_nats),
         "certain_nats": diagnosis.certain_nats,
+        "ended_early": diagnosis.ended_early,
         "detectable": [asdict(one) for one in diagnosis.detectable],
         "decisions": _decisions(diagnosis, why),
         "residual": None if diagnosis.residual is None else _residual(diagnosis.residual),

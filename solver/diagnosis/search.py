@@ -39,16 +39,22 @@ class Search:
         self.found = list(found)
         self.first: Found | None = None  # as it was found
         self.solved = balance.solve(self.terms) if found else self.null
+        self.ended_early = False  # before all was tried, at the most evaluations
         self._grow(progress)
         if not found:
             self._grow_from_equals()
         for _ in range(MOST_EXCHANGES):
-            if len(self.found) < 2 or not self._exchange_all():
+            if len(self.found) < 2 or self._ends() or not self._exchange_all():
                 break
             self._grow(progress)
         for proposal in self._kept():
             self.trail.put(proposal)
         progress("diagnosis", 1.0)
+
+    def _ends(self) -> bool:
+        """Whether the search has had its evaluations: what was found so far stays."""
+        self.ended_early = self.ended_early or self.balance.is_exhausted
+        return self.ended_early
 
     def _grow(self, progress: Progress) -> None:
         """Causes added as long as that leads on, and of all sets on the way the likeliest.
@@ -59,7 +65,7 @@ class Search:
         best, met = (self._odds(), list(self.found), self.solved), {self._names()}
         for turn in range(2 * most):
             progress("diagnosis", turn / (2 * most))
-            if len(self.found) >= most or not self._add():
+            if len(self.found) >= most or self._ends() or not self._add():
                 break
             self._take_back()
             if self._odds() > best[0]:
@@ -77,6 +83,8 @@ class Search:
         among = [self.first.contender, *self.first.rivals]
         likely = tenable(self.balance, among, self.null)
         for one in self._equals(self.first):
+            if self._ends():
+                break
             self.found, self.solved = [], self.null
             proposal = Added(self.balance, one, self.null, self.blocks, (), likely)
             if self.trail.put(proposal).fell_at is not None:
@@ -140,7 +148,7 @@ class Search:
             self.solved = one.solved
             self.first = self.first or self.found[0]
             return True
-        return self._add_two(contenders)
+        return not self._ends() and self._add_two(contenders)
 
     def _add_two(self, contenders: Sequence[Contender]) -> bool:
         """Two causes of which neither stands out alone, but both together."""
@@ -201,7 +209,8 @@ class Search:
         """Each cause anew beside all others, and whether another took the place of one."""
         before = [t.candidate.key for t in self.terms]
         for k in range(len(self.found)):
-            self._exchange(k)
+            if not self._ends():
+                self._exchange(k)
         self._take_back()
         return before != [t.candidate.key for t in self.terms]
 

@@ -25,6 +25,7 @@ class Selection:
     uncorrected: tuple[Term, ...] = field(default=())  # what these would add to the balance
     trail: Trail = field(default_factory=Trail)  # what was decided on the way
     candidates: int = 1  # among which it was made
+    ended_early: bool = False  # before all was tried, at the most evaluations
 
 
 def select(
@@ -54,6 +55,7 @@ def select(
         uncorrected,
         search.trail,
         len(candidates),
+        search.ended_early,
     )
 
 
@@ -68,7 +70,7 @@ def _beyond_gross_errors(
     It stays where it does as well: the same causes then have the plates' right names.
     """
     first = next((f for f in search.found if isinstance(f.contender.term.candidate, GrossCause)), None)
-    if first is None:
+    if first is None or search.ended_early:
         return search
     gross = first.contender.term.candidate
     assert isinstance(gross, GrossCause)

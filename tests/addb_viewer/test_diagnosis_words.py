@@ -218,6 +218,12 @@ def test_an_explained_recording():
     assert "Nothing else stands out." in text
 
 
+@pytest.mark.parametrize(("verdict", "effects"), [("clean", []), ("explained", [LATE])])
+def test_a_search_that_ended_early_says_so_with_the_verdict(verdict, effects):
+    assert "ended before everything was tried" in said(figures(verdict, effects, ended_early=True))
+    assert "ended before everything was tried" not in said(figures(verdict, effects, ended_early=False))
+
+
 def test_all_the_time_is_said_for_what_lasts_and_frames_for_what_does_not():
     text = said(figures(effects=[LATE, STEP]))
     assert "when all the time, in walk1" in text

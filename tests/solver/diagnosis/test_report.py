@@ -57,6 +57,11 @@ def plain(diagnosis: Diagnosis) -> dict:
     return json.loads(json.dumps(as_json(diagnosis), allow_nan=False))
 
 
+def test_a_search_that_ended_early_is_told(diagnosis):
+    assert plain(diagnosis)["ended_early"] is False
+    assert plain(replace(diagnosis, ended_early=True))["ended_early"] is True
+
+
 def test_every_part_of_the_contract_is_there_as_it_is_written_there(diagnosis):
     told = plain(diagnosis)
     assert told["verdict"] == "explained"

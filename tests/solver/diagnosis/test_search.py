@@ -58,6 +58,34 @@ def test_a_later_cause_makes_room_for_a_better_first_one(short_scene, drawn, bal
             assert other.log_evidence - least < selection.solved.log_evidence - own + 1e-6
 
 
+def test_a_search_that_had_its_evaluations_ends_with_what_held_up_so_far(short_scene, drawn):
+    """Two causes, found one after the other: as many evaluations always lead equally far."""
+    one, other = 0.15 * short_scene.plates[1].wrench_ground, np.zeros((short_scene.frames, 6))
+    other[:, 0] = 60.0
+    other[:, 3:] = np.cross(short_scene.com_ground, other[:, :3])
+    causes = [Course("one", one), Course("other", other)]
+    rows = trial_rows_of(drawn(4, one + other, scale=0.3))
+
+    def found(most_evaluations):
+        settings = replace(SETTINGS, most_evaluations=most_evaluations)
+        balance = Balance([rows], settings)
+        selection = select(balance, causes)
+        return named(selection), selection.ended_early, balance.evaluations
+
+    whole, early, needed = found(SETTINGS.most_evaluations)
+    assert (set(whole), early) == ({c.key for c in causes}, False)
+    lengths = []
+    for share in (0.0, 0.1, 0.2, 0.3, 0.4, 0.5):
+        some, early, spent = found(share * needed)
+        assert early
+        assert some == whole[: len(some)]
+        assert spent < needed
+        assert found(share * needed) == (some, early, spent)
+        lengths.append(len(some))
+    assert lengths == sorted(lengths)
+    assert {0, 1} <= set(lengths)
+
+
 def test_two_that_stand_out_only_together_are_named(short_scene, drawn):
     """What two causes have in common cancels: each alone explains next to nothing of what is left."""
     common = 0.3 * short_scene.plates[0].wrench_ground
