@@ -178,7 +178,7 @@ class FittedTrial:
             {
                 "start": np.array([start for start, *_ in reasons], dtype=int),
                 "end": np.array([end for _, end, *_ in reasons], dtype=int),
-                "foot": _texts([foot or "all" for _, _, foot, _ in reasons]),
+                "foot": _texts([foot or "both" for _, _, foot, _ in reasons]),
                 "reason": _texts([reason for *_, reason in reasons]),
                 "said_by": _texts(said_by),
             }
@@ -192,7 +192,7 @@ class FittedTrial:
             {
                 "start": np.array([p.range[0] for p in found], dtype=int),
                 "end": np.array([p.range[1] for p in found], dtype=int),
-                "foot": _texts([p.foot or "all" for p in found]),
+                "foot": _texts([p.foot or "both" for p in found]),
                 "reason": _texts([p.reason for p in found]),
                 "confidence": np.array([p.confidence for p in found], dtype=float),
             }

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from importlib import import_module
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
 AXES = ("x", "y", "z")
 MOST_NAMED = 4  # columns in a repr
+MOST_ROWS = 20  # of a printed table
 
 
 class UnknownNameError(KeyError):
@@ -145,6 +147,14 @@ class Table:
         listed = ", ".join(self.names[:MOST_NAMED]) + (", …" if len(self.columns) > MOST_NAMED else "")
         return f"<Table {len(self)} rows × {len(self.columns)} columns: {listed}>"
 
+    def __str__(self) -> str:
+        """The first rows, for people; a frame shows more."""
+        rows = [self.names, *(tuple(map(_shown, row.values())) for row in islice(self, MOST_ROWS))]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        lines = ["  ".join(map(str.rjust, row, widths)).rstrip() for row in rows]
+        left = len(self) - MOST_ROWS
+        return "\n".join([*lines, f"… {left} more rows"] if left > 0 else lines)
+
     def to_polars(self) -> "pl.DataFrame":
         """As a Polars frame; what has no value is null.
 
@@ -164,6 +174,10 @@ class Table:
         """
         frame: pd.DataFrame = _package("pandas").DataFrame(dict(self.columns))
         return frame
+
+
+def _shown(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def _plain(values: np.ndarray) -> Any:

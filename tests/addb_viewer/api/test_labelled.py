@@ -64,6 +64,15 @@ def test_what_it_holds_stands_in_a_line(angles):
     assert repr(angles.table) == "<Table 3 rows × 3 columns: time_s, knee_r_rad, pelvis_tx_m>"
 
 
+def test_a_printed_table_shows_its_first_rows():
+    table = Table({"n": np.arange(22), "x": np.full(22, 1 / 3), "why": np.array(["a"] * 22, dtype=object)})
+    lines = str(table).splitlines()
+    assert lines[:2] == [" n       x  why", " 0  0.3333    a"]
+    assert len(lines) == 22
+    assert lines[-1] == "… 2 more rows"
+    assert str(Table({})) == ""
+
+
 TABLE = Table({"n": np.array([1, 2]), "x": np.array([0.5, np.nan]), "why": np.array(["", "b"], dtype=object)})
 
 
