@@ -8,7 +8,6 @@ import ast
 import posixpath
 import re
 import tomllib
-from collections.abc import Iterator
 from pathlib import Path
 
 from mkdocs.config.defaults import MkDocsConfig
@@ -34,16 +33,6 @@ MOVED = {
     "CHANGELOG.md": "changelog.md",
     "CONTRIBUTING.md": "contributing.md",
 }
-BENCHMARKS = {
-    "RESULTS": "Accuracy and speed",
-    "TRUTH": "Against known motions",
-    "DIAGNOSIS": "Diagnosis: hidden causes",
-    "DIAGNOSIS_BY_SIZE": "Diagnosis: by size",
-    "FAULTS": "Diagnosis: known faults",
-    "DETECTION": "Detection of missing force",
-    "NO_PLATES": "Forces without plates",
-    "ABLATION": "What hidden forces cost",
-}
 CODE = r"^ *```.*?^ *```"
 LINK = r"\[(?P<text>(?:[^\]`]|`[^`]*`)*)\]\((?P<target>[^)\s]+)\)"
 QUOTED = r"`[^`\n]+`"
@@ -56,13 +45,8 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
     """Complete the navigation, and show the version that pyproject.toml states."""
     project = tomllib.loads((PROJECT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     config.copyright = f"{project['name']} {project['version']}, {project['license']}"
-    there = {path.stem for path in (PROJECT / "benchmarks").glob("*.md")}
-    if there != set(BENCHMARKS):
-        raise PluginError(
-            f"scripts/docs_site.py: benchmark pages without a title here: {there ^ set(BENCHMARKS)}"
-        )
     config.nav += [
-        {"Benchmarks": [{title: _place(f"benchmarks/{name}.md")} for name, title in BENCHMARKS.items()]},
+        {"Benchmarks": [{_title(source): _place(source)} for source in _benchmarks()]},
         {"API reference": [{_dotted(package): _reference_page(package)} for package in _packages()]},
         {"Project": [{"Changes": "changelog.md"}, {"Contributing": "contributing.md"}]},
     ]
@@ -72,7 +56,7 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages that do not lie in docs/, or stand elsewhere on the site than there."""
     files.remove(files.src_uris["index.md"])
-    for source in (*MOVED, *(f"benchmarks/{name}.md" for name in BENCHMARKS)):
+    for source in (*MOVED, *_benchmarks()):
         text = (PROJECT / source).read_text(encoding="utf-8")
         files.append(File.generated(config, _place(source), content=text))
     for package, pattern in _packages().items():
@@ -85,7 +69,7 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     here = page.file.src_uri
     if here == MOVED["README.md"]:
         page.meta["hide"] = ["navigation"]  # it is the only page of its tab
-    source = next((source for source in _sources() if _place(source) == here), f"docs/{here}")
+    source = next((source for source in (*MOVED, *_benchmarks()) if _place(source) == here), f"docs/{here}")
 
     def moved(token: re.Match[str]) -> str:
         if token["space"] is not None:
@@ -105,9 +89,12 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     return TOKENS.sub(moved, markdown)
 
 
-def _sources() -> Iterator[str]:
-    yield from MOVED
-    yield from (f"benchmarks/{name}.md" for name in BENCHMARKS)
+def _benchmarks() -> list[str]:
+    """Their pages, the results that the README is about first."""
+    pages = sorted(
+        (PROJECT / "benchmarks").glob("*.md"), key=lambda page: (page.stem != "RESULTS", page.stem)
+    )
+    return [page.relative_to(PROJECT).as_posix() for page in pages]
 
 
 def _place(source: str) -> str:
