@@ -11,9 +11,9 @@ MOST_NAMED = 2  # coordinates in the sentence
 LEAST = 0.05  # [° or mm] smaller changes round to nothing
 
 READING = (
-    "A change is not an error by itself: the fit also takes away what the markers' own errors put into the "
-    "motion. But a low residual that was bought by bending the motion shows here: a gain well below 1 where "
-    "people move, smaller ranges, lower peak speeds."
+    "A change is not an error in itself: the fit also removes errors of the markers from the motion. But a "
+    "motion that was distorted to lower the residual shows here: a gain well below 1 where people move, "
+    "smaller ranges, lower peak speeds."
 )
 
 Figures = Mapping[str, Any]
@@ -49,7 +49,7 @@ def change_sentence(change: Figures | None) -> str:
     ]
     if gain := change["joints_gain"]:
         parts.append(
-            f"of their movement at {band_in_words(gain['band_hz'])} {100 * gain['gain']:.0f} % remain"
+            f"{100 * gain['gain']:.0f} % of their movement at {band_in_words(gain['band_hz'])} is left"
         )
     return "; ".join(parts)
 

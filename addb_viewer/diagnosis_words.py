@@ -53,7 +53,7 @@ ENDED_EARLY = (
 )
 NOTES = "Notes"
 BEFORE_THE_CAUSES = "From reading and fitting the files, before causes were looked for:"
-TO_FLAG = "To flag: "
+TO_FLAG = " To flag: "  # before each command that somebody may copy
 SPREAD = "±: in 19 of 20 cases the true value lies within."
 
 Figures = Mapping[str, Any]
@@ -156,11 +156,11 @@ def _how_surely(figures: Figures) -> str:
 def _only_a_lead(figures: Figures) -> str:
     one = len(figures["effects"]) == 1
     taken = (
-        f"{'It is a lead, not a finding' if one else 'They are leads, not findings'}: on hidden stretches "
+        f"{'It is a lead, not a finding' if one else 'They are leads, not findings'}: on withheld stretches "
     )
     taken += f"{changes_in_words(figures['gain'])}."
     if any(effect["confidence"] >= CONFIDENT for effect in figures["effects"]):
-        taken += " A name that is sure is surer than the other names tried, not certain to be true."
+        taken += " A sure name is more likely than the other names tried, not certain to be true."
     return taken
 
 
@@ -218,14 +218,14 @@ def how_to_read(figures: Figures) -> Section:
         lines.append(f"{SPREAD} It holds if the cause is the right one.")
     if effects:
         lines.append(
-            "Whether something is certainly, very likely or probably wrong is judged by all that was found "
-            "together, against nothing being wrong; how sure a name is, against all other causes that were "
-            "tried in its place, none, and anything of any course that is on no list."
+            "Certainly, very likely or probably wrong compares everything that was found with nothing being "
+            "wrong. How sure a name is compares the cause with all others that were tried in its place, with "
+            "no cause, and with unknown causes."
         )
     if any(about(effect).at_certain_frames for effect in effects):
         lines.append("Frames are counted from 0; `flag` takes the first one and the one after the last.")
     if figures["verdict"] != "clean":
-        lines.append(f"Tried, each alone and beside the others: {looked_for()}.")
+        lines.append(f"Tried, each alone and together with the others: {looked_for()}.")
     return Section("How to read this", tuple(lines))
 
 
@@ -271,6 +271,6 @@ def _flag_hint(figures: Figures, effect: Figures, to_flag: ToFlag) -> list[str]:
     several = effect["target"].startswith("plate_") or "+" in effect["target"]
     foot = "both" if several else effect["target"]
     return [
-        f"{TO_FLAG}{to_flag(trial, start, end, foot)}."
+        f"{TO_FLAG.lstrip()}{to_flag(trial, start, end, foot)}."
         for trial, start, end in sorted(ranges_of(figures, effect))
     ]

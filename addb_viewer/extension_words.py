@@ -8,7 +8,7 @@ from addb_viewer.holding_up_words import before_and_after
 from addb_viewer.sections import Section
 
 LEAST_KG = 0.05  # of a mass that changes
-CHANCE = "From so few withheld blocks nobody can tell whether that is chance."
+CHANCE = "There are too few withheld blocks to tell whether that is chance."
 
 Figures = Mapping[str, Any]
 
@@ -39,13 +39,13 @@ def _how(told: Figures) -> str:
     if not blocks:
         return (
             "Trajectories fitted to markers and forces without → with the causes. Too few frames have forces "
-            "for withholding any."
+            "to withhold any."
         )
     drops = [told["heldout_linear_drop_N"], told["heldout_angular_drop_Nm"]]
     text = (
         f"Trajectories fitted to markers and forces without → with the causes. Forces and moments are those "
-        f"on {told['heldout_frames']} frames in {blocks} blocks that both fits were not shown; joint torques "
-        f"are told by the root mean square of their change, in brackets as a share of the torque itself."
+        f"on {told['heldout_frames']} frames in {blocks} blocks that were withheld from both fits; for joint "
+        f"torques the root mean square of their change is given, in brackets as a share of the torque itself."
     )
     if drops[0] is None:
         return f"{text} {CHANCE}"
@@ -53,9 +53,9 @@ def _how(told: Figures) -> str:
     surely = [n for n, drop in zip(names, drops, strict=True) if drop is not None and drop[0] > 0]
     worse = [n for n, drop in zip(names, drops, strict=True) if drop is not None and drop[1] < 0]
     if surely:
-        text += f" What falls, and not by chance: the residual {listed(surely)}."
+        text += f" Falls, more than by chance: the residual {listed(surely)}."
     if worse:
-        text += f" What grows, and not by chance: the residual {listed(worse)}. Think again."
+        text += f" Rises, more than by chance: the residual {listed(worse)}. Reconsider accepting."
     if not surely and not worse:
         text += " On these the gain is not certain."
     return text

@@ -98,20 +98,20 @@ def unforeseeable(figures: Figures) -> str:
     """Why force cannot fall on hidden stretches; empty where it can."""
     if now_and_then(figures):
         return (
-            "A step or a contact has its own force each time: when its frames are hidden, nothing can "
-            "foretell it, so that these figures stay high there, or rise. What speaks for it is the force's "
-            "place, time and sign."
+            "The force of a step or a contact is different each time and cannot be predicted when its frames "
+            "are withheld, so these figures stay high there, or rise. The evidence for it is the place, time "
+            "and sign of the force."
         )
     if speeds_up(figures):
         return (
-            "How a belt speeds up in a hidden stretch nothing can foretell: that force stays high speaks "
-            "neither for the belt nor against it."
+            "How a belt accelerates in a withheld stretch cannot be predicted: a force error that stays high "
+            "is evidence neither for the belt nor against it."
         )
     if only_weights(figures):
         return (
             "Without the cause, the person's masses are adjusted to the rest of the recording instead: these "
-            "figures cannot judge a steady weight. What speaks for the cause is how far the weight on the "
-            "plates is from what was entered."
+            "figures cannot test a constant weight. The evidence for the cause is how far the weight on the "
+            "plates is from the entered one."
         )
     return ""
 
@@ -125,7 +125,7 @@ def _change(what: str, gain: Figures, unit: str) -> Change:
     by_chance = rises and interval is not None and interval[0] <= before
     rises = rises and not by_chance
     if surely_falls:
-        words = f"{what} falls by {100 * (1 - after / before):.0f} %, and not by chance ({both})"
+        words = f"{what} falls by {100 * (1 - after / before):.0f} %, more than by chance ({both})"
     elif by_chance:
         words = f"{what} is higher, but that may be chance ({both})"
     elif rises:

@@ -23,12 +23,12 @@ CERTAIN_PER_CENT = 95
 HOLDS_UP = "Does it hold up?"
 MARKER_ERROR = "marker_rms_m"
 FOR_MARKERS = (
-    "Forces foretold on hidden stretches do not judge markers. What speaks for a fault of markers is how "
-    "these move against the others."
+    "Forces predicted on withheld stretches do not test markers. The evidence for a fault of markers is how "
+    "these move relative to the others."
 )
 TAKEN_IN = (
     "Without the cause, masses and soft tissue that are adjusted to the rest of the recording take its place "
-    "there. What speaks for the cause is the recording as a whole."
+    "there. The evidence for the cause is the recording as a whole."
 )
 
 Figures = Mapping[str, Any]
@@ -55,9 +55,10 @@ def what_it_gains(figures: Figures) -> Section:
             lines.append("Distance of markers from the model, without → with the named causes.")
     elif changes(gain):
         lines.append(
-            "Stretches of about half a second or less were hidden, and foretold from the rest of the "
-            "recording, without → with the named causes. These are the errors. They do not compare with the "
-            "size at the top: here masses and soft tissue are adjusted to the rest of the recording first."
+            "Stretches of at most about half a second were withheld and predicted from the rest of the "
+            "recording, without → with the named causes. These are the errors. They are not comparable with "
+            "the residual at the top: here masses and soft tissue are first adjusted to the rest of the "
+            "recording."
         )
         lines.append(_worth(figures))
     return Section(HOLDS_UP, tuple(lines), tuple(rows))
@@ -80,13 +81,13 @@ def _worth(figures: Figures) -> str:
     said = [f"{capital(told)}."]
     holds = each[0].surely_falls and not any(change.rises for change in each)
     if put_right(figures):
-        said.append("What speaks for the cause is what the plate read while nobody stood on it.")
+        said.append("The evidence for the cause is what the plate read while nobody stood on it.")
     elif not holds and unforeseeable(figures):
         said.append(unforeseeable(figures))
     elif not any(change.surely_falls for change in each) and not is_lead(figures):
         said.append(TAKEN_IN)
     elif was_ordinary(figures):
-        said.append("Force was within what is ordinary there without them as well: it does not decide.")
+        said.append("The force error is ordinary there without them as well, so it does not decide.")
     if is_lead(figures):
         one = len(figures["effects"]) == 1
         said.append(

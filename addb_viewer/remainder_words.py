@@ -24,7 +24,7 @@ from solver.effects.about import Mend
 OF_A_CLASS = ("plate", "time")  # what is off the list and can be told as such
 SWINGS = "swings"  # says a course that swings evenly
 MOST = 0.5  # of an error that is left where most of it is explained
-CHECKED = "Check first what each cause says to do; if that agrees, "
+CHECKED = "First do what each cause says under 'what to do'; if that confirms it, "
 MORE = 1.1  # times what is ordinary, from which on the ratio is told
 
 Figures = Mapping[str, Any]
@@ -63,8 +63,8 @@ def what_remains(figures: Figures) -> Section:
         )
     if location is not None and SWINGS in location["depends_on"]:
         lines.append(
-            "An even swing is often no force at all: look first for a camera that shakes, or markers there "
-            "that sit loose."
+            "An even oscillation is often not a force: look first for a shaking camera, or loose markers "
+            "there."
         )
     lines.append(
         "What to do: look at the video for what touches the person, and at notes of the session. Which of "
@@ -80,13 +80,13 @@ def _of_a_class(figures: Figures, known: Figures) -> str:
     if known["touches"] == "plate":
         plate = target_in_words(known["target"])
         return (
-            f"Something is wrong with {plate}{where}, {size} while it is loaded: any fault of this plate "
-            "describes it better than every cause that has a name here. Look at its sign, its zero, its "
-            "units, its place and axes, and at what stood on it."
+            f"Something is wrong with {plate}{where}, {size} while it is loaded: an unknown fault of this "
+            "plate describes it better than every known cause. Check its sign, zero, units, place and axes, "
+            "and what stood on it."
         )
     return (
-        f"The time of the forces is off{where}, {size}, in a way that no clock, rate or filter with a name "
-        "here describes. Look at triggers, lost frames, and plates that run on clocks of their own."
+        f"The time of the forces is off{where}, {size}, in a way that no known fault of clock, rate or "
+        "filter describes. Check triggers, lost frames, and plates that run on clocks of their own."
     )
 
 
@@ -105,45 +105,40 @@ def what_next(figures: Figures) -> Section:
     in_the_markers = [e for e in figures["effects"] if cannot_be_accepted(e["id"])]
     exchanged = [e for e in figures["effects"] if about(e).in_markers and e not in in_the_markers]
     also = " else" if corrected or exchanged else ""
-    as_recorded = f"Until then, fits put nothing{also} in {recording} right."
+    as_recorded = f"Until then, fits correct nothing{also} in {recording}."
     slipped = [e for e in in_the_markers if not nothing_mends(e)]
     apart = len(corrected) + len(in_the_markers) + len(exchanged)
     lines = []
     unmeasured = any(about(e).mend is Mend.FLAGGED for e in figures["effects"])
     if unmeasured:
-        lines.append("Flag the frames of the unmeasured step first, as told above, or repeat the trial.")
+        lines.append("Flag the frames of the unmeasured step first, as shown above, or repeat the trial.")
     if corrected:
-        lines.append("The bias that was taken off as a zero level is put right in every fit already.")
+        lines.append("Every fit already corrects the bias that was taken off as a zero level.")
     if exchanged:
         lines.append(
-            "Fits exchange such labels back where they find them by themselves, and say so in their notes; "
+            "Fits exchange such labels back where they find them, and say so in their notes; "
             "`addb-viewer accept SUBJECT` does it for these frames in every later fit."
         )
     if len(slipped) < len(in_the_markers):
         lines.append(
-            "Nothing mends markers that slide: distrust the joints at that segment, or leave the worst of "
-            'them out (`addb-viewer markers SUBJECT` writes a map; set them to "" there) and fit again.'
+            "Sliding markers cannot be corrected: do not trust the joints at that segment, or leave out the "
+            'worst markers (`addb-viewer markers SUBJECT` writes a map; set them to "" there) and fit again.'
         )
     if slipped:
-        lines.append("Mend the markers and diagnose again.")
+        lines.append("Correct the markers and diagnose again.")
     if len(figures["effects"]) > apart:
-        lead = (
-            "First look into what is only a lead, as told above. If it proves true, "
-            if is_lead(figures)
-            else ""
-        )
+        lead = "First check what is only a lead, see above. If it is confirmed, " if is_lead(figures) else ""
         if any(rivals_of(figures, e) and e["confidence"] < CONFIDENT for e in figures["effects"]):
             lead = (
-                f"{'Then' if unmeasured else 'First'} tell apart the causes that look alike here, as told "
-                "above. "
-                + ("Then look into what is only a lead. " if lead else "")
-                + "If those named first prove true, "
+                f"{'Then' if unmeasured else 'First'} tell apart the causes that look alike here, see above. "
+                + ("Then check what is only a lead. " if lead else "")
+                + "If those named first are confirmed, "
             )
         which = "the other causes" if apart else "the causes"
         lines.append(
-            f"{lead or CHECKED}`addb-viewer accept SUBJECT` makes this program put {which} right in every "
-            "later fit, and `addb-viewer reject SUBJECT` undoes that. The files stay as they are: other "
-            "programs read the same fault from them."
+            f"{lead or CHECKED}`addb-viewer accept SUBJECT` makes every later fit correct {which}, and "
+            "`addb-viewer reject SUBJECT` undoes that. The files are not changed: other programs still read "
+            "the fault from them."
         )
     if slipped or len(figures["effects"]) > apart:
         lines.append(as_recorded)
@@ -175,21 +170,21 @@ def _left(figures: Figures) -> str:
         force, moment = newtons(residual["force_N"]), moment_Nm(residual["moment_Nm"])
         if max(of_force, of_moment) <= WITHIN:
             return (
-                f"All of what is told above: {force} and {moment}, ordinary in size but not in its pattern."
+                f"All of the residual above: {force} and {moment}, ordinary in size but not in its pattern."
             )
         return (
-            f"All of what is told above: force {_against(force, of_force)}; "
+            f"All of the residual above: force {_against(force, of_force)}; "
             f"moment {_against(moment, of_moment)}."
         )
     left, floor = remaining["linear_residual_N"], remaining["noise_floor_N"]
-    text = f"On hidden stretches force is off by {newtons(left)} with the causes"
-    if not figures["effects"]:
-        text = f"On hidden stretches force is off by {newtons(left)}"
-    text += f"; in a sound recording, by about {newtons(floor)} there"
-    more = left > MORE * floor
-    text += f": {times(left / floor)} times as much." if more else "."
+    with_them = " with the causes" if figures["effects"] else ""
+    text = f"On withheld stretches the force error is {newtons(left)}{with_them}"
+    if left > MORE * floor:
+        text += f", {times(left / floor)} times the {newtons(floor)} of a recording without faults."
+    else:
+        text += f"; a recording without faults would have about {newtons(floor)}."
     moment = gain.get("heldout_angular_residual_Nm")
-    return text if moment is None else f"{text} The moment is off by {moment_Nm(moment['after'])}."
+    return text if moment is None else f"{text} The moment error is {moment_Nm(moment['after'])}."
 
 
 def _against(said: str, ratio: float) -> str:
@@ -202,9 +197,13 @@ def _nothing_else(figures: Figures) -> str:
     remaining = figures["remaining"]
     if is_whole(figures):
         within = remaining["linear_residual_N"] <= MORE * remaining["noise_floor_N"]
-        much = "That is within what is ordinary there." if within else "So much may still be ordinary there."
+        much = "That is ordinary there." if within else "That may still be ordinary there."
         return f"{much} Nothing else stands out."
     if now_and_then(figures):
         return "Away from the frames named above, nothing else stands out."
     rest = "No further cause and no single place on the body accounts for the difference"
-    return f"{rest}; what nothing can foretell of a belt may be in it." if speeds_up(figures) else f"{rest}."
+    return (
+        f"{rest}; a belt's motion that cannot be predicted may be in it."
+        if speeds_up(figures)
+        else f"{rest}."
+    )

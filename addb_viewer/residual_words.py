@@ -59,23 +59,21 @@ def looked_for() -> str:
 
 def _overall(figures: Figures, residual: Figures) -> list[str]:
     lines = [
-        f"The motion of the body demands forces that differ from the measured ones by "
+        f"The motion of the body requires forces that differ from the measured ones by "
         f"{newtons(residual['force_N'])}, and moments about the centre of mass that differ by "
         f"{moment_Nm(residual['moment_Nm'])} (root mean square).",
-        f"A sound recording of this movement shows about {newtons(residual['force_floor_N'])} and "
+        f"A recording of this movement without faults shows about {newtons(residual['force_floor_N'])} and "
         f"{moment_Nm(residual['moment_floor_Nm'])}, called ordinary here: markers on skin, segment masses "
         f"from tables and filters are not perfect. {_against(figures, residual)}",
     ]
     if in_markers(figures):
         lines.append(_of_the_markers(figures))
     if put_right(figures):
-        lines.append(
-            "That is with it left in, as the files hold it: the plate itself tells it while unloaded."
-        )
+        lines.append("That is with the fault left in, as in the files: the unloaded plate itself shows it.")
     weighed = (note.rstrip(".") for note in figures.get("notes", ()) if WEIGHED_BY_FORCES in note)
     if figures["verdict"] == "explained":
         lines += [
-            f"{capital(without_advice(note))}; that is before any cause is put right." for note in weighed
+            f"{capital(without_advice(note))}; that is before any cause is corrected." for note in weighed
         ]
     elif figures["verdict"] != "clean":
         lines += [f"{capital(note)}." for note in weighed]
@@ -108,9 +106,9 @@ def _of_the_markers(figures: Figures) -> str:
     """With or without the markers' faults, of which only some can be mended."""
     mended = any(about(e).in_markers and not nothing_mends(e) for e in figures["effects"])
     return (
-        "Forces are judged with slipped or exchanged markers put right; these show in the markers themselves."
+        "Forces are compared with slipped or exchanged markers corrected; these show in the markers alone."
         if mended
-        else "Forces are judged with these markers as recorded; what gives them away is how they move."
+        else "Forces are compared with these markers as recorded; their motion shows the fault."
     )
 
 
@@ -137,8 +135,8 @@ def _against(figures: Figures, residual: Figures) -> str:
     if figures["verdict"] == "clean" or in_markers(figures) or put_right(figures):
         return f"Here it is {times(force)} times that force and {times(moment)} times that moment: ordinary."
     return (
-        "The size alone is ordinary. What gives the fault away is its pattern: how it goes with the motion, "
-        "in every direction and at every instant, as the errors of markers, plates and masses do not."
+        "The size alone is ordinary. What shows the fault is its pattern: it varies with the motion, in all "
+        "directions and at all times, as errors of markers, plates and masses do not."
     )
 
 
@@ -153,7 +151,7 @@ def _most_of_all(residual: Figures, overall: float) -> str:
     if ratio <= AHEAD * overall:
         return ""
     direction = f" ({axis['direction']})" if axis["direction"] else ""
-    return f" Furthest beyond it is the {what} {axis['axis']}{direction}: {times(ratio)} times."
+    return f" The largest excess is in the {what} {axis['axis']}{direction}: {times(ratio)} times."
 
 
 def _parts(figures: Figures, residual: Figures) -> list[tuple[str, str]]:
@@ -225,10 +223,10 @@ def _mean_in_words(demanded_N: Sequence[float], size: float) -> str:
     way = upward(demanded_N)
     if way in ("up", "down"):
         more = "more" if way == "down" else "less"
-        asked = "the modelled body's weight and motion ask for"
+        asked = "the weight and motion of the modelled body require"
         return f"the plates measured {newtons(size)} {more} upward than {asked}"
     measured = upward([-f for f in demanded_N])
-    return f"the plates measured {newtons(size)} more {measured} than the modelled body's motion asks for"
+    return f"the plates measured {newtons(size)} more {measured} than the modelled body's motion requires"
 
 
 def _axis(axis: Figures) -> str:

@@ -93,7 +93,7 @@ def after_table(figures: dict[str, Any], width: int) -> list[str]:
     rest = [f"{left} more to decide"] if left > 0 else []
     rest += _chosen_by_people(figures["trials"])
     if any(trial.get("stored") for trial in figures["trials"]):
-        rest.append("what the file says of its own passes")
+        rest.append("figures stored in the file")
     rest += [found.heading for found in kinds if not found.kind.decide]
     lines = [
         *_withheld_at_worst(figures["trials"]),
@@ -110,7 +110,7 @@ def _about_trials(trials: Sequence[dict[str, Any]]) -> Iterator[str]:
         yield worse[0] + (f" (and {len(worse) - 1} more)" if len(worse) > 1 else "")
     proposed = [trial["name"] for trial in trials if "proposals" in trial["mask_source"].split(" + ")]
     if proposed:
-        yield f"frames chosen by detection, which nobody has reviewed: {', '.join(proposed)}"
+        yield f"frames chosen by detection, not reviewed by anybody: {', '.join(proposed)}"
 
 
 def _chosen_by_people(trials: Sequence[dict[str, Any]]) -> list[str]:
@@ -129,7 +129,7 @@ def _withheld_at_worst(trials: Sequence[dict[str, Any]]) -> list[str]:
     heldout = worst["heldout"]
     of = f", worst of {len(with_any)}" if len(with_any) > 1 else ""
     return [
-        f"withheld forces ({worst['name']}{of}): {heldout['frames']} frames missed by "
+        f"withheld forces ({worst['name']}{of}): error on {heldout['frames']} frames "
         f"{heldout['linear_residual']['rms_N']:.1f} N, {heldout['angular_residual']['rms_Nm']:.1f} N·m"
         f"{_markers_alone(heldout, cutoffs=False)}"
     ]
@@ -204,18 +204,18 @@ def _honesty(trials: list[dict[str, Any]]) -> Iterator[Text]:
             chose = [_MASKS[source] for source in trial["mask_source"].split(" + ")]
             parts.append(f"frames chosen by {' and '.join(chose)}")
         if trial.get("forces_foretold"):
-            parts.append("no force counts: forces and torques are foretold from the motion, without residual")
+            parts.append("no measured force: forces and torques are predicted from the motion, no residual")
         heldout = trial["heldout"]
         if heldout is not None:
             linear, angular = heldout["linear_residual"], heldout["angular_residual"]
             parts.append(
-                f"on {heldout['frames']} frames whose force was withheld {linear['rms_N']:.1f} N, "
+                f"error on {heldout['frames']} frames whose force was withheld {linear['rms_N']:.1f} N, "
                 f"{angular['rms_Nm']:.1f} N·m{_markers_alone(heldout)}"
             )
             if heldout.get("learnt"):
                 own = heldout["motion_only_linear_residual"], heldout["motion_only_angular_residual"]
                 parts.append(
-                    f"foretold with learnt {', '.join(heldout['learnt'])}, by its own motion "
+                    f"predicted with learnt {', '.join(heldout['learnt'])}; from the fit's own motion alone "
                     f"{own[0]['rms_N']:.1f} N, {own[1]['rms_Nm']:.1f} N·m"
                 )
         if parts:

@@ -41,9 +41,9 @@ def trials_in_question(figures: Figures) -> list[str]:
 
 def _use(figures: Figures) -> str:
     if figures["verdict"] == "clean":
-        below = "what might be there and would not have been found is told below."
+        below = "faults that are too small to be found may be there, see below."
         blind = cannot_tell(figures)
-        but = f", but it cannot tell {listed(blind)}" if blind else ""
+        but = f", but it cannot show {listed(blind)}" if blind else ""
         return f"for joint angles and torques as it is{but}; {below}"
     if figures["verdict"] != "explained":
         rest = "what remains" if figures["effects"] else "the cause"
@@ -53,8 +53,8 @@ def _use(figures: Figures) -> str:
         )
     if put_right(figures):
         return (
-            "as it is, since this program puts right on reading what was wrong. The files still hold it: "
-            "other programs must be told."
+            "as it is, since this program corrects the fault when it reads the files. The fault is still in "
+            "the files: correct them for other programs."
         )
     left = [effect for effect in figures["effects"] if not put_right_on_reading(effect)]
     of_markers = _near_markers([effect for effect in left if about(effect).in_markers])
@@ -71,13 +71,13 @@ def _near_markers(effects: Sequence[Figures]) -> str:
     said = []
     if flesh:
         said.append(
-            f"not for angles and torques of the joints at the {listed(flesh)}, which nothing mends afterwards"
+            f"not for angles and torques of the joints at the {listed(flesh)}: this cannot be corrected later"
         )
     labels = [label for e in effects if not nothing_mends(e) for label in e["target"].split("+")]
     if labels:
-        beside = f"for angles and torques of the joints beside {listed(labels)}"
-        mended = "this marker is mended" if len(labels) == 1 else "these markers are mended"
-        said.append(f"{beside} only once {mended}")
+        near = f"for angles and torques of the joints near {listed(labels)}"
+        corrected = "this marker is corrected" if len(labels) == 1 else "these markers are corrected"
+        said.append(f"{near} only once {corrected}")
     return "; ".join(said)
 
 
@@ -94,7 +94,7 @@ def _of_forces(figures: Figures, effects: Sequence[Figures]) -> str:
     causes = "the cause" if len(rest_of) == 1 else "the causes"
     whole = is_whole(figures) or now_and_then(figures)  # a step's own force no hidden stretch foretells
     rest = "" if whole else ", and then with care, since not all is explained (see what remains)"
-    return f"{angles}for joint torques only with {causes} put right (see what next){rest}."
+    return f"{angles}for joint torques only with {causes} corrected (see what next){rest}."
 
 
 def _other_causes(figures: Figures, effect: Figures) -> bool:

@@ -23,7 +23,7 @@ def withheld_words(figures: Mapping[str, Any]) -> tuple[str, ...]:
             pieces = words.removesuffix("s") if found["pieces"] == 1 else words
             said.append(
                 f"{found['pieces']} {pieces} withheld in {found['layouts']} {layouts}, "
-                f"{found['frames']} frames: missed by {each[0]} and {each[1]}"
+                f"{found['frames']} frames: errors {each[0]} and {each[1]}"
             )
     return tuple(said)
 
@@ -59,8 +59,8 @@ def rest_words(figures: Sequence[Mapping[str, Any]]) -> str | None:
         withheld = trial.get("withheld")
         if withheld and withheld["layouts"] < withheld["of"]:
             return (
-                f"withheld forces: {withheld['layouts']} of {withheld['of']} layouts are judged so far; "
-                "addb-viewer fit goes on with the others"
+                f"withheld forces: {withheld['layouts']} of {withheld['of']} layouts are evaluated so far; "
+                "addb-viewer fit continues with the others"
             )
     return None
 

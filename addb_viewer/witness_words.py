@@ -8,7 +8,7 @@ from typing import Any
 
 from addb_viewer.sections import Section
 
-HEADING = "What the files say by themselves"
+HEADING = "What the files show without a body model"
 ABOUT = {
     "entered_mass": "the entered mass, or another person",
     "load": "a load, or an object on a plate",
@@ -35,19 +35,19 @@ def what_the_files_say(figures: Figures) -> Section:
     if not asked:
         return Section(HEADING)
     loud = sorted((w for w in asked if w["speaks_for"]), key=lambda w: -max(w["nats"].values()))
-    questions = f"{len(asked)} questions that need no model of the body were put to forces and markers"
+    checks = f"{len(asked)} checks of forces and markers that need no body model"
     if not loud:
-        return Section(HEADING, (f"{questions}; no answer speaks for a fault.",))
+        return Section(HEADING, (f"{checks}: none shows a fault.",))
     left = len(loud) - MOST_TOLD
     more = f" The {MOST_TOLD} clearest of {len(loud)}:" if left > 0 else ""
-    speak = "one answer speaks" if len(loud) == 1 else f"{len(loud)} answers speak"
+    show = "one shows" if len(loud) == 1 else f"{len(loud)} show"
     rows = tuple((w["witness"], _told(w, figures)) for w in loud[:MOST_TOLD])
-    return Section(HEADING, (f"{questions}; {speak} for a fault.{more}",), rows)
+    return Section(HEADING, (f"{checks}: {show} a fault.{more}",), rows)
 
 
 def _told(statement: Mapping[str, Any], figures: Figures) -> str:
     several = len(figures["trials"]) > 1 and statement["trial"]
     place = f"{statement['trial']}: " if several else ""
     classes = [ABOUT[about] for about in statement["speaks_for"]]
-    how = "Speaks strongly for" if max(statement["nats"].values()) >= LOUD_NATS else "Speaks for"
+    how = "Points clearly to" if max(statement["nats"].values()) >= LOUD_NATS else "Points to"
     return f"{place}{statement['sentence']} {how} {', or '.join(classes)}."

@@ -151,7 +151,7 @@ def _joint_chart(name: str, replay: Replay, other: Replay | None, what: str, ind
     assert replay.joints is not None
     rotates = replay.joints.rotates[index]
     unit = ("°" if rotates else "m") if what == "position" else ("N·m" if rotates else "N")
-    label = "foretold" if what == "torque" and replay.joints.foretold else "now" if other else ""
+    label = "predicted" if what == "torque" and replay.joints.foretold else "now" if other else ""
     lines = [Line(label, _of_joint(replay.joints, what, index), BLUE)]
     if other is not None and other.joints is not None and replay.joints.names[index] in other.joints.names:
         lines.insert(

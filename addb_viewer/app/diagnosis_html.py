@@ -37,7 +37,7 @@ def verdict_html(figures: Figures | None, changed: Sequence[str] = ()) -> str:
     """
     if figures is None:
         return boxed(
-            "<p style='margin:.2em 0'>Nobody has asked yet. <b>Diagnose</b> looks at all trials together and "
+            "<p style='margin:.2em 0'>No diagnosis yet. <b>Diagnose</b> looks at all trials together and "
             "says what is wrong with the recordings, why, how sure that is, and what to do about it.</p>"
         )
     sign, word, color = VERDICTS.get(figures["verdict"], ("?", figures["verdict"], GREY))

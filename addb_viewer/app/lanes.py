@@ -11,13 +11,14 @@ from addb_viewer.app.palette import BLUE, CAUSE, GREEN, GREY, ORANGE, Rgb, foot_
 from addb_viewer.app.proposals import Pending, State
 from addb_viewer.app.replay import Replay
 from addb_viewer.diagnosis_vocabulary import ranges_of, title
+from addb_viewer.evidence_words import sure_words
 from annotations.reasons import key_of, reason_words
 from annotations.trial_review import TrialReview
 from solver.contact.wrenches import DETECTION, RECORDING
 from solver.kinematics.label_faults.fault import EXCHANGED, LabelFault
 
 _NO_FORCE = "the recording has no force for the foot here"
-_UNDECIDED = "left out by detection, decided by nobody yet"
+_UNDECIDED = "left out by detection, not decided by anybody yet"
 
 
 @dataclass(frozen=True)
@@ -143,7 +144,7 @@ def _proposal(pending: Pending, current: bool) -> Block:
         p.start,
         p.end,
         f"{signs[pending.state]}{key_of(p.reason)}",
-        f"{reason_words(p.reason)}, {foot}, {100 * p.confidence:.0f} % sure; {pending.state}",
+        f"{reason_words(p.reason)}, {foot}, {sure_words(p.confidence)} sure; {pending.state}",
         ORANGE if pending.state is State.OPEN else GREY,
         hatched=pending.state is State.REJECTED,
         height=0.35 + 0.65 * p.confidence,

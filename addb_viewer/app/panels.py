@@ -116,11 +116,13 @@ def legend_html(replay: Replay, *, diagnosed: bool = False) -> str:
         feet = tuple((_foot(foot), foot_color(foot, i)) for i, foot in enumerate(replay.feet))
         parts.append(_swatches((*feet, ("no foot assigned", UNASSIGNED))))
         if replay.demanded:
-            parts.append("<div>hollow arrow: demanded of a foot whose force is missing</div>")
+            parts.append(
+                "<div>hollow arrow: force that the motion requires where a foot's force is missing</div>"
+            )
         parts.append(f"<div>1 m of arrow is {1 / ForceSizes().metres_per_newton:.0f} N</div>")
     elif replay.demanded:
         parts.append(
-            "<div>hollow arrow: force on a foot, foretold from the motion; nothing was measured</div>"
+            "<div>hollow arrow: force on a foot, predicted from the motion; nothing was measured</div>"
             f"<div>1 m of arrow is {1 / ForceSizes().metres_per_newton:.0f} N</div>"
         )
     if replay.residual is not None:
@@ -156,7 +158,7 @@ def _figure_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
         text = f"{angular['rms_Nm']:.1f} N·m = {100 * angular['rms_BWh']:.2f} % BW·h{mark('angular')}"
         rows.append(("Residual moment", text))
     if figures.get("forces_foretold"):
-        rows.append(("Forces and torques", "foretold from the motion: no residual"))
+        rows.append(("Forces and torques", "predicted from the motion: no residual"))
     change = figures.get("change")
     if change and change["joints_rms_deg"] is not None:
         rows.append(("Joints moved", f"{change['joints_rms_deg']:.1f}° RMS by forces"))

@@ -9,15 +9,15 @@ from addb_viewer.app.neighbours import conflict_words
 from addb_viewer.app.page import boxed, clickable, swatch
 from addb_viewer.app.palette import Rgb, reason_color
 from addb_viewer.app.proposals import Pending, State
+from addb_viewer.evidence_words import evidence_words, sure_words
 from annotations.events import Edit
 from annotations.reasons import REASON_KEYS, key_of, reason_words
 from annotations.trial_review import TrialReview
 from annotations.wording import said_by
 
 LAST = 8  # edits in the history
-LEAST = 1e-3  # of newtons, metres, shares and log odds
+
 _SIGNS = {State.OPEN: "?", State.ACCEPTED: "✓", State.REJECTED: "✗"}
-EVIDENCE = {"_N": " N", "_m_s": " m/s", "_Nm": " N·m", "_m": " m", "_s": " s"}  # ending of a name: unit
 
 
 def selection_html(
@@ -69,7 +69,7 @@ def status_html(review: TrialReview, still_open: int, stale: bool) -> str:
     note = f"<br>{html.escape(review.status_note)}" if review.status_note else ""
     waiting = f"{still_open} proposal{'' if still_open == 1 else 's'} to decide" if still_open else ""
     unreadable = "".join(f"<br>⚠ {html.escape(str(row))}." for row in review.unreadable)
-    changed = "<br><b>The flags are others than those of the solve on the screen: G solves again.</b>"
+    changed = "<br><b>The flags have changed since the solve on the screen: G solves again.</b>"
     return boxed(
         f"<b>{html.escape(str(review.status)).capitalize()}</b>{by}"
         f"{f' · {waiting}' if waiting else ''}{note}{unreadable}{changed if stale else ''}"
@@ -79,7 +79,7 @@ def status_html(review: TrialReview, still_open: int, stale: bool) -> str:
 def proposals_html(proposals: Sequence[Pending], current: Pending | None, has_fit: bool = True) -> str:
     """What detection proposes; a click goes there."""
     if not proposals and not has_fit:
-        return boxed("Detection has not looked at this trial yet: it judges the forces of a fit.")
+        return boxed("Detection has not run on this trial yet: it needs a fit.")
     if not proposals:
         return boxed("Detection proposes nothing in this trial.")
     rows = []
@@ -87,29 +87,18 @@ def proposals_html(proposals: Sequence[Pending], current: Pending | None, has_fi
         p = pending.proposal
         marked = "background:rgba(128,128,128,.25);" if pending is current else ""
         weight = "" if pending.state is State.OPEN else "opacity:.6;"
-        details = f"{html.escape(reason_words(p.reason))}. {evidence_words(p.evidence)}"
+        details = html.escape(f"{reason_words(p.reason)}. {evidence_words(p.evidence)}")
         rows.append(
             clickable(
                 f"{p.start}:{p.end}",
                 f"<div style='{marked}{weight}padding:.1em .3em'>{_SIGNS[pending.state]} "
                 f"<b>{p.start}–{p.end - 1}</b> {html.escape(foot_words(p.foot))} · "
-                f"{swatch(reason_color(p.reason), _key(p.reason))} · {100 * p.confidence:.0f} %"
+                f"{swatch(reason_color(p.reason), _key(p.reason))} · {sure_words(p.confidence)}"
                 + (f"<div style='opacity:.8'>{details}</div>" if pending is current else "")
                 + "</div>",
             )
         )
     return boxed("".join(rows))
-
-
-def evidence_words(numbers: Mapping[str, float]) -> str:
-    """The numbers that a proposal rests on, with their units."""
-    told = []
-    for name, value in numbers.items():
-        ending = next((e for e in EVIDENCE if name.endswith(e)), "")
-        words = name.removesuffix(ending).replace("_", " ")
-        shown = value if abs(value) >= LEAST else 0.0
-        told.append(f"{html.escape(words)} {shown:.3g}{EVIDENCE.get(ending, '')}")
-    return ", ".join(told)
 
 
 def ranges_html(review: TrialReview, has_fit: bool = True) -> str:
@@ -134,7 +123,7 @@ def ranges_html(review: TrialReview, has_fit: bool = True) -> str:
         for a in review.activities
     ]
     if not review.decided and not rows and not review.unreadable:
-        left_out = "; what the last solve left out by itself is hatched" if has_fit else ""
+        left_out = "; frames that detection left out of the last solve are hatched" if has_fit else ""
         rows.append(f"Nobody has decided anything yet{left_out}.")
     conflicts = "".join(
         f"<div style='margin-top:.3em'>⚠ {html.escape(conflict_words(conflict))}</div>"

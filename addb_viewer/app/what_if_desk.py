@@ -47,7 +47,7 @@ class WhatIfDesk:
         """
         replay = self.place.replay
         if replay is None or replay.residual is None:
-            raise ReviewError("there is no fit with forces to ask; G solves")
+            raise ReviewError("this needs a fit with forces; G solves")
         if chosen is None:
             raise ReviewError("select the range first: I and O, N, or drag over the timeline")
         present, mask = force_review(review), mask_now(replay, review)

@@ -10,6 +10,7 @@ from rich.table import Table
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, SettingsFile, SubjectFolder, Trials
+from addb_viewer.evidence_words import evidence_words, sure_words
 from addb_viewer.jobs.solving import job_for, judged
 from addb_viewer.terminal_progress import terminal_progress
 from solver.contact.detection import detect as proposals_for
@@ -18,7 +19,6 @@ from solver.contact.proposals import missing_force
 from solver.fit import Fit, TrialFit
 from solver.results.store import write_json
 
-LEAST = 1e-3  # of newtons, metres, shares and log odds
 WIDTH_OF_A_PIPE = 250  # [characters] where no terminal says how wide it is
 
 
@@ -71,19 +71,13 @@ def _figures(trial: TrialFit, fit: Fit, settings: DetectionSettings) -> dict[str
 
 def _print(figures: dict[str, Any]) -> None:
     lost = sum(figures["mask"])
-    typer.echo(f"{figures['name']}: {lost or 'no'} of {figures['frames']} frames miss force")
+    typer.echo(f"{figures['name']}: force is missing on {lost} of {figures['frames']} frames")
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for head in ("frames", "foot", "reason", "sure", "because"):
         table.add_column(head, no_wrap=True)
     for proposal in figures["missing"]:
         start, end = proposal["range"]
-        numbers = ", ".join(f"{name} {_plain(value)}" for name, value in proposal["evidence"].items())
-        sure = f"{proposal['confidence']:.2f}"
+        sure, numbers = sure_words(proposal["confidence"]), evidence_words(proposal["evidence"])
         table.add_row(f"{start}:{end}", proposal["foot"] or "all", proposal["reason"], sure, numbers)
     if table.row_count:
         Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH_OF_A_PIPE).print(table)
-
-
-def _plain(value: float) -> str:
-    """Three digits; what is smaller than anything that matters is nothing."""
-    return f"{value:.3g}" if abs(value) >= LEAST else "0"

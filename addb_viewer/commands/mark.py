@@ -59,7 +59,7 @@ def mark(
         if status is StatusWord.FINISHED and left_out is None:
             typer.echo(f"note: {trial}: not fitted yet; what detection will leave out stays left out")
         for proposal in left_out or ():
-            typer.echo(f"note: {trial}: {_words(proposal)} was decided by nobody and stays left out")
+            typer.echo(f"note: {trial}: {_words(proposal)} was not decided by anybody and stays left out")
 
 
 def _asked(trial: str, left_out: Sequence[Proposal]) -> str:

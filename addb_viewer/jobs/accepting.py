@@ -152,7 +152,7 @@ def _split(
     wrenches = tuple(cause for cause in causes if cause.id not in MARKER_IDS)
     left_out = tuple(f"{cause.id} ({cause.target})" for cause in causes if cannot_be_accepted(cause.id))
     if not wrenches and not exchanges:
-        why = "its causes lie in the markers alone; mend the markers" if left_out else "it names no cause"
+        why = "its causes lie in the markers alone; correct the markers" if left_out else "it names no cause"
         raise ResultsError(f"{results}: nothing in the diagnosis can be accepted: {why}.")
     return wrenches, exchanges, left_out
 

@@ -28,7 +28,7 @@ def summary_page(record: TrialRecord, recording: Recording) -> str:
         ),
     ]
     if f.get("forces_foretold"):
-        rows.append(("forces and torques", "foretold from the motion", "nothing measured confirms them"))
+        rows.append(("forces and torques", "predicted from the motion", "no measurement confirms them"))
     if alone is not None:
         rows.append(("marker RMS of the markers alone", _cm(alone["marker_rms_m"]), "before forces counted"))
     if changed := change_in_short(f.get("change")):

@@ -55,16 +55,19 @@ _DECIDED_BY = {
     PERSON: "the review in this program",
     FILE: "an imported review (a review.json or a table)",
     DETECTION: "automatic detection, which no person has confirmed",
-    NOBODY: "nobody: every recorded force counts",
+    NOBODY: "nobody, so every recorded force counts",
 }
 
 
-def decided_by(mask_source: str) -> str:
+def decided_by(mask_source: str, count: int) -> str:
     """Who decided which frames count, in words.
 
     Args:
         mask_source: as in the figures of a fit.
+        count: how many frames count.
     """
+    if mask_source == NOBODY and not count:
+        return "nobody; there is no usable force recording"
     return "; elsewhere ".join(_DECIDED_BY.get(source, source) for source in mask_source.split(" + "))
 
 

@@ -129,9 +129,9 @@ def _frames(report: SubjectReport) -> Safe:
         lines.append(element("ul", *(element("li", reason) for reason in said)))
     if any(len(trial.causes) > 1 for trial in kept):
         lines.append("A frame is usable when the forces of both feet are; so reasons overlap.")
-    sources = dict.fromkeys(str(record.figures["mask_source"]) for record in report.recording.trials)
-    who = listed([decided_by(source) for source in sources])
-    lines.append(f"Who decided: {who}.")
+    sources = [str(record.figures["mask_source"]) for record in report.recording.trials]
+    who = [decided_by(source, of.count) for source, of in zip(sources, kept, strict=True)]
+    lines.append(f"Who decided: {listed(list(dict.fromkeys(who)))}.")
     unconfirmed = any(DETECTION in source for source in sources)
     kind = BAD if not count else DOUBT if count < FEW * frames or unconfirmed else GOOD
     return _card(kind, frames_sentence(kept), lines)

@@ -110,32 +110,33 @@ def _quality(report: SubjectReport) -> Safe:
         pieces.append(
             element(
                 "p",
-                f"{', '.join(foretold)}: no force counts. Ground forces and joint torques are foretold from "
-                "the motion and the mass; nothing measured confirms them, so there is no residual to judge.",
+                f"{', '.join(foretold)}: no measured force is used. Ground forces and joint torques are "
+                "predicted from the motion and the mass. No measurement confirms them, and there is no "
+                "residual.",
             )
         )
     if (stored := stored_list(figures)) is not None:
-        pieces += [element("h3", "What the recording's file says of itself"), stored]
+        pieces += [element("h3", "Figures stored in the recording's file"), stored]
     pieces.append(changed_part(figures))
     withheld = withheld_table(figures)
     force_N, moment_Nm = bounds_of(report.recording.fit.mass_kg, report.recording.fit.height_m)
     if withheld is not None:
         pieces += [
-            element("h3", "Forces that the fit was not shown"),
+            element("h3", "Withheld forces"),
             element(
                 "p",
-                "A low residual alone proves nothing: it can be bought by bending the motion. So the fit is "
-                "done again without the forces of every third block of 0.22 s or every third whole step, and "
-                "has to foretell them; six layouts of blocks withhold every known frame but the ends. "
-                "Beside it, the markers alone with the fitted mass, low-passed at the cut-off of 3 to 30 Hz "
-                "that is best on the frames that the layout leaves. RMS. To compare: the bounds above are "
-                f"{force_N:.0f} N and {moment_Nm:.1f} N·m of this person.",
+                "A low residual alone proves nothing: distorting the motion lowers it, too. So the fit is "
+                "repeated without the forces of every third block of 0.22 s or every third whole step, and "
+                "has to predict them; six layouts of blocks withhold every known frame but the ends. "
+                "For comparison: the markers alone with the fitted mass, low-passed at the cut-off of 3 to "
+                "30 Hz that is best on the other frames. All figures are RMS errors. The bounds above are "
+                f"{force_N:.0f} N and {moment_Nm:.1f} N·m for this person.",
             ),
             withheld,
         ]
         worse = worse_than_markers(figures)
         if worse is not None:
-            pieces += [element("h4", "Where the fit foretells worse than markers alone"), worse]
+            pieces += [element("h4", "Where the fit predicts worse than markers alone"), worse]
         rest = rest_words(figures)
         if rest is not None:
             pieces.append(element("p", f"{rest[0].upper()}{rest[1:]}.", class_="fine"))

@@ -43,7 +43,7 @@ def change():
 def test_one_line_tells_how_much_where_and_what_remains(change):
     assert change_sentence(change) == (
         "The fit to forces moved the joints by 0.8° RMS (0.3° of it constant); most: right hip rotation "
-        "2.1°, lumbar extension 1.1°; of their movement at 4–6 Hz 93 % remain"
+        "2.1°, lumbar extension 1.1°; 93 % of their movement at 4–6 Hz is left"
     )
     assert change_in_short(change) == "0.8° RMS; gain 0.93 at 4–6 Hz"
 

@@ -48,11 +48,11 @@ def test_every_figure_is_there_before_and_after():
 @pytest.mark.parametrize(
     ("linear", "angular", "says"),
     [
-        ([20.0, 30.0], [8.0, 13.0], "not by chance: the residual force and moment."),
-        ([20.0, 30.0], [-1.0, 13.0], "What falls, and not by chance: the residual force."),
+        ([20.0, 30.0], [8.0, 13.0], "more than by chance: the residual force and moment."),
+        ([20.0, 30.0], [-1.0, 13.0], "Falls, more than by chance: the residual force."),
         ([-2.0, 30.0], [-1.0, 13.0], "On these the gain is not certain."),
-        ([20.0, 30.0], [-9.0, -1.0], "What grows, and not by chance: the residual moment. Think again."),
-        (None, None, "nobody can tell whether that is chance"),
+        ([20.0, 30.0], [-9.0, -1.0], "Rises, more than by chance: the residual moment. Reconsider"),
+        (None, None, "too few withheld blocks to tell whether that is chance"),
     ],
 )
 def test_chance_is_called_chance(linear, angular, says):

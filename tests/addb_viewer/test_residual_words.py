@@ -30,9 +30,9 @@ def test_size_and_noise_floor_are_told_and_compared():
 
 def test_only_what_exceeds_the_floor_is_called_more():
     more = text(residual(force=11.0, moment=12.0))
-    assert "2.4 times as much moment. Furthest beyond it is the force along y (vertical): 4 times." in more
+    assert "2.4 times as much moment. The largest excess is in the force along y (vertical): 4 times." in more
     ordinary = residual(force=11.0, moment=5.5)
-    assert "What gives the fault away is its pattern" in text(ordinary)
+    assert "What shows the fault is its pattern" in text(ordinary)
     clean = section(ordinary, verdict="clean", effects=())
     assert "times that moment: ordinary." in " ".join(clean.lines)
     assert clean.rows == ()
@@ -74,20 +74,21 @@ def test_phases_in_order_of_excess_without_those_that_hardly_occur():
 def test_directions_in_order_of_size_and_the_mean_where_it_is_more_than_noise():
     said = rows(residual())["in which direction"]
     assert said == "vertical (y) 40 N (4 ×), forward (x) 8.0 N, sideways (z) 3.0 N; " + (
-        "on average the plates measured 30 N less upward than the modelled body's weight and motion ask for"
+        "on average the plates measured 30 N less upward than the weight and motion of the modelled body "
+        "require"
     )
     more = rows(residual(mean_force_N=(1.0, -44.0, 2.0)))["in which direction"]
     assert more.endswith(
-        "the plates measured 44 N more upward than the modelled body's weight and motion ask for"
+        "the plates measured 44 N more upward than the weight and motion of the modelled body require"
     )
     level = rows(residual(mean_force_N=(44.0, 1.0, 2.0)))["in which direction"]
-    assert level.endswith("the plates measured 44 N more along −x than the modelled body's motion asks for")
+    assert level.endswith("the plates measured 44 N more along −x than the modelled body's motion requires")
     assert rows(residual())["turning"] == "about z 15 N·m (3 ×)"
     assert "on average" not in rows(residual(mean_force_N=(1.0, 2.0, 3.0)))["in which direction"]
 
 
 def test_markers_alone_are_not_blamed_on_forces():
-    assert "with slipped or exchanged markers put right" in text(residual(), effects=({"id": "marker_slip"},))
+    assert "with slipped or exchanged markers corrected" in text(residual(), effects=({"id": "marker_slip"},))
 
 
 def test_an_answer_of_an_older_version_has_no_description():

@@ -27,10 +27,7 @@ def test_every_class_that_a_witness_can_speak_for_has_words():
 
 def test_quiet_witnesses_are_one_line():
     section = what_the_files_say(figures(witness({"clock": -1.0}, []), witness({"filter": 0.3}, [])))
-    assert section.lines == (
-        "2 questions that need no model of the body were put to forces and markers; no answer speaks for a "
-        "fault.",
-    )
+    assert section.lines == ("2 checks of forces and markers that need no body model: none shows a fault.",)
     assert not section.rows
 
 
@@ -44,10 +41,10 @@ def test_those_that_speak_are_told_the_clearest_first_with_their_trial_where_the
             trials=("walk1", "walk2"),
         )
     )
-    assert "2 answers speak" in section.lines[0]
+    assert "2 show a fault" in section.lines[0]
     assert [text for _, text in section.rows] == [
-        "walk1: Second. Speaks strongly for a plate's sign, or a plate's zero level.",
-        "walk1: First. Speaks for the clocks of forces and markers.",
+        "walk1: Second. Points clearly to a plate's sign, or a plate's zero level.",
+        "walk1: First. Points to the clocks of forces and markers.",
     ]
 
 

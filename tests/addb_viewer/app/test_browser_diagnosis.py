@@ -95,7 +95,7 @@ def diagnosed(page, until):
 def test_diagnosing_shows_progress_and_cancel_ends_it(page, folder, until):
     slow = folder / "slow"
     slow.touch()
-    page.get_by_text("Nobody has asked yet").wait_for()
+    page.get_by_text("No diagnosis yet").wait_for()
     page.keyboard.press("x")
     page.get_by_text("screening").wait_for()
     page.get_by_text("so far").wait_for()

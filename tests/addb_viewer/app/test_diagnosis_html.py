@@ -25,7 +25,7 @@ def test_a_verdict_is_a_word_and_a_sign_beside_its_colour(effect, figures, verdi
 
 
 def test_without_a_diagnosis_it_says_what_one_would_do():
-    assert "Nobody has asked yet" in verdict_html(None)
+    assert "No diagnosis yet" in verdict_html(None)
 
 
 def test_recordings_that_changed_since_are_named(effect, figures):

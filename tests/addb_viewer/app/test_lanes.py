@@ -44,7 +44,7 @@ def test_contacts_stand_in_their_foots_lane_and_unmeasured_ones_are_hatched(lane
 def test_what_detection_leaves_out_is_hatched_until_somebody_decides_about_it(lanes):
     (alone,) = lanes()["missing L"]
     assert alone.hatched
-    assert "decided by nobody" in alone.told
+    assert "not decided by anybody" in alone.told
     decided = lanes(
         FlagRange(30, 50, "forceDiscrepancy", "calcn_l", "odd"), ClearRange(60, 70, "calcn_l", "seen")
     )
@@ -117,7 +117,7 @@ def test_whatever_people_and_files_say_stays_text(make_replay):
 
 def test_a_trial_without_a_fit_is_not_said_to_be_without_proposals():
     nothing = folded("walk", [], FEET)
-    assert "has not looked" in proposals_html((), None, has_fit=False)
+    assert "has not run" in proposals_html((), None, has_fit=False)
     assert "proposes nothing" in proposals_html((), None, has_fit=True)
     assert "last solve" not in ranges_html(nothing, has_fit=False)
     assert "last solve" in ranges_html(nothing, has_fit=True)
@@ -125,5 +125,5 @@ def test_a_trial_without_a_fit_is_not_said_to_be_without_proposals():
 
 def test_evidence_has_its_units(make_replay):
     proposals = pending(make_replay().forces.proposals, folded("walk", [], FEET), {})
-    assert "missing 512 N" in proposals_html(proposals, proposals[1])
-    assert "slip 0.02 m/s" in proposals_html(proposals, proposals[2])
+    assert "512 N missing" in proposals_html(proposals, proposals[1])
+    assert "sole moves at 0.02 m/s" in proposals_html(proposals, proposals[2])

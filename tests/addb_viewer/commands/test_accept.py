@@ -159,7 +159,7 @@ def test_causes_in_the_markers_are_left_out_and_that_is_said(command_line, diagn
     diagnosed(SLIP)
     run = command_line("accept", folder)
     assert run.exit_code != 0
-    assert "mend the markers" in run.output
+    assert "correct the markers" in run.output
 
 
 def test_exchanged_labels_are_exchanged_back_by_the_next_fit(command_line, diagnosed, asked, tmp_path):

@@ -33,7 +33,7 @@ def test_a_flag_goes_beside_the_file_and_into_the_next_fit(recording):
     code, said = run("fit", recording, "--quick")
     assert code == 0
     assert "frames chosen by the review" in said
-    assert "what the file says of its own passes" in said
+    assert "figures stored in the file" in said
     assert recording.read_bytes() == before
     decisions, results = (recording.with_name(recording.name + end) for end in (".subject", ".results"))
     assert [path.name for path in decisions.iterdir() if path.suffix == ".sqlite"] == ["annotations.sqlite"]

@@ -340,7 +340,7 @@ def test_finishing_over_what_nobody_decided_is_refused_or_said(run, folder, dete
     assert "frames 30 to 34, calcn_r, force wrong" in result
     assert "frames 20" not in result
     said = run("mark", "run", "finished", "--author", "anna", "--undecided-stay-out")
-    assert "frames 30 to 34, calcn_r, force wrong was decided by nobody and stays left out" in said
+    assert "frames 30 to 34, calcn_r, force wrong was not decided by anybody and stays left out" in said
     listed = run("flags", "run")
     assert "30:35  calcn_r  forceDiscrepancy  undecided proposal 0.90 (anna, edit 2)" in listed
     run("flag", "run", "32:35", "--clear", "--author", "ben")

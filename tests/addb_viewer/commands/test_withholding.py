@@ -64,7 +64,7 @@ def test_ctrl_c_keeps_the_fit_and_the_layouts_that_came_and_the_next_fit_goes_on
     judging.stops_at = 4
     run = command_line("fit", command_line.subject.folder)
     assert run.exit_code == 130
-    assert "the fit is kept. withheld forces: 4 of 9 layouts are judged so far" in run.stderr
+    assert "the fit is kept. withheld forces: 4 of 9 layouts are evaluated so far" in run.stderr
     assert "withheld in 4 layouts" in run.stdout
     assert len(kept(command_line).withheld) == 4
     judging.stops_at, came = None, []
