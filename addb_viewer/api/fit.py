@@ -128,7 +128,7 @@ class Fit:
         """Write the fit for other tools.
 
         Args:
-            to: "opensim", "b3d", "csv", "parquet" or "gltf".
+            to: "opensim", "b3d", "csv", "parquet", "gltf", "mujoco" or "c3d".
             folder: to write into; None: the results folder.
 
         Returns:

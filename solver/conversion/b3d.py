@@ -9,25 +9,11 @@ from jaxtyping import Float
 
 from solver.capture.b3d.reader import read_b3d
 from solver.capture.b3d.recording import read_b3d_trial
-from solver.capture.b3d.schema import (
-    VERSION,
-    B3dFile,
-    B3dTrial,
-    DataQuality,
-    Header,
-    PassFrames,
-    PassType,
-    TrialHeader,
-    TrialType,
-)
+from solver.capture.b3d.schema import B3dFile, B3dTrial, Header, PassFrames, PassType
 from solver.capture.b3d.segments import trials_in
-from solver.capture.capture import Capture
-from solver.capture.force_settings import CONDITIONING
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.conversion.content import BodyForces, Content, Trial
 from solver.export.b3d.model import dofs_in_order
-from solver.export.b3d.sensor_frames import corners, marker_names, sensor_frames
-from solver.export.b3d.writer import write_b3d
 from solver.kinematics.motion import Motion
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.skeleton import Skeleton
@@ -141,52 +127,3 @@ def _left_behind(b3d: B3dFile) -> tuple[str, ...]:
         if any(np.size(getattr(trial.sensors, name)) for trial in b3d.trials):
             left.append(words)
     return tuple(left)
-
-
-def write_b3d_file(content: Content, path: Path) -> tuple[str, ...]:
-    """Write what was measured, without a model or a pass: a subject that `fit` takes.
-
-    Raises:
-        CaptureError: the file cannot be written.
-    """
-    captures = [Capture(t.name, t.markers, t.plates) for t in content.trials if t.markers is not None]
-    names = marker_names(captures)
-    plates = max(len(capture.plates) for capture in captures)
-    trials = [
-        B3dTrial(_trial_header(each), sensor_frames(each, names, plates, CONDITIONING), ())
-        for each in captures
-    ]
-    header = Header(
-        num_trials=len(trials),
-        trial_header=tuple(trial.header for trial in trials),
-        version=VERSION,
-        notes=f"converted from {content.source.name}; no fit",
-        biological_sex="unknown",
-        height_m=content.height_m or 0.0,
-        mass_kg=content.mass_kg or 0.0,
-        marker_name=names,
-        data_quality=DataQuality.EXPERIMENTAL,
-    )
-    write_b3d(B3dFile(header, tuple(trials)), path)
-    faster = [f"{c.name} ({p.name})" for c in captures for p in c.plates if p.rate > 1.001 * c.markers.rate]
-    if not faster:
-        return ()
-    return (f"{path.name}: holds plates at the markers' frames only; resampled: {', '.join(faster)}",)
-
-
-def _trial_header(capture: Capture) -> TrialHeader:
-    markers = capture.markers
-    return TrialHeader(
-        name=capture.name,
-        missing_GRF_reason=np.zeros(markers.frames, dtype=int),
-        trial_length=markers.frames,
-        trial_timestep=1 / markers.rate,
-        num_force_plates=len(capture.plates),
-        force_plate_corners=corners(capture),
-        original_name=capture.name,
-        original_end_frame=markers.frames,
-        original_start_time=markers.start_time,
-        original_end_time=markers.start_time + markers.frames / markers.rate,
-        has_manual_GRF_annotation=np.zeros(markers.frames, dtype=bool),
-        trial_type=TrialType.OTHER,
-    )

@@ -4,7 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from solver.conversion.b3d import read_b3d_file, write_b3d_file
+from solver.conversion.b3d import read_b3d_file
+from solver.conversion.b3d_writing import write_b3d_file
 from solver.conversion.content import Content, Part
 from solver.conversion.moving import write_glb, write_mjcf
 from solver.conversion.opensim_set import write_opensim_set
@@ -52,8 +53,8 @@ WRITERS = {
     ".parquet": Writer(write_parquet, holds=MEASURED | {Part.MOTION, Part.TORQUES}, needs=frozenset()),
     ".b3d": Writer(
         write_b3d_file,
-        holds=MEASURED | {Part.PERSON},
-        needs=frozenset({Part.MARKERS}),
+        holds=frozenset(Part) - {Part.EVENTS},
+        needs=frozenset(),
         holds_all_trials=True,
     ),
     ".glb": Writer(write_glb, holds=MOVING, needs=MOVING),

@@ -188,7 +188,7 @@ def _trial_header(trial: TrialFit, passes: Sequence[PassHeader]) -> TrialHeader:
 
 def _pass_header(fit: Fit, trial: TrialFit, one: _Pass, frames: PassFrames) -> PassHeader:
     dofs = dofs_in_order(fit.skeleton)
-    linear, angular = _generalized_residuals(fit.skeleton, frames)
+    linear, angular = generalized_residuals(fit.skeleton, frames)
     conditioning = _conditioning(fit)
     cutoff = 0.0
     if one.low_passed and conditioning:
@@ -213,10 +213,15 @@ def _pass_header(fit: Fit, trial: TrialFit, one: _Pass, frames: PassFrames) -> P
     )
 
 
-def _generalized_residuals(
+def generalized_residuals(
     skeleton: Skeleton, frames: PassFrames
 ) -> tuple[Float[np.ndarray, " frames"], Float[np.ndarray, " frames"]]:
-    """Norms of the root's generalized forces [N] and torques about its Euler axes [N·m]; 0 at both ends."""
+    """Norms of the root's generalized forces [N] and torques about its Euler axes [N·m]; 0 at both ends.
+
+    Args:
+        skeleton: of the pass.
+        frames: of the pass.
+    """
     dofs, root, names = dofs_in_order(skeleton), root_joint(unlocked(skeleton)), unlocked(skeleton).dofs
     norms = []
     for own in (root.translation_dofs, root.rotation_dofs):

@@ -19,6 +19,7 @@ from solver.errors import CaptureError
 from solver.export.b3d.from_fit import fit_to_b3d
 from solver.export.b3d.writer import write_b3d
 from solver.export.c3d_file import write_c3d
+from solver.export.opensim import export_opensim
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.osim_writer import write_skeleton
 from solver.skeleton.pinocchio_model import RigidBodyModel
@@ -209,6 +210,33 @@ def test_b3d_to_opensim_and_to_mujoco_and_to_gltf(b3d_file, fit, contacts, tmp_p
             np.testing.assert_allclose(data.body(name).xpos, [x, -z, y], atol=1e-6)
         (tmp_path / "walk_motion.npz").unlink()
     assert convert(b3d_file, tmp_path / "moving.glb").files == (tmp_path / "moving.glb",)
+
+
+def test_an_opensim_set_becomes_a_b3d_with_the_pass_that_the_fit_itself_would_have(fit, tmp_path):
+    """Motion, forces and model through OpenSim's files; all that follows is what the direct export holds."""
+    export_opensim(fit, tmp_path / "set")
+    done = convert(tmp_path / "set", tmp_path / "walk.b3d")
+    assert any("torques are computed anew" in note for note in done.notes)
+    direct, found = fit_to_b3d(fit), read_b3d(tmp_path / "walk.b3d")
+    assert found.header.ground_contact_body == ("foot_r",)
+    assert found.header.num_dofs == direct.header.num_dofs
+    (expected,), (own,) = direct.trials[0].passes, found.trials[0].passes
+    for name in (
+        "pos",
+        "vel",
+        "acc",
+        "tau",
+        "ground_contact_wrench",
+        "com_pos",
+        "com_acc",
+        "root_frame_residual",
+    ):
+        one, other = np.array(getattr(own, name)), getattr(expected, name)
+        assert np.abs(other).max() > 0.01, name
+        np.testing.assert_allclose(one, other, atol=2e-6 * np.abs(other).max(), err_msg=name)
+    about = found.trials[0].header.processing_pass_header[0]
+    stated = direct.trials[0].header.processing_pass_header[0]
+    np.testing.assert_allclose(about.linear_residual, stated.linear_residual, rtol=1e-4, atol=1e-3)
 
 
 def test_a_motion_and_its_model(fit, tmp_path):
