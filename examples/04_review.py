@@ -1,7 +1,7 @@
 """4. Review and fit again: a step found no plate; see what it costs to take its force for zero.
 
-The demo's second left step misses its plate, and nothing in the files says so. Detection leaves its frames
-out. You have the last word: `flag` takes frames out, `clear` says that they count.
+One step of the demo misses its plate, and nothing in the files says so. Detection leaves its frames out. You
+have the last word: `flag` takes frames out, `clear` says that they count.
 """
 
 import matplotlib.pyplot as plt
