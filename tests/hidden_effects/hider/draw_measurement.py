@@ -11,6 +11,7 @@ from tests.hidden_effects.hider.draw_plates import PLATES
 from tests.hidden_effects.hider.drawing import Change, Hide, NoPlaceError, sign
 from tests.hidden_effects.hider.files import Recording
 from tests.hidden_effects.hider.hidden import REFERENCE_SIZE, Hidden
+from tests.hidden_effects.hider.worlds import GENERIC
 
 
 def hide_measurement(recording: Recording, id: str, size: float, rng: np.random.Generator) -> Change:
@@ -32,7 +33,9 @@ def _subject_mass(recording: Recording, size: float, rng: np.random.Generator) -
     if recording.mass_kg is None:
         raise NoPlaceError("no mass entered")
     factor = 1 + sign(rng) * size * REFERENCE_SIZE["subject_mass"]
-    model = _weighing(recording.model, 1 / factor) if recording.model else None
+    model = recording.model
+    if model and model.name != GENERIC:
+        model = _weighing(model, 1 / factor)
     changed = replace(recording, mass_kg=recording.mass_kg / factor, model=model)
     return changed, Hidden("subject_mass", "all", {"mass_factor": factor}, size)
 

@@ -28,6 +28,7 @@ Layout = Literal["treadmill", "overground", "standing"]
 ModelKind = Literal["true", "perturbed", "generic"]
 PERTURBED_MASS = 0.08  # relative, of each segment of the model handed out
 PERTURBED_COM_M = (0.004, 0.010)
+GENERIC = "generic body"  # whose mass nobody enters
 SMALL = ("talus", "calcn", "toes", "patella")  # segments whose centre of mass cannot be that far off
 TWO_TRIALS = 0.12  # share of people of whom two trials are recorded
 FASTER = 1.15  # the next trial, than the one before
@@ -223,7 +224,7 @@ def _static(world: World, settings: MeasurementSettings, rng: np.random.Generato
 def _handed_out(world: World, kind: ModelKind, entered_kg: float, rng: np.random.Generator) -> Skeleton:
     """The model beside the recording; the generic one is nobody's."""
     if kind == "generic":
-        return replace(default_skeleton(), name="generic body")
+        return replace(default_skeleton(), name=GENERIC)
     model = replace(world.body.skeleton, name="scaled body")
     if kind == "perturbed":
         model = perturbed(model, rng)

@@ -1,0 +1,163 @@
+"""Cases as files: what everybody sees, and the truth in another place."""
+
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from benchmarks.hidden.drawing import CLEAN, INSIDE, OUTSIDE, PublicCase, fits, names_of, plan_public
+from benchmarks.hidden.sealing import kept_salts, write_listing
+from solver.capture.atomic import write_whole
+from solver.capture.capture import Capture
+from solver.skeleton.forward import cross
+from tests.hidden_effects.hider.cases import IDS, CasePlan, made
+from tests.hidden_effects.hider.drawing import NoPlaceError
+from tests.hidden_effects.hider.files import Recording, write_recording
+from tests.hidden_effects.hider.hidden import Hidden, Truth
+
+WITHHELD_FROM = 0.8  # share of the frames after which the forces are not handed out
+LEAST_SEEN = 0.5  # of an event's frames that lie before
+TRIES = 4  # at another place, before another effect is hidden
+FILE_TIME_S = 946684800  # 1 January 2000, of every file
+SEEN_IN_FORCES = ("off_plate_step", "external_contact")
+NONE, SOMETHING_ELSE = "none", "something_else"
+
+
+@dataclass(frozen=True)
+class MadeCase:
+    """What is handed out, and what is kept."""
+
+    recording: Recording
+    truth: dict[str, Any]
+
+
+def make(out: Path, truth: Path, count: int, seed: int) -> None:
+    """Write OUT/NAME, TRUTH/NAME.json and OUT/cases.json; cases that are there already stay."""
+    names = names_of(count)
+    salts = kept_salts(truth, names)
+    for case in plan_public(salts.seed(seed), count):
+        kept = truth / f"{case.plan.name}.json"
+        if kept.exists():
+            continue
+        folder = out / case.plan.name
+        shutil.rmtree(folder, ignore_errors=True)
+        done = made_case(case)
+        write_recording(folder, done.recording)
+        set_file_times(folder)
+        write_whole(kept, json.dumps(done.truth) + "\n")
+    write_listing(out, truth, names)
+
+
+def made_case(case: PublicCase) -> MadeCase:
+    """Simulate, measure, spoil and cut one case; another place or effect where this one finds none."""
+    for plan in _attempts(case):
+        try:
+            recording, truth = made(plan)
+        except NoPlaceError:
+            continue
+        if all(_is_seen(effect, recording) for effect in truth.effects):
+            return MadeCase(cut(recording), _truth_of(case.group, truth, recording))
+    raise NoPlaceError(f"{case.plan.name}: no effect finds a place in this recording; choose another seed.")
+
+
+def cut(recording: Recording) -> Recording:
+    """The recording without the forces of its last fifth; its markers stay."""
+    return replace(recording, trials=tuple(_cut(trial) for trial in recording.trials))
+
+
+def first_withheld(trial: Capture) -> int:
+    """The first marker frame whose forces are not handed out."""
+    return int(np.ceil(WITHHELD_FROM * trial.markers.frames))
+
+
+def total_wrench(trial: Capture, times: Float[np.ndarray, " times"]) -> Float[np.ndarray, "times 6"]:
+    """What all plates read together: force [N], moment about the ground origin [N·m]; NaN after their end."""
+    total = np.zeros((len(times), 6))
+    for plate in trial.plates:
+        read = np.concatenate([plate.force_ground, plate.moment_ground], axis=1)
+        for column in range(6):
+            total[:, column] += np.interp(times, plate.times, read[:, column], left=np.nan, right=np.nan)
+    return total
+
+
+def set_file_times(folder: Path) -> None:
+    """Give every file the same time, since the order in which they were made is nobody's business."""
+    for path in (*folder.rglob("*"), folder):
+        os.utime(path, (FILE_TIME_S, FILE_TIME_S))
+
+
+def _attempts(case: PublicCase) -> Iterator[CasePlan]:
+    plan = case.plan
+    if case.group == CLEAN:
+        yield plan
+        return
+    others = [i for i in IDS if i not in plan.ids and fits(i, plan.world)] if case.group == INSIDE else []
+    for id in (*plan.ids, *others):
+        for k in range(TRIES):
+            yield replace(plan, ids=(id,), seed=plan.seed + k)
+
+
+def _is_seen(effect: Hidden, recording: Recording) -> bool:
+    """Whether an event in the forces lies where forces are handed out, for the most part."""
+    if effect.id not in SEEN_IN_FORCES:
+        return True
+    trial = next(t for t in recording.trials if t.name == effect.trial)
+    frames = np.concatenate([np.arange(a, b) for a, b in effect.frames])
+    return float(np.mean(frames < first_withheld(trial))) >= LEAST_SEEN
+
+
+def _cut(trial: Capture) -> Capture:
+    until = trial.markers.times[first_withheld(trial)]
+    plates = []
+    for plate in trial.plates:
+        kept = int(np.searchsorted(plate.times, until - 1e-9))
+        plates.append(
+            replace(
+                plate,
+                force_ground=plate.force_ground[:kept],
+                moment_ground=plate.moment_ground[:kept],
+                cop_ground=plate.cop_ground[:kept],
+            )
+        )
+    return replace(trial, plates=tuple(plates))
+
+
+def _truth_of(group: str, truth: Truth, recording: Recording) -> dict[str, Any]:
+    """The truth's file: which answers are right, what was hidden, and the forces that were withheld."""
+    return {
+        "case": truth.case,
+        "group": group,
+        "accepted": _accepted(group, truth),
+        "effects": [effect.as_json() for effect in truth.effects],
+        "withheld": {trial.name: _withheld(trial) for trial in recording.trials},
+        **truth.world,
+    }
+
+
+def _accepted(group: str, truth: Truth) -> list[str]:
+    """A cause of thirty reference sizes is still that cause, and also nothing that the list allows for."""
+    own = [effect.id for effect in truth.effects if effect.id in IDS]
+    return {CLEAN: [NONE], INSIDE: own, OUTSIDE: [*own, SOMETHING_ELSE]}[group]
+
+
+def _withheld(trial: Capture) -> dict[str, Any]:
+    """What the plates read on the withheld frames; moments about a point amid the markers of each frame."""
+    frames = np.arange(first_withheld(trial), trial.markers.frames)
+    about = np.nanmean(trial.markers.positions_ground[frames], axis=1)
+    read = total_wrench(trial, trial.markers.times[frames])
+    moment = read[:, 3:] - cross(about, read[:, :3])
+    there = np.isfinite(read).all(axis=1)
+    return {
+        "first_frame": int(frames[0]),
+        "frames": len(frames),
+        "scored": np.flatnonzero(there).tolist(),
+        "about_m": about.round(5).tolist(),
+        "force_N": np.where(there[:, None], read[:, :3], 0.0).round(3).tolist(),
+        "moment_Nm": np.where(there[:, None], moment, 0.0).round(3).tolist(),
+    }
