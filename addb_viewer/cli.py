@@ -1,14 +1,16 @@
 """The command line: one module a command, listed here and loaded when it is run."""
 
 import os
+import signal
 import sys
+import threading
 from importlib.metadata import version
 from typing import Annotated
 
 import typer
 
 from addb_viewer.commands.listed import ListedCommand, listing
-from addb_viewer.environment import STORE
+from addb_viewer.environment import ENDS_WITH_STDIN, STORE
 
 COMMANDS = (
     ListedCommand(
@@ -174,7 +176,16 @@ def _options(
 
 def main() -> None:
     """Run the command line on `sys.argv`."""
+    if os.environ.pop(ENDS_WITH_STDIN, None):
+        threading.Thread(target=_end_with_stdin, name="end of the parent", daemon=True).start()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # a terminal without '²' still gets its table
     app()
+
+
+def _end_with_stdin() -> None:
+    """End this process once nobody holds the other end of stdin: the parent is gone, also by SIGKILL."""
+    while os.read(sys.stdin.fileno(), 1):
+        pass
+    os.kill(os.getpid(), signal.SIGTERM)

@@ -5,6 +5,8 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
+from addb_viewer.app.fit_all import FitAll
+from addb_viewer.app.fit_all_html import words_of_rows
 from addb_viewer.app.library import Library, library_of
 from addb_viewer.app.people import People
 from addb_viewer.app.progress_html import in_words
@@ -46,6 +48,7 @@ class House:
         self._seen: dict[str, int] = {}  # by subject, the revision of its review that the rows know
         self._signatures: dict[str, Signature] = {}  # by subject, of what the rows were read from
         self._watch: QueueWatch | None = None
+        self.fit_all = FitAll(self._places, self._wanted, self._is_solved, self._fitting_changed)
 
     @classmethod
     def of(cls, library: Library) -> "House":
@@ -124,10 +127,32 @@ class House:
             if self._watch is None:
                 self._watch = QueueWatch(self.root.names, self._look_at)
 
+    def unfitted(self) -> list[str]:
+        """Subjects that can be opened and have no fit, in the order of their names."""
+        rows = self.rows()
+        others = {row.subject for row in rows if row.error or row.figures is not None}
+        return [name for name in self.root.names if name not in others]
+
     def at_work(self) -> dict[str, str]:
-        """What is at work, in words, by subject."""
+        """What is at work, in words as safe HTML, by subject."""
         found = ((room.name, room.bench.progress) for room in self.rooms)
-        return {name: in_words(progress.task) for name, progress in found if progress is not None}
+        asked = {name: in_words(progress.task) for name, progress in found if progress is not None}
+        return words_of_rows(self.fit_all.state) | asked
+
+    def _places(self, name: str) -> tuple[Path, Path]:
+        folder = self.root.path / name
+        return folder, self._results or default_folder(folder)
+
+    def _wanted(self) -> bool:
+        return any(room.bench.wanted for room in self.rooms)
+
+    def _is_solved(self, name: str) -> bool:
+        return any(room.solving for room in self.rooms if room.name == name)
+
+    def _fitting_changed(self, ended: str) -> None:
+        if ended:
+            self.refresh(ended)
+        self.people.queue_changed()
 
     def _look_at(self, name: str) -> None:
         with self._lock:
@@ -136,9 +161,8 @@ class House:
             self.refresh(name)
 
     def _signature(self, name: str) -> Signature:
-        folder = self.root.path / name
         in_memory = any(room.name == name for room in self.rooms)  # it looks at its review itself
-        return signature(folder, self._results or default_folder(folder), review=not in_memory)
+        return signature(*self._places(name), review=not in_memory)
 
     def _log_file(self, name: str, wished: Path) -> Path:
         """A file that is not there yet: what was logged before is never written over."""
@@ -155,7 +179,8 @@ class House:
             return [Row(name, "", error=str(error) or type(error).__name__)]
 
     def close(self) -> None:
-        """Close all rooms."""
+        """End what is at work, and close all rooms."""
+        self.fit_all.close()
         with self._lock:
             rooms, self._rooms = list(self._rooms.values()), {}
             watch, self._watch = self._watch, None

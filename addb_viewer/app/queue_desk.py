@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import viser
 
+from addb_viewer.app.fit_all_html import fitting_html
 from addb_viewer.app.house import House
 from addb_viewer.app.next_trial import next_trial, to_review
 from addb_viewer.app.notices import Notices
@@ -31,6 +32,18 @@ class QueueDesk:
         self._rows: list[Row] = []
         with tab:
             self.count = gui.add_html("")
+            self.fit_all = gui.add_button(
+                "Fit all that have no fit",
+                hint="One subject at a time, after what people ask for; you can go on meanwhile",
+                visible=False,
+            )
+            self.fitting = gui.add_html("", visible=False)
+            self.cancel = gui.add_button(
+                "Cancel the fits",
+                color="gray",
+                hint="The fit at work is dropped; those that have come stay",
+                visible=False,
+            )
             self.which = gui.add_dropdown("Show", tuple(Filter), initial_value=Filter.ALL)
             self.words = gui.add_text("Filter", "", hint="Part of a subject's or a trial's name")
             self.table = gui.add_html("")
@@ -39,6 +52,8 @@ class QueueDesk:
             )
         for handle in (self.which, self.words):
             handle.on_update(notices.in_order("Filtering", self.draw))
+        self.fit_all.on_click(notices.in_order("Fitting all", self.fit_unfitted))
+        self.cancel.on_click(notices.in_order("Cancelling", house.fit_all.cancel))
         self.again.on_click(notices.in_order("Reading the queue", lambda: self.show(anew=True)))
 
     def show(self, *, anew: bool = False) -> None:
@@ -61,10 +76,39 @@ class QueueDesk:
             people=self.house.people.others(self.place.page),
             at_work=self.house.at_work(),
         )
+        self._draw_fitting()
         if self.count.content != count:
             self.count.content = count
         if self.table.content != table:
             self.table.content = table
+
+    def fit_unfitted(self) -> None:
+        """Fit all subjects without a fit.
+
+        Raises:
+            SolverError: there is none.
+        """
+        names = self.house.unfitted()
+        if not names:
+            raise SolverError("every subject has a fit already")
+        self.house.fit_all.start(names, self.place.name)
+
+    def _draw_fitting(self) -> None:
+        state = self.house.fit_all.state
+        content = fitting_html(state)
+        unfitted = len(self.house.unfitted()) if self.house.several and not state.running else 0
+        label = f"Fit all that have no fit ({unfitted})"
+        if unfitted and self.fit_all.label != label:
+            self.fit_all.label = label
+        if self.fitting.content != content:
+            self.fitting.content = content
+        for handle, visible in (
+            (self.fit_all, bool(unfitted)),
+            (self.fitting, bool(content)),
+            (self.cancel, state.running),
+        ):
+            if handle.visible != visible:
+                handle.visible = visible
 
     def open_row(self, index: int) -> None:
         """Open a row that was clicked.
@@ -163,21 +207,22 @@ def _row_html(index: int, row: Row, here: TrialPlace, several: bool, told: str) 
     name = f"<b>{html.escape(row.trial)}</b>" if row.trial else ""
     if several:
         name += f"<div style='opacity:.75'>{html.escape(row.subject)}</div>"
-    name += told
     if row.error:
         return (
-            f"<tr data-addb-wish='#{index}' style='cursor:pointer'><td>⚠</td><td colspan='4'>"
-            f"{html.escape(row.subject)}: {html.escape(row.error)}</td></tr>"
+            f"<tbody data-addb-wish='#{index}' style='cursor:pointer'><tr><td>⚠</td><td colspan='4'>"
+            f"{html.escape(row.subject)}: {html.escape(row.error)}</td></tr></tbody>"
         )
+    # what is told has the whole width: a reason may be long
+    below = f"<tr><td></td><td colspan='4' style='overflow-wrap:anywhere'>{told}</td></tr>" if told else ""
     by = f" title='{html.escape(row.by)}'" if row.by else ""
     residual = "no fit" if row.figures is None else "–" if row.residual is None else f"{row.residual:.2f}"
     bad = "font-weight:700;" if row.residual is not None and row.residual > 1 else ""
     left_out = "" if row.left_out is None else f"{100 * row.left_out:.0f} %{'*' if row.undecided else ''}"
     return (
-        f"<tr data-addb-wish='#{index}' style='cursor:pointer;{marked}"
-        "border-top:1px solid rgba(128,128,128,.3)'>"
+        f"<tbody data-addb-wish='#{index}' style='cursor:pointer;{marked}"
+        "border-top:1px solid rgba(128,128,128,.3)'><tr>"
         f"<td{by} style='padding-right:.4em'>{SIGNS[row.status]}</td>"
         f"<td style='overflow-wrap:anywhere'>{name}</td>"
         f"<td style='{FIGURE}{bad}'>{residual}</td><td style='{FIGURE}'>{left_out}</td>"
-        f"<td style='{FIGURE}'>{row.proposed or ''}</td></tr>"
+        f"<td style='{FIGURE}'>{row.proposed or ''}</td></tr>{below}</tbody>"
     )

@@ -132,6 +132,12 @@ class SubjectRoom:
         fit = self.library.fit
         return fit is not None and self.library.fit_folder is not None and bool(layouts_due(fit))
 
+    @property
+    def solving(self) -> bool:
+        """Whether a solve is at work or waits."""
+        present = [self.bench.task] if self.bench.task is not None and self.bench.work.running else []
+        return any(task.doing == SOLVING for task in (*present, *self.bench.waiting))
+
     def withhold(self) -> None:
         """Judge the fit on the screen on the layouts that are left, while nothing else is at work."""
         if not self.withholding_due:
@@ -335,7 +341,7 @@ class SubjectRoom:
             self.library, self.new = library, solve
 
     def _fit_came(self) -> None:
-        """Another program has fitted the subject: shown at once, unless a new solve waits on the screen."""
+        """The subject was fitted elsewhere: shown at once, unless a new solve waits on the screen."""
         with self._lock:
             waits = self.new is not None
             try:
@@ -351,7 +357,7 @@ class SubjectRoom:
         else:
             self._fit_replaced()
             said = "It is on the screen now."
-        self._tell(lambda visitor: visitor.told("Another program has fitted this subject", said))
+        self._tell(lambda visitor: visitor.told("A fit of this subject has come", said))
 
     def _asking(self) -> WhatIf:
         return WhatIf(self.subject.folder, self.library.results, self.library.fit_folder)

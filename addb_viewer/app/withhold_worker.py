@@ -10,7 +10,7 @@ from pathlib import Path
 
 import typer
 
-from addb_viewer.app.work import give_way, print_progress
+from addb_viewer.app.work import LOWEST, give_way, print_progress
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.jobs.solving import job_for
 from addb_viewer.jobs.withholding import FitReplacedError, Withholding
@@ -18,12 +18,10 @@ from solver.errors import ResultsError
 from solver.pipeline import can_resolve
 from solver.results.store import load_fit, present_solve
 
-NICE = 19  # of 19: figures that nobody waits for
-
 
 def main() -> int:
     """Run on `sys.argv`; errors become one line on stderr."""
-    give_way(os.getpid(), NICE)
+    give_way(os.getpid(), LOWEST)
     folder, results, place = (Path(argument) for argument in sys.argv[1:4])
     try:
         with errors_as_lines(debug=False):

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import IO
 
+LOWEST = 19  # of 19: what nobody waits for
 NICE = 10  # of 19: the less, the sooner it gets the processor; the app itself has 0
 CANCELLED = 143  # exit status, as shells count it
 PATIENCE_S = 5.0  # for a process that was told to end

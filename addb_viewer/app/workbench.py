@@ -83,6 +83,13 @@ class Workbench:
         """Whether anything is at work or waits."""
         return bool(self._waiting) or self.work.running
 
+    @property
+    def wanted(self) -> bool:
+        """Whether anything is at work or waits that somebody has asked for."""
+        task = self.task
+        at_work = task is not None and not task.yields and self.work.running
+        return at_work or any(not waiting.yields for waiting in self.waiting)
+
     def start(self, task: Task) -> tuple[Task, ...]:
         """Begin a task, or let it wait its turn.
 

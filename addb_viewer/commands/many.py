@@ -16,6 +16,7 @@ from typing import Any
 
 from addb_viewer.app.root_folder import RootFolder, open_root, reading_of
 from addb_viewer.commands.many_table import Outcome, Status, line_of, write_csv
+from addb_viewer.environment import ENDS_WITH_STDIN
 from addb_viewer.jobs.subject_checks import check_folder
 from solver.capture.b3d.places import recording_of
 from solver.capture.small_files import json_content
@@ -57,15 +58,15 @@ class _Processes:
                 raise InterruptedError
             process = subprocess.Popen(
                 words,
-                stdin=subprocess.DEVNULL,
+                stdin=subprocess.PIPE,  # held open until we end, however we do
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
                 text=True,
                 errors="replace",
-                env=environment,
+                env={**environment, ENDS_WITH_STDIN: "1"},
             )
             self.running.add(process)
-        said, complained = process.communicate()
+        said, complained = _all_said(process)
         with self.lock:
             self.running.discard(process)
         return process.returncode, said, complained
@@ -75,6 +76,18 @@ class _Processes:
             self.ended = True
             for process in self.running:
                 process.terminate()
+
+
+def _all_said(process: "subprocess.Popen[str]") -> tuple[str, str]:
+    """Stdout and stderr to their ends, with stdin left open: `communicate` would close it."""
+    assert process.stdout is not None
+    assert process.stderr is not None
+    assert process.stdin is not None
+    with process.stdin, process.stdout as out, process.stderr as err, ThreadPoolExecutor(1) as reader:
+        complained = reader.submit(err.read)
+        said = out.read()
+        process.wait()
+        return said, complained.result()
 
 
 def several(folder: Path) -> RootFolder | None:

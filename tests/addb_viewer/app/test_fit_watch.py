@@ -61,7 +61,7 @@ def test_another_programs_fit_is_put_on_the_screen(room, small_fit):
     assert visitor.heard.wait(PATIENCE_S)
     assert opened.library.fit.mass_kg == 77.0
     assert visitor.said == ["another fit", visitor.said[1]]
-    assert "Another program has fitted this subject" in visitor.said[1]
+    assert "A fit of this subject has come" in visitor.said[1]
 
 
 def test_a_new_solve_that_waits_stays_on_the_screen(room, small_fit):

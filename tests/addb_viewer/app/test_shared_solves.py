@@ -128,7 +128,7 @@ def test_the_first_fit_is_kept_without_asking_and_told(subject, open_app, enter)
     assert states(subject) == [("Zoë", KEPT)]
     assert has_fit(subject.folder / "results")
     assert app.house.rooms[0].new is None
-    assert not bo.told("Another program has fitted")
+    assert not bo.told("A fit of this subject has come")
 
 
 def test_the_queue_notices_what_a_terminal_does_to_other_subjects(tmp_path, small_fit, enter):
