@@ -154,4 +154,6 @@ def _changed(content: Content, captures: Sequence[Capture], path: Path) -> tuple
         notes.append(f"{path.name}: holds plates at the markers' frames only; resampled: {', '.join(faster)}")
     if Part.TORQUES in content.parts():
         notes.append(f"{path.name}: joint torques are computed anew from the motion and the forces on bodies")
+    if Part.CONTACTS in content.parts():
+        notes.append(f"{path.name}: no frame is marked as missing forces, since it is not known which do")
     return tuple(notes)

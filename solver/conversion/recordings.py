@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
 
 from solver.capture.c3d_contents import C3dContents, open_c3d
 from solver.capture.c3d_header import read_header
@@ -96,11 +97,11 @@ def _with_the_rest_of_c3d(content: Content, forces: Path | None) -> Content:
 def _events(contents: C3dContents) -> tuple[tuple[FootEvent, ...], list[str]]:
     """Foot strikes and foot-offs, and the names of other events."""
     labels, contexts = contents.words("EVENT", "LABELS"), contents.words("EVENT", "CONTEXTS")
-    times = contents.array("EVENT", "TIMES")
+    times = _event_times(contents)
     begin = (read_header(contents.path).first_frame - 1) / contents.rate
     found: list[FootEvent] = []
     others: list[str] = []
-    for k in range(min(len(labels), times.shape[1] if times.ndim == 2 else 0)):
+    for k in range(min(len(labels), times.shape[1])):
         side = SIDES.get(contexts[k].lower() if k < len(contexts) else "", "General")
         label = LABELS.get(labels[k].lower())
         if label is None:
@@ -108,6 +109,14 @@ def _events(contents: C3dContents) -> tuple[tuple[FootEvent, ...], list[str]]:
         else:
             found.append(FootEvent(float(60 * times[0, k] + times[1, k] - begin), side, label))
     return tuple(sorted(found, key=lambda event: event.time_s)), others
+
+
+def _event_times(contents: C3dContents) -> Float[np.ndarray, "2 events"]:
+    """Minutes and seconds of all events, those of TIMES2 and so on behind the first 255."""
+    found = [contents.array("EVENT", "TIMES")]
+    while len(more := contents.array("EVENT", f"TIMES{len(found) + 1}")):
+        found.append(more)
+    return np.hstack([times for times in found if times.ndim == 2] or [np.zeros((2, 0))])
 
 
 def _other_channels(contents: C3dContents, plates_taken: bool) -> list[str]:

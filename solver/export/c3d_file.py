@@ -35,6 +35,7 @@ DESCRIPTIONS = {
     "Foot Off": "The instant the toe leaves the ground",
 }  # Vicon's, which other programs look for
 FORCE_CHANNELS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
+MOST, LONGEST = 255, 127  # entries of a parameter, bytes of a text
 WORD = 65536  # the header counts frames in 16 bits
 
 
@@ -89,9 +90,8 @@ def write_c3d(path: Path, recording: C3dRecording) -> tuple[str, ...]:
         CaptureError: the file cannot be written.
     """
     c3d = ezc3d.c3d()
-    _add_points(c3d, recording)
-    notes = _add_plates(c3d, recording)
-    _add_events(c3d, recording)
+    notes = (*_add_points(c3d, recording), *_add_plates(c3d, recording))
+    notes = (*notes, *_add_events(c3d, recording))
     _add_about(c3d, recording)
     frames = recording.markers.frames
     if frames >= WORD:
@@ -113,7 +113,7 @@ def write_c3d(path: Path, recording: C3dRecording) -> tuple[str, ...]:
     return tuple(f"{path.name}: {note}" for note in notes)
 
 
-def _add_points(c3d: Any, recording: C3dRecording) -> None:
+def _add_points(c3d: Any, recording: C3dRecording) -> tuple[str, ...]:
     markers, outputs = recording.markers, recording.outputs
     places = MM * markers.positions_ground @ R_LAB_GROUND.T
     values = np.concatenate([places, *(output.values[:, None] for output in outputs)], axis=1)
@@ -123,8 +123,9 @@ def _add_points(c3d: Any, recording: C3dRecording) -> None:
     point = c3d["parameters"]["POINT"]
     point["RATE"]["value"] = [markers.rate]
     point["UNITS"]["value"] = ["mm"]
-    point["LABELS"]["value"] = [*markers.names, *(output.label for output in outputs)]
-    point["DESCRIPTIONS"]["value"] = [*("" for _ in markers.names), *(o.description for o in outputs)]
+    labels = _labels([*markers.names, *(output.label for output in outputs)])
+    point["LABELS"]["value"] = list(labels.values())
+    point["DESCRIPTIONS"]["value"] = [*("" for _ in markers.names), *(_short(o.description) for o in outputs)]
     c3d["data"]["points"] = stored
     c3d["data"]["meta_points"]["residuals"] = np.where(known, SEEN, UNSEEN).T[None]
     c3d["data"]["meta_points"]["camera_masks"] = np.zeros((7, *known.T.shape), dtype=bool)
@@ -132,11 +133,12 @@ def _add_points(c3d: Any, recording: C3dRecording) -> None:
     c3d.add_parameter("POINT", "Y_SCREEN", ["+Z"])
     for group in dict.fromkeys(output.group for output in outputs):
         members = [output for output in outputs if output.group == group]
-        c3d.add_parameter("POINT", group, [output.label for output in members])
+        c3d.add_parameter("POINT", group, [labels[output.label] for output in members])
         c3d.add_parameter("POINT", f"{group.removesuffix('S')}_UNITS", [members[0].unit])
     frames = markers.frames
     _add_integers(c3d, "TRIAL", "ACTUAL_START_FIELD", [1, 0])
     _add_integers(c3d, "TRIAL", "ACTUAL_END_FIELD", [frames % WORD, frames // WORD])
+    return tuple(f"marker {name} is called {labels[name]}" for name in markers.names if labels[name] != name)
 
 
 def _add_plates(c3d: Any, recording: C3dRecording) -> tuple[str, ...]:
@@ -159,7 +161,9 @@ def _add_plates(c3d: Any, recording: C3dRecording) -> tuple[str, ...]:
     analog = c3d["parameters"]["ANALOG"]
     analog["RATE"]["value"] = [rate]
     analog["LABELS"]["value"] = names
-    analog["DESCRIPTIONS"]["value"] = [f"{plate.name}: {name}" for plate in plates for name in FORCE_CHANNELS]
+    analog["DESCRIPTIONS"]["value"] = [
+        _short(f"{plate.name}: {name}") for plate in plates for name in FORCE_CHANNELS
+    ]
     analog["UNITS"]["value"] = [unit for _ in plates for unit in ("N", "N", "N", "Nmm", "Nmm", "Nmm")]
     analog["SCALE"]["value"] = [1.0] * len(names)
     analog["OFFSET"]["value"] = [0] * len(names)
@@ -243,23 +247,49 @@ def _resampled(recorded: np.ndarray, plate: ForcePlate, times: Float[np.ndarray,
     return wrench
 
 
-def _add_events(c3d: Any, recording: C3dRecording) -> None:
+def _add_events(c3d: Any, recording: C3dRecording) -> tuple[str, ...]:
+    """Events in order of time; a parameter holds 255, what is beyond goes into LABELS2 and so on."""
     events = sorted(recording.events, key=lambda event: event.time_s)
     _add_integers(c3d, "EVENT", "USED", [len(events)])
-    if not events:
-        return
+    for part in range(0, len(events), MOST):
+        number = f"{part // MOST + 1}" if part else ""
+        _add_some_events(c3d, recording, events[part : part + MOST], number)
+    if len(events) <= MOST:
+        return ()
+    return (
+        f"{len(events)} events: those beyond {MOST} stand in EVENT:LABELS2 and on, which few programs read",
+    )
+
+
+def _add_some_events(c3d: Any, recording: C3dRecording, events: Sequence[FootEvent], number: str) -> None:
     seconds = np.array([event.time_s for event in events]) - recording.markers.start_time
     texts: dict[str, Sequence[str]] = {
         "CONTEXTS": [event.side for event in events],
         "LABELS": [event.label for event in events],
         "DESCRIPTIONS": [DESCRIPTIONS[event.label] for event in events],
-        "SUBJECTS": [recording.subject] * len(events),
+        "SUBJECTS": [_short(recording.subject)] * len(events),
     }
     for name, values in texts.items():
-        c3d.add_parameter("EVENT", name, list(values))
-    c3d.add_parameter("EVENT", "TIMES", np.stack([seconds // 60, seconds % 60]))
-    _add_integers(c3d, "EVENT", "ICON_IDS", [ICONS[event.label] for event in events])
-    _add_integers(c3d, "EVENT", "GENERIC_FLAGS", [0] * len(events))
+        c3d.add_parameter("EVENT", f"{name}{number}", list(values))
+    c3d.add_parameter("EVENT", f"TIMES{number}", np.stack([seconds // 60, seconds % 60]))
+    _add_integers(c3d, "EVENT", f"ICON_IDS{number}", [ICONS[event.label] for event in events])
+    _add_integers(c3d, "EVENT", f"GENERIC_FLAGS{number}", [0] * len(events))
+
+
+def _labels(names: Sequence[str]) -> dict[str, str]:
+    """Names that a parameter can hold, no two alike."""
+    labels: dict[str, str] = {}
+    for name in names:
+        label, number = _short(name), 2
+        while label in labels.values():
+            label, number = f"{_short(name, LONGEST - 5)}~{number}", number + 1
+        labels[name] = label
+    return labels
+
+
+def _short(text: str, most: int = LONGEST) -> str:
+    """A text that a parameter can hold: its length is one byte, which some readers take as signed."""
+    return text.encode()[:most].decode(errors="ignore")
 
 
 def _add_integers(c3d: Any, group: str, name: str, values: list[int]) -> None:
@@ -271,7 +301,7 @@ def _add_integers(c3d: Any, group: str, name: str, values: list[int]) -> None:
 def _add_about(c3d: Any, recording: C3dRecording) -> None:
     c3d.add_parameter("MANUFACTURER", "SOFTWARE", ["addb-viewer"])
     _add_integers(c3d, "SUBJECTS", "USED", [1])
-    c3d.add_parameter("SUBJECTS", "NAMES", [recording.subject])
+    c3d.add_parameter("SUBJECTS", "NAMES", [_short(recording.subject)])
     for name, value in (("BODYMASS", recording.mass_kg), ("HEIGHT", recording.height_m)):
         if value is not None:
             scaled = value * (MM if name == "HEIGHT" else 1.0)

@@ -18,7 +18,7 @@ from solver.conversion.recordings import read_marker_file
 from solver.errors import CaptureError
 from solver.export.b3d.from_fit import fit_to_b3d
 from solver.export.b3d.writer import write_b3d
-from solver.export.c3d_file import write_c3d
+from solver.export.c3d_file import FootEvent, write_c3d
 from solver.export.opensim import export_opensim
 from solver.skeleton.osim import load_skeleton
 from solver.skeleton.osim_writer import write_skeleton
@@ -62,6 +62,14 @@ def test_c3d_to_c3d_keeps_everything_even_spikes(c3d_file, recording, tmp_path):
     assert [(e.side, e.label) for e in trial.events] == [("Right", "Foot Strike"), ("Left", "Foot Off")]
     np.testing.assert_allclose([e.time_s for e in trial.events], [0.125, 0.5], rtol=FLOAT)
     assert not any("no place" in note or "not converted" in note for note in done.notes)
+
+
+def test_more_events_than_a_parameter_holds_come_through(recording, tmp_path):
+    events = tuple(FootEvent(0.001 * k, "Left", "Foot Off") for k in range(600))
+    write_c3d(tmp_path / "long.c3d", replace(recording, events=events))
+    convert(tmp_path / "long.c3d", tmp_path / "again.c3d")
+    found = measured(tmp_path / "again.c3d").events
+    np.testing.assert_allclose([event.time_s for event in found], 0.001 * np.arange(600), atol=1e-6)
 
 
 def test_c3d_to_trc_and_mot_and_back(c3d_file, recording, tmp_path):

@@ -177,6 +177,26 @@ def test_more_labels_than_a_byte_counts(tmp_path):
     np.testing.assert_allclose(found.positions_ground, positions @ LAB.T, atol=1e-6)
 
 
+def test_more_events_than_a_byte_counts_and_longer_names(recording, tmp_path):
+    """Ezc3d writes both, and then nobody can read the file."""
+    names = ("A" * 300, "A" * 299 + "B", "a", "A", "RASI", "HEAD")
+    markers = replace(recording.markers, names=names)
+    events = tuple(FootEvent(0.001 * k, "Left", "Foot Off") for k in range(600))
+    notes = write_c3d(tmp_path / "long.c3d", replace(recording, markers=markers, events=events))
+    assert sum("is called" in note for note in notes) == 2
+    assert any("600 events: those beyond 255" in note for note in notes)
+    found = ezc3d.c3d(str(tmp_path / "long.c3d"))["parameters"]
+    labels = found["POINT"]["LABELS"]["value"][:6]
+    assert labels[2:] == ["a", "A", "RASI", "HEAD"]
+    assert labels[0] != labels[1]
+    assert max(map(len, labels)) == 127
+    times = [np.array(found["EVENT"][key]["value"])[1] for key in ("TIMES", "TIMES2", "TIMES3")]
+    np.testing.assert_allclose(np.concatenate(times), 0.001 * np.arange(600), atol=1e-6)
+    c3d = pytest.importorskip("c3d", reason="the package c3d is not installed; pip install .[dev]")
+    with (tmp_path / "long.c3d").open("rb") as file:
+        assert c3d.Reader(file).get("EVENT:LABELS3").string_array[-1].strip() == "Foot Off"
+
+
 def test_more_frames_than_the_header_counts_are_there_and_said_by_writer_and_reader(tmp_path):
     c3d = pytest.importorskip("c3d", reason="the package c3d is not installed; pip install .[dev]")
     positions = np.random.default_rng(1).uniform(0.5, 1.5, (70_000, 2, 3))
