@@ -31,6 +31,7 @@ from solver.effects.about import Weight
 from solver.effects.effect import Candidate
 
 MOST_BEHIND = 1.0  # T, by which what is on no list has to be ahead for a name to be given up
+LEAST_LIFT_N = 20.0  # of a weight that no plate bears: with less, weighings say nothing
 MORE_STRAIN = 1.0  # [prior deviations of the mass] a cause may ask for beyond what is wrong with it already
 
 
@@ -149,6 +150,9 @@ def _witnessed(p: Proposal) -> Decision:
     claimed, beside = _factors(p.solved), _factors(p.without)
     if claimed != beside:
         return _weighed(p, claimed, beside)
+    lifts, others = _lifts(p.solved, p.balance), _lifts(p.without, p.balance)
+    if max(abs(lifts[trial] - others[trial]) for trial in lifts) > LEAST_LIFT_N:
+        return _lifted(p, lifts, others)
     reason = f"it is about {plates}, which the files accuse by themselves"
     return Decision(
         WITNESSED, True, None, None, reason if accused else "the files by themselves accuse no plate"
@@ -174,6 +178,28 @@ def _weighed(p: Proposal, claimed: dict[str, float], beside: dict[str, float]) -
         "as other plates' units would do so much"
     )
     return Decision(WITNESSED, nats > limit, nats, limit, reason)
+
+
+def _lifted(p: Proposal, lifts_N: dict[str, float], others_N: dict[str, float]) -> Decision:
+    """What the plates carry while they bear all, if something else bears so much."""
+    mass_kg = p.balance.scenes[0].skeleton.mass
+    nats, limit = p.balance.weighings.for_lifts(lifts_N, others_N, mass_kg), -WITNESSES.refuting_nats
+    carried = ", ".join(f"{w.mass_kg({}):.0f}" for w in p.balance.weighings.weighings) or "nothing"
+    reason = (
+        f"while they bear all, plates carry {carried} kg of a body of {mass_kg:.0f} kg; that is {nats:+.1f} "
+        f"nats likelier with {max(lifts_N.values()):.0f} N lifted, and more than {limit:.0f} is asked"
+    )
+    return Decision(WITNESSED, nats > limit, nats, limit, reason)
+
+
+def _lifts(solved: Solved, balance: Balance) -> dict[str, float]:
+    """Weight by trial that no plate bears, all through it, if all these causes are right [N]."""
+    lifts = {scene.name: 0.0 for scene in balance.scenes}
+    for k, term in enumerate(solved.terms):
+        estimates = solved.estimates(k, balance.scenes)
+        for trial in lifts:
+            lifts[trial] += term.candidate.lifted_N(trial, estimates)
+    return lifts
 
 
 def _factors(solved: Solved) -> dict[str, float]:

@@ -63,6 +63,10 @@ class BodyWeightSupport(InTrials):
         """force_N, on the person."""
         return {"force_N": Estimate(float(x[0]), float(np.sqrt(covariance[0, 0])))}
 
+    def lifted_N(self, trial: str, estimates: dict[str, Estimate]) -> float:
+        """Its force, in its trials."""
+        return estimates["force_N"].value if self.trial in (None, trial) else 0.0
+
     def is_possible(self, estimates: dict[str, Estimate]) -> bool:
         """A harness never pushes down, nor lifts the person off the ground."""
         return 0 < estimates["force_N"].value < MOST_SHARE * self.weight_N

@@ -100,6 +100,10 @@ class Candidate(Described, ABC):
         """By plate, how many times the true weight it says that the plate reads, where that is a claim."""
         return {}
 
+    def lifted_N(self, trial: str, estimates: dict[str, Estimate]) -> float:
+        """Weight of the person that it says no plate bears, all through a trial [N]."""
+        return 0.0
+
     @abstractmethod
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """In one trial; None where the cause does not touch it."""

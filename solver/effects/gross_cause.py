@@ -107,6 +107,10 @@ class Beyond(Candidate):
         """The cause's."""
         return self.cause.is_possible(estimates)
 
+    def lifted_N(self, trial: str, estimates: dict[str, Estimate]) -> float:
+        """The cause's."""
+        return self.cause.lifted_N(trial, estimates)
+
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """What the cause changes in the recording put right."""
         return self.cause.signature(righted(self.gross, scene), eta)

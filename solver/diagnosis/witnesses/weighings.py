@@ -1,8 +1,8 @@
 """Weighings: what mass each plate carries while all is on plates, and whether other units would suit that.
 
 A plate that reads a multiple of the true force does so in every step: by itself it then carries another mass
-than was entered, or than the other plates carry, by just that factor. Steps beside the plates and a harness
-leave most weighings as they are.
+than was entered, or than the other plates carry, by just that factor. Steps beside the plates leave most
+weighings as they are. A harness takes the same off all of them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,6 +30,7 @@ class Weighing:
 
     vertical_N: Mapping[str, float]  # mean of each of these plates
     asked_m_per_s2: float  # mean of g and the upward acceleration
+    trial: str = ""
 
     def mass_kg(self, factors: Factors) -> float:
         """That they carry, if they read so many times what is true."""
@@ -62,6 +63,25 @@ class Weighings:
         others = sorted(plates - set(factors) - set(beside))
         tried = [self.for_factors({plate: float(f)}, beside) for plate in others for f in ANY_FACTOR]
         return max(tried, default=0.0)
+
+    def for_lifts(
+        self, lifted_N: Mapping[str, float], beside_N: Mapping[str, float], mass_kg: float
+    ) -> float:
+        """How much likelier the weighings are if no plate bears so much of the person [nats].
+
+        Args:
+            lifted_N: by trial.
+            beside_N: in either case.
+            mass_kg: of the body that is said to be there.
+        """
+        scatter = float(np.hypot(self.settings.plates_scatter, self.settings.mass_scatter))
+
+        def log_likelihood(lifts_N: Mapping[str, float]) -> float:
+            bodies = [w.mass_kg({}) + lifts_N.get(w.trial, 0.0) / GRAVITY for w in self.weighings]
+            away = np.log(np.maximum(bodies, LEAST_KG) / mass_kg)
+            return sum(log_t(float(y), scatter, SOUND_DOF) for y in away)
+
+        return log_likelihood(lifted_N) - log_likelihood(beside_N)
 
     def tell(self, factors: Factors, beside: Factors) -> bool:
         """Whether there is a mass to hold these factors against: an entered one, or other plates'."""
@@ -126,4 +146,4 @@ def _trimmed(
 def _weighing(trial: Measured, pattern: Bool[np.ndarray, " plates"], span: slice) -> Weighing:
     mean = trial.vertical_N[span].mean(axis=0)
     plates = {f"plate_{k + 1}": float(mean[k]) for k in np.flatnonzero(pattern)}
-    return Weighing(plates, float(GRAVITY + trial.acceleration[span].mean()))
+    return Weighing(plates, float(GRAVITY + trial.acceleration[span].mean()), trial.capture.name)

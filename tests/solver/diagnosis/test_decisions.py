@@ -292,3 +292,26 @@ def test_the_weight_that_a_plate_carries_by_itself_refutes_other_units(
         one, said = said_of(selection, ("course", "plate"))
         assert one.fell_at.name == "witnessed"
         assert "kg" in said["witnessed"].reason or "nobody entered" in said["witnessed"].reason
+
+
+@dataclass(frozen=True, eq=False)
+class Harness(Course):
+    """Says that 200 N of the person are on no plate."""
+
+    def lifted_N(self, trial, estimates):
+        return 200.0
+
+
+@pytest.mark.parametrize(("missing_kg", "named_still"), [(200.0 / 9.80665, True), (0.0, False)])
+def test_plates_that_carry_the_whole_body_refute_a_harness(short_scene, drawn, missing_kg, named_still):
+    """By each foot in turn."""
+    wrong = 0.3 * short_scene.plates[0].wrench_ground
+    mass_kg = short_scene.skeleton.mass - missing_kg
+    weighed = [replace(carried(p, mass_kg), trial=short_scene.name) for p in ("plate_1", "plate_2")]
+    rows = trial_rows_of(drawn(4, wrong))
+    balance = Balance([rows], SETTINGS).witnessed((), Weighings(tuple(weighed)))
+    selection = select(balance, [Harness("torso", wrong)])
+    assert (named(selection) == [("course", "torso")]) == named_still
+    _, said = said_of(selection, ("course", "torso"))
+    assert said["witnessed"].passed == named_still
+    assert "lifted" in said["witnessed"].reason

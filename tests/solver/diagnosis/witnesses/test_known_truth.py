@@ -191,6 +191,17 @@ def test_a_plate_in_other_units_is_told_by_what_the_person_weighs_elsewhere(fact
     assert weighed(whole, entered_kg).for_factors({"plate_1": factor}, {}) < -least
 
 
+@pytest.mark.parametrize("lifted_N", [150.0, 300.0])
+def test_a_harness_takes_its_force_off_every_weighing(lifted_N):
+    """Of 70 kg the plates carry what is left, whatever is entered."""
+    rest = standing_person(mass_kg=MASS_KG - lifted_N / GRAVITY)
+    none, lift = {"made up": 0.0}, {"made up": lifted_N}
+    least = WITNESSES.refuting_nats
+    assert weighed(rest, None).for_lifts(lift, none, MASS_KG) > 0.4 * least
+    assert weighed(standing_person(), None).for_lifts({"made up": 300.0}, none, MASS_KG) < -least
+    assert weighed(standing_person()).for_lifts({"another": 300.0}, none, MASS_KG) == 0.0
+
+
 def test_where_nobody_entered_a_mass_units_of_all_plates_are_not_told_from_it():
     both = {"plate_1": 2.0, "plate_2": 2.0}
     assert not weighed(standing_person(), None).tell(both, {})
