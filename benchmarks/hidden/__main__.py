@@ -1,4 +1,4 @@
-"""`python -m benchmarks.hidden make`: a public benchmark of hidden effects."""
+"""`python -m benchmarks.hidden make|check|score`: a public benchmark of hidden effects."""
 
 import argparse
 from pathlib import Path
@@ -16,11 +16,11 @@ def main() -> None:
     checking = commands.add_parser("check", help="whether the truths are those that were published")
     checking.add_argument("--list", type=Path, required=True, help="the published cases.json")
     checking.add_argument("--truth", type=Path, required=True)
+    scoring = commands.add_parser("score", help="hold answers to the truth; needs NumPy only")
+    scoring.add_argument("--truth", type=Path, required=True)
+    scoring.add_argument("--submission", type=Path, required=True, help="a file, or a folder of CASE.json")
     given = parser.parse_args()
-    if given.command == "make":
-        _make(given)
-    else:
-        _check(given)
+    {"make": _make, "check": _check, "score": _score}[given.command](given)
 
 
 def _make(given: argparse.Namespace) -> None:
@@ -37,6 +37,18 @@ def _check(given: argparse.Namespace) -> None:
         print(f"{check_seals(given.list, given.truth)} truths are those that were published")
     except SealError as error:
         raise SystemExit(str(error)) from None
+
+
+def _score(given: argparse.Namespace) -> None:
+    from benchmarks.hidden.scorer import judge, read_truths, report  # noqa: PLC0415
+    from benchmarks.hidden.submission import SubmissionError, read_submission  # noqa: PLC0415
+
+    truths = read_truths(given.truth)
+    try:
+        answers = read_submission(given.submission, truths)
+    except SubmissionError as error:
+        raise SystemExit(str(error)) from None
+    print(report([judge(truths[case], answer) for case, answer in answers.items()]))
 
 
 if __name__ == "__main__":

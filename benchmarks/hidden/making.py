@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from benchmarks.hidden.classes import NONE, SOMETHING_ELSE
 from benchmarks.hidden.drawing import CLEAN, INSIDE, OUTSIDE, PublicCase, fits, names_of, plan_public
 from benchmarks.hidden.sealing import kept_salts, write_listing
 from solver.capture.atomic import write_whole
@@ -26,7 +27,6 @@ LEAST_SEEN = 0.5  # of an event's frames that lie before
 TRIES = 4  # at another place, before another effect is hidden
 FILE_TIME_S = 946684800  # 1 January 2000, of every file
 SEEN_IN_FORCES = ("off_plate_step", "external_contact")
-NONE, SOMETHING_ELSE = "none", "something_else"
 
 
 @dataclass(frozen=True)
