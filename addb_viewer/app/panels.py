@@ -32,9 +32,10 @@ from addb_viewer.change_words import (
     largest_first,
     signed,
 )
-from addb_viewer.note_kinds import by_kind
+from addb_viewer.note_kinds import NotesOfKind, by_kind
 from addb_viewer.withheld_words import KINDS, QUANTITIES, cutoff_words, worse_words
 
+TITLE = "font-weight:700;margin-top:.4em"
 UNFOLDED = 3  # notes of a kind that are shown without a click
 
 MOST_CHANGED = 12  # coordinates in the panel, which is narrow; the report has all
@@ -87,17 +88,27 @@ def notes_html(notes: tuple[str, ...]) -> str:
     """What was assumed or ignored, folded by kind; open where somebody has to decide on a few."""
     if not notes:
         return boxed("Nothing was assumed or ignored.")
-    kinds = "".join(
-        f"<details{' open' * (found.kind.decide and len(found.notes) <= UNFOLDED)}>"
-        f"<summary>{html.escape(found.heading)}</summary>{_items(found.notes)}</details>"
-        for found in by_kind(notes)
+    kinds = by_kind(notes)
+    parts = []
+    for decide, title in ((True, "To look at"), (False, "Good to know")):
+        own = [found for found in kinds if found.kind.decide is decide]
+        if own:
+            parts.append(f"<div style='{TITLE}'>{title}</div>" + "".join(map(_folded, own)))
+    return boxed("".join(parts))
+
+
+def _folded(found: NotesOfKind) -> str:
+    is_open = found.kind.decide and len(found.notes) <= UNFOLDED
+    summary = html.escape(found.heading[0].upper() + found.heading[1:])
+    return (
+        f"<details{' open' * is_open} style='margin:.2em 0'>"
+        f"<summary style='cursor:pointer'>{summary}</summary>{_items(found.notes)}</details>"
     )
-    return boxed(kinds)
 
 
 def _items(notes: Sequence[str]) -> str:
     items = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
-    return f"<ul style='padding-left:1.2em;margin:0;overflow-wrap:anywhere'>{items}</ul>"
+    return f"<ul style='padding-left:1.2em;margin:.1em 0 .3em;overflow-wrap:anywhere'>{items}</ul>"
 
 
 def legend_html(replay: Replay, *, diagnosed: bool = False) -> str:

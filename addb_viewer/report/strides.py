@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from statistics import mean, stdev
 
+from addb_viewer.app.feet import foot_words
 from addb_viewer.report.markup import Safe, element, joined, table
 from solver.export.gait_tables import gaits_of
 from solver.fit import Fit
@@ -10,10 +11,11 @@ from solver.gait.cycles import Cycle
 
 HEAD = ("Trial", "Foot", "Strides", "Cadence", "Speed", "Stride", "Step length", "Step width", "Stance")
 FINE = (
-    "From a foot's contact to its next; mean ± standard deviation. Contact and foot-off: its vertical force "
-    "crosses 20 N; where no plate bears the whole stance, its sole slips at a share of the pace. "
-    "Step length and width: as the stride ends, this heel against the other's at its last contact, "
-    "along and across the stride. Stance: contact to foot-off, of the stride time. A belt's travel counts. "
+    "A stride is from one contact of a foot to the next of the same foot; mean ± standard deviation. "
+    "Contact and foot-off: the foot's vertical force crosses 20 N; where no plate measures the whole stance, "
+    "they are found from how fast the sole moves over the ground. Step length and width: from the other heel "
+    "at its last contact to this heel at the end of the stride, along and across the stride. Stance: from "
+    "contact to foot-off, in percent of the stride time. On a treadmill the belt's travel is included. "
     "Definitions: Perry & Burnfield 2010."
 )
 
@@ -29,7 +31,7 @@ def strides_part(fit: Fit) -> Safe | None:
         for foot, body in enumerate(gait.feet):
             own = [cycle for cycle in gait.cycles if cycle.foot == foot]
             if own:
-                rows.append([name, body, str(len(own)), *_figures(own)])
+                rows.append([name, foot_words(body), str(len(own)), *_figures(own)])
     if not rows:
         return None
     return joined((element("h3", "Strides"), table(HEAD, rows), element("p", FINE, class_="fine")))

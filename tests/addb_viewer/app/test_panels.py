@@ -101,5 +101,7 @@ def test_speeds_have_names():
 def test_notes_are_folded_by_kind_and_open_where_somebody_has_to_decide():
     page = notes_html(("walk: plate 1 was not tared", "run: plates read -4.7 % against the body's mass"))
     first, second = page.split("</details>")[:2]
-    assert "<details open><summary>forces against the body" in first
-    assert "<details><summary>axes, units and plates" in second
+    assert first.index("To look at") < first.index("<details open") < first.index("Forces against the body")
+    assert (
+        second.index("Good to know") < second.index("<details style") < second.index("Axes, units and plates")
+    )
