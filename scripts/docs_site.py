@@ -5,6 +5,7 @@ there, one to another file leads to the repository.
 """
 
 import ast
+import logging
 import posixpath
 import re
 import tomllib
@@ -38,6 +39,9 @@ LINK = r"\[(?P<text>(?:[^\]`]|`[^`]*`)*)\]\((?P<target>[^)\s]+)\)"
 QUOTED = r"`[^`\n]+`"
 RANGES = r"\](?P<space> ?)\["
 """Between two ranges of frames, which is no link by reference: no page has such links."""
+logging.getLogger("mkdocs.plugins.mkdocs_autorefs").setLevel(logging.ERROR)
+"""A shape before a unit in a docstring, [frames, 3] [m], is no link by reference either."""
+
 TOKENS = re.compile(f"{CODE}|{LINK}|{QUOTED}|{RANGES}", re.M | re.S)
 
 
