@@ -133,6 +133,10 @@ class UnreadTrial:
     file: UnusedFile
 
 
+NAMES_OF_NOBODY = ("results", "result", "output", "subject", "data", "export")
+"""What programs call a file whoever is in it."""
+
+
 @dataclass(frozen=True)
 class Subject:
     """One person's folder: who, which model, which trials. Nothing is loaded yet but the description."""
@@ -157,5 +161,8 @@ class Subject:
 
     @property
     def name(self) -> str:
-        """The folder's name, or the file's without its ending."""
-        return self.folder.resolve().name if self.recording is None else self.recording.stem
+        """The name of the folder; of a single file its own, or its folder's where that tells nobody."""
+        if self.recording is None:
+            return self.folder.resolve().name
+        file = self.recording.resolve()
+        return file.parent.name if file.stem.lower() in NAMES_OF_NOBODY else file.stem

@@ -8,7 +8,7 @@ import pytest
 from solver.capture.b3d.places import recording_of, results_folder_of, subject_folder_of
 from solver.capture.b3d.reader import read_b3d
 from solver.capture.b3d.schema import B3dFile
-from solver.capture.capture import ImportedReason
+from solver.capture.capture import ImportedReason, Subject
 from solver.capture.subject import open_subject, subjects_in
 from solver.capture.trial import read_trial
 from solver.errors import CaptureError
@@ -129,3 +129,9 @@ def test_the_reading_of_a_file_leaves_it_as_it_was(subject, tmp_path):
     assert path.read_bytes() == before
     assert [entry.name for entry in tmp_path.iterdir()] == ["who.b3d"]
     assert len(read_b3d(path).trials) == 2
+
+
+@pytest.mark.parametrize(("file", "name"), [("results.b3d", "S04"), ("Results.b3d", "S04"), ("P7.b3d", "P7")])
+def test_a_file_whose_name_tells_nobody_is_called_by_its_folder(tmp_path, file, name):
+    recording = tmp_path / "S04" / file
+    assert Subject(tmp_path / "S04" / f"{file}.subject", (), recording=recording).name == name
