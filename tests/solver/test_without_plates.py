@@ -100,7 +100,7 @@ def test_everything_is_marked_as_foretold_and_no_residual_is_claimed(pair):
     assert (
         figures["hicks"]["linear"] is figures["hicks"]["angular"] is figures["hicks"]["angular_paper"] is None
     )
-    assert any("foretold from the motion" in note for note in all_notes(bare))
+    assert any("predicted from the motion" in note for note in all_notes(bare))
 
 
 def test_exports_say_what_was_never_measured(pair, tmp_path):
@@ -146,10 +146,10 @@ def test_nothing_touches_the_ground_in_flight(pair):
 
 
 def test_unseen_arms_are_told_and_seen_ones_are_not(pair):
-    assert any("no marker tells how" in note for note in pair(WITHOUT_ARMS)[0].trials[0].notes) == (
+    assert any("no marker shows how" in note for note in pair(WITHOUT_ARMS)[0].trials[0].notes) == (
         "humerus_r" in pair(WITHOUT_ARMS)[0].skeleton.body_names
     )
-    assert not any("no marker tells how" in note for note in pair(FULL_BODY_WALK)[0].trials[0].notes)
+    assert not any("no marker shows how" in note for note in pair(FULL_BODY_WALK)[0].trials[0].notes)
 
 
 def test_the_mass_that_other_trials_forces_tell_is_used(real_data):
