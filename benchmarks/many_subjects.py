@@ -46,7 +46,9 @@ second of walking each, of which two are broken: {broken}.
 
 ## Killed and gone on with
 
-`addb-viewer fit ROOT --jobs 2 --quick`, ended with SIGKILL and started again with the same words.
+`addb-viewer fit ROOT --jobs 2 --quick`, ended with SIGKILL and started again with the same words. A subject
+whose fit was written when the command was killed, but whose line was not printed yet, is kept by the next
+run. Seconds are those of a busy machine.
 
 {runs}
 
@@ -223,7 +225,9 @@ def page(root: Path, runs: Sequence[Run], table: Path, timing: str) -> str:
         fits=status["done"] + status["kept"],
         failed=status["failed"],
         reasons="\n".join(
-            f"  - {row['subject']}: {row['reason']}" for row in rows if row["status"] == "failed"
+            f"  - {row['subject']}: {row['reason'].replace(f'{root}/', '')}"
+            for row in rows
+            if row["status"] == "failed"
         ),
         timing=timing,
     )
