@@ -1,4 +1,4 @@
-"""`python -m benchmarks.hidden make|check|score`: a public benchmark of hidden effects."""
+"""`python -m benchmarks.hidden make|check|score|run|page`: a public benchmark of hidden effects."""
 
 import argparse
 from pathlib import Path
@@ -19,8 +19,17 @@ def main() -> None:
     scoring = commands.add_parser("score", help="hold answers to the truth; needs NumPy only")
     scoring.add_argument("--truth", type=Path, required=True)
     scoring.add_argument("--submission", type=Path, required=True, help="a file, or a folder of CASE.json")
+    running = commands.add_parser("run", help="answer every case that has no answer yet, by each of our rows")
+    running.add_argument("--out", type=Path, required=True)
+    running.add_argument("--limit", type=float, default=300.0, help="CPU seconds of a diagnosis")
+    paging = commands.add_parser("page", help="write the page: every row that `run` answered")
+    paging.add_argument("--out", type=Path, required=True)
+    paging.add_argument("--truth", type=Path, required=True)
+    paging.add_argument("--page", type=Path, required=True)
+    for command in (running, paging):
+        command.add_argument("--results", type=Path, required=True, help="one submission a row")
     given = parser.parse_args()
-    {"make": _make, "check": _check, "score": _score}[given.command](given)
+    {"make": _make, "check": _check, "score": _score, "run": _run, "page": _page}[given.command](given)
 
 
 def _make(given: argparse.Namespace) -> None:
@@ -49,6 +58,18 @@ def _score(given: argparse.Namespace) -> None:
     except SubmissionError as error:
         raise SystemExit(str(error)) from None
     print(report([judge(truths[case], answer) for case, answer in answers.items()]))
+
+
+def _run(given: argparse.Namespace) -> None:
+    from benchmarks.hidden.rows.running import run_all  # noqa: PLC0415
+
+    run_all(given.out.resolve(), given.results.resolve(), given.limit)
+
+
+def _page(given: argparse.Namespace) -> None:
+    from benchmarks.hidden.page import page  # noqa: PLC0415
+
+    given.page.write_text(page(given.out, given.truth, given.results), encoding="utf-8")
 
 
 if __name__ == "__main__":

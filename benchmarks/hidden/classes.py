@@ -24,7 +24,7 @@ CAUSES = {
     "plate_position": Cause("plate", "one plate lies elsewhere than the file says"),
     "plate_yaw": Cause("plate", "one plate is turned about the vertical"),
     "plate_swap": Cause("plate", "two plates' columns are exchanged"),
-    "axis_convention": Cause("plate", "horizontal axes of the plates have the wrong sign"),
+    "axis_convention": Cause("plate", "a horizontal axis has the wrong sign, or two are exchanged"),
     "gravity_tilt": Cause("plate", "the plates' vertical is tilted against gravity"),
     "off_plate_step": Cause("ground", "a step that no plate recorded"),
     "belt_acceleration": Cause("ground", "the belt or platform accelerates"),

@@ -47,12 +47,15 @@ def read_submission(path: Path, truths: Mapping[str, Mapping[str, Any]]) -> dict
         SubmissionError: an answer is missing, unknown or malformed.
     """
     if path.is_dir():
-        raw = {file.stem: _json(file) for file in sorted(path.glob("*.json"))}
-    else:
-        whole = _json(path)
-        if not isinstance(whole, dict) or not isinstance(whole.get("cases"), dict):
-            raise SubmissionError(f'{path.name}: key "cases" is missing; it holds one answer for each case.')
-        raw = whole["cases"]
+        return checked({file.stem: _json(file) for file in sorted(path.glob("*.json"))}, truths)
+    whole = _json(path)
+    if not isinstance(whole, dict) or not isinstance(whole.get("cases"), dict):
+        raise SubmissionError(f'{path.name}: key "cases" is missing; it holds one answer for each case.')
+    return checked(whole["cases"], truths)
+
+
+def checked(raw: Mapping[str, Any], truths: Mapping[str, Mapping[str, Any]]) -> dict[str, Answer]:
+    """Answers as JSON holds them, each found to be whole; errors as in `read_submission`."""
     if unknown := sorted(set(raw) - set(truths)):
         raise SubmissionError(f"{unknown[0]}: this benchmark has no such case.")
     if missing := sorted(set(truths) - set(raw)):

@@ -1,0 +1,93 @@
+"""The page: our row beside two ordinary methods, on the cases that all of them answered."""
+
+import json
+import subprocess
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from benchmarks.diagnosis.rates import table
+from benchmarks.hidden.scorer import CLEAN, INSIDE, OUTSIDE, Judged, figures, judge, read_truths
+from benchmarks.hidden.submission import checked
+
+TITLES = {
+    "ours": "`addb-viewer diagnose`",
+    "least-squares": "best single cause, least squares, BIC",
+    "torso-shift": "torso's mass and centre shifted",
+    "motion-alone": "motion alone",
+}
+NAMING_NOTHING = ("torso-shift", "motion-alone")
+SMALL = 300  # cases, below which the page says that they are few
+
+PAGE = """# Hidden effects, in public: how others can be compared
+
+Made by `python -m benchmarks.hidden make | run | page`, {code}, on {count} of {drawn} cases that were drawn:
+{groups}.{few}
+How to take part, and what each figure means: [hidden/FORMAT.md](hidden/FORMAT.md).
+
+- *`addb-viewer diagnose`*: our answer as `--json` prints it. Where it names nothing it states no
+  probability; then `none`, or `something_else` where it says *unexplained*, gets 0.9, fixed beforehand. It
+  hands in no forces.
+- *Best single cause*: markers fitted without forces, motion and forces low-passed at 10 Hz, each cause by
+  itself as columns of the wrench residual, at every target; probabilities from exp(−BIC/2) of frames 0.1 s
+  apart. No prior, nothing unknown, no faults of single markers, no swinging mass. What a plate's own fault
+  would do to the withheld forces it does not say.
+- *Torso shifted*: the same fit; the torso's mass, and its centre along two of its axes, make the mean
+  vertical force and the mean horizontal moments vanish. That is the idea of OpenSim's residual reduction,
+  not its program. It names nothing.
+- *Motion alone*: the same fit with nothing changed, which the two before have to beat in withheld forces.
+
+{table}
+
+Intervals of 95 %: Wilson's for rates, bootstrap over cases for the others. Withheld are the forces of each
+trial's last fifth, as the plates read them, with what is wrong with them.
+"""
+
+
+def page(out: Path, truth: Path, results: Path) -> str:
+    """Judge every row on the cases that all rows answered."""
+    raw = {row: _answers(results / row) for row in TITLES}
+    answered = set.intersection(*(set(answers) for answers in raw.values()))
+    truths = {case: t for case, t in read_truths(truth).items() if case in answered}
+    columns = {row: _column(row, _judged(answers, truths)) for row, answers in raw.items()}
+    names = list(next(iter(columns.values())))
+    rows = [[name, *(columns[row][name] for row in TITLES)] for name in names]
+    counts = Counter(t["group"] for t in truths.values())
+    words = {INSIDE: "inside the list", OUTSIDE: "outside it", CLEAN: "clean"}
+    return PAGE.format(
+        code=_code(),
+        count=len(truths),
+        drawn=len(list(out.glob("case_*"))),
+        groups=", ".join(f"{counts[group]} {word}" for group, word in words.items()),
+        few=" **These are few: the intervals are wide, and no order of the rows is shown by them.**"
+        if len(truths) < SMALL
+        else "",
+        table=table(["", *TITLES.values()], rows),
+    )
+
+
+def _answers(folder: Path) -> dict[str, Any]:
+    return {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob("*.json"))}
+
+
+def _judged(answers: Mapping[str, Any], truths: Mapping[str, Any]) -> list[Judged]:
+    read = checked({case: answers[case] for case in truths}, truths)
+    return [judge(truths[case], answer) for case, answer in read.items()]
+
+
+def _column(row: str, judged: list[Judged]) -> dict[str, str]:
+    """Figures by name; a row that names nothing has only those of withheld forces."""
+    told = {name.split(" (")[0]: figure for name, figure in figures(judged)}
+    if row not in NAMING_NOTHING:
+        return told
+    return {name: figure if name.startswith("withheld") else "-" for name, figure in told.items()}
+
+
+def _code() -> str:
+    command = ["git", "-C", str(Path(__file__).parent), "rev-parse", "--short", "HEAD"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError):
+        return "code without a version"
+    return f"code {done.stdout.strip()}"

@@ -1,0 +1,1 @@
+"""Methods that answer the public cases, each as a plain submission."""

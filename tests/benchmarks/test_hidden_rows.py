@@ -1,0 +1,148 @@
+"""The rows on a balance made by hand: a body of two segments whose forces are known to the last newton."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.hidden.page import TITLES, page
+from benchmarks.hidden.rows.balance import MarkerBalance
+from benchmarks.hidden.rows.causes import LOADED, TOUCHED
+from benchmarks.hidden.rows.least_squares import best_single_cause
+from benchmarks.hidden.rows.ours import answer_of
+from benchmarks.hidden.rows.torso_shift import with_torso_shifted
+from tests.benchmarks.test_hidden_scoring import truth
+
+G = 9.80665
+RATE, FRAMES = 100.0, 400
+NAMES = tuple(dict.fromkeys((*LOADED, *TOUCHED)))
+MASSES = np.array([30.0 if n == "torso" else 5.0 for n in NAMES])
+
+
+def moving_bodies():
+    """Positions and accelerations of point masses that swing, each by its own waves."""
+    times, rng = np.arange(FRAMES) / RATE, np.random.default_rng(4)
+    position, acceleration = np.zeros((2, FRAMES, len(NAMES), 3))
+    for k in range(len(NAMES)):
+        position[:, k] = (0.1 * k - 0.3, 0.4 + 0.1 * k, 0.05 * (-1) ** k)
+        for axis in range(3):
+            a, w, phase = rng.uniform(0.01, 0.04), rng.uniform(4.0, 9.0), rng.uniform(0, 6)
+            position[:, k, axis] += a * np.sin(w * times + phase)
+            acceleration[:, k, axis] = -a * w**2 * np.sin(w * times + phase)
+    return times, position, acceleration
+
+
+def sound(noise=0.5):
+    """Plates read what Newton demands of the points, and a little noise."""
+    times, position, acceleration = moving_bodies()
+    force = MASSES[:, None] * (acceleration + np.array([0.0, G, 0.0]))
+    com = np.einsum("b,fbi->fi", MASSES, position) / MASSES.sum()
+    moment = np.cross(position - com[:, None], force).sum(axis=1)
+    demanded = np.concatenate([force.sum(axis=1), moment], axis=1)
+    known = np.arange(FRAMES) < 320
+    spread = noise * np.array([1, 1, 1, 0.1, 0.1, 0.1])
+    read = demanded + spread * np.random.default_rng(7).standard_normal(demanded.shape)
+    forward, sideways = read[:, 5] / read[:, 1], -read[:, 3] / read[:, 1]
+    under = np.stack([com[:, 0] + forward, 0 * times, com[:, 2] + sideways], axis=1)
+    return MarkerBalance(
+        trial="walk",
+        times=times,
+        com=com,
+        demanded=demanded,
+        plates=np.where(known[:, None], read, 0.0)[None],
+        pressure=under[None],
+        known=known,
+        body_names=NAMES,
+        body_masses=MASSES,
+        body_com=position,
+        body_R=np.tile(np.eye(3), (FRAMES, len(NAMES), 1, 1)),
+    )
+
+
+def reading(balance, wrench):
+    return replace(balance, plates=np.where(balance.known[:, None], wrench, 0.0)[None])
+
+
+def late(balance, by_s):
+    """Forces recorded late: read at earlier times, about the ground origin."""
+    read = balance.about_origin(balance.measured)
+    clean = balance.about_origin(balance.demanded) + 0 * read
+    moved = np.stack([np.interp(balance.times - by_s, balance.times, c) for c in clean.T], axis=1)
+    noise = balance.measured - balance.demanded
+    force = moved[:, :3]
+    about = np.concatenate([force, moved[:, 3:] - np.cross(balance.com, force)], axis=1)
+    return reading(balance, about + np.where(balance.known[:, None], noise, 0.0))
+
+
+def test_sound_forces_are_called_sound():
+    probabilities, best = best_single_cause([sound()])
+    assert best.id == "none"
+    assert sum(probabilities.values()) == pytest.approx(1.0)
+    assert max(probabilities, key=probabilities.get) == "none"
+
+
+def test_a_late_clock_is_named_with_its_delay():
+    _, best = best_single_cause([late(sound(), 0.02)])
+    assert best.id == "clock_offset"
+    assert best.parameters["offset_s"] == pytest.approx(0.02, rel=0.1)
+
+
+def test_a_lift_at_the_pelvis_is_named_and_taken_off_the_withheld_forces():
+    balance = sound()
+    lift = np.zeros((FRAMES, 6))
+    lift[:, 1] = 60.0
+    arm = balance.body_com[:, NAMES.index("pelvis")] - balance.com
+    lift[:, 3:] = np.cross(arm, lift[:, :3])
+    _, best = best_single_cause([reading(balance, balance.measured - lift)])
+    assert best.id == "body_weight_support"
+    assert best.parameters["force_N"] == pytest.approx(60.0, rel=0.05)
+    left = best.left_out[0][~balance.known]
+    np.testing.assert_allclose(left, lift[~balance.known], atol=3.0)
+
+
+def test_a_shifted_torso_balances_the_mean_and_keeps_what_is_sound():
+    balance = sound()
+    lighter = reading(balance, balance.measured - np.array([0, 30.0, 0, 2.0, 0, -4.0]))
+    (shifted,) = with_torso_shifted([lighter])
+    mean = (shifted - lighter.measured)[balance.known].mean(axis=0)
+    np.testing.assert_allclose(mean[[1, 3, 5]], 0.0, atol=1e-9)
+    (kept,) = with_torso_shifted([sound(noise=0.0)])
+    np.testing.assert_allclose(kept, sound(noise=0.0).demanded, atol=1e-3)
+
+
+def diagnosis(verdict="explained", effects=(), alternatives=()):
+    return {"verdict": verdict, "effects": list(effects), "alternatives": list(alternatives)}
+
+
+def named(id, confidence, outside=0.0):
+    return {"id": id, "confidence": confidence, "outside_the_list": outside, "parameters": {}}
+
+
+def test_our_answer_in_public_names():
+    assert answer_of(diagnosis("clean"))["probabilities"] == {"none": 0.9, "something_else": 0.1}
+    assert answer_of(diagnosis("unexplained"))["probabilities"]["something_else"] == 0.9
+    alone = answer_of(diagnosis(effects=[named("plate_clock", 0.98, 0.01)]))["probabilities"]
+    assert alone == {"clock_offset": 0.98, "something_else": pytest.approx(0.02)}
+    both = [named("plate_turn", 0.6), named("drag", 0.9)]
+    rivals = [{"id": "plate_yaw", "confidence": 0.3}]
+    shared = answer_of(diagnosis(effects=both, alternatives=rivals))["probabilities"]
+    assert shared == pytest.approx({"something_else": 0.6, "drag": 0.3, "plate_yaw": 0.1})
+
+
+def test_the_page_judges_what_every_row_answered(tmp_path):
+    (tmp_path / "truth").mkdir()
+    for case in ("case_0000", "case_0001"):
+        (tmp_path / "truth" / f"{case}.json").write_text(json.dumps(truth(case)))
+        (tmp_path / "out" / case).mkdir(parents=True)
+        for row in TITLES:
+            if case == "case_0001" and row == "ours":
+                continue
+            (tmp_path / "results" / row).mkdir(parents=True, exist_ok=True)
+            said = {"probabilities": {"clock_offset": 0.9, "none": 0.1}}
+            (tmp_path / "results" / row / f"{case}.json").write_text(json.dumps(said))
+    text = page(tmp_path / "out", tmp_path / "truth", tmp_path / "results")
+    assert "on 1 of 2 cases that were drawn:\n1 inside the list, 0 outside it, 0 clean" in text
+    right = next(line for line in text.splitlines() if line.startswith("| inside the list: right"))
+    assert right.count("100 % [21, 100] (1/1)") == 2
+    assert right.endswith("| - | - |")
