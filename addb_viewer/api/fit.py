@@ -1,5 +1,6 @@
 """A subject, fitted: its figures, its trials, and what can be made of them."""
 
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -134,6 +135,9 @@ class Fit:
         Returns:
             The files written.
 
+        Warns:
+            UserWarning: what the format cannot hold, or what was changed for it.
+
         Raises:
             ValueError: no such format.
             SolverError: the folder cannot be written to.
@@ -142,7 +146,9 @@ class Fit:
 
         if to not in list(Format):
             raise ValueError(f"no format '{to}'; choose {', '.join(Format)}")
-        files, _ = exported(self.solved, Format(to), self.results if folder is None else Path(folder))
+        files, notes = exported(self.solved, Format(to), self.results if folder is None else Path(folder))
+        for note in notes:
+            warnings.warn(note, stacklevel=2)
         return files
 
     def report(self, file: str | Path | None = None, *, trials: Sequence[str] = ()) -> Path:

@@ -95,6 +95,12 @@ def test_export_writes_into_the_results_or_another_folder(fit, tmp_path):
         fit.export("xlsx")
 
 
+def test_what_a_format_cannot_hold_is_a_warning(fit, tmp_path):
+    """MuJoCo has polynomials of the fourth degree only for joints that follow another."""
+    with pytest.warns(UserWarning, match="polynomials of the fourth degree"):
+        fit.export("mujoco", tmp_path)
+
+
 def test_type_information_lies_beside_the_packages():
     import addb_viewer
     import annotations
