@@ -266,6 +266,8 @@ def _stands_alone(p: Proposal) -> Decision:
     if strain > most and not (isinstance(p, Added) and _leads(p)):
         reason = f"it needs a body {strain:.1f} deviations from the entered mass; {most:.1f} at most"
         return Decision(STANDS_ALONE, False, None, None, reason)
+    if sum(term.candidate.about.is_a_clock for term in p.solved.terms) > 1:
+        return Decision(STANDS_ALONE, False, None, None, "the same forces have another clock already")
     undone = 0.0 if isinstance(p, Paired) else _undone(p.solved)
     if undone > p.settings.undone:
         reason = f"it mostly takes back what the others explain (cosine −{undone:.2f})"

@@ -82,6 +82,7 @@ class About:
     mend: Mend = Mend.ACCEPTED
     in_markers: bool = False  # seen in the markers, before any force
     seen_standing: bool = False  # the motion shows it as well: no unknown force takes its place
+    is_a_clock: bool = False  # of all plates: two of such beside each other are one, told twice
     doubts_angles: bool = False  # joint angles are wrong with it
     odds_against: float = 0.0  # log prior odds [nats]: rare, or what generic models imitate
     less_at_first: float = 0.0  # [nats] less is asked of it as first cause: no model's error looks like it

@@ -28,6 +28,7 @@ ABOUT = About(
     ),
     told_apart_by="a foot stamped on a plate at the beginning and at the end of the recording",
     branch="time/clock",
+    is_a_clock=True,
     asked_up_to=40.0,
     sizes=(
         Size("offset_s", 0.005, 0.05, 2.0, "amplifiers and triggers; beyond, found by correlation alone"),

@@ -24,6 +24,7 @@ ABOUT = About(
     remedy="Start cameras and plates by one trigger line, and look at what sets each trial's beginning.",
     told_apart_by="a foot stamped on a plate at the beginning of each trial",
     branch="time/clock of each trial",
+    is_a_clock=True,
     odds_against=2.0,
     sizes=(Size("offset_s", 0.005, 0.05, 2.0, "amplifiers and triggers"),),
     readings=(

@@ -14,6 +14,7 @@ from solver.diagnosis.selection import select
 from solver.diagnosis.trail import Trail
 from solver.diagnosis.witnesses.weighings import Weighing, Weighings
 from solver.diagnosis_settings import DiagnosisSettings
+from solver.effects.about import About
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.external_contact import ExternalContact
 from solver.effects.off_plate_step import OffPlateStep
@@ -315,3 +316,19 @@ def test_plates_that_carry_the_whole_body_refute_a_harness(short_scene, drawn, m
     _, said = said_of(selection, ("course", "torso"))
     assert said["witnessed"].passed == named_still
     assert "lifted" in said["witnessed"].reason
+
+
+@dataclass(frozen=True, eq=False)
+class Clock(Course):
+    """Reads all plates at other times."""
+
+    about = About("course", is_a_clock=True)
+
+
+@pytest.mark.parametrize(("kind", "both"), [(Course, True), (Clock, False)])
+def test_two_clocks_of_the_same_forces_are_one(short_scene, drawn, kind, both):
+    one, two = (0.3 * p.wrench_ground for p in short_scene.plates[:2])
+    balance = Balance([trial_rows_of(drawn(4, one + two, scale=0.3))], SETTINGS)
+    found = named(select(balance, [kind("one", one), kind("two", two)]))
+    assert (len(found) == 2) == both
+    assert found
