@@ -4,7 +4,7 @@ BIN := .venv/bin
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 WORKERS := 2
 
-.PHONY: help setup demo test lint format docs bench bench-diagnosis bench-faults bench-truth lock clean
+.PHONY: help setup demo test lint format docs bench bench-diagnosis bench-faults bench-hidden bench-truth lock clean
 
 help:
 	@echo "make setup   .venv with the locked versions"
@@ -14,6 +14,7 @@ help:
 	@echo "make bench   speed and accuracy   make format  ruff's formatter"
 	@echo "make bench-diagnosis   hidden effects: named, missed, falsely alarmed; CASES, REAL, OUT, SEED"
 	@echo "make bench-faults      known faults edited into real recordings: right, wrong, missed; FAULTS_OUT, SEED"
+	@echo "make bench-hidden      hidden effects for everybody: our answers beside ordinary methods; CASES, HIDDEN_OUT"
 	@echo "make bench-truth       fits against known and experts' motions; TRUTH_OUT"
 
 setup: .venv/installed
@@ -65,6 +66,16 @@ bench-faults: setup
 	$(ONE_THREAD) $(BIN)/python -m benchmarks.faults make --out $(FAULTS_OUT) $(if $(SEED),--seed $(SEED))
 	$(ONE_THREAD) $(BIN)/python -m benchmarks.faults run --out $(FAULTS_OUT) $(ARGS)
 	$(ONE_THREAD) $(BIN)/python -m benchmarks.faults score --out $(FAULTS_OUT) --page benchmarks/FAULTS.md
+
+# Picks up where it was stopped. Whoever publishes the cases keeps HIDDEN_OUT/truth to themselves.
+HIDDEN_OUT := $(CURDIR)/build/hidden
+HIDDEN_SEED := 1
+bench-hidden: setup
+	$(ONE_THREAD) $(BIN)/python -m benchmarks.hidden make --out $(HIDDEN_OUT)/cases --truth $(HIDDEN_OUT)/truth \
+	  --cases $(CASES) --seed $(HIDDEN_SEED)
+	$(ONE_THREAD) $(BIN)/python -m benchmarks.hidden run --out $(HIDDEN_OUT)/cases --results $(HIDDEN_OUT)/results $(ARGS)
+	$(ONE_THREAD) $(BIN)/python -m benchmarks.hidden page --out $(HIDDEN_OUT)/cases --truth $(HIDDEN_OUT)/truth \
+	  --results $(HIDDEN_OUT)/results --page benchmarks/HIDDEN.md
 
 # Picks up where it was stopped; a change of the solver makes all figures anew.
 TRUTH_OUT := $(CURDIR)/build/truth

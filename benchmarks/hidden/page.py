@@ -1,13 +1,13 @@
 """The page: our row beside two ordinary methods, on the cases that all of them answered."""
 
 import json
-import subprocess
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from benchmarks.diagnosis.rates import table
+from benchmarks.hidden.rows.versions import versions
 from benchmarks.hidden.scorer import CLEAN, INSIDE, OUTSIDE, Judged, figures, judge, read_truths
 from benchmarks.hidden.submission import checked
 
@@ -56,7 +56,7 @@ def page(out: Path, truth: Path, results: Path) -> str:
     counts = Counter(t["group"] for t in truths.values())
     words = {INSIDE: "inside the list", OUTSIDE: "outside it", CLEAN: "clean"}
     return PAGE.format(
-        code=_code(),
+        code="code " + ", ".join(versions(results)),
         count=len(truths),
         drawn=len(list(out.glob("case_*"))),
         groups=", ".join(f"{counts[group]} {word}" for group, word in words.items()),
@@ -82,12 +82,3 @@ def _column(row: str, judged: list[Judged]) -> dict[str, str]:
     if row not in NAMING_NOTHING:
         return told
     return {name: figure if name.startswith("withheld") else "-" for name, figure in told.items()}
-
-
-def _code() -> str:
-    command = ["git", "-C", str(Path(__file__).parent), "rev-parse", "--short", "HEAD"]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
-    except (OSError, subprocess.CalledProcessError):
-        return "code without a version"
-    return f"code {done.stdout.strip()}"

@@ -12,6 +12,7 @@ from benchmarks.hidden.rows.causes import LOADED, TOUCHED
 from benchmarks.hidden.rows.least_squares import best_single_cause
 from benchmarks.hidden.rows.ours import answer_of
 from benchmarks.hidden.rows.torso_shift import with_torso_shifted
+from benchmarks.hidden.rows.versions import note_version, versions
 from tests.benchmarks.test_hidden_scoring import truth
 
 G = 9.80665
@@ -101,6 +102,15 @@ def test_a_lift_at_the_pelvis_is_named_and_taken_off_the_withheld_forces():
     np.testing.assert_allclose(left, lift[~balance.known], atol=3.0)
 
 
+def test_a_plate_that_lies_elsewhere_is_named_with_its_shift():
+    balance = sound()
+    moved = np.zeros((FRAMES, 6))
+    moved[:, 3:] = np.cross([0.02, 0.0, -0.01], balance.measured[:, :3])
+    _, best = best_single_cause([reading(balance, balance.measured + moved)])
+    assert best.id == "plate_position"
+    assert best.parameters == pytest.approx({"shift_x_m": 0.02, "shift_z_m": -0.01}, abs=0.001)
+
+
 def test_a_shifted_torso_balances_the_mean_and_keeps_what_is_sound():
     balance = sound()
     lighter = reading(balance, balance.measured - np.array([0, 30.0, 0, 2.0, 0, -4.0]))
@@ -141,8 +151,14 @@ def test_the_page_judges_what_every_row_answered(tmp_path):
             (tmp_path / "results" / row).mkdir(parents=True, exist_ok=True)
             said = {"probabilities": {"clock_offset": 0.9, "none": 0.1}}
             (tmp_path / "results" / row / f"{case}.json").write_text(json.dumps(said))
+    note_version(tmp_path / "results")
+    note_version(tmp_path / "results")
+    (version,) = versions(tmp_path / "results")
     text = page(tmp_path / "out", tmp_path / "truth", tmp_path / "results")
-    assert "on 1 of 2 cases that were drawn:\n1 inside the list, 0 outside it, 0 clean" in text
+    assert (
+        f"page`, code {version}, on 1 of 2 cases that were drawn:\n1 inside the list, 0 outside it, 0 clean"
+        in text
+    )
     right = next(line for line in text.splitlines() if line.startswith("| inside the list: right"))
     assert right.count("100 % [21, 100] (1/1)") == 2
     assert right.endswith("| - | - |")

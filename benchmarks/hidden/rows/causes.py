@@ -29,8 +29,8 @@ class Candidate:
     columns: Float[np.ndarray, "frames 6 parameters"]
     fixed: Float[np.ndarray, "frames 6"]
     searched: int = 0  # places or times that were tried for it
-    parameter: str = ""  # public name of the only column's factor
-    offset: float = 0.0  # of the parameter where the factor is nothing
+    parameters: tuple[str, ...] = ()  # public names of the columns' factors
+    offset: float = 0.0  # of the parameters where the factors are nothing
 
 
 def candidates(b: MarkerBalance) -> list[Candidate]:
@@ -45,9 +45,9 @@ def _linear(id: str, columns: list[np.ndarray], **about: object) -> Candidate:
 def _time(b: MarkerBalance) -> Iterator[Candidate]:
     ground = derivative(b.times, b.about_origin(b.demanded), 1)
     change = np.concatenate([ground[:, :3], ground[:, 3:] - cross(b.com, ground[:, :3])], axis=1)
-    yield _linear("clock_offset", [change], parameter="offset_s")
+    yield _linear("clock_offset", [change], parameters=("offset_s",))
     since = b.times - b.times[0]
-    yield _linear("sample_rate", [since[:, None] * change], parameter="stretch")
+    yield _linear("sample_rate", [since[:, None] * change], parameters=("stretch",))
     rate = 1 / (b.times[1] - b.times[0])
     for cutoff in FILTER_Hz:
         lost = b.demanded - low_pass(b.demanded, rate, cutoff)
@@ -61,22 +61,23 @@ def _plates(b: MarkerBalance) -> Iterator[Candidate]:
         force, point = b.plates[k, :, :3], b.pressure[k]
         centre = np.where(on, point[on[:, 0]].mean(axis=0), 0.0)
         about = {"searched": len(used)}
-        yield _linear("plate_gain", [-b.plates[k]], parameter="gain_error", **about)
-        yield _linear("plate_bias", [-b.at(on * axis, centre) for axis in np.eye(3)], **about)
+        yield _linear("plate_gain", [-b.plates[k]], parameters=("gain_error",), **about)
+        biases = [-b.at(on * axis, centre) for axis in np.eye(3)]
+        yield _linear("plate_bias", biases, parameters=("bias_x_N", "bias_y_N", "bias_z_N"), **about)
         shifts = [
             np.concatenate([0 * force, -cross(axis + 0 * force, force)], axis=1)
             for axis in (FORWARD, SIDEWAYS)
         ]
-        yield _linear("plate_position", shifts, **about)
+        yield _linear("plate_position", shifts, parameters=("shift_x_m", "shift_z_m"), **about)
         turned = b.at(cross(UP + 0 * force, force), point)
         turned[:, 3:] += cross(cross(UP + 0 * force, point - centre), force)
-        yield _linear("plate_yaw", [-turned], parameter="", **about)
+        yield _linear("plate_yaw", [-np.radians(1) * turned], parameters=("yaw_deg",), **about)
     tilts = [
-        -sum(b.at(cross(axis + b.com * 0, b.plates[k, :, :3]), b.pressure[k]) for k in used)
+        -np.radians(1) * sum(b.at(cross(axis + b.com * 0, b.plates[k, :, :3]), b.pressure[k]) for k in used)
         for axis in (FORWARD, SIDEWAYS)
     ]
     if used:
-        yield _linear("gravity_tilt", tilts)
+        yield _linear("gravity_tilt", tilts, parameters=("tilt_x_deg", "tilt_z_deg"))
     yield from _conventions(b, used)
     light = b.known & (b.measured[:, 1] < 0.5 * b.demanded[:, 1])
     if light.any():
@@ -100,9 +101,9 @@ def _person(b: MarkerBalance) -> Iterator[Candidate]:
     still = np.zeros_like(b.com)
     for name in TRUNK:
         point, about = b.body_com[:, b.body(name)], {"searched": len(TRUNK)}
-        yield _linear("body_weight_support", [b.at(UP + still, point)], parameter="force_N", **about)
+        yield _linear("body_weight_support", [b.at(UP + still, point)], parameters=("force_N",), **about)
         velocity = derivative(b.times, point, 1)
-        yield _linear("drag", [b.at(-velocity, point)], parameter="b_Ns_per_m", **about)
+        yield _linear("drag", [b.at(-velocity, point)], parameters=("b_Ns_per_m",), **about)
         away = (point - point.mean(axis=0))[:, :1]
         yield _linear("elastic_tether", [b.at(FORWARD + still, point), b.at(FORWARD * away, point)], **about)
     for name in TOUCHED:
@@ -111,19 +112,21 @@ def _person(b: MarkerBalance) -> Iterator[Candidate]:
             share = np.linspace(0, 1, len(b.times))
             inside = ((share >= first) & (share < last))[:, None]
             columns = [b.at(inside * axis, point) for axis in np.eye(3)]
-            yield _linear("external_contact", columns, searched=len(TOUCHED) * len(WINDOWS))
+            names = ("force_x_N", "force_y_N", "force_z_N")
+            tried = len(TOUCHED) * len(WINDOWS)
+            yield _linear("external_contact", columns, parameters=names, searched=tried)
     for name in LOADED:
         k = b.body(name)
         lifted = b.at(b.acceleration(k) - GRAVITY, b.body_com[:, k])
-        yield _linear("carried_mass", [-lifted], parameter="mass_kg", searched=len(LOADED))
+        yield _linear("carried_mass", [-lifted], parameters=("mass_kg",), searched=len(LOADED))
 
 
 def _body(b: MarkerBalance) -> Iterator[Candidate]:
-    yield _linear("subject_mass", [-b.demanded], parameter="mass_factor", offset=1.0)
+    yield _linear("subject_mass", [-b.demanded], parameters=("mass_factor",), offset=1.0)
     legs = sum(
         b.body_masses[k] * b.at(b.acceleration(k) - GRAVITY, b.body_com[:, k]) for k in map(b.body, LEGS)
     )
-    yield _linear("segment_mass", [-legs], parameter="mass_factor", offset=1.0)
+    yield _linear("segment_mass", [-legs], parameters=("mass_factor",), offset=1.0)
     mass, still = b.body_masses.sum(), np.zeros_like(b.com)
     knots = np.arange(b.times[0], b.times[-1] + BELT_KNOT_S, BELT_KNOT_S)
     hats = [np.clip(1 - np.abs(b.times - knot) / BELT_KNOT_S, 0, None)[:, None] for knot in knots]

@@ -71,5 +71,5 @@ def _fitted(
     left = float(np.sum((y - A @ x) ** 2))
     first = of_trials[0]
     bic = len(y) * np.log(left / len(y)) + A.shape[1] * np.log(len(y)) + 2 * np.log(max(first.searched, 1))
-    stated = {first.parameter: first.offset + float(x[0])} if first.parameter else {}
+    stated = {name: first.offset + float(value) for name, value in zip(first.parameters, x, strict=False)}
     return Explained(first.id, float(bic), stated, [c.fixed + c.columns @ x for c in of_trials])

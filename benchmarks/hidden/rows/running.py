@@ -13,6 +13,7 @@ from benchmarks.hidden.rows.balance import MarkerBalance, marker_balances
 from benchmarks.hidden.rows.least_squares import best_single_cause
 from benchmarks.hidden.rows.ours import answer_of
 from benchmarks.hidden.rows.torso_shift import with_torso_shifted
+from benchmarks.hidden.rows.versions import note_version
 from solver.capture.atomic import write_whole
 from solver.errors import SolverError
 
@@ -25,6 +26,7 @@ Predicted = Sequence[np.ndarray]
 
 def run_all(out: Path, results: Path, limit_s: float) -> None:
     """Write RESULTS/ROW/CASE.json for each case of OUT that lacks one."""
+    note_version(results)
     for folder in sorted(path for path in out.iterdir() if path.is_dir()):
         answer_from_balance(folder, results)
         kept = _kept(results, OURS, folder.name)
