@@ -63,7 +63,7 @@ class PlateExchange(PairOfPlates):
 
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
-    """One for each two plates of a trial of which one is loaded, where the files hold centres of pressure.
+    """One for each two plates whose places are known and of which one is loaded, where files hold pressures.
 
     Without these an exchange of forces moves whole wrenches as well (`plate_swap`).
     """
@@ -72,6 +72,7 @@ def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
         for scene in scenes
         for a, b in combinations(scene.plates, 2)
         if (a.loaded.any() or b.loaded.any())
+        and all(p.loaded.any() or p.plate.corners_ground is not None for p in (a, b))
         and not (a.plate.point_ground is None and b.plate.point_ground is None)
     )
     return [PlateExchange(target) for target in targets]

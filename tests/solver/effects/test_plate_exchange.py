@@ -55,3 +55,13 @@ def test_every_pair_is_a_candidate_where_the_files_hold_pressures(crisp, seen):
     exchanged = candidates([seen(in_each_others_place(crisp, 1, 2))])
     assert "plate_2+plate_3" in [c.target for c in exchanged]
     assert all({"plate_2", "plate_3"} & set(c.targets) for c in exchanged)
+
+
+def test_a_plate_that_nobody_used_has_no_place_without_its_corners(crisp, seen):
+    exchanged = seen(in_each_others_place(crisp, 1, 2))
+    idle = replace(exchanged.plates[2], loaded=np.zeros(exchanged.frames, dtype=bool))
+    nowhere = replace(idle, plate=replace(idle.plate, corners_ground=None))
+    for plate, there in ((idle, True), (nowhere, False)):
+        plates = (*exchanged.plates[:2], plate, *exchanged.plates[3:])
+        targets = [c.target for c in candidates([replace(exchanged, plates=plates)])]
+        assert ("plate_2+plate_3" in targets) == there
