@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from addb_viewer.commands.demo import SEED
+from addb_viewer.jobs.demo import SEED
 from solver.diagnosis.diagnose import diagnose_subject
 from solver.simulate.demo import LateForces, write_demo_subject
 
