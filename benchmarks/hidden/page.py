@@ -23,7 +23,7 @@ SMALL = 300  # cases, below which the page says that they are few
 PAGE = """# Hidden effects, in public: how others can be compared
 
 Made by `python -m benchmarks.hidden make | run | page`, {code}, on {count} of {drawn} cases that were drawn:
-{groups}.{few}
+{groups}. Cases that a row has not answered yet are left out.{few}
 How to take part, and what each figure means: [hidden/FORMAT.md](hidden/FORMAT.md).
 
 - *`addb-viewer diagnose`*: our answer as `--json` prints it. Where it names nothing it states no
@@ -31,8 +31,9 @@ How to take part, and what each figure means: [hidden/FORMAT.md](hidden/FORMAT.m
   hands in no forces.
 - *Best single cause*: markers fitted without forces, motion and forces low-passed at 10 Hz, each cause by
   itself as columns of the wrench residual, at every target; probabilities from exp(−BIC/2) of frames 0.1 s
-  apart. No prior, nothing unknown, no faults of single markers, no swinging mass. What a plate's own fault
-  would do to the withheld forces it does not say.
+  apart. No prior, nothing unknown, no faults of markers or of their scale, no swinging mass. What a plate's
+  own fault would do to the withheld forces it does not say. Its filter also takes up what noise of the
+  markers leaves in the motion, in squats most of all; a lower cutoff would help it there.
 - *Torso shifted*: the same fit; the torso's mass, and its centre along two of its axes, make the mean
   vertical force and the mean horizontal moments vanish. That is the idea of OpenSim's residual reduction,
   not its program. It names nothing.

@@ -1,6 +1,8 @@
 """Every method over every case; what is answered already stays."""
 
 import json
+import shutil
+import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -36,8 +38,9 @@ def run_all(out: Path, results: Path, limit_s: float) -> None:
 
 
 def our_answer(folder: Path, limit_s: float) -> dict[str, Any]:
-    """Of the diagnosis; without one, that nothing is known."""
-    diagnosis = run_one(folder, limit_s)["diagnosis"]
+    """Of the diagnosis, which writes beside a copy of the case; without one, that nothing is known."""
+    with tempfile.TemporaryDirectory() as scratch:
+        diagnosis = run_one(Path(shutil.copytree(folder, Path(scratch) / folder.name)), limit_s)["diagnosis"]
     return {"probabilities": NAMES_NOTHING} if diagnosis is None else answer_of(diagnosis)
 
 
