@@ -214,8 +214,8 @@ class DiagnosisSettings:
         0.03,
         unit="",
         least=0.0,
-        why="of what a name explains, likewise. On edited recordings of another draw than judges right names "
-        "need 0.03 at most, names that were rightly given up 0.1 and more",
+        why="of what a name explains, likewise. On one draw of edited recordings right names need 0.03 at "
+        "most; on a later one a right harness needs 0.08, and names that were rightly given up 0.11 and more",
     )
     outside_odds: float = setting(
         0.2,
