@@ -88,5 +88,5 @@ def test_what_cannot_be_asked_is_told(browser, solver):
     session = browser.session
     session._replay = replace(session.replay, residual=None)
     browser.press("What if this range were flipped")
-    browser.until(lambda: browser.told("no fit with forces"))
+    browser.until(lambda: browser.told("this needs a fit with forces"))
     assert solver.asked == []
