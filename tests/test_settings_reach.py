@@ -24,6 +24,7 @@ MADE_HERE = {
         "FitSettings",
     ): "of made-up recordings, which no subject's file changes",
     ("solver/simulate/demo.py", "MeasurementSettings"): "likewise",
+    ("addb_viewer/api/recording.py", "LengthUnitSettings"): "arrays are checked before they are a subject",
     (
         "solver/skeleton/bones.py",
         "CapsuleSettings",
@@ -35,6 +36,8 @@ FALLS_BACK = {
         "find_clock",
     ): "a table's rate, to be shown; reading forces finds their clock",
 }
+
+READS_THEM = {"job_for": "where none are handed over, it reads the subject's own"}
 
 OPENS_FOLDERS = (  # which files belong together is found out before any settings are read
     "solver/capture/force_pairing.py",
@@ -119,7 +122,9 @@ def falling_back(trees: dict[str, ast.AST]) -> set[tuple[str, str]]:
         node.name: argument
         for tree in trees.values()
         for node in ast.iter_child_nodes(tree)
-        if isinstance(node, ast.FunctionDef) and (argument := _settings_argument(node))
+        if isinstance(node, ast.FunctionDef)
+        and node.name not in READS_THEM
+        and (argument := _settings_argument(node))
     }
     found = set()
     for file, tree in trees.items():
