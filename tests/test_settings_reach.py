@@ -35,6 +35,9 @@ FALLS_BACK = {
         "solver/capture/storage.py",
         "find_clock",
     ): "a table's rate, to be shown; reading forces finds their clock",
+    ("solver/conversion/convert.py", "read_opensim_set"): "files by themselves, which no subject is about",
+    ("solver/conversion/convert.py", "read_marker_file"): "likewise",
+    ("addb_viewer/api/recording.py", "vertical_axis"): "arrays are checked before they are a subject",
 }
 
 READS_THEM = {"job_for": "where none are handed over, it reads the subject's own"}
