@@ -3,14 +3,16 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from addb_viewer.own_packages import NAMES
 
 
-def ran(folder, *words):
-    return subprocess.run([sys.executable, *words], cwd=folder, capture_output=True, text=True, check=False)
+def ran(folder, *words, env=None):
+    command = [sys.executable, *words]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=env)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -28,4 +30,6 @@ def test_a_stranger_in_the_working_folder_is_named(name, as_file, tmp_path):
 def test_a_folder_that_is_no_package_is_no_stranger(tmp_path):
     for name in NAMES:
         (tmp_path / name).mkdir()
-    assert ran(tmp_path, "-m", "addb_viewer", "--version").returncode == 0
+    ours = os.fspath(Path(__file__).parents[2])
+    told = ran(tmp_path, "-m", "addb_viewer", "--version", env={**os.environ, "PYTHONPATH": ours})
+    assert told.returncode == 0, told.stderr
