@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool
 
 from solver.effects.about import About, Named, Size
-from solver.effects.clock_offset import FARTHEST_S, STARTS_S
+from solver.effects.clock_offset import ClockOffset
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.pictures import Plates
 from solver.effects.readings import Reading
@@ -36,22 +36,10 @@ ABOUT = About(
 
 
 @dataclass(frozen=True)
-class PlateClock(Candidate):
+class PlateClock(ClockOffset):
     """recorded(t) = true(t − offset_s) for one plate: true(t) = recorded(t + offset_s)."""
 
     about = ABOUT
-
-    def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
-        """Offsets from which the search begins [s]."""
-        return tuple((offset,) for offset in STARTS_S)
-
-    def steps(self) -> Eta:
-        """[s]."""
-        return (0.004,)
-
-    def admissible(self, eta: Eta) -> bool:
-        """Within what a trigger can be off."""
-        return abs(eta[0]) <= FARTHEST_S
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """The plate shifted less unshifted; what was recorded at no such time stays as it is."""
@@ -70,17 +58,6 @@ class PlateClock(Candidate):
         if plate is None:
             return np.zeros(scene.frames, dtype=bool)
         return ~plate.covers(plate.times + eta[0])
-
-    def estimates(
-        self,
-        scenes: Sequence[Scene],
-        eta: Eta,
-        eta_std: Eta,
-        x: Float[np.ndarray, "0"],
-        covariance: Float[np.ndarray, "0 0"],
-    ) -> dict[str, Estimate]:
-        """offset_s; positive when the forces were recorded late."""
-        return {"offset_s": Estimate(eta[0], eta_std[0])}
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Beyond what amplifiers of one kind differ by."""
