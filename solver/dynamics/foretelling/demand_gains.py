@@ -5,7 +5,7 @@ delay by τ is g₁ = −τ. No steps are needed, so it holds for squats and sta
 """
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from solver.dynamics.foretelling.columns import Columns
 from solver.dynamics.foretelling.heading_frame import HeadingFrame
@@ -21,18 +21,14 @@ FILTER_ORDER = 3
 FORCES = "forward force", "vertical force", "lateral force"
 
 
-def demanded_ground(
-    skeleton: Skeleton, motion: Motion, at: Int[np.ndarray, " some"] | None = None
-) -> Float[np.ndarray, "some 6"]:
+def demanded_ground(skeleton: Skeleton, motion: Motion) -> Float[np.ndarray, "frames 6"]:
     """The external wrench that a motion needs: force [N], moment about the ground origin [N·m].
 
     Args:
         skeleton: of the motion, with its masses.
         motion: of one trial.
-        at: frames; None: all.
     """
-    frames = np.arange(motion.frames) if at is None else at
-    q, v, a = motion.q[frames], motion.velocity[frames], motion.acceleration[frames]
+    q, v, a = motion.q, motion.velocity, motion.acceleration
     kinematics = ForwardKinematics(skeleton)
     A, T = material_accelerations(kinematics, kinematics.poses(q), q, v, a)
     inertias = np.stack([pseudo_inertia(body) for body in skeleton.bodies])

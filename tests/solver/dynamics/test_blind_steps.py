@@ -40,7 +40,7 @@ def missed_by_the_fit(skeleton, trial, hidden, columns, prior):
     blind = replace(trial, counts=trial.counts & ~hidden, extra_columns_ground=columns)
     there = stepped(skeleton, [blind], SETTINGS, 1, extra=prior)
     frames, motion = np.flatnonzero(hidden), there.motions[0]
-    wrench = demanded_ground(there.skeleton, motion, frames) - trial.wrench_ground[frames]
+    wrench = demanded_ground(there.skeleton, motion)[frames] - trial.wrench_ground[frames]
     wrench -= columns[frames] @ there.extra
     poses = ForwardKinematics(there.skeleton).poses(motion.q[frames])
     return about_point(wrench, root_centre(root_joint(there.skeleton), poses))
