@@ -1,0 +1,1 @@
+"""A release: folders of reviewed subjects as files that others load."""

@@ -1,0 +1,336 @@
+"""The tables of a release: the one place where columns are described.
+
+Arrow schemas, the metadata of Parquet files, `schema.json`, `croissant.json` and the tables of
+`docs/dataset.md` are made from it.
+"""
+
+from typing import Any
+
+from addb_viewer.dataset.frame_columns import (
+    FRAME_COLUMNS,
+    FRAME_KEYS,
+    KINEMATICS_COLUMNS,
+    MEASURES,
+)
+from addb_viewer.dataset.table import Column, Table, vector
+
+FORMAT_VERSION = 1  # of tables and files; a reader refuses a newer one
+
+_SUBJECT = Column("subject_id", "text", "SOURCE/FOLDER")
+_TRIAL = Column("trial_id", "text", "SOURCE/FOLDER/TRIAL")
+_START = Column("start_frame", "i32", "the first frame of the range, on the release's grid")
+_END = Column("end_frame", "i32", "the first frame after the range")
+_REVIEWER = Column("reviewer", "text", "who said it: reviewer_1, reviewer_2 …", nullable=True)
+_ACTIVITY = Column(
+    "activity", "text", "class: walk, run, stairs, sit-to-stand, jump, squat, lunge, standing …"
+)
+_SUBCLASS = Column("activity_sub", "text", "subclass; null where none was given", nullable=True)
+_CONFIDENCE = Column(
+    "activity_confidence", "f32", "0 to 1, of a rule; null where a person said it", nullable=True
+)
+_BY = Column("activity_by", "text", "person, rule or nobody")
+
+SUBJECTS = Table(
+    "subjects",
+    "subjects.parquet",
+    "A row a subject: one folder or file with one scaled skeleton",
+    (
+        _SUBJECT,
+        Column("person_id", "text", "SOURCE/PERSON; a person may have several subjects"),
+        Column("source", "text", "publication or laboratory's collection", source="subject.toml"),
+        Column("laboratory", "text", "where it was recorded", source="subject.toml", nullable=True),
+        Column("licence", "text", "SPDX identifier or URL", source="subject.toml"),
+        Column("consent", "text", "public, restricted or unknown", source="subject.toml"),
+        Column("citation", "text", "what to cite, as BibTeX or text", source="subject.toml", nullable=True),
+        Column(
+            "url", "text", "of the source; a DOI as https://doi.org/…", source="subject.toml", nullable=True
+        ),
+        Column("sex", "text", "female or male; null where not entered", nullable=True),
+        Column("age_years", "f32", "at the recording; above 89: 90", "year", nullable=True),
+        Column("height_m", "f32", "as entered, else of the scaled skeleton", "m", source="fit"),
+        Column("mass_kg", "f32", "of the fitted skeleton", "kg", source="fit"),
+        Column("mass_entered_kg", "f32", "as entered", "kg", source="subject.toml", nullable=True),
+        Column("mass_from_forces_kg", "f32", "that the plates carried", "kg", source="plates", nullable=True),
+        Column(
+            "mass_from_forces_std_kg", "f32", "its standard deviation", "kg", source="plates", nullable=True
+        ),
+        Column("bmi", "f32", "mass / height², both as entered, else null", "kg/m^2", nullable=True),
+        Column("model", "text", "name of the skeleton's model", source="fit"),
+        Column("bodies", "i16", "number of the model's bodies"),
+        Column("dofs", "i16", "number of its free coordinates"),
+        Column("arms", "bool", "whether the model has arms"),
+        Column("contact_bodies", "texts", "the two bodies that forces act on: right, left"),
+        Column("fit_key", "text", "SHA-256 of all that the fit was made from"),
+        Column("notes", "texts", "what the fit assumed or ignored"),
+    ),
+    key=("subject_id",),
+    order=("subject_id",),
+)
+
+TRIALS = Table(
+    "trials",
+    "trials.parquet",
+    "A row a trial: one continuous recording, fitted whole",
+    (
+        _TRIAL,
+        _SUBJECT,
+        Column("name", "text", "of the trial in its subject"),
+        Column("rate_native_hz", "f32", "of the recording's markers", "Hz", source="markers"),
+        Column("filter_cutoff_hz", "f32", "of the low-pass that forces and pass F share", "Hz", source="fit"),
+        Column("frames", "i32", "on the release's grid, erroneous stretches included"),
+        Column("duration_s", "f32", "from the first frame to the last", "s"),
+        *(
+            column
+            for table in ("frames", "kinematics", "markers", "joint_centres", "plates")
+            for column in (
+                Column(
+                    f"{table}_first_row",
+                    "i64",
+                    "where the trial's rows begin in the subject's file of that table",
+                    family="TABLE_first_row",
+                ),
+                Column(f"{table}_rows", "i32", "how many there are", family="TABLE_rows"),
+            )
+        ),
+        Column("reviewed", "bool", "whether a person has finished the review", source="review"),
+        Column("mask_source", "text", "who decided which forces count", source="review"),
+        Column("has_dynamics", "bool", "whether the motion was fitted to the forces", source="fit"),
+        _ACTIVITY,
+        _SUBCLASS,
+        _CONFIDENCE,
+        _BY,
+        Column("trial_type", "text", "overground, treadmill, static or other"),
+        Column("average_speed_m_s", "f32", "of walking or running", "m/s", nullable=True),
+        Column("speed_kind", "text", "overground or treadmill: how the speed was found", nullable=True),
+        *MEASURES,
+        Column(
+            "heldout_linear_rms_N",
+            "f32",
+            "residual force on withheld blocks, RMS",
+            "N",
+            source="fit",
+            nullable=True,
+        ),
+        Column(
+            "heldout_angular_rms_Nm",
+            "f32",
+            "residual moment on withheld blocks, RMS",
+            "N*m",
+            source="fit",
+            nullable=True,
+        ),
+        Column("hicks_linear", "bool", "residual force below the published limit", nullable=True),
+        Column("hicks_angular", "bool", "residual moment below the published limit", nullable=True),
+        Column("hicks_paper", "bool", "linear ≤ 0.05 body weights and angular ≤ 0.1 · height", nullable=True),
+        Column("extension_applied", "bool", "whether an accepted cause acts beside the forces"),
+    ),
+    key=("trial_id",),
+    order=("trial_id",),
+)
+
+SEGMENTS = Table(
+    "segments",
+    "segments.parquet",
+    "A row a segment: at most 2000 frames of a trial; what statistics count",
+    (
+        Column("segment_id", "text", "TRIAL_ID/NUMBER"),
+        _TRIAL,
+        _SUBJECT,
+        Column("segment", "i16", "number in the trial, from 0"),
+        _START,
+        _END,
+        Column("counted", "i32", "frames that count"),
+        Column("average_speed_m_s", "f32", "of walking or running", "m/s", nullable=True),
+        Column("speed_kind", "text", "overground or treadmill: how the speed was found", nullable=True),
+        *MEASURES,
+        *(
+            Column(
+                f"{phase}_share",
+                "f32",
+                f"share of the counting frames with {words}; null without such frames",
+                nullable=True,
+            )
+            for phase, words in (
+                ("flight", "no foot on a plate"),
+                ("single_right", "the right foot alone"),
+                ("single_left", "the left foot alone"),
+                ("double", "both feet"),
+            )
+        ),
+        Column(
+            "clinical_paper", "bool", "linear ≤ 0.05 body weights and angular ≤ 0.1 · height", nullable=True
+        ),
+        Column(
+            "clinical_hicks", "bool", "linear ≤ 0.01 body weights and angular ≤ 0.01 · height", nullable=True
+        ),
+    ),
+    key=("segment_id",),
+    order=("trial_id", "segment"),
+)
+
+CONTACTS = Table(
+    "contacts",
+    "contacts.parquet",
+    "A row a contact of a foot with the ground, from plates and the feet's motion",
+    (
+        _TRIAL,
+        Column("foot", "text", "right or left"),
+        _START,
+        _END,
+        Column("measured_share", "f32", "share of its frames on which a plate carries the foot"),
+    ),
+    key=("trial_id", "foot", "start_frame"),
+    order=("trial_id", "start_frame", "foot"),
+)
+
+ACTIVITIES = Table(
+    "activities",
+    "activities.parquet",
+    "A row a labelled stretch",
+    (_TRIAL, _START, _END, _ACTIVITY, _SUBCLASS, _BY, _CONFIDENCE, _REVIEWER),
+    key=("trial_id", "start_frame", "activity_by"),
+    order=("trial_id", "start_frame", "activity_by"),
+)
+
+COORDINATES = Table(
+    "coordinates",
+    "coordinates.parquet",
+    "A row a coordinate of a subject's model; those in list `other` are in the lists of `frames`",
+    (
+        _SUBJECT,
+        Column("list", "text", "default: columns of their own in `frames`; other: places of its lists"),
+        Column("place", "i16", "in that list, from 0"),
+        Column("name", "text", "as the model has it"),
+        Column("unit", "text", "rad or m"),
+        Column("locked", "bool", "whether it stands still by the model's word"),
+        Column("coupled_to", "text", "the coordinate that it follows", nullable=True),
+        Column("low", "f32", "end of its range", "rad or m", nullable=True),
+        Column("high", "f32", "end of its range", "rad or m", nullable=True),
+    ),
+    key=("subject_id", "list", "place"),
+    order=("subject_id", "list", "place"),
+)
+
+REVIEWS = Table(
+    "reviews",
+    "reviews.parquet",
+    "A row a range of frames whose force does not count, of a foot or of both",
+    (
+        _TRIAL,
+        _START,
+        _END,
+        Column("foot", "text", "right, left or both"),
+        Column("reason", "text", "in the words of the review"),
+        Column("source", "text", "review, review.json, proposals (detection) or recording"),
+        _REVIEWER,
+    ),
+    key=("trial_id", "start_frame", "end_frame", "foot", "reason", "source"),
+    order=("trial_id", "start_frame", "end_frame", "foot", "reason"),
+)
+
+CAUSES = Table(
+    "causes",
+    "causes.parquet",
+    "A row a cause that the diagnosis named or a person accepted",
+    (
+        _SUBJECT,
+        Column("trial_id", "text", "null: of all the subject's trials", nullable=True),
+        Column("cause", "text", "its name in docs/diagnosis.md"),
+        Column("target", "text", "what it is about: a plate, a body …"),
+        Column("parameters", "text", "JSON: value by name, the unit ends the name"),
+        Column("std", "text", "JSON: standard deviation by name"),
+        Column("sureness", "f32", "0 to 1", nullable=True),
+        Column("state", "text", "named, or accepted: part of the model"),
+    ),
+    key=("subject_id", "trial_id", "cause", "target"),
+    order=("subject_id", "cause", "target", "trial_id"),
+)
+
+LEFT_OUT = Table(
+    "left_out",
+    "left_out.parquet",
+    "A row for everything that is not in the release, and why",
+    (
+        Column("level", "text", "subject, trial, range or segment"),
+        Column("id", "text", "of the subject, trial or segment"),
+        Column("reason", "text", "in one word; docs/dataset.md lists them"),
+        Column("detail", "text", "one line"),
+        Column("start_frame", "i32", "of a range or segment, on the release's grid", nullable=True),
+        Column("end_frame", "i32", "the first frame after it", nullable=True),
+        Column("frames", "i64", "how many are lost; 0 where nobody could count them"),
+        Column("hours", "f64", "likewise", "h"),
+    ),
+    key=("level", "id", "reason", "start_frame"),
+    order=("level", "id", "start_frame", "reason"),
+)
+
+SPLITS = Table(
+    "splits",
+    "splits/{name}.parquet",
+    "A row a person; `addb-viewer dataset split` writes them",
+    (
+        Column("person_id", "text", "SOURCE/PERSON"),
+        Column("split", "text", "train, dev or test; or the number of a fold"),
+    ),
+    key=("person_id",),
+    order=("person_id",),
+)
+
+FRAMES = Table(
+    "frames",
+    "frames/{subject}.parquet",
+    "A row a frame: motion, torques, forces, residuals and labels",
+    FRAME_COLUMNS,
+    key=("trial_id", "frame"),
+    order=("trial_id", "frame"),
+)
+
+KINEMATICS = Table(
+    "kinematics",
+    "kinematics/{subject}.parquet",
+    "A row a frame: what markers alone say, unfiltered (pass K)",
+    KINEMATICS_COLUMNS,
+    key=("trial_id", "frame"),
+    order=("trial_id", "frame"),
+)
+
+
+def _long(name: str, about: str, what: Column, *columns: Column) -> Table:
+    key = ("trial_id", what.name, "frame")
+    own = (*FRAME_KEYS[:2], what, FRAME_KEYS[3], *columns)
+    return Table(name, f"{name}/{{subject}}.parquet", about, own, key, key)
+
+
+MARKERS = _long(
+    "markers",
+    "A row a marker and frame: where it was seen, and where the fitted skeleton has it",
+    Column("marker", "text", "its label in the recording"),
+    *vector("measured_{}_m", "m", "as recorded; null where not seen", source="markers", nullable=True),
+    *vector("modelled_{}_m", "m", "on the skeleton; null where it has no such", source="fit", nullable=True),
+)
+
+JOINT_CENTRES = _long(
+    "joint_centres",
+    "A row a joint and frame",
+    Column("joint", "text", "its name in the model"),
+    *vector("root_{}_m", "m", "centre of the joint", frame="root body", source="fit"),
+    *vector("ground_{}_m", "m", "centre of the joint", source="fit"),
+)
+
+PLATES = _long(
+    "plates",
+    "A row a force plate and frame: as recorded, on the person; null where the recording does not reach",
+    Column("plate", "text", "its name in the recording"),
+    *vector("force_{}_N", "N", "on the person", source="plates", nullable=True),
+    *vector("moment_{}_Nm", "N*m", "about the centre of pressure", source="plates", nullable=True),
+    *vector("cop_{}_m", "m", "centre of pressure; null while unloaded", source="plates", nullable=True),
+)
+
+ROOT_TABLES = (SUBJECTS, TRIALS, SEGMENTS, CONTACTS, ACTIVITIES, COORDINATES, REVIEWS, CAUSES, LEFT_OUT)
+SUBJECT_TABLES = (FRAMES, KINEMATICS, MARKERS, JOINT_CENTRES, PLATES)
+TABLES = (*ROOT_TABLES, SPLITS, *SUBJECT_TABLES)
+
+
+def schema_json() -> dict[str, Any]:
+    """All tables as `schema.json` has them."""
+    return {"format_version": FORMAT_VERSION, "tables": {table.name: table.as_json() for table in TABLES}}

@@ -1,0 +1,91 @@
+"""One description of the tables; Arrow, JSON and the page of documentation all come from it."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet
+import pytest
+
+from addb_viewer.dataset.frame_columns import COORDINATE_NAMES, TRANSLATIONS
+from addb_viewer.dataset.schema import FRAMES, SUBJECT_TABLES, TABLES, schema_json
+from solver.skeleton.default_body import default_skeleton
+
+PAGE = (Path(__file__).parents[3] / "docs" / "dataset.md").read_text(encoding="utf-8")
+NAMES = [table.name for table in TABLES]
+UNITS = {
+    "_m": "m",
+    "_N": "N",
+    "_Nm": "N*m",
+    "_s": "s",
+    "_kg": "kg",
+    "_hz": "Hz",
+    "_m_s": "m/s",
+    "_m_s2": "m/s^2",
+}
+
+
+@pytest.mark.parametrize("table", TABLES, ids=NAMES)
+def test_the_page_shows_each_table_as_it_is(table):
+    shown = PAGE.split(f"\n### {table.name}\n")[1].split("\n#")[0]
+    rows = "\n".join(line for line in shown.splitlines() if line.startswith("|"))
+    assert rows == table.as_markdown()
+    assert f"`{table.path.format(subject='SUBJECT', name='NAME')}`" in shown
+
+
+def test_the_page_shows_no_other_table():
+    assert re.findall(r"^### (\w+)$", PAGE.split("\n## Tables\n")[1].split("\n## ")[0], re.M) == NAMES
+
+
+@pytest.mark.parametrize("table", TABLES, ids=NAMES)
+def test_arrow_has_what_json_says(table):
+    told, schema = schema_json()["tables"][table.name], table.schema()
+    assert [column["name"] for column in told["columns"]] == schema.names
+    for column, field in zip(told["columns"], schema, strict=True):
+        kept = {key.decode(): value.decode() for key, value in (field.metadata or {}).items()}
+        assert {key: column[key] for key in kept} == kept
+        assert kept["description"]
+        assert field.nullable == column["nullable"]
+    assert json.loads(json.dumps(told)) == told
+
+
+@pytest.mark.parametrize("table", TABLES, ids=NAMES)
+def test_keys_and_order_are_columns_and_no_name_comes_twice(table):
+    names = table.schema().names
+    assert set(table.key) <= set(names)
+    assert set(table.order) <= set(names)
+    assert len(set(names)) == len(names)
+    assert not {name.lower() for name in names} & {"end", "index", "by", "order", "group", "table"}  # SQL's
+
+
+@pytest.mark.parametrize("table", TABLES, ids=NAMES)
+def test_a_unit_that_ends_a_name_is_the_units_own(table):
+    for column in table.columns:
+        ends = [end for end in UNITS if column.name.endswith(end)]
+        if ends:
+            assert column.unit == UNITS[max(ends, key=len)], column.name
+
+
+def test_the_coordinates_are_those_of_the_default_body():
+    body = default_skeleton()
+    assert body.dofs == COORDINATE_NAMES
+    moves = {c.name for c in body.free_coordinates if c.motion == "translation"}
+    assert moves == set(TRANSLATIONS)
+
+
+def test_a_frame_has_the_size_that_the_design_counts_with():
+    floats = sum(column.kind == "f32" for column in FRAMES.columns)
+    assert 200 <= floats <= 225
+
+
+def test_rows_of_a_table_can_be_written_and_read_without_a_word_lost(tmp_path):
+    schema = SUBJECT_TABLES[2].schema()
+    rows = {name: pa.array(np.zeros(2), schema.field(name).type) for name in schema.names[5:]}
+    texts = {name: pa.array(["a", "b"], pa.string()) for name in ("subject_id", "trial_id", "marker")}
+    frame = {"frame": pa.array([0, 1], pa.int32())}
+    table = pa.table({**texts, **frame, **rows, schema.names[4]: pa.array([0.0, None], pa.float32())}, schema)
+    pa.parquet.write_table(table, tmp_path / "one.parquet")
+    read = pa.parquet.read_schema(tmp_path / "one.parquet")
+    assert read.equals(schema, check_metadata=True)
