@@ -9,9 +9,16 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.commands.listed import ListedCommand, listing
+from addb_viewer.commands.listed import ListedCommand, ListedGroup, listing
 from addb_viewer.environment import ENDS_WITH_STDIN, STORE
 
+DATASET = (
+    ListedCommand(
+        "split",
+        "dataset.split:split",
+        "Say which persons of a release are for training, development and test.",
+    ),
+)
 COMMANDS = (
     ListedCommand(
         "demo",
@@ -128,6 +135,7 @@ COMMANDS = (
         "settings:settings",
         "Print the settings as TOML; copy what you change into SUBJECT/settings.toml.",
     ),
+    ListedGroup("dataset", "Make a release of many subjects for machine learning, and describe it.", DATASET),
 )
 
 app = typer.Typer(

@@ -53,7 +53,26 @@ class ListedCommand(TyperCommand):
         return whole.make_context(info_name, args, parent=parent, **extra)
 
 
-def listing(commands: Iterable[ListedCommand]) -> type[TyperGroup]:
+class ListedGroup(TyperGroup):
+    """Commands below a name of their own."""
+
+    def __init__(self, name: str, about: str, commands: Iterable[ListedCommand]) -> None:
+        """Nothing is loaded yet.
+
+        Args:
+            name: as people type it, before the command's.
+            about: what they are about, in a sentence.
+            commands: listed below it.
+        """
+        super().__init__(
+            name=name,
+            help=about,
+            commands={str(command.name): command for command in commands},
+            no_args_is_help=True,
+        )
+
+
+def listing(commands: Iterable[ListedCommand | ListedGroup]) -> type[TyperGroup]:
     """The kind of group that has these commands."""
     by_name = {str(command.name): command for command in commands}
 

@@ -1,0 +1,1 @@
+"""`addb-viewer dataset`: one module a command."""

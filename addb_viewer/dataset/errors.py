@@ -1,0 +1,7 @@
+"""What a release is refused for."""
+
+from solver.errors import SolverError
+
+
+class ReleaseError(SolverError):
+    """A release cannot be read, described or written as asked."""
