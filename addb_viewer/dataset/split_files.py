@@ -1,4 +1,4 @@
-"""A release's splits on disk: `splits/NAME.parquet` has a row a person, `splits/NAME.json` how it was made."""
+"""A release's splits on disk: `splits/NAME.parquet` has a row a person, `NAME.json` how it was made."""
 
 import json
 from collections.abc import Mapping
