@@ -1,9 +1,25 @@
 """Whether `solver` and `annotations`, common names, are the packages that came with this one."""
 
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 
 NAMES = ("solver", "annotations")
+
+
+def own_process(module: str) -> list[str]:
+    """How a process of ours runs a module: what lies in the working folder, a recording's, is not imported.
+
+    Args:
+        module: its name, dots between.
+
+    Returns:
+        The first words of a command line. From a checkout that is not installed, run in its own folder, that
+        folder stays on the path.
+    """
+    here = Path(__file__).resolve().parent.parent
+    safe = [] if here == Path.cwd() else ["-P"]
+    return [sys.executable, *safe, "-m", module]
 
 
 def check_own_packages() -> None:

@@ -3,12 +3,12 @@
 import contextlib
 import json
 import subprocess
-import sys
 import threading
 from pathlib import Path
 from typing import Any
 
 from addb_viewer.app.work import PATIENCE_S, give_way
+from addb_viewer.own_packages import own_process
 from solver.contact.force_review import ForceReview, as_plain
 from solver.errors import SolverError
 
@@ -87,7 +87,7 @@ class WhatIf:
 
     def _started(self) -> "subprocess.Popen[str]":
         return subprocess.Popen(
-            [sys.executable, "-m", WORKER, *self._arguments],
+            [*own_process(WORKER), *self._arguments],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,

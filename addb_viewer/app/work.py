@@ -12,6 +12,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import IO
 
+from addb_viewer.own_packages import own_process
+
 LOWEST = 19  # of 19: what nobody waits for
 NICE = 10  # of 19: the less, the sooner it gets the processor; the app itself has 0
 CANCELLED = 143  # exit status, as shells count it
@@ -66,7 +68,7 @@ class Work:
             errors = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115 (closed by the thread)
             self._cancelled = False
             self._process = subprocess.Popen(
-                [sys.executable, "-m", module, *arguments],
+                [*own_process(module), *arguments],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=errors,

@@ -3,7 +3,6 @@
 import os
 import signal
 import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -18,6 +17,7 @@ from addb_viewer.app.root_folder import RootFolder, open_root, reading_of
 from addb_viewer.commands.many_table import Outcome, Status, line_of, write_csv
 from addb_viewer.environment import ENDS_WITH_STDIN
 from addb_viewer.jobs.subject_checks import check_folder
+from addb_viewer.own_packages import own_process
 from solver.capture.b3d.places import recording_of
 from solver.capture.small_files import json_content
 from solver.capture.subject import DESCRIPTIONS, open_subject
@@ -190,7 +190,7 @@ def _one(
         figures = None
     if figures is not None:
         return Outcome(name, Status.KEPT, time.monotonic() - start, "", work.row(figures, ""), figures)
-    words = [sys.executable, "-m", "addb_viewer", work.command, str(folder), *work.words]
+    words = [*own_process("addb_viewer"), work.command, str(folder), *work.words]
     if work.out is not None:
         words += ["--out", str(work.out / name)]
     if work.has_json:

@@ -2,13 +2,14 @@
 
 import json
 import os
-import sys
 from pathlib import Path
+
+from addb_viewer.own_packages import own_process
 
 
 def rerun_command() -> list[str]:
     """What to run rerun's command line with; it comes with rerun-sdk."""
-    return [sys.executable, "-m", "rerun_cli"]
+    return own_process("rerun_cli")
 
 
 def rerun_environment(folder: Path) -> dict[str, str]:

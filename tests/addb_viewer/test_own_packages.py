@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from addb_viewer.own_packages import NAMES
+from addb_viewer.own_packages import NAMES, own_process
 
 
 def ran(folder, *words, env=None):
@@ -33,3 +33,13 @@ def test_a_folder_that_is_no_package_is_no_stranger(tmp_path):
     ours = os.fspath(Path(__file__).parents[2])
     told = ran(tmp_path, "-m", "addb_viewer", "--version", env={**os.environ, "PYTHONPATH": ours})
     assert told.returncode == 0, told.stderr
+
+
+def test_a_process_of_ours_imports_nothing_from_a_recordings_folder(tmp_path, monkeypatch):
+    (tmp_path / "numpy.py").write_text("raise SystemExit('a stranger ran')")
+    monkeypatch.chdir(tmp_path)
+    fit = ("addb_viewer", "fit", ".")
+    assert "a stranger ran" in ran(tmp_path, "-m", *fit).stderr
+    told = ran(tmp_path, *own_process(fit[0])[1:], *fit[1:])
+    assert "a stranger ran" not in told.stderr
+    assert told.stderr.startswith("addb-viewer: ")
