@@ -124,7 +124,7 @@ def checked_map(
     """
     word = {}
     by_landmark = default_body or is_bare(generic)
-    of_marker = {} if default_body else _markers_by_landmark(generic)
+    of_marker = {} if default_body or not chosen else _markers_by_landmark(generic)
     for label, target in chosen.items():
         if target in ("", *generic.marker_names) or (by_landmark and target in atlas()):
             word[label] = target

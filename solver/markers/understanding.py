@@ -104,7 +104,7 @@ def understand(labels: Sequence[str], recordings: Sequence[Markers] = ()) -> Und
     """
     names = tuple(dict.fromkeys(labels))
     short = without_common_start(names)
-    read = {label: _with_twins(readings(short[label]), short, label) for label in names}
+    read = _doubted_without_twins({label: readings(short[label]) for label in names})
     paired = twins(read, INSIDE)
     meanings = {label: _meanings(read[label], label in paired) for label in names}
     explained = {f: _explained(f, meanings) for f in families()}
@@ -119,13 +119,19 @@ def understand(labels: Sequence[str], recordings: Sequence[Markers] = ()) -> Und
     return Understanding(_once_each(rows), tuple(counted))
 
 
-def _with_twins(found: list[Reading], short: dict[str, str], label: str) -> list[Reading]:
+def _doubted_without_twins(read: dict[str, list[Reading]]) -> dict[str, list[Reading]]:
     """Sides are believed less where nothing on the other side is called alike."""
-    others = {(r.side, r.key) for other, text in short.items() if other != label for r in readings(text)}
-    return [
-        r if r.side is None or (OTHER_SIDE[r.side], r.key) in others else replace(r, ease=r.ease * NO_TWIN)
-        for r in found
-    ]
+    called: dict[tuple[str | None, str], set[str]] = {}
+    for label, found in read.items():
+        for r in found:
+            called.setdefault((r.side, r.key), set()).add(label)
+
+    def believed(label: str, r: Reading) -> Reading:
+        if r.side is None or called.get((OTHER_SIDE[r.side], r.key), set()) - {label}:
+            return r
+        return replace(r, ease=r.ease * NO_TWIN)
+
+    return {label: [believed(label, r) for r in found] for label, found in read.items()}
 
 
 def _meanings(found: list[Reading], has_twin: bool) -> list[Meaning]:
