@@ -12,11 +12,12 @@ from solver.diagnosis.witnesses.settings import WITNESSES
 from solver.diagnosis.witnesses.statement import About, Statement
 from solver.effects import marker_slip, marker_swap, soft_tissue
 from solver.effects.effect import Estimate
+from solver.effects.leaps import leaps
 from solver.effects.marker_effect import MarkerFinding
 from solver.effects.marker_events import events_of
-from solver.effects.marker_slip import MarkerSlip
+from solver.effects.marker_slip import MarkerSlip, UnusedMarkerSlip
 from solver.effects.scene import Scene
-from solver.effects.segment_displaced import TOGETHER_S, of_others, slips_together
+from solver.effects.segment_displaced import TOGETHER_S, of_leap, of_others, slips_together
 from solver.fit import Fit, TrialFit
 from solver.settings import Settings
 
@@ -58,15 +59,21 @@ def with_markers_repaired(
     repaired: dict[str, Capture] = {}
     for _ in range(ROUNDS):
         seen = scenes_of(fit, settings, reviews)
-        fresh = {scene.name: _repairable(scene, found, notes) for scene, _ in seen}
-        for trial in fit.trials:
-            name = trial.capture.name
-            if fresh.get(name):
-                scene = next(s for s, _ in seen if s.name == name)
-                repaired[name] = _repaired(trial, scene, fresh[name])
-        if not any(fresh.values()):
-            break
+        scenes = {scene.name: scene for scene, _ in seen}
+        fresh = {
+            trial.capture.name: _findings(trial, scenes[trial.capture.name], found, notes)
+            for trial in fit.trials
+            if trial.capture.name in scenes
+        }
         found += [finding for own in fresh.values() for finding in own]
+        mended = {
+            name: [f for f in own if not isinstance(f, UnusedMarkerSlip)] for name, own in fresh.items()
+        }
+        if not any(mended.values()):
+            break
+        for trial in fit.trials:
+            if own := mended.get(trial.capture.name):
+                repaired[trial.capture.name] = _repaired(trial, scenes[trial.capture.name], own)
         fit = fitted(repaired)
     else:
         seen = scenes_of(fit, settings, reviews)
@@ -96,7 +103,7 @@ def _as_distances_tell(
     finding: MarkerFinding, witnesses: Sequence[Statement], scenes: Mapping[str, Scene]
 ) -> MarkerFinding:
     scene = scenes.get(finding.frames.trial)
-    if not isinstance(finding, MarkerSlip) or scene is None:
+    if not isinstance(finding, MarkerSlip) or finding.in_its_path or scene is None:
         return finding
     time_s = scene.motion.start_time + finding.frames.start / scene.rate
     for one in witnesses:
@@ -110,14 +117,48 @@ def _as_distances_tell(
     return finding
 
 
-def _repairable(scene: Scene, before: Sequence[MarkerFinding], notes: list[str]) -> list[MarkerFinding]:
-    """Exchanged markers, else slips: a swap looks like two slips. Notes on other jumps are added to those."""
+def _findings(
+    trial: TrialFit, scene: Scene, before: Sequence[MarkerFinding], notes: list[str]
+) -> list[MarkerFinding]:
+    """Exchanged markers, else those whose paths are cut, else slips by the pose; notes on other jumps.
+
+    An exchange looks like two cut paths, and whatever moved drags the pose along.
+    """
     swaps = marker_swap.findings(scene)
     if swaps:
         return swaps
+    cut = _with_cut_paths(trial, scene, before, notes)
+    if _touches_the_fit(cut):
+        return cut
     events = events_of(scene, marker_slip.findings(scene), before)
     notes += events.notes
-    return list(events.slips)
+    return [*cut, *events.slips]
+
+
+def _touches_the_fit(findings: Sequence[MarkerFinding]) -> bool:
+    return any(not isinstance(finding, UnusedMarkerSlip) for finding in findings)
+
+
+def _with_cut_paths(
+    trial: TrialFit, scene: Scene, before: Sequence[MarkerFinding], notes: list[str]
+) -> list[MarkerFinding]:
+    """By the recording alone, of all its markers; what was told before is not told again."""
+    markers, found = trial.capture.markers, []
+    reach = TOGETHER_S * scene.rate
+    for leap in leaps(markers.positions_ground, markers.rate):
+        known = [f for f in before if f.frames.trial == scene.name]
+        if any(abs(f.frames.start - leap.frame) <= reach for f in known):
+            continue
+        finding = of_leap(scene, leap, markers.names)
+        if finding is None:
+            names = ", ".join(markers.names[m] for m in leap.markers)
+            time_s = leap.frame / scene.rate
+            notes.append(
+                f"{scene.name}: at {time_s:.2f} s {names} move together; the model does not use them"
+            )
+        else:
+            found.append(finding)
+    return found
 
 
 def _repaired(trial: TrialFit, scene: Scene, findings: Sequence[MarkerFinding]) -> Capture:

@@ -8,10 +8,13 @@ segment know no pose: they are asked which marker moved.
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+from jaxtyping import Bool
+
 from solver.effects.marker_effect import MarkerFinding
 from solver.effects.marker_slip import MarkerSlip, slip_at
 from solver.effects.scene import Scene
-from solver.effects.segment_displaced import TOGETHER_S
+from solver.effects.segment_displaced import TOGETHER_S, SegmentDisplaced
 from solver.effects.segment_distances import SegmentDistances, segment_distances
 
 CLEAR = 6.0  # [nats] by which distances show a slip; sound jumps reach 5.5
@@ -43,6 +46,7 @@ def events_of(
     """
     reach = TOGETHER_S * scene.rate
     fresh = [jump for jump in jumps if not any(_is_one_event(scene, jump, known, reach) for known in before)]
+    lost = ~np.isfinite(scene.markers.observed_ground).all(axis=2)
     slips: list[MarkerSlip] = []
     notes: list[str] = []
     for event in _at_once(fresh, reach):
@@ -51,7 +55,7 @@ def events_of(
         told = [_shown(scene, j, a, jumping) for j, a in zip(event, asked, strict=True)]
         shown = _once_each([slip for slip in told if slip is not None])
         if shown:
-            slips += shown
+            slips += [s if _was_lost(s, lost, reach) else _less_sure(s) for s in shown]
         elif len(event) == 1 and asked[0].foretold < CLEAR:
             slips.append(_less_sure(event[0]))
         else:
@@ -74,6 +78,15 @@ def _shown(
     return _less_sure(jump) if rivals else jump
 
 
+def _was_lost(slip: MarkerSlip, lost: Bool[np.ndarray, "frames markers"], reach: float) -> bool:
+    """Whether the cameras lost it meanwhile; one that was seen all the time has no step in its path.
+
+    Then the others may as well have been carried away together, and it stayed: distances cannot tell.
+    """
+    around = slice(max(0, slip.frames.start - max(1, round(reach))), slip.frames.start + 1)
+    return bool(lost[around, slip.marker].any())
+
+
 def _less_sure(jump: MarkerSlip) -> MarkerSlip:
     return replace(jump, gain=min(jump.gain, UNDECIDED_GAIN))
 
@@ -89,11 +102,13 @@ def _once_each(slips: Sequence[MarkerSlip]) -> list[MarkerSlip]:
 
 
 def _is_one_event(scene: Scene, jump: MarkerSlip, known: MarkerFinding, reach: float) -> bool:
-    return (
-        isinstance(known, MarkerSlip)
-        and known.frames.trial == jump.frames.trial
-        and scene.markers.body[known.marker] == scene.markers.body[jump.marker]
-        and abs(known.frames.start - jump.frames.start) <= reach
+    slips = known.slips if isinstance(known, SegmentDisplaced) else (known,)
+    return any(
+        isinstance(slip, MarkerSlip)
+        and slip.frames.trial == jump.frames.trial
+        and scene.markers.body[slip.marker] == scene.markers.body[jump.marker]
+        and abs(slip.frames.start - jump.frames.start) <= reach
+        for slip in slips
     )
 
 

@@ -72,6 +72,7 @@ class MarkerSlip(MarkerFinding):
     marker: int
     shift_body: Float[np.ndarray, "3"]  # [m]
     R_ground_body: Float[np.ndarray, "frames 3 3"]  # of the marker's segment
+    in_its_path: bool = False  # its own path is cut there (`leaps`), not only its place among the others
 
     about = ABOUT
 
@@ -83,6 +84,19 @@ class MarkerSlip(MarkerFinding):
         after = slice(self.frames.start, None)
         mended[after, self.marker] -= self.R_ground_body[after] @ self.shift_body
         return mended
+
+
+@dataclass(frozen=True, eq=False)
+class UnusedMarkerSlip(MarkerFinding):
+    """Likewise, of a marker that the model does not use: nothing was fitted to it."""
+
+    about = ABOUT
+
+    def repaired(
+        self, observed_ground: Float[np.ndarray, "frames markers 3"]
+    ) -> Float[np.ndarray, "frames markers 3"]:
+        """As recorded: the model has no such marker."""
+        return observed_ground
 
 
 @dataclass(frozen=True, eq=False)

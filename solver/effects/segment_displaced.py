@@ -11,9 +11,10 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.effects.about import About, Course, Mend, Named, Size
-from solver.effects.effect import Estimate
+from solver.effects.effect import Estimate, Range
+from solver.effects.leaps import Leap
 from solver.effects.marker_effect import MarkerFinding
-from solver.effects.marker_slip import MarkerSlip
+from solver.effects.marker_slip import RESOLVED_M, MarkerSlip, UnusedMarkerSlip
 from solver.effects.pictures import Segments
 from solver.effects.readings import Reading
 from solver.effects.scene import Scene
@@ -104,6 +105,55 @@ def of_others(
     bodies = dict.fromkeys(scene.skeleton.body_names[scene.markers.body[m]] for m in known)
     parameters = {"shift_m": shift, "time_s": slip.parameters["time_s"]}
     return SegmentDisplaced("+".join(bodies), parameters, slip.frames, slip.gain, (slip,))
+
+
+def of_leap(scene: Scene, leap: Leap, names: Sequence[str]) -> MarkerFinding | None:
+    """What a leap of recorded markers is: a slip of one, or several that moved together.
+
+    Args:
+        scene: its trial.
+        leap: found in the recording.
+        names: of the recording's markers.
+
+    Returns:
+        None where several moved, none of which the model uses.
+    """
+    sizes = np.linalg.norm(leap.shift_ground, axis=1)
+    std = float(np.hypot(leap.std_m, RESOLVED_M))
+    places = float(np.log(scene.frames * len(names)))
+    gain = 0.5 * float((sizes**2).sum()) / std**2 - len(sizes) * places
+    moved = [names[m] for m in leap.markers]
+    parameters = {
+        "shift_m": Estimate(float(sizes.mean()), float(np.hypot(sizes.std(), std))),
+        "time_s": Estimate(leap.frame / scene.rate, 1 / scene.rate),
+    }
+    frames = Range(scene.name, leap.frame, scene.frames)
+    slips = tuple(
+        _slip_of(scene, name, shift, std, (frames, gain))
+        for name, shift in zip(moved, leap.shift_ground, strict=True)
+        if name in scene.markers.names
+    )
+    if len(moved) == 1:
+        return slips[0] if slips else UnusedMarkerSlip(moved[0], parameters, frames, gain)
+    if not slips:
+        return None
+    bodies = dict.fromkeys(scene.skeleton.body_names[scene.markers.body[s.marker]] for s in slips)
+    return SegmentDisplaced("+".join(bodies), parameters, frames, gain, slips)
+
+
+def _slip_of(
+    scene: Scene, name: str, shift_ground: Float[np.ndarray, "3"], std_m: float, event: tuple[Range, float]
+) -> MarkerSlip:
+    frames, gain = event
+    marker = scene.markers.names.index(name)
+    R = scene.R_ground_body[:, scene.markers.body[marker]]
+    shift = R[frames.start].T @ shift_ground
+    parameters = {
+        "shift_m": Estimate(float(np.linalg.norm(shift)), std_m),
+        "time_s": Estimate(frames.start / scene.rate, 1 / scene.rate),
+        **{f"shift_{axis}_m": Estimate(float(v), std_m) for axis, v in zip("xyz", shift, strict=True)},
+    }
+    return MarkerSlip(name, parameters, frames, gain, marker, shift, R, in_its_path=True)
 
 
 def _belong(scene: Scene, one: MarkerSlip, other: MarkerSlip) -> bool:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from solver.effects.effect import Estimate, Range
+from solver.effects.leaps import Leap
 from solver.effects.marker_slip import MarkerSlip
-from solver.effects.segment_displaced import SegmentDisplaced, slips_together
+from solver.effects.segment_displaced import SegmentDisplaced, of_leap, slips_together
 from solver.effects.soft_tissue import SoftTissue
 
 SHIFT_M = np.array([0.02, -0.01, 0.005])
@@ -86,3 +87,39 @@ def test_repair_puts_every_marker_back(scene):
     moved = replace(scene, markers=replace(scene.markers, observed_ground=carried))
     (event,) = together(moved, *(slip(moved, m) for m in markers))
     np.testing.assert_allclose(event.repaired(carried), observed, atol=1e-12)
+
+
+def leap_of(scene, markers, shifts_ground):
+    return Leap(tuple(markers), 100, np.array(shifts_ground), 0.0005)
+
+
+def test_a_leap_of_one_marker_is_its_slip_and_undoing_it_puts_it_back(scene):
+    m = marker_of(scene, "femur_r")
+    R = scene.R_ground_body[:, scene.markers.body[m]]
+    names = ("WAND", *scene.markers.names)
+    found = of_leap(scene, leap_of(scene, [m + 1], [R[100] @ SHIFT_M]), names)
+    assert isinstance(found, MarkerSlip)
+    assert found.target == scene.markers.names[m]
+    observed = scene.markers.observed_ground
+    carried = observed.copy()
+    carried[100:, m] += R[100:] @ SHIFT_M
+    np.testing.assert_allclose(found.repaired(carried), observed, atol=1e-12)
+
+
+def test_a_leap_of_several_is_one_event_on_the_segments_of_those_that_the_model_has(scene):
+    markers = [marker_of(scene, "pelvis"), marker_of(scene, "femur_r"), len(scene.markers.names)]
+    found = of_leap(scene, leap_of(scene, markers, [SHIFT_M] * 3), (*scene.markers.names, "WAND"))
+    assert isinstance(found, SegmentDisplaced)
+    assert set(found.target.split("+")) == {"pelvis", "femur_r"}
+    assert len(found.slips) == 2
+    assert found.parameters["shift_m"].value == pytest.approx(np.linalg.norm(SHIFT_M))
+
+
+def test_markers_that_the_model_lacks_are_named_alone_and_change_nothing(scene):
+    names = (*scene.markers.names, "WAND", "ROD")
+    first = len(scene.markers.names)
+    found = of_leap(scene, leap_of(scene, [first], [SHIFT_M]), names)
+    assert (found.id, found.target) == ("marker_slip", "WAND")
+    observed = scene.markers.observed_ground
+    assert found.repaired(observed) is observed
+    assert of_leap(scene, leap_of(scene, [first, first + 1], [SHIFT_M] * 2), names) is None
