@@ -328,4 +328,12 @@ def _median_changes(
     """Median of `count` samples from some on less that of as many before; of those there are at the ends."""
     edge = np.full((count, place.shape[1]), np.nan)
     windows = sliding_window_view(np.concatenate([edge, place, edge]), count, axis=0)
-    return np.asarray(np.nanmedian(windows[at + count], axis=-1) - np.nanmedian(windows[at], axis=-1))
+    return _medians(windows[at + count]) - _medians(windows[at])
+
+
+def _medians(windows: Float[np.ndarray, "some axes count"]) -> Float[np.ndarray, "some axes"]:
+    """Of what each window holds that is not NaN; for short windows far quicker than `nanmedian`."""
+    ordered = np.sort(windows, axis=-1)  # NaN last
+    held = np.isfinite(ordered).sum(axis=-1, keepdims=True)
+    middle = [np.take_along_axis(ordered, np.maximum(k, 0) // 2, axis=-1) for k in (held - 1, held)]
+    return np.asarray((middle[0] + middle[1])[..., 0] / 2)
