@@ -102,7 +102,7 @@ def faults_of_fits(recording: Path) -> list[str]:
         shutil.copytree(recording, folder)
         other = Path(place) / "other.toml"
         other.write_text("[kinematics]\niterations = 59\n", encoding="utf-8")
-        fit = [sys.executable, "-m", "addb_viewer", "fit", str(folder)]
+        fit = [sys.executable, "-m", "addb_viewer", "fit", str(folder), "--quick"]
         runs = [
             subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
             for command in (fit, [*fit, "--settings", str(other)])
