@@ -19,9 +19,10 @@ from solver.dynamics.foretelling.sister_fit import Foretold
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.missing_wrench import with_inferred_torques
 from solver.dynamics.root_shift import with_com_at
-from solver.dynamics.root_wrench import about_point, centre_of_mass
+from solver.dynamics.root_wrench import about_point, centre_of_mass_of
 from solver.dynamics.segment_mass_notes import segment_mass_notes
-from solver.dynamics.trajectory_fit import TrajectoryFit, fit_trajectories
+from solver.dynamics.trajectory_fit import fit_trajectories
+from solver.dynamics.trajectory_search import TrajectoryFit
 from solver.dynamics.trial_data import TrialData
 from solver.dynamics.unmeasured_forces import unmeasured_forces
 from solver.fit import Groundwork, KinematicsOnly, TrialFit
@@ -32,7 +33,7 @@ from solver.kinematics.motion import Motion
 from solver.progress import Progress
 from solver.runs import runs
 from solver.settings import Settings
-from solver.skeleton.forward import ForwardKinematics, marker_positions
+from solver.skeleton.forward import marker_positions
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
 from solver.weighing_stage import Weighed, weighed
@@ -226,9 +227,8 @@ def extra_of(fit: TrialFit, extension: Extension | None) -> TrialExtension | Non
 
 def started(data: TrialData, fit: TrialFit, skeleton: Skeleton, settings: Settings) -> TrialData:
     """The search begins with the root moved: the centre of mass goes where the known forces take it."""
-    kinematics = ForwardKinematics(skeleton)
     com = ComData(
-        centre_of_mass(skeleton, kinematics.poses(fit.motion.q)),
+        centre_of_mass_of(skeleton, fit.motion.q),
         data.wrench_ground[:, :3],
         data.counts,
         fit.motion.rate,

@@ -9,11 +9,12 @@ from scipy.ndimage import uniform_filter1d
 
 from solver.dynamics.extension import Extension
 from solver.dynamics.foretelling.learnt_terms import LearntTerms
-from solver.dynamics.foretelling.sister_fit import Foretold, SisterTrial, foretold
+from solver.dynamics.foretelling.sister_columns import SisterTrial
+from solver.dynamics.foretelling.sister_fit import Foretold, foretold
 from solver.dynamics.heldout import Heldout
 from solver.dynamics.hidden_steps import frames_of
 from solver.dynamics.root_wrench import about_point
-from solver.dynamics.trajectory_fit import TrajectoryFit
+from solver.dynamics.trajectory_search import TrajectoryFit
 from solver.dynamics.trial_data import ExtraParameters, TrialData
 from solver.fit import Groundwork, TrialFit
 from solver.kinematics.motion import Motion

@@ -221,14 +221,15 @@ def _markers_alone(
     """
     cutoffs = [cutoff for cutoff in CUTOFFS_HZ if cutoff < fit.motion.rate / 2] or [fit.motion.rate / 4]
     order = settings.conditioning.order
-    found = [
-        under_forces(fit, fit.motion.low_passed(cutoff, order), skeleton, settings) for cutoff in cutoffs
-    ]
-    elsewhere = found[0].used & ~withheld
+    residuals = []
+    for cutoff in cutoffs:
+        dynamics = under_forces(fit, fit.motion.low_passed(cutoff, order), skeleton, settings)
+        residuals.append(dynamics.residual_root)
+        elsewhere = dynamics.used & ~withheld
     chosen = []
     for part_ in (slice(0, 3), slice(3, 6)):
-        squares = [float(np.sum(dynamics.residual_root[elsewhere, part_] ** 2)) for dynamics in found]
+        squares = [float(np.sum(residual[elsewhere, part_] ** 2)) for residual in residuals]
         chosen.append(int(np.argmin(squares)))
     force, moment = chosen
-    residual = np.hstack([found[force].residual_root[:, :3], found[moment].residual_root[:, 3:]])
+    residual = np.hstack([residuals[force][:, :3], residuals[moment][:, 3:]])
     return residual, (cutoffs[force], cutoffs[moment])

@@ -11,7 +11,8 @@ from solver.diagnosis.diagnosis import Gain
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.extension import Extension, TrialExtension, with_extra_wrench
 from solver.dynamics.inverse_dynamics import inverse_dynamics
-from solver.dynamics.trajectory_fit import TrajectoryFit, fit_trajectories
+from solver.dynamics.trajectory_fit import fit_trajectories
+from solver.dynamics.trajectory_search import TrajectoryFit
 from solver.dynamics.trial_data import TrialData
 from solver.dynamics.withheld_layouts import withheld_blocks
 from solver.dynamics_stage import before_forces, started, trial_data

@@ -121,6 +121,10 @@ class BorderedFactor:
             halves.append(half)
         return shared, halves
 
+    def reduced(self, gradient: Gradient) -> Float[np.ndarray, " shared"]:
+        """By the shared parameters, where the trials' coefficients follow; `corner` is its curvature."""
+        return self._eliminated(gradient)[0]
+
     def step(self, gradient: Gradient) -> Step:
         """Down this gradient, which may be of another place than the factored curvature."""
         count = len(gradient.shared)

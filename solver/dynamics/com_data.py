@@ -6,10 +6,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.contact.wrenches import ContactWrenches, FrameMask
-from solver.dynamics.root_wrench import centre_of_mass
+from solver.dynamics.root_wrench import centre_of_mass_of
 from solver.errors import FitError
 from solver.kinematics.motion import Motion
-from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
 
 
@@ -64,7 +63,7 @@ def com_data(skeleton: Skeleton, motion: Motion, contacts: ContactWrenches, mask
             "they must be of the same trial at the markers' frames."
         )
     return ComData(
-        com_ground=centre_of_mass(skeleton, ForwardKinematics(skeleton).poses(motion.q)),
+        com_ground=centre_of_mass_of(skeleton, motion.q),
         force_ground=contacts.wrench_ground[:, :, :3].sum(axis=1),
         observed=contacts.observed & mask.all_feet,
         rate=motion.rate,

@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.contact.sole import Sole, soles
-from solver.dynamics.root_wrench import centre_of_mass
-from solver.skeleton.forward import ForwardKinematics, cross
+from solver.dynamics.root_wrench import centre_of_mass_of
+from solver.skeleton.forward import body_poses, cross
 from solver.skeleton.skeleton import Skeleton
 
 LEAST_VERTICAL_N = 20.0  # below it a centre of pressure lies anywhere; as for the plates
@@ -45,8 +45,7 @@ def divided(
     Raises:
         ModelError: a foot's body has no sole.
     """
-    poses = ForwardKinematics(skeleton).poses(q)
-    R, p = poses.R_ground_body, poses.p_ground_body
+    R, p = body_poses(skeleton, q)
     force, moment = wrench_ground[:, :3], wrench_ground[:, 3:]
     nearest = [_nearest(sole, R, p, wrench_ground) for sole in soles(skeleton, foot_bodies)]
     points = np.stack([point for point, _ in nearest], axis=1)
@@ -54,7 +53,7 @@ def divided(
     weight = takes_part / (distances + TOUCHING_M)
     share = (weight / weight.sum(axis=1, keepdims=True))[:, :, None]
     forces = share * force[:, None, :]
-    forces[..., LEVEL] += _leaning(share * force[:, None, 1:2], points, centre_of_mass(skeleton, poses))
+    forces[..., LEVEL] += _leaning(share * force[:, None, 1:2], points, centre_of_mass_of(skeleton, q))
     moments = cross(points, forces)
     moments += share * (moment - moments.sum(axis=1))[:, None, :]
     return np.concatenate([forces, moments], axis=2)
@@ -77,8 +76,7 @@ def distances_to_soles(
     Raises:
         ModelError: a foot's body has no sole.
     """
-    poses = ForwardKinematics(skeleton).poses(q)
-    R, p = poses.R_ground_body, poses.p_ground_body
+    R, p = body_poses(skeleton, q)
     return np.stack([_nearest(sole, R, p, wrench_ground)[1] for sole in soles(skeleton, foot_bodies)], axis=1)
 
 

@@ -15,6 +15,7 @@ from solver.dynamics.terms.trial_point import REFERENCE_RATE_HZ
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.dynamics.trial_data import TrialData
 from solver.filters import low_pass
+from solver.frames_at_once import by_frames
 from solver.kinematics.root_joint import root_joint
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
@@ -48,7 +49,9 @@ def _unexplained(skeleton: Skeleton, trial: TrialData, settings: TrajectorySetti
     if trial.extra_wrench_ground is not None:
         missing = missing - trial.extra_wrench_ground
     root = root_joint(skeleton)
-    missing = about_point(missing, root_centre(root, ForwardKinematics(skeleton).poses(motion.q)))
+    kinematics = ForwardKinematics(skeleton)
+    centre = by_frames(lambda q: root_centre(root, kinematics.poses(q)), motion.q)
+    missing = about_point(missing, centre)
     missing[~trial.counts] = 0.0
     slow = low_pass(missing, motion.rate, settings.inertia_cutoff_Hz)[trial.counts]
     std = np.repeat([settings.residual_force_std_N, settings.residual_moment_std_Nm], 3)

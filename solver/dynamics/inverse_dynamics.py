@@ -8,6 +8,7 @@ from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.root_wrench import about_point, centre_of_mass, root_centre, root_wrench
 from solver.dynamics.settings import DynamicsSettings
 from solver.errors import FitError
+from solver.frames_at_once import by_frames
 from solver.kinematics.motion import Motion
 from solver.kinematics.root_joint import root_joint
 from solver.skeleton.forward import ForwardKinematics
@@ -50,15 +51,23 @@ def inverse_dynamics(
         motion.q, motion.velocity, motion.acceleration, wrenches, feet
     )
     kinematics = ForwardKinematics(skeleton)
-    poses = kinematics.poses(motion.q)
-    centre = root_centre(root, poses)
-    residual = about_point(root_wrench(root, kinematics.chain, poses, torques), centre)
+
+    def placed(
+        q: Float[np.ndarray, "some dofs"], own: Float[np.ndarray, "some dofs"]
+    ) -> Float[np.ndarray, "some 12"]:
+        poses = kinematics.poses(q)
+        wrench = root_wrench(root, kinematics.chain, poses, own)
+        return np.hstack([root_centre(root, poses), centre_of_mass(skeleton, poses), wrench])
+
+    of_frames = by_frames(placed, motion.q, torques)
+    centre, com, wrench = (np.ascontiguousarray(of_frames[:, k]) for k in np.s_[:3, 3:6, 6:])
+    residual = about_point(wrench, centre)
     unsmoothed = wrenches - counted_wrenches(contacts.wrench_raw_ground, mask)
     return Dynamics(
         joint_torques=torques,
         residual_root=residual,
         residual_raw_root=residual + about_point(unsmoothed.sum(axis=1), centre),
-        com_ground=centre_of_mass(skeleton, poses),
+        com_ground=com,
         root_ground=centre,
         used=used_frames(contacts, mask, settings.end_frames),
         motion=motion,

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.frames_at_once import by_frames, spans
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import ForwardKinematics
 
@@ -43,11 +44,18 @@ def marker_error_levels(
         settings: the lag, what a segment is believed to be before its markers are seen, and least levels.
     """
     seen = np.isfinite(observed_ground).all(axis=2)
-    poses = kinematics.poses(start.q)
-    error_ground = np.where(seen[:, :, None], kinematics.markers(poses) - observed_ground, 0.0)
     bodies = kinematics.marker_bodies
-    error_body = np.einsum("tmji,tmj->tmi", poses.R_ground_body[:, bodies], error_ground)
-    trust = seen / (1 + (error_body**2).sum(axis=2) / settings.marker_robust_scale_m**2)
+
+    def in_segments(
+        q: Float[np.ndarray, "some dofs"], observed: Float[np.ndarray, "some markers 3"]
+    ) -> Float[np.ndarray, "some markers 3"]:
+        poses, shown = kinematics.poses(q), np.isfinite(observed).all(axis=2)
+        error_ground = np.where(shown[:, :, None], kinematics.markers(poses) - observed, 0.0)
+        return np.einsum("tmji,tmj->tmi", poses.R_ground_body[:, bodies], error_ground)
+
+    error_body = by_frames(in_segments, start.q, observed_ground)
+    squares = by_frames(lambda error: (error**2).sum(axis=2), error_body)
+    trust = seen / (1 + squares / settings.marker_robust_scale_m**2)
     left = max(LEAST_LEFT, 1 - start.q.shape[1] / max(1.0, 3 * float(np.median(seen.sum(axis=1)))))
     lag = max(1, round(settings.marker_error_lag_s * start.rate))
     slow = _scatter(error_body, trust) / left
@@ -70,8 +78,11 @@ def _scatter(
     total = trust.sum(axis=0)
     known = (trust > 0).sum(axis=0) >= FEWEST
     weight = trust / np.where(known, total, 1.0)
-    apart = error_body - np.einsum("tm,tmc->mc", weight, error_body)
-    return np.where(known, np.einsum("tm,tmc->m", weight, apart**2) / 3, np.nan)
+    mean = np.einsum("tm,tmc->mc", weight, error_body)
+    squares = np.zeros(len(total))
+    for some in spans(len(error_body)):
+        squares += np.einsum("tm,tmc->m", weight[some], (error_body[some] - mean) ** 2)
+    return np.where(known, squares / 3, np.nan)
 
 
 def _growth(
@@ -80,11 +91,15 @@ def _growth(
     """Half the mean square of second differences, per coordinate [m²]: a random walk's growth in a lag."""
     if len(error_body) <= 2 * lag:
         return np.full(error_body.shape[1], np.nan)
-    bent = error_body[2 * lag :] - 2 * error_body[lag:-lag] + error_body[: -2 * lag]
     weight = np.minimum(np.minimum(trust[2 * lag :], trust[lag:-lag]), trust[: -2 * lag])
     known = (weight > 0).sum(axis=0) >= FEWEST
     total = np.where(known, weight.sum(axis=0), 1.0)
-    return np.where(known, np.einsum("tm,tmc->m", weight, bent**2) / total / 6, np.nan)
+    squares = np.zeros(len(total))
+    for some in spans(len(weight)):
+        first, middle, last = (error_body[some.start + k * lag : some.stop + k * lag] for k in range(3))
+        bent = last - 2 * middle + first
+        squares += np.einsum("tm,tmc->m", weight[some], bent**2)
+    return np.where(known, squares / total / 6, np.nan)
 
 
 def _by_segment(

@@ -8,11 +8,13 @@ from pathlib import Path
 import psutil
 
 from solver.capture.capture import Capture
+from solver.dynamics.frame_spans import are_long
 from solver.dynamics.inertia_parameters import inertia_parameters
 from solver.dynamics.spline_band import REACH
 from solver.dynamics.spline_basis import ORDER
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.errors import FitError
+from solver.frames_at_once import FRAMES_AT_ONCE
 from solver.skeleton.skeleton import Skeleton
 
 NUMBER = 8  # bytes of one in double precision
@@ -52,8 +54,9 @@ def needed_bytes(
 ) -> int:
     """What a fit of these trials together holds at its peak, beside what is already read.
 
-    The trajectory fit holds every trial's band and border at once; the marker fit one trial after the other,
-    and less. Proportional to the frames.
+    The trajectory fit holds every trial's band and border at once, as long as trials are not long together;
+    then those of the frames that teach the inertias, or of a window. The marker fit holds one trial after the
+    other, some thousand frames at a time.
 
     Args:
         trials: of one fit.
@@ -61,19 +64,33 @@ def needed_bytes(
         settings: of the trajectory fit.
         extra: parameters of an accepted extension.
     """
-    return BESIDE + sum(_of_trial(trial, skeleton, settings, extra) for trial in trials)
-
-
-def _of_trial(trial: TrialSize, skeleton: Skeleton, settings: TrajectorySettings, extra: int) -> int:
     dofs = len(skeleton.dofs)
-    kept = trial.frames * (PER_MARKER * len(skeleton.markers) + PER_BODY * len(skeleton.bodies))
-    largest = trial.frames * TRACKED_BLOCKS * dofs**2
-    if trial.forces and settings.enabled:
-        shared = extra + (inertia_parameters(skeleton, settings).count if settings.fit_inertias else 0)
-        spacing = max(1, round(settings.knot_spacing_s * trial.rate))
-        coefficient = BAND * dofs**2 + dofs * shared + BAND * BAND * spacing * LAID_OUT
-        largest = max(largest, (trial.frames // spacing + ORDER) * coefficient)
-    return round(NUMBER * MARGIN * (kept + largest))
+    kept = sum(
+        trial.frames * PER_MARKER * len(skeleton.markers)
+        + min(trial.frames, FRAMES_AT_ONCE) * PER_BODY * len(skeleton.bodies)
+        for trial in trials
+    )
+    tracked = max(min(trial.frames, FRAMES_AT_ONCE) * TRACKED_BLOCKS * dofs**2 for trial in trials)
+    fitted = [trial for trial in trials if trial.forces] if settings.enabled else []
+    shared = extra + (inertia_parameters(skeleton, settings).count if settings.fit_inertias else 0)
+    if not are_long([trial.frames for trial in fitted], settings):
+        largest = sum(_of_band(trial, trial.frames, dofs, shared, settings) for trial in fitted)
+    else:
+        largest = max(
+            max(
+                _of_band(trial, settings.inertia_frames, dofs, shared, settings),
+                _of_band(trial, min(trial.frames, settings.whole_frames), dofs, 0, settings),
+            )
+            for trial in fitted
+        )
+    return BESIDE + round(NUMBER * MARGIN * (kept + max(tracked, largest)))
+
+
+def _of_band(trial: TrialSize, frames: int, dofs: int, shared: int, settings: TrajectorySettings) -> int:
+    """Numbers in the band and the border of so many frames at a trial's rate."""
+    spacing = max(1, round(settings.knot_spacing_s * trial.rate))
+    coefficient = BAND * dofs**2 + dofs * shared + BAND * BAND * spacing * LAID_OUT
+    return (frames // spacing + ORDER) * coefficient
 
 
 def refuse_what_does_not_fit(
@@ -93,7 +110,7 @@ def refuse_what_does_not_fit(
     need, have = needed_bytes(trials, skeleton, settings, extra), available_bytes()
     if need <= have:
         return
-    size = {trial: _of_trial(trial, skeleton, settings, extra) for trial in trials}
+    size = {trial: needed_bytes([trial], skeleton, settings, extra) for trial in trials}
     longest = max(trials, key=lambda trial: size[trial])
     several = len(trials) > 1
     of_it = f", {_GB(size[longest])} of it for this trial" if several else ""

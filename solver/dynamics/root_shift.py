@@ -3,9 +3,8 @@
 import numpy as np
 from jaxtyping import Float
 
-from solver.dynamics.root_wrench import centre_of_mass
+from solver.dynamics.root_wrench import centre_of_mass_of
 from solver.kinematics.root_joint import root_joint
-from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
 
 
@@ -26,7 +25,7 @@ def with_com_at(
         ModelError: the skeleton's root is not free to move in all six ways.
     """
     root = root_joint(skeleton)
-    shift_ground = com_ground - centre_of_mass(skeleton, ForwardKinematics(skeleton).poses(q))
+    shift_ground = com_ground - centre_of_mass_of(skeleton, q)
     shift_parent = shift_ground @ root.joint.R_parent_frame
     axes = np.array([a.axis / np.linalg.norm(a.axis) for a in root.translations])
     metres_per_unit = np.array([np.diff(a.function(np.array([0.0, 1.0]))[0])[0] for a in root.translations])

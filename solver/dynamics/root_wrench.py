@@ -3,9 +3,10 @@
 import numpy as np
 from jaxtyping import Float
 
+from solver.frames_at_once import by_frames
 from solver.kinematics.root_joint import RootJoint
 from solver.skeleton.chain import Chain
-from solver.skeleton.forward import Poses, cross
+from solver.skeleton.forward import ForwardKinematics, Poses, cross
 from solver.skeleton.skeleton import Skeleton
 
 NEARLY_SINGULAR = 1e-9  # of the largest singular value; below it the root's angles describe no rotation
@@ -56,3 +57,11 @@ def centre_of_mass(skeleton: Skeleton, poses: Poses) -> Float[np.ndarray, "frame
     offset = np.array([body.com_body for body in skeleton.bodies])
     com_bodies = poses.p_ground_body + (poses.R_ground_body @ offset[None, :, :, None])[..., 0]
     return np.einsum("b,tbi->ti", mass / mass.sum(), com_bodies)
+
+
+def centre_of_mass_of(
+    skeleton: Skeleton, q: Float[np.ndarray, "frames dofs"]
+) -> Float[np.ndarray, "frames 3"]:
+    """Likewise, at generalized coordinates in the order of `skeleton.dofs` [rad or m]."""
+    kinematics = ForwardKinematics(skeleton)
+    return by_frames(lambda some: centre_of_mass(skeleton, kinematics.poses(some)), q)

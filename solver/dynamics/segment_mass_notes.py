@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.dynamics.inertia_parameters import inertia_parameters
-from solver.dynamics.trajectory_fit import TrajectoryFit
+from solver.dynamics.trajectory_search import TrajectoryFit
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.skeleton.skeleton import Skeleton
 

@@ -7,6 +7,8 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.interpolate import BSpline
 
+from solver.frames_at_once import by_frames
+
 DEGREE = 5
 ORDER = DEGREE + 1  # coefficients that act on one instant
 
@@ -41,8 +43,13 @@ class SplineBasis:
         self, coefficients: Float[np.ndarray, "coefficients dofs"], order: int = 0
     ) -> Float[np.ndarray, "frames dofs"]:
         """The spline's derivative of that order (0, 1 or 2) at the frames."""
-        local = coefficients[self.first[:, None] + np.arange(ORDER)]
-        return np.einsum("ta,tad->td", self.derivative[order], local)
+
+        def at(
+            first: Int[np.ndarray, " some"], weights: Float[np.ndarray, "some 6"]
+        ) -> Float[np.ndarray, "some dofs"]:
+            return np.einsum("ta,tad->td", weights, coefficients[first[:, None] + np.arange(ORDER)])
+
+        return by_frames(at, self.first, self.derivative[order])
 
     def jerk_product(
         self, coefficients: Float[np.ndarray, "coefficients dofs"]

@@ -116,6 +116,27 @@ class TrajectorySettings:
         why="3.4°: likewise for dofs that move no marker, which are neutral there. A trunk without "
         "markers else bends by 20 to 40° in place of what forces, clocks and masses have wrong",
     )
+    whole_frames: int = setting(
+        8000,
+        unit="frames",
+        why="of all trials together, up to which they are one problem: 1.3 GB for a full body. Beyond it, "
+        "memory stays what it is: inertias are learnt from some frames, then every trial is fitted by itself",
+    )
+    inertia_frames: int = setting(
+        6000, unit="frames", why="of longer subjects that teach the inertias: beyond a minute they repeat"
+    )
+    stretch_frames: int = setting(
+        1000, unit="frames", why="of these that follow each other: several strides, squats or jumps"
+    )
+    window_frames: int = setting(
+        6000, unit="frames", why="of a trial beyond whole_frames that are fitted at a time, at most"
+    )
+    overlap_frames: int = setting(
+        400,
+        unit="frames",
+        why="that neighbouring windows share: joined in the middle, where a border is 2 s away at 100 Hz and "
+        "changes nothing any more",
+    )
     iterations: int = setting(12, unit="", why="ceiling of Gauss-Newton; three or four suffice as a rule")
     tolerance: float = setting(
         1.0e-3, unit="", why="relative decrease of the cost at which the fit has converged"

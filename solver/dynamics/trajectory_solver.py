@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.dynamics.bordered_system import BorderedFactor, Gradient, Step, TrialGradient, TrialSystem
-from solver.dynamics.inertia_parameters import inertia_parameters
+from solver.dynamics.inertia_parameters import InertiaParameters, inertia_parameters
 from solver.dynamics.terms.extra_prior import ExtraPrior
 from solver.dynamics.terms.inertia_prior import InertiaPrior
 from solver.dynamics.terms.shared_parameters import SharedParameters
@@ -46,6 +46,29 @@ def prior_weight(trials: Sequence[TrialData], settings: TrajectorySettings) -> f
     return settings.inertia_prior_weight * max(1.0, known_s / settings.inertia_lesson_s)
 
 
+@dataclass(frozen=True)
+class SharedPriors:
+    """Of what all trials share: inertias first, then x; and that of the inertias without caution."""
+
+    priors: tuple[SharedTerm, ...]
+    uncautious: InertiaPrior
+
+
+def shared_priors(
+    inertias: InertiaParameters,
+    trials: Sequence[TrialData],
+    settings: TrajectorySettings,
+    extra: ExtraParameters,
+    caution: float,
+    *,
+    weighed: bool,
+) -> SharedPriors:
+    """As heavy as the trials' known forces make them; arguments as of the fit."""
+    plain = prior_weight(trials, settings)
+    cautious = InertiaPrior(inertias, caution * plain, settings, caution * plain if weighed else plain)
+    return SharedPriors((cautious, ExtraPrior(extra)), InertiaPrior(inertias, plain, settings))
+
+
 @dataclass(frozen=True, eq=False)
 class State:
     """Where a search is."""
@@ -72,12 +95,8 @@ class TrajectorySolver:
         self.inertias = inertia_parameters(skeleton, settings)
         width = len(self.extra.prior_std)
         self.parts = [TrialCost(skeleton, data, settings, width) for data in trials]
-        plain = prior_weight(trials, settings)
-        self.uncautious = InertiaPrior(self.inertias, plain, settings)
-        self.priors: tuple[SharedTerm, ...] = (
-            InertiaPrior(self.inertias, caution * plain, settings, caution * plain if weighed else plain),
-            ExtraPrior(self.extra),
-        )
+        shared = shared_priors(self.inertias, trials, settings, self.extra, caution, weighed=weighed)
+        self.uncautious, self.priors = shared.uncautious, shared.priors
 
     def skeleton(self, state: State) -> Skeleton:
         """With the inertias of a state."""

@@ -17,15 +17,20 @@ from solver.dynamics.terms.term import Term
 from solver.dynamics.terms.trial_point import TrialPoint
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.dynamics.trial_data import TrialData
+from solver.dynamics.trial_levels import trial_levels
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
 
 
+def knot_spacing(motion: Motion, settings: TrajectorySettings) -> int:
+    """Of a trial's splines [frames]."""
+    return max(1, round(settings.knot_spacing_s * motion.rate))
+
+
 def basis_for(motion: Motion, settings: TrajectorySettings) -> SplineBasis:
     """Of a trial's splines."""
-    spacing = max(1, round(settings.knot_spacing_s * motion.rate))
-    return spline_basis(motion.frames, motion.rate, spacing)
+    return spline_basis(motion.frames, motion.rate, knot_spacing(motion, settings))
 
 
 class TrialCost:
@@ -38,10 +43,11 @@ class TrialCost:
         self.data, self.kinematics = data, ForwardKinematics(skeleton)
         self.basis: SplineBasis = basis_for(motion, settings)
         self.residual = RootResidual(data, settings, extra)
+        levels = data.levels or trial_levels(self.kinematics, data.observed_ground, motion, settings)
         self.without_forces: tuple[Term, ...] = (
-            Markers(self.kinematics, data.observed_ground, motion, settings),
-            PosePull(skeleton, data.observed_ground, motion, settings),
-            Smoothness(motion, settings),
+            Markers(self.kinematics, data.observed_ground, motion, settings, levels.marker_errors),
+            PosePull(motion, levels.pull),
+            Smoothness(levels.jerk, settings),
         )
 
     @property

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from solver.frames_at_once import FRAMES_AT_ONCE, spans
 from solver.kinematics.marker_terms import MarkerTerms
 from solver.kinematics.settings import KinematicsSettings
 from solver.skeleton.forward import ForwardKinematics
@@ -152,6 +153,19 @@ def solve_frames(
     Returns:
         Poses and their costs.
     """
+    if len(frames) > FRAMES_AT_ONCE:
+        parts = [
+            solve_frames(
+                problem,
+                q0[some],
+                frames[some],
+                robust=robust,
+                max_iterations=max_iterations,
+                after_iteration=after_iteration,
+            )
+            for some in spans(len(frames))
+        ]
+        return np.concatenate([q for q, _ in parts]), np.concatenate([cost for _, cost in parts])
     q = q0.copy()
     now = problem.evaluate(q, frames, robust)
     cost, H, g = now.cost.copy(), now.H, now.g

@@ -6,7 +6,8 @@ from scipy.linalg import solveh_banded
 from threadpoolctl import threadpool_limits
 
 from solver.errors import FitError
-from solver.kinematics.frame_solver import FrameTerms, PoseProblem, solve_frames
+from solver.frames_at_once import FRAMES_AT_ONCE, by_frames, joined, overlapping
+from solver.kinematics.frame_solver import PoseProblem, solve_frames
 from solver.kinematics.initial_pose import initial_poses
 from solver.kinematics.root_joint import RootJoint, root_joint
 from solver.kinematics.settings import KinematicsSettings
@@ -21,6 +22,8 @@ REFINEMENT = 8  # each pass solves that many times more frames, started between 
 MOST_TRACKING_STEPS = 15  # for stragglers; what they miss, their neighbours and the last step mend
 WORSE_THAN_NEIGHBOURS = 1.5  # times their cost: such a frame is started again from both sides
 WORSE_PER_MARKER = 0.2  # and by that much a marker, in squares of the expected error
+BRIDGED_AT_ONCE = 6000  # frames of a longer trial in one pass; a pass of 8192 takes half a GB
+BRIDGED_TWICE = 600  # of these shared by neighbours: bridges of 3 s at 100 Hz do not feel the border
 MOST_RETRIES = 50  # each mends the edge of a bad stretch by one frame
 
 
@@ -174,18 +177,34 @@ def _bridged(
     Where markers see a degree of freedom they decide; where they don't, it moves smoothly from the last frame
     that saw it to the next.
     """
-    frames = np.arange(len(q))
     if len(q) < 3:
         return q
+    reference = _reference(problem, q)
+    parts = overlapping(len(q), most=FRAMES_AT_ONCE, window=BRIDGED_AT_ONCE, shared=BRIDGED_TWICE)
+    bridged = [
+        _bridged_part(problem, q[some], some, reference=reference, usable=usable, rate=rate) for some in parts
+    ]
+    return joined(bridged, [some.start for some in parts])
+
+
+def _bridged_part(
+    problem: PoseProblem,
+    q: Float[np.ndarray, "some dofs"],
+    part: slice,
+    *,
+    reference: Float[np.ndarray, "frames dofs"],
+    usable: Int[np.ndarray, " usable"],
+    rate: float,
+) -> Float[np.ndarray, "some dofs"]:
+    frames = np.arange(part.start, part.stop)
     smooth = (rate**2 / problem.settings.smoothness_std) ** 2
     unusable = ~np.isin(frames, usable)
     terms = problem.evaluate(q, frames)
-    reference = _reference(problem, terms, q)
-    terms.g[:] += problem.pose_precision * (problem.reference_q - reference)
-    problem.reference_q = reference
+    terms.g[:] += problem.pose_precision * (problem.reference_q[part] - reference[part])
+    problem.reference_q[part] = reference[part]
     for _ in range(MOST_BRIDGING_STEPS):
         step = _smoothed_step(terms.H, terms.g, q, smooth)
-        allowed = terms.cost + COST_OF_SMOOTHNESS * problem.seen.sum(axis=1) + 1e-9
+        allowed = terms.cost + COST_OF_SMOOTHNESS * problem.seen[part].sum(axis=1) + 1e-9
         accepted = (problem.cost(q + step, frames) <= allowed) | unusable
         q = np.where(accepted[:, None], q + step, q)
         if np.abs(step).max() < SMALL_STEP:
@@ -194,12 +213,13 @@ def _bridged(
     return q
 
 
-def _reference(
-    problem: PoseProblem, terms: FrameTerms, q: Float[np.ndarray, "frames dofs"]
-) -> Float[np.ndarray, "frames dofs"]:
+def _reference(problem: PoseProblem, q: Float[np.ndarray, "frames dofs"]) -> Float[np.ndarray, "frames dofs"]:
     """Where no marker sees a dof for a while, its reference is the line between the frames that saw it."""
     frames = np.arange(len(q))
-    own = np.einsum("tii->ti", terms.H) - problem.pose_precision
+    stiffness = by_frames(
+        lambda some, at: np.einsum("tii->ti", problem.evaluate(some, at).H).copy(), q, frames
+    )
+    own = stiffness - problem.pose_precision
     sees = own > 10.0 * np.maximum(problem.pose_precision, 1e-6)
     reference = problem.reference_q.copy()
     for dof in range(q.shape[1]):

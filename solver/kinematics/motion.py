@@ -57,6 +57,10 @@ class Motion:
         """Second derivative [rad/s² or m/s²]."""
         return self.derivative(2)
 
+    def between(self, start: int, end: int) -> "Motion":
+        """Frames `start` to `end` (excluded) as a motion of their own."""
+        return replace(self, q=self.q[start:end], start_time=self.start_time + start / self.rate)
+
     def low_passed(self, cutoff_Hz: float, order: int = 3) -> "Motion":
         """The motion after a zero-phase Butterworth filter; forces must pass the same one.
 

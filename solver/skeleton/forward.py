@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from solver.frames_at_once import by_frames, spans
 from solver.skeleton.chain import Chain, Fixed, Moving, chain_of
 from solver.skeleton.rotations import skew
 from solver.skeleton.skeleton import Skeleton
@@ -168,8 +169,16 @@ def body_poses(
         skeleton: at any scale.
         q: generalized coordinates in the order of `skeleton.dofs` [rad or m].
     """
-    poses = ForwardKinematics(skeleton).poses(q)
-    return poses.R_ground_body, poses.p_ground_body
+    kinematics, pieces = ForwardKinematics(skeleton), spans(len(q))
+    if len(pieces) == 1:
+        poses = kinematics.poses(q)
+        return poses.R_ground_body, poses.p_ground_body
+    bodies = len(skeleton.bodies)
+    R_ground_body, p_ground_body = np.empty((len(q), bodies, 3, 3)), np.empty((len(q), bodies, 3))
+    for some in pieces:
+        poses = kinematics.poses(q[some])
+        R_ground_body[some], p_ground_body[some] = poses.R_ground_body, poses.p_ground_body
+    return R_ground_body, p_ground_body
 
 
 def carried_joint_centres(
@@ -195,7 +204,7 @@ def marker_positions(
 ) -> Float[np.ndarray, "frames markers 3"]:
     """Model markers in the ground frame [m]; arguments as in `body_poses`."""
     kinematics = ForwardKinematics(skeleton)
-    return kinematics.markers(kinematics.poses(q))
+    return by_frames(lambda some: kinematics.markers(kinematics.poses(some)), q)
 
 
 def marker_jacobian(

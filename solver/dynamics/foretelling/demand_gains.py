@@ -12,6 +12,7 @@ from solver.dynamics.foretelling.heading_frame import HeadingFrame
 from solver.dynamics.foretelling.settings import ForetellingSettings
 from solver.dynamics.inertia_parameters import demanded_wrench, pseudo_inertia
 from solver.dynamics.material_acceleration import material_accelerations
+from solver.frames_at_once import by_frames
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
@@ -28,11 +29,18 @@ def demanded_ground(skeleton: Skeleton, motion: Motion) -> Float[np.ndarray, "fr
         skeleton: of the motion, with its masses.
         motion: of one trial.
     """
-    q, v, a = motion.q, motion.velocity, motion.acceleration
     kinematics = ForwardKinematics(skeleton)
-    A, T = material_accelerations(kinematics, kinematics.poses(q), q, v, a)
     inertias = np.stack([pseudo_inertia(body) for body in skeleton.bodies])
-    return demanded_wrench(A, T, inertias).sum(axis=1)
+
+    def demanded(
+        q: Float[np.ndarray, "some dofs"],
+        v: Float[np.ndarray, "some dofs"],
+        a: Float[np.ndarray, "some dofs"],
+    ) -> Float[np.ndarray, "some 6"]:
+        A, T = material_accelerations(kinematics, kinematics.poses(q), q, v, a)
+        return demanded_wrench(A, T, inertias).sum(axis=1)
+
+    return by_frames(demanded, motion.q, motion.velocity, motion.acceleration)
 
 
 def smooth_demand(

@@ -14,6 +14,7 @@ from scipy.signal import find_peaks
 from solver.dynamics.foretelling.heading_frame import HeadingFrame
 from solver.dynamics.foretelling.settings import ForetellingSettings
 from solver.filters import low_pass
+from solver.frames_at_once import by_frames
 from solver.kinematics.motion import Motion
 from solver.runs import runs
 from solver.skeleton.forward import ForwardKinematics
@@ -54,10 +55,11 @@ def footfalls(
         in_contact: by the plates.
         known: frames on which plates may be looked at; on the others `in_contact` is not.
     """
-    poses = ForwardKinematics(skeleton).poses(motion.q)
+    kinematics, bodies = ForwardKinematics(skeleton), [skeleton.body_index(name) for name in feet]
+    places = by_frames(lambda q: kinematics.poses(q).p_ground_body[:, bodies], motion.q)
     swung, onsets = [], []
-    for k, name in enumerate(feet):
-        ahead = frame.points(poses.p_ground_body[:, skeleton.body_index(name)])[:, 0]
+    for k in range(len(feet)):
+        ahead = frame.points(places[:, k])[:, 0]
         ahead = low_pass(ahead, motion.rate, SWING_CUTOFF_HZ)
         swung.append(find_peaks(ahead, prominence=settings.shortest_stride_m)[0])
         onsets.append(_onsets(in_contact[:, k], known, motion.rate))

@@ -10,6 +10,7 @@ from jaxtyping import Float
 from scipy.ndimage import gaussian_filter1d
 
 from solver.dynamics.root_wrench import about_point, root_centre
+from solver.frames_at_once import by_frames
 from solver.kinematics.motion import Motion
 from solver.kinematics.root_joint import root_joint
 from solver.skeleton.forward import ForwardKinematics, cross
@@ -24,6 +25,10 @@ class HeadingFrame:
 
     origin_ground: Float[np.ndarray, "frames 3"]  # [m]
     R_ground_heading: Float[np.ndarray, "frames 3 3"]
+
+    def between(self, start: int, end: int) -> "HeadingFrame":
+        """Frames `start` to `end` (excluded) alone."""
+        return HeadingFrame(self.origin_ground[start:end], self.R_ground_heading[start:end])
 
     def to_ground(self, wrenches: Float[np.ndarray, "frames 6 n"]) -> Float[np.ndarray, "frames 6 n"]:
         """From force and moment here to force [N] and moment about the ground origin [N·m], ground frame."""
@@ -48,12 +53,17 @@ def heading_frame(skeleton: Skeleton, motion: Motion) -> HeadingFrame:
         skeleton: of the motion.
         motion: of the markers alone; no force has a say in it.
     """
-    root, poses = root_joint(skeleton), ForwardKinematics(skeleton).poses(motion.q)
-    forward = poses.R_ground_body[:, root.body, :, 0].copy()
+    root, kinematics = root_joint(skeleton), ForwardKinematics(skeleton)
+
+    def forward_and_centre(q: Float[np.ndarray, "some dofs"]) -> Float[np.ndarray, "some 6"]:
+        poses = kinematics.poses(q)
+        return np.hstack([poses.R_ground_body[:, root.body, :, 0], root_centre(root, poses)])
+
+    forward, centre = np.split(by_frames(forward_and_centre, motion.q), 2, axis=1)
     forward[:, 1] = 0.0
     forward = gaussian_filter1d(forward, SMOOTHED_S * motion.rate, axis=0, mode="nearest")
     length = np.linalg.norm(forward, axis=1, keepdims=True)
     forward = np.where(length > 1e-6, forward / np.maximum(length, 1e-6), (1.0, 0.0, 0.0))
     up = np.broadcast_to([0.0, 1.0, 0.0], forward.shape)
     R_ground_heading = np.stack([forward, up, cross(forward, up)], axis=2)
-    return HeadingFrame(root_centre(root, poses), R_ground_heading)
+    return HeadingFrame(centre, R_ground_heading)

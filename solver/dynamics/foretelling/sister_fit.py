@@ -12,37 +12,28 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from solver.dynamics.fit_steps import stepped
 from solver.dynamics.foretelling import constants, demand_gains, step_curves
-from solver.dynamics.foretelling.columns import Columns
-from solver.dynamics.foretelling.constants import constant_columns
-from solver.dynamics.foretelling.demand_gains import demanded_ground, gain_columns, gain_notes, smooth_demand
-from solver.dynamics.foretelling.footfalls import footfalls
-from solver.dynamics.foretelling.heading_frame import heading_frame
-from solver.dynamics.foretelling.inner_blocks import INERTIAS, Parameters, chosen_kinds
+from solver.dynamics.foretelling.demand_gains import demanded_ground, gain_notes
+from solver.dynamics.foretelling.inner_blocks import INERTIAS, chosen_kinds
 from solver.dynamics.foretelling.learnt_terms import LearntTerms
 from solver.dynamics.foretelling.settings import ForetellingSettings
-from solver.dynamics.foretelling.step_curves import StepPhases, step_columns, step_phases
+from solver.dynamics.foretelling.sister_columns import OTHER, SisterColumns, SisterTrial
+from solver.dynamics.frame_spans import are_long, teaching_spans, windows
 from solver.dynamics.trajectory_settings import TrajectorySettings
-from solver.dynamics.trial_data import ExtraParameters, TrialData
+from solver.dynamics.trial_cost import knot_spacing
+from solver.dynamics.trial_data import ExtraParameters
+from solver.dynamics.trial_levels import trial_levels
+from solver.frames_at_once import joined
 from solver.kinematics.motion import Motion
+from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
 
 KINDS = (INERTIAS, step_curves.KIND, demand_gains.KIND, constants.KIND)
-OTHER = "extension"
 FIRST_STEPS = 2  # from the trajectory fit: its weights are others
 NEXT_STEPS = 1  # from an earlier sister: a few frames more or fewer
-
-
-@dataclass(frozen=True)
-class SisterTrial:
-    """What one trial gives: as to the trajectory fit, beginning at that fit's motion, and its feet."""
-
-    data: TrialData
-    feet: tuple[str, ...]  # bodies
-    in_contact: Bool[np.ndarray, "frames feet"]  # by plates; looked at where the data count alone
 
 
 @dataclass(frozen=True)
@@ -97,7 +88,50 @@ def foretold(
         residual_moment_std_Nm=settings.residual_moment_std_Nm,
         knot_spacing_s=settings.knot_spacing_s,
     )
-    made = _Made(skeleton, settings, trials, extra)
+    if not are_long([len(trial.data.counts) for trial in trials], weights):
+        sister, _ = _together(
+            skeleton, trials, weights, settings, phi=phi, extra=extra, kinds=kinds, learnt=learnt
+        )
+        return sister
+    spacing = [knot_spacing(trial.data.start, weights) for trial in trials]
+    trials = [_with_levels(trial, skeleton, weights) for trial in trials]
+    taught, peak_N = _together(
+        skeleton,
+        [
+            trials[s.trial].part(s.start, s.end, spacing[s.trial])
+            for s in teaching_spans([trial.data for trial in trials], spacing, weights)
+        ],
+        weights,
+        settings,
+        phi=phi,
+        extra=extra,
+        kinds=kinds,
+        learnt=learnt,
+    )
+    made = SisterColumns(skeleton, settings, trials, extra, peak_N)
+    steps = FIRST_STEPS if learnt is None else NEXT_STEPS
+    return _in_windows(taught, made, spacing, weights, steps)
+
+
+def _with_levels(trial: SisterTrial, skeleton: Skeleton, weights: TrajectorySettings) -> SisterTrial:
+    data = trial.data
+    levels = trial_levels(ForwardKinematics(skeleton), data.observed_ground, data.start, weights)
+    return replace(trial, data=replace(data, levels=levels))
+
+
+def _together(
+    skeleton: Skeleton,
+    trials: Sequence[SisterTrial],
+    weights: TrajectorySettings,
+    settings: ForetellingSettings,
+    *,
+    phi: Float[np.ndarray, " parameters"] | None,
+    extra: ExtraParameters,
+    kinds: Sequence[str],
+    learnt: LearntTerms | None,
+) -> tuple[Foretold, float]:
+    """All trials as one problem; and the peak force [N] that step curves are in proportion to."""
+    made = SisterColumns(skeleton, settings, trials, extra)
     plain = [trial.data for trial in trials]
     if learnt is None:
         chosen = chosen_kinds(
@@ -125,16 +159,13 @@ def foretold(
     sister = stepped(skeleton, data, weights, steps, phi=phi, extra=start)
     wrenches = []
     for motion, trial in zip(sister.motions, data, strict=True):
-        assert trial.extra_columns_ground is not None
-        beside = trial.extra_columns_ground @ sister.extra
-        if trial.extra_wrench_ground is not None:
-            beside = beside + trial.extra_wrench_ground
+        beside = trial.with_fixed_extra(sister.extra).extra_wrench_ground
         wrenches.append(demanded_ground(sister.skeleton, motion) - beside)
     gains = parameters.some((demand_gains.KIND,))
     notes: tuple[str, ...] = ()
     if gains.any():
         notes = gain_notes(sister.extra[gains], np.sqrt(sister.extra_variance[gains]), settings)
-    return Foretold(
+    told = Foretold(
         tuple(wrenches),
         sister.skeleton,
         chosen,
@@ -143,84 +174,33 @@ def foretold(
         sister.splines,
         LearntTerms(chosen, sister.phi, sister.extra),
     )
+    return told, made.peak_N
 
 
-class _Made:
-    """Columns of trials; what does not depend on which frames count is made once."""
+def _in_windows(
+    taught: Foretold, made: SisterColumns, spacing: Sequence[int], weights: TrajectorySettings, steps: int
+) -> Foretold:
+    """Every trial by itself with the learnt terms and inertias of some of the frames, window by window.
 
-    def __init__(
-        self,
-        skeleton: Skeleton,
-        settings: ForetellingSettings,
-        trials: Sequence[SisterTrial],
-        extra: ExtraParameters,
-    ) -> None:
-        self.skeleton, self.settings, self.trials, self.extra = skeleton, settings, trials, extra
-        self.motions = [trial.data.start for trial in trials]
-        self.frames = [heading_frame(skeleton, motion) for motion in self.motions]
-        self.weight_N = float(skeleton.mass * np.linalg.norm(skeleton.gravity))
-        self.demands = [
-            smooth_demand(skeleton, motion, frame, settings)
-            for motion, frame in zip(self.motions, self.frames, strict=True)
-        ]
-        self.phases = self._phases([trial.data for trial in trials])
-        stepping = [_peak(d) for d, p in zip(self.demands, self.phases, strict=True) if p is not None]
-        self.peak_N = max(stepping, default=0.0)  # zero: nobody steps
-        self.lasting = [
-            [gain_columns(d, m.rate, f, settings), constant_columns(f, self.weight_N, settings)]
-            for d, m, f in zip(self.demands, self.motions, self.frames, strict=True)
-        ]
-
-    def parameters(self, kinds: Sequence[str]) -> Parameters:
-        """Of the trials' own extra columns and of these kinds."""
-        columns, extra = self._learnt([trial.data for trial in self.trials], kinds)[0], self.extra
-        of = (OTHER,) * len(extra.start) + tuple(c.kind for c in columns for _ in c.prior_std)
-        prior_std = np.concatenate([extra.prior_std, *(c.prior_std for c in columns)])
-        start = np.concatenate([extra.start, np.zeros(len(of) - len(extra.start))])
-        return Parameters(of, ExtraParameters(prior_std, start))
-
-    def with_columns(self, data: Sequence[TrialData], kinds: Sequence[str]) -> list[TrialData]:
-        """The trials with columns of these kinds behind those that they have."""
-        whole = []
-        for trial, columns in zip(data, self._learnt(data, kinds), strict=True):
-            own = trial.extra_columns_ground
-            if own is None:
-                own = np.zeros((len(trial.counts), 6, len(self.extra.start)))
-            together = np.concatenate([own, *(c.ground for c in columns)], axis=2)
-            whole.append(replace(trial, extra_columns_ground=together))
-        return whole
-
-    def _learnt(self, data: Sequence[TrialData], kinds: Sequence[str]) -> list[list[Columns]]:
-        """Of each trial, the same kinds in the same order."""
-        lasting = [[c for c in own if c.kind in kinds] for own in self.lasting]
-        if not self.peak_N or step_curves.KIND not in kinds:
-            return lasting
-        same = all(own.counts is trial.data.counts for own, trial in zip(data, self.trials, strict=True))
-        return [
-            [step_columns(phases, frame, self.peak_N, self.settings), *own]
-            for phases, frame, own in zip(
-                self.phases if same else self._phases(data), self.frames, lasting, strict=True
-            )
-        ]
-
-    def _phases(self, data: Sequence[TrialData]) -> list[StepPhases | None]:
-        """Told by plates on frames that count, elsewhere by the feet's motion."""
-        phases = []
-        for trial, own, motion, frame in zip(self.trials, data, self.motions, self.frames, strict=True):
-            falls = footfalls(
-                self.skeleton,
-                motion,
-                frame,
-                self.settings,
-                feet=trial.feet,
-                in_contact=trial.in_contact,
-                known=own.counts,
-            )
-            two = len(trial.feet) == 2
-            phases.append(step_phases(falls, motion.frames, self.settings) if two else None)
-        return phases
-
-
-def _peak(demand: Float[np.ndarray, "frames 6"]) -> float:
-    """Of the force, ends and spikes left out [N]."""
-    return float(np.percentile(np.linalg.norm(demand[:, :3], axis=1), 95))
+    Args:
+        taught: by these frames.
+        made: of all trials, with levels, at the peak force of these frames.
+        spacing: of their splines [frames].
+        weights: of the sister.
+        steps: from where the data begin.
+    """
+    fixed = replace(weights, fit_inertias=False)
+    wrenches, motions, splines = [], [], []
+    for i, trial in enumerate(made.trials):
+        spans = windows(i, len(trial.data.counts), spacing[i], weights)
+        parts = []
+        for span in spans:
+            data = made.window(span, taught.kinds, spacing[i]).with_fixed_extra(taught.learnt.x)
+            own = stepped(taught.skeleton, [data], fixed, steps, extra=ExtraParameters.none())
+            wrench = demanded_ground(taught.skeleton, own.motions[0]) - data.extra_wrench_ground
+            parts.append((wrench, own.motions[0].q, own.splines[0]))
+        starts = [span.start for span in spans]
+        wrenches.append(joined([wrench for wrench, _, _ in parts], starts))
+        motions.append(replace(trial.data.start, q=joined([q for _, q, _ in parts], starts)))
+        splines.append(joined([c for _, _, c in parts], [start // spacing[i] for start in starts]))
+    return replace(taught, wrenches_ground=tuple(wrenches), motions=tuple(motions), splines=tuple(splines))

@@ -23,6 +23,10 @@ class StepPhases:
     phase: Float[np.ndarray, " frames"]  # 0 to 1; NaN where nobody steps
     mirrored: Bool[np.ndarray, " frames"]  # the step began with the second foot
 
+    def between(self, start: int, end: int) -> "StepPhases":
+        """Frames `start` to `end` (excluded) alone."""
+        return StepPhases(self.phase[start:end], self.mirrored[start:end])
+
 
 def step_phases(falls: Footfalls, frames: int, settings: ForetellingSettings) -> StepPhases | None:
     """Phases of two-legged steps; None where fewer than two whole steps are seen.

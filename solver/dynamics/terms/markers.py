@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.dynamics.bordered_system import TrialGradient, TrialSystem
-from solver.dynamics.marker_error_levels import marker_error_levels
+from solver.dynamics.marker_error_levels import MarkerErrorLevels
 from solver.dynamics.subtree_terms import SubtreeTerms
 from solver.dynamics.terms.segment_means import SegmentMeans
 from solver.dynamics.terms.trial_point import REFERENCE_RATE_HZ, TrialPoint
@@ -40,11 +40,11 @@ class Markers:
         observed_ground: Float[np.ndarray, "frames markers 3"],
         start: Motion,
         settings: TrajectorySettings,
+        levels: MarkerErrorLevels,
     ) -> None:
         self.tree = SubtreeTerms(kinematics)
         self.seen = np.isfinite(observed_ground).all(axis=2)
         self.observed = np.where(self.seen[:, :, None], observed_ground, 0.0)
-        levels = marker_error_levels(kinematics, observed_ground, start, settings)
         self.precision = (settings.slow_error_factor * levels.slow_m) ** -2
         self.scale2 = settings.marker_robust_scale_m**2
         _, squares = self._errors(kinematics.markers(kinematics.poses(start.q)))

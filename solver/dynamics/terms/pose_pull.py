@@ -32,15 +32,14 @@ def pull_precision(
 class PosePull:
     """Σ_t Σ_j (q_tj − q⁰_tj)²/σ_j², over all dofs but the root's."""
 
-    def __init__(
-        self,
-        skeleton: Skeleton,
-        observed_ground: Float[np.ndarray, "frames markers 3"],
-        start: Motion,
-        settings: TrajectorySettings,
-    ) -> None:
-        self.start_q = start.q
-        self.precision = pull_precision(skeleton, observed_ground, settings)
+    def __init__(self, start: Motion, precision: Float[np.ndarray, " dofs"]) -> None:
+        """Of a trial.
+
+        Args:
+            start: the marker fit.
+            precision: `pull_precision`.
+        """
+        self.start_q, self.precision = start.q, precision
 
     def cost(self, at: TrialPoint) -> float:
         """The sum."""

@@ -12,8 +12,14 @@ from solver.kinematics.motion import Motion
 class Smoothness:
     """κ Σ_j ∫ (d³q_j/dt³)² dt / ȷ_j², with ȷ_j the dof's jerk level in the marker fit."""
 
-    def __init__(self, start: Motion, settings: TrajectorySettings) -> None:
-        self.weight = settings.smoothness / jerk_level(start, settings) ** 2
+    def __init__(self, jerk: Float[np.ndarray, " dofs"], settings: TrajectorySettings) -> None:
+        """Of a trial.
+
+        Args:
+            jerk: `jerk_level` of the marker fit [rad/s³ or m/s³].
+            settings: κ.
+        """
+        self.weight = settings.smoothness / jerk**2
 
     def cost(self, at: TrialPoint) -> float:
         """The sum."""

@@ -21,7 +21,8 @@ from jaxtyping import Float
 from solver.capture.subject import open_subject
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
-from solver.dynamics.foretelling.sister_fit import SisterTrial, foretold
+from solver.dynamics.foretelling.sister_columns import SisterTrial
+from solver.dynamics.foretelling.sister_fit import foretold
 from solver.dynamics.hidden_steps import Step, frames_of, steps_of
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.missing_wrench import with_inferred_torques

@@ -8,7 +8,8 @@ import pytest
 from solver.dynamics.momentum_terms import momentum_terms
 from solver.dynamics.spline_band import from_blocks, in_blocks
 from solver.dynamics.terms.root_residual import RootResidual
-from solver.dynamics.trajectory_fit import extra_covariance, fit_trajectories
+from solver.dynamics.trajectory_fit import fit_trajectories
+from solver.dynamics.trajectory_search import extra_covariance
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.dynamics.trajectory_solver import State, TrajectorySolver
 from solver.dynamics.trial_data import ExtraParameters, TrialData

@@ -7,7 +7,8 @@ import pytest
 
 from solver.dynamics.foretelling.demand_gains import demanded_ground
 from solver.dynamics.foretelling.settings import ForetellingSettings
-from solver.dynamics.foretelling.sister_fit import SisterTrial, foretold
+from solver.dynamics.foretelling.sister_columns import SisterTrial
+from solver.dynamics.foretelling.sister_fit import foretold
 from solver.dynamics.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from tests.solver.dynamics.foretelling.conftest import FEET

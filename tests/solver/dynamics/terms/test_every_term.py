@@ -11,17 +11,29 @@ from solver.dynamics.terms.pose_pull import PosePull
 from solver.dynamics.terms.root_residual import RootResidual
 from solver.dynamics.terms.smoothness import Smoothness
 from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.dynamics.trial_levels import trial_levels
 from solver.skeleton.forward import ForwardKinematics
 
 # Scales within which every robust loss is well off its parabola.
 SETTINGS = TrajectorySettings(marker_robust_scale_m=0.008, residual_robust_scale=2.0)
+
+
+def levels_of(case):
+    kinematics = ForwardKinematics(case.skeleton)
+    return trial_levels(kinematics, case.data.observed_ground, case.data.start, SETTINGS)
+
+
 MAKERS = {
     "markers": lambda c: Markers(
-        ForwardKinematics(c.skeleton), c.data.observed_ground, c.data.start, SETTINGS
+        ForwardKinematics(c.skeleton),
+        c.data.observed_ground,
+        c.data.start,
+        SETTINGS,
+        levels_of(c).marker_errors,
     ),
     "root residual": lambda c: RootResidual(c.data, SETTINGS),
-    "pose pull": lambda c: PosePull(c.skeleton, c.data.observed_ground, c.data.start, SETTINGS),
-    "smoothness": lambda c: Smoothness(c.data.start, SETTINGS),
+    "pose pull": lambda c: PosePull(c.data.start, levels_of(c).pull),
+    "smoothness": lambda c: Smoothness(levels_of(c).jerk, SETTINGS),
 }
 BESIDE = 6  # columns of the spline behind the dofs
 

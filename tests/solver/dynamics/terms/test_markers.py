@@ -39,7 +39,7 @@ def test_gauss_newton_is_that_of_dense_rows(case, shared):
         changes = [whitened(error[t + 1] - error[t], t) for t in range(len(error) - 1)]
         return np.concatenate([slow[np.isfinite(slow)], *changes])
 
-    case.assert_least_squares(Markers(kinematics, observed, case.data.start, settings), rows)
+    case.assert_least_squares(Markers(kinematics, observed, case.data.start, settings, levels), rows)
 
 
 def test_a_marker_far_off_says_less(case):
@@ -49,7 +49,9 @@ def test_a_marker_far_off_says_less(case):
     def pulled(distance_m):
         far = case.data.observed_ground.copy()
         far[:, 0] += distance_m
-        term = Markers(kinematics, far, case.data.start, replace(TrajectorySettings(), growth_factor=1e4))
+        settings = replace(TrajectorySettings(), growth_factor=1e4)
+        levels = marker_error_levels(kinematics, far, case.data.start, settings)
+        term = Markers(kinematics, far, case.data.start, settings, levels)
         gradient = TrialGradient.zero(at.coefficients.shape, at.shared.count)
         term.add_gradient(at, gradient)
         return np.abs(gradient.coefficients).max()

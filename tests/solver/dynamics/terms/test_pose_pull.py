@@ -13,7 +13,7 @@ def test_gauss_newton_is_that_of_dense_rows(case):
         away = np.delete(case.at(iterate).q - case.data.start.q, root, axis=1)
         return np.sqrt(case.frame_weight) * away.ravel() / SETTINGS.pose_std_rad
 
-    pull = PosePull(case.skeleton, case.data.observed_ground, case.data.start, SETTINGS)
+    pull = PosePull(case.data.start, pull_precision(case.skeleton, case.data.observed_ground, SETTINGS))
     case.assert_least_squares(pull, rows)
 
 

@@ -22,4 +22,4 @@ def test_gauss_newton_is_that_of_dense_rows(case):
         jerk = BSpline(knots, case.at(iterate).coefficients, DEGREE)(t, nu=3)
         return (np.sqrt(SETTINGS.smoothness * share) * jerk / level).ravel()
 
-    case.assert_least_squares(Smoothness(case.data.start, SETTINGS), rows)
+    case.assert_least_squares(Smoothness(level, SETTINGS), rows)

@@ -1,0 +1,141 @@
+"""The search of the trajectory fit: Gauss-Newton with Levenberg's damping, all of its trials together."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.dynamics.bordered_system import BorderedFactor, SharedChoice
+from solver.dynamics.trajectory_solver import State, TrajectorySolver
+from solver.kinematics.motion import Motion
+from solver.progress import Progress
+from solver.skeleton.skeleton import Skeleton
+
+# A last step with the curvature at hand is tried after a step that gained less than this share of the cost.
+NEARLY_THERE = 0.5
+FIRST_DAMPING, MOST_DAMPING = 1e-6, 1e8
+# A small undamped step that lowers the cost by what its quadratic model foretold, but for this share of the
+# tolerance, has arrived: what is left is of the order of that difference. Of a large one, that may be chance.
+SMALL_STEP = 10  # tolerances
+AS_FORETOLD = 0.1
+
+
+@dataclass(frozen=True)
+class TrajectoryFit:
+    """A trial's trajectory and the skeleton's inertias that go with it."""
+
+    skeleton: Skeleton
+    motions: tuple[Motion, ...]
+    splines: tuple[Float[np.ndarray, "coefficients dofs"], ...]  # coefficients of the motions
+    phi: Float[np.ndarray, " parameters"]
+    inertia_names: tuple[str, ...]
+    iterations: int
+    converged: bool
+    notes: tuple[str, ...]
+    costs: tuple[float, ...]  # where the search began, and after each iteration
+    # Where one more step would take φ, were all frames' errors independent and of the fit's own size
+    asked_phi: Float[np.ndarray, " parameters"]
+    extra: Float[np.ndarray, " extra"] = field(default_factory=lambda: np.zeros(0))  # x
+    # Of x, with trajectories and inertias free: from the border after all trials' bands are eliminated. The
+    # weights take frames as independent, so it is rather too small.
+    extra_covariance: Float[np.ndarray, "extra extra"] = field(default_factory=lambda: np.zeros((0, 0)))
+
+
+def searched(
+    solver: TrajectorySolver, progress: Progress, phi: Float[np.ndarray, " parameters"] | None
+) -> TrajectoryFit:
+    """From where the trials' data begin to where a step gains no more.
+
+    Args:
+        solver: of the trials.
+        progress: told the fraction done; may raise `Cancelled`.
+        phi: inertia parameters where the search begins; None: the nominal ones.
+    """
+    state = solver.begun(phi)
+    damping, converged, iteration = FIRST_DAMPING, False, 0
+    costs: list[float] = []
+    asked = state.shared.phi
+    while iteration < solver.settings.iterations and not converged and damping < MOST_DAMPING:
+        progress("dynamics", iteration / solver.settings.iterations)
+        iteration += 1
+        while damping < MOST_DAMPING:
+            system = solver.linearized(state)
+            cost = sum(part.cost for part in system) + solver.prior_cost(state)
+            gradient = solver.gradient_of(state, system)
+            factor = solver.factorized(state, system, damping)
+            step = factor.step(gradient)
+            tried = solver.stepped(state, step)
+            tried_cost = solver.cost(tried)
+            if tried_cost < cost:
+                break
+            damping = max(damping * 100, 1e-3)
+            del system, factor  # before the next ones are built
+        if damping >= MOST_DAMPING:
+            break
+        costs += [tried_cost] if costs else [cost, tried_cost]
+        gained, least = cost - tried_cost, solver.settings.tolerance * cost
+        undamped = damping <= FIRST_DAMPING
+        small = undamped and gained < SMALL_STEP * least
+        as_foretold = small and abs(gained - step.foretold) < AS_FORETOLD * least
+        converged = gained < least or as_foretold
+        state, cost, damping = tried, tried_cost, damping / 10
+        if undamped and not converged and gained < NEARLY_THERE * cost:
+            state, converged = _settled(solver, state, cost, factor)
+        if converged:
+            asked = _asked(solver, state, factor)
+        del system, factor
+    progress("dynamics", 1.0)
+    shared = state.shared
+    return TrajectoryFit(
+        skeleton=solver.skeleton(state),
+        motions=tuple(part.motion(at) for part, at in solver.at(state)),
+        splines=tuple(state.coefficients),
+        phi=shared.phi,
+        inertia_names=solver.inertias.names,
+        iterations=iteration,
+        converged=converged,
+        asked_phi=asked,
+        notes=() if converged else (f"the trajectory fit did not settle in {iteration} iterations",),
+        costs=tuple(float(c) for c in costs),
+        extra=shared.x,
+        extra_covariance=extra_covariance(solver, state),
+    )
+
+
+def _settled(
+    solver: TrajectorySolver, state: State, cost: float, factor: BorderedFactor
+) -> tuple[State, bool]:
+    """The state after a last step with the curvature at hand, and whether it is the last one.
+
+    It is if all that is left to gain is less than the tolerance, by the gradient here and that curvature.
+    """
+    step = factor.step(solver.gradient(state))
+    if step.foretold >= solver.settings.tolerance * cost:
+        return state, False
+    tried = solver.stepped(state, step)
+    return (tried, True) if solver.cost(tried) < cost else (state, False)
+
+
+def _asked(
+    solver: TrajectorySolver, state: State, factor: BorderedFactor
+) -> Float[np.ndarray, " parameters"]:
+    """φ after a step with the curvature at hand, the inertias' prior without its caution."""
+    if solver.caution == 1.0:
+        return state.shared.phi
+    cautious = solver.priors[0]
+    choice = SharedChoice(
+        np.ones(state.shared.count, dtype=bool),
+        solver.uncautious.curvature(state.shared) - cautious.curvature(state.shared),
+        solver.uncautious.gradient(state.shared) - cautious.gradient(state.shared),
+    )
+    (step,) = factor.steps(solver.gradient(state), [choice])
+    return state.shared.moved(step.shared).phi
+
+
+def extra_covariance(solver: TrajectorySolver, state: State) -> Float[np.ndarray, "extra extra"]:
+    """Of x at the solution: the inverse of the border from which all bands are eliminated."""
+    if not len(state.shared.x):
+        return np.zeros((0, 0))
+    corner = solver.factorized(state, solver.linearized(state)).corner
+    free = state.shared.free_inertias
+    return np.linalg.inv(corner)[free:, free:]
