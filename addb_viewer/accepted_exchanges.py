@@ -39,7 +39,7 @@ def exchange_in_words(exchange: Exchange, fit: Fit | None) -> str:
         fit: the last one, which may have done so by itself; None where there is none.
     """
     frames = f"{exchange.start}-{exchange.end - 1} of {exchange.trial}"
-    said = f"labels {' and '.join(exchange.labels)} are exchanged back in frames {frames}, in every fit"
+    said = f"labels {' and '.join(exchange.labels)} are swapped back in frames {frames}, in every fit"
     if fit is not None and any(
         fault.done == EXCHANGED
         and not fault.accepted

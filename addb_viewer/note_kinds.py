@@ -62,7 +62,7 @@ KINDS = (
         (
             "is not used for the body's mass",
             "plates read ",
-            "what it reads speaks against that",
+            "its readings contradict that",
             "the largest force is ",
             "do both share one clock?",
             "no centre of pressure on ",
@@ -77,7 +77,7 @@ KINDS = (
             "seems to be a scaled model",
             "people walk with",
             "would fit better with other segment masses",
-            "are placed anew",
+            "are placed again",
             "is unusual",
             "from its usual place on the model",
             "no marker at the ",
@@ -89,12 +89,16 @@ KINDS = (
     FAR_MARKERS,
     NoteKind(
         "labels on the wrong marker",
-        ("were exchanged in ", "exchanged back in ", " is left out there ("),
+        ("were swapped in ", "swapped back in ", " is left out there ("),
         True,
     ),
     NoteKind(
         "labels not used",
-        ("labels not understood", "labels that no recording has", "of no marker of the model, left out"),
+        (
+            "labels not understood",
+            "labels that no recording has",
+            "that match no marker of the model, left out",
+        ),
         True,
     ),
     NoteKind(
@@ -121,7 +125,7 @@ KINDS = (
         "under other names",
         "does not know, left out",
         "pieces of one trajectory",
-        "is taken off the labels",
+        "is removed from the labels",
         "unlabelled trajectories are left out",
         "computed quantities, not markers",
     ), False),

@@ -165,7 +165,7 @@ def _engine(url: URL, patience_s: float) -> Engine:
             engine = create_engine(url, connect_args={"connect_timeout": CONNECT_S}, pool_pre_ping=True)
             _make_postgresql_crash_safe(engine, patience_s)
         case _:
-            raise _UnknownDatabaseError("reviews are kept in postgresql:// or sqlite:// alone")
+            raise _UnknownDatabaseError("a review store is a postgresql:// or sqlite:// URL")
     return engine
 
 
@@ -196,11 +196,11 @@ def _why_refused(file: Path) -> str:
     if all(os.access(place, os.W_OK) for place in (file, file.parent)):
         room = shutil.disk_usage(file.parent).free / 1e6
         return (
-            f"nothing was recorded: it was opened for reading alone, because the disk refused ({room:.1f} MB "
-            "free); free some space, and open it again"
+            f"nothing was recorded: it was opened read-only, because the disk could not be written "
+            f"({room:.1f} MB free); free some space, and open it again"
         )
     return (
-        "nothing was recorded: it cannot be written to from here, and was opened for reading alone; make it "
+        "nothing was recorded: it cannot be written to from here, and was opened read-only; make it "
         "and its folder writable, and open it again"
     )
 

@@ -72,7 +72,7 @@ def decoded(kind: str, content: Mapping[str, Any]) -> Event:
         raise ReviewError("its content is not a JSON object")
     event: Event = _made(KINDS[kind], {**_BEFORE.get(kind, {}), **content})
     if isinstance(event, SetStatus) and event.status is None:
-        raise ReviewError("its 'status' is not a text")
+        raise ReviewError("its 'status' is not text")
     if isinstance(event, ImportLabels) and any(
         not start < end <= event.frames for start, end in (*event.missing, *event.unreviewed)
     ):

@@ -53,7 +53,7 @@ class KeptFile:
             if is_settled and is_whole:
                 self._state, self._last = state, last
                 return ""
-        return "it was written over with an older or another copy while it was open" if is_settled else ""
+        return "it was overwritten with an older or another copy while it was open" if is_settled else ""
 
     def _held(self) -> tuple[bool, _Last | None]:
         """Whether the edit that was the last one is still in the file; and the one that is now."""

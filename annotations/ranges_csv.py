@@ -55,12 +55,12 @@ def tables_from_csv(
     try:
         columns = tuple(reader.fieldnames or ())
         if "trial" not in columns or not set(LABELS) & set(columns):
-            raise ReviewError(f"{file}: needs a head with 'trial' and one of {', '.join(LABELS)}")
+            raise ReviewError(f"{file}: needs a header row with 'trial' and one of {', '.join(LABELS)}")
         for row in reader:
             trial, label = _label(row, frames, known, f"{file}, line {reader.line_num}")
             found.setdefault(trial, []).append(label)
     except csv.Error as error:
-        raise ReviewError(f"{file}, after line {reader.line_num}: no CSV ({error})") from error
+        raise ReviewError(f"{file}, after line {reader.line_num}: not CSV ({error})") from error
     tables = {trial: _table(labels, file, by) for trial, labels in found.items()}
     return tables, tuple(column for column in columns if column not in TAKEN)
 
@@ -113,7 +113,7 @@ def _read(
     row: Mapping[str, str | None], frames: Mapping[str, int], feet: tuple[str, ...]
 ) -> tuple[str, Label]:
     if None in row:
-        raise ReviewError("more cells than the head has columns")
+        raise ReviewError("more cells than the header has columns")
     cells = {name: (row.get(name) or "").strip() for name in TAKEN}
     trial = cells["trial"]
     if trial not in frames:
@@ -141,7 +141,7 @@ def _number(cells: Mapping[str, str], name: str) -> int:
     try:
         return int(cells[name])
     except ValueError as error:
-        raise ReviewError(f"'{cells[name]}' is no frame number; '{name}' needs one") from error
+        raise ReviewError(f"'{cells[name]}' is not a frame number; '{name}' needs one") from error
 
 
 def _status(word: str) -> Status:

@@ -104,7 +104,7 @@ def date_of(text: str) -> datetime:
 def _edit(row: Row[Any]) -> Edit:
     for name in ("trial", "author", "made_at", "kind", "content"):
         if not is_text(getattr(row, name)):
-            raise ReviewError(f"its {name} is no text in UTF-8")
+            raise ReviewError(f"its {name} is not UTF-8 text")
     if row.number < 1:
         raise ReviewError("numbers begin at 1")
     event = decoded(row.kind, _json(row.content))
@@ -116,9 +116,9 @@ def _json(text: str) -> Mapping[str, Any]:
     try:
         found = json.loads(text)
     except RecursionError as error:
-        raise ReviewError("its content is nested too deep") from error
+        raise ReviewError("its content is nested too deeply") from error
     except ValueError as error:
-        raise ReviewError(f"its content is no JSON ({error})") from error
+        raise ReviewError(f"its content is not JSON ({error})") from error
     if not isinstance(found, dict):
-        raise ReviewError("its content is no JSON object")
+        raise ReviewError("its content is not a JSON object")
     return found

@@ -43,12 +43,12 @@ def rescued(
             with suppress(OSError):
                 place.with_name(f"{place.name}{left}").unlink()
         raise ReviewError(
-            f"{file}: {loss}. Nothing is recorded now. The {len(known)} edits so far are in memory alone, "
+            f"{file}: {loss}. Nothing is recorded now. The {len(known)} edits so far are only in memory, "
             f"because they cannot be written beside it ({error}). Leave the app open, make room there or "
             "make the folder writable again, and repeat the edit"
         ) from error
     with_it = ", with the one that was being made," if asked else ""
-    without = f" Not in it, because nobody could read them: {listed(unreadable)}." if unreadable else ""
+    without = f" Not in it, because they cannot be read: {listed(unreadable)}." if unreadable else ""
     return (
         f"{file}: {loss}. Nothing is recorded any more. All {len(known) + len(asked)} edits that were known "
         f"here{with_it} are in {place.name} beside it.{without} Close the app; then put the right file in "

@@ -87,7 +87,7 @@ def export_labels(review: TrialReview, frames: int, folder: Path) -> list[Path]:
         _write_new(segment / FINISHED, "")
     except FileExistsError as error:
         raise ReviewError(
-            f"{error.filename}: is there already and stays as it is; choose another folder"
+            f"{error.filename}: exists already and is not overwritten; choose another folder"
         ) from error
     except OSError as error:
         raise ReviewError(
@@ -106,7 +106,7 @@ def lost_in_review_json(review: TrialReview) -> tuple[str, ...]:
         "notes": bool(review.status_note) or any(labelled.note for labelled in ranges),
         "activities": any(activity.activity != ERRONEOUS for activity in review.activities),
         "the status": review.status in (Status.IN_WORK, Status.SECOND_LOOK),
-        "who differs from whom": bool(review.conflicts),
+        "who disagrees with whom": bool(review.conflicts),
     }
     return tuple(name for name, is_there in labels.items() if is_there)
 

@@ -69,7 +69,7 @@ def next_redo(edits: Sequence[Edit], author: str, unreadable: Sequence[Unreadabl
         row = passed or next((row for row in unreadable if row.number == undone[-1]), None)
         if row is not None:
             raise ReviewError(
-                f"{row.name} cannot be read, so nothing before it, nor itself, is redone ({row.why}); "
+                f"{row.name} cannot be read, so neither it nor anything before it can be redone ({row.why}); "
                 "flag or clear the frames instead"
             )
     if found is None:

@@ -21,8 +21,8 @@ class UnreadableRow:
 
     def __str__(self) -> str:
         return (
-            f"{self.name} of the review log cannot be read: {self.why}. What it decided does not count, and "
-            "what it took back counts; it stays in the log"
+            f"{self.name} of the review log cannot be read: {self.why}. Its decision does not count, and "
+            "an edit that it had undone counts again; it stays in the log"
         )
 
     def may_be_about(self, trial: str) -> bool:

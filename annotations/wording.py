@@ -37,15 +37,15 @@ def said_by(event: Event) -> str:
         case SetActivity(start, end, activity, subclass):
             line = f"frames {start} to {end - 1}: {' '.join(filter(None, (activity, subclass)))}"
         case ClearActivity(start, end):
-            line = f"frames {start} to {end - 1}: activity taken back"
+            line = f"frames {start} to {end - 1}: activity removed"
         case SetStatus(status, left_out=left_out):
             line = str(status) + (f", {len(left_out)} undecided proposals stay left out" if left_out else "")
         case ImportLabels(missing):
             labelled = sum(end - start for start, end in missing)
-            line = f"review.json taken in, {labelled} frames without force"
+            line = f"review.json imported, {labelled} frames without force"
         case ImportTable():
             labels = len(event.ranges) + len(event.activities)
-            line = f"{event.file} taken in by {event.by}, {labels} ranges"
+            line = f"{event.file} imported by {event.by}, {labels} ranges"
         case Undo(number):
             line = f"edit {number} undone"
         case Redo(number):

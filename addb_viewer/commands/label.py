@@ -30,10 +30,10 @@ def label(subject: SubjectFolder, file: Table, author: Author = None, debug: Deb
                 number = take_in(log, trial_of(opened, trial), captures[trial], table)
                 labels = len(table.ranges) + len(table.activities)
                 status = f", {table.status}" if table.status else ""
-                typer.echo(f"{trial}: {labels} ranges taken in{status} (edit {number})")
+                typer.echo(f"{trial}: {labels} ranges imported{status} (edit {number})")
             tell_unreadable(log)
         if ignored:
-            typer.echo(f"note: not taken in: the columns {', '.join(ignored)}")
+            typer.echo(f"note: not imported: the columns {', '.join(ignored)}")
 
 
 def _text(file: Path) -> str:

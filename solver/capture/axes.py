@@ -36,7 +36,7 @@ class AxesSettings:
     spread_ratio: float = setting(1.25, unit="", why="people are taller than wide, standing or walking")
     spread_weight: float = setting(2.0, unit="", least=0.0, why="a strong ratio of height to width")
     floor_weight: float = setting(
-        1.5, unit="", least=0.0, why="the floor is at zero; walkways have it in their midst"
+        1.5, unit="", least=0.0, why="the floor is at zero; walkways have it in the middle"
     )
     floor_slack_m: float = setting(
         0.05, unit="m", least=0.0, why="how far below zero markers may be: tilted axes"
@@ -48,7 +48,9 @@ class AxesSettings:
     margin: float = setting(
         1.0, unit="", least=0.0, why="a lead smaller than this over the next axis is ambiguous"
     )
-    upright_m: float = setting(0.3, unit="m", why="less between feet and trunk doesn't tell up from down")
+    upright_m: float = setting(
+        0.3, unit="m", why="with less between feet and trunk, up and down cannot be distinguished"
+    )
     still_m_s: float = setting(0.03, unit="m/s", why="a planted foot; a standing trunk sways faster")
     still_share: float = setting(0.25, unit="", why="of the frames: in walking a foot rests longer")
     floor_ratio: float = setting(0.3, unit="", why="the floor is at zero: one end of the axis is near it")
@@ -83,7 +85,7 @@ class VerticalAxis:
         """What was found, for the capture's notes."""
         because = f" ({'; '.join(self.evidence)})" if self.evidence else ""
         if not self.certain:
-            mend = "`up` in the trial's table of subject.toml overrules"
+            mend = "`up` in the trial's table of subject.toml overrides this"
             return (f"{source}: which axis points up is ambiguous; {self.name} assumed{because}; {mend}",)
         return (f"{source}: {self.name} points up{because}",)
 

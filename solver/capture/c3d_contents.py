@@ -69,7 +69,7 @@ def open_c3d(path: Path) -> C3dContents:
         rate = float(raw["header"]["points"]["frame_rate"])
         notes += (f"{path.name}: POINT:RATE is missing; the header's {rate:g} Hz is used",)
     if not (np.isfinite(rate) and rate > 0):
-        raise CaptureError(f"{path}: neither the header nor POINT:RATE says how many frames a second holds.")
+        raise CaptureError(f"{path}: neither the header nor POINT:RATE gives the frame rate.")
     if points.shape[0] == 0 or points.shape[1] == 0:
         raise CaptureError(f"{path}: the file holds no marker. Export it with its trajectories.")
     padding = BLOCK // max(1, header.frame_bytes)
@@ -92,8 +92,8 @@ def _data(
     if seen_per_frame != header.analogs_per_frame:
         stored = read_data(path, header)
         note = (
-            f"{path.name}: the header counts {header.analogs_per_frame} analog numbers a frame, ANALOG:USED "
-            "and ANALOG:RATE don't; the header is believed, scales and offsets are taken as 1 and 0"
+            f"{path.name}: the header counts {header.analogs_per_frame} analog values per frame, "
+            "ANALOG:USED and ANALOG:RATE others; the header is used, with scales of 1 and offsets of 0"
         )
         return stored.points, stored.analogs, (note,)
     return positions, analogs, ()

@@ -16,7 +16,7 @@ BLOCK = 512  # bytes; all addresses in a C3D file count blocks from 1
 SIGNATURE = 0x50
 INTEL, DEC, MIPS = 84, 85, 86
 LARGEST_COUNT = 65535  # the header's frame numbers are 16 bits; longer files keep theirs elsewhere
-EXPORT_AGAIN = "Export the trial again, or copy the file anew."
+EXPORT_AGAIN = "Export the trial again, or copy the file again."
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def read_header(path: Path) -> C3dHeader:
     if processor == MIPS:
         raise CaptureError(
             f"{path}: written in SGI/MIPS numbers, which cannot be read. Save it as Intel (PC) C3D, as every "
-            "present capture program and C3D editor does."
+            "current capture program and C3D editor does."
         )
     if processor not in (INTEL, DEC):
         raise CaptureError(

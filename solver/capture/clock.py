@@ -26,13 +26,13 @@ class ClockSettings:
     largest_jitter: float = setting(
         0.45,
         unit="samples",
-        why="rows off the uniform clock by less are moved onto it; from a half on, which is which is a guess",
+        why="rows off the uniform clock by less are moved onto it; from half on, their order is a guess",
     )
     rate_tolerance: float = setting(
         5e-4, unit="", why="header and time column that differ by less say the same"
     )
     fewest_jittering: int = setting(
-        10, unit="rows", why="that jitter about a clock: fewer lie near the beats of many a clock by chance"
+        10, unit="rows", why="that jitter about a clock: fewer may fit a clock by chance"
     )
     single_steps: float = setting(
         0.8, unit="", why="share of steps by one sample in a recording that jitters; events come at any time"
@@ -197,7 +197,7 @@ def _with_stamps_missing(
     notes: tuple[str, ...] = ()
     for rows, what in (
         (np.isnan(times) & known, "it follows from the rows before and after"),
-        (~known, "the rows around do not tell it, so these rows are left out"),
+        (~known, "it does not follow from the rows around, so these rows are left out"),
     ):
         if rows.any():
             where = _listed([lines[int(i)] for i in np.flatnonzero(rows)])
@@ -236,7 +236,7 @@ def _header_clock(times: Float[np.ndarray, " rows"], path: Path, header_rate: fl
     if not header_rate:
         if rows == 1:
             return Clock(float("nan"), start, np.zeros(1, int), np.ones(1, bool))
-        raise CaptureError(f"{path}: the time column holds one and the same time or none. Export it again.")
+        raise CaptureError(f"{path}: the time column holds only one time, or none. Export it again.")
     notes: tuple[str, ...] = ()
     if rows > 1:
         notes = (
@@ -377,7 +377,7 @@ def _gap_notes(
         first = times[int(np.argmax(jumps > 1))]
         notes += (
             f"{source}: {int((jumps[jumps > 1] - 1).sum())} rows are missing in "
-            f"{int((jumps > 1).sum())} places (first after {first:g} s); nothing is known there",
+            f"{int((jumps > 1).sum())} places (first after {first:g} s); they stay gaps",
         )
     if not keep.all():
         repeated = np.flatnonzero(~keep)

@@ -227,13 +227,13 @@ def _cutoff_notes(plate: ForcePlate, cutoff: float, settings: ConditioningSettin
     if cutoff >= plate.rate / 2:
         return (
             f"{plate.name}: not low-passed at {cutoff:.3g} Hz: at {plate.rate:g} samples a second it holds "
-            f"nothing above {plate.rate / 2:g} Hz, and contacts are blurred by as much",
+            f"nothing above {plate.rate / 2:g} Hz, and contacts are blurred accordingly",
         )
     if cutoff == settings.cutoff_Hz:
         return ()
     return (
-        f"{plate.name}: low-passed at {cutoff:.3g} Hz instead of {settings.cutoff_Hz:g}: the markers are too "
-        "slow",
+        f"{plate.name}: low-passed at {cutoff:.3g} Hz instead of {settings.cutoff_Hz:g}: the markers' "
+        "rate is too low",
     )
 
 

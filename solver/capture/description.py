@@ -73,9 +73,11 @@ class Entries:
         if not math.isfinite(number):
             raise self.complaint(key, f"not a number. Write the {quantity} in {unit}.")
         if number > largest:
-            raise self.complaint(key, f"no {quantity} in {unit}. Write it in {unit}.")
+            raise self.complaint(key, f"not a possible {quantity} in {unit}. Write it in {unit}.")
         if number <= 0:
-            return None, (f"{self.path.name}: {key} = {number:g} is no {quantity} and counts as unknown",)
+            return None, (
+                f"{self.path.name}: {key} = {number:g} is not a possible {quantity} and counts as unknown",
+            )
         return number, ()
 
     def sex(self, key: str) -> tuple[str | None, tuple[str, ...]]:

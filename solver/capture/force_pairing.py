@@ -117,7 +117,7 @@ def _told(markers: Path, found: Evidence) -> str:
     if abs(found.log_odds) < LITTLE:
         return f"{lies}, as they would at other moments"
     odds = f"{np.exp(abs(found.log_odds)):.0f} to 1" if found.log_odds < 5 else "more than 100 to 1"
-    return f"{lies}, {odds} {'for' if found.log_odds > 0 else 'against'} one recording"
+    return f"{lies}, {odds} {'for' if found.log_odds > 0 else 'against'} their being one recording"
 
 
 def _rivals(one: _Candidate, candidates: Sequence[_Candidate], among: _Folder) -> list[_Candidate]:
@@ -151,8 +151,10 @@ def _why_left(own: Sequence[_Candidate], candidates: Sequence[_Candidate], among
         others = ", ".join(
             dict.fromkeys((c.table if c.table != best.table else c.markers).name for c in rivals)
         )
-        return f"forces, perhaps of {best.markers.name}, but {others} comes into question as well"
-    return f"forces of no trial here for certain; nearest {best.markers.name}: {best.why}"
+        return f"forces, perhaps of {best.markers.name}, but {others} is possible as well"
+    return (
+        f"forces that cannot be assigned to a trial with certainty; nearest {best.markers.name}: {best.why}"
+    )
 
 
 def _stamp(path: Path) -> tuple[int, int]:
@@ -218,4 +220,4 @@ def _loads(path: Path, stamp: tuple[int, int], settings: ReadingSettings) -> Loa
     except CaptureError as error:
         return f"forces that cannot be read: {error}"
     loads = loads_of(plates, settings.under_feet)
-    return "force columns in which nothing is ever loaded" if loads is None else loads
+    return "force columns without any load" if loads is None else loads

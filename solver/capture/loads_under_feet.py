@@ -57,7 +57,7 @@ class UnderFeetSettings:
     )
     piece_s: float = setting(0.6, unit="s", why="a step; a longer load, standing or on one plate, is several")
     worth: float = setting(2.0, unit="", why="independent samples a step: where the foot is, and when")
-    samples: int = setting(400, unit="samples", why="more tell nothing new")
+    samples: int = setting(400, unit="samples", why="more give no new information")
     moments: int = setting(101, unit="", why="other moments that are tried, up to half the recording away")
     fewest_share: float = setting(0.4, unit="", why="of the samples that another moment must still have")
 

@@ -195,8 +195,8 @@ def _twins(recordings: Sequence[Path], inside: Collection[Path]) -> tuple[dict[P
         if table in inside and recording in inside and (difference := how_they_differ(table, recording))
     }
     notes = tuple(
-        f"{table.name} and {named[table].name}: of one name, but not one recording ({difference}); taken for "
-        "two trials. Rename one, or say in a subject.toml which counts"
+        f"{table.name} and {named[table].name}: the same name, but different recordings ({difference}); read "
+        "as two trials. Rename one, or name the right one in a subject.toml"
         for table, difference in differing.items()
     )
     named = {table: recording for table, recording in named.items() if table not in differing}

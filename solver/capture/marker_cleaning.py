@@ -55,8 +55,8 @@ def clean_markers(
     seen = np.flatnonzero(np.isfinite(positions).all(axis=2).any(axis=0)).tolist()
     never = [name for k, name in enumerate(markers.names) if k not in seen]
     notes = (
-        *_listed("spikes taken out", spikes, markers.names),
-        *_listed("teleports there and back taken out", slips, markers.names),
+        *_listed("spikes removed", spikes, markers.names),
+        *_listed("jumps there and back removed", slips, markers.names),
         *_listed("jumps that last, perhaps to another marker; left as they are", lasting, markers.names),
         *((f"left out, never seen: {', '.join(never)}",) if never else ()),
     )
@@ -129,7 +129,7 @@ def _copies(markers: Markers, settings: MarkerCleaningSettings) -> tuple[str, ..
             same = (apart <= settings.same_m) & both
             copies = (both.sum(axis=0) > 1) & (same.sum(axis=0) == both.sum(axis=0))
             notes += tuple(
-                f"{markers.names[k]} and {markers.names[k + 1 + other]} are one and the same trajectory"
+                f"{markers.names[k]} and {markers.names[k + 1 + other]} have the same trajectory"
                 for other in np.flatnonzero(copies)
             )
     return notes

@@ -72,7 +72,7 @@ def plates_from_storage(
     columns, notes = find_plates(storage)
     clock = find_clock(storage.times, path=storage.path, lines=storage.lines, settings=clock_settings)
     if not np.isfinite(clock.rate):
-        raise CaptureError(f"{storage.path}: one row of forces is no recording. Export the whole trial.")
+        raise CaptureError(f"{storage.path}: one row of forces is not a recording. Export the whole trial.")
     values = clock.placed(storage.values)
     plates = [_columns(values, plate, settings) for plate in columns]
     plates, unit_notes = _in_metres(plates, storage.path.name, settings)
@@ -120,7 +120,7 @@ def _in_metres(
         notes += (f"{source}: centres of pressure read as mm: they lie {distance:.4g} from the origin",)
     if in_Nmm:
         notes += (
-            f"{source}: moments read as N·mm: their median lever is {lever:.3g}, the median vertical one "
+            f"{source}: moments read as N·mm: their median lever arm is {lever:.3g}, the median vertical one "
             f"{vertical:.4g}",
         )
     return [
@@ -148,7 +148,7 @@ def _origins(
     notes += _gap_notes(plates, storage.path.name, convention, settings)
     if not judged and not blind:
         notes += (
-            f"{storage.path.name}: no plate is loaded long enough to tell what its moments mean"
+            f"{storage.path.name}: no plate is loaded long enough to determine what its moments mean"
             + _scale_hint(plates, settings.smallest_load_N),
         )
     origins: list[Float[np.ndarray, "3"] | None] = []
@@ -188,7 +188,7 @@ def _judge(
     )
     evidence = f"how far forces miss their centres of pressure, by reading: {misses}"
     if forced:
-        contradiction = "" if forced == best else f", although the numbers speak for {MEANING[best]}"
+        contradiction = "" if forced == best else f", although the numbers suggest {MEANING[best]}"
         return forced, (
             f"{source}: moment columns read as {MEANING[forced]}, as told{contradiction} ({evidence})",
         )
@@ -208,7 +208,9 @@ def _gap_notes(
         if plate.point is None:
             continue
         lost = (np.abs(plate.force[:, 1]) > settings.loaded_N) & ~_written(plate.point)
-        guess = "; the force is taken to act amid the known ones" if convention == "free" else ""
+        guess = (
+            "; the force is assumed to act in the middle of the known ones" if convention == "free" else ""
+        )
         if lost.any():
             notes += (f"{source}: {plate.name}: no centre of pressure on {lost.sum()} loaded samples{guess}",)
     return notes
@@ -219,17 +221,17 @@ def _without_centres(blind: Sequence[_Columns], storage: Storage, forced: str | 
     names = ", ".join(plate.name for plate in blind)
     if forced == "plate":
         raise CaptureError(
-            f"{storage.path}: {names}: moments about the plate's origin, but nothing tells where that lies. "
-            "Export the centre of pressure, or moments about the ground origin."
+            f"{storage.path}: {names}: moments about the plate's origin, but the file does not say where "
+            "that is. Export the centre of pressure, or moments about the ground origin."
         )
     if forced == "free" or any(not _lever(plate, plate.moment).any() for plate in blind):
         raise CaptureError(
-            f"{storage.path}: {names}: neither a centre of pressure nor a horizontal moment: nothing tells "
-            "where the force acts. Export the centre of pressure."
+            f"{storage.path}: {names}: neither a centre of pressure nor a horizontal moment: the point "
+            "where the force acts is unknown. Export the centre of pressure."
         )
     return (
         f"{storage.path.name}: {names}: no centre of pressure in the file; recomputed at the height y = 0 "
-        "from the moment columns, taken to be about the ground origin",
+        "from the moment columns, assumed to be about the ground origin",
     )
 
 

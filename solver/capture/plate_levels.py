@@ -148,7 +148,7 @@ def _said_of(word: PlateWord, unasked: PlateWitness, settings: PlateSignSettings
         and not unasked.is_undecided(settings)
         and unasked.is_turned(settings) != (word.sign == -1)
     )
-    against = "; what it reads speaks against that" if is_against else ""
+    against = "; its readings contradict that" if is_against else ""
     return (
         f"{word.name}: as subject.toml says, {', and '.join(said)} (the recording alone: "
         f"{unasked.sentence(settings)}{against})"

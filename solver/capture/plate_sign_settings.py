@@ -29,7 +29,7 @@ class PlateSignSettings:
         0.1, unit="s", why="of the samples that count: half a window apart their errors are independent"
     )
     most_samples: int = setting(
-        120, unit="", why="evenly spread over the recording; more of the same would only feign certainty"
+        120, unit="", why="evenly spread over the recording; more would only give false certainty"
     )
     noise_N: float = setting(4.0, unit="N", why="of the plates' smoothed sum: amplifiers, vibration of belts")
     gain_error: float = setting(0.02, unit="", why="plates weigh within 1 to 3 % of each other")

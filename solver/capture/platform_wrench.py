@@ -162,7 +162,7 @@ def _below_surface(origin: Float[np.ndarray, "3"]) -> tuple[Float[np.ndarray, "3
     """The vector from the sensors to the surface: its z is negative, since the plate's z axis points down."""
     if origin[2] <= 0:
         return origin, ()
-    return -origin, ("FORCE_PLATFORM:ORIGIN has the sign of another convention and is turned round",)
+    return -origin, ("FORCE_PLATFORM:ORIGIN has the sign of another convention and is reversed",)
 
 
 def _already_calibrated(
@@ -207,7 +207,7 @@ def _with_likely_unit(
         reach = np.linalg.norm(other[1] - wrench(0.0)[1], axis=1) / vertical
         if np.nanmedian(reach[vertical > settings.loaded_N]) > settings.middle_m:
             name = next(name for name, metres in units.items() if metres == factor)
-            return *other, (f"{what} read as {name}: only so do they fit the size of the plate",)
+            return *other, (f"{what} read as {name}: only then do they fit the size of the plate",)
     if inside >= settings.inside_share:
         return force, moment, ()
     return force, moment, (f"only {inside:.0%} of the centres of pressure under load lie on the plate",)

@@ -74,7 +74,7 @@ def _without_subject(
         return list(labels), labels, ()
     subject = max(prefixes, key=lambda name: prefixes[name])
     short = {k: part[2].strip() if part else labels[k] for k, part in parts.items()}
-    note = f"{source}: the subject's name '{subject}:' is taken off the labels"
+    note = f"{source}: the subject's name '{subject}:' is removed from the labels"
     bare = {labels[k] for k, part in parts.items() if part is None}
     belongs = [k for k, part in parts.items() if part is None or part[1] == subject]
     others = [name for name in prefixes if name != subject]
@@ -82,7 +82,11 @@ def _without_subject(
         return belongs, short, (note,)
     mine = {short[k] for k in belongs if parts[k]} | bare
     if all(short[k] not in mine for k in labels if k not in belongs):
-        return list(labels), short, (f"{source}: the names {', '.join(prefixes)} are taken off the labels",)
+        return (
+            list(labels),
+            short,
+            (f"{source}: the names {', '.join(prefixes)} are removed from the labels",),
+        )
     note_others = f"{source}: the markers of {', '.join(others)} are left out: another subject"
     return belongs, short, (note, note_others)
 

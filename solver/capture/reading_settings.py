@@ -54,7 +54,7 @@ class ForceFileSettings:
         1.5, unit="frames", why="of the markers, that beginnings and ends may differ by"
     )
     taken: float = setting(2.0, unit="", why="7 to 1 in all; a wrong pair is worse than a missing one")
-    lead: float = setting(2.0, unit="", why="over the next that comes into question, likewise")
+    lead: float = setting(2.0, unit="", why="over the next possible pair, as above")
     least_overlap: float = setting(
         0.5, unit="", below=1.0, why="of the shorter of the two recordings; less is another moment"
     )

@@ -59,7 +59,7 @@ def imported_review(
         if end > markers.frames:
             notes.append(
                 f"{name}: labels frames {first} to {end - 1}, but the trial has only {markers.frames}; "
-                "what lies beyond is ignored"
+                "labels beyond that are ignored"
             )
         inside = slice(min(first, markers.frames), min(end, markers.frames))
         mask[inside] = segment.missing[: inside.stop - inside.start]
@@ -82,7 +82,7 @@ def _first_frame(segment: _Segment, follows: int, markers: Markers) -> int:
 def _read(review: Path) -> _Segment:
     labels = read_json(review).values.get(KEY)
     if not isinstance(labels, list) or not all(label in (True, False) for label in labels):
-        raise CaptureError(f"{review}: '{KEY}' must be a list of true and false, one a frame.")
+        raise CaptureError(f"{review}: '{KEY}' must be a list of true and false, one per frame.")
     times = _timestamps(review.parent / "data.csv")
     usable = len(times) == len(labels) > 1 and np.isfinite(times).all() and bool(np.all(np.diff(times) > 0))
     return _Segment(review.parent, np.array(labels, dtype=bool), float(times[0]) if usable else None)

@@ -82,7 +82,7 @@ def _difference(table: Path, recording: Path, stamps: tuple[tuple[int, int], ...
         apart = np.abs(np.median(a, axis=0)[:, None] - np.median(b, axis=0)).min(axis=1)
         if np.mean(apart < PLACES_M) >= OF_MARKERS:
             return ""
-        return f"{said}; markers stand at other heights, typically {100 * np.median(apart):.0f} cm apart"
+        return f"{said}; markers are at other heights, typically {100 * np.median(apart):.0f} cm apart"
     return f"{said}; their markers do not rise and fall alike"
 
 

@@ -35,9 +35,11 @@ def lies_there(path: Path) -> bool:
     if path.is_file():
         return True
     if path.is_symlink():
-        raise BrokenFileError(f"a link to {path.readlink()}, where no file is. Mend the link or remove it.")
+        raise BrokenFileError(
+            f"a link to {path.readlink()}, which does not exist. Correct the link or remove it."
+        )
     if path.exists():
-        raise BrokenFileError("no file. Move it away.")
+        raise BrokenFileError("not a file. Move it away.")
     if path.parent.is_dir():
         for other in path.parent.iterdir():
             if other.name.lower() == path.name.lower():
@@ -87,9 +89,9 @@ def json_of(text: str) -> Any:
             f"line {error.lineno}, column {error.colno}: {_lower(error.msg)}. Correct that line."
         ) from error
     except RecursionError as error:
-        raise BrokenFileError("nested too deeply. Write it anew.") from error
+        raise BrokenFileError("nested too deeply. Write it again.") from error
     except ValueError as error:  # a number of thousands of digits
-        raise BrokenFileError(f"{_lower(str(error))}. Write it anew.") from error
+        raise BrokenFileError(f"{_lower(str(error))}. Write it again.") from error
 
 
 def _text(path: Path, most: int) -> str:
@@ -97,7 +99,7 @@ def _text(path: Path, most: int) -> str:
         content = file.read(most + 1)
     if len(content) > most:
         raise BrokenFileError(
-            f"larger than {most / 1e6:.0f} MB, which no file of this kind is. Is it another file?"
+            f"larger than {most / 1e6:.0f} MB, too large for a file of this kind. Is it another file?"
         )
     try:
         return content.decode("utf-8-sig")

@@ -211,14 +211,14 @@ def _model_notes(folder: Path, model: Path | None, models: list[Path], by_hand: 
         return (f"{', '.join(p.name for p in models)}: {_which_model(models)}",)
     unused = [p.name for p in files_in(folder) if p.suffix.lower() == ".osim"]
     if model is None and by_hand and unused:
-        return (f"subject.toml names no model: {', '.join(unused)} not used, the default body is",)
+        return (f"subject.toml names no model: {', '.join(unused)} not used; the default body is used",)
     return ()
 
 
 def _which_model(models: list[Path]) -> str:
     return (
-        "several models and nothing says which, so the default body is used; say which in subject.toml, as "
-        f'in model = "{models[0].name}"'
+        "several models, and nothing says which to use, so the default body is used; name one in "
+        f'subject.toml, as in model = "{models[0].name}"'
     )
 
 

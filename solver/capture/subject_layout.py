@@ -97,7 +97,7 @@ def _of_one_person(
     listed = ", ".join(str(place.relative_to(folder)) for place in named)
     described = [name for name in DESCRIPTIONS if (folder / name).is_file()]
     if described:
-        return named, (f"{listed}: trials of this one person, whom {described[0]} describes",), {}
+        return named, (f"{listed}: trials of one person, described by {described[0]}",), {}
     shared = [p.name for p in files_in(folder) if p.suffix.lower() == ".osim"]
     shared += [p.name for p in files_in(folder) if is_recording(p) and is_static_file(p, folder)]
     if not shared:
@@ -114,12 +114,12 @@ def _of_one_person(
     if len([place for place in named if recordings[place]]) == 1 and len(everyone) == len(
         recordings[named[0]]
     ):
-        return named, (f"{listed}: trials of this one person, with {shared[0]}",), {}
+        return named, (f"{listed}: trials of one person, with {shared[0]}",), {}
     if people(everyone) != 1:
         return (
             (),
             (),
-            dict.fromkeys(named, f"a subject of its own: {shared[0]} is shared, lengths of the body are not"),
+            dict.fromkeys(named, f"a subject of its own: {shared[0]} is shared, but body lengths differ"),
         )
     return (
         named,

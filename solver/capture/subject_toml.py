@@ -110,7 +110,7 @@ def _plates(trial: Entries) -> tuple[PlateWord, ...]:
         plate = Entries(trial.path, table, f"{trial.prefix}plates.{name}.")
         for key in table:
             if key not in ("reads", "zero_N"):
-                raise plate.complaint(key, "of a plate, only reads and zero_N can be said.")
+                raise plate.complaint(key, "a plate has no other keys than reads and zero_N.")
         zero = table.get("zero_N")
         is_number = isinstance(zero, int | float) and not isinstance(zero, bool) and math.isfinite(zero)
         if zero is not None and not is_number:

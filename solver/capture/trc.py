@@ -116,12 +116,13 @@ def _table(
     short = [row for row, width in zip(rows, widths, strict=True) if width < expected]
     if short and dialect.separator is None:
         raise CaptureError(
-            f"{path}: line {short[0].line} holds {len(short[0].values)} numbers, the names call for "
-            f"{expected}; between blanks a missing marker leaves no trace. Export with tabs, or with NaN."
+            f"{path}: line {short[0].line} holds {len(short[0].values)} numbers, but the names need "
+            f"{expected}; with blanks as separators, a missing marker cannot be located. Export with tabs, "
+            "or with NaN."
         )
     if short:
         notes += (
-            f"{path.name}: {len(short)} rows are shorter than the names call for (first in line "
+            f"{path.name}: {len(short)} rows are shorter than the names require (first in line "
             f"{short[0].line}); the markers at their ends count as not seen",
         )
     table = np.full((len(rows), max(expected, *widths)), np.nan)
@@ -166,7 +167,7 @@ def _markers(
     if unnamed and not header.aligned:
         raise CaptureError(
             f"{path}: line {header.label_line + 1} holds {len(header.labels)} names, the rows "
-            f"{max(places) + 1} markers: which is which? Name every marker, or put two tabs behind each."
+            f"{max(places) + 1} markers: which is which? Name every marker, or put two tabs after each."
         )
     if unnamed:
         listed = ", ".join(str(place) for place in unnamed[:12]) + (", …" if len(unnamed) > 12 else "")

@@ -83,7 +83,7 @@ def _judged(path: Path, reason: str | None, silent: str) -> tuple[int, str]:
             return ANGLES, "no columns of ground forces: joint angles or other results"
         return FORCES, f"forces; {silent or 'in a folder that is not searched for forces'}"
     if reason is None and holds_no_points(path):
-        return FORCES, "a C3D file of analog channels without markers: no trial. Export its forces as MOT"
+        return FORCES, "a C3D file of analog channels without markers: not a trial. Export its forces as MOT"
     if is_recording(path):
         return MARKERS, reason or f"markers; {silent or 'no trial of this subject'}"
     if kind == ".osim":
@@ -91,7 +91,7 @@ def _judged(path: Path, reason: str | None, silent: str) -> tuple[int, str]:
     if path.name.lower() == "review.json":
         return (
             REVIEW,
-            reason or f"frames that somebody reviewed; {silent or 'it lies beside no single trial'}",
+            reason or f"a review of frames; {silent or 'it lies beside no single trial'}",
         )
     if kind == SUFFIX:
         return DATA, "a subject of its own: give this file by its name"

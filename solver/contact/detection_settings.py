@@ -103,7 +103,7 @@ class DetectionSettings:
     )
     # ---- the likeliest story
     most_missing: float = setting(
-        2.0, unit="", why="body weights: missing forces are taken to be anything from none to this"
+        2.0, unit="", why="body weights: missing forces are assumed to be anything from none to this"
     )
     steady_s: float = setting(
         0.04, unit="s", why="errors this far apart are independent: half a period of the cutoff"
@@ -163,7 +163,7 @@ class DetectionSettings:
         8.0, unit="", why="log odds by which the doubt about a proposal has shrunk to a third"
     )
     suspect: float = setting(
-        0.5, unit="", why="of the evidence that calls a contact wrong: from there on a reviewer hears of it"
+        0.5, unit="", why="of the evidence that calls a contact wrong: from there on it is proposed"
     )
     nobody_N: float = setting(20.0, unit="N", why="all plates together below it: nobody stands on them")
     # ---- what the plates themselves show
@@ -188,7 +188,7 @@ class DetectionSettings:
     clipped_drop: float = setting(
         0.02, unit="", why="of it, lost within as long again on both sides: a round peak loses less"
     )
-    held_s: float = setting(0.1, unit="s", why="a loaded plate that repeats one value so long has hung up")
+    held_s: float = setting(0.1, unit="s", why="a loaded plate that repeats one value so long is stuck")
     spike_s: float = setting(0.002, unit="s", why="no step rises and falls within it, not even a sprinter's")
     spike: float = setting(0.5, unit="", why="of body weight: smaller spikes vanish in the 30 Hz filter")
     dropout_s: float = setting(

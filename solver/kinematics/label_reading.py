@@ -87,7 +87,7 @@ def read_labels(
         unlike = disagreeing(looked_at)
         if unlike is not None:
             raise FitError(
-                f"The labels mean nothing, and not the same markers in all recordings: {unlike}. "
+                f"The labels have no meaning, and differ between recordings: {unlike}. "
                 "Fit the trials one at a time, without a static trial, or name the labels in a marker map."
             )
     recognition = recognise(

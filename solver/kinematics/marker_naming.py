@@ -86,7 +86,7 @@ def strangers(word: Mapping[str, str], labels: Collection[str]) -> tuple[str, ..
         if label not in labels:
             near = get_close_matches(label, sorted(labels), n=1)
             lines.append(f"{label!r}" + (f" (nearest: {near[0]!r})" if near else ""))
-    return (f"the marker map speaks of labels that no recording has: {', '.join(lines)}",) if lines else ()
+    return (f"the marker map names labels that no recording has: {', '.join(lines)}",) if lines else ()
 
 
 def _named(

@@ -144,7 +144,7 @@ def whose_model(
     says_generic = any(word in names for word in GENERIC_WORDS)
     says_scaled = not says_generic and any(word in names for word in SCALED_WORDS)
     same_mass = mass_kg is not None and abs(model.mass / mass_kg - 1) < SAME_MASS
-    measured = f"its markers lie {100 * typical:.1f} cm from its places for them in the median"
+    measured = f"its markers lie {100 * typical:.1f} cm from their places on it in the median"
     if said is None:
         if not np.isfinite(typical):
             return Ownership(False)
@@ -170,7 +170,7 @@ def whose_model(
             f"{name} ({100 * found.standing_m[body.marker_names.index(name)]:.0f} cm)" for name in refuted
         )
         notes.append(
-            f"of that model, these markers sit elsewhere on every frame and are placed anew: {listed}"
+            f"of that model, these markers sit elsewhere on every frame and are placed again: {listed}"
         )
     if said and typical > settings.registered_m:
         notes.append(
@@ -182,10 +182,10 @@ def whose_model(
 
 def _of_the_recording(file_name: str, measured: str, own: frozenset[str], is_near: bool) -> Ownership:
     """A model that was scaled to these markers; its markers stay, unless most of them sit elsewhere."""
-    places = "are kept" if is_near else f"are fitted anew, because {measured}"
+    places = "are kept" if is_near else f"are fitted again, because {measured}"
     note = (
         f"{file_name}: the scales of the model in it are kept, its markers' places {places}; "
-        'model_is = "generic" in subject.toml scales it again, "default" takes the program\'s own body'
+        'model_is = "generic" in subject.toml scales it again, "default" uses the program\'s own body'
     )
     return Ownership(True, () if is_near else tuple(sorted(own)), (note,))
 
@@ -197,5 +197,5 @@ def _of_another(file_name: str, measured: str, says_scaled: bool, same_mass: boo
     why = " and ".join(["its name says so"] * says_scaled + ["it weighs what was entered"] * same_mass)
     return (
         f"{file_name} seems to be a scaled model ({why}), but {measured}: of another person, or without "
-        'registered markers? It is scaled and registered anew; model_is = "scaled" in subject.toml keeps it',
+        'registered markers? It is scaled and registered again; model_is = "scaled" in subject.toml keeps it',
     )

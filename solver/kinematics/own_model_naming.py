@@ -109,7 +109,9 @@ def _by_the_motion(
         on = {label: generic.bodies[marker.body].name for label, marker in new.items()}
         notes.append(f"labels without a meaning, attached to the bodies that they move with: {_listed(on)}")
     if lost:
-        notes.append(f"labels without a meaning, of no marker of the model, left out: {', '.join(lost)}")
+        notes.append(
+            f"labels without a meaning that match no marker of the model, left out: {', '.join(lost)}"
+        )
     kept = [marker for marker in generic.markers if marker.name not in new]
     named = {**dict.fromkeys(lost, LEFT_OUT), **pairs, **{label: label for label in new}, **word}
     return generic.with_markers([*kept, *new.values()]), named, tuple(notes)
@@ -154,7 +156,7 @@ def _by_landmarks(
     notes = [f"labels that the model has no markers for, put where the atlas has them: {_listed(on)}"]
     if lost:
         notes.append(
-            f"labels on segments that the model has not, or has otherwise, left out: {', '.join(lost)}"
+            f"labels on segments that the model lacks or defines differently, left out: {', '.join(lost)}"
         )
     kept = [marker for marker in generic.markers if marker.name not in placed]
     unused = dict.fromkeys((label for label in _labels(recordings) if label not in named), LEFT_OUT)

@@ -57,7 +57,7 @@ def root_joint(skeleton: Skeleton) -> RootJoint:
     if len(roots) != 1:
         names = ", ".join(skeleton.bodies[i].name for i in roots)
         raise ModelError(
-            f"{skeleton.name}: exactly one body must hang on the ground; found {names or 'none'}."
+            f"{skeleton.name}: exactly one body must be attached to the ground; found {names or 'none'}."
         )
     joint = skeleton.joints[roots[0]]
     free = [a for a in joint.axes if a.coordinate in skeleton.dofs]

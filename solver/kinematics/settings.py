@@ -41,7 +41,7 @@ class KinematicsSettings:
     fewest_seen_share: float = setting(
         0.5,
         unit="",
-        why="of the shared markers; frames that show fewer have a pose but no say in the figures",
+        why="of the shared markers; frames that show fewer have a pose but do not count in the figures",
     )
     calibration_frames: int = setting(
         60, unit="", why="poses that decide scales and offsets; more change < 0.1 mm"

@@ -15,7 +15,7 @@ TABLE = "markers"
 _HEAD = """\
 # What the labels of the recordings mean: label = "landmark", or "" to leave it out of the fit.
 # Correct what is wrong and fit again. `addb-viewer markers --landmarks` lists the landmarks; for a model of
-# your own, its markers' names will do as well. Labels that are missing here are understood anew.
+# your own, its markers' names can be used as well. Labels that are missing here are interpreted again.
 """
 
 
@@ -101,7 +101,7 @@ def _line(row: UnderstoodLabel, kept: Mapping[str, str]) -> str:
 def _line_on_model(row: UnderstoodLabel, kept: Mapping[str, str], on_model: Mapping[str, str]) -> str:
     if row.label in kept or row.label not in on_model:
         line = _line(row, kept)
-        return line if row.label in kept else f"# {line}; by its name none of the model's markers"
+        return line if row.label in kept else f"# {line}; its name is not one of the model's markers"
     label = json.dumps(row.label, ensure_ascii=False)
     return f"{label} = {json.dumps(on_model[row.label], ensure_ascii=False)}  # the model's marker"
 

@@ -236,7 +236,11 @@ def _once_each(rows: list[UnderstoodLabel]) -> tuple[UnderstoodLabel, ...]:
         ):
             owner.setdefault(row.landmark, row.label)
     return tuple(
-        replace(row, same_as=owner[row.landmark], why=f"{row.why}; {owner[row.landmark]} is surer or plainer")
+        replace(
+            row,
+            same_as=owner[row.landmark],
+            why=f"{row.why}; {owner[row.landmark]} is more certain or clearer",
+        )
         if row.landmark in owner and owner[row.landmark] != row.label
         else row
         for row in rows

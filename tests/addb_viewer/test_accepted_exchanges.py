@@ -29,7 +29,7 @@ def test_what_cannot_be_accepted():
 
 def test_whether_the_last_fit_did_that_by_itself(small_fit):
     exchange = Exchange("walk", ("A", "B"), 5, 9)
-    every = "labels A and B are exchanged back in frames 5-8 of walk, in every fit"
+    every = "labels A and B are swapped back in frames 5-8 of walk, in every fit"
     assert exchange_in_words(exchange, None) == exchange_in_words(exchange, small_fit) == every
     found = LabelFault(("B", "A"), 6, 9, EXCHANGED, 3, 0.05, 0.002, 4)
 

@@ -31,8 +31,11 @@ DATE = "2024-09-01T12:00:00+00:00"
 CONTENT = json.dumps({"start": 60, "end": 70, "reason": "missingBlip", "foot": None, "note": ""})
 BAD = {
     "a bad date": (("flag", CONTENT, "last Tuesday"), "its date 'last Tuesday' is none"),
-    "JSON that is nested deep": (("flag", '{"a": ' + "[" * 3000 + "]" * 3000 + "}", DATE), "nested too deep"),
-    "JSON that is no object": (("flag", "[1, 2]", DATE), "is no JSON object"),
+    "JSON that is nested deep": (
+        ("flag", '{"a": ' + "[" * 3000 + "]" * 3000 + "}", DATE),
+        "nested too deeply",
+    ),
+    "JSON that is no object": (("flag", "[1, 2]", DATE), "is not a JSON object"),
     "an unknown kind": (("merge", CONTENT, DATE), "written by a newer version; update addb-viewer"),
     "a wrong type": (("flag", CONTENT.replace("60", '"60"'), DATE), "its 'start' is not a number of a frame"),
 }
@@ -140,7 +143,7 @@ def test_every_command_goes_on_and_tells_of_the_row(run, folder, database, spoil
         printed = run(*command)
         assert said in printed
         assert why in printed
-        assert "What it decided does not count" in printed
+        assert "Its decision does not count" in printed
     job = job_for(folder)
     (note,) = [note for note in job.subject.notes if "cannot be read" in note]
     assert note.startswith(said.removeprefix("note: "))
@@ -193,7 +196,7 @@ def test_sharing_refuses_to_leave_a_decision_behind_unless_it_is_told_to(
         refused = run("share", status=1)
         missing = f"what cannot be read would be missing there: row 2 by anna of {TRIAL}"
         assert f"nothing was copied, because {missing}" in refused
-        assert "its content is no JSON" in refused
+        assert "its content is not JSON" in refused
         assert "share --without-unreadable" in refused
         with open_log(folder) as shared:
             assert shared.history() == ()

@@ -44,9 +44,12 @@ def test_what_is_no_database_is_refused_by_name(tmp_path, name, content, said):
     [
         (
             "nosuch://anna:secret@localhost/lab",
-            r"nosuch://anna:\*\*\*@localhost/lab: .*kept in postgresql://",
+            r"nosuch://anna:\*\*\*@localhost/lab: .*a review store is a postgresql://",
         ),
-        ("mysql://anna:secret@localhost/lab", r"mysql://anna:\*\*\*@localhost/lab: .*kept in postgresql://"),
+        (
+            "mysql://anna:secret@localhost/lab",
+            r"mysql://anna:\*\*\*@localhost/lab: .*a review store is a postgresql://",
+        ),
         ("postgresql://anna:secret@localhost:lab", "the URL of the review store cannot be read; write"),
         (
             "postgresql://anna:secret@/lab?host=/no/such/folder",

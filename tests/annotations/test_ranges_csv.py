@@ -105,14 +105,14 @@ def test_a_table_of_ones_own_needs_few_columns(text):
         ("run,3,5,,missingBlip,walk,", "line 2: give one of reason, activity, status in a row, not 2"),
         ("run,3,41,,missingBlip,,", "line 2: 3:41 is not within the trial, which is 0:40"),
         ("run,5,5,,missingBlip,,", "line 2: no frames in 5:5"),
-        ("run,x,5,,missingBlip,,", "line 2: 'x' is no frame number; 'start' needs one"),
-        ("run,,5,,missingBlip,,", "line 2: '' is no frame number; 'start' needs one"),
+        ("run,x,5,,missingBlip,,", "line 2: 'x' is not a frame number; 'start' needs one"),
+        ("run,,5,,missingBlip,,", "line 2: '' is not a frame number; 'start' needs one"),
         ("run,3,5,toes,missingBlip,,", "line 2: no foot 'toes'; the subject has calcn_r, calcn_l"),
         ("run,3,5,,missingBlop,,", "line 2: no reason 'missingBlop'; nearest: missingBlip"),
         ("run,3,5,,,walking,", "line 2: no activity 'walking'; nearest: walk"),
         ("run,,,,,,done", "line 2: no status 'done'; there are unseen, in work"),
-        ("run,3,5,,missingBlip,,,too", "line 2: more cells than the head has columns"),
-        ('run,3,5,,"missing', "after line 1: no CSV"),
+        ("run,3,5,,missingBlip,,,too", "line 2: more cells than the header has columns"),
+        ('run,3,5,,"missing', "after line 1: not CSV"),
     ],
 )
 def test_a_row_that_cannot_be_taken_is_named_by_its_line(row, said):
@@ -122,7 +122,7 @@ def test_a_row_that_cannot_be_taken_is_named_by_its_line(row, said):
 
 @pytest.mark.parametrize("text", ["", "start,end,reason\n1,2,missingBlip\n", "trial,start,end\nrun,1,2\n"])
 def test_a_table_without_the_columns_that_matter_is_refused(text):
-    with pytest.raises(ReviewError, match=r"labels\.csv: needs a head with 'trial' and one of"):
+    with pytest.raises(ReviewError, match=r"labels\.csv: needs a header row with 'trial' and one of"):
         taken(text)
 
 

@@ -12,7 +12,10 @@ FIRST, SECOND = FlagRange(10, 20, "manualReview"), FlagRange(30, 40, "manualRevi
 NOT_HERE = (
     r"annotations\.sqlite: nothing was recorded: it cannot be written to from here.*make it and its folder"
 )
-NO_ROOM = r"annotations\.sqlite: nothing was recorded: .*the disk refused \(0\.0 MB free\); free some space"
+NO_ROOM = (
+    r"annotations\.sqlite: nothing was recorded: .*the disk could not be written \(0\.0 MB free\); "
+    "free some space"
+)
 
 
 def _written(path):

@@ -55,7 +55,7 @@ def test_a_review_that_is_there_stays_as_it_is(log, tmp_path):
     there = tmp_path / "walk" / "segment_1" / "review.json"
     there.parent.mkdir(parents=True)
     there.write_text("mine")
-    with pytest.raises(ReviewError, match=r"review\.json: is there already"):
+    with pytest.raises(ReviewError, match=r"review\.json: exists already"):
         export_labels(log.review("walk", FEET), 5, tmp_path)
     assert there.read_text() == "mine"
 

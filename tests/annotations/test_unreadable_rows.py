@@ -155,8 +155,8 @@ def test_an_import_that_can_be_read_is_found_before_one_that_cannot(log, write):
     [
         ({"kind": "merge"}, "kind 'merge', written by a newer version; update addb-viewer"),
         ({"kind": "flag", "made_at": "yesterday"}, "its date 'yesterday' is none"),
-        ({"kind": "flag", "content": [1]}, "no JSON object"),
-        ({"kind": "flag", "content": deep(5000)}, "nested too deep"),
+        ({"kind": "flag", "content": [1]}, "not a JSON object"),
+        ({"kind": "flag", "content": deep(5000)}, "nested too deeply"),
         ({"kind": "flag", "content": {**CONTENT, "end": "9"}}, "its 'end' is not a number of a frame"),
         ({"kind": "flag", "content": {**CONTENT, "w": 1}}, "says 'w', which this version does not know"),
         ({"kind": "import", "content": {}}, "does not say all of missing, frames, finished"),
@@ -194,7 +194,7 @@ def test_bytes_that_are_no_text_spoil_their_row_alone(path, column, value):
         log.append("walk", ClearRange(30, 40), "ben")
         assert [edit.number for edit in log.history()] == [1, 3]
         (row,) = log.unreadable()
-        assert (row.number, row.why) == (2, f"its {column} is no text in UTF-8")
+        assert (row.number, row.why) == (2, f"its {column} is not UTF-8 text")
         str(row).encode()
         assert row.may_be_about("walk")
         assert row.may_be_about("run") is (column == "trial")
@@ -254,9 +254,13 @@ def test_redo_does_not_reach_behind_an_unreadable_row(log, write):
     first = log.append("walk", FLAG, "anna")
     log.undo("walk", "anna")
     bad = write()
-    with pytest.raises(ReviewError, match=f"row {bad} by anna cannot be read, so nothing before it"):
+    with pytest.raises(
+        ReviewError, match=f"row {bad} by anna cannot be read, so neither it nor anything before it"
+    ):
         log.redo("walk", "anna")
-    with pytest.raises(ReviewError, match=f"row {bad} by anna cannot be read, so nothing before it"):
+    with pytest.raises(
+        ReviewError, match=f"row {bad} by anna cannot be read, so neither it nor anything before it"
+    ):
         log.append("walk", Redo(first), "anna")
     assert log.review("walk", FEET).flags == ()
 
@@ -266,7 +270,9 @@ def test_an_unreadable_row_is_neither_undone_nor_redone(log, write):
     with pytest.raises(ReviewError, match=f"row {bad} by anna cannot be read .*cannot be undone"):
         log.append("walk", Undo(bad), "anna")
     write("undo", {"edit": bad})
-    with pytest.raises(ReviewError, match=f"row {bad} by anna cannot be read, so nothing before it"):
+    with pytest.raises(
+        ReviewError, match=f"row {bad} by anna cannot be read, so neither it nor anything before it"
+    ):
         log.redo("walk", "anna")
     first = log.append("walk", FLAG, "anna")
     assert log.undo("walk", "anna").number == first
@@ -278,7 +284,7 @@ def test_a_redo_whose_undo_cannot_be_read_changes_nothing(log, write):
     first = log.append("walk", FLAG, "anna")
     write("undo", {"edit": "?"})
     write("redo", {"edit": first})
-    with pytest.raises(ReviewError, match="cannot be read, so nothing before it"):
+    with pytest.raises(ReviewError, match="cannot be read, so neither it nor anything before it"):
         log.redo("walk", "anna")
     assert [flag.edit for flag in log.review("walk", FEET).flags] == [first]
 
@@ -329,7 +335,7 @@ def test_a_rescued_log_names_the_rows_that_it_does_not_have(path, tmp_path):
         _insert(path, kind="undo", content='{"edit": 2}')
         live = LiveReview(log, FEET)
         path.rename(tmp_path / "elsewhere")
-        with pytest.raises(LostLogError, match="nobody could read them: row 2 by ben of walk"):
+        with pytest.raises(LostLogError, match="they cannot be read: row 2 by ben of walk"):
             live.refresh()
     (file,) = tmp_path.glob("*.rescued-*.sqlite")
     with ReviewLog.open(file) as found:

@@ -99,7 +99,7 @@ def _described(header: Header, name: str) -> Description:
         if np.isfinite(value) and 0 < value <= largest:
             return float(value)
         if value:
-            notes.append(f"{name}: {quantity} {value:g} {unit} is none and counts as unknown")
+            notes.append(f"{name}: {quantity} {value:g} {unit} is not possible and counts as unknown")
         return None
 
     feet = header.ground_contact_body

@@ -27,13 +27,13 @@ class LabelFault:
         where = f"frames {self.start}-{self.end - 1}"
         if self.accepted:
             names = " and ".join(self.labels)
-            return f"labels {names} exchanged back in {where}, as found by a diagnosis and accepted"
+            return f"labels {names} swapped back in {where}, as found by a diagnosis and accepted"
         off, told = 100 * (self.off_m or 0.0), f"distances to {self.neighbours} markers near"
         if self.done == EXCHANGED:
             after = 100 * (self.repaired_off_m or 0.0)
             names = " and ".join(self.labels)
             return (
-                f"labels {names} were exchanged in {where} and are exchanged back: {told} them were "
+                f"labels {names} were swapped in {where} and are swapped back: {told} them were "
                 f"{off:.1f} cm off, and are {after:.1f} cm off now"
             )
         lay = f"on the trajectory of {self.onto}" if self.onto else "off its segment"

@@ -50,7 +50,7 @@ class LabelRepairSettings:
     )
     apart_m: float = setting(0.03, unit="m", why="markers usually nearer than that may well meet")
     most_share: float = setting(
-        0.4, unit="", why="of the frames: what holds for most of them is taken for right"
+        0.4, unit="", why="of the frames: what holds for most of them is assumed to be right"
     )
     fewest_frames: int = setting(3, unit="frames", why="fewer are left to the fit's robust loss")
     fewest_neighbours: int = setting(

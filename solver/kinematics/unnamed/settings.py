@@ -80,7 +80,7 @@ class UnnamedSettings:
     forwards_log_odds: float = setting(3.0, unit="nats", least=0.0, why="that who travels, travels forwards")
     rivals: int = setting(3, unit="", why="guesses that are scaled and compared at the end")
     temper: float = setting(
-        5.0, unit="nats", why="of the comparison: markers of one body are no independent witnesses"
+        5.0, unit="nats", why="of the comparison: markers of one body are not independent evidence"
     )
     neighbour_temper: float = setting(
         2.0,
@@ -95,14 +95,14 @@ class UnnamedSettings:
         0.05, unit="", why="belief in a body below which its neighbours are not tried"
     )
     believed: float = setting(
-        0.25, unit="", why="understandings less likely than this are not looked at so closely"
+        0.25, unit="", why="solutions less likely than this are not examined so closely"
     )
     sure_landmark: float = setting(
         0.6, unit="", why="of the marker's share on its body: then it is called by the landmark"
     )
     place_std_m: float = setting(0.03, unit="m", why="of a place that was measured, not read from the atlas")
     fewest_markers: int = setting(
-        16, unit="", why="without any name; fewer were fitted to a stranger shape with confidence"
+        16, unit="", why="without any name; fewer were fitted to a wrong shape with confidence"
     )
     fewest_bodies: int = setting(5, unit="", why="with a sure marker; fewer are no person")
     sure_share: float = setting(0.7, unit="", why="of the markers that must find a body, or it is none")

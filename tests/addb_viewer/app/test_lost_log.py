@@ -163,7 +163,7 @@ def test_a_folder_that_comes_back_goes_on(opened, folder):
     book, trial = opened()
     away = folder.with_name("away")
     folder.rename(away)
-    with pytest.raises(ReviewError, match="2 edits so far are in memory alone"):
+    with pytest.raises(ReviewError, match="2 edits so far are only in memory"):
         book.record(trial, FLAGS[2], "ben")
     away.rename(folder)
     assert book.record(trial, FLAGS[2], "ben").number == 3

@@ -169,7 +169,7 @@ def test_exchanged_labels_are_exchanged_back_by_the_next_fit(command_line, diagn
     assert run.exit_code == 0, run.output
     assert not asked  # nothing acts beside the forces
     assert "accepted by Anna: marker_swap (LTOE+LMT5)" in run.stdout
-    assert "labels LTOE and LMT5 are exchanged back in frames 40-89 of walk, in every fit" in run.stdout
+    assert "labels LTOE and LMT5 are swapped back in frames 40-89 of walk, in every fit" in run.stdout
     assert "marker_slip (LTOE)" in run.stdout
     told = json.loads(answer.read_text(encoding="utf-8"))
     assert told["exchanges"] == [{"trial": "walk", "labels": ["LTOE", "LMT5"], "frames": [40, 90]}]

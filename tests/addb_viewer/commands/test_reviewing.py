@@ -175,7 +175,7 @@ def test_what_review_json_has_no_place_for_is_listed(run, folder, tmp_path):
     printed = run("flags", "run", "--review-json", tmp_path / "out")
     assert (
         "note: run: review.json has no place for which foot, reasons, notes, activities, the status, who "
-        "differs from whom; --csv has"
+        "disagrees with whom; --csv has"
     ) in printed
 
 
@@ -208,9 +208,9 @@ def test_a_table_goes_out_of_one_subject_and_into_another(run, folder, tmp_path)
     (folder / "annotations.sqlite").unlink()
     printed = run("label", tmp_path / "labels.csv", "--author", "ben")
     assert printed.splitlines() == [
-        "walk: 2 ranges taken in, in work (edit 2)",
-        "run: 1 ranges taken in, in work (edit 3)",
-        "note: not taken in: the columns source, author, edit, confidence, detector",
+        "walk: 2 ranges imported, in work (edit 2)",
+        "run: 1 ranges imported, in work (edit 3)",
+        "note: not imported: the columns source, author, edit, confidence, detector",
     ]
     listed = run("flags").splitlines()
     assert [line.split()[:3] for line in listed if line.startswith("  ")] == [

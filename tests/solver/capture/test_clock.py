@@ -60,7 +60,7 @@ def test_the_header_serves_where_times_say_nothing(times):
 
 
 def test_no_rate_at_all_is_an_error():
-    with pytest.raises(CaptureError, match=r"x\.trc: the time column holds one and the same time"):
+    with pytest.raises(CaptureError, match=r"x\.trc: the time column holds only one time"):
         clock_of(np.zeros(50))
 
 
@@ -129,7 +129,10 @@ def test_a_missing_time_between_neighbours_that_do_not_tell_it_is_a_gap():
     values = clock.placed(np.arange(57.0)[:, None])[:, 0]
     assert np.flatnonzero(np.isnan(values)).tolist() == [20, 21, 22, 23]
     assert values[24] == 21
-    assert any("line 27, column 'time': the time is missing; the rows around" in note for note in clock.notes)
+    assert any(
+        "line 27, column 'time': the time is missing; it does not follow from the rows around" in note
+        for note in clock.notes
+    )
 
 
 def test_missing_times_at_the_ends_are_left_out():

@@ -91,7 +91,7 @@ FOLDERS = {
     "forces of another trial, alike": Folder(
         {"walk1.trc": WALK, "walk2_grf.mot": LIKE_FORCES},
         {"walk1.trc": None},
-        {"walk2_grf.mot": "no trial here"},
+        {"walk2_grf.mot": "cannot be assigned to a trial"},
     ),
     "forces of another trial, alike, names silent": Folder(
         {"gait.trc": WALK, "plates.mot": LIKE_FORCES}, {"gait.trc": None}, {"plates.mot": "against"}
@@ -104,7 +104,7 @@ FOLDERS = {
     "feet that stay where they are": Folder(
         {"squats.trc": SQUATS, "session_b.mot": CHAIR_FORCES},
         {"squats.trc": None},
-        {"session_b.mot": "no trial here"},
+        {"session_b.mot": "cannot be assigned to a trial"},
     ),
     "one force file for several trials": Folder(
         {
@@ -181,7 +181,7 @@ FOLDERS = {
     "raw and filtered": Folder(
         {"walk_kine.trc": WALK, "walk_kinetics_raw.mot": WALK_FORCES, "walk_kinetics_filt.mot": WALK_FORCES},
         {"walk_kine.trc": None},
-        {"walk_kinetics_raw.mot": "comes into question as well", "walk_kinetics_filt.mot": "as well"},
+        {"walk_kinetics_raw.mot": "is possible as well", "walk_kinetics_filt.mot": "as well"},
     ),
     "other kinds of files": Folder(
         {
@@ -318,7 +318,7 @@ def test_two_people_side_by_side_are_two_subjects(lay_out):
 
 def test_two_people_that_share_a_model_are_two_subjects_since_their_lengths_differ(lay_out):
     folder = lay_out({"generic.osim": MODEL, "S1/walk.trc": WALK, "S2/walk.trc": OTHER_WALK})
-    with pytest.raises(CaptureError, match=r"generic\.osim is shared, lengths of the body are not"):
+    with pytest.raises(CaptureError, match=r"generic\.osim is shared, but body lengths differ"):
         open_subject(folder)
 
 
@@ -400,14 +400,14 @@ def test_a_c3d_and_a_trc_of_one_name_and_motion_are_one_trial(lay_out):
     folder = lay_out({"run.trc": SPRINT, "run.c3d": SPRINT_C3D})
     subject = open_subject(folder)
     assert [trial.markers.name for trial in subject.trials] == ["run.c3d"]
-    assert not any("not one recording" in note for note in subject.notes)
+    assert not any("different recordings" in note for note in subject.notes)
 
 
 def test_a_c3d_and_a_trc_of_one_name_but_two_motions_are_two_trials_and_a_note_says_so(lay_out):
     folder = lay_out({"run.trc": WALK, "run.c3d": SPRINT_C3D})
     subject = open_subject(folder)
     assert {trial.markers.name for trial in subject.trials} == {"run.trc", "run.c3d"}
-    (said,) = [note for note in subject.notes if "not one recording" in note]
+    (said,) = [note for note in subject.notes if "different recordings" in note]
     assert "run.trc and run.c3d" in said
     assert "do not rise and fall alike" in said
 
@@ -420,7 +420,7 @@ def test_standing_people_of_one_name_are_compared_by_where_their_markers_are(lay
     write_trc(folder / "still.trc", markers)
     subject = open_subject(folder)
     assert {trial.markers.name for trial in subject.trials} == {"quiet.trc", "quiet.c3d", "still.c3d"}
-    (said,) = [note for note in subject.notes if "not one recording" in note]
+    (said,) = [note for note in subject.notes if "different recordings" in note]
     assert "quiet.trc and quiet.c3d" in said
     assert "cm apart" in said
 

@@ -48,7 +48,7 @@ def test_a_short_stay_elsewhere_goes():
     missing = np.isnan(cleaned.positions_ground).any(axis=2)
     assert np.flatnonzero(missing[:, 2]).tolist() == [80, 81, 82, 83, 84]
     assert missing.sum() == 5
-    assert "teleports" in notes[0]
+    assert "jumps there and back" in notes[0]
 
 
 def test_a_jump_that_lasts_is_told_but_stays():
@@ -111,7 +111,7 @@ def test_copies_and_empty_markers_are_named():
     cleaned, notes = clean_markers(Markers(markers.names, positions, 100.0))
     assert cleaned.names == ("A", "B", "C")
     assert any("never seen: D" in note for note in notes)
-    assert any("A and B are one and the same" in note for note in notes)
+    assert any("A and B have the same trajectory" in note for note in notes)
     assert np.isnan(cleaned.positions_ground[30:60, 1]).all()
 
 

@@ -138,7 +138,7 @@ def test_the_argument_overrules_and_says_so(walk):
     storage = storage_of(walk, "free")
     plates, notes = plates_from_storage(storage, moment_convention="ground")
     np.testing.assert_array_equal(plates[0].moment_ground, walk[0][2])
-    assert any("as told, although the numbers speak for the free moment" in note for note in notes)
+    assert any("as told, although the numbers suggest the free moment" in note for note in notes)
     with pytest.raises(
         CaptureError, match=r"grf\.mot: moment convention 'world': choose free, ground, plate"
     ):
@@ -174,14 +174,14 @@ def test_a_missing_centre_of_pressure_is_recomputed(walk):
         loaded = force[:, 1] > 20
         np.testing.assert_allclose(plate.cop_ground[loaded], point[loaded], atol=1e-9)
     assert any("no centre of pressure in the file" in note for note in notes)
-    with pytest.raises(CaptureError, match="nothing tells where that lies"):
+    with pytest.raises(CaptureError, match="the file does not say where that is"):
         plates_from_storage(bare, moment_convention="plate")
 
 
 def test_zeros_for_centres_and_moments_are_an_error(walk):
     storage = storage_of(walk, "free")
     values = storage.values * np.array([k % 9 < 3 for k in range(18)])
-    with pytest.raises(CaptureError, match="nothing tells where the force acts"):
+    with pytest.raises(CaptureError, match="the point where the force acts is unknown"):
         plates_from_storage(replace(storage, values=values))
 
 
@@ -255,7 +255,7 @@ def test_missing_rows_are_unknown_not_bridged(walk):
 
 def test_one_row_is_no_recording(walk):
     storage = storage_of(walk, "free")
-    with pytest.raises(CaptureError, match="one row of forces is no recording"):
+    with pytest.raises(CaptureError, match="one row of forces is not a recording"):
         plates_from_storage(replace(storage, times=storage.times[:1], values=storage.values[:1], lines=(1,)))
 
 

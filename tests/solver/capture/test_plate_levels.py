@@ -377,7 +377,7 @@ def test_a_person_says_which_way_a_plate_counts(real_data, tmp_path):
     (note,) = [note for note in capture.notes if "as subject.toml says" in note]
     assert names[1] in note
     assert "the recording alone: it reads the force on the plate" in note
-    assert "what it reads speaks against that" in note
+    assert "its readings contradict that" in note
     said = said.replace("person", "plate")
     turned = read_reversed(real_data, tmp_path, said)
     assert not [note for note in turned.notes if "speaks against" in note]
@@ -428,7 +428,7 @@ def test_a_word_about_a_plate_that_is_not_there_names_those_that_are(real_data, 
         ('[trials.walk.plates.FP1]\nreads = "up"', "choose one of person, plate"),
         ("[trials.walk.plates.FP1]\nzero_N = true", "a number of newtons"),
         ("[trials.walk.plates.FP1]\nzero_N = nan", "a number of newtons"),
-        ("[trials.walk.plates.FP1]\nsign = -1", "only reads and zero_N"),
+        ("[trials.walk.plates.FP1]\nsign = -1", "no other keys than reads and zero_N"),
     ],
 )
 def test_words_that_say_nothing_are_refused(tmp_path, said, wrong):

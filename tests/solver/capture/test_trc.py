@@ -137,7 +137,7 @@ def test_gaps_at_the_end_of_rows_whose_tabs_were_trimmed(read):
 def test_a_short_row_between_spaces_is_an_error_since_nobody_knows_which_marker_is_missing(read):
     cells = changed(2, 3, "")
     cells[2][4] = cells[2][5] = ""
-    with pytest.raises(CaptureError, match=r"line 9 holds 8 numbers, the names call for 11"):
+    with pytest.raises(CaptureError, match=r"line 9 holds 8 numbers, but the names need 11"):
         read(trc(cells, names="Frame# Time LASI RASI SACR").replace("\t", " "))
 
 

@@ -55,7 +55,7 @@ def test_a_persons_own_scaled_model_is_kept_and_its_angles_are_the_experts(real_
 
 def test_a_marker_that_was_put_on_elsewhere_is_placed_anew_and_named(real_data):
     fit = fitted(real_data, "walk_gait2354_subject01", "reference/subject01_simbody.osim", "walk1")
-    (note,) = said(fit, "placed anew")
+    (note,) = said(fit, "placed again")
     assert "R.Acromium" in note
     assert "L.Acromium" in note
     assert "ASIS" not in note
@@ -113,7 +113,7 @@ def test_one_of_two_markers_at_an_elbow_is_not_freed_but_a_thigh_that_was_never_
     assert off_m["R_elbow_med"] == pytest.approx(off_m["R_elbow_lat"], abs=0.005)  # neither is to blame
 
     fit = fitted(real_data, S6, "reference/hand_scaled.osim", "walking1")
-    (note,) = said(fit, "placed anew")
+    (note,) = said(fit, "placed again")
     assert all(f"L_thigh{k}" in note for k in (1, 2, 3, 4))
     assert "elbow" not in note
     motion = fit.trials[0].motion

@@ -43,7 +43,7 @@ def test_the_person(subject, tmp_path):
 def test_numbers_that_are_none_count_as_unknown(subject, tmp_path):
     found = open_subject(save(subject, tmp_path / "who.b3d", mass_kg=-3.0, height_m=170.0))
     assert (found.mass_kg, found.height_m) == (None, None)
-    assert any("height 170 m is none" in note for note in found.notes)
+    assert any("height 170 m is not possible" in note for note in found.notes)
 
 
 def test_decisions_and_results_lie_beside_it(subject, tmp_path):
