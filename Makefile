@@ -88,7 +88,7 @@ bench-truth: setup
 COMPILE := uv pip compile --quiet --universal --python-version 3.11 --fork-strategy fewest \
   --no-emit-index-url --no-header --no-annotate pyproject.toml --output-file requirements.all
 lock:
-	$(COMPILE) --extra dev --extra reference
+	$(COMPILE) --extra dev --extra dataset --extra reference
 	grep '^opensim==' requirements.all > requirements-opensim.lock
 	grep -v '^opensim==' requirements.all > requirements.lock
 	rm requirements.all

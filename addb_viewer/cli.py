@@ -14,6 +14,16 @@ from addb_viewer.environment import ENDS_WITH_STDIN, STORE
 
 DATASET = (
     ListedCommand(
+        "build",
+        "dataset.build:build",
+        "Make a release of all subjects below some folders, or bring it up to date.",
+    ),
+    ListedCommand(
+        "show",
+        "dataset.show:show",
+        "Say what a release holds; or of a trial where its numbers come from.",
+    ),
+    ListedCommand(
         "split",
         "dataset.split:split",
         "Say which persons of a release are for training, development and test.",

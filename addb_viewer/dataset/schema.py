@@ -119,8 +119,8 @@ TRIALS = Table(
             source="fit",
             nullable=True,
         ),
-        Column("hicks_linear", "bool", "residual force below the published limit", nullable=True),
-        Column("hicks_angular", "bool", "residual moment below the published limit", nullable=True),
+        Column("hicks_linear", "bool", "residual force ≤ 0.05 body weights", nullable=True),
+        Column("hicks_angular", "bool", "residual moment ≤ 0.01 body weights · height", nullable=True),
         Column("hicks_paper", "bool", "linear ≤ 0.05 body weights and angular ≤ 0.1 · height", nullable=True),
         Column("extension_applied", "bool", "whether an accepted cause acts beside the forces"),
     ),
@@ -161,7 +161,7 @@ SEGMENTS = Table(
             "clinical_paper", "bool", "linear ≤ 0.05 body weights and angular ≤ 0.1 · height", nullable=True
         ),
         Column(
-            "clinical_hicks", "bool", "linear ≤ 0.01 body weights and angular ≤ 0.01 · height", nullable=True
+            "clinical_hicks", "bool", "linear ≤ 0.05 body weights and angular ≤ 0.01 · height", nullable=True
         ),
     ),
     key=("segment_id",),
@@ -198,7 +198,11 @@ COORDINATES = Table(
     "A row a coordinate of a subject's model; those in list `other` are in the lists of `frames`",
     (
         _SUBJECT,
-        Column("list", "text", "default: columns of their own in `frames`; other: places of its lists"),
+        Column(
+            "list",
+            "text",
+            "default: columns of their own in `frames`; other: places of its lists; still: locked or coupled",
+        ),
         Column("place", "i16", "in that list, from 0"),
         Column("name", "text", "as the model has it"),
         Column("unit", "text", "rad or m"),

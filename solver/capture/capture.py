@@ -133,6 +133,20 @@ class UnreadTrial:
     file: UnusedFile
 
 
+@dataclass(frozen=True)
+class ReleaseWords:
+    """What a subject.toml says for releases, under [release]; None where it is silent."""
+
+    source: str | None = None  # publication or laboratory's collection
+    person: str | None = None  # None: the folder's name
+    laboratory: str | None = None
+    licence: str | None = None  # SPDX identifier or URL
+    consent: str | None = None  # "public", "restricted", "unknown"
+    citation: str | None = None  # BibTeX or text
+    doi: str | None = None  # without https://doi.org/
+    url: str | None = None
+
+
 NAMES_OF_NOBODY = ("results", "result", "output", "subject", "data", "export")
 """What programs call a file whoever is in it."""
 
@@ -158,6 +172,7 @@ class Subject:
     notes: tuple[str, ...] = field(default=())
     unused: tuple[UnusedFile, ...] = ()  # the most harmful first
     recording: Path | None = None  # the one file that holds all trials; `folder` then keeps decisions only
+    release: ReleaseWords | None = None
 
     @property
     def name(self) -> str:

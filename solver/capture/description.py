@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
-from solver.capture.capture import TrialFiles
+from solver.capture.capture import ReleaseWords, TrialFiles
 from solver.capture.small_files import BrokenFileError, json_content, toml_tables
 from solver.errors import CaptureError
 
@@ -34,6 +34,7 @@ class Description:
     static: Path | None = None
     trials: tuple[TrialFiles, ...] | None = None
     ranges: Mapping[str, tuple[tuple[float, float], ...]] | None = None  # [s] by trial, what counts of it
+    release: ReleaseWords | None = None
     notes: tuple[str, ...] = ()
 
     def or_else(self, other: "Description") -> "Description":

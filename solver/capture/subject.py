@@ -89,6 +89,7 @@ def open_subject(folder: Path, settings: ReadingSettings = READING) -> Subject:
             marker_map=marker_map if has_map else None,
             foot_bodies=described.foot_bodies or Subject.foot_bodies,
             tags=described.tags or (),
+            release=described.release,
             notes=described.notes + range_notes + _model_notes(folder, model, models, by_hand.is_file()),
         )
         silent = "subject.toml does not name it" if by_hand.is_file() and not found.trials else ""

@@ -6,6 +6,7 @@ from pathlib import Path
 from solver.capture.capture import PlateWord, TrialFiles
 from solver.capture.description import Description, Entries, read_toml
 from solver.capture.moment_convention import CONVENTIONS
+from solver.capture.release_words import release_words
 from solver.errors import CaptureError
 
 KEYS = (
@@ -19,6 +20,7 @@ KEYS = (
     "static",
     "tags",
     "trials",
+    "release",
 )
 TRIAL_KEYS = ("markers", "forces", "review", "up", "moments", "plates")
 MODEL_WORDS = ("scaled", "generic")
@@ -41,7 +43,8 @@ def read_subject_toml(path: Path, model_words: tuple[str, ...] = MODEL_WORDS) ->
     age, age_notes = entries.number("age_years", "age")
     sex, sex_notes = entries.sex("sex")
     trials, trial_notes = _trials(entries)
-    notes = mass_notes + height_notes + age_notes + sex_notes + trial_notes + entries.unknown(KEYS)
+    release, release_notes = release_words(entries)
+    notes = mass_notes + height_notes + age_notes + sex_notes + trial_notes + release_notes
     return Description(
         mass_kg=mass,
         height_m=height,
@@ -53,7 +56,8 @@ def read_subject_toml(path: Path, model_words: tuple[str, ...] = MODEL_WORDS) ->
         model_is=entries.word("model_is", model_words),
         static=entries.file("static"),
         trials=trials,
-        notes=notes,
+        release=release,
+        notes=notes + entries.unknown(KEYS),
     )
 
 

@@ -28,13 +28,24 @@ _ABOUT_PLATES = (
 )
 
 
+_ABOUT_RELEASE = (
+    "",
+    "# For releases (addb-viewer dataset build):",
+    "# [release]",
+    '# source = "SOURCE"  # publication or collection; person = "P01", laboratory = "…"',
+    '# licence = "CC-BY-4.0"  # SPDX identifier or URL',
+    '# consent = "public"  # or "restricted", "unknown"',
+    '# citation = "cite.bib"  # or a text; doi = "10.1234/abcd", url = "https://…"',
+)
+
+
 def described_as_toml(subject: Subject) -> str:
     """The text of a subject.toml that `open_subject` reads as this subject."""
     if subject.recording is not None:
-        return "\n".join([_HEAD_OF_B3D, *_person(subject), *_model(subject), *_comments(subject)]) + "\n"
-    return (
-        "\n".join([_HEAD, *_person(subject), *_files(subject), *_trials(subject), *_comments(subject)]) + "\n"
-    )
+        about = [_HEAD_OF_B3D, *_person(subject), *_model(subject)]
+    else:
+        about = [_HEAD, *_person(subject), *_files(subject), *_trials(subject)]
+    return "\n".join([*about, *_release(subject), *_comments(subject)]) + "\n"
 
 
 def _person(subject: Subject) -> Iterator[str]:
@@ -88,6 +99,16 @@ def _trials(subject: Subject) -> Iterator[str]:
             if plate.zero_N is not None:
                 yield f"zero_N = {plate.zero_N}"
     yield from _ABOUT_PLATES
+
+
+def _release(subject: Subject) -> Iterator[str]:
+    if subject.release is None:
+        yield from _ABOUT_RELEASE
+        return
+    yield "\n[release]"
+    for key, value in vars(subject.release).items():
+        if value is not None:
+            yield f"{key} = {_text(value)}"
 
 
 def _key(name: str) -> str:

@@ -76,14 +76,19 @@ def assign(
             path = _cheapest_path(cost[start:end], settings.takeover_m_s * rate, unlikely=len(feet))
             owners[start:end, k] = _widened(states[path], both[start:end])
         notes += _notes(plate.name, owners[:, k], plate.loaded, distances[k], times)
-        if not _lies_there(plate, settings):
+        if not lies_there(plate, settings):
             unassigned |= plate.loaded & (owners[:, k] == NO_FOOT)
         owners[:, k] = _with_tails(owners[:, k], plate.loaded)
     return replace(_gathered(plates, owners, feet, notes), unassigned=unassigned)
 
 
-def _lies_there(plate: ConditionedPlate, settings: ContactSettings) -> bool:
-    """Whether the plate's load is a thing on it, or an offset: there all along and always the same."""
+def lies_there(plate: ConditionedPlate, settings: ContactSettings) -> bool:
+    """Whether the plate's load is a thing on it, or an offset: there all along and always the same.
+
+    Args:
+        plate: at the frames.
+        settings: how little such a load changes.
+    """
     load = plate.force_ground[plate.observed, 1]
     return bool(plate.loaded[plate.observed].all() and np.std(load) < settings.lying_std_N)
 

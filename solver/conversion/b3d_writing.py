@@ -22,9 +22,9 @@ from solver.capture.capture import Capture, Markers
 from solver.capture.force_settings import CONDITIONING
 from solver.conversion.content import Content, Part, Trial
 from solver.errors import CaptureError
-from solver.export.b3d.from_fit import generalized_residuals
 from solver.export.b3d.model import dofs_in_order, joints_in_order
 from solver.export.b3d.pass_frames import ContactForces, pass_frames
+from solver.export.b3d.passes import generalized_residuals
 from solver.export.b3d.sensor_frames import corners, marker_names, sensor_frames
 from solver.export.b3d.writer import write_b3d
 from solver.skeleton.osim_writer import skeleton_text

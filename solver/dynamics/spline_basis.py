@@ -81,6 +81,24 @@ def spline_basis(frames: int, rate: float, spacing: int) -> SplineBasis:
     return SplineBasis(frames, rate, spacing, count, piece, derivative, _jerk_gram(pieces, width))
 
 
+def spline_at(
+    coefficients: Float[np.ndarray, "coefficients dofs"],
+    width_s: float,
+    seconds: Float[np.ndarray, " times"],
+    order: int = 0,
+) -> Float[np.ndarray, "times dofs"]:
+    """The derivative of that order of Σ_a B_a(t) c_a, at any times within the trial.
+
+    Args:
+        coefficients: of a basis of `spline_basis`.
+        width_s: between knots [s].
+        seconds: since the first frame [s].
+        order: 0 for the spline itself.
+    """
+    knots = (np.arange(len(coefficients) + ORDER) - DEGREE) * width_s
+    return BSpline(knots, coefficients, DEGREE)(seconds, nu=order)
+
+
 def _weights(within: Float[np.ndarray, " some"], order: int) -> Float[np.ndarray, "some 6"]:
     """Derivatives by the piece's own coordinate (0 to 1) of the six splines that live on a piece."""
     knots = np.arange(-DEGREE, ORDER + 1, dtype=float)

@@ -45,7 +45,16 @@ class Motion:
 
     def derivative(self, order: int) -> Float[np.ndarray, "frames dofs"]:
         """The spline's derivative of that order at the frames [rad/sⁿ or m/sⁿ]."""
-        return self._spline(np.arange(self.frames) / self.rate, nu=order)
+        return self.at(np.arange(self.frames) / self.rate, order)
+
+    def at(self, seconds: Float[np.ndarray, " times"], order: int = 0) -> Float[np.ndarray, "times dofs"]:
+        """The spline's derivative of that order at any times within the trial [rad/sⁿ or m/sⁿ].
+
+        Args:
+            seconds: since the first frame [s].
+            order: 0 for the spline itself.
+        """
+        return self._spline(seconds, nu=order)
 
     @cached_property
     def velocity(self) -> Float[np.ndarray, "frames dofs"]:

@@ -75,7 +75,7 @@ def test_the_fit_of_it_is_the_fit(there_and_back):
 
 def test_what_the_file_says_of_itself_is_what_was_found(there_and_back):
     fit, _, _, again = there_and_back
-    first, last = again.trials[0].capture.stored
+    first, _, last = again.trials[0].capture.stored
     assert (first.kind, last.kind, last.notes) == ("kinematics", "dynamics", ())
     trial = fit.trials[0]
     np.testing.assert_allclose(last.marker_rms_m, trial.marker_errors.rms_per_frame, rtol=1e-5)

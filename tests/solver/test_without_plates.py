@@ -109,7 +109,7 @@ def test_exports_say_what_was_never_measured(pair, tmp_path):
     header = fit_to_b3d(bare).header.trial_header[0]
     outside_ranges = reason_number(OUTSIDE_RANGES)
     assert set(np.asarray(header.missing_GRF_reason)) == {reason_number(NOT_RECORDED), outside_ranges}
-    assert header.processing_pass_header[0].lowpass_cutoff_frequency == SETTINGS.dynamics.unmeasured_cutoff_Hz
+    assert header.processing_pass_header[1].lowpass_cutoff_frequency == SETTINGS.dynamics.unmeasured_cutoff_Hz
     columns = trial_columns(trial, bare.skeleton)
     assert columns["calcn_r_inferred"].all()
     assert not columns["used"].any()

@@ -72,6 +72,7 @@ def open_b3d_subject(folder: Path, file: Path) -> Subject:
         marker_map=marker_map if has_map else None,
         foot_bodies=described.foot_bodies or Subject.foot_bodies,
         tags=described.tags or (),
+        release=described.release,
         notes=(*described.notes, *_left_out(b3d, file.name)),
         recording=file,
     )

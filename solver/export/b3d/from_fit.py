@@ -1,11 +1,10 @@
 """A fit as a .b3d file."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from solver.capture.b3d.schema import (
     VERSION,
@@ -13,52 +12,37 @@ from solver.capture.b3d.schema import (
     B3dTrial,
     DataQuality,
     Header,
-    PassFrames,
     PassHeader,
     PassModel,
     PassType,
     TrialHeader,
     TrialType,
 )
-from solver.capture.conditioning import shared_cutoff
-from solver.capture.force_settings import ConditioningSettings
 from solver.contact.wrenches import FILE, PERSON
 from solver.dynamics.inverse_dynamics import counted_wrenches
-from solver.export.b3d.model import dofs_in_order, joints_in_order, unlocked
+from solver.export.b3d.model import dofs_in_order, joints_in_order
 from solver.export.b3d.pass_frames import ContactForces, pass_frames
+from solver.export.b3d.passes import PASS_ORDER, LowPassed, pass_header, passes_of
 from solver.export.b3d.reasons import reasons_per_frame
 from solver.export.b3d.sensor_frames import corners, marker_names, sensor_frames
 from solver.export.b3d.writer import write_b3d
 from solver.export.places import file_stem, made
 from solver.fit import Fit, TrialFit
-from solver.kinematics.marker_errors import MarkerErrors
-from solver.kinematics.motion import Motion
-from solver.kinematics.root_joint import root_joint
 from solver.settings import from_dict
-from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.osim_writer import skeleton_text
 from solver.skeleton.skeleton import Skeleton
 from solver.summary import all_notes
 
 
-@dataclass(frozen=True)
-class _Pass:
-    """One motion of a trial, and how it came about."""
-
-    type: PassType
-    motion: Motion
-    errors: MarkerErrors
-    low_passed: bool
-
-
-def fit_to_b3d(fit: Fit) -> B3dFile:
-    """The fit as a subject: for each trial what markers alone say and, where it was fitted, what forces add.
+def fit_to_b3d(fit: Fit, filtered: Mapping[str, LowPassed] | None = None) -> B3dFile:
+    """The fit as a subject: of each trial what markers alone say, that low-passed, and what forces add.
 
     The last pass of a trial has the motion that its joint torques and residuals belong to. The first is
     computed with the inertias from before the fit, scaled to its mass: fitted ones have seen the forces.
 
     Args:
         fit: the solved subject; in trials without forces every frame says so.
+        filtered: by trial, its low-passed pass; None: filtered here, as the fit's settings say.
 
     Raises:
         ModelError: the skeleton's root is not free in all six ways, or OpenSim cannot hold the skeleton.
@@ -66,16 +50,17 @@ def fit_to_b3d(fit: Fit) -> B3dFile:
     bodies = _contact_bodies(fit)
     names = marker_names([trial.capture for trial in fit.trials])
     plates = max((len(trial.capture.plates) for trial in fit.trials), default=0)
-    models = {PassType.KINEMATICS: unfitted(fit), PassType.DYNAMICS: fit.skeleton}
+    models = {kind: unfitted(fit) if kind is PassType.KINEMATICS else fit.skeleton for kind in PASS_ORDER}
     trials = []
     for trial in fit.trials:
         contact = _contact_forces(trial, bodies)
-        passes = _passes(trial)
+        passes = passes_of(fit, trial, (filtered or {}).get(trial.capture.name))
         frames = tuple(pass_frames(models[one.type], one.motion, contact) for one in passes)
-        headers = [_pass_header(fit, trial, one, own) for one, own in zip(passes, frames, strict=True)]
+        headers = [pass_header(fit, trial, one, own) for one, own in zip(passes, frames, strict=True)]
         sensors = sensor_frames(trial.capture, names, plates, from_dict(fit.settings).conditioning)
         trials.append(B3dTrial(_trial_header(trial, headers), sensors, frames))
-    types = sorted({PassType(about.type) for t in trials for about in t.header.processing_pass_header})
+    made = {about.type for trial in trials for about in trial.header.processing_pass_header}
+    types = [kind for kind in PASS_ORDER if kind in made]
     return B3dFile(
         _header(fit, bodies, names, [(kind, models[kind]) for kind in types], trials), tuple(trials)
     )
@@ -102,18 +87,6 @@ def export_b3d(fit: Fit, folder: Path) -> list[Path]:
     path = made(folder) / f"{file_stem(fit.subject.name)}.b3d"
     write_b3d(fit_to_b3d(fit), path)
     return [path]
-
-
-def _passes(trial: TrialFit) -> list[_Pass]:
-    if trial.kinematics_only is not None:
-        before = trial.kinematics_only
-        return [
-            _Pass(PassType.KINEMATICS, before.motion, before.marker_errors, low_passed=False),
-            _Pass(PassType.DYNAMICS, trial.motion, trial.marker_errors, low_passed=False),
-        ]
-    if trial.dynamics is not None:
-        return [_Pass(PassType.KINEMATICS, trial.dynamics.motion, trial.marker_errors, low_passed=True)]
-    return [_Pass(PassType.KINEMATICS, trial.motion, trial.marker_errors, low_passed=False)]
 
 
 def _contact_bodies(fit: Fit) -> tuple[str, ...]:
@@ -184,64 +157,3 @@ def _trial_header(trial: TrialFit, passes: Sequence[PassHeader]) -> TrialHeader:
         has_manual_GRF_annotation=np.any(reviewed, axis=1),
         trial_type=TrialType.OTHER,  # nobody has said where it was
     )
-
-
-def _pass_header(fit: Fit, trial: TrialFit, one: _Pass, frames: PassFrames) -> PassHeader:
-    dofs = dofs_in_order(fit.skeleton)
-    linear, angular = generalized_residuals(fit.skeleton, frames)
-    conditioning = _conditioning(fit)
-    cutoff = 0.0
-    if one.low_passed and conditioning:
-        cutoff = shared_cutoff(one.motion.rate, conditioning)
-        if trial.forces_foretold:
-            cutoff = from_dict(fit.settings).dynamics.unmeasured_cutoff_Hz
-    return PassHeader(
-        type=one.type,
-        dof_positions_observed=_observed(fit.skeleton, one.errors),
-        dof_velocities_finite_differenced=np.ones(len(dofs), dtype=bool),
-        dof_acceleration_finite_differenced=np.ones(len(dofs), dtype=bool),
-        marker_rms=one.errors.rms_per_frame,
-        marker_max=one.errors.maximum_per_frame,
-        linear_residual=linear,
-        angular_residual=angular,
-        joints_max_velocity=np.abs(frames.vel).max(axis=1),
-        lowpass_cutoff_frequency=cutoff,
-        lowpass_filter_order=conditioning.order if cutoff and conditioning else 0,
-        force_plate_cutoff=np.full(
-            len(trial.capture.plates), conditioning.threshold_N if conditioning else 0.0
-        ),
-    )
-
-
-def generalized_residuals(
-    skeleton: Skeleton, frames: PassFrames
-) -> tuple[Float[np.ndarray, " frames"], Float[np.ndarray, " frames"]]:
-    """Norms of the root's generalized forces [N] and torques about its Euler axes [N·m]; 0 at both ends.
-
-    Args:
-        skeleton: of the pass.
-        frames: of the pass.
-    """
-    dofs, root, names = dofs_in_order(skeleton), root_joint(unlocked(skeleton)), unlocked(skeleton).dofs
-    norms = []
-    for own in (root.translation_dofs, root.rotation_dofs):
-        norm = np.linalg.norm(frames.tau[:, [dofs.index(names[i]) for i in own]], axis=1)
-        norm[[0, -1]] = 0.0
-        norms.append(norm)
-    return norms[0], norms[1]
-
-
-def _observed(skeleton: Skeleton, errors: MarkerErrors) -> Bool[np.ndarray, " dofs"]:
-    """Whether a coordinate moves any marker that the trial shows."""
-    kinematics = ForwardKinematics(unlocked(skeleton))
-    seen = {name for name, d in zip(errors.names, errors.distance.T, strict=True) if np.isfinite(d).any()}
-    bodies = [marker.body for marker in skeleton.markers if marker.name in seen]
-    moves = kinematics.carries[:, bodies].any(axis=1)
-    moving = {kinematics.skeleton.dofs[dof] for dof in kinematics.chain.dof[moves]}
-    locked = {c.name for c in skeleton.coordinates if c.locked}
-    return np.array([name in moving - locked for name in dofs_in_order(skeleton)])
-
-
-def _conditioning(fit: Fit) -> ConditioningSettings | None:
-    """The filter and thresholds that the fit was made with."""
-    return from_dict(fit.settings).conditioning if "conditioning" in fit.settings else None

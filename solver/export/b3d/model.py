@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from solver.kinematics.motion import Motion
+from solver.kinematics.resampled_motion import ResampledMotion
 from solver.skeleton.osim_writer import coordinate_names, joint_order
 from solver.skeleton.skeleton import Skeleton
 
@@ -21,11 +22,21 @@ def unlocked(skeleton: Skeleton) -> Skeleton:
 
 def unlocked_motion(motion: Motion, skeleton: Skeleton) -> Motion:
     """The motion of `unlocked(skeleton)`: locked coordinates stay at their values."""
-    columns = [
-        motion.q[:, motion.dofs.index(c.name)] if c.name in motion.dofs else np.full(motion.frames, c.default)
-        for c in unlocked(skeleton).free_coordinates
-    ]
-    return replace(motion, dofs=unlocked(skeleton).dofs, q=np.column_stack(columns))
+    free = unlocked(skeleton).free_coordinates
+
+    def widened(values: np.ndarray, of_locked: list[float]) -> np.ndarray:
+        return np.column_stack(
+            [
+                values[:, motion.dofs.index(c.name)] if c.name in motion.dofs else np.full(len(values), still)
+                for c, still in zip(free, of_locked, strict=True)
+            ]
+        )
+
+    moved = replace(motion, dofs=unlocked(skeleton).dofs, q=widened(motion.q, [c.default for c in free]))
+    if isinstance(moved, ResampledMotion):
+        rest = [0.0] * len(free)
+        return replace(moved, qd=widened(moved.qd, rest), qdd=widened(moved.qdd, rest))
+    return moved
 
 
 def joints_in_order(skeleton: Skeleton) -> list[int]:

@@ -33,24 +33,32 @@ def reason_number(reason: str) -> int:
 def reasons_per_frame(mask: FrameMask | None, frames: int) -> Int[np.ndarray, " frames"]:
     """Zero where every foot's force counts, else the number of the reason.
 
-    A person's reason goes before a file's, that before detection's, and all before what the recording itself
-    has no force for.
-
     Args:
         mask: of the trial; None where it has no forces.
         frames: of the trial.
     """
     if mask is None:
         return np.full(frames, reason_number(NOT_RECORDED), np.int32)
-    numbers = np.zeros(frames, np.int32)
-    heard = np.zeros(frames, np.int32)  # place of the source that gave the number, from 1
+    numbers = np.array([*(reason_number(reason[3]) for reason in mask.reasons), REASONS.index(UNNAMED)])
+    return np.where(mask.all_feet, 0, numbers[decisive_reasons(mask)]).astype(np.int32)
+
+
+def decisive_reasons(mask: FrameMask) -> Int[np.ndarray, " frames"]:
+    """Which of `mask.reasons` is each frame's, by its place; −1 where there is none.
+
+    A person's reason goes before a file's, that before detection's, and all before what the recording itself
+    has no force for. Of several of one source the first holds.
+
+    Args:
+        mask: of the trial.
+    """
+    decisive = np.full(len(mask.counts), -1)
+    heard = np.zeros(len(mask.counts), np.int32)  # place of the source that gave the reason, from 1
     order = (RECORDING, *SOURCES)
     for k, (start, end, _foot, reason) in enumerate(mask.reasons):
-        number, stretch, before = reason_number(reason), numbers[start:end], heard[start:end]
-        by_person = number == REASONS.index(REVIEWED)  # as far as a fit that kept no sources tells
+        stretch, before = decisive[start:end], heard[start:end]
+        by_person = reason_number(reason) == REASONS.index(REVIEWED)  # of a fit that kept no sources
         rank = 1 + order.index(mask.sources[k]) if mask.sources else 1 + by_person
         taken = rank > before
-        stretch[taken], before[taken] = number, rank
-    numbers[~mask.all_feet & (numbers == 0)] = REASONS.index(UNNAMED)
-    numbers[mask.all_feet] = 0
-    return numbers
+        stretch[taken], before[taken] = k, rank
+    return decisive

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfiltfilt
 
 from solver.capture.b3d.reader import read_b3d
 from solver.capture.capture import Subject
@@ -58,7 +59,7 @@ def test_who(fit):
 
 
 def test_the_model_inside_is_the_skeleton(fit, tmp_path):
-    (model,) = fit_to_b3d(fit).header.passes
+    model = fit_to_b3d(fit).header.passes[-1]
     (tmp_path / "model.osim").write_text(model.model_osim_text, encoding="utf-8")
     found = load_skeleton(tmp_path / "model.osim")
     assert found.dofs == fit.skeleton.dofs
@@ -137,12 +138,23 @@ def test_a_fitted_trajectory_is_a_pass_of_its_own(fit):
     walk = fit.trials[0]
     before = KinematicsOnly(replace(walk.motion, q=walk.motion.q + 0.01), walk.marker_errors)
     b3d = fit_to_b3d(replace(with_trial(fit, kinematics_only=before), settings=as_dict(Settings())))
-    assert [model.pass_type for model in b3d.header.passes] == [0, 1]
+    assert [model.pass_type for model in b3d.header.passes] == [0, 2, 1]
     headers = b3d.trials[0].header.processing_pass_header
-    assert [about.type for about in headers] == [0, 1]
-    assert [about.lowpass_cutoff_frequency for about in headers] == [0, 0]
-    first, second = b3d.trials[0].passes
-    np.testing.assert_allclose(first.pos[:, 0] - second.pos[:, 0], 0.01)
+    assert [about.type for about in headers] == [0, 2, 1]
+    assert [about.lowpass_cutoff_frequency for about in headers] == pytest.approx([0, 20, 0])
+    assert [about.lowpass_filter_order for about in headers] == [0, 3, 0]
+    first, low, last = b3d.trials[0].passes
+    np.testing.assert_allclose(first.pos[:, 0] - last.pos[:, 0], 0.01)
+    sos = butter(3, 20 / 25, output="sos")
+    np.testing.assert_allclose(low.pos[20:-20], sosfiltfilt(sos, first.pos, axis=0)[20:-20], atol=1e-6)
+
+
+def test_without_a_fit_to_forces_the_last_pass_is_the_low_passed_one(fit):
+    motion = fit.trials[0].motion
+    b3d = fit_to_b3d(with_trial(fit, motion=replace(motion, q=motion.q + 0.01)))
+    assert [model.pass_type for model in b3d.header.passes] == [0, 2]
+    raw, low = b3d.trials[0].passes
+    np.testing.assert_allclose(raw.pos[:, 0] - low.pos[:, 0], 0.01)
 
 
 def test_trials_with_and_without_forces_in_one_file(fit, standing_still, tmp_path):

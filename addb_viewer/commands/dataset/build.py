@@ -1,0 +1,142 @@
+"""`addb-viewer dataset build`: from folders of reviewed subjects to a release."""
+
+import re
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from addb_viewer.commands.errors import errors_as_lines
+from addb_viewer.commands.options import Debug
+
+if TYPE_CHECKING:
+    from addb_viewer.dataset.build import Plan
+
+CONSENTS = ("public", "restricted", "unknown")
+Roots = Annotated[
+    list[Path],
+    typer.Argument(metavar="ROOT…", help="Folders of subjects, or subjects; .b3d files too.", exists=True),
+]
+Out = Annotated[
+    Path, typer.Option("--out", metavar="RELEASE", help="Folder of the release; RELEASE.work lies beside it.")
+]
+Licence = Annotated[
+    str | None, typer.Option("--licence", metavar="ID", help="Of subjects whose subject.toml names none.")
+]
+Consent = Annotated[
+    str | None, typer.Option("--consent", metavar="WORD", help="Likewise: public, restricted, unknown.")
+]
+Source = Annotated[
+    str | None, typer.Option("--source", metavar="NAME", help="Likewise; without it ROOT's own name.")
+]
+Unreviewed = Annotated[
+    bool, typer.Option("--unreviewed", help="Take trials too whose review nobody has finished.")
+]
+Without = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--without",
+        metavar="PERSON",
+        help="Leave out this person, SOURCE/PERSON; may be given several times.",
+    ),
+]
+Rate = Annotated[
+    str, typer.Option("--rate", metavar="HZ", help="Frames a second, or native: each recording's own.")
+]
+Workers = Annotated[
+    int | None, typer.Option("--workers", metavar="N", help="Subjects fitted at a time; one a core.", min=1)
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Of a Dask cluster, tcp://… here or tls://… elsewhere; local: Dask on this machine.",
+    ),
+]
+Date = Annotated[
+    str | None, typer.Option("--date", metavar="YYYY-MM-DD", help="Of publication, for croissant.json.")
+]
+DryRun = Annotated[
+    bool, typer.Option("--dry-run", help="Say what would be taken and what not; write nothing.")
+]
+
+
+def build(
+    roots: Roots,
+    out: Out,
+    licence: Licence = None,
+    consent: Consent = None,
+    source: Source = None,
+    unreviewed: Unreviewed = False,
+    without: Without = None,
+    rate: Rate = "100",
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    date: Date = None,
+    dry_run: DryRun = False,
+    debug: Debug = False,
+) -> None:
+    """Make a release of all subjects below some folders, or bring it up to date."""
+    if consent is not None and consent not in CONSENTS:
+        raise typer.BadParameter(f"choose one of {', '.join(CONSENTS)}", param_hint="--consent")
+    if date is not None and not re.fullmatch(r"\d{4}-\d{2}-\d{2}", date):
+        raise typer.BadParameter("write it as YYYY-MM-DD", param_hint="--date")
+    if source is not None and (re.search(r"[/\\]", source) or source.startswith(".")):
+        raise typer.BadParameter("a name without / and \\, please", param_hint="--source")
+    rate_hz = _rate(rate)
+    with errors_as_lines(debug):
+        from addb_viewer.dataset.build import build as made  # noqa: PLC0415 (loads the solver)
+        from addb_viewer.dataset.build import planned  # noqa: PLC0415 (likewise)
+        from addb_viewer.dataset.engine.dask_cluster import DaskCluster  # noqa: PLC0415 (likewise)
+        from addb_viewer.dataset.engine.processes import Processes, usual_workers  # noqa: PLC0415 (likewise)
+        from addb_viewer.dataset.options import BuildOptions  # noqa: PLC0415 (likewise)
+        from addb_viewer.dataset.release_subject import Terms  # noqa: PLC0415 (likewise)
+
+        options = BuildOptions(
+            Terms(source, licence, consent), unreviewed, rate_hz, tuple(sorted(without or ()))
+        )
+        plan = planned(roots, options)
+        _tell(plan, in_full=dry_run)
+        if dry_run:
+            return
+        count = workers or usual_workers()
+        engine = DaskCluster(scheduler, count) if scheduler else Processes(count)
+        manifest = made(plan, out, options, engine, told=typer.echo, published=date)
+        totals = manifest["totals"]
+        typer.echo(
+            f"{out}: version {manifest['version']}, {totals['subjects']} subjects, "
+            f"{totals['trials']} trials, {totals['hours']:.3f} h, {totals['hours_counting']:.3f} h counting; "
+            f"{totals['left_out']} left out"
+        )
+
+
+def _rate(word: str) -> float | None:
+    if word == "native":
+        return None
+    try:
+        rate = float(word)
+    except ValueError:
+        rate = 0.0
+    if not 10 <= rate <= 1000:
+        raise typer.BadParameter("a number from 10 to 1000, or native", param_hint="--rate")
+    return rate
+
+
+def _tell(plan: "Plan", *, in_full: bool) -> None:
+    """What is taken and what not: a line a subject and thing, or the counts alone."""
+    if in_full:
+        for one in plan.wanted:
+            hours = sum(trial.hours for trial in one.trials)
+            typer.echo(f"{one.who.subject_id}: {len(one.trials)} trials, {one.frames} frames, {hours:.3f} h")
+        for row in plan.left_out:
+            detail = f": {row.detail}" if row.detail else ""
+            typer.echo(f"left out: {row.id} ({row.reason}){detail}")
+    else:
+        for reason, count in sorted(Counter(row.reason for row in plan.left_out).items()):
+            typer.echo(f"left out: {count} × {reason}")
+    typer.echo(
+        f"{len(plan.wanted)} subjects, {sum(len(one.trials) for one in plan.wanted)} trials, {plan.frames} "
+        f"frames; about {plan.bytes / 1e6:.0f} MB"
+    )

@@ -1,0 +1,249 @@
+"""Folders of subjects in, a release out: scan, fit what is not yet done, put it together, swap."""
+
+import hashlib
+import json
+import shutil
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from addb_viewer.accepted_extension import extension_for_solve
+from addb_viewer.dataset.engine.engine import Engine
+from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.finishing import finished, recovered
+from addb_viewer.dataset.left_out import LeftOut
+from addb_viewer.dataset.manifest_file import FILE as MANIFEST
+from addb_viewer.dataset.manifest_file import read_manifest
+from addb_viewer.dataset.named_causes import fingerprint, named_causes
+from addb_viewer.dataset.options import BuildOptions
+from addb_viewer.dataset.receipts import Receipt, valid_receipt
+from addb_viewer.dataset.scanning import ScannedSubject, scan, wanted_files
+from addb_viewer.dataset.schema import FORMAT_VERSION, schema_json
+from addb_viewer.dataset.subject_task import Task
+from addb_viewer.review_store import reviews_for_solve, whole_log
+from solver.capture.disk_errors import writing_failed
+from solver.provenance import provenance_of
+from solver.results.store import default_folder
+from solver.settings import as_dict, settings_for
+
+BYTES_PER_FRAME = 16_000  # of all files of a subject: 9 to 13 kB with 40 to 60 markers
+PROGRAM = 1  # raised when the same inputs give other files
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a build will do."""
+
+    subjects: tuple[ScannedSubject, ...]
+    strange: tuple[LeftOut, ...]  # folders that are no subjects
+
+    @property
+    def wanted(self) -> tuple[ScannedSubject, ...]:
+        """Subjects of which something is taken."""
+        return tuple(one for one in self.subjects if one.trials)
+
+    @property
+    def left_out(self) -> tuple[LeftOut, ...]:
+        """What is known before anything is fitted."""
+        return (*self.strange, *(row for one in self.subjects for row in one.left_out))
+
+    @property
+    def frames(self) -> int:
+        """Of all wanted trials, at their own rates."""
+        return sum(one.frames for one in self.wanted)
+
+    @property
+    def bytes(self) -> int:
+        """How large the files will be, about."""
+        return self.frames * BYTES_PER_FRAME
+
+
+def planned(
+    roots: Sequence[Path], options: BuildOptions, told: Callable[[str], None] = lambda _: None
+) -> Plan:
+    """Read what there is and decide what is taken; nothing is written.
+
+    Args:
+        roots: folders of subjects, or subjects.
+        options: of the release.
+        told: whose files are read.
+
+    Raises:
+        ReleaseError: two subjects have one name, or a person of `--without` is in no subject.
+        CaptureError: a root is missing, or holds no subject.
+    """
+    subjects, strange = scan(roots, options, told)
+    persons = {one.who.person_id for one in subjects}
+    missing = sorted(set(options.without) - persons)
+    if missing:
+        raise ReleaseError(
+            f"--without {missing[0]}: nobody is called that; persons are SOURCE/PERSON, as {min(persons)}"
+        )
+    return Plan(subjects, strange)
+
+
+def build(
+    plan: Plan,
+    out: Path,
+    options: BuildOptions,
+    engine: Engine,
+    *,
+    told: Callable[[str], None] = lambda _: None,
+    published: str | None = None,
+) -> dict[str, Any]:
+    """Make the release, or bring it up to date; what is done already is taken as it is.
+
+    Args:
+        plan: of the same options.
+        out: folder of the release; `OUT.work` keeps what workers make.
+        options: of the release.
+        engine: that does the work.
+        told: how far it is, a line at a time.
+        published: the day, for croissant.json.
+
+    Returns:
+        The manifest.
+
+    Raises:
+        ReleaseError: the folder holds something else or cannot be written to, or nothing is left to release.
+    """
+    recovered(out)
+    previous = _previous(out)
+    work = out.with_name(out.name + ".work")
+    _check_place(work, plan)
+    began, clock = datetime.now(UTC), time.monotonic()
+    tasks = [task_of(one, options, work) for one in plan.wanted]
+    receipts: dict[str, Receipt] = {}
+    waiting = []
+    for task in tasks:
+        receipt = valid_receipt(task.out, task.key)
+        if receipt is None:
+            waiting.append(task)
+        else:
+            receipts[task.who.subject_id] = receipt
+    if receipts:
+        told(f"{len(receipts)} of {len(tasks)} subjects are done already")
+    progress = _Progress(len(waiting), sum(task.frames for task in waiting), told)
+
+    def done(task: Task, receipt: Receipt) -> None:
+        receipts[task.who.subject_id] = receipt
+        progress.one_more(task, receipt)
+
+    engine.run(waiting, done)
+    left = [*plan.left_out, *(row for one in receipts.values() for row in one.left_out)]
+    left += [one.failed for one in receipts.values() if one.failed]
+    inside = {name: one for name, one in sorted(receipts.items()) if one.files}
+    if not inside:
+        why = ", ".join(sorted({row.reason for row in left}))
+        raise ReleaseError(f"nothing is left to release ({why}); --dry-run says what is left out and why")
+    log = {
+        "began": began.isoformat(timespec="seconds"),
+        "seconds": time.monotonic() - clock,
+        "subjects": {
+            name: {"seconds": one.seconds, "peak_MB": one.peak_MB} for name, one in sorted(receipts.items())
+        },
+    }
+    try:
+        manifest = finished(out, work, inside, left, options, previous=previous, log=log, published=published)
+    except OSError as error:
+        raise ReleaseError(writing_failed(out, error)) from error
+    _without_old_parts(work, {task.key for task in tasks})
+    return manifest
+
+
+def task_of(one: ScannedSubject, options: BuildOptions, work: Path) -> Task:
+    """What a worker is to do for a subject; its key changes with anything that its files depend on.
+
+    Args:
+        one: the subject.
+        options: of the release.
+        work: folder in which each task has a folder.
+
+    Raises:
+        SolverError, ReviewError: settings, reviews or accepted causes cannot be read.
+    """
+    subject, files = one.subject, wanted_files(one)
+    reviews, _ = reviews_for_solve(subject, files)
+    extension, _ = extension_for_solve(subject, files, default_folder(subject.folder))
+    made_of = {
+        "program": PROGRAM,
+        "format": FORMAT_VERSION,
+        "schema": schema_json(),
+        "provenance": provenance_of(subject, files, reviews, extension),
+        "settings": as_dict(settings_for(subject.folder)),
+        "rate_hz": options.rate_hz,
+        "who": asdict(one.who),
+        "causes": fingerprint(named_causes(subject)),
+        "labels": _review_bytes(subject.folder),
+    }
+    key = hashlib.sha256(json.dumps(made_of, sort_keys=True, default=str).encode()).hexdigest()
+    names = tuple(trial.name for trial in files)
+    return Task(key, subject.folder, one.who, names, options, work / key, one.frames)
+
+
+def _review_bytes(folder: Path) -> list[str]:
+    """All that people have said, activities and states included."""
+    return [repr(edit) for edit in whole_log(folder).edits]
+
+
+def _previous(out: Path) -> Mapping[str, Any] | None:
+    """Manifest of the release that lies there; refuses a folder of something else."""
+    if not out.exists():
+        return None
+    if out.is_dir() and not any(out.iterdir()):
+        out.rmdir()
+        return None
+    if not (out / MANIFEST).is_file():
+        raise ReleaseError(f"{out}: holds something else than a release. Give a new folder as --out.")
+    return read_manifest(out)
+
+
+def _check_place(work: Path, plan: Plan) -> None:
+    """Refuse a place that cannot be written to, or that is too small, before time is spent."""
+    try:
+        work.mkdir(parents=True, exist_ok=True)
+        trial = work / ".writable"
+        trial.write_bytes(b"")
+        trial.unlink()
+        free = shutil.disk_usage(work).free
+    except OSError as error:
+        raise ReleaseError(writing_failed(work.parent, error)) from error
+    if free < plan.bytes:
+        raise ReleaseError(
+            f"{work.parent}: {free / 1e9:.2f} GB are free, the release needs about "
+            f"{plan.bytes / 1e9:.2f} GB. Make room, or give another --out."
+        )
+
+
+def _without_old_parts(work: Path, keys: set[str]) -> None:
+    for place in work.iterdir():
+        if place.is_dir() and place.name not in keys:
+            shutil.rmtree(place, ignore_errors=True)
+
+
+class _Progress:
+    """How far a build is, and how long it will take, by frames."""
+
+    def __init__(self, subjects: int, frames: int, told: Callable[[str], None]) -> None:
+        self._subjects, self._frames, self._told = subjects, frames, told
+        self._done = self._done_frames = 0
+        self._began = time.monotonic()
+
+    def one_more(self, task: Task, receipt: Receipt) -> None:
+        """A subject has ended."""
+        self._done += 1
+        self._done_frames += task.frames
+        took = time.monotonic() - self._began
+        left = took * (self._frames - self._done_frames) / max(self._done_frames, 1)
+        what = f"left out, {receipt.failed.reason}" if receipt.failed else f"{task.frames} frames"
+        rest = f"; about {_duration(left)} left" if self._done < self._subjects else ""
+        self._told(f"{self._done}/{self._subjects} {task.who.subject_id}: {what}{rest}")
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

@@ -1,0 +1,114 @@
+"""Processes of this machine: one a subject, so that its memory is given back and its death takes no other."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import suppress
+
+import psutil
+
+from addb_viewer.dataset.engine.engine import ATTEMPTS, Done
+from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.left_out import LeftOut
+from addb_viewer.dataset.receipts import Receipt, valid_receipt, write_receipt
+from addb_viewer.dataset.subject_task import Task
+
+MEMORY_OF_A_WORKER = 1.6e9  # bytes; a fit of 10 000 frames needs 1.5 GB
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+_LOOKED_EVERY_S = 0.5  # at a worker's memory
+
+
+def usual_workers() -> int:
+    """One a core, as far as the memory reaches."""
+    return max(1, min(os.cpu_count() or 1, int(psutil.virtual_memory().total // MEMORY_OF_A_WORKER)))
+
+
+class Processes:
+    """So many workers at a time."""
+
+    def __init__(self, workers: int) -> None:
+        """Nothing is started yet.
+
+        Args:
+            workers: how many subjects are fitted at a time.
+        """
+        self._workers = workers
+        self._running: set[subprocess.Popen] = set()
+        self._lock = threading.Lock()
+        self._ended = False
+
+    def run(self, tasks: Sequence[Task], done: Done) -> None:
+        """Do all tasks; see `Engine`."""
+        with ThreadPoolExecutor(self._workers) as pool:
+            waiting = {pool.submit(self._result_of, task): task for task in tasks}
+            try:
+                for future in as_completed(waiting):
+                    done(waiting[future], future.result())
+            except BaseException:
+                self._end()
+                pool.shutdown(cancel_futures=True)
+                raise
+
+    def _result_of(self, task: Task) -> Receipt:
+        """A task's receipt, whatever becomes of its workers."""
+        said, peak = "", 0.0
+        for _ in range(ATTEMPTS):
+            code, said, peak = self._one_worker(task)
+            receipt = valid_receipt(task.out, task.key)
+            if code == 0 and receipt is not None:
+                return receipt
+        if code > 0:
+            raise ReleaseError(f"{task.who.subject_id}: {said or f'its worker ended with {code}'}")
+        name = signal.Signals(-code).name if code else "no receipt"
+        why = f"{name}, {ATTEMPTS} times; it had {peak:.0f} MB"
+        lost = Receipt(task.key, failed=LeftOut("subject", task.who.subject_id, "worker_died", why))
+        write_receipt(lost, task.out)
+        return lost
+
+    def _one_worker(self, task: Task) -> tuple[int, str, float]:
+        """Exit code, the last line that it said, and its greatest memory [MB]."""
+        task.out.parent.mkdir(parents=True, exist_ok=True)
+        file = task.out.with_suffix(".task.json")
+        task.write(file)
+        with self._lock:
+            if self._ended:
+                raise ReleaseError("stopped")
+            process = subprocess.Popen(
+                [sys.executable, "-m", "addb_viewer.dataset.subject_task", str(file)],
+                stdin=subprocess.PIPE,  # held open until we end, however we do
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.PIPE,
+                text=True,
+                errors="replace",
+                env={**os.environ, **dict.fromkeys(_THREADS, "1")},
+            )
+            self._running.add(process)
+        peak = _watched(process)
+        lines = (process.stderr.read() if process.stderr else "").strip().splitlines()
+        with self._lock:
+            self._running.discard(process)
+        file.unlink(missing_ok=True)
+        return process.returncode, lines[-1] if lines else "", peak
+
+    def _end(self) -> None:
+        with self._lock:
+            self._ended = True
+            for process in self._running:
+                process.kill()
+
+
+def _watched(process: subprocess.Popen) -> float:
+    """Wait for the end; the greatest memory that was seen [MB]."""
+    peak = 0.0
+    while True:
+        with suppress(psutil.Error):
+            peak = max(peak, psutil.Process(process.pid).memory_info().rss / 1e6)
+        try:
+            process.wait(_LOOKED_EVERY_S)
+        except subprocess.TimeoutExpired:
+            continue
+        return peak

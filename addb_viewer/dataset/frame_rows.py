@@ -1,0 +1,192 @@
+"""A trial's rows of the tables that have a file a subject."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pyarrow as pa
+from jaxtyping import Float, Int
+from scipy.spatial.transform import Rotation
+
+from addb_viewer.dataset.arrow_rows import Values, table_of
+from addb_viewer.dataset.frame_columns import COORDINATE_NAMES
+from addb_viewer.dataset.gridded_trial import GriddedTrial
+from addb_viewer.dataset.ground_forces import free_moments, pressing
+from addb_viewer.dataset.schema import FRAMES, KINEMATICS
+from addb_viewer.dataset.segments import Cuts
+from solver.capture.b3d.schema import PassFrames
+from solver.kinematics.motion import Motion
+from solver.kinematics.root_joint import root_joint
+from solver.settings import Settings
+from solver.skeleton.forward import body_poses
+from solver.skeleton.skeleton import Skeleton
+
+AXES = "xyz"
+
+
+@dataclass(frozen=True)
+class TrialRows:
+    """What the tables of a trial are made from."""
+
+    subject_id: str
+    trial_id: str
+    gridded: GriddedTrial
+    cuts: Cuts
+    skeleton: Skeleton
+    settings: Settings
+    last_pass: PassFrames  # of all the trial's frames
+    sides: Sequence[str]  # of each foot, "r" or "l"
+    activity: Sequence[str]  # of each frame
+    activity_sub: Sequence[str | None]
+
+    @property
+    def kept(self) -> Int[np.ndarray, " rows"]:
+        """Frames that are in a segment."""
+        return np.flatnonzero(self.cuts.number(self.gridded.grid.frames) >= 0)
+
+    def keys(self) -> dict[str, Values]:
+        """The columns that all tables with a row a frame begin with."""
+        grid, kept = self.gridded.grid, self.kept
+        return {
+            "subject_id": self.subject_id,
+            "trial_id": self.trial_id,
+            "segment": self.cuts.number(grid.frames)[kept],
+            "frame": kept,
+            "time_s": grid.times[kept],
+        }
+
+
+def frames_table(rows: TrialRows) -> pa.Table:
+    """Rows of `frames`."""
+    kept = rows.kept
+    columns = _labels(rows) | _motion(rows) | _body(rows) | _feet(rows) | _residuals(rows)
+    errors = rows.gridded.trial.marker_errors
+    columns |= {"marker_rms_m": errors.rms_per_frame, "marker_max_m": errors.maximum_per_frame}
+    cut = {
+        name: [values[k] for k in kept] if isinstance(values, list) else values[kept]
+        for name, values in columns.items()
+    }
+    kind = "D" if rows.gridded.trial.kinematics_only else "F"
+    return table_of(FRAMES, rows.keys() | {"pass": kind} | cut, len(kept))
+
+
+def kinematics_table(rows: TrialRows) -> pa.Table:
+    """Rows of `kinematics`: pass K."""
+    trial = rows.gridded.trial
+    motion = trial.kinematics_only.motion if trial.kinematics_only else trial.motion
+    columns = {name: values[rows.kept] for name, values in _coordinates("q", motion, motion.q).items()}
+    return table_of(KINEMATICS, rows.keys() | columns, len(rows.kept))
+
+
+def _coordinates(prefix: str, motion: Motion, values: Float[np.ndarray, "frames dofs"]) -> dict[str, Values]:
+    """A column for each coordinate that has one, and the others together."""
+    columns: dict[str, Values] = {
+        f"{prefix}_{name}": values[:, motion.dofs.index(name)]
+        for name in COORDINATE_NAMES
+        if name in motion.dofs
+    }
+    others = [k for k, name in enumerate(motion.dofs) if name not in COORDINATE_NAMES]
+    return columns | {f"{prefix}_other": values[:, others]}
+
+
+def _vector(pattern: str, values: Float[np.ndarray, "frames 3"], axes: str = AXES) -> dict[str, Values]:
+    return {pattern.format(axis): values[:, k] for k, axis in enumerate(axes)}
+
+
+def _labels(rows: TrialRows) -> dict[str, Values]:
+    gridded, verdicts, trial = rows.gridded, rows.gridded.verdicts, rows.gridded.trial
+    assert trial.dynamics is not None
+    assert trial.contacts is not None
+    inferred = trial.dynamics.wrench_inferred
+    on_plate = {side: trial.contacts.in_contact[:, f] for f, side in enumerate(rows.sides)}
+    on_ground = {side: np.zeros(gridded.grid.frames, dtype=bool) for side in rows.sides}
+    for phase in gridded.phases:
+        on_ground[rows.sides[phase.foot]][phase.start : phase.end] = True
+    phase_number = on_plate["r"].astype(np.int8) + 2 * on_plate["l"].astype(np.int8)
+    counts = {side: verdicts.counts_by_foot[:, f] for f, side in enumerate(rows.sides)}
+    none = np.zeros(gridded.grid.frames, dtype=bool)
+    return {
+        "activity": list(rows.activity),
+        "activity_sub": list(rows.activity_sub),
+        "counts": verdicts.counts,
+        "counts_r": counts["r"],
+        "counts_l": counts["l"],
+        "detected_ok": verdicts.detected_ok,
+        "reviewed": verdicts.reviewed,
+        "used": trial.dynamics.used,
+        "torque_inferred": none if inferred is None else np.any(inferred, axis=1),
+        "missing_reason": list(verdicts.missing_reason),
+        "missing_number": verdicts.missing_number,
+        "phase": np.ma.MaskedArray(phase_number, mask=~verdicts.counts),
+        "contact_r": on_ground["r"],
+        "contact_l": on_ground["l"],
+    }
+
+
+def _motion(rows: TrialRows) -> dict[str, Values]:
+    dynamics = rows.gridded.trial.dynamics
+    assert dynamics is not None
+    motion = dynamics.motion
+    return (
+        _coordinates("q", motion, motion.q)
+        | _coordinates("qd", motion, motion.velocity)
+        | _coordinates("qdd", motion, motion.acceleration)
+        | _coordinates("tau", motion, dynamics.joint_torques)
+    )
+
+
+def _body(rows: TrialRows) -> dict[str, Values]:
+    skeleton, last = rows.skeleton, rows.last_pass
+    dynamics = rows.gridded.trial.dynamics
+    assert dynamics is not None
+    R, p = body_poses(skeleton, dynamics.motion.q)
+    root = root_joint(skeleton).body
+    turned = Rotation.from_matrix(R[:, root]).as_quat(canonical=True, scalar_first=True)
+    return (
+        _vector("com_{}_m", np.asarray(last.com_pos))
+        | _vector("com_v_{}_m_s", np.asarray(last.com_vel))
+        | _vector("com_a_{}_m_s2", np.asarray(last.com_acc) + skeleton.gravity)
+        | _vector("pelvis_{}_m", p[:, root])
+        | _vector("pelvis_q{}", turned, "wxyz")
+    )
+
+
+def _feet(rows: TrialRows) -> dict[str, Values]:
+    trial, surfaces = rows.gridded.trial, rows.gridded.surfaces
+    contacts, dynamics = trial.contacts, trial.dynamics
+    assert contacts is not None
+    assert dynamics is not None
+    _, p = body_poses(rows.skeleton, dynamics.motion.q)
+    free = free_moments(contacts, surfaces)
+    loaded = pressing(contacts, surfaces) >= rows.settings.conditioning.threshold_N
+    columns: dict[str, Values] = {}
+    for f, side in enumerate(rows.sides):
+        origin = p[:, rows.skeleton.body_index(contacts.foot_bodies[f])]
+        force, moment = contacts.wrench_ground[:, f, :3], contacts.wrench_ground[:, f, 3:]
+        counts = rows.gridded.verdicts.counts_by_foot[:, f]
+        presses = counts & loaded[:, f]
+        about_foot = moment - np.cross(origin, force)
+        columns |= _vector(f"grf_{side}_{{}}_N", _where(counts, force))
+        columns |= _vector(f"grm_{side}_{{}}_Nm", _where(counts, about_foot))
+        columns |= _vector(f"foot_{side}_{{}}_m", origin)
+        columns |= _vector(f"cop_{side}_{{}}_m", _where(presses, contacts.cop_ground[:, f]))
+        columns[f"free_moment_{side}_Nm"] = _where(presses, free[:, f, None])[:, 0]
+    return columns
+
+
+def _residuals(rows: TrialRows) -> dict[str, Values]:
+    dynamics, counts = rows.gridded.trial.dynamics, rows.gridded.verdicts.counts
+    assert dynamics is not None
+    columns: dict[str, Values] = {}
+    for name, wrench in (
+        ("residual", _where(counts, dynamics.residual_root)),
+        ("residual_raw", _where(counts, dynamics.residual_raw_root)),
+        ("extra", rows.gridded.extra_root),
+    ):
+        columns |= _vector(f"{name}_force_{{}}_N", wrench[:, :3])
+        columns |= _vector(f"{name}_moment_{{}}_Nm", wrench[:, 3:])
+    return columns | _vector("root_joint_{}_m", dynamics.root_ground)
+
+
+def _where(known: np.ndarray, values: Float[np.ndarray, "frames n"]) -> Float[np.ndarray, "frames n"]:
+    return np.where(known[:, None], values, np.nan)

@@ -1,0 +1,168 @@
+"""A solved trial on the release's grid: motions from their splines, torques and residuals computed there."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from addb_viewer.dataset.grid import Grid, grid_of
+from addb_viewer.dataset.grid_dynamics import dynamics_on_grid, extra_of
+from addb_viewer.dataset.ground_forces import (
+    Surfaces,
+    contacts_on_grid,
+    given_to_no_foot,
+    mask_on_grid,
+    surfaces_under,
+    with_pressure_points,
+)
+from addb_viewer.dataset.moving import Moving, moving_at, spline_moving
+from addb_viewer.dataset.verdicts import Verdicts, verdicts_on
+from solver.capture.conditioning import shared_cutoff
+from solver.capture.force_settings import ConditioningSettings
+from solver.contact.contact_phases import ContactPhase, contact_phases
+from solver.dynamics_stage import filtered
+from solver.errors import ModelError
+from solver.fit import Fit, KinematicsOnly, TrialFit
+from solver.kinematics.marker_errors import MarkerErrors
+from solver.settings import Settings
+from solver.skeleton.forward import body_poses
+from solver.skeleton.skeleton import Skeleton
+
+
+@dataclass(frozen=True)
+class GriddedTrial:
+    """Everything that a release says of a trial, at the grid's frames."""
+
+    grid: Grid
+    trial: TrialFit  # its arrays on the grid; plates keep their own clock
+    filtered: KinematicsOnly  # pass F
+    verdicts: Verdicts
+    surfaces: Surfaces
+    extra_root: Float[np.ndarray, "frames 6"]  # that accepted causes add [N, N·m about the root's centre]
+    phases: tuple[ContactPhase, ...]  # in frames of the grid
+    conditioning: ConditioningSettings
+
+    @property
+    def cutoff_Hz(self) -> float:
+        """Of the filter that forces and pass F went through, at the recording's rate."""
+        return shared_cutoff(self.grid.native_rate, self.conditioning)
+
+    @property
+    def name(self) -> str:
+        """Of the trial."""
+        return self.trial.capture.name
+
+
+def on_grid(fit: Fit, trial: TrialFit, settings: Settings, rate: float | None) -> GriddedTrial:
+    """A trial of a solved subject at the release's frames, which at the recording's own rate is as it was.
+
+    Args:
+        fit: solved, not re-solved.
+        trial: of it, with contacts, mask and dynamics.
+        settings: of the fit.
+        rate: of the release [Hz]; None: the recording's own.
+
+    Raises:
+        ModelError: the skeleton's root is not free to move in all six ways.
+    """
+    assert trial.contacts is not None
+    assert trial.dynamics is not None
+    native, skeleton = trial.capture.markers, fit.skeleton
+    grid = grid_of(native.frames, native.rate, native.start_time, rate)
+    there, surfaces = _measured_on(grid, trial, settings)
+    assert there.contacts is not None
+    assert there.mask is not None
+    observed = fit.groundwork.match.observed(there.capture.markers) if fit.groundwork else None
+    k, f, d = _motions(trial, skeleton, settings, grid, observed)
+    shown, extra, dynamics = d or k, extra_of(trial, skeleton, settings), trial.dynamics
+    if not grid.is_native:
+        extra = extra.on(grid)
+        dynamics = dynamics_on_grid(
+            trial,
+            (d or f).motion,
+            there.contacts,
+            there.mask,
+            grid=grid,
+            extra=extra,
+            skeleton=skeleton,
+            settings=settings,
+        )
+    strange = given_to_no_foot(trial.contacts, trial.capture, settings)
+    verdicts = verdicts_on(trial, there.mask, there.contacts, grid, settings=settings, strange=strange)
+    return GriddedTrial(
+        grid=grid,
+        trial=replace(
+            there,
+            motion=shown.motion,
+            marker_errors=shown.errors,
+            model_markers_ground=shown.markers_ground,
+            dynamics=replace(dynamics, used=dynamics.used & verdicts.counts),
+            kinematics_only=KinematicsOnly(k.motion, k.errors) if d else None,
+            spline=None,
+            sister_spline=None,
+        ),
+        filtered=KinematicsOnly(f.motion, f.errors),
+        verdicts=verdicts,
+        surfaces=surfaces,
+        extra_root=extra.root,
+        phases=_phases_on(grid, _phases(trial, skeleton, settings)),
+        conditioning=settings.conditioning,
+    )
+
+
+def _measured_on(grid: Grid, trial: TrialFit, settings: Settings) -> tuple[TrialFit, Surfaces]:
+    """Markers, wrenches and mask on the grid, and what the feet press on; the rest is still the fit's."""
+    assert trial.contacts is not None
+    assert trial.mask is not None
+    contacts = contacts_on_grid(trial.contacts, grid)
+    surfaces = surfaces_under(contacts, trial.capture, settings)
+    if grid.is_native:
+        return trial, surfaces
+    native = trial.capture.markers
+    positions = grid.interpolated_where_seen(native.positions_ground)
+    markers = replace(native, positions_ground=positions, rate=grid.rate)
+    there = replace(
+        trial,
+        capture=replace(trial.capture, markers=markers),
+        contacts=with_pressure_points(contacts, surfaces, settings.conditioning.threshold_N),
+        mask=mask_on_grid(trial.mask, grid),
+    )
+    return there, surfaces
+
+
+def _motions(
+    trial: TrialFit,
+    skeleton: Skeleton,
+    settings: Settings,
+    grid: Grid,
+    observed: Float[np.ndarray, "frames markers 3"] | None,
+) -> tuple[Moving, Moving, Moving | None]:
+    """Passes K, F, and D where the trial was fitted to forces."""
+    alone = trial.kinematics_only
+    raw = alone.motion if alone else trial.motion
+
+    def errors_of(markers_ground: Float[np.ndarray, "frames markers 3"]) -> MarkerErrors:
+        seen = markers_ground if observed is None else observed
+        return MarkerErrors(trial.marker_errors.names, np.linalg.norm(markers_ground - seen, axis=2))
+
+    k = moving_at(raw, skeleton, grid, errors_of)
+    f = moving_at(filtered(raw, settings), skeleton, grid, errors_of)
+    return k, f, spline_moving(trial, skeleton, settings, grid, errors_of) if alone else None
+
+
+def _phases(trial: TrialFit, skeleton: Skeleton, settings: Settings) -> tuple[ContactPhase, ...]:
+    """Contacts of the feet at the recording's frames, from plates and the markers' motion."""
+    assert trial.contacts is not None
+    motion = trial.kinematics_only.motion if trial.kinematics_only else trial.motion
+    try:
+        R, p = body_poses(skeleton, motion.q)
+        return contact_phases(
+            trial.contacts, R, p, skeleton=skeleton, rate=motion.rate, settings=settings.contact
+        )
+    except ModelError:
+        return ()  # bodies that forces act on, and no feet with toes
+
+
+def _phases_on(grid: Grid, phases: tuple[ContactPhase, ...]) -> tuple[ContactPhase, ...]:
+    moved = [(*grid.frames_nearest_to(phase.start, phase.end), phase) for phase in phases]
+    return tuple(replace(phase, start=a, end=b) for a, b, phase in moved if a < b)

@@ -1,0 +1,53 @@
+"""What subjects, persons and trials are called in a release, and what names must not tell."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from urllib.parse import quote
+
+_DAY = r"(?:\d{4}[-_./]\d{1,2}[-_./]\d{1,2}|\d{1,2}[-_./]\d{1,2}[-_./]\d{4}|(?:19|20)\d{6})"
+_DATE = re.compile(rf"(?<!\d){_DAY}(?:[T ]\d{{2}}:\d{{2}}(?::\d{{2}})?)?(?!\d)")
+_PATH = re.compile(r"(?:(?<=\s)|(?<=^)|(?<=['\"(]))(?:[A-Za-z]:)?[/\\](?:[^\s'\":;,()/\\]+[/\\])+")
+_SIDES = {"r": {"r", "right"}, "l": {"l", "left"}}
+_WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+")  # of a body's name: calcn_r, footR, RightFoot
+
+
+def file_name_of(identifier: str) -> str:
+    """An identifier as file names bear it: `/` is `__`, other signs that they do not bear are %XX."""
+    return "__".join(quote(part, safe=" -_.()+") for part in identifier.split("/"))
+
+
+def side_of(body: str) -> str | None:
+    """Side of a foot's body by its name: "r" or "l"; None where the name does not tell."""
+    words = {word.lower() for word in _WORDS.findall(body)}
+    found = [side for side, names in _SIDES.items() if names & words]
+    return found[0] if len(found) == 1 else None
+
+
+def without_names(text: str, folder: Path, also: Sequence[str] = ()) -> str:
+    """A note without paths, dates, the folder's name and other names.
+
+    Args:
+        text: as the fit says it.
+        folder: of the subject.
+        also: further words to take out.
+    """
+    for place in (str(folder.resolve()), str(folder)):
+        text = text.replace(place + "/", "").replace(place, "the folder")
+    text = _DATE.sub("[date]", _PATH.sub("", text))
+    for word in also:
+        if len(word) >= 3:
+            text = re.sub(rf"(?<!\w){re.escape(word)}(?!\w)", "[name]", text)
+    return text
+
+
+def labels_without_names(labels: Sequence[str]) -> list[str]:
+    """Marker labels without the person's name that some systems put before a colon; none twice."""
+    taken: list[str] = []
+    for label in labels:
+        plain, number = label.rsplit(":", 1)[-1] or label, 1
+        while plain in taken:
+            number += 1
+            plain = f"{label.rsplit(':', 1)[-1]}_{number}"
+        taken.append(plain)
+    return taken

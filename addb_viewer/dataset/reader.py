@@ -1,0 +1,174 @@
+"""A release for those who load it: Arrow tables and NumPy arrays, counting frames unless asked otherwise."""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.dataset as ds
+import pyarrow.parquet as pq
+
+from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.identifiers import file_name_of
+from addb_viewer.dataset.manifest_file import read_manifest
+from addb_viewer.dataset.schema import FRAMES, TABLES
+from addb_viewer.dataset.table import Table
+
+_TABLES = {table.name: table for table in TABLES}
+_KEYS = ("subject_id", "trial_id", "segment", "frame")
+
+
+def open_release(path: Path) -> "Release":
+    """A release, by its folder.
+
+    Raises:
+        ReleaseError: the folder is no release, or one of another format.
+    """
+    return Release(path, read_manifest(path))
+
+
+@dataclass(frozen=True)
+class Release:
+    """Tables of a release; each is read when it is asked for."""
+
+    path: Path
+    manifest: Mapping[str, Any]
+
+    def __repr__(self) -> str:
+        """Name, version, and how much there is."""
+        totals = self.manifest["totals"]
+        return (
+            f"<Release {self.manifest['name']} {self.manifest['version']}: {totals['subjects']} subjects, "
+            f"{totals['trials']} trials, {totals['frames']} frames>"
+        )
+
+    @property
+    def subjects(self) -> pa.Table:
+        """A row a subject."""
+        return self.table("subjects")
+
+    @property
+    def trials(self) -> pa.Table:
+        """A row a trial."""
+        return self.table("trials")
+
+    def table(self, name: str) -> pa.Table:
+        """A table of the whole release, or all subjects' rows of another; see `frames` for large ones.
+
+        Raises:
+            ReleaseError: there is no such table.
+        """
+        table = _known(name, _TABLES, "table")
+        if "{" not in table.path:
+            return pq.read_table(self.path / table.path)
+        return self.scan(name).to_table()
+
+    def scan(self, name: str, subjects: Collection[str] | None = None) -> ds.Dataset:
+        """A table that has a file a subject, to be filtered before it is read.
+
+        Args:
+            name: of the table.
+            subjects: their ids; None: all.
+
+        Raises:
+            ReleaseError: there is no such table, or no such subject.
+        """
+        table = _known(name, _TABLES, "table")
+        if not table.of_subjects:
+            raise ReleaseError(f"'{name}' is one file: ask for table('{name}')")
+        files = {row["subject_id"]: path for row, path in self._files(table)}
+        wanted = list(files) if subjects is None else [_wanted(one, files, "subject") for one in subjects]
+        return ds.dataset([files[one] for one in wanted], schema=table.schema(), format="parquet")
+
+    def frames(
+        self,
+        columns: Sequence[str] | None = None,
+        *,
+        where: Mapping[str, object] | None = None,
+        counting: bool = True,
+        split: str | None = None,
+        split_name: str = "default",
+    ) -> pa.Table:
+        """Rows of `frames`: the columns that are asked for, beside subject, trial, segment and frame.
+
+        Args:
+            columns: their names; None: all.
+            where: values, or lists of values, by column; rows that have another are left out.
+            counting: only frames on which every foot's force was measured and is right.
+            split: "train", "dev", "test" or a fold: only these persons' frames.
+            split_name: which split.
+
+        Raises:
+            ReleaseError: a column or a split does not exist.
+        """
+        names = FRAMES.schema().names
+        asked = [_wanted(name, names, "column") for name in columns] if columns is not None else names
+        condition = pc.field("counts") if counting else pc.scalar(True)
+        for name, value in (where or {}).items():
+            values = [value] if isinstance(value, str | bool | int | float) else list(value)  # type: ignore[call-overload]
+            condition = condition & pc.field(_wanted(name, names, "column")).isin(values)
+        subjects = None if split is None else self._subjects_of(split, split_name)
+        kept = list(dict.fromkeys([*_KEYS, *asked]))
+        return self.scan("frames", subjects).to_table(columns=kept, filter=condition)
+
+    def segments(self, columns: Sequence[str], **choice: Any) -> Iterator[tuple[str, dict[str, np.ndarray]]]:
+        """Segment after segment: its id, and an array a column; `frame` tells where frames are missing.
+
+        Args:
+            columns: of `frames`.
+            choice: as for `frames`.
+        """
+        rows = self.frames(columns, **choice)
+        if not rows.num_rows:
+            return
+        trial = rows["trial_id"].combine_chunks().dictionary_encode()
+        place = np.asarray(trial.indices) * 2**16 + rows["segment"].to_numpy()
+        starts = np.flatnonzero(np.diff(place, prepend=place[0] - 1))
+        for start, end in zip(starts, [*starts[1:], len(place)], strict=True):
+            piece = rows.slice(start, end - start)
+            name = f"{piece['trial_id'][0].as_py()}/{piece['segment'][0].as_py()}"
+            yield name, {column: piece[column].to_numpy() for column in ("frame", *columns)}
+
+    def split(self, name: str = "default") -> dict[str, str]:
+        """A split by person_id.
+
+        Raises:
+            ReleaseError: there is none of that name.
+        """
+        path = self.path / "splits" / f"{name}.parquet"
+        if not path.is_file():
+            there = sorted(p.stem for p in path.parent.glob("*.parquet"))
+            made = f"there are {', '.join(there)}" if there else "make one: addb-viewer dataset split"
+            raise ReleaseError(f"{self.path}: no split '{name}'; {made}")
+        table = pq.read_table(path)
+        return dict(zip(table["person_id"].to_pylist(), table["split"].to_pylist(), strict=True))
+
+    def _subjects_of(self, split: str, name: str) -> list[str]:
+        persons = self.split(name)
+        _wanted(split, set(persons.values()), "split")
+        rows = self.subjects.select(["subject_id", "person_id"]).to_pylist()
+        return [row["subject_id"] for row in rows if persons.get(row["person_id"]) == split]
+
+    def _files(self, table: Table) -> Iterator[tuple[dict[str, Any], str]]:
+        for row in self.subjects.select(["subject_id"]).to_pylist():
+            yield row, str(self.path / table.file(file_name_of(row["subject_id"])))
+
+
+def _known(name: str, among: Mapping[str, Table], kind: str) -> Table:
+    return among[_wanted(name, among, kind)]
+
+
+def _wanted(name: str, among: Collection[str], kind: str) -> str:
+    """The name, if it is there.
+
+    Raises:
+        ReleaseError: it is not; the nearest are told.
+    """
+    if name not in among:
+        near = get_close_matches(name, list(among)) or sorted(among)[:5]
+        raise ReleaseError(f"no {kind} '{name}'; nearest: {', '.join(near)}")
+    return name

@@ -1,0 +1,135 @@
+"""Texts of a release that people read: what it is, where it comes from, on what terms, what to cite."""
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from addb_viewer.dataset.left_out import REASONS
+from addb_viewer.dataset.schema import ROOT_TABLES, SUBJECT_TABLES
+
+Rows = Sequence[Mapping[str, Any]]
+
+
+def readme(name: str, version: str, totals: Mapping[str, Any]) -> str:
+    """README.md, with the configurations that dataset hubs read at its head."""
+    configs = "\n".join(
+        f"  - config_name: {table.name}\n    data_files: {table.path.replace('{subject}', '*')}"
+        + ("\n    default: true" if table.name == "frames" else "")
+        for table in (*SUBJECT_TABLES, *ROOT_TABLES)
+        if table.name != "left_out"
+    )
+    lines = [
+        "---",
+        "configs:",
+        configs,
+        "---",
+        "",
+        f"# {name} {version}",
+        "",
+        f"{totals['subjects']} subjects ({totals['persons']} persons), {totals['trials']} trials, "
+        f"{totals['frames']} frames, {totals['hours']:.3f} h, {totals['hours_counting']:.3f} h of them with "
+        "every foot's force measured and right.",
+        "",
+        "SI units, radians; ground frame, y up; forces act on the person. `frames` has motion, torques, "
+        "forces and residuals, a row a frame; use rows with `counts`. `schema.json` describes every column, "
+        "`manifest.json` how the files were made, `left_out.parquet` what is not here and why, DATASHEET.md "
+        "what the data are good for, LICENCES.md on what terms.",
+        "",
+        "```python",
+        "import polars as pl",
+        "",
+        'frames = pl.scan_parquet("frames/*.parquet").filter(pl.col("counts"))',
+        'knee = frames.select("trial_id", "time_s", "q_knee_angle_r", "tau_knee_angle_r").collect()',
+        "```",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def licences(subjects: Rows) -> str:
+    """LICENCES.md: each source's licence, consent, and where it comes from."""
+    kinds = sorted({(r["source"], r["licence"], r["consent"], r["url"] or "") for r in subjects})
+    rows = [f"| {source} | {licence} | {consent} | {url} |" for source, licence, consent, url in kinds]
+    return "\n".join(
+        ["# Licences", "", "| source | licence | consent | from |", "|---|---|---|---|", *rows, ""]
+    )
+
+
+def citations(subjects: Rows) -> str:
+    """CITATION.bib: what the sources ask to cite; texts that are no BibTeX as notes."""
+    entries = []
+    told = sorted({(r["source"], r["citation"]) for r in subjects if r["citation"]})
+    for number, (source, text) in enumerate(told, start=1):
+        if text.lstrip().startswith("@"):
+            entries.append(text.strip())
+        else:
+            key = re.sub(r"\W+", "", source) or "source"
+            plain = re.sub(r"[{}]", "", text)
+            entries.append(f"@misc{{{key}{number},\n  title = {{{source}}},\n  note = {{{plain}}}\n}}")
+    return "\n\n".join(dict.fromkeys(entries)) + ("\n" if entries else "")
+
+
+def datasheet(
+    name: str,
+    subjects: Rows,
+    trials: Rows,
+    left_out: Rows,
+    totals: Mapping[str, Any],
+    *,
+    rate_hz: float | None,
+) -> str:
+    """DATASHEET.md: the questions of Gebru et al. 2021; every number from the tables."""
+    sexes = {word: sum(row["sex"] == word for row in subjects) for word in ("female", "male")}
+    ages = sorted(row["age_years"] for row in subjects if row["age_years"] is not None)
+    reviewed = sum(row["reviewed"] for row in trials)
+    reasons: dict[tuple[str, str], int] = {}
+    for row in left_out:
+        place = row["level"], row["reason"]
+        reasons[place] = reasons.get(place, 0) + 1
+    gone = [
+        f"- {count} × {level}: {REASONS[level][reason]} (`{reason}`)"
+        for (level, reason), count in sorted(reasons.items())
+    ]
+    grid = "each recording's own rate" if rate_hz is None else f"{rate_hz:g} Hz"
+    sections = {
+        "Motivation": [
+            "Motion, forces and torques of people, in one form, to learn and test human dynamics."
+        ],
+        "Composition": [
+            f"{totals['subjects']} subjects of {totals['persons']} persons from {totals['sources']} sources; "
+            f"{totals['trials']} trials in {totals['segments']} segments; {totals['frames']} frames "
+            f"({totals['hours']:.3f} h), {totals['hours_counting']:.3f} h counting.",
+            f"Sex: {sexes['female']} female, {sexes['male']} male, "
+            f"{len(subjects) - sum(sexes.values())} not entered. Age: "
+            + (f"{ages[0]:g} to {ages[-1]:g} years" if ages else "not entered")
+            + f" ({len(ages)} entered).",
+            "Left out:" if gone else "Nothing was left out.",
+            *gone,
+        ],
+        "Collection": ["By the sources in LICENCES.md: optical motion capture and force plates."],
+        "Review": [
+            f"{reviewed} of {len(trials)} trials were reviewed by a person. Which forces count is decided by "
+            "a person first, then by a review that came with the recording, then by detection; `detected_ok` "
+            "is what detection says by itself."
+        ],
+        "Processing": [
+            "Each trial was fitted whole, at its own rate, to markers and forces. Forces and the low-passed "
+            "pass went through a Butterworth filter of order 3, forwards and backwards, at min(30 Hz, 0.8 of "
+            f"the Nyquist frequency). Frames are those of {grid}, from splines; torques and residuals were "
+            "computed there. Segments of at most 2000 frames were cut last, so that motion at their borders "
+            "knows both sides; the dataset paper cut before the fit.",
+        ],
+        "Uses": ["Learning and testing predictors of forces and torques. No diagnosis of a person."],
+        "Limits": [
+            "No muscles: joint torques only. Activities are biased towards walking and running. Mass and "
+            "inertias were fitted to the plates. Where a foot's force does not count, torques rest on a "
+            "wrench that the motion demands (`torque_inferred`).",
+        ],
+        "Contact": [
+            "The sources in LICENCES.md for the recordings; who passed this release on for the rest."
+        ],
+    }
+    text = [f"# Datasheet of {name}"]
+    for heading, paragraphs in sections.items():
+        text += ["", f"## {heading}", "", *paragraphs]
+    return "\n".join(text) + "\n"

@@ -1,0 +1,259 @@
+"""A subject's rows of the tables that the whole release shares."""
+
+import json
+from collections.abc import Sequence
+
+import numpy as np
+
+from addb_viewer.dataset.figures import Row, heldout, measures, phase_shares, verdicts_of
+from addb_viewer.dataset.frame_columns import COORDINATE_NAMES, SIDE_WORDS
+from addb_viewer.dataset.frame_rows import TrialRows
+from addb_viewer.dataset.release_subject import ReleaseSubject, age_told
+from addb_viewer.dataset.segments import Segment
+from addb_viewer.dataset.trial_labels import TrialLabels
+from solver.dynamics.com_data import com_data
+from solver.dynamics.com_mass import MassEstimate
+from solver.dynamics.extension import Extension
+from solver.dynamics.mass import mass_from_forces
+from solver.fit import Fit
+from solver.settings import Settings
+
+
+def subject_row(
+    fit: Fit, who: ReleaseSubject, settings: Settings, *, key: str, notes: Sequence[str], sides: Sequence[str]
+) -> Row:
+    """Its row of `subjects`.
+
+    Args:
+        fit: solved.
+        who: it is.
+        settings: of the fit.
+        key: SHA-256 of all that it was made from.
+        notes: of the fit, without names.
+        sides: of its two feet.
+    """
+    subject, told = fit.subject, _weighed(fit, settings)
+    mass, height = subject.mass_kg, subject.height_m
+    feet = next(trial.contacts.foot_bodies for trial in fit.trials if trial.contacts)
+    return {
+        "subject_id": who.subject_id,
+        "person_id": who.person_id,
+        "source": who.source,
+        "laboratory": who.laboratory,
+        "licence": who.licence,
+        "consent": who.consent,
+        "citation": who.citation,
+        "url": who.url,
+        "sex": subject.sex,
+        "age_years": age_told(subject.age_years),
+        "height_m": fit.height_m,
+        "mass_kg": fit.mass_kg,
+        "mass_entered_kg": mass,
+        "mass_from_forces_kg": None if told is None else told.mass_kg,
+        "mass_from_forces_std_kg": None if told is None else told.std_kg,
+        "bmi": None if mass is None or height is None else mass / height**2,
+        "model": "default body" if subject.model is None else "own model",
+        "bodies": len(fit.skeleton.bodies),
+        "dofs": len(fit.skeleton.dofs),
+        "arms": any(name.startswith(("humerus", "ulna", "radius")) for name in fit.skeleton.body_names),
+        "contact_bodies": [feet[sides.index(side)] for side in SIDE_WORDS],
+        "fit_key": key,
+        "notes": list(notes),
+    }
+
+
+def _weighed(fit: Fit, settings: Settings) -> MassEstimate | None:
+    """What the plates carried, by the markers' motion."""
+    before = fit.groundwork.skeleton if fit.groundwork else fit.skeleton
+    data = [
+        com_data(before, t.kinematics_only.motion if t.kinematics_only else t.motion, t.contacts, t.mask)
+        for t in fit.trials
+        if t.contacts is not None and t.mask is not None
+    ]
+    return mass_from_forces(data, settings.com)
+
+
+def trial_row(rows: TrialRows, fit: Fit, labels: TrialLabels, extended: bool) -> Row:
+    """A trial's row of `trials`; where its rows begin in each file is added when they are written.
+
+    Args:
+        rows: of the trial.
+        fit: of the subject.
+        labels: what people say of it.
+        extended: whether an accepted cause acts in it.
+    """
+    grid, trial = rows.gridded.grid, rows.gridded.trial
+    figures = measures(rows.gridded, Segment(0, grid.frames), fit.mass_kg, fit.height_m)
+    kept = verdicts_of(figures)
+    return {
+        "trial_id": rows.trial_id,
+        "subject_id": rows.subject_id,
+        "name": rows.gridded.name,
+        "rate_native_hz": grid.native_rate,
+        "filter_cutoff_hz": rows.gridded.cutoff_Hz,
+        "frames": grid.frames,
+        "duration_s": (grid.frames - 1) / grid.rate,
+        "reviewed": labels.finished,
+        "mask_source": trial.mask.source if trial.mask else "none",
+        "has_dynamics": trial.kinematics_only is not None,
+        "activity": labels.activity,
+        "activity_sub": labels.activity_sub,
+        "activity_confidence": None,
+        "activity_by": labels.by,
+        "trial_type": labels.trial_type,
+        **figures,
+        **heldout(rows.gridded),
+        "hicks_linear": kept["linear"],
+        "hicks_angular": kept["angular"],
+        "hicks_paper": kept["paper"],
+        "extension_applied": extended,
+    }
+
+
+def segment_rows(rows: TrialRows, fit: Fit) -> list[Row]:
+    """A trial's rows of `segments`."""
+    found = []
+    for number, segment in enumerate(rows.cuts.kept):
+        figures = measures(rows.gridded, segment, fit.mass_kg, fit.height_m)
+        kept = verdicts_of(figures)
+        found.append(
+            {
+                "segment_id": f"{rows.trial_id}/{number}",
+                "trial_id": rows.trial_id,
+                "subject_id": rows.subject_id,
+                "segment": number,
+                "start_frame": segment.start,
+                "end_frame": segment.end,
+                "counted": int(rows.gridded.verdicts.counts[segment.rows].sum()),
+                **figures,
+                **phase_shares(rows.gridded, segment, rows.sides.index("r")),
+                "clinical_paper": kept["paper"],
+                "clinical_hicks": kept["hicks"],
+            }
+        )
+    return found
+
+
+def contact_rows(rows: TrialRows) -> list[Row]:
+    """A trial's rows of `contacts`."""
+    return [
+        {
+            "trial_id": rows.trial_id,
+            "foot": SIDE_WORDS[rows.sides[phase.foot]],
+            "start_frame": phase.start,
+            "end_frame": phase.end,
+            "measured_share": phase.loaded,
+        }
+        for phase in rows.gridded.phases
+    ]
+
+
+def activity_rows(rows: TrialRows, labels: TrialLabels) -> list[Row]:
+    """A trial's rows of `activities`."""
+    found = []
+    for said in labels.review.activities:
+        start, end = rows.gridded.grid.frames_nearest_to(said.start, said.end)
+        if start < end:
+            found.append(
+                {
+                    "trial_id": rows.trial_id,
+                    "start_frame": start,
+                    "end_frame": end,
+                    "activity": said.activity,
+                    "activity_sub": said.subclass,
+                    "activity_by": "person",
+                    "reviewer": labels.reviewers.get(said.author),
+                }
+            )
+    return found
+
+
+def review_rows(rows: TrialRows, labels: TrialLabels) -> list[Row]:
+    """A trial's rows of `reviews`: what does not count, why, and who says so."""
+    trial = rows.gridded.trial
+    assert trial.mask is not None
+    assert trial.contacts is not None
+    side = dict(zip(trial.contacts.foot_bodies, rows.sides, strict=True))
+    found: dict[tuple, Row] = {}
+    for k, (start, end, foot, reason) in enumerate(trial.mask.reasons):
+        whose = SIDE_WORDS[side[foot]] if foot else "both"
+        source = trial.mask.source_of(k)
+        row = {
+            "trial_id": rows.trial_id,
+            "start_frame": start,
+            "end_frame": end,
+            "foot": whose,
+            "reason": reason,
+            "source": source,
+            "reviewer": labels.reviewer_of(reason, foot, start, end, rows.gridded.grid),
+        }
+        found[start, end, whose, reason, source] = row
+    return list(found.values())
+
+
+def coordinate_rows(fit: Fit, subject_id: str) -> list[Row]:
+    """A subject's rows of `coordinates`."""
+    places: dict[str, int] = {}
+    found = []
+    for coordinate in fit.skeleton.coordinates:
+        known = coordinate.name in COORDINATE_NAMES
+        kind = "still" if not coordinate.free else "default" if known else "other"
+        place = places.get(kind, 0)
+        places[kind] = place + 1
+        low, high = coordinate.range
+        found.append(
+            {
+                "subject_id": subject_id,
+                "list": kind,
+                "place": COORDINATE_NAMES.index(coordinate.name) if kind == "default" else place,
+                "name": coordinate.name,
+                "unit": "m" if coordinate.motion == "translation" else "rad",
+                "locked": coordinate.locked,
+                "coupled_to": coordinate.coupled_to,
+                "low": low if np.isfinite(low) else None,
+                "high": high if np.isfinite(high) else None,
+            }
+        )
+    return found
+
+
+def cause_rows(who: ReleaseSubject, extension: Extension | None, named: Sequence[Row]) -> list[Row]:
+    """A subject's rows of `causes`: accepted ones, and what the last diagnosis named beside them.
+
+    Args:
+        who: it is.
+        extension: accepted causes; None: none.
+        named: effects of the kept diagnosis, as `diagnose --json` has them.
+    """
+    found: dict[tuple, Row] = {}
+    for effect in named:
+        values = effect["parameters"]
+        trial = effect.get("trial")
+        found[effect["id"], effect["target"]] = {
+            "subject_id": who.subject_id,
+            "trial_id": None if trial is None else who.trial_id(trial),
+            "cause": effect["id"],
+            "target": effect["target"],
+            "parameters": _json({name: value["value"] for name, value in values.items()}),
+            "std": _json({name: value["std"] for name, value in values.items()}),
+            "sureness": effect["confidence"],
+            "state": "named",
+        }
+    for cause in extension.named if extension else ():
+        before = found.get((cause.id, cause.target), {})
+        found[cause.id, cause.target] = {
+            "trial_id": None,
+            "sureness": None,
+            **before,
+            "subject_id": who.subject_id,
+            "cause": cause.id,
+            "target": cause.target,
+            "parameters": _json({name: value for name, (value, _) in cause.parameters.items()}),
+            "std": _json({name: std for name, (_, std) in cause.parameters.items()}),
+            "state": "accepted",
+        }
+    return list(found.values())
+
+
+def _json(values: dict[str, float]) -> str:
+    return json.dumps(values, sort_keys=True)

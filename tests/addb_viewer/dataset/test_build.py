@@ -1,0 +1,296 @@
+"""A release of two walks, judged from its files alone, and traps that must not be in it."""
+
+import hashlib
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from addb_viewer.dataset import subject_files
+from addb_viewer.dataset.build import build, planned
+from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.left_out import REASONS
+from addb_viewer.dataset.options import BuildOptions
+from addb_viewer.dataset.release_subject import Terms
+from addb_viewer.dataset.schema import ROOT_TABLES, SUBJECT_TABLES
+from addb_viewer.review_store import open_log
+from annotations.events import FlagRange, SetActivity, SetStatus, Status
+from solver.capture.b3d.reader import read_b3d
+from solver.capture.subject import open_subject
+from tests.addb_viewer.dataset.builds import ALL, TERMS, Here
+
+GRAVITY = np.array([0.0, -9.80665, 0.0])
+
+
+@pytest.fixture(scope="module")
+def frames(release):
+    """By subject, each column as floats; NaN where there is none."""
+
+    def columns(name):
+        table = pq.read_table(release / "frames" / f"Lab__{name}.parquet")
+        numbers = [field.name for field in table.schema if "list" not in str(field.type)]
+        texts = {"subject_id", "trial_id", "pass", "activity", "activity_sub", "missing_reason"}
+        return {n: np.array(table[n].to_numpy(), float) for n in numbers if n not in texts}
+
+    return {name: columns(name) for name in ("at_100", "at_200")}
+
+
+def vectors(columns, pattern, axes="xyz"):
+    return np.column_stack([columns[pattern.format(axis)] for axis in axes])
+
+
+@pytest.mark.parametrize("name", ["at_100", "at_200"])
+def test_newtons_law_holds_in_the_files(release, frames, name):
+    (row,) = [
+        r for r in pq.read_table(release / "subjects.parquet").to_pylist() if r["subject_id"].endswith(name)
+    ]
+    columns, counts = frames[name], frames[name]["counts"] == 1
+    grf = vectors(columns, "grf_r_{}_N") + vectors(columns, "grf_l_{}_N")
+    demanded = row["mass_kg"] * (vectors(columns, "com_a_{}_m_s2") - GRAVITY)
+    missing = demanded - grf - vectors(columns, "extra_force_{}_N") - vectors(columns, "residual_force_{}_N")
+    assert np.abs(missing[counts]).max() < 0.1 + 1e-4 * row["mass_kg"] * 9.81
+    assert np.isnan(missing[~counts]).all()
+    moments, points = [], 0
+    for side in "rl":
+        force, foot = vectors(columns, f"grf_{side}_{{}}_N"), vectors(columns, f"foot_{side}_{{}}_m")
+        moments.append(vectors(columns, f"grm_{side}_{{}}_Nm") + np.cross(foot, force))
+        cop, free = vectors(columns, f"cop_{side}_{{}}_m"), columns[f"free_moment_{side}_Nm"]
+        about_foot = np.cross(cop - foot, force) + np.column_stack([0 * free, free, 0 * free])
+        np.testing.assert_allclose(
+            about_foot, np.where(np.isnan(cop), np.nan, vectors(columns, f"grm_{side}_{{}}_Nm")), atol=2e-3
+        )
+        points += int(np.isfinite(cop[:, 0]).sum())
+    assert np.isfinite(np.sum(moments, axis=0)[counts]).all()
+    assert points > 30
+
+
+@pytest.mark.parametrize("name", ["at_100", "at_200"])
+def test_velocities_are_the_slopes_of_what_lies_beside_them(frames, name):
+    columns, step = frames[name], 0.01
+    for value, rate in (("q_knee_angle_r", "qd_knee_angle_r"), ("com_x_m", "com_v_x_m_s")):
+        slope = (columns[value][2:] - columns[value][:-2]) / (2 * step)
+        np.testing.assert_allclose(columns[rate][1:-1], slope, atol=0.15)
+    slope = (columns["com_v_y_m_s"][2:] - columns["com_v_y_m_s"][:-2]) / (2 * step)
+    assert np.abs(columns["com_a_y_m_s2"][1:-1] - slope).mean() < 0.5
+    norm = np.linalg.norm(vectors(columns, "pelvis_q{}", "wxyz"), axis=1)
+    np.testing.assert_allclose(norm, 1.0, atol=1e-6)
+
+
+def test_both_recordings_of_one_walk_say_the_same(frames):
+    one, other = frames["at_100"], frames["at_200"]
+    assert (one["time_s"] == other["time_s"]).all()
+    for name, most in (("q_hip_flexion_l", 0.02), ("com_x_m", 0.005), ("tau_ankle_angle_l", 10.0)):
+        assert np.sqrt(np.mean((one[name] - other[name]) ** 2)) < most
+
+
+def test_nothing_is_told_of_a_foot_that_does_not_count(frames):
+    columns = frames["at_100"]
+    silent = columns["counts_r"] == 0
+    assert silent.any()
+    for name in ("grf_r_x_N", "grm_r_y_Nm", "cop_r_z_m", "free_moment_r_Nm", "residual_force_x_N", "phase"):
+        assert np.isnan(columns[name][silent]).all(), name
+    assert (columns["torque_inferred"][silent] == 1).all()
+    assert (columns["missing_number"] == 0).tolist() == (columns["counts"] == 1).tolist()
+    assert (columns["contact_r"][silent] == 1).any()  # the step beside the plates
+
+
+def test_tables_have_the_schema_sorted_keys_and_the_rows_that_are_told(release):
+    manifest = json.loads((release / "manifest.json").read_text(encoding="utf-8"))
+    trials = pq.read_table(release / "trials.parquet").to_pylist()
+    for table in (*ROOT_TABLES, *SUBJECT_TABLES):
+        for path in sorted(release.glob(table.file("*"))):
+            read = pq.read_table(path)
+            assert read.schema.equals(table.schema(), check_metadata=True)
+            read.validate(full=True)
+            assert manifest["files"][path.relative_to(release).as_posix()]["rows"] == read.num_rows
+            keys = read.select(list(table.key)).to_pylist()
+            assert len({tuple(row.values()) for row in keys}) == len(keys)
+            order = [tuple(row.values()) for row in read.select(list(table.order)).to_pylist()]
+            assert order == sorted(order)
+            if table.of_subjects:
+                for row in trials:
+                    first, count = row[f"{table.name}_first_row"], row[f"{table.name}_rows"]
+                    own = read.slice(first, count)["trial_id"].unique().to_pylist()
+                    assert own == [row["trial_id"]] or row["subject_id"].split("/")[1] not in path.name
+
+
+def test_every_file_is_in_the_manifest_with_its_hash(release):
+    manifest = json.loads((release / "manifest.json").read_text(encoding="utf-8"))
+    lying = {p.relative_to(release).as_posix() for p in release.rglob("*") if p.is_file()}
+    assert lying - set(manifest["files"]) == {"manifest.json", "build_log.json"}
+    for path, told in manifest["files"].items():
+        content = (release / path).read_bytes()
+        assert (hashlib.sha256(content).hexdigest(), len(content)) == (told["sha256"], told["bytes"])
+    assert manifest["version"] == "1.0.0"
+    assert manifest["totals"]["subjects"] == 2
+
+
+def test_the_b3d_file_has_the_numbers_of_the_tables(release, frames):
+    b3d = read_b3d(release / "b3d" / "Lab__at_200.b3d")
+    (trial,), columns = b3d.trials, frames["at_200"]
+    assert [about.type for about in trial.header.processing_pass_header] == [0, 2, 1]
+    assert (trial.header.original_name, trial.header.split_index) == ("walk", 0)
+    assert trial.header.missing_GRF_reason.tolist() == columns["missing_number"].tolist()
+    assert np.array_equal(np.array(trial.sensors.custom_values)[:, 0], columns["counts"])
+    np.testing.assert_allclose(np.array(trial.passes[-1].com_pos)[:, 1], columns["com_y_m"], atol=1e-6)
+    np.testing.assert_allclose(
+        np.array(trial.passes[-1].com_acc) + GRAVITY, vectors(columns, "com_a_{}_m_s2"), atol=1e-4
+    )
+    kinematics = pq.read_table(release / "kinematics" / "Lab__at_200.parquet")
+    first = np.array(trial.passes[0].pos)
+    assert min(np.abs(first - kinematics["q_knee_angle_l"].to_numpy()[:, None]).max(axis=0)) < 1e-6
+    assert b3d.header.subject_tag == ("Lab", "CC0-1.0")
+    assert open_subject(release / "b3d" / "Lab__at_200.b3d").trials[0].name == "walk"
+
+
+def test_no_file_tells_where_it_was_made(release, walks):
+    for path in release.rglob("*"):
+        if path.is_file() and path.name != "build_log.json":
+            content = path.read_bytes()
+            assert str(walks).encode() not in content, path
+            assert f"{Path.home()}/".encode() not in content, path
+
+
+def test_the_same_inputs_give_the_same_bytes_and_nothing_is_done_twice(release, walks, fitted, tmp_path):
+    out = tmp_path / "release"
+    engine = Here()
+    build(planned([walks], ALL), out, ALL, engine)
+    for path in (release / "manifest.json", release / "croissant.json"):
+        assert (out / path.name).read_bytes() == path.read_bytes()
+    assert engine.did == ["Lab/at_100", "Lab/at_200"]
+    again = build(planned([walks], ALL), out, ALL, engine)
+    assert len(engine.did) == 2
+    assert again["version"] == "1.0.0"
+    other = BuildOptions(TERMS, unreviewed=True, without=("Lab/at_100",))
+    less = build(planned([walks], other), out, other, engine)
+    assert (less["version"], less["totals"]["subjects"]) == ("2.0.0", 1)
+    assert less["previous"] == {"name": "release", "version": "1.0.0"}
+    assert not list(out.glob("*/*at_100*"))
+    assert len(engine.did) == 2
+    (row,) = pq.read_table(out / "left_out.parquet").to_pylist()
+    assert (row["id"], row["reason"]) == ("withdrawn", "withdrawn")
+
+
+def test_reviews_labels_and_erroneous_stretches(walks, fitted, tmp_path):
+    """The fit stays the one without the review, which is enough for what is judged here."""
+    root = tmp_path / "root"
+    shutil.copytree(walks / "at_100", root / "at_100")
+    options = BuildOptions(TERMS)
+    assert [row.reason for row in planned([root], options).left_out] == ["not_reviewed", "no_trials"]
+    with open_log(root / "at_100") as log:
+        log.append("walk", SetActivity(0, 90, "walk", "overground"), "anna.meier")
+        log.append("walk", FlagRange(3, 9, "notOverForcePlate"), "anna.meier")
+        log.append("walk", SetStatus(Status.FINISHED), "bert")
+    out = tmp_path / "release"
+    build(planned([root], options), out, options, Here())
+    (trial,) = pq.read_table(out / "trials.parquet").to_pylist()
+    assert (trial["activity"], trial["activity_sub"], trial["trial_type"]) == (
+        "walk",
+        "overground",
+        "overground",
+    )
+    assert trial["reviewed"]
+    (row,) = pq.read_table(out / "activities.parquet").to_pylist()
+    assert (row["start_frame"], row["end_frame"], row["reviewer"]) == (0, 90, "reviewer_1")
+    labels = pq.read_table(out / "frames" / "Lab__at_100.parquet")["activity"].to_pylist()
+    assert labels == ["walk"] * 90 + ["none"] * (len(labels) - 90)
+    everything = b"".join(p.read_bytes() for p in out.rglob("*") if p.is_file())
+    assert b"anna" not in everything
+    assert b"bert" not in everything
+
+
+def test_every_trap_ends_in_what_is_left_out(walks, tmp_path):
+    root = tmp_path / "root"
+
+    def trap(name, release='[release]\nlicence = "CC0-1.0"\nconsent = "public"\n', person="mass_kg = 71\n"):
+        shutil.copytree(walks / "at_100", root / name)
+        text = f'{person}{release}[trials.walk]\nmarkers = "{marker}"\nforces = "{force}"\n'
+        (root / name / "subject.toml").write_text(text, encoding="utf-8")
+        return root / name
+
+    files = sorted((walks / "at_100").rglob("*.*"))
+    marker, force = (
+        next(p.relative_to(walks / "at_100").as_posix() for p in files if p.suffix == suffix)
+        for suffix in (".trc", ".mot")
+    )
+    trap("a_good_one")
+    trap("b_no_licence", '[release]\nconsent = "public"\n')
+    trap("c_not_public", '[release]\nlicence = "CC0-1.0"\nconsent = "restricted"\n')
+    trap("d_three_feet", person='foot_bodies = ["calcn_r", "calcn_l", "hand_r"]\n')
+    trap("e_copy")
+    broken = trap("f_broken")
+    (broken / marker).write_text("nonsense", encoding="utf-8")
+    no_forces = trap("g_no_forces")
+    text = (no_forces / "subject.toml").read_text(encoding="utf-8").split("forces")[0]
+    (no_forces / "subject.toml").write_text(text, encoding="utf-8")
+    (no_forces / force).unlink()
+    options = BuildOptions(Terms("Lab"), unreviewed=True)
+    plan = planned([root], options)
+    assert [one.who.folder for one in plan.wanted] == ["a_good_one"]
+    told = {(row.id, row.reason) for row in plan.left_out}
+    assert told == {
+        ("Lab/b_no_licence", "no_licence"),
+        ("Lab/c_not_public", "no_consent"),
+        ("Lab/d_three_feet", "not_two_contact_bodies"),
+        ("Lab/e_copy", "duplicate_subject"),
+        ("Lab/f_broken/walk", "unreadable"),
+        ("Lab/f_broken", "no_trials"),
+        ("Lab/g_no_forces/walk", "no_forces"),
+        ("Lab/g_no_forces", "no_trials"),
+    }
+    (copy,) = [row for row in plan.left_out if row.reason == "duplicate_subject"]
+    assert (copy.detail, copy.frames) == ("same as Lab/a_good_one", 121)
+    assert copy.hours == pytest.approx(121 / 100 / 3600)
+
+
+def test_a_failing_fit_ends_in_what_is_left_out_and_takes_no_other_with_it(walks, fitted, fit_100, tmp_path):
+    def failing(subject, *_, **__):
+        if subject.name == "at_200":
+            raise ReleaseError("its skeleton cannot be told")
+        return fit_100
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(subject_files, "solve", failing)
+        build(planned([walks], ALL), tmp_path / "release", ALL, Here())
+    (row,) = pq.read_table(tmp_path / "release" / "left_out.parquet").to_pylist()
+    assert (row["id"], row["reason"], row["detail"]) == (
+        "Lab/at_200",
+        "fit_failed",
+        "its skeleton cannot be told",
+    )
+    assert len(list((tmp_path / "release").glob("*/*at_200*"))) == 0
+
+
+def test_what_cannot_be_built_is_said_before_anything_is_written(walks, tmp_path):
+    other = tmp_path / "other"
+    shutil.copytree(walks / "at_100", other / "at_100")
+    with pytest.raises(ReleaseError, match=r"two subjects are called Lab/at_100: .*Rename one folder"):
+        planned([walks, other], ALL)
+    with pytest.raises(ReleaseError, match=r"--without Lab/nobody: nobody is called that"):
+        planned([walks], BuildOptions(TERMS, unreviewed=True, without=("Lab/nobody",)))
+    plan = planned([walks], ALL)
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.doc").touch()
+    with pytest.raises(ReleaseError, match="holds something else than a release"):
+        build(plan, tmp_path / "mine", ALL, Here())
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old" / "manifest.json").write_text('{"format_version": 0}', encoding="utf-8")
+    with pytest.raises(ReleaseError, match=r"has format 0, this version reads 1\. Build it anew"):
+        build(plan, tmp_path / "old", ALL, Here())
+    silent = BuildOptions(Terms("Lab"))
+    with pytest.raises(ReleaseError, match=r"nothing is left to release \(no_licence\)"):
+        build(planned([walks], silent), tmp_path / "none", silent, Here())
+    assert not (tmp_path / "none").exists()
+
+
+def test_the_page_lists_every_reason():
+    page = (Path(__file__).parents[3] / "docs" / "dataset.md").read_text(encoding="utf-8")
+    told = [
+        f"| {level} | `{reason}` | {words} |"
+        for level, reasons in REASONS.items()
+        for reason, words in reasons.items()
+    ]
+    assert "\n".join(told) in page

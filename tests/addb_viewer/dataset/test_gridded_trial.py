@@ -1,0 +1,91 @@
+"""A fitted walk on the release's grid."""
+
+import numpy as np
+import pytest
+
+from addb_viewer.dataset.gridded_trial import on_grid
+from solver.settings import Settings
+from solver.skeleton.pinocchio_model import RigidBodyModel
+
+SETTINGS = Settings()
+
+
+@pytest.fixture(scope="module")
+def halved(fit_200):
+    return on_grid(fit_200, fit_200.trials[0], SETTINGS, 100.0)
+
+
+def test_at_100_hz_every_array_is_the_fits(fit_100):
+    (trial,) = fit_100.trials
+    got = on_grid(fit_100, trial, SETTINGS, 100.0).trial
+    for own, other in (
+        (got.capture.markers.positions_ground, trial.capture.markers.positions_ground),
+        (got.motion.q, trial.motion.q),
+        (got.motion.acceleration, trial.motion.acceleration),
+        (got.kinematics_only.motion.q, trial.kinematics_only.motion.q),
+        (got.kinematics_only.marker_errors.distance, trial.kinematics_only.marker_errors.distance),
+        (got.marker_errors.distance, trial.marker_errors.distance),
+        (got.model_markers_ground, trial.model_markers_ground),
+        (got.contacts.wrench_ground, trial.contacts.wrench_ground),
+        (got.contacts.cop_ground, trial.contacts.cop_ground),
+        (got.mask.counts, trial.mask.counts),
+        (got.dynamics.joint_torques, trial.dynamics.joint_torques),
+        (got.dynamics.residual_root, trial.dynamics.residual_root),
+    ):
+        assert np.array_equal(own, other, equal_nan=True)
+
+
+def test_every_second_frame_of_200_hz_is_the_fits(fit_200, halved):
+    """But for the ends, where the spline through the frames is not quite the fitted one."""
+    (native,), got = fit_200.trials, halved.trial
+    even = slice(None, None, 2)
+    np.testing.assert_allclose(got.motion.q, native.motion.q[even], atol=1e-9)
+    np.testing.assert_allclose(got.contacts.wrench_ground, native.contacts.wrench_ground[even], atol=1e-9)
+    inner = slice(5, -5)
+    for name in ("joint_torques", "residual_root", "residual_raw_root", "com_ground"):
+        own, other = getattr(got.dynamics, name), getattr(native.dynamics, name)[even]
+        np.testing.assert_allclose(own[inner], other[inner], atol=2e-3)
+    assert (np.isfinite(got.contacts.cop_ground) == np.isfinite(native.contacts.cop_ground[even])).all()
+    np.testing.assert_allclose(got.contacts.cop_ground, native.contacts.cop_ground[even], atol=1e-9)
+
+
+def test_torques_are_those_of_the_motion_and_the_wrenches(fit_200, halved):
+    trial, skeleton = halved.trial, fit_200.skeleton
+    wrenches = np.where(trial.mask.counts[..., None], trial.contacts.wrench_ground, 0.0)
+    wrenches += trial.dynamics.wrench_foretold_ground
+    feet = [skeleton.body_index(name) for name in trial.contacts.foot_bodies]
+    motion = trial.motion
+    model = RigidBodyModel(skeleton)
+    expected = model.inverse_dynamics(motion.q, motion.velocity, motion.acceleration, wrenches, feet)
+    np.testing.assert_allclose(trial.dynamics.joint_torques, expected, atol=1e-9)
+    force = skeleton.mass * (
+        model.centre_of_mass_acceleration(motion.q, motion.velocity, motion.acceleration) - skeleton.gravity
+    )
+    counted = np.where(trial.mask.counts[..., None], trial.contacts.wrench_ground, 0.0)[..., :3].sum(axis=1)
+    np.testing.assert_allclose(trial.dynamics.residual_root[:, :3], force - counted, atol=1e-6)
+
+
+def test_what_counts_and_why_not(fit_200, halved):
+    (native,), verdicts = fit_200.trials, halved.verdicts
+    known = native.forces_known
+    for k in range(halved.grid.frames):
+        assert verdicts.counts[k] == known[2 * k]
+        assert (verdicts.missing_reason[k] is None) == verdicts.counts[k]
+        assert (verdicts.missing_number[k] == 0) == verdicts.counts[k]
+    assert {word for word in verdicts.missing_reason if word} == {"footContactDetectedButNoForce"}
+    assert (verdicts.detected_ok == verdicts.counts).all()
+    assert not verdicts.reviewed.any()
+    assert not verdicts.erroneous.any()
+
+
+def test_figures_use_frames_that_count_and_are_ten_native_frames_inside(fit_200, halved):
+    used, native = halved.trial.dynamics.used, fit_200.trials[0].dynamics.used
+    assert (used == native[::2]).all()
+    assert not used[:5].any()
+    assert used.any()
+
+
+def test_contacts_of_the_missed_step_are_there_and_not_measured(halved):
+    shares = [phase.loaded for phase in halved.phases]
+    assert min(shares) == 0.0
+    assert max(shares) > 0.9

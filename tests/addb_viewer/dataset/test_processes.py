@@ -1,0 +1,62 @@
+"""Workers in processes of their own, some of which die."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from addb_viewer.dataset.engine.processes import Processes
+from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.options import BuildOptions
+from addb_viewer.dataset.receipts import valid_receipt
+from addb_viewer.dataset.release_subject import ReleaseSubject
+from addb_viewer.dataset.subject_task import Task, read_task
+
+
+def task(folder, name="nowhere"):
+    who = ReleaseSubject("Lab", "P", name, None, "CC0-1.0", "public", None, None, ("licence",))
+    return Task("k" * 8 + name, folder / name, who, ("walk",), BuildOptions(), folder / "work" / name, 100)
+
+
+def test_a_task_comes_through_its_file(tmp_path):
+    one = task(tmp_path)
+    one.write(tmp_path / "task.json")
+    assert read_task(tmp_path / "task.json") == one
+
+
+def test_an_error_of_the_data_is_a_receipt(tmp_path):
+    one, told = task(tmp_path), []
+    Processes(1).run([one], lambda task, receipt: told.append((task, receipt)))
+    ((_, receipt),) = told
+    assert receipt.failed.reason == "fit_failed"
+    assert "nowhere: no folder of that name" in receipt.failed.detail
+    assert valid_receipt(one.out, one.key).failed == receipt.failed
+    assert valid_receipt(one.out, "another key") is None
+    assert not list((tmp_path / "work").glob("*.json"))
+
+
+def shell(tmp_path, monkeypatch, line):
+    """A program in Python's place that notes each start."""
+    program = tmp_path / "python"
+    program.write_text(f'#!/bin/sh\necho "$3" >> {tmp_path}/starts\n{line}\n', encoding="utf-8")
+    program.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(program))
+    return lambda: (tmp_path / "starts").read_text(encoding="utf-8").splitlines()
+
+
+def test_a_worker_that_dies_three_times_is_told_and_takes_no_other_with_it(tmp_path, monkeypatch):
+    starts = shell(tmp_path, monkeypatch, "kill -9 $$")
+    told = {}
+    tasks = [task(tmp_path, name) for name in ("one", "other")]
+    Processes(2).run(tasks, lambda task, receipt: told.update({task.who.folder: receipt.failed}))
+    assert {failed.reason for failed in told.values()} == {"worker_died"}
+    assert "SIGKILL, 3 times" in told["one"].detail
+    assert len(starts()) == 6
+
+
+def test_a_disk_that_fails_stops_the_build_with_its_own_words(tmp_path, monkeypatch):
+    starts = shell(tmp_path, monkeypatch, 'echo "/mnt/x: No space left on device" >&2; exit 75')
+    with pytest.raises(ReleaseError, match=r"Lab/one: /mnt/x: No space left on device"):
+        Processes(1).run([task(tmp_path, "one")], lambda *_: None)
+    assert len(starts()) == 3
+    assert not Path(tmp_path / "work" / "one" / "receipt.json").exists()
