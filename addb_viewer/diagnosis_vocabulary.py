@@ -144,24 +144,24 @@ def certainty(confidence: float, rivals: int) -> str:
     """How sure a cause is, in words and in per cent."""
     if rivals and confidence >= CONFIDENT:
         others = "another cause remains" if rivals == 1 else f"{rivals} other causes remain"
-        return f"fairly sure of the name ({_percent(confidence)}); {others} possible, see below"
+        return f"fairly sure of the name ({percent(confidence)}); {others} possible, see below"
     if rivals:
         return (
             f"one of {rivals + 1} causes that come near, see below, and this recording does not decide; "
-            f"this one {_percent(confidence)}"
+            f"this one {percent(confidence)}"
         )
     if confidence >= 0.99:
         return "very sure of the name (more than 99 %)"
     if confidence >= CONFIDENT:
-        return f"fairly sure of the name ({_percent(confidence)})"
+        return f"fairly sure of the name ({percent(confidence)})"
     if confidence >= 0.5:
-        return f"not sure: more likely than any other single cause ({_percent(confidence)})"
-    return f"a guess: less likely than all other causes together ({_percent(confidence)})"
+        return f"not sure: more likely than any other single cause ({percent(confidence)})"
+    return f"a guess: less likely than all other causes together ({percent(confidence)})"
 
 
 def share(confidence: float | None) -> str:
     """Of a rival, in brackets; nothing where nobody knows."""
-    return "" if confidence is None else f" ({_percent(confidence)})"
+    return "" if confidence is None else f" ({percent(confidence)})"
 
 
 def upward(force_N: Sequence[float]) -> str:
@@ -241,7 +241,7 @@ def listed(words: Sequence[str]) -> str:
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
-def _percent(share: float) -> str:
+def percent(share: float) -> str:
     return f"{100 * share:.0f} %" if share >= LEAST_TOLD else "less than 1 %"
 
 

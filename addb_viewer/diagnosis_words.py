@@ -15,6 +15,7 @@ from addb_viewer.diagnosis_vocabulary import (
     amounts,
     certainty,
     listed,
+    percent,
     ranges_of,
     rivals_of,
     seconds_of,
@@ -39,7 +40,7 @@ from addb_viewer.residual_words import (
 from addb_viewer.sections import Section
 from addb_viewer.use_words import trials_in_question, use
 from addb_viewer.witness_words import what_the_files_say
-from solver.effects.about import Mend
+from solver.effects.about import AtFault, Mend
 
 ON_A_SCREEN = ("how large", "when", "what to do")  # of a cause
 MOST_CAUSES = 4  # on a screen of 40 lines
@@ -51,6 +52,11 @@ ENDED_EARLY = (
     "(`most_evaluations` in the table [diagnosis]). What is named held up so far; more may be wrong. Look at "
     "fewer trials at a time (`--trial`), or allow more evaluations."
 )
+AT_FAULT = {
+    AtFault.RECORDING: "the recording",
+    AtFault.MODEL: "the model of the body, which leaves this out or has it wrong",
+    AtFault.MOVEMENT: "what happened beside the measurement: the recording is right, something else acted",
+}
 NOTES = "Notes"
 BEFORE_THE_CAUSES = "From reading and fitting the files, before causes were looked for:"
 TO_FLAG = " To flag: "  # before each command that somebody may copy
@@ -141,8 +147,35 @@ def verdict(figures: Figures) -> Section:
         )
     else:
         text = f"{wrong}, and no cause that this program knows accounts for it."
+    text += _how_likely(figures)
+    whose = [_at_fault(figures)] if effects else []
     early = [ENDED_EARLY] if figures.get("ended_early") else []
-    return Section("Verdict", (text, *early, *([_only_a_lead(figures)] if lead else []), use(figures)))
+    doubt = [_only_a_lead(figures)] if lead else []
+    return Section("Verdict", (text, *whose, *early, *doubt, use(figures)))
+
+
+def _how_likely(figures: Figures) -> str:
+    """Where nothing is named, the chance of what the verdict says; a kept old answer has none."""
+    chances = figures.get("chances")
+    if not chances:
+        return ""
+    if figures["verdict"] == "clean":
+        return f" That nothing is wrong is likely by {percent(chances['nothing'])}."
+    return f" That it is none of the known causes is likely by {percent(chances['something_else'])}."
+
+
+def _at_fault(figures: Figures) -> str:
+    """Recording, model or movement; of a cause whose place another may take, either."""
+    effects = figures["effects"]
+    groups: dict[str, list[int]] = {}
+    for k, effect in enumerate(effects, start=1):
+        others = rivals_of(figures, effect) if effect["confidence"] < CONFIDENT else ()
+        faults = dict.fromkeys(about(one).at_fault for one in (effect, *others))
+        groups.setdefault(", or else ".join(AT_FAULT[fault] for fault in faults), []).append(k)
+    if len(groups) == 1:
+        return f"At fault: {next(iter(groups))}."
+    said = [f"{whose} ({', '.join(map(str, numbers))})" for whose, numbers in groups.items()]
+    return f"At fault: {'; '.join(said)}."
 
 
 def _how_surely(figures: Figures) -> str:

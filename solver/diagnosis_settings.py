@@ -214,8 +214,9 @@ class DiagnosisSettings:
         0.03,
         unit="",
         least=0.0,
-        why="of what a name explains, likewise. On one draw of edited recordings right names need 0.03 at "
-        "most; on a later one a right harness needs 0.08, and names that were rightly given up 0.11 and more",
+        why="of what a name explains, likewise. On a draw of edited recordings right names need 0.02 at most "
+        "(a harness, while somebody stands), and a name that was rightly given up 0.11; other draws judge "
+        "(benchmarks/FAULTS.md)",
     )
     outside_odds: float = setting(
         0.2,

@@ -17,10 +17,12 @@ DEVIATIONS = 3.0  # of the stated ones
 OVERLAP = 0.5  # of the frames of an event
 FAULTED = ("right", "right_but_more", "class", "unexplained", "missed", "wrong", "failed")
 UNTOUCHED = ("silent", "unexplained", "lead", "alarm", "failed")
+PASS_CUTOFF = (2**0.5 - 1) ** -0.25  # of each of two passes, over that at which both together are 3 dB
 STATED = {  # by a size of the truth: parameters that state it, what they say then, and their period
     "gain": (("gain_error", lambda gain: gain - 1, 0.0), ("factor", lambda gain: gain, 0.0)),
     "yaw_deg": (("yaw_deg", lambda yaw: yaw, 360.0), ("turn_deg", lambda yaw: yaw, 360.0)),
     "mirrored_axis": (("mirrored_axis_deg", lambda axis: 45.0 * axis, 180.0),),  # 0: x, 2: z
+    "cutoff_Hz": (("cutoff_Hz", lambda both: PASS_CUTOFF * both, 0.0),),  # we state that of each pass
     "mass_factor": (("mass_factor", lambda factor: factor, 0.0),),
 }
 

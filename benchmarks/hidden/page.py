@@ -26,9 +26,8 @@ Made by `python -m benchmarks.hidden make | run | page`, {code}, on {count} of {
 {groups}. Cases that a row has not answered yet are left out.{few}
 How to take part, and what each figure means: [hidden/FORMAT.md](hidden/FORMAT.md).
 
-- *`addb-viewer diagnose`*: our answer as `--json` prints it. Where it names nothing it states no
-  probability; then `none`, or `something_else` where it says *unexplained*, gets 0.9, fixed beforehand. It
-  hands in no forces.
+- *`addb-viewer diagnose`*: our answer as `--json` prints it; where it names nothing, the chances that it
+  states. It hands in no forces.
 - *Best single cause*: markers fitted without forces, motion and forces low-passed at 10 Hz, each cause by
   itself as columns of the wrench residual, at every target; probabilities from exp(−BIC/2) of frames 0.1 s
   apart. No prior, nothing unknown, no faults of markers or of their scale, no swinging mass. What a plate's

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.diagnosis.balance import Balance, Solved, Term
+from solver.diagnosis.chances import chances
 from solver.diagnosis.contenders import Contender, Found, confidence
 from solver.diagnosis.decisions import is_unexplained
 from solver.diagnosis.diagnosis import (
@@ -72,6 +73,8 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
     named += [_of_reading(balance, c) for c in selection.corrected]
     verdict = UNEXPLAINED if unexplained else EXPLAINED if named else CLEAN
     gains = _gains(before, after) if named else {}
+    decisions = selection.trail.told({(e.id, e.target) for e in named})
+    beyond = max(world.unknown_nats, -np.inf if left is None else left.gain)
     if named and np.isfinite(seen.marker_rms_before_m):
         gains["marker_rms_m"] = Gain(seen.marker_rms_before_m, seen.marker_rms_after_m)
     return Diagnosis(
@@ -90,7 +93,8 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
         evidence_nats=_evidence(selection, solved if left is None else left.solved, seen, settings),
         certain_nats=settings.certain_gain,
         ended_early=selection.ended_early,
-        decisions=selection.trail.told({(e.id, e.target) for e in named}),
+        decisions=decisions,
+        chances=None if named else chances(decisions, beyond, settings),
         rates_Hz={s.name: s.rate for s in balance.scenes},
         starts_s={s.name: s.motion.start_time for s in balance.scenes},
     )
@@ -159,7 +163,7 @@ def _off_the_list(balance: Balance, world: Held) -> OffTheList | None:
         cause.sentence.format(target=cause.target),
         cause.frames(balance.scenes, (), x),
         likeliest.estimates(k, balance.scenes)["rms_force_N"].value,
-        world.told_gain,
+        world.unknown_nats,
     )
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from solver.diagnosis.chances import Chances
 from solver.diagnosis.force_courses import ForceCourse
 from solver.diagnosis.residual_description import ResidualDescription
 from solver.diagnosis.trail import CauseDecisions
@@ -111,6 +112,7 @@ class Diagnosis:
     rates_Hz: Mapping[str, float] = field(default_factory=dict)  # of the markers' frames, by trial
     starts_s: Mapping[str, float] = field(default_factory=dict)  # of frame 0 on the recording's clock
     notes: tuple[str, ...] = field(default=())
+    chances: Chances | None = None  # where nothing is named
     decisions: tuple[CauseDecisions, ...] = field(default=())  # of every cause that was proposed
     detectable: tuple[Detectable, ...] = field(default=())  # in a recording in which nothing is wrong
     witnesses: tuple[Statement, ...] = field(default=())  # what the files say without a model of the body

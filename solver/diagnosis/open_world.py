@@ -79,7 +79,7 @@ class Held:
     found: tuple[Found, ...]
     standings: tuple[Standing, ...]  # of each name that was found
     told: Unknown | None
-    told_gain: float = 0.0  # beyond the names [nats]
+    unknown_nats: float = -np.inf  # what the likeliest unknown cause gains beyond the names, told or not
 
 
 def held(balance: Balance, kept: Kept, names: int, trail: Trail) -> Held:
@@ -119,8 +119,9 @@ def _standing(
 ) -> Standing:
     """Shares of a name, its rivals, nothing, and the unknown: p ∝ exp((log evidence + log prior odds) / T).
 
-    Against the unknown T grows with what the name explains, as what evidence gets wrong does; and the name's
-    own odds do not count, since what imitates it on sound recordings is off the list as well. Where something
+    Against the unknown T grows with what the name explains, as what evidence gets wrong does. What is unknown
+    counts as one: each alone at that T, many that explain little would outweigh a name. The name's own odds
+    do not count, since what imitates it on sound recordings is off the list as well. Where something
     unknown is there besides, the name may stand beside that, if it pays there. Where a foot is seen to stand
     somewhere, the ground carries it: a force of another place and course is none in its place.
     """
@@ -142,9 +143,9 @@ def _standing(
         more = beside[0].log_evidence - solved.log_evidence + odds
         least = settings.least_further_gain + settings.beside_unknown_share * max(0.0, more)
         own = max(own, own + more - least)
-    outside = (np.array([u.log_evidence - without.log_evidence + odds for u in unknown]) - own) / temper
-    total = logsumexp([0.0, *listed, *outside])
-    off = logsumexp(outside) if len(outside) else -np.inf
+    together = logsumexp([u.log_evidence for u in unknown]) if unknown else -np.inf
+    off = (together - without.log_evidence + odds - own) / temper
+    total = logsumexp([0.0, *listed, off])
     return Standing(
         confidence=float(np.exp(-total)),
         outside=float(np.exp(off - total)),
@@ -157,10 +158,10 @@ def _standing(
 def _told(
     world: OpenWorld, solved: Solved, unknown: Sequence[Unknown], names: int
 ) -> tuple[Unknown | None, float]:
-    """The likeliest unknown beside the names, if it is certain enough and large enough to be looked for."""
+    """The likeliest unknown beside the names, if it is certain and large enough to look for; its gain."""
     settings = world.balance.settings
     if not unknown:
-        return None, 0.0
+        return None, -np.inf
     best = unknown[0]
     gain = best.log_evidence - solved.log_evidence + _log_odds(settings, names, len(unknown))
     explained = max(0.0, solved.log_evidence - world.balance.solve([], near=solved.rung).log_evidence)
@@ -169,7 +170,7 @@ def _told(
         "rms_force_N"
     ].value
     if gain < least or size_N < settings.least_unknown_share * world.balance.scenes[0].weight_N:
-        return None, 0.0
+        return None, gain
     return best, gain
 
 

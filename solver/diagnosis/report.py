@@ -9,6 +9,7 @@ from solver.diagnosis.force_courses import ForceCourse
 from solver.diagnosis.residual_description import InTrial, ResidualDescription, ResidualSize
 from solver.diagnosis.witnesses.settings import WITNESSES
 from solver.diagnosis.witnesses.statement import Statement
+from solver.effects.catalogue import ABOUT
 from solver.effects.effect import Range
 
 MOST_CHANGED = 5  # joint torques that are listed
@@ -29,6 +30,8 @@ def as_json(diagnosis: Diagnosis, why: str | None = None) -> dict[str, object]:
     location = remaining.location
     return {
         "verdict": diagnosis.verdict,
+        "at_fault": list(dict.fromkeys(_at_fault(e) for e in diagnosis.effects)),
+        "chances": None if diagnosis.chances is None else asdict(diagnosis.chances),
         "effects": [_effect(e, several) for e in diagnosis.effects],
         "alternatives": [
             {
@@ -100,6 +103,7 @@ def _effect(effect: NamedEffect, several: bool) -> dict[str, object]:
     return {
         "id": effect.id,
         "target": effect.target,
+        "at_fault": _at_fault(effect),
         "parameters": {
             n: {"value": _finite(e.value), "std": _finite(e.std)} for n, e in effect.parameters.items()
         },
@@ -111,6 +115,11 @@ def _effect(effect: NamedEffect, several: bool) -> dict[str, object]:
         "remedy": effect.remedy,
         "courses": [_course(c) for c in effect.courses],
     }
+
+
+def _at_fault(effect: NamedEffect) -> str:
+    """Recording, model or movement."""
+    return ABOUT[effect.id].at_fault.value
 
 
 def _decisions(diagnosis: Diagnosis, why: str | None) -> list[dict[str, object]]:

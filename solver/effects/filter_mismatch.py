@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float
 
 from solver.capture.conditioning import contact_samples
 from solver.effects.about import About
+from solver.effects.contact_edges import fall_off, filtered_nats, usual_fall_off
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.readings import Reading
 from solver.effects.scene import PlateScene, Scene
@@ -47,9 +48,19 @@ class FilterMismatch(Candidate):
     η is the logarithm of the cutoff. The measured side is sharpened by H/(H² + ε²), H the filter's gain: by
     1/H where that is small, by 20 at most, and by little beyond, where the signal is lost. Half of it comes
     back where H = 1/40, at 15 Hz for a cutoff of 6. So it cannot pay by smoothing.
+
+    The forces show a filter by themselves as well, in how steeply their spectrum falls where contacts begin
+    and end (`contact_edges.py`).
     """
 
+    fall: float | None = None  # of that spectrum; None where no contact begins or ends
+
     about = ABOUT
+
+    @property
+    def seen_elsewhere(self) -> float:
+        """What the contacts' edges say for a filter; against one they say too little."""
+        return 0.0 if self.fall is None else max(0.0, filtered_nats(self.fall))
 
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
         """Logarithms of cutoffs [Hz]."""
@@ -97,7 +108,11 @@ class FilterMismatch(Candidate):
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     """One filter for all plates."""
     loaded = any(plate.loaded.any() for scene in scenes for plate in scene.plates)
-    return [FilterMismatch("all")] if loaded else []
+    if not loaded:
+        return []
+    plates = [plate for scene in scenes for plate in scene.plates]
+    edges = [fall for p in plates for fall in fall_off(p.loads.raw_ground[:, 1], p.plate.rate)]
+    return [FilterMismatch("all", usual_fall_off(edges))]
 
 
 def recorded_as_if_sharp(plate: PlateScene, cutoff_Hz: float) -> Float[np.ndarray, "samples 6"]:

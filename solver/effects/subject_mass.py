@@ -13,7 +13,7 @@ from solver.effects.scene import Scene
 
 PRIOR_STD = 0.06  # relative: a wrong entry, clothes, a weight that the person told instead of the scale
 LEAST = 0.015  # relative: what a scale, a meal and shoes make
-MOST = 0.2  # relative: beyond, forces are missing, or are given in other units
+MOST = 0.35  # relative: other adults; beyond, forces are missing, or are given in other units
 
 
 ABOUT = About(
@@ -27,7 +27,9 @@ ABOUT = About(
     weight=Weight.MASS,
     less_at_first=4.0,  # in 150 clean recordings it gains 0.4 at most
     asked_up_to=20.0,
-    sizes=(Size("mass_factor", 0.015, 0.08, 0.25, "scales, clothes, shoes; beyond, it is another person"),),
+    sizes=(
+        Size("mass_factor", 0.015, 0.08, 0.35, "scales, clothes, shoes; beyond 0.08 it is another person's"),
+    ),
     readings=(
         Reading(
             "mass_factor",

@@ -694,3 +694,21 @@ def test_every_reading_of_every_cause_can_be_said(id, size):
             told = amounts(effect(id, "plate_1", **{parameter: (reading.zero + size, 0.01)}))
             assert told
             assert "{" not in " ".join(told)
+
+
+def test_the_verdict_says_whose_fault_it_is():
+    assert "At fault: the recording." in said(figures(effects=[LATE]))
+    both = said(figures(effects=[LATE, PULLED, LATE]))
+    assert "At fault: the recording (1, 3); what happened beside the measurement" in both
+    doubtful = effect(confidence=0.6)
+    instead = rival("wobbling_mass", "clock_offset all", target="torso")
+    assert "At fault: the recording, or else the model" in said(
+        figures(effects=[doubtful], alternatives=[instead])
+    )
+
+
+def test_where_nothing_is_named_a_chance_is_stated():
+    chances = {"nothing": 0.88, "on_the_list": 0.09, "something_else": 0.03}
+    assert "nothing is wrong is likely by 88 %" in said(figures("clean", chances=chances))
+    chances = {"nothing": 0.01, "on_the_list": 0.04, "something_else": 0.95}
+    assert "none of the known causes is likely by 95 %" in said(figures("unexplained", chances=chances))

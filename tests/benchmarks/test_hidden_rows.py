@@ -121,8 +121,8 @@ def test_a_shifted_torso_balances_the_mean_and_keeps_what_is_sound():
     np.testing.assert_allclose(kept, sound(noise=0.0).demanded, atol=1e-3)
 
 
-def diagnosis(verdict="explained", effects=(), alternatives=()):
-    return {"verdict": verdict, "effects": list(effects), "alternatives": list(alternatives)}
+def diagnosis(effects=(), alternatives=(), **more):
+    return {"verdict": "explained", "effects": list(effects), "alternatives": list(alternatives)} | more
 
 
 def named(id, confidence, outside=0.0):
@@ -130,8 +130,12 @@ def named(id, confidence, outside=0.0):
 
 
 def test_our_answer_in_public_names():
-    assert answer_of(diagnosis("clean"))["probabilities"] == {"none": 0.9, "something_else": 0.1}
-    assert answer_of(diagnosis("unexplained"))["probabilities"]["something_else"] == 0.9
+    chances = {"nothing": 0.7, "on_the_list": 0.2, "something_else": 0.1}
+    refused = [{"id": "drag", "odds_nats": 1.0}, {"id": "clock_offset", "odds_nats": 3.0}]
+    told = answer_of(diagnosis(chances=chances, decisions=refused))["probabilities"]
+    assert told == pytest.approx({"none": 0.7, "something_else": 0.1, "clock_offset": 0.2})
+    told = answer_of(diagnosis(chances=chances, decisions=[]))["probabilities"]
+    assert told == pytest.approx({"none": 0.7, "something_else": 0.3})
     alone = answer_of(diagnosis(effects=[named("plate_clock", 0.98, 0.01)]))["probabilities"]
     assert alone == {"clock_offset": 0.98, "something_else": pytest.approx(0.02)}
     both = [named("plate_turn", 0.6), named("drag", 0.9)]

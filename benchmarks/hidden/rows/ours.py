@@ -5,9 +5,7 @@ from typing import Any
 
 from benchmarks.hidden.classes import CAUSES, NONE, SOMETHING_ELSE
 
-# The answer states no probability where it names no cause: fixed before any case was scored.
-CLEAN = {NONE: 0.9, SOMETHING_ELSE: 0.1}
-UNEXPLAINED = {SOMETHING_ELSE: 0.9, NONE: 0.1}
+REFUSED = "on_the_list"  # a cause of the list that had too little evidence to be named
 PUBLIC_NAME = {
     "trial_clocks": "clock_offset",
     "plate_clock": "clock_offset",
@@ -19,8 +17,7 @@ def answer_of(diagnosis: Mapping[str, Any]) -> dict[str, Any]:
     """The public answer. What is named first keeps its confidence; the others share the rest."""
     effects = diagnosis["effects"]
     if not effects:
-        said = CLEAN if diagnosis["verdict"] == "clean" else UNEXPLAINED
-        return {"probabilities": dict(said)}
+        return {"probabilities": _of_none(diagnosis)}
     first = effects[0]
     weights: dict[str, float] = {}
     for entry in (*effects[1:], *diagnosis["alternatives"]):
@@ -35,6 +32,16 @@ def answer_of(diagnosis: Mapping[str, Any]) -> dict[str, Any]:
     probabilities = shared | {name: shared.get(name, 0.0) + first["confidence"]}
     stated = {n: v["value"] for n, v in first["parameters"].items() if v["value"] is not None}
     return {"probabilities": probabilities, "parameters": stated}
+
+
+def _of_none(diagnosis: Mapping[str, Any]) -> dict[str, float]:
+    """Where no cause is named, the chances that are stated; the best refused one has that of the list."""
+    chances = diagnosis["chances"]
+    refused = [d for d in diagnosis["decisions"] if d["odds_nats"] is not None]
+    best = max(refused, key=lambda d: d["odds_nats"], default=None)
+    probabilities = {NONE: chances["nothing"], SOMETHING_ELSE: chances["something_else"]}
+    name = SOMETHING_ELSE if best is None else public(best["id"])
+    return probabilities | {name: probabilities.get(name, 0.0) + chances[REFUSED]}
 
 
 def public(id: str) -> str:

@@ -80,15 +80,6 @@ class WitnessSettings:
     standing_scatter_m: float = setting(
         0.04, unit="m", why="of the point about which a standing foot's load changes: heel to ball"
     )
-    quick_share_s: float = setting(
-        0.032,
-        unit="s",
-        why="quick over slow force times the contact's length: 0.013 to 0.07 over walks and a sprint",
-    )
-    quick_scatter: float = setting(0.6, unit="", why="of its logarithm over five people")
-    quick_usual: float = setting(
-        2.4, unit="", why="by which a low-pass at 5 Hz lowers it: to a tenth; at 8 Hz to a third"
-    )
     empty_scatter_N: float = setting(4.0, unit="N", why="what a tare leaves, and ringing of filters")
     empty_usual_N: float = setting(
         30.0, unit="N", why="untared plates; larger levels are taken off and told when files are read"

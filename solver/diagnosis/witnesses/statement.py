@@ -5,6 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from solver.student import log_t
+
 
 class About(StrEnum):
     """Classes of causes that a witness can speak for or against."""
@@ -69,9 +71,3 @@ def nats_of(figure: float, std: float, sound: float, usual: float) -> float:
     return log_t(figure, math.hypot(std, usual), FAULTY_DOF) - log_t(
         figure, math.hypot(std, sound), SOUND_DOF
     )
-
-
-def log_t(x: float, scale: float, dof: float) -> float:
-    """Log density of Student's t."""
-    shape = math.lgamma((dof + 1) / 2) - math.lgamma(dof / 2) - 0.5 * math.log(dof * math.pi)
-    return shape - math.log(scale) - (dof + 1) / 2 * math.log1p((x / scale) ** 2 / dof)

@@ -14,8 +14,9 @@ from jaxtyping import Bool
 from solver.diagnosis.witnesses.exchange import Exchange, exchange_of
 from solver.diagnosis.witnesses.measured import GRAVITY, Measured, may_hide
 from solver.diagnosis.witnesses.settings import WITNESSES, WitnessSettings
-from solver.diagnosis.witnesses.statement import SOUND_DOF, log_t
+from solver.diagnosis.witnesses.statement import SOUND_DOF
 from solver.runs import runs
+from solver.student import log_t
 
 LEAST_KG = 1.0  # less on a plate is nobody
 ANY_FACTOR = np.geomspace(0.1, 10.0, 47)  # a twentieth apart: within what weighings scatter

@@ -68,6 +68,9 @@ def test_every_part_of_the_contract_is_there_as_it_is_written_there(diagnosis):
     (effect,) = told["effects"]
     assert effect["id"] == "clock_offset"
     assert effect["target"] == "all"
+    assert effect["at_fault"] == "recording"
+    assert told["at_fault"] == ["recording"]
+    assert told["chances"] is None
     assert effect["parameters"] == {"offset_s": {"value": 0.0123, "std": 0.0004}}
     assert effect["confidence"] == 0.98
     assert effect["trial"] == "walk1"

@@ -22,6 +22,16 @@ def test_the_factor_is_true_over_entered():
     assert not candidate.is_notable({"mass_factor": replace(found["mass_factor"], value=1.01)})
 
 
+@pytest.mark.parametrize(
+    ("true_kg", "entered_kg", "can_be"), [(62.6, 78.2, True), (70, 55, True), (80, 50, False)]
+)
+def test_the_mass_of_another_adult_may_have_been_entered(true_kg, entered_kg, can_be):
+    """Half as much again is no wrong entry, but forces that are missing or in other units."""
+    candidate = SubjectMass("all")
+    found = candidate.estimates([], (), (), np.array([true_kg / entered_kg - 1]), np.array([[0.01**2]]))
+    assert candidate.is_notable(found) == can_be
+
+
 def test_there_is_one_person(scene):
     assert [c.target for c in candidates([scene, scene])] == ["all"]
 

@@ -1,0 +1,40 @@
+"""How likely nothing is wrong where nothing is named, against a cause of the catalogue and anything else."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import softmax
+
+from solver.diagnosis.decisions import DECIDED, PAYS
+from solver.diagnosis.trail import CauseDecisions
+from solver.diagnosis_settings import DiagnosisSettings
+
+SHORT_OF_EVIDENCE = (
+    PAYS,
+    DECIDED,
+)  # checks that refuse a cause for too little, not for what speaks against it
+
+
+@dataclass(frozen=True)
+class Chances:
+    """Shares of one."""
+
+    nothing: float
+    on_the_list: float
+    something_else: float
+
+
+def chances(refused: Sequence[CauseDecisions], unknown_nats: float, settings: DiagnosisSettings) -> Chances:
+    """By what the best of each kind gains: with just what is asked of it, it is as likely as nothing.
+
+    Args:
+        refused: causes that were proposed, each with its odds.
+        unknown_nats: what the likeliest cause that is on no list gains over its odds.
+        settings: of the diagnosis.
+    """
+    fell = [(c.odds_nats, c.fell_at.name) for c in refused if c.fell_at is not None]
+    best = max((odds for odds, check in fell if check in SHORT_OF_EVIDENCE), default=-np.inf)
+    ahead = [0.0, best - settings.least_gain, unknown_nats - settings.least_unknown_gain]
+    nothing, listed, other = softmax(np.array(ahead) / settings.confidence_temper)
+    return Chances(float(nothing), float(listed), float(other))

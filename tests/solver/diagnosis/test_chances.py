@@ -1,0 +1,40 @@
+"""How likely nothing is wrong where nothing is named."""
+
+import pytest
+
+from solver.diagnosis.chances import chances
+from solver.diagnosis.decisions import DECIDED, PAYS, POSSIBLE, Decision
+from solver.diagnosis.trail import CauseDecisions
+from solver.diagnosis_settings import DiagnosisSettings
+
+SETTINGS = DiagnosisSettings()
+NONE = float("-inf")
+
+
+def refused(odds, check=PAYS):
+    return CauseDecisions("drag", "torso", False, odds, (Decision(check, False, odds, 8.0, ""),))
+
+
+def test_with_nothing_tried_nothing_is_wrong():
+    told = chances([], NONE, SETTINGS)
+    assert (told.nothing, told.on_the_list, told.something_else) == (1.0, 0.0, 0.0)
+
+
+def test_a_cause_that_gains_just_what_is_asked_is_as_likely_as_nothing():
+    told = chances([refused(SETTINGS.least_gain), refused(1.0)], NONE, SETTINGS)
+    assert told.nothing == pytest.approx(told.on_the_list) == pytest.approx(0.5)
+
+
+def test_each_temper_less_is_e_times_less_likely():
+    told = chances([refused(SETTINGS.least_gain - SETTINGS.confidence_temper, DECIDED)], NONE, SETTINGS)
+    assert told.nothing / told.on_the_list == pytest.approx(2.718, abs=0.001)
+
+
+def test_what_cannot_be_counts_for_nothing_however_much_it_gains():
+    assert chances([refused(300.0, POSSIBLE)], NONE, SETTINGS).nothing == 1.0
+
+
+def test_a_large_unknown_is_something_else():
+    told = chances([refused(4.0)], 90.0, SETTINGS)
+    assert told.something_else > 0.99
+    assert told.nothing + told.on_the_list + told.something_else == pytest.approx(1.0)
