@@ -28,6 +28,11 @@ DATASET = (
         "dataset.split:split",
         "Say which persons of a release are for training, development and test.",
     ),
+    ListedCommand(
+        "stats",
+        "dataset.stats:stats",
+        "Write the dataset paper's tables and figures of a release, and a page that holds them all.",
+    ),
 )
 COMMANDS = (
     ListedCommand(

@@ -1,0 +1,42 @@
+"""`addb-viewer dataset stats`: the dataset paper's tables and figures of a release."""
+
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from addb_viewer.commands.dataset.options import Release
+from addb_viewer.commands.errors import errors_as_lines
+from addb_viewer.commands.options import Debug
+from solver.errors import SolverError
+
+StatsOut = Annotated[
+    Path | None, typer.Option("--out", metavar="DIR", help="RELEASE.stats by default.", file_okay=False)
+]
+FramesOption = Annotated[
+    Literal["paper", "reviewed", "all"],
+    typer.Option("--frames", help="paper: reviewed, and detection finds no fault either."),
+]
+
+
+def stats(
+    release: Release, out: StatsOut = None, frames: FramesOption = "paper", debug: Debug = False
+) -> None:
+    """Write the dataset paper's tables and figures of a release, and a page that holds them all."""
+    with errors_as_lines(debug):
+        if find_spec("matplotlib") is None:
+            raise SolverError("figures need Matplotlib; install it: pip install 'matplotlib>=3.10'")
+        from addb_viewer.dataset.stats.gathering import Frames  # noqa: PLC0415 (slow to load)
+        from addb_viewer.dataset.stats.writing import write_stats  # noqa: PLC0415
+
+        folder = release.resolve()
+        found, path = write_stats(folder, out or folder.with_name(f"{folder.name}.stats"), Frames(frames))
+        total = found.tables["sources"][-1]
+        hours = f"{total['total_hours']:.2f} h, {total['grf_hours']:.2f} h with forces"
+        typer.echo(f"{total['subjects']} persons, {hours}")
+        if not total["grf_hours"]:
+            typer.echo(
+                f"note: no frame is such a frame (--frames {frames}): figures are empty; try --frames all"
+            )
+        typer.echo(path)

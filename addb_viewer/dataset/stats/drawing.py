@@ -1,0 +1,255 @@
+"""The figures, drawn with Matplotlib from the rows of `numbers`."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import matplotlib as mpl
+import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from addb_viewer.dataset.frame_columns import COORDINATE_NAMES, TRANSLATIONS
+from addb_viewer.dataset.stats.gathering import UNLABELLED, Sample
+from addb_viewer.dataset.stats.numbers import (
+    ACTIVITY_CLASSES,
+    ANGULAR_BWH,
+    HICKS_BWH,
+    LINEAR_BW,
+    Rows,
+)
+
+mpl.rcParams.update(
+    {
+        "svg.hashsalt": "addb-viewer",  # the same figure, the same bytes
+        "font.size": 9,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "axes.axisbelow": True,
+        "figure.constrained_layout.use": True,
+    }
+)
+BAR, LIMIT, OTHER_LIMIT = "#0072B2", "#D55E00", "#CC79A7"  # Okabe & Ito 2008
+COLORS = dict(
+    zip(
+        (*ACTIVITY_CLASSES, UNLABELLED),
+        (
+            "#0072B2",
+            "#D55E00",
+            "#009E73",
+            "#CC79A7",
+            "#E69F00",
+            "#56B4E9",
+            "#882255",
+            "#000000",
+            "#999999",
+            "#DDDDDD",
+        ),
+        strict=False,
+    )
+)
+MARKS_H = {5 / 60: "5 min", 0.25: "15 min", 1.0: "1 h", 5.0: "5 h", 20.0: "20 h"}
+BINS = 30
+POINT = 1.5  # [pt²]
+
+
+def activity_figure(rows: Rows) -> Figure:
+    """Hours of each class, on a log scale."""
+    figure = Figure(figsize=(6.4, 3.2))
+    axes = figure.subplots()
+    shown = [r for r in rows if r["hours"] > 0]
+    axes.barh([r["activity"] for r in shown], [r["hours"] for r in shown], color=BAR)
+    axes.invert_yaxis()
+    if shown:
+        axes.set_xscale("log")
+        low, high = min(r["hours"] for r in shown) / 2, max(r["hours"] for r in shown) * 4
+        marks = {h: words for h, words in MARKS_H.items() if low <= h <= high}
+        axes.set_xlim(low, high)
+        for r in shown:
+            axes.annotate(
+                duration(r["hours"]),
+                (r["hours"], r["activity"]),
+                (4, 0),
+                textcoords="offset points",
+                va="center",
+            )
+        if marks:
+            axes.set_xticks(list(marks), list(marks.values()))
+            axes.minorticks_off()
+    else:
+        _nothing(axes)
+    axes.set_xlabel("duration of the frames shown (log scale)")
+    axes.grid(axis="x", alpha=0.3)
+    return figure
+
+
+def duration(hours: float) -> str:
+    """As people say it.
+
+    Args:
+        hours: how long.
+    """
+    if hours >= 1:
+        return f"{hours:.1f} h"
+    return f"{60 * hours:.1f} min" if hours >= 1 / 60 else f"{3600 * hours:.0f} s"
+
+
+def speed_length_figure(rows: Rows) -> Figure:
+    """Average speed, and number of frames, of every segment."""
+    figure = Figure(figsize=(8, 3.2))
+    left, right = figure.subplots(1, 2)
+    _histogram(left, _known(rows, "speed_m_s"), "average speed [m/s]")
+    lengths = {
+        "all frames": [r["frames"] for r in rows],
+        "with force": [r["frames_with_force"] for r in rows],
+        "with dynamics": [r["frames_with_dynamics"] for r in rows],
+    }
+    for (name, values), color in zip(lengths.items(), (BAR, "#009E73", LIMIT), strict=True):
+        right.hist(
+            values, bins=np.linspace(0, 2000, BINS + 1), histtype="step", label=name, color=color, lw=1.4
+        )
+    right.set_xlabel("frames")
+    right.set_ylabel("number of segments")
+    right.legend(frameon=False)
+    return figure
+
+
+def contact_figure(rows: Rows) -> Figure:
+    """How much of each segment's frames is double support, single support and flight."""
+    figure = Figure(figsize=(6.4, 3.2))
+    axes = figure.subplots()
+    groups = {
+        "double_percent": "double support",
+        "single_percent": "single support",
+        "flight_percent": "flight",
+    }
+    values = [_known(rows, name) for name in groups]
+    axes.hist(
+        values, bins=np.linspace(0, 100, 11), label=list(groups.values()), color=[BAR, "#E69F00", "#009E73"]
+    )
+    axes.set_xlabel("share of a segment's frames [%]")
+    axes.set_ylabel("number of segments")
+    axes.legend(frameon=False)
+    return figure
+
+
+def demographics_figure(rows: Rows) -> Figure:
+    """Age and body mass index by sex: all persons, and those in the figures."""
+    figure = Figure(figsize=(8, 3.4))
+    for axes, (name, words) in zip(
+        figure.subplots(1, 2),
+        {"age_years": "age [years]", "bmi": "body mass index [kg/m²]"}.items(),
+        strict=True,
+    ):
+        boxes, names = [], []
+        for sex in ("female", "male"):
+            for group, members in (("all", rows), ("shown", [r for r in rows if r["in_figures"]])):
+                of_sex = [float(r[name]) for r in members if r["sex"] == sex and r[name] is not None]
+                if of_sex:
+                    boxes.append(of_sex)
+                    names.append(f"{sex}\n{group} ({len(of_sex)})")
+        if boxes:
+            axes.boxplot(boxes, tick_labels=names, widths=0.5, medianprops={"color": LIMIT})
+        else:
+            _nothing(axes)
+        axes.set_ylabel(words)
+    return figure
+
+
+def quality_figure(rows: Rows) -> Figure:
+    """Marker errors and residuals, RMS of each segment, with the published limits."""
+    figure = Figure(figsize=(10, 3.2))
+    marker, linear, angular = figure.subplots(1, 3)
+    _histogram(marker, _known(rows, "marker_cm"), "marker error [cm RMS]")
+    _histogram(linear, _known(rows, "linear_bw"), "residual force [body weights RMS]")
+    _histogram(angular, _known(rows, "angular_bwh"), "residual moment [body weights · height RMS]")
+    _limits(linear, {f"{LINEAR_BW:g} (paper, Hicks)": (LINEAR_BW, LIMIT)})
+    _limits(
+        angular,
+        {
+            f"{ANGULAR_BWH:g} (paper)": (ANGULAR_BWH, LIMIT),
+            f"{HICKS_BWH:g} (Hicks)": (HICKS_BWH, OTHER_LIMIT),
+        },
+    )
+    return figure
+
+
+@dataclass(frozen=True)
+class _Cloud:
+    """What the panels of one figure show: a column each."""
+
+    names: list[str]
+    units: list[str]
+    values: Float[np.ndarray, "points columns"]
+
+
+def scatter_figures(sample: Sample) -> Mapping[str, Figure]:
+    """Angles, moments and joint centres against the share of the right foot and the load; by name."""
+    slides = np.array([name in TRANSLATIONS for name in COORDINATE_NAMES])
+    names, degrees = list(COORDINATE_NAMES), np.where(slides, 1.0, np.degrees(1.0))
+    angles = _Cloud(names, ["m" if s else "deg" for s in slides], sample.angles * degrees)
+    moments = _Cloud(names, ["N" if s else "N·m" for s in slides], sample.moments)
+    joints = _Cloud(list(sample.joints), ["m"] * len(sample.joints), sample.distances)
+    share = ("share of the right foot", sample.right_share)
+    load = ("vertical force / mass [N/kg]", sample.load_N_kg)
+    return {
+        "angles_share": _panels(sample, angles, *share),
+        "moments_share": _panels(sample, moments, *share),
+        "angles_load": _panels(sample, angles, *load),
+        "moments_load": _panels(sample, moments, *load),
+        "joints_load": _panels(sample, joints, *load),
+    }
+
+
+def _panels(sample: Sample, cloud: _Cloud, label: str, across: Float[np.ndarray, " points"]) -> Figure:
+    names, units, values = cloud.names, cloud.units, cloud.values
+    shown = [k for k in range(len(names)) if len(values) and np.isfinite(values[:, k]).any()]
+    columns = 6
+    lines = max(1, -(-len(shown) // columns))
+    figure = Figure(figsize=(13, 1.9 * lines + 0.8))
+    axes = np.atleast_1d(figure.subplots(lines, columns, squeeze=False)).ravel()
+    labels = np.array(sample.activity, dtype=object)
+    order = np.random.default_rng(0).permutation(len(labels))  # no class lies on top of the others
+    colors = np.array([COLORS[name] for name in labels])[order] if len(labels) else []
+    for place, k in zip(axes, shown, strict=False):
+        place.scatter(across[order], values[order, k], s=POINT, c=colors, linewidths=0, rasterized=True)
+        place.set_title(f"{names[k]} [{units[k]}]", fontsize=8)
+        place.tick_params(labelsize=7)
+    for place in axes[len(shown) :]:
+        place.set_visible(False)
+    if not shown:
+        axes[0].set_visible(True)
+        _nothing(axes[0])
+    figure.supxlabel(label)
+    handles = [
+        Line2D([], [], marker="o", ls="", color=COLORS[name], label=name)
+        for name in COLORS
+        if name in set(labels)
+    ]
+    if handles:
+        figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), frameon=False)
+    return figure
+
+
+def _histogram(axes: Axes, values: list[float], label: str) -> None:
+    if values:
+        axes.hist(values, bins=BINS, range=(0, max(values) * 1.02 or 1), color=BAR)
+    else:
+        _nothing(axes)
+    axes.set_xlabel(label)
+    axes.set_ylabel("number of segments")
+
+
+def _limits(axes: Axes, limits: Mapping[str, tuple[float, str]]) -> None:
+    for words, (value, color) in limits.items():
+        axes.axvline(value, color=color, ls="--", lw=1.2, label=words)
+    axes.legend(frameon=False)
+
+
+def _nothing(axes: Axes) -> None:
+    axes.text(0.5, 0.5, "nothing to show", transform=axes.transAxes, ha="center", va="center", color="#777")
+
+
+def _known(rows: Rows, name: str) -> list[float]:
+    return [float(r[name]) for r in rows if r[name] is not None and np.isfinite(r[name])]

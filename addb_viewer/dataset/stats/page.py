@@ -1,0 +1,244 @@
+"""The page of a release's statistics: one file that holds everything it shows."""
+
+import base64
+import html
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from addb_viewer.dataset.stats.gathering import EVERY, LOADED_N, MOST_POINTS, Frames
+from addb_viewer.dataset.stats.numbers import ANGULAR_BWH, HICKS_BWH, LINEAR_BW, Rows
+from addb_viewer.dataset.stats.paper import (
+    ANGULAR_BWH as PAPER_ANGULAR,
+)
+from addb_viewer.dataset.stats.paper import (
+    CLINICAL_HOURS,
+    CLINICAL_PERCENT_IN_TEXT,
+    PAPER_SOURCES,
+    PAPER_SUM,
+    SUPPORT_PERCENT,
+    clinical_percent,
+)
+from addb_viewer.dataset.stats.paper import (
+    LINEAR_BW as PAPER_LINEAR,
+)
+from addb_viewer.dataset.stats.paper import (
+    MARKER_CM as PAPER_MARKER,
+)
+
+FRAMES_WORDS = {
+    Frames.PAPER: "frames of reviewed trials whose force counts, and in which detection finds no fault "
+    "either (the paper's choice)",
+    Frames.REVIEWED: "frames of reviewed trials whose force counts",
+    Frames.ALL: "all frames whose force counts, reviewed or not",
+}
+STYLE = """
+:root { color-scheme: light; }
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 72rem; margin: 2rem auto; padding: 0 1rem;
+  color: #1a1a1a }
+h1 { font-size: 1.7rem; margin-bottom: .2rem } h2 { margin-top: 2.4rem; font-size: 1.25rem }
+table { border-collapse: collapse; margin: .8rem 0; font-variant-numeric: tabular-nums }
+th, td { padding: .2rem .9rem .2rem 0; text-align: right; border-bottom: 1px solid #ddd; white-space: nowrap }
+th:first-child, td:first-child { text-align: left } tr.sum td { font-weight: 600 }
+img { max-width: 100%; height: auto; display: block; margin: .8rem 0 } figure { margin: 0 }
+.note { color: #555; max-width: 46rem }
+.warning { background: #fff3cd; padding: .5rem .8rem; border-radius: 4px }
+nav a { margin-right: .9rem } .wide { overflow-x: auto }
+"""
+
+
+def page(name: str, frames: Frames, tables: Mapping[str, Rows], pictures: Mapping[str, bytes]) -> str:
+    """The whole page.
+
+    Args:
+        name: of the release.
+        frames: which of them figures are about.
+        tables: by name, as the CSV files hold them.
+        pictures: PNG by name.
+    """
+    sections = (
+        ("sources", "Sources", _sources(tables["sources"])),
+        (
+            "activity",
+            "Activities",
+            _picture(pictures, "activity", "Duration of each class; transitions are other."),
+        ),
+        ("speed", "Speed and length", _picture(pictures, "speed_length", _SEGMENTS)),
+        ("contact", "Support", _contact(tables["contact"]) + _picture(pictures, "contact", _CONTACT)),
+        ("people", "People", _people(tables["demographics"]) + _picture(pictures, "demographics", _BOXES)),
+        ("quality", "Quality", _quality(tables["quality"]) + _picture(pictures, "quality", _QUALITY)),
+        ("clinical", "Within the limits for clinical use", _clinical(tables["clinical"])),
+        ("scatter", "Joints against forces", _scatter(pictures, len(tables["scatter"]))),
+    )
+    links = "".join(f"<a href='#{anchor}'>{title}</a>" for anchor, title, _ in sections)
+    body = "".join(f"<h2 id='{anchor}'>{title}</h2>{content}" for anchor, title, content in sections)
+    shown = sum(row["frames_with_force"] for row in tables["segments"])
+    empty = "" if shown else _EMPTY
+    return (
+        f"<!doctype html><html lang='en'><head><meta charset='utf-8'>"
+        f"<meta name='viewport' content='width=device-width, initial-scale=1'>"
+        f"<title>{html.escape(name)}: what it holds</title><style>{STYLE}</style></head><body>"
+        f"<h1>{html.escape(name)}</h1><p class='note'>Figures are about {FRAMES_WORDS[frames]}: "
+        f"{shown:,} frames. Every table and figure lies beside this page as CSV, SVG and PNG.</p>"
+        f"{empty}<nav>{links}</nav>{body}"
+        f"</body></html>\n"
+    )
+
+
+_EMPTY = (
+    "<p class='warning'>No frame of this release is such a frame, so figures are empty. "
+    "<code>--frames reviewed</code> or <code>--frames all</code> shows others.</p>"
+)
+_SEGMENTS = (
+    "Of segments, which are at most 2000 frames long. Speed of the centre of mass; on a treadmill, how fast "
+    "the belt carries the standing foot."
+)
+_CONTACT = "How much of each segment is double support, single support and flight, in steps of ten per cent."
+_BOXES = "Boxes from quartile to quartile, median in orange, whiskers to 1.5 times the box, circles beyond."
+_QUALITY = "Each segment counts once. Dashed: published limits."
+
+
+def _sources(rows: Rows) -> str:
+    ours = _table(
+        ("source", "persons", "total hours", "GRF hours"),
+        [(r["source"], r["subjects"], _h(r["total_hours"]), _h(r["grf_hours"])) for r in rows],
+        sum_last=True,
+    )
+    paper = _table(
+        ("source (the paper's release 1.0)", "persons", "total hours", "GRF hours"),
+        [(s.source, s.subjects, _h(s.total_hours), _h(s.grf_hours)) for s in (*PAPER_SOURCES, PAPER_SUM)],
+        sum_last=True,
+    )
+    note = (
+        "<p class='note'>GRF hours: frames that the figures are about. Persons are counted once, also where "
+        "they have several subjects.</p>"
+    )
+    return f"{ours}{note}<details><summary>The dataset paper's table</summary>{paper}</details>"
+
+
+def _contact(rows: Rows) -> str:
+    return _table(
+        ("support", "% of frames", "mean % of segments", "the paper's release: % of frames"),
+        [
+            (
+                r["support"],
+                _n(r["percent_of_frames"], 1),
+                _n(r["percent_of_segments_mean"], 1),
+                _n(SUPPORT_PERCENT[r["support"]], 1),
+            )
+            for r in rows
+        ],
+    )
+
+
+def _people(rows: Rows) -> str:
+    def told(r: Mapping[str, Any], name: str, digits: int) -> str:
+        if not math.isfinite(r[f"{name}_mean"]):
+            return "–"
+        mean, sd, low, high = (_n(r[f"{name}_{what}"], digits) for what in ("mean", "sd", "min", "max"))
+        return f"{mean} ± {sd} ({low} to {high})"
+
+    return _table(
+        ("persons", "sex", "n", "%", "age [years]", "age unknown", "BMI [kg/m²]", "BMI unknown"),
+        [
+            (
+                r["persons"],
+                r["sex"],
+                r["n"],
+                _n(r["percent"], 1),
+                told(r, "age_years", 1),
+                r["age_years_unknown"],
+                told(r, "bmi", 1),
+                r["bmi_unknown"],
+            )
+            for r in rows
+            if r["n"]
+        ],
+    )
+
+
+def _quality(rows: Rows) -> str:
+    words = {
+        "marker_cm": ("marker error [cm]", 2, PAPER_MARKER),
+        "linear_bw": ("residual force [body weights]", 4, PAPER_LINEAR),
+        "angular_bwh": ("residual moment [body weights · height]", 4, PAPER_ANGULAR),
+    }
+    return _table(
+        ("RMS of a segment", "segments", "mean ± SD", "weighted by frames", "limit", "the paper's release"),
+        [_quality_row(r, *words[r["figure"]]) for r in rows],
+    )
+
+
+def _quality_row(
+    r: Mapping[str, Any], words: str, digits: int, paper: tuple[float, float]
+) -> tuple[object, ...]:
+    def both(kind: str) -> str:
+        return f"{_n(r[f'mean{kind}'], digits)} ± {_n(r[f'sd{kind}'], digits)}"
+
+    limit = "–" if math.isnan(r["limit"]) else f"{r['limit']:g}"
+    return words, r["n"], both(""), both("_by_frames"), limit, f"{paper[0]:g} ± {paper[1]:g}"
+
+
+def _clinical(rows: Rows) -> str:
+    table = _table(
+        ("limits", "residual force", "residual moment", "segments", "hours", "% of GRF hours"),
+        [
+            (
+                "the paper's" if r["limits"] == "paper" else "Hicks et al. 2015",
+                f"≤ {r['linear_bw']:g} BW",
+                f"≤ {r['angular_bwh']:g} BW·h",
+                r["segments"],
+                _h(r["hours"]),
+                _n(r["percent_of_grf_hours"], 1),
+            )
+            for r in rows
+        ],
+    )
+    return (
+        f"{table}<p class='note'>The denominator is the sum of the GRF hours above. The paper has "
+        f"{CLINICAL_HOURS} hours within {LINEAR_BW} BW and {ANGULAR_BWH} BW·h. Its text calls that "
+        f"{CLINICAL_PERCENT_IN_TEXT} %; of the {PAPER_SUM.grf_hours} GRF hours of its own table it is "
+        f"{clinical_percent():.1f} %. Hicks et al. ask for {HICKS_BWH} of the moment.</p>"
+    )
+
+
+def _scatter(pictures: Mapping[str, bytes], points: int) -> str:
+    note = (
+        f"<p class='note'>{points:,} frames: every {EVERY}th, at most {MOST_POINTS:,}, chosen by lot. The "
+        f"share of the right foot is of both vertical forces, where these are above {LOADED_N:g} N "
+        f"together.</p>"
+    )
+    words = {
+        "angles_share": "Coordinates against the share of the right foot.",
+        "moments_share": "Joint moments against the share of the right foot.",
+        "angles_load": "Coordinates against the vertical force.",
+        "moments_load": "Joint moments against the vertical force.",
+        "joints_load": "Distance of joint centres from the pelvis' origin against the vertical force.",
+    }
+    return note + "".join(_picture(pictures, name, caption) for name, caption in words.items())
+
+
+def _picture(pictures: Mapping[str, bytes], name: str, caption: str) -> str:
+    data = base64.b64encode(pictures[name]).decode()
+    return (
+        f"<figure><img alt='{html.escape(caption)}' src='data:image/png;base64,{data}'>"
+        f"<figcaption class='note'>{html.escape(caption)}</figcaption></figure>"
+    )
+
+
+def _table(heads: Sequence[str], rows: Sequence[Sequence[object]], sum_last: bool = False) -> str:
+    head = "".join(f"<th>{html.escape(h)}</th>" for h in heads)
+    lines = []
+    for k, row in enumerate(rows):
+        cells = "".join(f"<td>{html.escape(str(cell))}</td>" for cell in row)
+        lines.append(f"<tr{' class=sum' if sum_last and k == len(rows) - 1 else ''}>{cells}</tr>")
+    return f"<div class='wide'><table><tr>{head}</tr>{''.join(lines)}</table></div>"
+
+
+def _h(hours: float) -> str:
+    """Hours with digits that a small release shows too."""
+    return f"{hours:.2f}" if hours >= 1 or not hours else f"{hours:.4f}"
+
+
+def _n(value: float, digits: int) -> str:
+    return "–" if math.isnan(value) else f"{value:.{digits}f}"
