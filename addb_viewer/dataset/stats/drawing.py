@@ -107,7 +107,7 @@ def speed_length_figure(rows: Rows) -> Figure:
     }
     for (name, values), color in zip(lengths.items(), (BAR, "#009E73", LIMIT), strict=True):
         right.hist(
-            values, bins=np.linspace(0, 2000, BINS + 1), histtype="step", label=name, color=color, lw=1.4
+            values, bins=np.linspace(0, 2000, BINS + 1).tolist(), histtype="step", label=name, color=color, lw=1.4
         )
     right.set_xlabel("frames")
     right.set_ylabel("number of segments")
@@ -126,7 +126,7 @@ def contact_figure(rows: Rows) -> Figure:
     }
     values = [_known(rows, name) for name in groups]
     axes.hist(
-        values, bins=np.linspace(0, 100, 11), label=list(groups.values()), color=[BAR, "#E69F00", "#009E73"]
+        values, bins=np.linspace(0, 100, 11).tolist(), label=list(groups.values()), color=[BAR, "#E69F00", "#009E73"]
     )
     axes.set_xlabel("share of a segment's frames [%]")
     axes.set_ylabel("number of segments")
@@ -211,7 +211,7 @@ def _panels(sample: Sample, cloud: _Cloud, label: str, across: Float[np.ndarray,
     axes = np.atleast_1d(figure.subplots(lines, columns, squeeze=False)).ravel()
     labels = np.array(sample.activity, dtype=object)
     order = np.random.default_rng(0).permutation(len(labels))  # no class lies on top of the others
-    colors = np.array([COLORS[name] for name in labels])[order] if len(labels) else []
+    colors = [COLORS[labels[k]] for k in order]
     for place, k in zip(axes, shown, strict=False):
         place.scatter(across[order], values[order, k], s=POINT, c=colors, linewidths=0, rasterized=True)
         place.set_title(f"{names[k]} [{units[k]}]", fontsize=8)
