@@ -104,6 +104,18 @@ class ClearActivity(FrameRange):
 
 
 @dataclass(frozen=True)
+class RefuseActivity(FrameRange):
+    """A person refuses what a program suggested about these frames; it is not suggested again."""
+
+    activity: str
+    subclass: str | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checked_activity(self.activity, self.subclass)
+
+
+@dataclass(frozen=True)
 class SetStatus:
     """How far the review of the trial has come."""
 
@@ -157,6 +169,7 @@ Event = (
     | RejectProposal
     | SetActivity
     | ClearActivity
+    | RefuseActivity
     | SetStatus
     | ImportLabels
     | ImportTable

@@ -30,6 +30,7 @@ from annotations.events import (
     ImportLabels,
     ImportTable,
     Proposal,
+    RefuseActivity,
     RejectProposal,
     SetActivity,
     SetStatus,
@@ -88,6 +89,7 @@ def folded(
         conflicts=(*forces.conflicts(), *activities.conflicts()),
         accepted=tuple(e.event.proposal for e in kept if isinstance(e.event, AcceptProposal)),
         rejected=tuple(e.event.proposal for e in kept if isinstance(e.event, RejectProposal)),
+        refused_activities=tuple(e.event for e in kept if isinstance(e.event, RefuseActivity)),
         file_counts=_file_counts(kept),
         unreadable=tuple(unreadable),
     )

@@ -8,7 +8,7 @@ from jaxtyping import Bool, Shaped
 
 from annotations.activities import ERRONEOUS
 from annotations.errors import ReviewError
-from annotations.events import IMPORTED, Proposal, Status
+from annotations.events import IMPORTED, Proposal, RefuseActivity, Status
 from annotations.unreadable import UnreadableRow
 
 MissingRange = tuple[int, int, str | None, str]  # start, end, foot or None for all, reason
@@ -115,6 +115,7 @@ class TrialReview:
     conflicts: tuple[Conflict, ...] = ()
     accepted: tuple[Proposal, ...] = ()
     rejected: tuple[Proposal, ...] = ()
+    refused_activities: tuple[RefuseActivity, ...] = ()  # which a program had suggested
     stays_out: tuple[FlaggedRange, ...] | None = None
     """Of a finished trial: what a detector left out and nobody decided. None: detection is still asked."""
     file_counts: tuple[tuple[int, int], ...] | None = None

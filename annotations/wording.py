@@ -11,6 +11,7 @@ from annotations.events import (
     ImportTable,
     Proposal,
     Redo,
+    RefuseActivity,
     RejectProposal,
     SetActivity,
     SetStatus,
@@ -38,6 +39,9 @@ def said_by(event: Event) -> str:
             line = f"frames {start} to {end - 1}: {' '.join(filter(None, (activity, subclass)))}"
         case ClearActivity(start, end):
             line = f"frames {start} to {end - 1}: activity removed"
+        case RefuseActivity(start, end, activity, subclass):
+            named = " ".join(filter(None, (activity, subclass)))
+            line = f"frames {start} to {end - 1}: the suggestion {named} refused"
         case SetStatus(status, left_out=left_out):
             line = str(status) + (f", {len(left_out)} undecided proposals stay left out" if left_out else "")
         case ImportLabels(missing):

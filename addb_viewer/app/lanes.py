@@ -13,6 +13,7 @@ from addb_viewer.app.replay import Replay
 from addb_viewer.diagnosis_vocabulary import ranges_of, title
 from addb_viewer.evidence_words import sure_words
 from annotations.reasons import key_of, reason_words
+from annotations.suggested_activity import SuggestedActivity
 from annotations.trial_review import TrialReview
 from solver.contact.wrenches import DETECTION, RECORDING
 from solver.kinematics.label_faults.fault import EXCHANGED, LabelFault
@@ -51,6 +52,8 @@ def lanes_of(
     proposals: Sequence[Pending],
     current: Pending | None,
     figures: Figures | None,
+    suggested: Sequence[SuggestedActivity] = (),
+    chosen: tuple[int, int] | None = None,
 ) -> tuple[Lane, ...]:
     """All lanes of a trial.
 
@@ -61,6 +64,8 @@ def lanes_of(
         proposals: what detection thinks, and what became of it.
         current: the proposal that keys act on.
         figures: of a diagnosis in the shape of `diagnose --json`; None where nobody asked.
+        suggested: activities that wait for a person.
+        chosen: the selected range.
     """
     feet = review.feet
     lanes = [Lane(f"contact {foot_letter(foot)}", _contacts(replay, i)) for i, foot in enumerate(feet)]
@@ -76,7 +81,8 @@ def lanes_of(
         )
         for a in review.activities
     )
-    lanes.append(Lane("activity", activities))
+    waiting = tuple(_suggestion(s, (s.start, s.end) == chosen) for s in suggested)
+    lanes.append(Lane("activity", (*activities, *waiting)))
     lanes.append(Lane("reviewed", tuple(Block(a, b, "", "looked at", GREEN) for a, b in reviewed)))
     if replay.label_faults:
         lanes.append(Lane("labels", tuple(_label_fault(fault) for fault in replay.label_faults)))
@@ -149,6 +155,19 @@ def _proposal(pending: Pending, current: bool) -> Block:
         hatched=pending.state is State.REJECTED,
         height=0.35 + 0.65 * p.confidence,
         outlined=current,
+    )
+
+
+def _suggestion(suggested: SuggestedActivity, at_hand: bool) -> Block:
+    return Block(
+        suggested.start,
+        suggested.end,
+        f"{suggested.label}?",
+        f"{suggested.label}: suggested, {sure_words(suggested.confidence)} sure; nobody has said so",
+        BLUE,
+        hatched=True,
+        height=0.35 + 0.65 * suggested.confidence,
+        outlined=at_hand,
     )
 
 

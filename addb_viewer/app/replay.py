@@ -13,6 +13,8 @@ from scipy.spatial.transform import Rotation
 
 from addb_viewer.app.foot_forces import DemandedForce, demanded_forces
 from addb_viewer.app.marker_tracks import MarkerTracks, marker_tracks
+from addb_viewer.suggested_activities import suggestions_of
+from annotations.suggested_activity import SuggestedActivity
 from solver.capture.capture import Capture, ForcePlate
 from solver.contact.contact_phases import ContactPhase, contact_phases
 from solver.contact.detection_settings import DetectionSettings
@@ -142,6 +144,7 @@ class Replay:
     demanded: tuple[DemandedForce, ...] = ()  # of feet whose force is missing
     forces: ForceUse = field(default_factory=ForceUse)
     label_faults: tuple[LabelFault, ...] = ()  # repaired in the measured markers
+    suggested: tuple[SuggestedActivity, ...] = ()  # what the person seems to do; nobody has said so
     notes: tuple[str, ...] = ()
 
     @property
@@ -206,6 +209,7 @@ def fitted_replay(
         demanded=demanded_forces(trial, skeleton, on_fit.floats),
         forces=_force_use(trial, skeleton, from_dict(settings)),
         label_faults=trial.label_faults,
+        suggested=suggestions_of(trial, skeleton),
         notes=(*notes, *trial.notes),
     )
 

@@ -18,6 +18,7 @@ from addb_viewer.app.review_html import (
     ranges_html,
     selection_html,
     status_html,
+    suggested_html,
 )
 from addb_viewer.app.review_panel import ReviewPanel, activity_named, feet_words
 from addb_viewer.app.selection import Selection
@@ -32,6 +33,7 @@ from annotations.events import (
     Event,
     FlagRange,
     Proposal,
+    RefuseActivity,
     RejectProposal,
     SetActivity,
     SetStatus,
@@ -39,6 +41,7 @@ from annotations.events import (
 )
 from annotations.reasons import FORCE_COUNTS, reason_named
 from annotations.runs import true_runs
+from annotations.suggested_activity import SuggestedActivity, open_suggestions
 from annotations.trial_review import TrialReview
 from annotations.wording import said_by
 
@@ -119,6 +122,7 @@ class ReviewDesk:
                 self.chosen, self.about, replay.rate, contact_words(self._contacts()), self.current
             )
             put(self.panel.foot, foot_words(self.about))
+            self.panel.suggested.content = suggested_html(self.suggested, self.suggestion)
             self.panel.proposals.content = proposals_html(
                 self.proposals, self.current, replay.bodies is not None
             )
@@ -207,6 +211,39 @@ class ReviewDesk:
         note = self._note()
         self._record(SetActivity(start, end, activity, subclass, note))
         self._note_went(note)
+
+    @property
+    def suggested(self) -> tuple[SuggestedActivity, ...]:
+        """Activities that wait for a person."""
+        replay = self.place.replay
+        return () if replay is None else open_suggestions(replay.suggested, self.review)
+
+    @property
+    def suggestion(self) -> SuggestedActivity | None:
+        """The one that is selected; where nothing is selected, the one under the cursor."""
+        chosen, frame = self.chosen, self.place.frame
+        if chosen is not None:
+            return next((s for s in self.suggested if (s.start, s.end) == chosen), None)
+        return next((s for s in self.suggested if s.start <= frame < s.end), None)
+
+    def confirm(self) -> None:
+        """The person does what is suggested."""
+        s = self._at_hand()
+        note = self._note()
+        self._record(SetActivity(s.start, s.end, s.activity, s.subclass, note))
+        self._note_went(note)
+
+    def refuse(self) -> None:
+        """The person does not do what is suggested."""
+        s = self._at_hand()
+        self._record(RefuseActivity(s.start, s.end, s.activity, s.subclass))
+
+    def _at_hand(self) -> SuggestedActivity:
+        found = self.suggestion
+        if found is None:
+            where = "here" if self.chosen is None else "on exactly the selected frames"
+            raise ReviewError(f"no activity is suggested {where}; click one of the list")
+        return found
 
     def step(self, direction: int) -> None:
         """N and P: the next or previous open proposal or flagged range."""

@@ -12,11 +12,13 @@ from addb_viewer.app.proposals import Pending, State
 from addb_viewer.evidence_words import evidence_words, sure_words
 from annotations.events import Edit
 from annotations.reasons import REASON_KEYS, key_of, reason_words
+from annotations.suggested_activity import SuggestedActivity
 from annotations.trial_review import TrialReview
 from annotations.wording import said_by
 
 LAST = 8  # edits in the history
 
+_MARKED = "background:rgba(128,128,128,.25);"
 _SIGNS = {State.OPEN: "?", State.ACCEPTED: "✓", State.REJECTED: "✗"}
 
 
@@ -85,7 +87,7 @@ def proposals_html(proposals: Sequence[Pending], current: Pending | None, has_fi
     rows = []
     for pending in proposals:
         p = pending.proposal
-        marked = "background:rgba(128,128,128,.25);" if pending is current else ""
+        marked = _MARKED if pending is current else ""
         weight = "" if pending.state is State.OPEN else "opacity:.6;"
         details = html.escape(f"{reason_words(p.reason)}. {evidence_words(p.evidence)}")
         rows.append(
@@ -99,6 +101,24 @@ def proposals_html(proposals: Sequence[Pending], current: Pending | None, has_fi
             )
         )
     return boxed("".join(rows))
+
+
+def suggested_html(suggested: Sequence[SuggestedActivity], current: SuggestedActivity | None) -> str:
+    """Activities that wait for a person; a click selects their frames.
+
+    Args:
+        suggested: in order of time.
+        current: the one that the buttons act on.
+    """
+    rows = [
+        clickable(
+            f"{s.start}:{s.end}",
+            f"<div style='{_MARKED if s == current else ''}padding:.1em .3em'>? <b>{s.start}–{s.end - 1}</b> "
+            f"{html.escape(s.label)} · {sure_words(s.confidence)}</div>",
+        )
+        for s in suggested
+    ]
+    return boxed("".join(rows) or "No suggestion waits for you.")
 
 
 def ranges_html(review: TrialReview, has_fit: bool = True) -> str:

@@ -11,6 +11,7 @@ from annotations.reasons import OTHER_WORDS
 
 FOOT, DECIDE, FINISH = "Foot", ("Accept", "Reject", "Next"), ("Finish", "Second look")
 EDITS = ("Undo", "Redo")
+SUGGESTION = ("Confirm", "Refuse")
 WHOLE = "whole trial"
 
 
@@ -33,6 +34,8 @@ class ReviewPanel:
     answer: viser.GuiHtmlHandle
     reason: viser.GuiDropdownHandle[str]
     paint: viser.GuiButtonHandle
+    suggested: viser.GuiHtmlHandle
+    suggestion: viser.GuiButtonGroupHandle
     activity: viser.GuiDropdownHandle[str]
     label: viser.GuiButtonHandle
     history: viser.GuiHtmlHandle
@@ -69,6 +72,11 @@ def build_review(gui: viser.GuiApi, tab: viser.GuiTabHandle, feet: tuple[str, ..
             note = gui.add_text("Note", "", hint="Goes with the next flag or label")
             reason = gui.add_dropdown("Reason", other_reasons(), hint="Those that no key stands for")
             paint = gui.add_button("Flag with this reason", color="gray")
+        with gui.add_folder("Activity"):
+            suggested = gui.add_html("")
+            suggestion = gui.add_button_group(
+                "Suggestion", SUGGESTION, hint="The one that is selected, or under the cursor"
+            )
             activity = gui.add_dropdown("Activity", activity_names(), hint="What the person does")
             label = gui.add_button(
                 "Label the selection", color="gray", hint="The whole trial where nothing is selected"
@@ -79,7 +87,7 @@ def build_review(gui: viser.GuiApi, tab: viser.GuiTabHandle, feet: tuple[str, ..
             history = gui.add_html("")
     return ReviewPanel(
         author, rename, status, finish, foot, selection, note, proposals, decide, ranges, edits, what_if,
-        answer, reason, paint, activity, label, history,
+        answer, reason, paint, suggested, suggestion, activity, label, history,
     )  # fmt: skip
 
 

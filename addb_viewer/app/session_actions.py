@@ -11,7 +11,7 @@ from addb_viewer.app.camera import VIEWS
 from addb_viewer.app.controls import MOVES, SPEED_NAMES
 from addb_viewer.app.handles import put
 from addb_viewer.app.keys import Action
-from addb_viewer.app.review_panel import DECIDE, EDITS, FINISH
+from addb_viewer.app.review_panel import DECIDE, EDITS, FINISH, SUGGESTION
 from addb_viewer.app.wishes import Drop, GoTo, OpenRow, Select, wish
 from annotations.events import Status
 from annotations.reasons import REASON_KEYS, reason_named
@@ -121,6 +121,9 @@ def _bind_review(s: "Session") -> None:
     second_look = partial(review.set_status, Status.SECOND_LOOK)
     _bind_group(s, p.finish, "Finishing", dict(zip(FINISH, (s.finishing.finish, second_look), strict=True)))
     p.paint.on_click(in_order("Flagging", lambda: review.flag(reason_named(str(p.reason.value)))))
+    _bind_group(
+        s, p.suggestion, "Labelling", dict(zip(SUGGESTION, (review.confirm, review.refuse), strict=True))
+    )
     p.label.on_click(in_order("Labelling", review.label))
     p.rename.on_click(in_order("Changing your name", s.naming.ask))
     p.what_if.on_click(in_order("Asking what if", review.what_if))

@@ -9,6 +9,7 @@ from annotations.events import (
     ClearRange,
     Event,
     FlagRange,
+    RefuseActivity,
     RejectProposal,
     SetActivity,
 )
@@ -49,7 +50,7 @@ def place_said(event: Event) -> Stop | None:
             return start, end, foot
         case AcceptProposal(p) | RejectProposal(p):
             return p.start, p.end, p.foot
-        case SetActivity(start, end) | ClearActivity(start, end):
+        case SetActivity(start, end) | ClearActivity(start, end) | RefuseActivity(start, end):
             return start, end, None
         case _:
             return None

@@ -62,6 +62,8 @@ class TimelineDesk:
                 proposals=session.review.proposals,
                 current=session.review.current,
                 figures=session.diagnosis.state.figures,
+                suggested=session.review.suggested,
+                chosen=session.review.chosen,
             )
         )
         self.drawn.select(session.review.chosen)

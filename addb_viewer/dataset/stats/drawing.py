@@ -107,7 +107,12 @@ def speed_length_figure(rows: Rows) -> Figure:
     }
     for (name, values), color in zip(lengths.items(), (BAR, "#009E73", LIMIT), strict=True):
         right.hist(
-            values, bins=np.linspace(0, 2000, BINS + 1).tolist(), histtype="step", label=name, color=color, lw=1.4
+            values,
+            bins=np.linspace(0, 2000, BINS + 1).tolist(),
+            histtype="step",
+            label=name,
+            color=color,
+            lw=1.4,
         )
     right.set_xlabel("frames")
     right.set_ylabel("number of segments")
@@ -126,7 +131,10 @@ def contact_figure(rows: Rows) -> Figure:
     }
     values = [_known(rows, name) for name in groups]
     axes.hist(
-        values, bins=np.linspace(0, 100, 11).tolist(), label=list(groups.values()), color=[BAR, "#E69F00", "#009E73"]
+        values,
+        bins=np.linspace(0, 100, 11).tolist(),
+        label=list(groups.values()),
+        color=[BAR, "#E69F00", "#009E73"],
     )
     axes.set_xlabel("share of a segment's frames [%]")
     axes.set_ylabel("number of segments")

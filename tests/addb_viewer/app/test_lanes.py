@@ -10,6 +10,7 @@ from addb_viewer.app.review_html import history_html, proposals_html, ranges_htm
 from addb_viewer.app.span import Span
 from annotations.events import AcceptProposal, ClearRange, Edit, FlagRange, Proposal, SetActivity
 from annotations.folding import folded
+from annotations.suggested_activity import SuggestedActivity
 from annotations.unreadable import UnreadableRow
 from solver.kinematics.label_faults.fault import EXCHANGED, MASKED, LabelFault
 
@@ -73,6 +74,26 @@ def test_causes_and_activities_have_their_lanes(lanes, effect, figures):
     found = lanes(SetActivity(0, 200, "walk", "treadmill"), figures=named)
     assert [(b.start, b.end) for b in found["causes"]] == [(120, 140)]
     assert found["activity"][0].text == "treadmill"
+
+
+def test_suggested_activities_are_hatched_beside_what_people_said(make_replay):
+    replay, review = make_replay(), folded("walk", edits(SetActivity(0, 120, "walk", "treadmill")), FEET)
+    suggested = SuggestedActivity(120, 200, "run", "treadmill", 0.9)
+    found = lanes_of(
+        replay,
+        review,
+        reviewed=(),
+        proposals=(),
+        current=None,
+        figures=None,
+        suggested=(suggested,),
+        chosen=(120, 200),
+    )
+    said, waiting = next(lane.blocks for lane in found if lane.label == "activity")
+    assert (said.hatched, said.outlined) == (False, False)
+    assert (waiting.start, waiting.end, waiting.hatched, waiting.outlined) == (120, 200, True, True)
+    assert waiting.text == "run treadmill?"
+    assert "nobody has said so" in waiting.told
 
 
 def test_labels_have_a_lane_where_some_were_repaired(make_replay):

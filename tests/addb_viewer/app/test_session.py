@@ -4,12 +4,14 @@ import gc
 import json
 import threading
 import weakref
+from dataclasses import replace
 
 import pytest
 
 from addb_viewer.review_store import open_log
 from annotations.errors import ReviewError
 from annotations.events import FlagRange, SetStatus, Status
+from annotations.suggested_activity import SuggestedActivity
 from tests.patience import PATIENCE_S
 
 FEET = ("calcn_r", "calcn_l")
@@ -314,6 +316,32 @@ def test_a_second_look_and_a_label_are_recorded_with_their_note(app, enter, stor
     )
     browser.press("Needs a second look")
     browser.until(lambda: stored().status is Status.SECOND_LOOK)
+
+
+def test_a_suggested_activity_is_confirmed_or_refused_and_says_nothing_before(
+    tmp_path, make_app, make_replay, enter, stored
+):
+    walk = SuggestedActivity(0, 120, "walk", "overground", 0.9)
+    squat = SuggestedActivity(120, 200, "squat", None, 0.7)
+    app = make_app(tmp_path, [replace(make_replay(), suggested=(walk, squat))])
+    try:
+        browser = enter(app)
+        browser.until(lambda: "walk overground" in browser.html())
+        assert stored().activities == ()
+        review, do = browser.session.review, browser.session.notices.do
+        do("Labelling", review.confirm)
+        browser.until(lambda: [(a.start, a.end, a.label) for a in stored().activities])
+        assert [(a.start, a.end, a.label) for a in stored().activities] == [(0, 120, "walk overground")]
+        browser.until(lambda: review.suggested == (squat,))
+        browser.put("Go to", "120:200")
+        browser.until(lambda: review.suggestion == squat)
+        do("Labelling", review.refuse)
+        browser.until(lambda: review.suggested == ())
+        assert [a.label for a in stored().activities] == ["walk overground"]
+        do("Undoing", review.undo)
+        browser.until(lambda: review.suggested == (squat,))
+    finally:
+        app.close()
 
 
 def test_an_edit_by_the_store_alone_updates_the_queue(app, enter):

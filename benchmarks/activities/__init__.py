@@ -1,0 +1,1 @@
+"""How well activities are suggested, and what learns the weights: `python -m benchmarks.activities`."""

@@ -1,0 +1,96 @@
+"""What a window of two seconds looks like in a few numbers of about one, which the learnt weights weigh."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float
+
+from solver.gait.activity_settings import ActivitySettings
+from solver.gait.body_motion import BodyMotion
+
+GRAVITY = 9.80665  # [m/s²]
+NAMES = (
+    "pace",  # over the surface, of √(g L); 0.7 where people begin to run
+    "step rate",  # contacts of both feet, of 3 a second
+    "flight",  # share of the time with no foot on the ground
+    "double support",  # share with both
+    "pelvis travel up and down",  # of L, a quarter
+    "vertical speed",  # RMS of the pelvis, of 0.3 √(g L)
+    "weightless",  # share of the time in which the pelvis falls with more than 0.7 g
+    "landing",  # largest upward acceleration of the pelvis, of 3 g
+    "both feet up",  # height of the lower sole over where it stands, of L, a fifth
+    "knees bent",  # most that both are at once, of 90°
+    "knees apart",  # mean difference of flexion, of 30°
+    "step",  # most that a heel is before the other, of L
+)
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Windows of a trial: each stands for the frames about its middle."""
+
+    spans: tuple[tuple[int, int], ...]  # frames that it looks at
+    cells: tuple[tuple[int, int], ...]  # frames that it speaks for; together the trial, without overlap
+
+
+def windows_of(motion: BodyMotion, settings: ActivitySettings) -> Windows:
+    """Windows at equal distances; one that is as long as the trial where that is shorter.
+
+    Args:
+        motion: of the trial.
+        settings: length and distance.
+    """
+    frames = motion.frames
+    hop = max(1, round(settings.hop_s * motion.rate))
+    length = min(frames, max(2, round(settings.window_s * motion.rate)))
+    count = max(1, round(frames / hop))
+    borders = np.linspace(0, frames, count + 1).round().astype(int)
+    cells = tuple((int(a), int(b)) for a, b in pairwise(borders))
+    starts = [min(max(0, (a + b - length) // 2), frames - length) for a, b in cells]
+    return Windows(tuple((start, start + length) for start in starts), cells)
+
+
+def features_of(motion: BodyMotion, span: tuple[int, int]) -> Float[np.ndarray, " features"]:
+    """The numbers of one window, in the order of `NAMES`.
+
+    Args:
+        motion: of the trial.
+        span: the window's frames.
+    """
+    part = slice(*span)
+    seconds = (span[1] - span[0]) / motion.rate
+    leg, swift = motion.leg, np.sqrt(GRAVITY * motion.leg)
+    standing = motion.stands[part].sum(axis=1)
+    begin, end = motion.times[span[0]], motion.times[span[1] - 1]
+    contacts = sum(s.contact_s is not None and begin <= s.contact_s <= end for s in motion.stances)
+    lift = motion.soles[part] - _ground(motion)
+    knees = motion.knees[part]
+    upward = motion.acceleration[part, 1]
+    numbers = (
+        motion.pace[part].mean() / swift,
+        contacts / seconds / 3,
+        (standing == 0).mean(),
+        (standing == 2).mean(),
+        np.ptp(motion.pelvis[part, 1]) / (0.25 * leg),
+        np.sqrt(np.mean(motion.velocity[part, 1] ** 2)) / (0.3 * swift),
+        (upward < -0.7 * GRAVITY).mean(),
+        upward.max() / (3 * GRAVITY),
+        max(0.0, lift.min(axis=1).max()) / (0.2 * leg),
+        knees.min(axis=1).max() / np.radians(90),
+        np.abs(knees[:, 0] - knees[:, 1]).mean() / np.radians(30),
+        motion.ahead[part].max() / leg,
+    )
+    return np.clip(np.array(numbers), -MOST, MOST)
+
+
+MOST = 2.0  # of any number: beyond, more says no more
+
+
+def _ground(motion: BodyMotion) -> Float[np.ndarray, " feet"]:
+    """How high each sole's lowest corner is while it stands: the height of most of its stances [m]."""
+    levels = []
+    for foot in range(motion.soles.shape[1]):
+        standing = motion.soles[motion.stands[:, foot], foot]
+        levels.append(np.median(standing) if len(standing) else np.quantile(motion.soles[:, foot], 0.05))
+    return np.array(levels)

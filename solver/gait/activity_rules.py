@@ -1,0 +1,215 @@
+"""What is told by thresholds: classes without examples, and the sub-labels of all."""
+
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Bool
+
+from solver.gait.activity import Activity, Kind
+from solver.gait.activity_settings import ActivitySettings
+from solver.gait.body_motion import BodyMotion
+from solver.gait.events import Stance
+from solver.runs import runs
+
+Span = tuple[int, int]
+
+
+def unlearnt(motion: BodyMotion, span: Span, settings: ActivitySettings) -> dict[Activity, float]:
+    """How far a window is beyond the thresholds of each class without examples: 0.5 at the threshold.
+
+    Args:
+        motion: of the trial.
+        span: the window's frames.
+        settings: the thresholds.
+    """
+    return {
+        Activity.STAIRS: _stairs(motion, span, settings),
+        Activity.SIT_TO_STAND: _sit_to_stand(motion, span, settings),
+        Activity.LUNGE: _lunge(motion, span, settings),
+        Activity.TRANSITION: _transition(motion, span, settings),
+    }
+
+
+def kind_of(motion: BodyMotion, activity: Activity, span: Span, settings: ActivitySettings) -> Kind | None:
+    """The sub-label of a stretch; None where the activity has none or nothing tells it.
+
+    Args:
+        motion: of the trial.
+        activity: of the stretch.
+        span: its frames.
+        settings: thresholds.
+    """
+    match activity:
+        case Activity.WALKING | Activity.RUNNING:
+            if on_belt(motion, span, settings):
+                return Kind.TREADMILL
+            steep = activity is Activity.WALKING and abs(_slope(motion, span)) >= settings.ramp
+            return Kind.INCLINE if steep else Kind.OVERGROUND
+        case Activity.STAIRS:
+            return Kind.UP if sum(_rises(motion, span)) > 0 else Kind.DOWN
+        case Activity.JUMP:
+            return _jump(motion, span, settings)
+        case Activity.STANDING:
+            alone = motion.stands[slice(*span)].sum(axis=1) == 1
+            longest = max((end - start for start, end in runs(alone)), default=0)
+            return Kind.ONE_FOOT if longest > settings.one_foot_s * motion.rate else Kind.BOTH_FEET
+        case Activity.TRANSITION:
+            before, after = _halves(motion, span)
+            return Kind.START if after > before else Kind.END
+        case _:
+            return None
+
+
+def on_belt(motion: BodyMotion, span: Span, settings: ActivitySettings) -> bool:
+    """Whether the surface moves and the body stays where it is.
+
+    Args:
+        motion: of the trial.
+        span: frames.
+        settings: thresholds.
+    """
+    part = slice(*span)
+    way = float(motion.pace[part].sum()) / motion.rate
+    travel = float(np.linalg.norm((motion.pelvis[span[1] - 1] - motion.pelvis[span[0]])[[0, 2]]))
+    return float(np.median(motion.belt[part])) > settings.belt_m_s and travel < settings.belt_travel * way
+
+
+def _stairs(motion: BodyMotion, span: Span, settings: ActivitySettings) -> float:
+    """Two successive contacts, both up or both down, by a riser at least, while the person goes on."""
+    rises = _rises(motion, span)
+    both = max((min(a, b) if a > 0 else min(-a, -b) for a, b in pairwise(rises) if a * b > 0), default=0.0)
+    return _beyond(both, settings.riser_m, 0.02)
+
+
+def _sit_to_stand(motion: BodyMotion, span: Span, settings: ActivitySettings) -> float:
+    """Feet planted, the pelvis rises or sinks, and low down the plates miss a part of the weight.
+
+    Where plates never carry the whole person, nothing tells a chair from a squat: then one half.
+    """
+    part = slice(*span)
+    height = motion.pelvis[part, 1]
+    looks = min(
+        _planted(motion, span),
+        _beyond(float(np.ptp(height)) / motion.leg, settings.rise, 0.03),
+        _beyond(float(np.degrees(motion.knees[part].min(axis=1).max())), settings.knee_deg, 8.0),
+    )
+    load = np.full(len(height), np.nan) if motion.load_BW is None else motion.load_BW[part]
+    low = load[(height < height.min() + 0.1 * motion.leg) & np.isfinite(load)]
+    if not len(low) or np.nanquantile(load, 0.9) < settings.sitting_BW:
+        return min(looks, 0.5)
+    return min(looks, _beyond(-float(np.median(low)), -settings.sitting_BW, 0.05))
+
+
+def _lunge(motion: BodyMotion, span: Span, settings: ActivitySettings) -> float:
+    """One foot far ahead of the other, the knee deep, both on the ground, the pelvis hardly going on."""
+    part = slice(*span)
+    held = motion.stands[part].all(axis=1) & (motion.knees[part].max(axis=1) > np.radians(settings.knee_deg))
+    if not held.any():
+        return 0.0
+    seconds = float(held.sum()) / motion.rate
+    return min(
+        _beyond(float(np.median(motion.ahead[part][held])) / motion.leg, settings.lunge_step, 0.05),
+        _beyond(seconds, settings.pause_s, 0.1),
+        _beyond(-float(np.median(motion.pace[part][held])), -settings.walking_m_s, 0.1),
+    )
+
+
+def _transition(motion: BodyMotion, span: Span, settings: ActivitySettings) -> float:
+    """The person stands at one end of the window and walks at the other, by steps and not through the air."""
+    slow, fast = sorted(_halves(motion, span))
+    begin, end = motion.times[span[0]], motion.times[span[1] - 1]
+    moved = {
+        s.foot for s in motion.stances for t in (s.contact_s, s.off_s) if t is not None and begin < t < end
+    }
+    longest = max((b - a for a, b in runs(_nobody(motion)) if a < span[1] and b > span[0]), default=0)
+    if len(moved) < motion.stands.shape[1] or longest >= settings.flight_s * motion.rate:
+        return 0.0
+    return min(_beyond(-slow, -settings.still, 0.05), _beyond(fast, settings.walking_m_s, 0.1))
+
+
+def _halves(motion: BodyMotion, span: Span) -> tuple[float, float]:
+    """How fast the pelvis goes over the surface at both ends of a window: a quarter of it each [m/s]."""
+    quarter = max(1, (span[1] - span[0]) // 4)
+    pace = motion.pace
+    return float(pace[span[0] : span[0] + quarter].mean()), float(pace[span[1] - quarter : span[1]].mean())
+
+
+def _planted(motion: BodyMotion, span: Span) -> float:
+    return _beyond(float(motion.stands[slice(*span)].all(axis=1).mean()), 0.95, 0.02)
+
+
+def _jump(motion: BodyMotion, span: Span, settings: ActivitySettings) -> Kind:
+    """By what the feet leave and where they land, and by what the knees do before."""
+    flights = [
+        (a, b)
+        for a, b in runs(_nobody(motion))
+        if a < span[1] and b > span[0] and b - a >= settings.flight_s * motion.rate
+    ]
+    for start, end in flights:
+        change = _landing_height(motion, end) - _takeoff_height(motion, start)
+        if change <= -settings.box_m:
+            return Kind.DROP_JUMP
+        if change >= settings.box_m:
+            return Kind.BOX_JUMP
+    for start, _ in flights:
+        if start > 0 and _pauses(motion, start, settings):
+            return Kind.SQUAT_JUMP
+    return Kind.PLAIN_JUMP
+
+
+def _nobody(motion: BodyMotion) -> Bool[np.ndarray, " frames"]:
+    return np.asarray(~motion.stands.any(axis=1))
+
+
+def _takeoff_height(motion: BodyMotion, start: int) -> float:
+    """Of the lower sole, just before a flight; at the trial's first frame where that is in the air."""
+    return float(motion.soles[max(0, start - 1)].min())
+
+
+def _landing_height(motion: BodyMotion, end: int) -> float:
+    """Of the lower sole, just after a flight."""
+    return float(motion.soles[min(end, motion.frames - 1)].min())
+
+
+def _pauses(motion: BodyMotion, takeoff: int, settings: ActivitySettings) -> bool:
+    """Whether the person waits with deep knees before the last push."""
+    first = max(0, takeoff - round(1.5 * motion.rate))
+    deep = motion.knees[first:takeoff].min(axis=1) > np.radians(settings.knee_deg)
+    waits = np.abs(motion.velocity[first:takeoff, 1]) < settings.still
+    longest = max((b - a for a, b in runs(np.asarray(deep & waits))), default=0)
+    return longest >= settings.pause_s * motion.rate
+
+
+def _footholds(motion: BodyMotion, span: Span) -> list[tuple[Stance, float, float]]:
+    """Stances that begin in a span: height of the sole [m], and the way to it over the surface [m]."""
+    found = []
+    ways = np.concatenate([[0.0], np.cumsum(motion.pace)]) / motion.rate
+    for stance in sorted(motion.stances, key=lambda s: s.contact_s if s.contact_s is not None else -np.inf):
+        begin = motion.times[0] if stance.contact_s is None else stance.contact_s
+        end = motion.times[-1] if stance.off_s is None else stance.off_s
+        inside = (motion.times >= begin + 0.3 * (end - begin)) & (motion.times <= begin + 0.6 * (end - begin))
+        if not inside.any() or not motion.times[span[0]] <= begin <= motion.times[span[1] - 1]:
+            continue
+        frame = int(np.flatnonzero(inside)[0])
+        found.append((stance, float(np.median(motion.soles[inside, stance.foot])), float(ways[frame])))
+    return found
+
+
+def _rises(motion: BodyMotion, span: Span) -> list[float]:
+    """From each foothold to the other foot's next, up [m]."""
+    holds = _footholds(motion, span)
+    return [after[1] - before[1] for before, after in pairwise(holds) if after[0].foot != before[0].foot]
+
+
+def _slope(motion: BodyMotion, span: Span) -> float:
+    """Height of footholds over the way between them; 0 with fewer than four."""
+    holds = _footholds(motion, span)
+    if len(holds) < 4:
+        return 0.0
+    heights, ways = (np.array([hold[k] for hold in holds]) for k in (1, 2))
+    return float(np.polyfit(ways, heights, 1)[0]) if np.ptp(ways) > 0 else 0.0
+
+
+def _beyond(value: float, threshold: float, width: float) -> float:
+    """0.5 at a threshold, 0.88 twice the width beyond it: a logistic curve."""
+    return float(1 / (1 + np.exp(np.clip(-(value - threshold) / width, -50, 50))))
