@@ -38,8 +38,9 @@ repeated, with fresh marker noise; default body (37 degrees of freedom, {markers
 Hz, plates at {plate_rate:g} Hz, every force known. CPU seconds of one core with one BLAS thread; memory
 is the most that the process held (resident), the program's own {own:.0f} MB included. A solve is reading,
 scaling, marker fit, trajectory fit, torques and the first layout of withheld forces. Writing and reading
-the results come after it, in the same process, which holds the solved fit too. Residuals are RMS: a fault
-where windows meet would show in them.
+the results come after it, in the same process, which holds the solved fit too. "One round": a single
+iteration and nothing withheld, which holds as much in less time. Residuals are RMS: a fault where windows
+meet would show in them.
 
 | frames | solve | per 1000 frames | peak | write | read | residual force | withheld |
 |---:|---:|---:|---:|---:|---:|---:|---:|
@@ -109,24 +110,45 @@ class Figures:
     save_MB: float
     load_MB: float  # the loaded fit beside the one that was solved
     residual_N: float
-    heldout_N: float
+    heldout_N: float | None  # None: one round, and nothing withheld
 
 
 Result = TypeVar("Result")
 
 
-def measured(folder: Path) -> Figures:
-    """Solve, write and read a subject, in this process; Linux alone tells the peaks one by one."""
-    fit, solve_s, solve_MB = _told(lambda: solve(open_subject(folder), Settings()))
+def measured(folder: Path, *, one_round: bool = False) -> Figures:
+    """Solve, write and read a subject, in this process; Linux alone tells the peaks one by one.
+
+    Args:
+        folder: of the subject.
+        one_round: a single iteration and no layout of withheld forces: it holds as much, in less time.
+    """
+    settings = Settings()
+    if one_round:
+        once = replace(settings.trajectory, iterations=1, heldout=False)
+        settings = replace(settings, trajectory=once)
+    fit, solve_s, solve_MB = _told(lambda: solve(open_subject(folder), settings))
     _, save_s, save_MB = _told(lambda: save_fit(fit, folder / "results"))
     _, load_s, load_MB = _told(lambda: load_fit(folder / "results", folder))
     (trial,) = fit.trials
     assert trial.dynamics is not None
-    assert trial.heldout is not None
-    residual = trial.dynamics.residual_root[trial.dynamics.used, :3]
-    heldout = trial.heldout.residual_root[trial.heldout.frames, :3]
-    rms = [float(np.sqrt((values**2).sum(axis=1).mean())) for values in (residual, heldout)]
-    return Figures(trial.motion.frames, solve_s, save_s, load_s, solve_MB, save_MB, load_MB, *rms)
+    residual = _rms(trial.dynamics.residual_root[trial.dynamics.used, :3])
+    heldout = None if trial.heldout is None else _rms(trial.heldout.residual_root[trial.heldout.frames, :3])
+    return Figures(
+        trial.motion.frames,
+        solve_s,
+        save_s,
+        load_s,
+        solve_MB,
+        save_MB,
+        load_MB,
+        residual,
+        heldout,
+    )
+
+
+def _rms(vectors: np.ndarray) -> float:
+    return float(np.sqrt((vectors**2).sum(axis=1).mean()))
 
 
 def _told(work: Callable[[], Result]) -> tuple[Result, float, float]:
@@ -143,7 +165,7 @@ def page(figures: Sequence[Figures]) -> str:
     rows = [
         f"| {f.frames} | {f.solve_s:.0f} s | {1000 * f.solve_s / f.frames:.1f} s | {f.solve_MB:.0f} MB "
         f"| {f.save_s:.1f} s, {f.save_MB:.0f} MB | {f.load_s:.1f} s, {f.load_MB:.0f} MB "
-        f"| {f.residual_N:.1f} N | {f.heldout_N:.1f} N |"
+        f"| {f.residual_N:.1f} N | {'one round' if f.heldout_N is None else f'{f.heldout_N:.1f} N'} |"
         for f in figures
     ]
     return PAGE_TEXT.format(
@@ -170,17 +192,24 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--folder", type=Path, required=True, help="for subjects and figures")
     parser.add_argument("--frames", type=int, nargs="*", default=LENGTHS, help="lengths")
     parser.add_argument("--measure", action="store_true", help="a subject's folder, in this process")
+    parser.add_argument(
+        "--one-round", action="store_true", help="one iteration, nothing withheld: memory only"
+    )
     given = parser.parse_args(arguments)
     if given.measure:
-        print(json.dumps(asdict(measured(given.folder))))
+        print(json.dumps(asdict(measured(given.folder, one_round=given.one_round))))
         return
     given.folder.mkdir(parents=True, exist_ok=True)
     for frames in given.frames:
         told, subject = given.folder / f"{frames}.json", given.folder / f"walk_{frames}"
         if told.exists():
             continue
-        write_repeated_walk(subject, frames)
+        if not subject.is_dir():
+            draft = given.folder / f"walk_{frames}.draft"
+            write_repeated_walk(draft, frames)
+            draft.rename(subject)
         command = [sys.executable, "-m", "benchmarks.long_trials", "--measure", "--folder", str(subject)]
+        command += ["--one-round"] if given.one_round else []
         output = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
         told.write_text(output.splitlines()[-1])
         print(output.splitlines()[-1], flush=True)

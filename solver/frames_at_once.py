@@ -44,11 +44,12 @@ def overlapping(frames: int, *, most: int, window: int, shared: int, align: int 
         frames: of the whole; up to `most` of them are a single window.
         most: see there.
         window: most frames of one of several.
-        shared: frames that neighbours have in common; fewer than half a window.
+        shared: frames that neighbours have in common, half a window at most.
         align: windows begin at multiples of it.
     """
     if frames <= most:
         return [slice(0, frames)]
+    shared = min(shared, window // 2)
     count = -(-(frames - shared) // max(1, window - shared))
     starts = [(frames - shared) * k // count // align * align for k in range(count)]
     return [slice(a, b) for a, b in zip(starts, [*(a + shared for a in starts[1:]), frames], strict=True)]

@@ -45,6 +45,7 @@ def read_trc(path: Path, settings: ReadingSettings = READING) -> MarkerFile:
     text = read_text(path)
     header = read_header(path, text)
     table, lines, row_notes = _table(path, text, header)
+    del text  # of a long recording as large as its numbers
     names, columns, name_notes = _markers(path, header, table)
     times = table[:, header.time_column] if header.time_column is not None else np.full(len(table), np.nan)
     clock = find_clock(times, path=path, lines=lines, header_rate=header.rate, settings=settings.clock)

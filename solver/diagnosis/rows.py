@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float
 from solver.diagnosis.model_errors import mass_change, model_error, nuisances, soft_tissue
 from solver.diagnosis.plate_noise import plates_noise
 from solver.diagnosis_settings import DiagnosisSettings
+from solver.dynamics.long_marker_posterior import LongMarkerPosterior
 from solver.dynamics.marker_posterior import MarkerPosterior
 from solver.dynamics.windows import Windows, windows_over
 from solver.effects.scene import Scene
@@ -68,7 +69,7 @@ class TrialRows:
 
 
 def trial_rows(
-    scene: Scene, posterior: MarkerPosterior, settings: DiagnosisSettings, hop_s: float
+    scene: Scene, posterior: MarkerPosterior | LongMarkerPosterior, settings: DiagnosisSettings, hop_s: float
 ) -> TrialRows:
     """One trial's rows and their covariance.
 
@@ -82,8 +83,7 @@ def trial_rows(
     ends = round(settings.end_s * scene.rate)
     counts[:ends] = counts[len(counts) - ends :] = False
     windows = windows_over(counts, scene.rate, settings.window_s, hop_s)
-    terms = posterior.momentum(scene.measured_ground)
-    markers = posterior.covariance(terms, windows)
+    markers = posterior.wrench_covariance(scene.measured_ground, windows)
     noise = np.repeat([settings.force_noise_N, settings.moment_noise_Nm], 3)
     of_window = np.arange(windows.count)
     blocks = markers.reshape(windows.count, 6, windows.count, 6)

@@ -14,16 +14,19 @@ from solver.contact.sole import independent_feet, soles
 from solver.contact.wrenches import MissingRange
 from solver.diagnosis.own_model import size_against_own_model
 from solver.dynamics.inertia_parameters import demanded_wrench, pseudo_inertia
-from solver.dynamics.marker_posterior import MarkerPosterior, marker_posterior
+from solver.dynamics.long_marker_posterior import LongMarkerPosterior, trial_posterior
+from solver.dynamics.marker_posterior import MarkerPosterior
 from solver.dynamics.material_acceleration import material_accelerations
-from solver.dynamics.root_wrench import centre_of_mass
+from solver.dynamics.root_wrench import centre_of_mass_of
 from solver.effects.scene import MarkerScene, PlateScene, Scene
 from solver.fit import Fit, TrialFit
+from solver.frames_at_once import by_frames
 from solver.settings import Settings
-from solver.skeleton.forward import ForwardKinematics
+from solver.skeleton.forward import ForwardKinematics, body_poses, marker_positions
 from solver.skeleton.skeleton import Skeleton
 
-SceneAndPosterior = list[tuple[Scene, MarkerPosterior]]  # of each trial
+Posterior = MarkerPosterior | LongMarkerPosterior
+SceneAndPosterior = list[tuple[Scene, Posterior]]  # of each trial
 
 
 def observed_markers(fit: TrialFit, skeleton: Skeleton) -> Float[np.ndarray, "frames markers 3"]:
@@ -42,7 +45,7 @@ def scene_of(
     skeleton: Skeleton,
     settings: Settings,
     flagged: Sequence[MissingRange] = (),
-) -> tuple[Scene, MarkerPosterior]:
+) -> tuple[Scene, Posterior]:
     """One trial with forces.
 
     Args:
@@ -54,26 +57,31 @@ def scene_of(
     assert fit.contacts is not None
     start = fit.kinematics_only.motion if fit.kinematics_only else fit.motion
     observed = observed_markers(fit, skeleton)
-    posterior = marker_posterior(skeleton, observed, start, settings.diagnosis.markers, settings.trajectory)
+    posterior = trial_posterior(skeleton, observed, start, settings.diagnosis.markers, settings.trajectory)
     kinematics = ForwardKinematics(skeleton)
     motion = posterior.motion.low_passed(settings.diagnosis.signature_cutoff_Hz)
     v, a = motion.velocity, motion.acceleration
-    poses = kinematics.poses(motion.q)
-    material, _ = material_accelerations(kinematics, poses, motion.q, v, a)
+    R_ground_body, p_ground_body = body_poses(skeleton, motion.q)
+    material = by_frames(
+        lambda *state: material_accelerations(kinematics, kinematics.poses(state[0]), *state)[0],
+        motion.q,
+        v,
+        a,
+    )
     scene = Scene(
         name=fit.capture.name,
         skeleton=skeleton,
         motion=motion,
         velocity=v,
         acceleration=a,
-        R_ground_body=poses.R_ground_body,
-        p_ground_body=poses.p_ground_body,
+        R_ground_body=R_ground_body,
+        p_ground_body=p_ground_body,
         material=material,
-        com_ground=centre_of_mass(skeleton, poses),
+        com_ground=centre_of_mass_of(skeleton, motion.q),
         demanded_ground=_demanded(kinematics, posterior),
         plates=tuple(_plate(k, plate, fit, settings) for k, plate in enumerate(fit.capture.plates)),
         markers=MarkerScene(
-            skeleton.marker_names, kinematics.marker_bodies, observed, kinematics.markers(poses)
+            skeleton.marker_names, kinematics.marker_bodies, observed, marker_positions(skeleton, motion.q)
         ),
         soles=tuple(soles(skeleton, independent_feet(skeleton, fit.contacts.foot_bodies))),
         contacts=fit.contacts,
@@ -85,18 +93,20 @@ def scene_of(
     return scene, posterior
 
 
-def _demanded(kinematics: ForwardKinematics, posterior: MarkerPosterior) -> Float[np.ndarray, "frames 6"]:
+def _demanded(kinematics: ForwardKinematics, posterior: Posterior) -> Float[np.ndarray, "frames 6"]:
     """The wrench that the markers' own motion demands, about the ground origin [N], [N·m].
 
     Not of the smoother motion that signatures are computed from: a signature that shares the markers' noise
     with the balance would explain that noise.
     """
-    q = posterior.motion.q
-    A, T = material_accelerations(
-        kinematics, kinematics.poses(q), q, posterior.velocity, posterior.acceleration
-    )
     J = np.stack([pseudo_inertia(body) for body in kinematics.skeleton.bodies])
-    return demanded_wrench(A, T, J).sum(axis=1)
+
+    def demanded(*state: Float[np.ndarray, "some dofs"]) -> Float[np.ndarray, "some 6"]:
+        q, v, a = state
+        A, T = material_accelerations(kinematics, kinematics.poses(q), q, v, a)
+        return demanded_wrench(A, T, J).sum(axis=1)
+
+    return by_frames(demanded, posterior.motion.q, posterior.velocity, posterior.acceleration)
 
 
 def scenes_of(

@@ -8,6 +8,7 @@ residual the markers excuse. Cameras add white noise, which is seen from frame t
 much of the process as has its power at one frequency.
 """
 
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -26,6 +27,7 @@ from solver.dynamics.terms.smoothness import jerk_level
 from solver.dynamics.trajectory_prior import TrajectoryPrior, likeliest_smoothness
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.dynamics.windows import Windows
+from solver.frames_at_once import by_frames
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import ForwardKinematics, marker_jacobian
 from solver.skeleton.pinocchio_model import RigidBodyModel
@@ -47,6 +49,13 @@ class MarkerPosterior:
     factor: BlockCholesky
     memory_s: float
     smoothness: float  # that the markers chose
+    coefficients: Float[np.ndarray, "coefficients dofs"]  # of the motion
+
+    def wrench_covariance(
+        self, measured_ground: Float[np.ndarray, "frames 6"], windows: Windows
+    ) -> Float[np.ndarray, "rows rows"]:
+        """Covariance of the demanded wrench's window means, beside a measured one; see `covariance`."""
+        return self.covariance(self.momentum(measured_ground), windows)
 
     def momentum(self, measured_ground: Float[np.ndarray, "frames 6"]) -> MomentumTerms:
         """Demanded less measured wrench about the centre of mass, with derivatives by q, q̇ and q̈."""
@@ -84,14 +93,27 @@ def marker_posterior(
         noise: of the markers.
         settings: jerk levels, pull and robust scale of the trajectory fit.
     """
+    return posterior_of(MarkerTrack(skeleton, observed_ground, start, noise, settings), noise)
+
+
+def posterior_of(
+    track: "MarkerTrack",
+    noise: MarkerNoise,
+    begin: Float[np.ndarray, "coefficients dofs"] | None = None,
+) -> MarkerPosterior:
+    """Fit the trajectory to a track, or to a part of one.
+
+    Args:
+        track: of the markers.
+        noise: iterations and the choice of smoothness.
+        begin: coefficients to begin with; None: those nearest to inverse kinematics.
+    """
     with threadpool_limits(1):
-        spacing = max(1, round(noise.knot_spacing_s * start.rate))
-        basis = spline_basis(start.frames, start.rate, spacing)
+        start, pull = track.start, track.pull
+        basis = spline_basis(start.frames, start.rate, track.spacing)
         smoothness = noise.smoothness[0]
-        track = _Track(skeleton, observed_ground, start, noise, settings)
-        c = nearest_spline(basis, start.q)
-        pull = pull_precision(skeleton, observed_ground, settings)
-        prior = TrajectoryPrior(basis, pull, jerk_level(start, settings) ** -2.0)
+        c = nearest_spline(basis, start.q) if begin is None else begin
+        prior = TrajectoryPrior(basis, pull, track.jerk**-2.0)
         for iteration in range(noise.iterations):
             band, gradient = track.linearized(basis, basis.evaluate(c), pull)
             if iteration == noise.iterations - 2:  # near the markers, whose cost is a parabola there
@@ -104,7 +126,7 @@ def marker_posterior(
             step = from_blocks(factor.back_solve(half)[:, :, 0], *c.shape)
             c = c - step
         return MarkerPosterior(
-            skeleton,
+            track.kinematics.skeleton,
             replace(start, q=basis.evaluate(c)),
             basis,
             basis.evaluate(c, 1),
@@ -112,11 +134,12 @@ def marker_posterior(
             factor,
             noise.memory_s,
             smoothness,
+            c,
         )
 
 
-class _Track:
-    """Marker errors of a trial, weighed by segment."""
+class MarkerTrack:
+    """Marker errors of a trial, weighed by segment, and what is known of its motion beside them."""
 
     def __init__(
         self,
@@ -129,13 +152,13 @@ class _Track:
         self.kinematics = ForwardKinematics(skeleton)
         self.seen = np.isfinite(observed_ground).all(axis=2)
         self.observed = np.where(self.seen[..., None], observed_ground, 0.0)
-        poses = self.kinematics.poses(start.q)
-        error = self._error(self.kinematics.markers(poses))
+        error, error_body = np.split(by_frames(self._errors_of, start.q, self.seen, self.observed), 2, axis=2)
         self.trust = self.seen / (1 + (error**2).sum(axis=2) / settings.marker_robust_scale_m**2)
         self.pairs = (self.seen[1:] & self.seen[:-1]) * np.minimum(self.trust[1:], self.trust[:-1])
         self.start = start
-        R_ground_segment = poses.R_ground_body[:, self.kinematics.marker_bodies]
-        error_body = np.einsum("tmji,tmj->tmi", R_ground_segment, error)
+        self.spacing = max(1, round(noise.knot_spacing_s * start.rate))
+        self.pull = pull_precision(skeleton, observed_ground, settings)
+        self.jerk = jerk_level(start, settings)
         stray = _dynamic_error(error_body, self.seen)
         white = noise.white_share * _white_noise(error_body, self.seen, start.q.shape[1])
         as_slow = (1 + (2 * np.pi * noise.white_Hz * noise.time_s) ** 2) / (2 * noise.time_s * start.rate)
@@ -146,6 +169,26 @@ class _Track:
         self.change = noise.time_s * start.rate / 2
         bodies = self.kinematics.marker_bodies
         self.of_body = (bodies[:, None] == np.unique(bodies)).astype(float)
+
+    def part(self, start: int, end: int) -> "MarkerTrack":
+        """Frames `start` to `end` (excluded), as noisy as the whole."""
+        own = copy(self)
+        own.start = self.start.between(start, end)
+        own.seen, own.observed, own.trust = (x[start:end] for x in (self.seen, self.observed, self.trust))
+        own.pairs = self.pairs[start : end - 1]
+        return own
+
+    def _errors_of(
+        self,
+        q: Float[np.ndarray, "some dofs"],
+        seen: Bool[np.ndarray, "some markers"],
+        observed: Float[np.ndarray, "some markers 3"],
+    ) -> Float[np.ndarray, "some markers 6"]:
+        """In the ground frame and in the segments' own [m]."""
+        poses = self.kinematics.poses(q)
+        error = np.where(seen[..., None], self.kinematics.markers(poses) - observed, 0.0)
+        R_ground_segment = poses.R_ground_body[:, self.kinematics.marker_bodies]
+        return np.concatenate([error, np.einsum("tmji,tmj->tmi", R_ground_segment, error)], axis=2)
 
     def linearized(
         self,

@@ -46,6 +46,12 @@ def test_windows_cover_all_and_share_enough(frames, align):
         assert windows[k].stop <= windows[k + 2].start  # no frame is in three of them
 
 
+def test_no_more_is_shared_than_half_a_window():
+    windows = overlapping(500, most=100, window=80, shared=400)
+    assert len(windows) == 12
+    assert all(before.stop - after.start == 40 for before, after in pairwise(windows))
+
+
 def test_parts_that_agree_are_the_whole_again():
     whole = np.random.default_rng(0).normal(size=(250, 3))
     windows = overlapping(250, most=100, window=80, shared=20)
