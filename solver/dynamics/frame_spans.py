@@ -112,7 +112,7 @@ def _united(spans: Sequence[Span]) -> list[Span]:
 
 
 def windows(trial: int, frames: int, align: int, settings: TrajectorySettings) -> list[Span]:
-    """A trial in overlapping windows of equal length; a single one if it is short enough.
+    """A long subject's trial in overlapping windows of equal length; a single one if it is short enough.
 
     Args:
         trial: which.
@@ -122,7 +122,7 @@ def windows(trial: int, frames: int, align: int, settings: TrajectorySettings) -
     """
     parts = overlapping(
         frames,
-        most=settings.whole_frames,
+        most=settings.window_frames,
         window=settings.window_frames,
         shared=settings.overlap_frames,
         align=align,

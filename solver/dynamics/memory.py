@@ -76,13 +76,8 @@ def needed_bytes(
     if not are_long([trial.frames for trial in fitted], settings):
         largest = sum(_of_band(trial, trial.frames, dofs, shared, settings) for trial in fitted)
     else:
-        largest = max(
-            max(
-                _of_band(trial, settings.inertia_frames, dofs, shared, settings),
-                _of_band(trial, min(trial.frames, settings.whole_frames), dofs, 0, settings),
-            )
-            for trial in fitted
-        )
+        at_once = max(settings.inertia_frames, settings.window_frames)
+        largest = max(_of_band(trial, at_once, dofs, shared, settings) for trial in fitted)
     return BESIDE + round(NUMBER * MARGIN * (kept + max(tracked, largest)))
 
 

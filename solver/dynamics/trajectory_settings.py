@@ -117,19 +117,24 @@ class TrajectorySettings:
         "markers else bends by 20 to 40° in place of what forces, clocks and masses have wrong",
     )
     whole_frames: int = setting(
-        8000,
+        7000,
         unit="frames",
-        why="of all trials together, up to which they are one problem: 1.3 GB for a full body. Beyond it, "
-        "memory stays what it is: inertias are learnt from some frames, then every trial is fitted by itself",
+        why="of all trials together, up to which they are one problem: 1.5 GB for a full body with forces "
+        "missing. Beyond it, trials are worked out one by one and in windows",
     )
     inertia_frames: int = setting(
-        6000, unit="frames", why="of longer subjects that teach the inertias: beyond a minute they repeat"
+        3000,
+        unit="frames",
+        why="of longer subjects where inertias are found first, before all frames have their say; and from "
+        "which terms are learnt that foretell forces: half a minute, 0.5 GB",
     )
     stretch_frames: int = setting(
         1000, unit="frames", why="of these that follow each other: several strides, squats or jumps"
     )
     window_frames: int = setting(
-        6000, unit="frames", why="of a trial beyond whole_frames that are fitted at a time, at most"
+        4000,
+        unit="frames",
+        why="of a longer subject's trial that are fitted at a time, at most: 0.5 GB, and a tenth of it twice",
     )
     overlap_frames: int = setting(
         400,

@@ -100,27 +100,27 @@ def test_it_grows_as_it_does(measured):
 
 
 def test_a_recording_too_long_is_refused_before_the_fit(real_data, monkeypatch):
-    """80 seconds at 100 Hz on a machine with 0.5 GB free, by its size alone."""
+    """70 seconds at 100 Hz on a machine with 0.5 GB free, by its size alone."""
     monkeypatch.setattr(memory, "available_bytes", lambda: 5 * 10**8)
     skeleton = load_skeleton(real_data / FOLDER / "unscaled_generic_32markers.osim")
-    size = TrialSize("walk", 8000, 100.0, forces=True)
+    size = TrialSize("walk", 7000, 100.0, forces=True)
     with pytest.raises(
-        FitError, match=r"^walk: 8000 frames at 100 Hz: .*needs about \d\.\d GB .*0\.5 GB are"
+        FitError, match=r"^walk: 7000 frames at 100 Hz: .*needs about \d\.\d GB .*0\.5 GB are"
     ):
         refuse_what_does_not_fit([size], skeleton, TrajectorySettings())
     refuse_what_does_not_fit([size], skeleton, TrajectorySettings(knot_spacing_s=0.04))
-    ten = [replace(size, name=f"walk{i}", frames=800) for i in range(10)]
+    ten = [replace(size, name=f"walk{i}", frames=700) for i in range(10)]
     with pytest.raises(FitError, match="--trial NAME"):
         refuse_what_does_not_fit(ten, skeleton, TrajectorySettings())
     refuse_what_does_not_fit(ten[:1], skeleton, TrajectorySettings())
 
 
-def test_twelve_times_as_long_needs_little_more(real_data):
+def test_fourteen_times_as_long_needs_little_more(real_data):
     """Beyond the border, what is worked out at a time stays the same; what is kept grows."""
     skeleton = load_skeleton(real_data / FOLDER / "unscaled_generic_32markers.osim")
     border, long = (
         needed_bytes([TrialSize("walk", frames, 100.0, forces=True)], skeleton, TrajectorySettings())
-        for frames in (8000, 100_000)
+        for frames in (7000, 100_000)
     )
     assert long < 1.6e9
     assert long < 2 * border
