@@ -18,6 +18,7 @@ check_own_packages()
 
 if TYPE_CHECKING:
     from addb_viewer.api.acceptance import Acceptance as Acceptance
+    from addb_viewer.api.cycle_curves import CycleCurves as CycleCurves
     from addb_viewer.api.diagnosis import Cause as Cause
     from addb_viewer.api.diagnosis import Diagnosis as Diagnosis
     from addb_viewer.api.fit import Fit as Fit
@@ -35,6 +36,7 @@ _HOME = {
     "Acceptance": "addb_viewer.api.acceptance",
     "Cancelled": "solver.errors",
     "Cause": "addb_viewer.api.diagnosis",
+    "CycleCurves": "addb_viewer.api.cycle_curves",
     "Diagnosis": "addb_viewer.api.diagnosis",
     "Fit": "addb_viewer.api.fit",
     "FittedTrial": "addb_viewer.api.fitted_trial",

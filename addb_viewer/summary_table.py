@@ -110,7 +110,7 @@ def _about_trials(trials: Sequence[dict[str, Any]]) -> Iterator[str]:
         yield worse[0] + (f" (and {len(worse) - 1} more)" if len(worse) > 1 else "")
     proposed = [trial["name"] for trial in trials if "proposals" in trial["mask_source"].split(" + ")]
     if proposed:
-        yield f"frames chosen by detection, not reviewed by anybody: {', '.join(proposed)}"
+        yield f"frames left out by detection that nobody has reviewed: {', '.join(proposed)}"
 
 
 def _chosen_by_people(trials: Sequence[dict[str, Any]]) -> list[str]:

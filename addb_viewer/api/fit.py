@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from addb_viewer.api.cycle_curves import RESTS_ON_FORCES, CycleCurves, curves, foot_of
 from addb_viewer.api.fitted_trial import FittedTrial
 from addb_viewer.api.labelled import Table, UnknownNameError
-from solver.export.gait_tables import cycle_rows, event_rows, gaits_of
+from solver.export.gait_tables import CYCLE_COLUMNS, EVENT_COLUMNS, cycle_rows, event_rows, gaits_of
 from solver.summary import all_notes, summary
+
+SERIES = ("coordinates", "velocities", "accelerations", *RESTS_ON_FORCES, "com")
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -46,8 +49,10 @@ class Fit:
         """Names of the trials."""
         return tuple(trial.capture.name for trial in self.solved.trials)
 
-    def __getitem__(self, trial: str) -> FittedTrial:
-        """One trial by its name."""
+    def __getitem__(self, trial: str | int) -> FittedTrial:
+        """One trial by its name, or by its place in `trials`."""
+        if isinstance(trial, int):
+            trial = self.trials[trial]
         if trial not in self.trials:
             raise UnknownNameError(trial, self.trials, "trial")
         return self._fitted[trial]
@@ -96,12 +101,47 @@ class Fit:
     @cached_property
     def events(self) -> Table:
         """Contacts and foot-offs of all trials: trial, time_s, foot, event, source."""
-        return _table(event_rows(self._gaits))
+        return _table(event_rows(self._gaits), EVENT_COLUMNS)
 
     @cached_property
     def cycles(self) -> Table:
         """Gait cycles of all trials, with stride length, speed, cadence and the like."""
-        return _table(cycle_rows(self._gaits))
+        return _table(cycle_rows(self._gaits), CYCLE_COLUMNS)
+
+    def by_cycle(
+        self,
+        series: str,
+        name: str,
+        *,
+        foot: str | None = None,
+        points: int = 101,
+        measured_only: bool = True,
+    ) -> CycleCurves:
+        """A quantity over the gait cycles of all trials, each from 0 to 100 %.
+
+        Args:
+            series: "coordinates", "velocities", "accelerations", "torques", "powers" …, as of a trial.
+            name: of the quantity in it, as "knee_angle_r".
+            foot: whose contacts begin the cycles; None: that on the side in the name.
+            points: of each curve, both ends included.
+            measured_only: NaN where forces do not count, of what rests on forces; False: predictions as well.
+
+        Raises:
+            UnknownNameError: no such series, name, or foot.
+        """
+        if series not in SERIES:
+            raise UnknownNameError(series, SERIES, "series")
+        feet = self[0].feet if len(self) else ()
+        wanted = foot_of(name, feet) if foot is None else foot
+        if wanted not in feet:
+            raise UnknownNameError(wanted, feet, "foot")
+        found = [
+            (self[trial], cycle)
+            for trial, gait in self._gaits.items()
+            for cycle in gait.cycles
+            if gait.feet[cycle.foot] == wanted
+        ]
+        return curves(found, series, name, points=points, measured_only=measured_only)
 
     @cached_property
     def table(self) -> Table:
@@ -183,9 +223,8 @@ class Fit:
         return gaits_of(self.solved)
 
 
-def _table(rows: Sequence[Mapping[str, Any]]) -> Table:
-    """Rows of equal keys as columns; None as NaN among numbers."""
-    names = rows[0] if rows else ()
+def _table(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Table:
+    """Rows as columns, which are there without a row as well; None as NaN among numbers."""
     return Table({name: _values([row[name] for row in rows]) for name in names})
 
 

@@ -84,8 +84,10 @@ def _describe(subject: Subject) -> None:
         ) from error
     write_whole(_file(subject.folder), text)
     forces = sum(trial.forces is not None for trial in subject.trials)
+    inside = sum(trial.forces is None and trial.markers.suffix.lower() == ".c3d" for trial in subject.trials)
     trials = f"{len(subject.trials)} trial{'s' * (len(subject.trials) != 1)}"
-    said = f"{trials}, {forces} with a force file; {len(subject.unused)} files not used"
+    in_c3d = f", {inside} in C3D files, which may hold forces themselves" if inside else ""
+    said = f"{trials}, {forces} with a force file{in_c3d}; {len(subject.unused)} files not used"
     if damaged:
         said += f"; cannot be read: {', '.join(damaged)}"
     typer.echo(f"{_file(subject.folder)}: {said}")

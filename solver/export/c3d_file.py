@@ -211,9 +211,9 @@ def _at(
         notes.append(f"{plate.name}: resampled from {plate.rate:g} to {rate:g} Hz, in step with the markers")
     unknown = ~np.isfinite(wrench).all(axis=1)
     if unknown.any():
-        spans = [f"{times[start]:.3f} to {times[end - 1]:.3f} s" for start, end in runs(unknown)]
+        spans = [_span(float(times[start]), float(times[end - 1])) for start, end in runs(unknown)]
         listed = ", ".join(spans[:5]) + (f" and {len(spans) - 5} more" if len(spans) > 5 else "")
-        notes.append(f"{plate.name}: not recorded from {listed}; zeros stand there")
+        notes.append(f"{plate.name}: not recorded {listed}; the file has zeros there")
     outside = (plate.times < times[0] - 0.5 / rate) | (plate.times > times[-1] + 0.5 / rate)
     if outside.any():
         span = f"{outside.sum() / plate.rate:.3f} s"
@@ -221,6 +221,10 @@ def _at(
             f"{plate.name}: {span} outside the markers' frames are lost; a C3D file has no place for them"
         )
     return np.where(unknown[:, None], 0.0, wrench), tuple(notes)
+
+
+def _span(first_s: float, last_s: float) -> str:
+    return f"at {first_s:.3f} s" if first_s == last_s else f"from {first_s:.3f} to {last_s:.3f} s"
 
 
 def _shifted(values: np.ndarray, first: int, count: int) -> np.ndarray:

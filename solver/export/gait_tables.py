@@ -29,6 +29,13 @@ DEFINITIONS = {
 }
 
 
+EVENT_COLUMNS = ("trial", "time_s", "foot", "event", "source")
+CYCLE_COLUMNS = (
+    *("trial", "foot", "contact_s", "foot_off_s", "next_contact_s"),
+    *("stride_length_m", "step_length_m", "step_width_m", "cadence_per_min", "speed_m_s", "stance_share"),
+)
+
+
 def gaits_of(fit: Fit) -> dict[str, Gait]:
     """By trial, of those that show a stance."""
     if "conditioning" not in fit.settings:

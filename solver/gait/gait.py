@@ -1,9 +1,10 @@
 """The gait of a solved trial: events, cycles, and the power of each joint."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from solver.capture.force_settings import ConditioningSettings
 from solver.contact.sole import soles
@@ -20,10 +21,13 @@ from solver.gait.events import (
 )
 from solver.gait.foot_motion import foot_motion
 from solver.gait.settings import GaitSettings
+from solver.runs import runs
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
 
 FEWEST_FRAMES = 10  # a spline and a filter need as many
+FEWEST_MARKERS = 2  # on foot and toes, or all that they have: with one alone the foot's pitch is a guess
+BRIDGED_S = 0.1  # a shorter gap is bridged by the motion before and after
 
 
 @dataclass(frozen=True)
@@ -70,11 +74,55 @@ def gait_of(
         return None  # a body that forces act on, and no foot with toes
     heels = [p[:, skeleton.body_index(foot)] for foot in feet]
     moved = foot_motion(corners, p[:, 0], motion.times, settings)
-    stances = stances_from_feet(moved, settings)
+    hidden = _out_of_sight(trial, skeleton, feet)
+    stances = _of_seen_feet(stances_from_feet(moved, settings), hidden, motion.times)
     if with_plates and trial.capture.plates:
         by_force = stances_from_plates(trial.capture.plates, corners, motion.times, settings, conditioning)
         stances = stances_of_both(by_force, stances)
-    return Gait(tuple(feet), stances, cycles_of(stances, moved, heels, motion.times, settings))
+    cycles = cycles_of(stances, moved, heels, motion.times, settings)
+    seen = (c for c in cycles if not hidden[_within(motion.times, c.start_s, c.end_s), c.foot].any())
+    return Gait(tuple(feet), stances, tuple(seen))
+
+
+def _out_of_sight(
+    trial: TrialFit, skeleton: Skeleton, feet: Sequence[str]
+) -> Bool[np.ndarray, "frames feet"]:
+    """Where the cameras lost a foot for longer than its motion can be bridged."""
+    seen = ~np.isnan(trial.marker_errors.distance)
+    body_of = {marker.name: marker.body for marker in skeleton.markers}
+    parents = [joint.parent for joint in skeleton.joints]
+    hidden = np.zeros((len(seen), len(feet)), dtype=bool)
+    for k, foot in enumerate(feet):
+        sole = skeleton.body_index(foot)
+        bodies = {sole, *(i for i, parent in enumerate(parents) if parent == sole)}
+        own = [i for i, name in enumerate(trial.marker_errors.names) if body_of.get(name) in bodies]
+        too_few = seen[:, own].sum(axis=1) < min(FEWEST_MARKERS, len(own))
+        for start, end in runs(too_few):
+            hidden[start:end, k] = end - start > BRIDGED_S * trial.motion.rate
+    return hidden
+
+
+def _of_seen_feet(
+    stances: Sequence[Stance], hidden: Bool[np.ndarray, "frames feet"], times: Float[np.ndarray, " frames"]
+) -> tuple[Stance, ...]:
+    """Stances without the ends at which the foot was out of sight; without those wholly out of sight."""
+
+    def is_hidden(time: float | None, foot: int) -> bool:
+        return time is not None and bool(hidden[np.abs(times - time).argmin(), foot])
+
+    found = []
+    for one in stances:
+        start = times[0] if one.contact_s is None else one.contact_s
+        end = times[-1] if one.off_s is None else one.off_s
+        if not hidden[_within(times, start, end), one.foot].all():
+            contact = None if is_hidden(one.contact_s, one.foot) else one.contact_s
+            off = None if is_hidden(one.off_s, one.foot) else one.off_s
+            found.append(replace(one, contact_s=contact, off_s=off))
+    return tuple(found)
+
+
+def _within(times: Float[np.ndarray, " frames"], start: float, end: float) -> Bool[np.ndarray, " frames"]:
+    return (times >= start) & (times <= end)
 
 
 def joint_power(trial: TrialFit) -> Float[np.ndarray, "frames dofs"] | None:

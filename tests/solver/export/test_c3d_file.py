@@ -149,7 +149,7 @@ def test_what_a_plate_did_not_record_is_zero_and_named(markers, recording, tmp_p
         cop_ground=plate.cop_ground[:500],
     )
     (note,) = write_c3d(tmp_path / "walk.c3d", C3dRecording(markers, (short,)))
-    assert "not recorded from 0.100 to 0.149 s, 0.500 to 0.599 s; zeros stand there" in note
+    assert "not recorded from 0.100 to 0.149 s, from 0.500 to 0.599 s; the file has zeros there" in note
     _, (found,) = read_back(tmp_path / "walk.c3d")
     np.testing.assert_array_equal(found.force_ground[[120, 550]], 0.0)
     np.testing.assert_allclose(found.force_ground[200], force[200], atol=1e-3)

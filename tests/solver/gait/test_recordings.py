@@ -200,3 +200,31 @@ def test_a_runner_is_as_fast_as_the_belt_was_set(real_data):
     gait = gait_of(fit.trials[0], fit.skeleton, GAIT, CONDITIONING)
     assert gait is not None
     assert np.mean([cycle.speed_m_s for cycle in gait.cycles]) == pytest.approx(4.0, rel=0.03)
+
+
+def test_a_foot_out_of_sight_tells_no_event_and_no_cycle(real_data):
+    """For 0.3 s about one contact of the right foot, no camera sees that foot."""
+    folder = real_data / "walk_treadmill_stepwidth"
+    if not folder.is_dir():
+        pytest.skip(f"{folder} is not there")
+    fit = fitted(folder, ["example1"])
+    (trial,) = fit.trials
+    seen = gait_of(trial, fit.skeleton, GAIT, CONDITIONING, with_plates=False)
+    assert seen is not None
+    lost = next(s.contact_s for s in seen.stances if s.foot == 0 and s.contact_s and s.contact_s > 1.0)
+    frames = np.abs(trial.motion.times - lost) < 0.15
+    bodies = [fit.skeleton.body_index(name) for name in (seen.feet[0], "toes_r")]
+    on_foot = {marker.name for marker in fit.skeleton.markers if marker.body in bodies}
+    distance = trial.marker_errors.distance.copy()
+    columns = [i for i, name in enumerate(trial.marker_errors.names) if name in on_foot]
+    assert columns
+    distance[np.ix_(frames, columns)] = np.nan
+    hidden = replace(trial, marker_errors=replace(trial.marker_errors, distance=distance))
+    gait = gait_of(hidden, fit.skeleton, GAIT, CONDITIONING, with_plates=False)
+    assert gait is not None
+    gone = {event for event in seen.events if event.foot == 0 and abs(event.time_s - lost) < 0.15}
+    assert set(seen.events) - set(gait.events) == gone
+    assert not set(gait.events) - set(seen.events)
+    over = {c for c in seen.cycles if c.foot == 0 and c.start_s <= lost + 0.15 and c.end_s >= lost - 0.15}
+    assert {c.start_s for c in seen.cycles} - {c.start_s for c in gait.cycles} == {c.start_s for c in over}
+    assert over
