@@ -55,9 +55,9 @@ def _array(column: Column, values: Values, rows: int, type_: pa.DataType) -> pa.
         return pa.nulls(rows, type_)
     if column.kind == "text" and isinstance(values, np.ndarray) and values.dtype.kind in "iu":
         raise ReleaseError(f"{column.name}: numbers where texts belong")
-    if isinstance(values, str | bool | int | float) or np.ndim(values) == 0:
+    if isinstance(values, str | bool | int | float | np.generic):
         return pa.repeat(pa.scalar(values, type_), rows)
-    if column.kind == "floats":
+    if column.kind == "floats" and isinstance(values, np.ndarray):
         flat = np.asarray(values, np.float32)
         offsets = np.arange(rows + 1, dtype=np.int32) * (flat.shape[1] if flat.ndim == 2 else 0)
         return pa.ListArray.from_arrays(offsets, pa.array(flat.reshape(-1)), type=type_)

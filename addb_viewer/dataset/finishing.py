@@ -65,7 +65,7 @@ def finished(
     rows, tables = _shared_rows(receipts, left_out), {}
     for table in ROOT_TABLES:
         tables[table.name] = sorted_rows(table, rows_of(table, rows[table.name]))
-        count = write_parquet(table, [tables[table.name]], partial / table.path)
+        count = write_parquet(table, tables[table.name], partial / table.path)
         files[table.path] = made_file(partial / table.path, count)
     totals = totals_of(tables)
     if previous is not None:

@@ -1,8 +1,8 @@
 """Parquet as a release has it: the same rows always make the same bytes."""
 
-from collections.abc import Iterable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -13,39 +13,70 @@ from solver.capture.atomic import whole_file
 ROWS_AT_MOST = 32_768  # in a row group
 
 
-def write_parquet(table: Table, pieces: Iterable[pa.Table], path: Path) -> int:
-    """Write a table's file, whole or not at all; pieces, trials as a rule, are not torn if they fit.
+class TableFile:
+    """A table's file, written piece by piece in a `with`, whole or not at all.
+
+    Pieces, trials as a rule, are not torn if they fit into a row group.
+    """
+
+    def __init__(self, table: Table, path: Path) -> None:
+        """Nothing is written yet.
+
+        Args:
+            table: of the release.
+            path: of the file.
+        """
+        self._table, self._path = table, path
+        self._waiting: list[pa.Table] = []
+        self.rows = 0  # so far
+
+    def __enter__(self) -> Self:
+        """Open the file beside its place.
+
+        Raises:
+            CaptureError: it cannot be written.
+        """
+        self._stack = ExitStack()
+        file = self._stack.enter_context(whole_file(self._path))
+        schema = self._table.schema()
+        self._writer = self._stack.enter_context(pq.ParquetWriter(file, schema, **_options(self._table)))
+        return self
+
+    def add(self, piece: pa.Table) -> int:
+        """Add rows; the number of the first of them comes back."""
+        first = self.rows
+        if self._waiting and sum(one.num_rows for one in self._waiting) + piece.num_rows > ROWS_AT_MOST:
+            self._write()
+        self._waiting.append(piece)
+        self.rows += piece.num_rows
+        return first
+
+    def __exit__(self, kind: Any, error: Any, trace: Any) -> bool | None:
+        """Put the file into its place, unless there was an error."""
+        if kind is None:
+            self._write()
+        return self._stack.__exit__(kind, error, trace)
+
+    def _write(self) -> None:
+        pieces = self._waiting or [self._table.schema().empty_table()]
+        self._writer.write_table(pa.concat_tables(pieces).combine_chunks(), row_group_size=ROWS_AT_MOST)
+        self._waiting = []
+
+
+def write_parquet(table: Table, rows: pa.Table, path: Path) -> int:
+    """Write a table's file, whole or not at all; how many rows it has comes back.
 
     Args:
         table: of the release.
-        pieces: its rows in order.
+        rows: in order.
         path: of the file.
-
-    Returns:
-        How many rows it has.
 
     Raises:
         CaptureError: the file cannot be written.
     """
-    rows, schema = 0, table.schema()
-    with whole_file(path) as file, pq.ParquetWriter(file, schema, **_options(table)) as writer:
-        for group in _groups(pieces, schema):
-            writer.write_table(group, row_group_size=ROWS_AT_MOST)
-            rows += group.num_rows
-    return rows
-
-
-def _groups(pieces: Iterable[pa.Table], schema: pa.Schema) -> Iterator[pa.Table]:
-    """Pieces put together as long as they fit into one row group."""
-    waiting: list[pa.Table] = []
-    count = 0
-    for piece in pieces:
-        if waiting and count + piece.num_rows > ROWS_AT_MOST:
-            yield pa.concat_tables(waiting).combine_chunks()
-            waiting, count = [], 0
-        waiting.append(piece)
-        count += piece.num_rows
-    yield pa.concat_tables(waiting).combine_chunks() if waiting else schema.empty_table()
+    with TableFile(table, path) as file:
+        file.add(rows)
+    return file.rows
 
 
 def _options(table: Table) -> dict[str, Any]:

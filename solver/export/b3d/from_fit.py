@@ -34,7 +34,9 @@ from solver.skeleton.skeleton import Skeleton
 from solver.summary import all_notes
 
 
-def fit_to_b3d(fit: Fit, filtered: Mapping[str, LowPassed] | None = None) -> B3dFile:
+def fit_to_b3d(
+    fit: Fit, filtered: Mapping[str, LowPassed] | None = None, *, only: str | None = None
+) -> B3dFile:
     """The fit as a subject: of each trial what markers alone say, that low-passed, and what forces add.
 
     The last pass of a trial has the motion that its joint torques and residuals belong to. The first is
@@ -43,6 +45,7 @@ def fit_to_b3d(fit: Fit, filtered: Mapping[str, LowPassed] | None = None) -> B3d
     Args:
         fit: the solved subject; in trials without forces every frame says so.
         filtered: by trial, its low-passed pass; None: filtered here, as the fit's settings say.
+        only: name of the one trial that is wanted, with the markers, plates and bodies of all; None: all are.
 
     Raises:
         ModelError: the skeleton's root is not free in all six ways, or OpenSim cannot hold the skeleton.
@@ -53,6 +56,8 @@ def fit_to_b3d(fit: Fit, filtered: Mapping[str, LowPassed] | None = None) -> B3d
     models = {kind: unfitted(fit) if kind is PassType.KINEMATICS else fit.skeleton for kind in PASS_ORDER}
     trials = []
     for trial in fit.trials:
+        if only not in (None, trial.capture.name):
+            continue
         contact = _contact_forces(trial, bodies)
         passes = passes_of(fit, trial, (filtered or {}).get(trial.capture.name))
         frames = tuple(pass_frames(models[one.type], one.motion, contact) for one in passes)

@@ -1,0 +1,227 @@
+"""Writes a solved subject's files of a release, trial after trial: memory holds one trial at a time."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+
+from addb_viewer.dataset.b3d_file import segments_of, subject_b3d
+from addb_viewer.dataset.figures import Row
+from addb_viewer.dataset.frame_rows import TrialRows, frames_table, kinematics_table
+from addb_viewer.dataset.gridded_trial import GriddedTrial, on_grid
+from addb_viewer.dataset.identifiers import file_name_of, side_of, without_names
+from addb_viewer.dataset.left_out import LeftOut, hours_of
+from addb_viewer.dataset.long_rows import joint_centres_table, markers_table, plates_table
+from addb_viewer.dataset.named_causes import named_causes
+from addb_viewer.dataset.parquet_files import TableFile
+from addb_viewer.dataset.receipts import MadeFile, Receipt, emptied, made_file
+from addb_viewer.dataset.root_rows import (
+    activity_rows,
+    cause_rows,
+    contact_rows,
+    coordinate_rows,
+    review_rows,
+    segment_rows,
+    subject_row,
+    trial_row,
+)
+from addb_viewer.dataset.schema import SUBJECT_TABLES
+from addb_viewer.dataset.segments import cuts_of
+from addb_viewer.dataset.subject_task import Task
+from addb_viewer.dataset.trial_labels import TrialLabels
+from solver.capture.atomic import write_whole
+from solver.capture.b3d.reader import read_b3d
+from solver.capture.b3d.schema import B3dFile, B3dTrial
+from solver.dynamics.extension import Extension
+from solver.export.b3d.from_fit import fit_to_b3d, unfitted
+from solver.export.b3d.passes import LowPassed
+from solver.export.b3d.writer import write_b3d
+from solver.fit import Fit, TrialFit
+from solver.settings import Settings, as_toml
+from solver.skeleton.osim_writer import skeleton_text
+from solver.summary import all_notes
+
+
+class SubjectWriting:
+    """The files of one subject."""
+
+    def __init__(
+        self,
+        task: Task,
+        fit: Fit,
+        settings: Settings,
+        extension: Extension | None,
+        labels: Mapping[str, TrialLabels],
+    ) -> None:
+        """Nothing is written yet, but what a killed worker left is removed.
+
+        Args:
+            task: what is to be done.
+            fit: of the trials that a release takes.
+            settings: of the fit.
+            extension: accepted causes; None: none.
+            labels: of the trials, by name.
+        """
+        self.task, self.fit, self.settings, self.extension = task, fit, settings, extension
+        self.labels = labels
+        self.folder = emptied(task.out)
+        self.stem = file_name_of(task.who.subject_id)
+        bodies = next(trial.contacts.foot_bodies for trial in fit.trials if trial.contacts)
+        self.sides = tuple(str(side_of(body)) for body in bodies)
+        self.notes = self._notes()
+
+    def receipt(self, left: Sequence[LeftOut]) -> Receipt:
+        """Write everything.
+
+        Args:
+            left: what was left out before.
+
+        Raises:
+            CaptureError: a file cannot be written.
+        """
+        left = list(left)
+        pieces: list[Path] = []
+        rows: dict[str, list[Row]] = {
+            "coordinates": coordinate_rows(self.fit, self.task.who.subject_id),
+            "causes": cause_rows(self.task.who, self.extension, named_causes(self.fit.subject)),
+        }
+        with ExitStack() as stack:
+            tables = {
+                table.name: stack.enter_context(TableFile(table, self._place(table.file(self.stem))))
+                for table in SUBJECT_TABLES
+            }
+            for trial in sorted(self.fit.trials, key=lambda one: self.task.who.trial_id(one.capture.name)):
+                one, b3d = self._on_grid(trial)
+                left += _cut_away(one)
+                if not one.cuts.kept:
+                    continue
+                starts: dict[str, int] = {}
+                for name, table in self._tables(one, b3d.trials[0]):
+                    starts[f"{name}_first_row"] = tables[name].add(table)
+                    starts[f"{name}_rows"] = table.num_rows
+                for name, own in self._trial_rows(one, starts):
+                    rows.setdefault(name, []).extend(own)
+                pieces.append(self._b3d_piece(b3d, one, len(pieces)))
+        if not pieces:
+            return Receipt(
+                self.task.key,
+                left_out=(*left, LeftOut("subject", self.task.who.subject_id, "no_trials", "see its trials")),
+            )
+        rows["subjects"] = [
+            subject_row(
+                self.fit, self.task.who, self.settings, key=self.task.key, notes=self.notes, sides=self.sides
+            )
+        ]
+        files = {
+            table.file(self.stem): made_file(self.folder / table.file(self.stem), tables[table.name].rows)
+            for table in SUBJECT_TABLES
+        }
+        files |= self._models() | self._b3d(pieces)
+        return Receipt(
+            self.task.key,
+            files=files,
+            rows=rows,
+            inputs=_inputs(self.fit.provenance),
+            settings=as_toml(self.settings),
+            left_out=tuple(left),
+        )
+
+    def _on_grid(self, trial: TrialFit) -> tuple[TrialRows, B3dFile]:
+        """A trial on the release's frames, and all passes of it, uncut."""
+        gridded = on_grid(self.fit, trial, self.settings, self.task.options.rate_hz)
+        low = LowPassed(gridded.filtered.motion, gridded.filtered.marker_errors, gridded.cutoff_Hz)
+        beside = tuple(gridded.trial if other is trial else other for other in self.fit.trials)
+        b3d = fit_to_b3d(replace(self.fit, trials=beside), {gridded.name: low}, only=gridded.name)
+        return self._rows(gridded, b3d.trials[0]), b3d
+
+    def _rows(self, gridded: GriddedTrial, b3d: B3dTrial) -> TrialRows:
+        activity, activity_sub = self.labels[gridded.name].of_frames(gridded.grid)
+        return TrialRows(
+            subject_id=self.task.who.subject_id,
+            trial_id=self.task.who.trial_id(gridded.name),
+            gridded=gridded,
+            cuts=cuts_of(gridded.verdicts.erroneous),
+            skeleton=self.fit.skeleton,
+            settings=self.settings,
+            last_pass=b3d.passes[-1],
+            sides=self.sides,
+            activity=activity,
+            activity_sub=activity_sub,
+        )
+
+    def _tables(self, one: TrialRows, b3d: B3dTrial) -> Iterator[tuple[str, pa.Table]]:
+        """Its rows of the tables that have a file a subject."""
+        assert self.fit.groundwork is not None
+        yield "frames", frames_table(one)
+        yield "kinematics", kinematics_table(one)
+        yield "markers", markers_table(one, self.fit.groundwork.match)
+        yield "joint_centres", joint_centres_table(one)
+        yield "plates", plates_table(one, b3d.sensors)
+
+    def _trial_rows(self, one: TrialRows, starts: Mapping[str, int]) -> Iterator[tuple[str, list[Row]]]:
+        """Its rows of the tables that the whole release shares."""
+        labels = self.labels[one.gridded.name]
+        extended = self.extension is not None and one.gridded.name in self.extension.trials
+        yield "trials", [trial_row(one, self.fit, labels, extended) | dict(starts)]
+        yield "segments", segment_rows(one, self.fit)
+        yield "contacts", contact_rows(one)
+        yield "activities", activity_rows(one, labels)
+        yield "reviews", review_rows(one, labels)
+
+    def _b3d_piece(self, whole: B3dFile, one: TrialRows, number: int) -> Path:
+        """The trial's segments in a file of their own, until all are there."""
+        path = self.folder / f"{number}.piece.b3d"
+        segments = segments_of(whole, [one], self.labels)
+        write_b3d(subject_b3d(whole, self.task.who, self.notes, segments), path)
+        return path
+
+    def _b3d(self, pieces: Sequence[Path]) -> dict[str, MadeFile]:
+        """All segments of all trials in one file; frames go from disk to disk."""
+        opened = [read_b3d(path) for path in pieces]
+        path = f"b3d/{self.stem}.b3d"
+        trials = [trial for one in opened for trial in one.trials]
+        write_b3d(B3dFile(opened[0].header, trials), self._place(path))
+        for piece in pieces:
+            piece.unlink()
+        return {path: made_file(self.folder / path)}
+
+    def _models(self) -> dict[str, MadeFile]:
+        made = {}
+        for name, skeleton in (("osim", self.fit.skeleton), ("unfitted.osim", unfitted(self.fit))):
+            path = f"models/{self.stem}.{name}"
+            write_whole(self._place(path), skeleton_text(skeleton))
+            made[path] = made_file(self.folder / path)
+        return made
+
+    def _place(self, path: str) -> Path:
+        place = self.folder / path
+        place.parent.mkdir(parents=True, exist_ok=True)
+        return place
+
+    def _notes(self) -> list[str]:
+        """What the fit assumed, and what the command line filled in; nobody's name in it."""
+        filled = [f"{key}: from the command line, subject.toml does not say" for key in self.task.who.filled]
+        labels = {name for one in self.fit.trials for name in one.capture.markers.names}
+        prefixes = sorted({name.rsplit(":", 1)[0] for name in labels if ":" in name})
+        said = [without_names(note, self.fit.subject.folder, prefixes) for note in all_notes(self.fit)]
+        return [*filled, *dict.fromkeys(said)]
+
+
+def _cut_away(one: TrialRows) -> Iterator[LeftOut]:
+    """Stretches of a trial that are in no segment."""
+    for level, reason, pieces in (
+        ("range", "erroneous", one.cuts.erroneous),
+        ("segment", "too_short", one.cuts.too_short),
+    ):
+        for piece in pieces:
+            hours = hours_of(piece.frames, one.gridded.grid.rate)
+            yield LeftOut(level, one.trial_id, reason, "", piece.start, piece.end, piece.frames, hours)
+
+
+def _inputs(provenance: Mapping[str, str]) -> dict[str, Any]:
+    """SHA-256 of what was read, by path in the subject."""
+    files = {name: value for name, value in provenance.items() if name.startswith("sha256 ")}
+    return {name.removeprefix("sha256 "): value for name, value in sorted(files.items())}
