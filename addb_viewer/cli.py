@@ -33,6 +33,11 @@ DATASET = (
         "dataset.stats:stats",
         "Write the dataset paper's tables and figures of a release, and a page that holds them all.",
     ),
+    ListedCommand(
+        "check",
+        "dataset.check:check",
+        "Say what is wrong with a release: files, schema, F = ma, torques, plausibility, duplicates, splits.",
+    ),
 )
 COMMANDS = (
     ListedCommand(

@@ -1,0 +1,78 @@
+"""All checks of a release, one after the other."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from addb_viewer.dataset.check import files, physics, plausible
+from addb_viewer.dataset.check.duplicates import Content, content_of, duplicate_findings
+from addb_viewer.dataset.check.finding import Finding, Level
+from addb_viewer.dataset.check.splits import split_findings
+from addb_viewer.dataset.manifest_file import read_manifest
+
+Told = Callable[[str], None]
+
+
+def checked(release: Path, told: Told = lambda _: None) -> list[Finding]:
+    """What is wrong with a release, errors first. Where tables are not the schema's, nothing else is asked.
+
+    Args:
+        release: its folder.
+        told: each subject that is looked at.
+
+    Raises:
+        ReleaseError: the folder is no release.
+    """
+    manifest = read_manifest(release)
+    found = list(files.hash_findings(release, manifest.get("files", {})))
+    broken = list(files.schema_findings(release, manifest.get("files", {})))
+    found += broken
+    if not any(one.level is Level.ERROR for one in broken):
+        found += _content_findings(release, told)
+    return sorted(found, key=lambda one: (one.level is not Level.ERROR, one.where, one.said))
+
+
+def _content_findings(release: Path, told: Told) -> Iterator[Finding]:
+    subjects = {row["subject_id"]: row for row in _rows(release, "subjects")}
+    owner = {row["trial_id"]: row["subject_id"] for row in _rows(release, "trials")}
+    coordinates = _rows(release, "coordinates")
+    contents: list[Content] = []
+    for row in subjects.values():
+        yield from plausible.subject_findings(row)
+    for path in sorted((release / "frames").glob("*.parquet")):
+        tables = {
+            name: pq.read_table(release / name / path.name) for name in ("frames", "kinematics", "markers")
+        }
+        told(path.stem)
+        for trial_id, frames in _trials(tables["frames"]):
+            subject = subjects[owner[trial_id]]
+            own = [one for one in coordinates if one["subject_id"] == subject["subject_id"]]
+            yield from physics.force_findings(frames, subject)
+            yield from physics.torque_findings(frames, subject, release / "models" / f"{path.stem}.osim", own)
+            yield from plausible.frame_findings(frames)
+            kinematics, markers = (
+                dict(_trials(tables[name])).get(trial_id) for name in ("kinematics", "markers")
+            )
+            if kinematics is not None and markers is not None:
+                content = content_of(trial_id, kinematics, markers)
+                contents += [content] if content is not None else []
+    persons = {trial: str(subjects[subject]["person_id"]) for trial, subject in owner.items()}
+    yield from duplicate_findings(contents, persons)
+    yield from split_findings(release, persons, contents)
+
+
+def _rows(release: Path, name: str) -> list[dict[str, Any]]:
+    rows: list[dict[str, Any]] = pq.read_table(release / f"{name}.parquet").to_pylist()
+    return rows
+
+
+def _trials(table: pa.Table) -> Iterator[tuple[str, pa.Table]]:
+    """Rows are sorted by trial."""
+    ids = np.asarray(table["trial_id"].to_pylist(), dtype=object)
+    starts = [0, *(np.flatnonzero(ids[1:] != ids[:-1]) + 1)] if len(ids) else []
+    for start, end in zip(starts, [*starts[1:], len(ids)], strict=False):
+        yield str(ids[start]), table.slice(start, end - start)

@@ -1,0 +1,292 @@
+"""A built release passes every check, and one that is spoiled in some way fails that check alone."""
+
+import json
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+import pytest
+from typer.testing import CliRunner
+
+from addb_viewer.cli import app
+from addb_viewer.dataset.build import build, planned
+from addb_viewer.dataset.check.checking import checked
+from addb_viewer.dataset.check.duplicates import JOINTS, content_of, duplicate_pairs
+from addb_viewer.dataset.schema import KINEMATICS, MARKERS
+from solver.simulate.person import Person, body_of
+from solver.simulate.trial import Scenario, simulate_trial
+from tests.addb_viewer.dataset.builds import ALL, Here
+
+FRAMES = "frames/Lab__at_100.parquet"
+TRIAL = "Lab/at_100/walk"
+
+
+@pytest.fixture(scope="module")
+def one_walk(walks, instead_of_solving, tmp_path_factory):
+    """A release of one walk."""
+    root, out = tmp_path_factory.mktemp("in"), tmp_path_factory.mktemp("out") / "release"
+    shutil.copytree(walks / "at_100", root / "at_100")
+    with instead_of_solving():
+        build(planned([root], ALL), out, ALL, Here())
+    return out
+
+
+@pytest.fixture
+def spoiled(one_walk, tmp_path):
+    """A copy to spoil."""
+    folder = tmp_path / "spoiled"
+    shutil.copytree(one_walk, folder)
+    return folder
+
+
+def change(folder, path, **columns):
+    """Columns of a table by a function of their values."""
+    table = pq.read_table(folder / path)
+    for name, new in columns.items():
+        at, field = table.column_names.index(name), table.schema.field(name)
+        table = table.set_column(at, field, pa.array(new(table[name].to_pylist()), field.type))
+    pq.write_table(table, folder / path)
+
+
+def found(folder, without=("files",)):
+    return [(one.level.value, one.check) for one in checked(folder) if one.check not in without]
+
+
+def one_more(row, by):
+    """Adds to one value of a column."""
+    return lambda values: [v + by if k == row and v is not None else v for k, v in enumerate(values)]
+
+
+def first_counted(folder):
+    return pq.read_table(folder / FRAMES)["counts"].to_pylist().index(True)
+
+
+def test_one_walk_recorded_at_two_rates_is_one_recording_and_nothing_else_is_wrong(release):
+    (one,) = checked(release)
+    assert (one.level.value, one.check, one.where) == ("error", "duplicates", TRIAL)
+    assert "Lab/at_200/walk" in one.said
+
+
+def test_what_was_built_passes(one_walk):
+    assert checked(one_walk) == []
+    result = CliRunner().invoke(app, ["dataset", "check", str(one_walk)])
+    assert result.exit_code == 0
+    assert result.output == "0 errors, 0 warnings\n"
+
+
+def test_a_changed_a_missing_and_a_strange_file_are_told(spoiled, tmp_path):
+    (spoiled / "README.md").write_text("other")
+    (spoiled / "LICENCES.md").unlink()
+    (spoiled / "notes.txt").write_text("mine")
+    said = {(one.where, one.level.value) for one in checked(spoiled)}
+    assert said == {("README.md", "error"), ("LICENCES.md", "error"), ("notes.txt", "warning")}
+    out = tmp_path / "found.json"
+    result = CliRunner().invoke(app, ["dataset", "check", str(spoiled), "--json", str(out)])
+    assert result.exit_code == 1
+    told = json.loads(out.read_text())
+    assert told["errors"] == 2
+    assert {finding["check"] for finding in told["findings"]} == {"files"}
+
+
+def test_a_force_that_was_altered_breaks_f_equals_ma_and_the_torques(spoiled):
+    change(spoiled, FRAMES, grf_r_x_N=one_more(first_counted(spoiled), 5.0))
+    assert set(found(spoiled)) == {("error", "forces"), ("error", "torques")}
+
+
+def test_a_residual_that_was_altered_breaks_f_equals_ma_alone(spoiled):
+    change(spoiled, FRAMES, residual_force_y_N=one_more(first_counted(spoiled), 1.0))
+    assert found(spoiled) == [("error", "forces")]
+
+
+def test_a_torque_that_was_altered_is_told_with_its_coordinate(spoiled):
+    change(spoiled, FRAMES, tau_knee_angle_r=one_more(first_counted(spoiled), 0.5))
+    (one,) = [one for one in checked(spoiled) if one.check != "files"]
+    assert (one.check, one.where) == ("torques", TRIAL)
+    assert "knee_angle_r" in one.said
+
+
+def test_a_centre_of_mass_that_is_off_its_model_is_told(spoiled):
+    change(spoiled, FRAMES, com_y_m=one_more(40, 0.001))
+    (one,) = [one for one in checked(spoiled) if one.check != "files"]
+    assert "centre of mass is 1.00 mm off" in one.said
+
+
+def rewritten(folder, path, remake):
+    table = pq.read_table(folder / path)
+    pq.write_table(remake(table), folder / path)
+
+
+@pytest.mark.parametrize(
+    ("remake", "said"),
+    [
+        (lambda t: t.drop_columns(["com_x_m"]), "lacks com_x_m"),
+        (lambda t: t.append_column("mood", pa.array(["good"] * t.num_rows)), "has mood"),
+        (lambda t: t.set_column(3, "frame", t["frame"].cast(pa.int64())), "frame is int64"),
+        (lambda t: pa.concat_tables([t, t.slice(t.num_rows - 1)]), "rows with the same trial_id, frame"),
+        (lambda t: t.take(pa.array(range(t.num_rows - 1, -1, -1))), "not sorted by trial_id, frame"),
+        (lambda t: t.slice(1), "the manifest says"),
+    ],
+)
+def test_a_table_that_is_not_the_schemas_is_told(spoiled, remake, said):
+    rewritten(spoiled, FRAMES, remake)
+    assert any(said in one.said for one in checked(spoiled) if one.check == "schema")
+
+
+@pytest.mark.parametrize(("value", "said"), [(None, "has nulls"), (float("nan"), "has NaN")])
+def test_values_that_must_not_be_there_are_told(spoiled, value, said):
+    def remake(table):
+        at, values = table.column_names.index("com_x_m"), table["com_x_m"].to_pylist()
+        return table.set_column(
+            at, pa.field("com_x_m", pa.float32()), pa.array([value, *values[1:]], pa.float32())
+        )
+
+    rewritten(spoiled, FRAMES, remake)
+    assert any(said in one.said for one in checked(spoiled) if one.check == "schema")
+
+
+def test_an_id_that_leads_nowhere_is_told(spoiled):
+    change(spoiled, "segments.parquet", trial_id=lambda values: ["Lab/nobody/walk" for _ in values])
+    assert any("'Lab/nobody/walk' is not in trials" in one.said for one in checked(spoiled))
+
+
+@pytest.mark.parametrize(
+    ("path", "columns", "said"),
+    [
+        ("subjects.parquet", {"age_years": lambda v: [200.0] * len(v)}, "age_years is 200"),
+        ("subjects.parquet", {"mass_from_forces_kg": lambda v: [50.0] * len(v)}, "the plates carry 50.0 kg"),
+        (FRAMES, {"qd_knee_angle_l": one_more(9, 80.0)}, "knee_angle_l turns at"),
+        (FRAMES, {f"cop_{s}_x_m": lambda v: [x and x + 0.5 for x in v] for s in "rl"}, "from its heel"),
+        (
+            FRAMES,
+            {f"cop_{s}_{a}_m": lambda v: [x and 0.1 for x in v] for s in "rl" for a in "xyz"},
+            "stands still from frame",
+        ),
+    ],
+)
+def test_what_bodies_and_plates_do_not_do_is_a_warning(spoiled, path, columns, said):
+    change(spoiled, path, **columns)
+    assert any(said in one.said for one in checked(spoiled) if one.level.value == "warning")
+
+
+def test_persons_of_a_split_that_are_not_there_and_those_that_are_missing_are_told(spoiled):
+    (spoiled / "splits").mkdir()
+    pq.write_table(
+        pa.table({"person_id": ["Lab/ghost"], "split": ["train"]}), spoiled / "splits" / "default.parquet"
+    )
+    said = {one.level.value: one.said for one in checked(spoiled)}
+    assert said["error"] == "Lab/ghost is not in the release"
+    assert "1 persons are in none" in said["warning"]
+
+
+@pytest.fixture(scope="module")
+def walker():
+    return body_of(Person(70.0, 1.75), np.random.default_rng(11))
+
+
+def content(name, body, motion, rng, noise=0.0):
+    """A trial as a release has it."""
+    places = body.markers(motion.q) + noise * rng.standard_normal(
+        (motion.frames, len(body.skeleton.markers), 3)
+    )
+    labels = body.skeleton.marker_names
+    kinematics = {"frame": range(motion.frames), "time_s": motion.times}
+    kinematics |= {f"q_{dof}": motion.q[:, k] for k, dof in enumerate(motion.dofs)}
+    rows = pa.table(
+        {
+            "marker": np.repeat(labels, motion.frames),
+            "frame": np.tile(np.arange(motion.frames), len(labels)),
+            **{f"measured_{a}_m": places[:, :, k].T.ravel() for k, a in enumerate("xyz")},
+        }
+    )
+    return content_of(name, pa.table(kinematics), rows)
+
+
+@pytest.fixture(scope="module")
+def recordings(walker):
+    """Two walks of one person at one speed: the hardest that is no copy."""
+    rng = np.random.default_rng(2)
+    return [simulate_trial(Scenario("w", "walk", 2.4, 1.3), walker, rng) for _ in range(2)]
+
+
+def copied(recording, rate, first, last):
+    motion = recording.frames(rate)
+    return replace(motion, q=motion.q[round(first * rate) : round(last * rate)])
+
+
+@pytest.mark.parametrize(
+    "how",
+    [(100.0, 0.0, 2.4, 0.0), (100.0, 0.7, 2.4, 0.0002), (150.0, 0.0, 1.6, 0.0002), (60.0, 0.4, 2.0, 0.0002)],
+)
+def test_a_copy_is_found_cut_shifted_resampled_and_with_noise(walker, recordings, how):
+    rate, first, last, noise = how
+    rng = np.random.default_rng(0)
+    whole = content("a", walker, recordings[0].frames(100.0), rng)
+    copy = content("b", walker, copied(recordings[0], rate, first, last), rng, noise)
+    assert [(one.trial_id, other.trial_id) for one, other in duplicate_pairs([whole, copy])] == [("a", "b")]
+
+
+def test_another_walk_of_the_same_person_at_the_same_speed_is_no_copy(walker, recordings):
+    rng = np.random.default_rng(0)
+    both = [content(name, walker, r.frames(100.0), rng) for name, r in zip("ab", recordings, strict=True)]
+    assert list(duplicate_pairs(both)) == []
+
+
+def test_the_same_markers_elsewhere_under_other_names_are_the_same_content(walker, recordings):
+    rng = np.random.default_rng(0)
+    one = content("a", walker, recordings[0].frames(100.0), rng)
+    moved = replace(one, trial_id="b", markers=one.markers + np.array([3.0, 0.1, -2.0]))
+    frames, labels = one.markers.shape[0], [f"M{k}" for k in range(len(one.labels))]
+    order = np.random.default_rng(1).permutation(len(labels))
+    renamed = pa.table(
+        {
+            "marker": np.repeat(labels, frames),
+            "frame": np.tile(np.arange(frames), len(labels)),
+            **{f"measured_{a}_m": moved.markers[:, order, k].T.ravel() for k, a in enumerate("xyz")},
+        }
+    )
+    kinematics = pa.table(
+        {"frame": range(frames), "time_s": one.times} | {f"q_{joint}": np.zeros(frames) for joint in JOINTS}
+    )
+    assert content_of("c", kinematics, renamed).digest == one.digest
+
+
+def test_one_recording_of_two_persons_and_in_two_splits_is_told(spoiled):
+    rename = {
+        "subject_id": lambda values: [v and v.replace("at_100", "other") for v in values],
+        "trial_id": lambda values: [v and v.replace("at_100", "other") for v in values],
+        "segment_id": lambda values: [v and v.replace("at_100", "other") for v in values],
+        "person_id": lambda values: [v and v.replace("at_100", "other") for v in values],
+    }
+    for path in sorted(spoiled.rglob("*.parquet")):
+        table = pq.read_table(path)
+        columns = {name: new for name, new in rename.items() if name in table.column_names}
+        twin = path.with_name(path.name.replace("at_100", "other"))
+        if twin != path:
+            shutil.copy(path, twin)
+            change(spoiled, twin.relative_to(spoiled), **columns)
+        elif table.num_rows:
+            shutil.copy(path, spoiled / "twin.parquet")
+            change(spoiled, "twin.parquet", **columns)
+            both = pa.concat_tables([table, pq.read_table(spoiled / "twin.parquet")])
+            keys = [(name, "ascending") for name in ("subject_id", "trial_id") if name in both.column_names]
+            pq.write_table(both.take(pc.sort_indices(both, keys)) if keys else both, path)
+            (spoiled / "twin.parquet").unlink()
+    shutil.copy(spoiled / "models/Lab__at_100.osim", spoiled / "models/Lab__other.osim")
+    manifest = json.loads((spoiled / "manifest.json").read_text())
+    manifest["files"] = {}
+    (spoiled / "manifest.json").write_text(json.dumps(manifest))
+    (spoiled / "splits").mkdir()
+    split = pa.table({"person_id": ["Lab/at_100", "Lab/other"], "split": ["train", "test"]})
+    pq.write_table(split, spoiled / "splits" / "default.parquet")
+    said = [(one.check, one.said) for one in checked(spoiled) if one.check != "files"]
+    assert {check for check, _ in said} == {"duplicates", "splits"}
+    assert any("they are called two persons" in words for _, words in said)
+    assert any("(train) and Lab/other/walk (test) are one recording" in words for _, words in said)
+
+
+def test_tables_of_the_checks_are_the_schemas():
+    assert {"marker", "frame", "measured_x_m"} <= set(MARKERS.schema().names)
+    assert {"frame", "time_s", "q_hip_flexion_r"} <= set(KINEMATICS.schema().names)
