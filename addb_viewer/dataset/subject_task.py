@@ -20,6 +20,8 @@ from addb_viewer.dataset.options import BuildOptions, options_from
 from addb_viewer.dataset.receipts import Receipt, write_receipt
 from addb_viewer.dataset.release_subject import ReleaseSubject
 
+DISK_FAILED = 75  # exit code: try again
+
 
 @dataclass(frozen=True)
 class Task:
@@ -85,7 +87,7 @@ def main(words: Sequence[str]) -> int:
         run_task(read_task(Path(words[0])))
     except OSError as error:
         sys.stderr.write(f"{error.filename or ''}: {error.strerror}\n")
-        return 75  # try again
+        return DISK_FAILED
     return 0
 
 

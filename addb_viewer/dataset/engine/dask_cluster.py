@@ -108,12 +108,14 @@ def _receipt_of(future: Any, task: Task) -> Receipt:
             f"{task.who.subject_id}: a worker did it, and {task.out} is not to be seen here. Client and "
             "workers have to share the folder of the release, under one path."
         )
+    if isinstance(error, OSError):
+        raise ReleaseError(f"{task.who.subject_id}: {error}") from error
+    reason, why = "fit_failed", f"unexpected {type(error).__name__}: {error}"
     if type(error).__name__ == "KilledWorker":
-        why = f"its worker died {ATTEMPTS} times: {error}"
-        lost = Receipt(task.key, failed=LeftOut("subject", task.who.subject_id, "worker_died", why))
-        write_receipt(lost, task.out)
-        return lost
-    raise ReleaseError(f"{task.who.subject_id}: {error}") from error
+        reason, why = "worker_died", f"its worker died {ATTEMPTS} times: {error}"
+    lost = Receipt(task.key, failed=LeftOut("subject", task.who.subject_id, reason, why))
+    write_receipt(lost, task.out)
+    return lost
 
 
 def _checked(address: str) -> None:

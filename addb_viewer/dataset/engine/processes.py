@@ -15,7 +15,7 @@ from addb_viewer.dataset.engine.engine import ATTEMPTS, Done
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.left_out import LeftOut
 from addb_viewer.dataset.receipts import Receipt, valid_receipt, write_receipt
-from addb_viewer.dataset.subject_task import Task
+from addb_viewer.dataset.subject_task import DISK_FAILED, Task
 
 MEMORY_OF_A_WORKER = 1.6e9  # bytes; a fit of 10 000 frames needs 1.5 GB
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -61,11 +61,15 @@ class Processes:
             receipt = valid_receipt(task.out, task.key)
             if code == 0 and receipt is not None:
                 return receipt
-        if code > 0:
-            raise ReleaseError(f"{task.who.subject_id}: {said or f'its worker ended with {code}'}")
-        name = signal.Signals(-code).name if code else "no receipt"
-        why = f"{name}, {ATTEMPTS} times; it had {peak:.0f} MB"
-        lost = Receipt(task.key, failed=LeftOut("subject", task.who.subject_id, "worker_died", why))
+            if code > 0 and code != DISK_FAILED:
+                break  # it would end the same way again
+        if code == DISK_FAILED:
+            raise ReleaseError(f"{task.who.subject_id}: {said}")
+        reason, why = "fit_failed", f"unexpected {said or f'end with {code}'}"
+        if code <= 0:
+            name = signal.Signals(-code).name if code else "no receipt"
+            reason, why = "worker_died", f"{name}, {ATTEMPTS} times; it had {peak:.0f} MB"
+        lost = Receipt(task.key, failed=LeftOut("subject", task.who.subject_id, reason, why))
         write_receipt(lost, task.out)
         return lost
 

@@ -54,6 +54,17 @@ def test_a_worker_that_dies_three_times_is_told_and_takes_no_other_with_it(tmp_p
     assert len(starts()) == 6
 
 
+def test_an_error_that_nobody_expected_is_told_once_and_takes_no_other_with_it(tmp_path, monkeypatch):
+    starts = shell(tmp_path, monkeypatch, 'echo "Traceback" >&2; echo "KeyError: 3" >&2; exit 1')
+    told = []
+    tasks = [task(tmp_path, name) for name in ("one", "other")]
+    Processes(1).run(tasks, lambda _, receipt: told.append(receipt.failed))
+    assert [(failed.reason, failed.detail) for failed in told] == [
+        ("fit_failed", "unexpected KeyError: 3")
+    ] * 2
+    assert len(starts()) == 2
+
+
 def test_a_disk_that_fails_stops_the_build_with_its_own_words(tmp_path, monkeypatch):
     starts = shell(tmp_path, monkeypatch, 'echo "/mnt/x: No space left on device" >&2; exit 75')
     with pytest.raises(ReleaseError, match=r"Lab/one: /mnt/x: No space left on device"):
