@@ -231,8 +231,9 @@ def _of_markers(same: tuple[MarkerFinding, ...]) -> NamedEffect:
 
 def _alternatives(balance: Balance, solved: Solved, one: Found) -> list[Alternative]:
     """Rivals that do nearly as well in its place, beside all the other causes."""
-    named, listed = one.contender.term, []
-    for rival in _likeliest(one, balance.settings):
+    named, listed, settings = one.contender.term, [], balance.settings
+    temper = settings.confidence_temper + settings.temper_share * max(0.0, one.contender.gain)
+    for rival in _likeliest(one, settings):
         candidate = rival.term.candidate
         listed.append(
             Alternative(
@@ -242,7 +243,7 @@ def _alternatives(balance: Balance, solved: Solved, one: Found) -> list[Alternat
                 f"indistinguishable here: cosine {likeness(named, rival.term, solved):.2f}, log evidence "
                 f"{one.contender.gain - rival.gain:+.1f} in favour of the first",
                 candidate.told_apart_by or named.candidate.told_apart_by,
-                confidence(rival, (one.contender, *one.rivals), balance.settings),
+                confidence(rival, (one.contender, *one.rivals), settings, temper),
             )
         )
     return listed

@@ -119,9 +119,10 @@ def _standing(
 ) -> Standing:
     """Shares of a name, its rivals, nothing, and the unknown: p ∝ exp((log evidence + log prior odds) / T).
 
-    Against the unknown T grows with what the name explains, as what evidence gets wrong does. What is unknown
-    counts as one: each alone at that T, many that explain little would outweigh a name. The name's own odds
-    do not count, since what imitates it on sound recordings is off the list as well. Where something
+    T grows with what the name explains, as what evidence gets wrong does: of 200 nats for a load, 11 more
+    than for another mass do not make it certain. What is unknown counts as one: each alone at that T, many
+    that explain little would outweigh a name; and the name's own odds do not count against it, since what
+    imitates it on sound recordings is off the list as well. Where something
     unknown is there besides, the name may stand beside that, if it pays there. Where a foot is seen to stand
     somewhere, the ground carries it: a force of another place and course is none in its place.
     """
@@ -133,11 +134,11 @@ def _standing(
     against = handicap(candidate, settings)
     moved = gain - one.contender.gain  # since the rivals were tried
     rivals = [r.odds_gain(settings) + moved for r in one.rivals if r.term.candidate.key != candidate.key]
-    listed = (np.array([0.0, *rivals]) - (gain - against)) / settings.confidence_temper
     every = world.beside(rest, solved)
     odds = _log_odds(settings, names, len(every))
     unknown = [u for u in every if not (candidate.about.seen_standing and u.cause.kind in FORCES)]
     temper = settings.confidence_temper + settings.temper_share * max(0.0, gain)
+    listed = (np.array([0.0, *rivals]) - (gain - against)) / temper
     own = gain + max(0.0, -against)
     if beside:
         more = beside[0].log_evidence - solved.log_evidence + odds

@@ -1,6 +1,6 @@
 """A name is as sure as what may be in its place allows, the unknown included."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -119,3 +119,19 @@ def test_no_force_elsewhere_takes_the_place_of_a_foot_that_is_seen_to_stand(
     contender = Contender(solved.terms[0], solved, solved.log_evidence - null.log_evidence)
     names = Kept(solved, (Found(contender, 1.0, ()),), None)
     assert bool(held(balance, names, NAMES, Trail()).found) == kept
+
+
+def test_of_much_evidence_a_few_nats_more_make_no_name_certain(short_scene, drawn, balance_of_scenes):
+    """Evidence errs in proportion to what is explained: 11 nats of hundreds part no load from a mass."""
+    force = np.tile([0.0, 250.0, 0.0], (short_scene.frames, 1))
+    there = np.concatenate([force, np.cross(short_scene.com_ground, force)], axis=1)
+    balance = balance_of_scenes(drawn(4, there, scale=0.3))
+    null, solved = balance.solve([]), balance.solve([balance.term(Standing("calcn_r", there), ())])
+    one = Contender(solved.terms[0], solved, solved.log_evidence - null.log_evidence)
+    other = balance.term(Standing("calcn_l", there), ())
+    names = Kept(solved, (Found(one, 1.0, (replace(one, term=other, gain=one.gain - 11.0),)),), None)
+    (standing,) = held(balance, names, NAMES, Trail()).standings
+    assert one.gain > 150.0
+    share = (1 - standing.outside) / (1 + np.exp(-11.0 / (3.0 + 0.03 * one.gain)))
+    assert standing.confidence == pytest.approx(share, abs=1e-3)
+    assert standing.confidence < 0.97
