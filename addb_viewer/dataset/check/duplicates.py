@@ -18,6 +18,7 @@ JOINTS = ("hip_flexion_r", "hip_flexion_l", "knee_angle_r", "knee_angle_l")
 RATE_HZ = 25.0  # at which angles are compared: steps of joints are slower
 LEAST_S = 1.0  # in common
 ANGLE_DEG = 3.0  # RMS of all four
+LEAST_DEG = 5.0  # standard deviation of an angle, of which there has to be one
 MOST_LAGS = 5
 NEARLY_DEG = 10.0  # likewise, half a step off: knees turn at 6 rad/s
 DISTANCE_M = 0.003  # RMS of distances between markers: copies with 0.2 mm of noise keep 0.3 mm
@@ -110,21 +111,23 @@ def _is_near_copy(
     least = round(LEAST_S * RATE_HZ)
     if min(len(angles), len(others)) < least or (one.labels and len(set(one.labels) & set(other.labels)) < 3):
         return False
-    return any(
-        _agree(one, other, (lag + shift) / RATE_HZ)
-        for lag in _likely_lags(angles, others, least)
-        for shift in SHIFTS
-    )
+    return any(_agree(one, other, lag) for lag in _likely_lags(angles, others, least))
 
 
-def _agree(one: Content, other: Content, lag_s: float) -> bool:
-    """Whether angles and distances between markers are the same where both trials overlap."""
-    begin, end = max(0.0, lag_s), min(one.times[-1], other.times[-1] + lag_s)
-    times = np.arange(begin, end, 1 / RATE_HZ)
-    mine, theirs = _turned(one, times), _turned(other, times - lag_s)
-    if np.degrees(np.sqrt(np.mean((mine - theirs) ** 2))) >= ANGLE_DEG:
-        return False
-    return _distances_differ(one, other, lag_s) < DISTANCE_M
+def _agree(one: Content, other: Content, lag: int) -> bool:
+    """Whether angles and distances between markers are the same where both trials overlap.
+
+    People who stand look alike at all times: without movement nothing tells a copy from another trial.
+    """
+    off = {float(lag + shift) / RATE_HZ: 0.0 for shift in SHIFTS}
+    for lag_s in off:
+        times = np.arange(max(0.0, lag_s), min(one.times[-1], other.times[-1] + lag_s), 1 / RATE_HZ)
+        mine, theirs = _turned(one, times), _turned(other, times - lag_s)
+        if np.degrees(mine.std(axis=0).max()) < LEAST_DEG:
+            return False
+        off[lag_s] = float(np.degrees(np.sqrt(np.mean((mine - theirs) ** 2))))
+    best = sorted(off, key=lambda lag_s: off[lag_s])[:2]
+    return any(off[k] < ANGLE_DEG and _distances_differ(one, other, k) < DISTANCE_M for k in best)
 
 
 def _turned(content: Content, times: Float[np.ndarray, " times"]) -> Float[np.ndarray, "times 4"]:

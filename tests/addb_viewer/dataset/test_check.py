@@ -234,6 +234,13 @@ def test_another_walk_of_the_same_person_at_the_same_speed_is_no_copy(walker, re
     assert list(duplicate_pairs(both)) == []
 
 
+def test_two_quiet_stances_of_one_person_are_no_copies(walker, recordings):
+    rng = np.random.default_rng(0)
+    stood = replace(recordings[0].frames(100.0), q=np.tile(recordings[0].frames(100.0).q[:1], (200, 1)))
+    both = [content(name, walker, stood, rng, noise=0.0005) for name in "ab"]
+    assert list(duplicate_pairs(both)) == []
+
+
 def test_the_same_markers_elsewhere_under_other_names_are_the_same_content(walker, recordings):
     rng = np.random.default_rng(0)
     one = content("a", walker, recordings[0].frames(100.0), rng)
