@@ -5,7 +5,7 @@ import json
 import shutil
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from addb_viewer.accepted_extension import extension_for_solve
 from addb_viewer.dataset.engine.engine import Engine
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.finishing import finished, recovered
+from addb_viewer.dataset.identifiers import without_names
 from addb_viewer.dataset.left_out import LeftOut
 from addb_viewer.dataset.manifest_file import FILE as MANIFEST
 from addb_viewer.dataset.manifest_file import read_manifest
@@ -135,6 +136,7 @@ def build(
     engine.run(waiting, done)
     left = [*plan.left_out, *(row for one in receipts.values() for row in one.left_out)]
     left += [one.failed for one in receipts.values() if one.failed]
+    left = [_without_places(row, plan) for row in left]
     inside = {name: one for name, one in sorted(receipts.items()) if one.files}
     if not inside:
         why = ", ".join(sorted({row.reason for row in left}))
@@ -187,6 +189,16 @@ def task_of(one: ScannedSubject, options: BuildOptions, work: Path) -> Task:
 def _review_bytes(folder: Path) -> list[str]:
     """All that people have said, activities and states included."""
     return [repr(edit) for edit in whole_log(folder).edits]
+
+
+def _without_places(row: LeftOut, plan: Plan) -> LeftOut:
+    """As a release tells it: the reason in full, but not where the files lay."""
+    folders = sorted({one.subject.folder for one in plan.subjects}, key=lambda path: -len(str(path)))
+    detail = row.detail
+    for folder in folders:
+        if str(folder) in detail or str(folder.parent) in detail:
+            detail = without_names(without_names(detail, folder), folder.parent)
+    return replace(row, detail=without_names(detail, Path("/")))
 
 
 def _previous(out: Path) -> Mapping[str, Any] | None:

@@ -249,7 +249,7 @@ def test_every_trap_ends_in_what_is_left_out(walks, tmp_path):
 def test_a_failing_fit_ends_in_what_is_left_out_and_takes_no_other_with_it(walks, fitted, fit_100, tmp_path):
     def failing(subject, *_, **__):
         if subject.name == "at_200":
-            raise ReleaseError("its skeleton cannot be told")
+            raise ReleaseError(f"{subject.folder}/trials/walk.trc: its skeleton cannot be told")
         return fit_100
 
     with pytest.MonkeyPatch.context() as patch:
@@ -259,7 +259,7 @@ def test_a_failing_fit_ends_in_what_is_left_out_and_takes_no_other_with_it(walks
     assert (row["id"], row["reason"], row["detail"]) == (
         "Lab/at_200",
         "fit_failed",
-        "its skeleton cannot be told",
+        "trials/walk.trc: its skeleton cannot be told",
     )
     assert len(list((tmp_path / "release").glob("*/*at_200*"))) == 0
 
