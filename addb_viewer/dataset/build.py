@@ -133,7 +133,10 @@ def build(
         receipts[task.who.subject_id] = receipt
         progress.one_more(task, receipt)
 
-    engine.run(waiting, done)
+    try:
+        engine.run(waiting, done)
+    except OSError as error:
+        raise ReleaseError(writing_failed(work, error)) from error
     left = [*plan.left_out, *(row for one in receipts.values() for row in one.left_out)]
     left += [one.failed for one in receipts.values() if one.failed]
     left = [_without_places(row, plan) for row in left]

@@ -9,6 +9,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from addb_viewer.dataset import build as building
 from addb_viewer.dataset import subject_files
 from addb_viewer.dataset.build import build, planned
 from addb_viewer.dataset.errors import ReleaseError
@@ -284,6 +285,31 @@ def test_what_cannot_be_built_is_said_before_anything_is_written(walks, tmp_path
     with pytest.raises(ReleaseError, match=r"nothing is left to release \(no_licence\)"):
         build(planned([walks], silent), tmp_path / "none", silent, Here())
     assert not (tmp_path / "none").exists()
+
+
+def test_a_full_disk_leaves_the_release_before_whole(walks, fitted, small_disk, tmp_path):
+    root, out = tmp_path / "root", small_disk.folder / "release"
+    shutil.copytree(walks / "at_100", root / "at_100")
+    build(planned([root], ALL), out, ALL, Here())
+    before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+    other = BuildOptions(Terms("Lab", "CC-BY-4.0", "public"), unreviewed=True)
+    small_disk.fill()
+    with pytest.raises(ReleaseError, match=r"GB are free, the release needs about 0\.00 GB\. Make room"):
+        build(planned([root], other), out, other, Here())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(building, "BYTES_PER_FRAME", 0)
+        with pytest.raises(ReleaseError, match=r"(?i)no space left|full"):
+            build(planned([root], other), out, other, Here())
+    assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
+
+
+def test_a_folder_that_cannot_be_written_to_is_said_at_once(walks, fitted, read_only, tmp_path):
+    (tmp_path / "place").mkdir()
+    place = read_only(tmp_path / "place")
+    engine = Here()
+    with pytest.raises(ReleaseError, match=r"(?i)read-only|not be written|cannot be written"):
+        build(planned([walks], ALL), place / "release", ALL, engine)
+    assert not engine.did
 
 
 def test_the_page_lists_every_reason():
