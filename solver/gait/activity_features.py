@@ -64,7 +64,7 @@ def features_of(motion: BodyMotion, span: tuple[int, int]) -> Float[np.ndarray, 
     standing = motion.stands[part].sum(axis=1)
     begin, end = motion.times[span[0]], motion.times[span[1] - 1]
     contacts = sum(s.contact_s is not None and begin <= s.contact_s <= end for s in motion.stances)
-    lift = motion.soles[part] - _ground(motion)
+    lift = motion.soles[part] - motion.ground
     knees = motion.knees[part]
     upward = motion.acceleration[part, 1]
     numbers = (
@@ -85,12 +85,3 @@ def features_of(motion: BodyMotion, span: tuple[int, int]) -> Float[np.ndarray, 
 
 
 MOST = 2.0  # of any number: beyond, more says no more
-
-
-def _ground(motion: BodyMotion) -> Float[np.ndarray, " feet"]:
-    """How high each sole's lowest corner is while it stands: the height of most of its stances [m]."""
-    levels = []
-    for foot in range(motion.soles.shape[1]):
-        standing = motion.soles[motion.stands[:, foot], foot]
-        levels.append(np.median(standing) if len(standing) else np.quantile(motion.soles[:, foot], 0.05))
-    return np.array(levels)

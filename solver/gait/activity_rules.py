@@ -7,8 +7,7 @@ from jaxtyping import Bool
 
 from solver.gait.activity import Activity, Kind
 from solver.gait.activity_settings import ActivitySettings
-from solver.gait.body_motion import BodyMotion
-from solver.gait.events import Stance
+from solver.gait.body_motion import BodyMotion, Foothold
 from solver.runs import runs
 
 Span = tuple[int, int]
@@ -121,7 +120,7 @@ def _transition(motion: BodyMotion, span: Span, settings: ActivitySettings) -> f
     moved = {
         s.foot for s in motion.stances for t in (s.contact_s, s.off_s) if t is not None and begin < t < end
     }
-    longest = max((b - a for a, b in runs(_nobody(motion)) if a < span[1] and b > span[0]), default=0)
+    longest = max((b - a for a, b in runs(_nobody(motion)[slice(*span)])), default=0)
     if len(moved) < motion.stands.shape[1] or longest >= settings.flight_s * motion.rate:
         return 0.0
     return min(_beyond(-slow, -settings.still, 0.05), _beyond(fast, settings.walking_m_s, 0.1))
@@ -180,25 +179,16 @@ def _pauses(motion: BodyMotion, takeoff: int, settings: ActivitySettings) -> boo
     return longest >= settings.pause_s * motion.rate
 
 
-def _footholds(motion: BodyMotion, span: Span) -> list[tuple[Stance, float, float]]:
-    """Stances that begin in a span: height of the sole [m], and the way to it over the surface [m]."""
-    found = []
-    ways = np.concatenate([[0.0], np.cumsum(motion.pace)]) / motion.rate
-    for stance in sorted(motion.stances, key=lambda s: s.contact_s if s.contact_s is not None else -np.inf):
-        begin = motion.times[0] if stance.contact_s is None else stance.contact_s
-        end = motion.times[-1] if stance.off_s is None else stance.off_s
-        inside = (motion.times >= begin + 0.3 * (end - begin)) & (motion.times <= begin + 0.6 * (end - begin))
-        if not inside.any() or not motion.times[span[0]] <= begin <= motion.times[span[1] - 1]:
-            continue
-        frame = int(np.flatnonzero(inside)[0])
-        found.append((stance, float(np.median(motion.soles[inside, stance.foot])), float(ways[frame])))
-    return found
+def _footholds(motion: BodyMotion, span: Span) -> list[Foothold]:
+    """Those that begin in a span."""
+    begin, end = motion.times[span[0]], motion.times[span[1] - 1]
+    return [hold for hold in motion.footholds if begin <= hold.begins_s <= end]
 
 
 def _rises(motion: BodyMotion, span: Span) -> list[float]:
     """From each foothold to the other foot's next, up [m]."""
     holds = _footholds(motion, span)
-    return [after[1] - before[1] for before, after in pairwise(holds) if after[0].foot != before[0].foot]
+    return [b.height_m - a.height_m for a, b in pairwise(holds) if a.foot != b.foot]
 
 
 def _slope(motion: BodyMotion, span: Span) -> float:
@@ -206,7 +196,7 @@ def _slope(motion: BodyMotion, span: Span) -> float:
     holds = _footholds(motion, span)
     if len(holds) < 4:
         return 0.0
-    heights, ways = (np.array([hold[k] for hold in holds]) for k in (1, 2))
+    heights, ways = (np.array([getattr(hold, name) for hold in holds]) for name in ("height_m", "way_m"))
     return float(np.polyfit(ways, heights, 1)[0]) if np.ptp(ways) > 0 else 0.0
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -16,7 +17,18 @@ from solver.kinematics.motion import Motion
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
 
+AMID = (0.3, 0.6)  # of a stance: the whole sole lies on the surface
 SMOOTH_HZ = 6.0  # of the pelvis, whose acceleration is asked for: the usual corner of gait analysis
+
+
+@dataclass(frozen=True)
+class Foothold:
+    """Where a foot stands: amid one stance."""
+
+    foot: int
+    begins_s: float  # the first frame's time where the foot stands from the beginning
+    height_m: float  # of the sole's lowest corner
+    way_m: float  # from the trial's beginning, over the surface
 
 
 @dataclass(frozen=True)
@@ -43,6 +55,30 @@ class BodyMotion:
     def frames(self) -> int:
         """Of the trial."""
         return len(self.times)
+
+    @cached_property
+    def ground(self) -> Float[np.ndarray, " feet"]:
+        """How high each sole's lowest corner is while it stands: the height of most of its stances [m]."""
+        levels = []
+        for foot in range(self.soles.shape[1]):
+            standing = self.soles[self.stands[:, foot], foot]
+            levels.append(np.median(standing) if len(standing) else np.quantile(self.soles[:, foot], 0.05))
+        return np.array(levels)
+
+    @cached_property
+    def footholds(self) -> tuple[Foothold, ...]:
+        """All of the trial, in order of time."""
+        ways = np.concatenate([[0.0], np.cumsum(self.pace)]) / self.rate
+        found = []
+        for stance in self.stances:
+            begin = self.times[0] if stance.contact_s is None else stance.contact_s
+            end = self.times[-1] if stance.off_s is None else stance.off_s
+            amid = [begin + share * (end - begin) for share in AMID]
+            first, last = np.searchsorted(self.times, amid)
+            if first < last:
+                height = float(np.median(self.soles[first:last, stance.foot]))
+                found.append(Foothold(stance.foot, float(begin), height, float(ways[first])))
+        return tuple(sorted(found, key=lambda hold: hold.begins_s))
 
 
 def body_motion(
