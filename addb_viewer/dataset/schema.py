@@ -274,7 +274,7 @@ SPLITS = Table(
     "A row a person; `addb-viewer dataset split` writes them",
     (
         Column("person_id", "text", "SOURCE/PERSON"),
-        Column("split", "text", "train, dev or test; or the number of a fold"),
+        Column("split", "text", "train, dev or test; or the name of a fold"),
     ),
     key=("person_id",),
     order=("person_id",),

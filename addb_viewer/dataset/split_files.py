@@ -9,13 +9,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.schema import SPLITS
 from addb_viewer.dataset.splits import RULE, Person, Split, counts_of, persons_of
 from solver.capture.atomic import whole_file, write_whole
 
 FOLDER = "splits"
-COLUMNS = pa.schema(
-    [pa.field("person_id", pa.string(), nullable=False), pa.field("split", pa.string(), nullable=False)]
-)
 
 
 def persons_in(release: Path) -> tuple[Person, ...]:
@@ -37,11 +35,11 @@ def read_split(file: Path) -> Split:
         ReleaseError: it cannot be read, or names a person twice.
     """
     table = _table(file)
-    lacking = [name for name in COLUMNS.names if name not in table.column_names]
+    lacking = [name for name in SPLITS.schema().names if name not in table.column_names]
     if lacking:
         raise ReleaseError(f"{file}: no column '{lacking[0]}'; give a splits/NAME.parquet of a release")
     found: Split = {}
-    for person, split in zip(*(table[name].to_pylist() for name in COLUMNS.names), strict=True):
+    for person, split in zip(*(table[name].to_pylist() for name in SPLITS.schema().names), strict=True):
         if person in found:
             raise ReleaseError(f"{file}: {person} is in it twice")
         found[person] = split
@@ -69,10 +67,10 @@ def write_split(
     folder = release / FOLDER
     folder.mkdir(exist_ok=True)
     rows = sorted(split.items())
-    table = pa.table([[p for p, _ in rows], [s for _, s in rows]], schema=COLUMNS)
+    table = pa.table([[p for p, _ in rows], [s for _, s in rows]], schema=SPLITS.schema())
     path = folder / f"{name}.parquet"
     with whole_file(path) as file:
-        pq.write_table(table, file, compression="zstd", compression_level=3, store_schema=False)
+        pq.write_table(table, file, compression="zstd", compression_level=3)
     told = {"name": name, "rule": RULE, **made_with, "persons": counts_of(persons, split)}
     write_whole(path.with_suffix(".json"), json.dumps(told, indent=1, ensure_ascii=False) + "\n")
     return path
