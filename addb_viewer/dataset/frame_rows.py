@@ -34,7 +34,8 @@ class TrialRows:
     cuts: Cuts
     skeleton: Skeleton
     settings: Settings
-    last_pass: PassFrames  # of all the trial's frames
+    first_pass: PassFrames  # K, of all the trial's frames
+    last_pass: PassFrames  # likewise D
     sides: Sequence[str]  # of each foot, "r" or "l"
     activity: Sequence[str]  # of each frame
     activity_sub: Sequence[str | None]

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from addb_viewer.dataset.average_speed import average_speed
 from addb_viewer.dataset.figures import Row, heldout, measures, phase_shares, verdicts_of
 from addb_viewer.dataset.frame_columns import COORDINATE_NAMES, SIDE_WORDS
 from addb_viewer.dataset.frame_rows import TrialRows
@@ -101,6 +102,7 @@ def trial_row(rows: TrialRows, fit: Fit, labels: TrialLabels, extended: bool) ->
         "activity_confidence": None,
         "activity_by": labels.by,
         "trial_type": labels.trial_type,
+        **average_speed(rows, Segment(0, grid.frames), labels),
         **figures,
         **heldout(rows.gridded),
         "hicks_linear": kept["linear"],
@@ -110,7 +112,7 @@ def trial_row(rows: TrialRows, fit: Fit, labels: TrialLabels, extended: bool) ->
     }
 
 
-def segment_rows(rows: TrialRows, fit: Fit) -> list[Row]:
+def segment_rows(rows: TrialRows, fit: Fit, labels: TrialLabels) -> list[Row]:
     """A trial's rows of `segments`."""
     found = []
     for number, segment in enumerate(rows.cuts.kept):
@@ -125,6 +127,7 @@ def segment_rows(rows: TrialRows, fit: Fit) -> list[Row]:
                 "start_frame": segment.start,
                 "end_frame": segment.end,
                 "counted": int(rows.gridded.verdicts.counts[segment.rows].sum()),
+                **average_speed(rows, segment, labels),
                 **figures,
                 **phase_shares(rows.gridded, segment, rows.sides.index("r")),
                 "clinical_paper": kept["paper"],

@@ -146,6 +146,7 @@ class SubjectWriting:
             cuts=cuts_of(gridded.verdicts.erroneous),
             skeleton=self.fit.skeleton,
             settings=self.settings,
+            first_pass=b3d.passes[0],
             last_pass=b3d.passes[-1],
             sides=self.sides,
             activity=activity,
@@ -166,7 +167,7 @@ class SubjectWriting:
         labels = self.labels[one.gridded.name]
         extended = self.extension is not None and one.gridded.name in self.extension.trials
         yield "trials", [trial_row(one, self.fit, labels, extended) | dict(starts)]
-        yield "segments", segment_rows(one, self.fit)
+        yield "segments", segment_rows(one, self.fit, labels)
         yield "contacts", contact_rows(one)
         yield "activities", activity_rows(one, labels)
         yield "reviews", review_rows(one, labels)

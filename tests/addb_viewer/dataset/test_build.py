@@ -194,6 +194,9 @@ def test_reviews_labels_and_erroneous_stretches(walks, fitted, tmp_path):
         "overground",
     )
     assert trial["reviewed"]
+    assert trial["average_speed_m_s"] == pytest.approx(1.3, rel=0.04)  # as simulated
+    (segment,) = pq.read_table(out / "segments.parquet").to_pylist()
+    assert (segment["average_speed_m_s"], segment["speed_kind"]) == (trial["average_speed_m_s"], "overground")
     (row,) = pq.read_table(out / "activities.parquet").to_pylist()
     assert (row["start_frame"], row["end_frame"], row["reviewer"]) == (0, 90, "reviewer_1")
     labels = pq.read_table(out / "frames" / "Lab__at_100.parquet")["activity"].to_pylist()
