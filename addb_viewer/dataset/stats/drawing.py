@@ -215,7 +215,10 @@ def _panels(sample: Sample, cloud: _Cloud, label: str, across: Float[np.ndarray,
     shown = [k for k in range(len(names)) if len(values) and np.isfinite(values[:, k]).any()]
     columns = 6
     lines = max(1, -(-len(shown) // columns))
-    figure = Figure(figsize=(13, 1.9 * lines + 0.8))
+    height = 1.9 * lines + 0.8
+    figure = Figure(figsize=(13, height))
+    figure.set_layout_engine("none")  # to lay out forty panels would take most of the time
+    figure.subplots_adjust(0.04, 0.5 / height, 0.99, 1 - 0.55 / height, wspace=0.28, hspace=0.42)
     axes = np.atleast_1d(figure.subplots(lines, columns, squeeze=False)).ravel()
     labels = np.array(sample.activity, dtype=object)
     order = np.random.default_rng(0).permutation(len(labels))  # no class lies on top of the others
@@ -236,7 +239,7 @@ def _panels(sample: Sample, cloud: _Cloud, label: str, across: Float[np.ndarray,
         if name in set(labels)
     ]
     if handles:
-        figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), frameon=False)
+        figure.legend(handles=handles, loc="upper center", ncols=len(handles), frameon=False)
     return figure
 
 
