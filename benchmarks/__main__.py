@@ -29,7 +29,7 @@ SPEED_TRIALS = {
 PAGE = """# Results
 
 {date}, Python {python}, one core of a shared 2-core machine. Made by `make bench`. CPU seconds;
-best compared as a ratio within one run.
+best compared as a ratio within one run.{note}
 
 ## Marker errors
 
@@ -92,7 +92,9 @@ def main() -> None:
     """Fit every real recording and write the tables."""
     arguments = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     arguments.add_argument("--only", help="part of a recording's folder name", default="")
-    only = arguments.parse_args().only
+    arguments.add_argument("--note", help="a sentence on the circumstances of this run", default="")
+    given = arguments.parse_args()
+    only = given.only
     marker_rows, residual_rows, refused, fits = [], [], [], {}
     for name, subject in subjects():
         if only not in name:
@@ -114,6 +116,7 @@ def main() -> None:
     text = PAGE.format(
         date=f"{date.today():%Y-%m-%d}",
         python=platform.python_version(),
+        note=f" {given.note}" if given.note else "",
         markers=kinematics.marker_table(marker_rows),
         refused="\n".join(refused) or "none",
         residuals=dynamics.residual_table(residual_rows),
