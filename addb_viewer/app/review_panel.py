@@ -72,7 +72,7 @@ def build_review(gui: viser.GuiApi, tab: viser.GuiTabHandle, feet: tuple[str, ..
             note = gui.add_text("Note", "", hint="Goes with the next flag or label")
             reason = gui.add_dropdown("Reason", other_reasons(), hint="Those that no key stands for")
             paint = gui.add_button("Flag with this reason", color="gray")
-        with gui.add_folder("Activity"):
+        with gui.add_folder("What the person does"):
             suggested = gui.add_html("")
             suggestion = gui.add_button_group(
                 "Suggestion", SUGGESTION, hint="The one that is selected, or under the cursor"

@@ -82,6 +82,9 @@ def test_a_late_clock_keeps_its_name(source, tmp_path):
     (effect,) = told["effects"]
     assert effect["id"] == "clock_offset"
     assert effect["parameters"]["offset_s"]["value"] == pytest.approx(0.02, abs=0.006)
-    assert effect["confidence"] > 0.8
+    # In 2.4 s a clock that is late and one that runs at another rate are nearly the same: what is left is that.
+    rates = sum(rival["confidence"] for rival in told["alternatives"] if rival["id"] == "sample_rate")
+    assert effect["confidence"] > 2 * rates
+    assert effect["confidence"] + rates > 0.95
     assert effect["outside_the_list"] < 0.2
     assert told["remaining"]["off_the_list"] is None
