@@ -82,7 +82,7 @@ def test_a_late_clock_keeps_its_name(source, tmp_path):
     (effect,) = told["effects"]
     assert effect["id"] == "clock_offset"
     assert effect["parameters"]["offset_s"]["value"] == pytest.approx(0.02, abs=0.006)
-    # In 2.4 s a clock that is late and one that runs at another rate are nearly the same: what is left is that.
+    # in 2.4 s a late clock and one of another rate are nearly the same; nothing else has a share
     rates = sum(rival["confidence"] for rival in told["alternatives"] if rival["id"] == "sample_rate")
     assert effect["confidence"] > 2 * rates
     assert effect["confidence"] + rates > 0.95

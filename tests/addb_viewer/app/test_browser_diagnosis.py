@@ -52,7 +52,8 @@ def app(tmp_path_factory, make_replay, make_app, effect, figures):
     (folder / "tested_worker.py").write_text(textwrap.dedent(WORKER).replace("FOR_EVER_S", str(FOR_EVER_S)))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(room, "DIAGNOSE_WORKER", "tested_worker")
-        patch.chdir(folder)  # `python -m` looks there first
+        patch.setenv("PYTHONPATH", str(folder))
+        patch.chdir(folder)
         app = make_app(folder, [make_replay()], login="Zoë")
         yield app
         app.close()

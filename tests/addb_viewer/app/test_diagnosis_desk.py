@@ -90,7 +90,7 @@ def test_nobody_decides_without_a_name(app, enter):
 def test_one_thing_at_a_time_and_everybody_sees_it(app, browser, enter, monkeypatch):
     folder = browser.session.room.subject.folder
     (folder / "sleeper.py").write_text(f"import time; time.sleep({FOR_EVER_S})")
-    monkeypatch.chdir(folder)
+    monkeypatch.setenv("PYTHONPATH", str(folder))
     monkeypatch.setattr(room, "DIAGNOSE_WORKER", "sleeper")
     other = enter(app, name="Bo")
     browser.press("Diagnose")

@@ -52,7 +52,8 @@ class Listener:
 @pytest.fixture
 def listener(tmp_path, monkeypatch):
     (tmp_path / "talker.py").write_text(textwrap.dedent(TALKER).replace("FOR_EVER_S", str(FOR_EVER_S)))
-    monkeypatch.chdir(tmp_path)  # `python -m` looks there first
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
     listener = Listener()
     yield listener
     listener.work.cancel()
