@@ -196,11 +196,12 @@ def _review_bytes(folder: Path) -> list[str]:
 
 def _without_places(row: LeftOut, plan: Plan) -> LeftOut:
     """As a release tells it: the reason in full, but not where the files lay."""
-    folders = sorted({one.subject.folder for one in plan.subjects}, key=lambda path: -len(str(path)))
+    folders = {one.subject.folder for one in plan.subjects}
+    places = folders | {folder.parent for folder in folders}
     detail = row.detail
-    for folder in folders:
-        if str(folder) in detail or str(folder.parent) in detail:
-            detail = without_names(without_names(detail, folder), folder.parent)
+    for place in sorted(places, key=lambda path: (-len(str(path)), str(path))):
+        if str(place) in detail or str(place.resolve()) in detail:
+            detail = without_names(detail, place)
     return replace(row, detail=without_names(detail, Path("/")))
 
 

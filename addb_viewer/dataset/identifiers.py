@@ -32,7 +32,7 @@ def without_names(text: str, folder: Path, also: Sequence[str] = ()) -> str:
         folder: of the subject.
         also: further words to take out.
     """
-    for place in {str(folder.resolve()), str(folder)} - {"/"}:
+    for place in sorted({str(folder.resolve()), str(folder)} - {"/"}, key=lambda p: (-len(p), p)):
         text = text.replace(place + "/", "").replace(place, "the folder")
     text = _DATE.sub("[date]", _PATH.sub("", text))
     for word in also:
