@@ -14,7 +14,7 @@ from addb_viewer.accepted_extension import extension_for_solve
 from addb_viewer.dataset.engine.engine import Engine
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.finishing import finished, recovered
-from addb_viewer.dataset.identifiers import without_names
+from addb_viewer.dataset.identifiers import without_places
 from addb_viewer.dataset.left_out import LeftOut
 from addb_viewer.dataset.manifest_file import FILE as MANIFEST
 from addb_viewer.dataset.manifest_file import read_manifest
@@ -197,12 +197,7 @@ def _review_bytes(folder: Path) -> list[str]:
 def _without_places(row: LeftOut, plan: Plan) -> LeftOut:
     """As a release tells it: the reason in full, but not where the files lay."""
     folders = {one.subject.folder for one in plan.subjects}
-    places = folders | {folder.parent for folder in folders}
-    detail = row.detail
-    for place in sorted(places, key=lambda path: (-len(str(path)), str(path))):
-        if str(place) in detail or str(place.resolve()) in detail:
-            detail = without_names(detail, place)
-    return replace(row, detail=without_names(detail, Path("/")))
+    return replace(row, detail=without_places(row.detail, folders | {folder.parent for folder in folders}))
 
 
 def _previous(out: Path) -> Mapping[str, Any] | None:

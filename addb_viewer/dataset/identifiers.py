@@ -1,7 +1,7 @@
 """What subjects, persons and trials are called in a release, and what names must not tell."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from urllib.parse import quote
 
@@ -24,6 +24,19 @@ def side_of(body: str) -> str | None:
     return found[0] if len(found) == 1 else None
 
 
+def without_places(text: str, folders: Iterable[Path]) -> str:
+    """A text without dates, without paths, and with what lies in some folders told from there on.
+
+    Args:
+        text: as the program says it.
+        folders: the inner ones are taken out before those that hold them.
+    """
+    places = {str(place) for folder in folders for place in (folder, folder.resolve())}
+    for place in sorted(places, key=lambda place: (-len(place), place)):
+        text = text.replace(place + "/", "").replace(place, "the folder")
+    return _DATE.sub("[date]", _PATH.sub("", text))
+
+
 def without_names(text: str, folder: Path, also: Sequence[str] = ()) -> str:
     """A note without paths, dates, the folder's name and other names.
 
@@ -32,9 +45,7 @@ def without_names(text: str, folder: Path, also: Sequence[str] = ()) -> str:
         folder: of the subject.
         also: further words to take out.
     """
-    for place in sorted({str(folder.resolve()), str(folder)} - {"/"}, key=lambda p: (-len(p), p)):
-        text = text.replace(place + "/", "").replace(place, "the folder")
-    text = _DATE.sub("[date]", _PATH.sub("", text))
+    text = without_places(text, [folder])
     for word in also:
         if len(word) >= 3:
             text = re.sub(rf"(?<!\w){re.escape(word)}(?!\w)", "[name]", text)
