@@ -38,6 +38,11 @@ DATASET = (
         "dataset.check:check",
         "Say what is wrong with a release: files, schema, F = ma, torques, plausibility, duplicates, splits.",
     ),
+    ListedCommand(
+        "synthesize",
+        "dataset.synthesize:synthesize",
+        "Make up a corpus of people, faults and traps, and keep the truth about it aside.",
+    ),
 )
 COMMANDS = (
     ListedCommand(

@@ -18,6 +18,7 @@ REASONS = {
         "static": "it scales the body and is no trial",
         "unreadable": "its files cannot be read",
         "no_forces": "no force plate was recorded",
+        "too_short": "fewer than 12 frames",
         "not_reviewed": "nobody has finished its review, and --unreviewed was not given",
         "duplicate_trial": "the same recording as another trial",
         "no_dynamics": "too few frames count for a fit to the forces",

@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.grid import grid_of
 from addb_viewer.dataset.identifiers import side_of
 from addb_viewer.dataset.left_out import LeftOut, hours_of
 from addb_viewer.dataset.options import BuildOptions
 from addb_viewer.dataset.release_subject import ReleaseSubject, release_subject
+from addb_viewer.dataset.segments import SHORTEST
 from addb_viewer.dataset.trial_labels import labels_of
 from annotations.errors import ReviewError
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
@@ -143,6 +145,9 @@ def _subject_gate(subject: Subject, who: ReleaseSubject, options: BuildOptions) 
 def _trial_gate(capture: Capture, finished: bool, options: BuildOptions) -> str | None:
     if not capture.plates:
         return "no_forces"
+    markers = capture.markers
+    if grid_of(markers.frames, markers.rate, 0.0, options.rate_hz).frames < SHORTEST:
+        return "too_short"
     if not finished and not options.unreviewed:
         return "not_reviewed"
     return None

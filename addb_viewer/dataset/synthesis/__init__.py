@@ -1,0 +1,1 @@
+"""A made-up corpus: people, laboratories, faults and traps whose truth is known."""

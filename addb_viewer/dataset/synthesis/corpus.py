@@ -1,0 +1,213 @@
+"""A corpus of made-up people: folders as several laboratories would hand them over, the truth kept aside."""
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from addb_viewer.dataset.errors import ReleaseError
+from addb_viewer.dataset.synthesis.laboratories import LABORATORIES, Laboratory
+from addb_viewer.dataset.synthesis.made_subject import (
+    MadeSubject,
+    MadeTrial,
+    write_subject_folder,
+    write_truth,
+)
+from addb_viewer.dataset.synthesis.movements import Actors, Wearer
+from addb_viewer.dataset.synthesis.people import drawn_person
+from addb_viewer.dataset.synthesis.recording import recorded
+from addb_viewer.dataset.synthesis.reviewing import said_of
+from addb_viewer.dataset.synthesis.traps import (
+    SUBJECT_TRAPS,
+    TRIAL_TRAPS,
+    Expected,
+    static_rows,
+)
+from annotations.events import SetStatus, Status
+from solver.capture.atomic import write_whole
+
+TRUTH = "truth.json"
+FAULTS: tuple[tuple[str, ...], ...] = (
+    ("off_plate",),
+    (),
+    (),
+    ("late_clock",),
+    ("noise",),
+    (),
+    ("wrong_mass",),
+)
+WRONG_MASS = 1.12  # entered over true
+SECOND_FOLDER_EVERY = 6  # of so many folders one is a second session of the person before
+LABELLED_SHARE = 0.7
+
+
+@dataclass(frozen=True)
+class CorpusOptions:
+    """What a corpus holds."""
+
+    subjects: int  # good folders; traps come on top
+    seed: int = 0
+    traps: bool = True
+    actors: int = 4  # people whose movements are simulated; all others do the same in similarity
+    activities: tuple[str, ...] = ("walk", "run", "squat", "stand", "landing")
+    longest_s: float | None = None  # of a movement; None: as long as it takes
+
+
+def truth_folder(root: Path) -> Path:
+    """Where the truth about a corpus lies: beside it, so that no build reads it."""
+    return root.with_name(f"{root.name}.truth")
+
+
+def synthesize(
+    root: Path, options: CorpusOptions, told: Callable[[str], None] = lambda _: None
+) -> list[Expected]:
+    """Write a corpus and the truth about it.
+
+    Args:
+        root: its folder; must not exist or be empty. The truth goes to `ROOT.truth`.
+        options: of the corpus.
+        told: whose folder is written.
+
+    Returns:
+        What a release of it has to leave out.
+
+    Raises:
+        ReleaseError: there is something in the folder, or in that of the truth.
+    """
+    for place in (root, truth_folder(root)):
+        if place.exists() and (not place.is_dir() or any(place.iterdir())):
+            raise ReleaseError(f"{place}: is not empty; a corpus is made in a folder of its own.")
+    corpus = _Corpus(root, options, told)
+    corpus.good()
+    if options.traps:
+        corpus.traps()
+    corpus.finish()
+    return corpus.expected
+
+
+class _Corpus:
+    """What has been written so far."""
+
+    def __init__(self, root: Path, options: CorpusOptions, told: Callable[[str], None]) -> None:
+        self.root, self.options, self._told = root, options, told
+        self.expected: list[Expected] = []
+        self._actors = Actors(min(options.actors, max(options.subjects, 1)), options.seed, options.longest_s)
+        self._subjects: list[MadeSubject] = []
+        self._wearers: dict[str, Wearer] = {}
+        self._about: list[dict[str, object]] = []
+        self._numbers: dict[str, int] = {}
+
+    def good(self) -> None:
+        """Subjects that a release takes."""
+        for k in range(self.options.subjects):
+            again = self._subjects[k - 1] if k % SECOND_FOLDER_EVERY == SECOND_FOLDER_EVERY - 1 else None
+            subject = self._made(k, again)
+            if self.options.traps:
+                subject = self._with_trial_traps(subject, k)
+            self._subjects.append(subject)
+            self._write(subject)
+            self.expected += static_rows(subject)
+
+    def traps(self) -> None:
+        """Folders that it leaves out, and copies."""
+        for number, trap in enumerate(SUBJECT_TRAPS, start=len(self._subjects)):
+            made = self._made(number, None, only=("walk",), faults=())
+            subject = trap.spoiled(replace(made, trap=trap.name))
+            folder = self._write(subject)
+            if trap.broken:
+                trap.broken(folder)
+            self.expected += trap.rows(subject, self.root.name)
+        self._copied_subject()
+
+    def finish(self) -> None:
+        """The truth's own file."""
+        path = truth_folder(self.root) / TRUTH
+        path.parent.mkdir(parents=True, exist_ok=True)
+        told = {
+            "options": asdict(self.options),
+            "subjects": self._about,
+            "left_out": [asdict(row) for row in self.expected],
+        }
+        write_whole(path, json.dumps(told, indent=1, sort_keys=True) + "\n")
+
+    def _made(
+        self,
+        number: int,
+        again: MadeSubject | None,
+        only: Sequence[str] | None = None,
+        faults: Sequence[str] | None = None,
+    ) -> MadeSubject:
+        """A subject with a trial of every activity of its laboratory; or one more session of a person."""
+        rng = np.random.default_rng((self.options.seed, 1000 + number))
+        laboratory = again.laboratory if again else LABORATORIES[number % len(LABORATORIES)]
+        person = again.person if again else drawn_person(rng)
+        who = self._wearers[again.person_id] if again else self._actors.wearer(person, rng)
+        own = FAULTS[number % len(FAULTS)] if faults is None else tuple(faults)
+        if laboratory.treadmill and "off_plate" in own:
+            own = ("noise",)  # there is nothing beside a belt
+        folder = self._next_folder(laboratory)
+        subject = MadeSubject(
+            laboratory=laboratory,
+            person_name=again.person_name if again else folder.replace("S", "P"),
+            folder=folder,
+            person=person,
+            mass_entered_kg=round(person.mass_kg * (WRONG_MASS if "wrong_mass" in own else 1.0), 1),
+            static=recorded("static", self._actors.movement(who, "static"), laboratory, (), rng),
+            trials=(),
+            faults=own,
+        )
+        self._wearers[subject.person_id] = who
+        names = [
+            a for a in laboratory.activities if a in self.options.activities and self._actors.can(who, a)
+        ]
+        trials = []
+        for activity in only or names or ("walk",):
+            trial = recorded(f"{activity}_1", self._actors.movement(who, activity), laboratory, own, rng)
+            labelled = bool(rng.random() < LABELLED_SHARE)
+            trials.append(MadeTrial(trial, tuple(said_of(trial, labelled=labelled)), labelled=labelled))
+        return replace(subject, trials=tuple(trials))
+
+    def _with_trial_traps(self, subject: MadeSubject, number: int) -> MadeSubject:
+        """Every trap of a trial once, one subject after the other."""
+        rng = np.random.default_rng((self.options.seed, 2000 + number))
+        more: list[MadeTrial] = []
+        for k, trap in enumerate(TRIAL_TRAPS):
+            if k % self.options.subjects != number:
+                continue
+            name = f"walk_{2 + len(more)}"
+            movement = self._actors.movement(self._wearers[subject.person_id], "walk")
+            trial = recorded(name, movement, subject.laboratory, (), rng, seconds=trap.seconds)
+            more.append(trap.made(trial))
+            self.expected += trap.rows(subject, name)
+            if trap.name == "stub":
+                erroneous = Expected("range", f"{subject.subject_id}/{name}", "erroneous", trap.name)
+                self.expected.append(erroneous)
+        if number == 1:  # of the second source by name, so that the first keeps its recording
+            name = f"walk_{2 + len(more)}"
+            first = self._subjects[0].trials[0].recorded
+            more.append(MadeTrial(replace(first, name=name), (SetStatus(Status.FINISHED),), "copied_trial"))
+            row = Expected("trial", f"{subject.subject_id}/{name}", "duplicate_trial", "copied_trial")
+            self.expected.append(row)
+        return replace(subject, trials=(*subject.trials, *more))
+
+    def _copied_subject(self) -> None:
+        """The first person's recordings under another name."""
+        of = self._subjects[0]
+        folder = self._next_folder(of.laboratory)
+        kept = tuple(made for made in of.trials if made.trap is None)
+        who = folder.replace("S", "P")
+        copy = replace(of, folder=folder, person_name=who, trials=kept, trap="copied_subject")
+        self._write(copy)
+        self.expected.append(Expected("subject", copy.subject_id, "duplicate_subject", "copied_subject"))
+
+    def _write(self, subject: MadeSubject) -> Path:
+        self._told(subject.subject_id)
+        folder = write_subject_folder(self.root, subject)
+        self._about.append(write_truth(truth_folder(self.root), subject))
+        return folder
+
+    def _next_folder(self, laboratory: Laboratory) -> str:
+        self._numbers[laboratory.source] = self._numbers.get(laboratory.source, 0) + 1
+        return f"S{self._numbers[laboratory.source]:03d}"
