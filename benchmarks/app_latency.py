@@ -25,10 +25,10 @@ import numpy as np
 from jaxtyping import Float
 
 from addb_viewer.app.app import ReviewApp
-from addb_viewer.app.house import House
-from addb_viewer.app.library import Library, library_of
-from addb_viewer.app.replay import MarkerReplay, Replay
-from addb_viewer.app.server import open_server
+from addb_viewer.app.security.server import open_server
+from addb_viewer.app.subjects.library import Library, library_of
+from addb_viewer.app.subjects.workspace import House
+from addb_viewer.app.trial.replay import MarkerReplay, Replay
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
 from solver.capture.subject import open_subject
 from tests.addb_viewer.app.paper_browser import PaperBrowser

@@ -24,7 +24,7 @@ from pathlib import Path
 
 import numpy as np
 
-from addb_viewer.app.solves import add, keep, solves
+from addb_viewer.app.jobs.stored_solves import add, keep, solves
 from addb_viewer.jobs import solving
 from solver.capture.atomic import DRAFT
 from solver.capture.capture import Subject

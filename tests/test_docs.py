@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from addb_viewer.app.keys import COMMANDS
+from addb_viewer.app.shell.keys import COMMANDS
 from solver.effects.catalogue import IDS, MARKER_IDS
 from solver.settings import Settings, as_toml, tables
 

@@ -11,18 +11,18 @@ from pathlib import Path
 
 import viser
 
-from addb_viewer.app.camera import first_sight
-from addb_viewer.app.control_door import ControlDoor
-from addb_viewer.app.door import Door, is_loopback
-from addb_viewer.app.house import House
-from addb_viewer.app.memory import Remembered
-from addb_viewer.app.next_trial import next_trial
-from addb_viewer.app.notices import Notices, log_error
-from addb_viewer.app.playback import Pace
-from addb_viewer.app.room import SubjectRoom
-from addb_viewer.app.root_folder import open_root
-from addb_viewer.app.server import address, open_server
-from addb_viewer.app.session import Session
+from addb_viewer.app.page.browser_memory import Remembered
+from addb_viewer.app.page.notices import Notices, log_error
+from addb_viewer.app.queue.next_trial import next_trial
+from addb_viewer.app.scene.camera import first_sight
+from addb_viewer.app.security.access import Door, is_loopback
+from addb_viewer.app.security.control_guard import ControlDoor
+from addb_viewer.app.security.server import address, open_server
+from addb_viewer.app.shell.playback import Pace
+from addb_viewer.app.shell.session import Session
+from addb_viewer.app.subjects.root_folder import open_root
+from addb_viewer.app.subjects.shared_subject import SubjectRoom
+from addb_viewer.app.subjects.workspace import House
 from solver.errors import SolverError
 
 SWITCH_S = 0.001  # after which a busy thread lets another one in: so long a key waits for a picture

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from addb_viewer.app.root_folder import RootFolder, open_root, reading_of
+from addb_viewer.app.subjects.root_folder import RootFolder, open_root, reading_of
 from addb_viewer.commands.many_table import Outcome, Status, line_of, write_csv
 from addb_viewer.environment import ENDS_WITH_STDIN
 from addb_viewer.jobs.subject_checks import check_folder

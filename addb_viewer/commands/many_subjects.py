@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.app.root_folder import RootFolder
+from addb_viewer.app.subjects.root_folder import RootFolder
 from addb_viewer.commands.errors import FAILED, STOPPED
 from addb_viewer.commands.many import Work, done_to_all, write_outcomes
 from addb_viewer.commands.many_table import Status, print_table

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from addb_viewer.app.root_folder import RootFolder, open_root
+from addb_viewer.app.subjects.root_folder import RootFolder, open_root
 from addb_viewer.commands.errors import FAILED, errors_as_lines
 from addb_viewer.commands.fit import in_short
 from addb_viewer.commands.many import Work, done_to_all, options

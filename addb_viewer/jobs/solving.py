@@ -132,7 +132,7 @@ def _written(results: Path) -> tuple[int, int] | None:
 
 def _put_aside(results: Path) -> str:
     """Keep what another program wrote while this one solved, and say where."""
-    from addb_viewer.app.solves import put_aside  # noqa: PLC0415 (rarely needed)
+    from addb_viewer.app.jobs.stored_solves import put_aside  # noqa: PLC0415 (rarely needed)
 
     return f"another program fitted this subject meanwhile; its fit is kept in {put_aside(results)}"
 

@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 from jaxtyping import Float, Int
 
-from addb_viewer.app.replay import MarkerReplay, ResidualReplay
+from addb_viewer.app.trial.replay import MarkerReplay, ResidualReplay
 
 METRES_PER_NEWTON = 1e-3  # as the app draws forces: standing on one leg reaches about the hip
 SMALLEST_N = 20.0  # below it a plate's force is noise, and so is its centre of pressure

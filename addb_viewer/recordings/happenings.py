@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool
 
-from addb_viewer.app.feet import foot_words
-from addb_viewer.app.palette import CAUSE, GREEN, GREY, ORANGE, Rgb, foot_color, reason_color
+from addb_viewer.app.style.palette import CAUSE, GREEN, GREY, ORANGE, Rgb, foot_color, reason_color
+from addb_viewer.app.trial.foot_names import foot_words
 from addb_viewer.diagnosis_vocabulary import amounts, ranges_of, sentence, title
 from addb_viewer.recordings.recording import Recording, TrialRecord
 from annotations.events import Edit, FrameRange

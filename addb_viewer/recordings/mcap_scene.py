@@ -23,8 +23,8 @@ from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 from jaxtyping import Float
 
-from addb_viewer.app.palette import BONE, GREY, RESIDUAL, UNASSIGNED, Rgb, error_colors, foot_color
-from addb_viewer.app.replay import BodyReplay, PlateReplay, Replay
+from addb_viewer.app.style.palette import BONE, GREY, RESIDUAL, UNASSIGNED, Rgb, error_colors, foot_color
+from addb_viewer.app.trial.replay import BodyReplay, PlateReplay, Replay
 from addb_viewer.recordings.drawing import METRES_PER_NEWTON, SMALLEST_N, SMALLEST_RESIDUAL_N
 
 GROUND = "ground"  # the frame that all others are in

@@ -16,7 +16,7 @@ import trimesh
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from jaxtyping import Float
 
-from addb_viewer.app.replay import Replay
+from addb_viewer.app.trial.replay import Replay
 from addb_viewer.diagnosis_vocabulary import ranges_of
 from addb_viewer.recordings.drawing import marker_errors_of, nanoseconds, used_norm
 from addb_viewer.recordings.happenings import Line

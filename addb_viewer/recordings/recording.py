@@ -8,7 +8,7 @@ import numpy as np
 import trimesh
 from jaxtyping import Float
 
-from addb_viewer.app.replay import Person, Replay, fitted_replay
+from addb_viewer.app.trial.replay import Person, Replay, fitted_replay
 from addb_viewer.recordings.solver_steps import SolverStep
 from annotations.events import Edit
 from solver.dynamics.inverse_dynamics import inverse_dynamics

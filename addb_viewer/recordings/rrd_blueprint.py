@@ -4,7 +4,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from addb_viewer.app.replay import Replay
+from addb_viewer.app.trial.replay import Replay
 from addb_viewer.recordings.recording import TrialRecord
 from addb_viewer.recordings.rrd_scene import BEFORE, SCENE
 from addb_viewer.recordings.rrd_series import FORCE, MARKERS, MOMENT, SERIES, VERTICAL

@@ -12,8 +12,8 @@ import numpy as np
 import rerun as rr
 from jaxtyping import Float
 
-from addb_viewer.app.palette import BLUE, GREY, OTHER_SOLVE, PLATES, RESIDUAL, Rgb
-from addb_viewer.app.replay import ResidualReplay
+from addb_viewer.app.style.palette import BLUE, GREY, OTHER_SOLVE, PLATES, RESIDUAL, Rgb
+from addb_viewer.app.trial.replay import ResidualReplay
 from addb_viewer.recordings.drawing import marker_errors_of, used_norm
 from addb_viewer.recordings.recording import TrialRecord
 from addb_viewer.recordings.rrd_scene import AFTER, BEFORE

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from addb_viewer.app.effect_pictures import pictures
-from addb_viewer.app.palette import CAUSE, INK, RESIDUAL, UNASSIGNED, Rgb, foot_color
-from addb_viewer.app.replay import Replay
+from addb_viewer.app.scene.cause_pictures import pictures
+from addb_viewer.app.style.palette import CAUSE, INK, RESIDUAL, UNASSIGNED, Rgb, foot_color
+from addb_viewer.app.trial.replay import Replay
 from addb_viewer.recordings.drawing import METRES_PER_NEWTON, SMALLEST_N, SMALLEST_RESIDUAL_N
 
 

@@ -10,8 +10,8 @@ from jaxtyping import Float, Int, UInt8
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
-from addb_viewer.app.palette import BONE
-from addb_viewer.app.replay import BodyReplay
+from addb_viewer.app.style.palette import BONE
+from addb_viewer.app.trial.replay import BodyReplay
 from addb_viewer.report.camera import Camera
 
 FINER = 4  # pixels drawn for one of the camera's, each way

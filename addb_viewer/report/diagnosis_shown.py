@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from addb_viewer.app.diagnosis_state import decision_in_words, read_state
+from addb_viewer.app.diagnosis.state import decision_in_words, read_state
 from addb_viewer.kept_diagnosis import kept
 from addb_viewer.report.content import DiagnosisShown
 from solver.fit import Fit

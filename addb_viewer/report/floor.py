@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from addb_viewer.app.replay import PlateReplay, Replay
+from addb_viewer.app.trial.replay import PlateReplay, Replay
 from addb_viewer.recordings.drawing import SMALLEST_N
 
 MOST_POINTS = 120  # of a trace: enough to see where the force went

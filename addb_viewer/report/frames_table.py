@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from addb_viewer.app.palette import GREEN, reason_color
+from addb_viewer.app.style.palette import GREEN, reason_color
 from addb_viewer.recordings.recording import TrialRecord
 from addb_viewer.report.frames_kept import (
     Kept,

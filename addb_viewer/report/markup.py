@@ -5,8 +5,8 @@ import json
 import re
 from collections.abc import Iterable, Sequence
 
-from addb_viewer.app.diagnosis_html import LISTS
-from addb_viewer.app.palette import Rgb
+from addb_viewer.app.diagnosis.html import LISTS
+from addb_viewer.app.style.palette import Rgb
 from addb_viewer.sections import Section, unbroken
 
 COMMAND = " To flag: "  # before each command that somebody may copy

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from addb_viewer.app.effect_pictures import pictures
-from addb_viewer.app.replay import Replay
+from addb_viewer.app.scene.cause_pictures import pictures
+from addb_viewer.app.trial.replay import Replay
 from addb_viewer.diagnosis_vocabulary import newtons
 from addb_viewer.report.frames_kept import Kept
 from addb_viewer.residual_words import moment_Nm

@@ -10,8 +10,8 @@ import numpy as np
 import trimesh
 from jaxtyping import Float
 
-from addb_viewer.app.palette import BONE, Rgb, reason_color
-from addb_viewer.app.replay import BodyReplay, Replay
+from addb_viewer.app.style.palette import BONE, Rgb, reason_color
+from addb_viewer.app.trial.replay import BodyReplay, Replay
 from addb_viewer.recordings.recording import Recording, TrialRecord
 from addb_viewer.report.arrows import Arrow, arrows_of
 from addb_viewer.report.floor import plates_of, walked_floor

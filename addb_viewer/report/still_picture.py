@@ -6,8 +6,8 @@ import numpy as np
 import trimesh
 from jaxtyping import Float
 
-from addb_viewer.app.palette import INK, error_colors
-from addb_viewer.app.replay import Replay
+from addb_viewer.app.style.palette import INK, error_colors
+from addb_viewer.app.trial.replay import Replay
 from addb_viewer.diagnosis_vocabulary import newtons
 from addb_viewer.report.arrows import Arrow
 from addb_viewer.report.bone_raster import bones_image

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from statistics import mean, stdev
 
-from addb_viewer.app.feet import foot_words
+from addb_viewer.app.trial.foot_names import foot_words
 from addb_viewer.report.markup import Safe, element, joined, table
 from solver.export.gait_tables import gaits_of
 from solver.fit import Fit

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from addb_viewer.app.palette import BLUE, GREEN, INK, ORANGE, PURPLE, RESIDUAL
+from addb_viewer.app.style.palette import BLUE, GREEN, INK, ORANGE, PURPLE, RESIDUAL
 from addb_viewer.recordings.recording import TrialRecord
 from addb_viewer.report.arrows import arrows_of
 from addb_viewer.report.changed_part import changed_part

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from addb_viewer.app.chart_html import axis_html, chart_html
-from addb_viewer.app.charts import BEFORE, Chart, Line, charts_of
-from addb_viewer.app.lanes import Block, Lane
-from addb_viewer.app.lanes_html import lanes_html
-from addb_viewer.app.residual_charts import residual_charts
-from addb_viewer.app.span import Span
+from addb_viewer.app.diagnosis.residual_charts import residual_charts
+from addb_viewer.app.timeline.chart_html import axis_html, chart_html
+from addb_viewer.app.timeline.charts import BEFORE, Chart, Line, charts_of
+from addb_viewer.app.timeline.lanes import Block, Lane
+from addb_viewer.app.timeline.lanes_html import lanes_html
+from addb_viewer.app.timeline.span import Span
 from addb_viewer.recordings.happenings import Lane as Happenings
 from addb_viewer.recordings.happenings import Stretch, lanes_of
 from addb_viewer.recordings.recording import TrialRecord

@@ -4,7 +4,7 @@ import warnings
 
 import numpy as np
 
-from addb_viewer.app.replay import Replay
+from addb_viewer.app.trial.replay import Replay
 from addb_viewer.report.markup import Safe, bar, element, table
 from solver.dynamics.thresholds import Thresholds
 

@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 
-from addb_viewer.app.root_folder import open_root
+from addb_viewer.app.subjects.root_folder import open_root
 from addb_viewer.jobs.reviewing import subject_in
 from addb_viewer.jobs.solving import job_for
 from solver.capture.trial import read_trial

@@ -10,10 +10,10 @@ from sqlalchemy import text
 from typer.testing import CliRunner
 
 from addb_viewer import review_store
-from addb_viewer.app.library import library_of
-from addb_viewer.app.queue_rows import subject_rows
-from addb_viewer.app.review_book import ReviewBook
-from addb_viewer.app.review_html import ranges_html, status_html
+from addb_viewer.app.queue.rows import subject_rows
+from addb_viewer.app.review.html import ranges_html, status_html
+from addb_viewer.app.subjects.library import library_of
+from addb_viewer.app.subjects.subject_review import ReviewBook
 from addb_viewer.cli import app
 from addb_viewer.environment import ROOT, STORE
 from addb_viewer.jobs.reviewing import subject_in

@@ -10,9 +10,10 @@ import trimesh
 
 from addb_viewer.app.app import ReviewApp
 from addb_viewer.app.app import start as start_app
-from addb_viewer.app.house import House
-from addb_viewer.app.library import Library
-from addb_viewer.app.replay import (
+from addb_viewer.app.security.server import open_server
+from addb_viewer.app.subjects.library import Library
+from addb_viewer.app.subjects.workspace import House
+from addb_viewer.app.trial.replay import (
     BodyReplay,
     ForceUse,
     JointReplay,
@@ -21,7 +22,6 @@ from addb_viewer.app.replay import (
     Replay,
     ResidualReplay,
 )
-from addb_viewer.app.server import open_server
 from addb_viewer.review_store import open_log
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
 from solver.contact.contact_phases import ContactPhase

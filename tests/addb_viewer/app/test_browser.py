@@ -8,9 +8,9 @@ from dataclasses import replace
 import pytest
 
 from addb_viewer.app.app import ReviewApp
-from addb_viewer.app.door import Door
-from addb_viewer.app.house import House
-from addb_viewer.app.server import address, open_server
+from addb_viewer.app.security.access import Door
+from addb_viewer.app.security.server import address, open_server
+from addb_viewer.app.subjects.workspace import House
 from solver.errors import CaptureError
 from tests.patience import PATIENCE_MS
 

@@ -6,7 +6,7 @@ import textwrap
 import numpy as np
 import pytest
 
-from addb_viewer.app import room
+from addb_viewer.app.subjects import shared_subject as room
 from solver.dynamics.extension import Cause, Extension
 from solver.results import extension_log
 from tests.patience import FOR_EVER_S
@@ -17,7 +17,7 @@ SPITEFUL = "<img src=x onerror='window.hacked=1'>"
 WORKER = """
     import shutil, sys, time
     from pathlib import Path
-    from addb_viewer.app.work import progress_line
+    from addb_viewer.app.jobs.worker_process import progress_line
     folder, results = map(Path, sys.argv[1:])
     print(progress_line("screening", 0.4), flush=True)
     if (folder / "slow").exists():

@@ -12,9 +12,9 @@ import zstandard
 from websockets.sync.server import serve
 
 from addb_viewer.app.app import ReviewApp
-from addb_viewer.app.door import Door
-from addb_viewer.app.house import House
-from addb_viewer.app.server import address, open_server
+from addb_viewer.app.security.access import Door
+from addb_viewer.app.security.server import address, open_server
+from addb_viewer.app.subjects.workspace import House
 from tests.patience import PATIENCE_MS
 
 pytestmark = pytest.mark.browser

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from addb_viewer.app.app import start
-from addb_viewer.app.solves import KEPT, NEW, REPLACED, solves
+from addb_viewer.app.jobs.stored_solves import KEPT, NEW, REPLACED, solves
 from addb_viewer.review_store import open_log
 from annotations.events import Status
 from solver.capture.subject import open_subject

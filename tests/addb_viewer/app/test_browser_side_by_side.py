@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from addb_viewer.app.app import start
-from addb_viewer.app.proposals import State
+from addb_viewer.app.trial.proposals import State
 from addb_viewer.jobs.solving import job_for, solved
 from addb_viewer.review_store import open_log
 from annotations.events import (

@@ -2,7 +2,7 @@
 
 import pytest
 
-from addb_viewer.app import page_script
+from addb_viewer.app.shell import page_script
 from addb_viewer.review_store import open_log
 
 pytestmark = pytest.mark.browser

@@ -6,16 +6,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from addb_viewer.app.chart_html import (
+from addb_viewer.app.style.palette import BLUE
+from addb_viewer.app.timeline.chart_html import (
     axis_html,
     chart_html,
     curve_path,
     nice_ticks,
     short_labels,
 )
-from addb_viewer.app.charts import Chart, Line
-from addb_viewer.app.palette import BLUE
-from addb_viewer.app.span import Span
+from addb_viewer.app.timeline.charts import Chart, Line
+from addb_viewer.app.timeline.span import Span
 
 SPITEFUL = "<script>alert(1)</script>"
 

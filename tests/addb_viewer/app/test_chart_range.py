@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from addb_viewer.app.chart_range import peaks_beyond, value_range
-from addb_viewer.app.charts import Chart, Line
-from addb_viewer.app.palette import BLUE, GREY
+from addb_viewer.app.style.palette import BLUE, GREY
+from addb_viewer.app.timeline.chart_range import peaks_beyond, value_range
+from addb_viewer.app.timeline.charts import Chart, Line
 
 FRAMES = 100
 AIR, HEADROOM = 1.06, 1.25

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addb_viewer.app.charts import charts_of, joint_choices
+from addb_viewer.app.timeline.charts import charts_of, joint_choices
 
 
 def test_a_fitted_trial_has_four_charts_with_units(make_replay):

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addb_viewer.app.comparison import around, changed_frames, compared
-from addb_viewer.app.solve_html import comparison_html
+from addb_viewer.app.solve.comparison import around, changed_frames, compared
+from addb_viewer.app.solve.html import comparison_html
 
 FIGURES = {
     "frames_with_force_used": 180,

@@ -7,8 +7,8 @@ import time
 import numpy as np
 import pytest
 
-from addb_viewer.app import diagnose_worker
-from addb_viewer.app.work import Work
+from addb_viewer.app.jobs.worker_process import Work
+from addb_viewer.app.jobs.workers import diagnose as diagnose_worker
 from addb_viewer.kept_diagnosis import kept
 from solver.diagnosis.diagnosis import Diagnosis, Remaining
 from solver.simulate.demo import write_demo_subject
@@ -41,7 +41,7 @@ def test_a_recording_without_forces_fails_with_its_cause(subject):
     (subject / "trials" / "squat" / "grf.mot").unlink()
     outcomes = []
     work = Work(lambda *_: None, outcomes.append)
-    work.start("addb_viewer.app.diagnose_worker", [str(subject), str(subject / "results")])
+    work.start("addb_viewer.app.jobs.workers.diagnose", [str(subject), str(subject / "results")])
     while work.running or not outcomes:
         time.sleep(0.1)
     assert not outcomes[0].succeeded

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from addb_viewer.accepted_extension import keep_gain
-from addb_viewer.app import room
+from addb_viewer.app.subjects import shared_subject as room
 from solver.dynamics.extension import Cause, Extension
 from solver.results import extension_log
 from tests.addb_viewer.commands.test_accept import GAIN

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from addb_viewer.accepted_extension import keep_gain
-from addb_viewer.app.diagnosis_state import decision_in_words, read_state
+from addb_viewer.app.diagnosis.state import decision_in_words, read_state
 from addb_viewer.kept_diagnosis import keep
 from solver.dynamics.extension import Cause, Extension
 from solver.errors import ResultsError

@@ -3,7 +3,7 @@ import http
 import pytest
 from websockets.datastructures import Headers
 
-from addb_viewer.app.door import Door
+from addb_viewer.app.security.access import Door
 
 
 def answer(door, headers, *, websocket=True, path="/"):

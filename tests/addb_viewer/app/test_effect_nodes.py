@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from addb_viewer.app.palette import BONE, CAUSE_SURFACE
-from addb_viewer.app.scene import Scene
-from addb_viewer.app.server import open_server
+from addb_viewer.app.scene.scene import Scene
+from addb_viewer.app.security.server import open_server
+from addb_viewer.app.style.palette import BONE, CAUSE_SURFACE
 
 MESHES = {"pelvis": trimesh.creation.box((0.2, 0.2, 0.3))}
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from addb_viewer.app.effect_pictures import LOAD_DENSITY, pictures, ranges_of
+from addb_viewer.app.scene.cause_pictures import LOAD_DENSITY, pictures, ranges_of
 from solver.effects.catalogue import IDS, MARKER_IDS
 
 

@@ -4,9 +4,9 @@ import threading
 
 import pytest
 
-from addb_viewer.app import fit_all
-from addb_viewer.app.fit_all import FitAll, Fitting
-from addb_viewer.app.fit_all_html import fitting_html, words_of_rows
+from addb_viewer.app.jobs import fit_all
+from addb_viewer.app.jobs.fit_all import FitAll, Fitting
+from addb_viewer.app.queue.fit_all_html import fitting_html, words_of_rows
 from tests.patience import PATIENCE_S
 
 SPITEFUL = "<script>alert(1)</script>"

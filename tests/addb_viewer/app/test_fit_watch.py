@@ -6,11 +6,11 @@ from functools import partial
 
 import pytest
 
-from addb_viewer.app import room as room_module
-from addb_viewer.app.fit_watch import FitWatch
-from addb_viewer.app.library import library_of
-from addb_viewer.app.room import SubjectRoom
-from addb_viewer.app.solves import add
+from addb_viewer.app.jobs.stored_solves import add
+from addb_viewer.app.subjects import shared_subject as room_module
+from addb_viewer.app.subjects.fit_watch import FitWatch
+from addb_viewer.app.subjects.library import library_of
+from addb_viewer.app.subjects.shared_subject import SubjectRoom
 from solver.results.store import save_fit
 from tests.patience import PATIENCE_S
 

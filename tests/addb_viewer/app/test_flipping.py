@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from addb_viewer.app.flipping import flipped
+from addb_viewer.app.review.flipping import flipped
 from solver.contact.force_review import ForceReview
 from solver.contact.mask import ERRONEOUS, mask_of
 from tests.flagged import flagged

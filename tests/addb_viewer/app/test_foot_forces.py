@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from addb_viewer.app.foot_forces import acting_point
-from addb_viewer.app.force_nodes import hollow_arrow
+from addb_viewer.app.scene.force_nodes import hollow_arrow
+from addb_viewer.app.trial.demanded_forces import acting_point
 
 
 def test_the_point_is_where_the_force_has_that_moment():

@@ -10,9 +10,9 @@ import time
 import numpy as np
 import pytest
 
-from addb_viewer.app.library import library_of
-from addb_viewer.app.room import SubjectRoom
-from addb_viewer.app.solves import KEPT, NEW, solves
+from addb_viewer.app.jobs.stored_solves import KEPT, NEW, solves
+from addb_viewer.app.subjects.library import library_of
+from addb_viewer.app.subjects.shared_subject import SubjectRoom
 from addb_viewer.jobs.solving import job_for, solved
 from solver.capture.subject import open_subject
 from solver.results.store import load_fit, save_fit
@@ -26,7 +26,7 @@ WRITER = """
 import sys
 from dataclasses import replace
 from pathlib import Path
-from addb_viewer.app.solves import add, keep, solves
+from addb_viewer.app.jobs.stored_solves import add, keep, solves
 from solver.results.store import load_fit
 
 folder, results, keeping = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3] == "keep"

@@ -3,11 +3,11 @@ from datetime import UTC, datetime
 
 import pytest
 
-from addb_viewer.app.lanes import lanes_of
-from addb_viewer.app.lanes_html import lanes_html, timeline_html
-from addb_viewer.app.proposals import pending
-from addb_viewer.app.review_html import history_html, proposals_html, ranges_html, selection_html, status_html
-from addb_viewer.app.span import Span
+from addb_viewer.app.review.html import history_html, proposals_html, ranges_html, selection_html, status_html
+from addb_viewer.app.timeline.lanes import lanes_of
+from addb_viewer.app.timeline.lanes_html import lanes_html, timeline_html
+from addb_viewer.app.timeline.span import Span
+from addb_viewer.app.trial.proposals import pending
 from annotations.events import AcceptProposal, ClearRange, Edit, FlagRange, Proposal, SetActivity
 from annotations.folding import folded
 from annotations.suggested_activity import SuggestedActivity

@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 from mcap.reader import make_reader
 
-from addb_viewer.app.library import library_of
-from addb_viewer.app.live_log import LiveLog
-from addb_viewer.app.work import Outcome
-from addb_viewer.app.workbench import Progress, Task
+from addb_viewer.app.jobs.job_queue import Progress, Task
+from addb_viewer.app.jobs.worker_process import Outcome
+from addb_viewer.app.subjects.library import library_of
+from addb_viewer.app.subjects.session_log_writer import LiveLog
 from addb_viewer.kept_diagnosis import keep
 from addb_viewer.recordings.restoring import edits_in
 from addb_viewer.recordings.session_log import SessionLog

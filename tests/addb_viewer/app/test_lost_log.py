@@ -6,8 +6,8 @@ import threading
 
 import pytest
 
-from addb_viewer.app import review_book
-from addb_viewer.app.review_book import ReviewBook
+from addb_viewer.app.subjects import subject_review as review_book
+from addb_viewer.app.subjects.subject_review import ReviewBook
 from addb_viewer.jobs.reviewing import subject_in
 from addb_viewer.review_store import FILE
 from annotations.errors import ReviewError

@@ -11,7 +11,7 @@ import viser
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from addb_viewer.app.server import open_server
+from addb_viewer.app.security.server import open_server
 from tests.patience import PATIENCE_S
 
 BROKEN = {

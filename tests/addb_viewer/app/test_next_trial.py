@@ -1,5 +1,5 @@
-from addb_viewer.app.next_trial import next_trial, to_review
-from addb_viewer.app.queue_rows import Row
+from addb_viewer.app.queue.next_trial import next_trial, to_review
+from addb_viewer.app.queue.rows import Row
 from annotations.events import Status
 
 ROWS = [

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from addb_viewer.app import review_desk
+from addb_viewer.app.review import controller as review_desk
 from addb_viewer.review_store import open_log
 
 

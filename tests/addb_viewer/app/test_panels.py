@@ -1,9 +1,9 @@
-from addb_viewer.app.camera import VIEWS
-from addb_viewer.app.controls import SPEED_NAMES, speed_name
-from addb_viewer.app.keys import COMMANDS, help_html
-from addb_viewer.app.library import Library
-from addb_viewer.app.panels import legend_html, notes_html, summary_html
-from addb_viewer.app.playback import SPEEDS
+from addb_viewer.app.scene.camera import VIEWS
+from addb_viewer.app.shell.controls import SPEED_NAMES, speed_name
+from addb_viewer.app.shell.fit_html import legend_html, notes_html, summary_html
+from addb_viewer.app.shell.keys import COMMANDS, help_html
+from addb_viewer.app.shell.playback import SPEEDS
+from addb_viewer.app.subjects.library import Library
 from tests.addb_viewer.report.test_quality import of_layouts
 
 SPITEFUL = "<script>alert(1)</script>"

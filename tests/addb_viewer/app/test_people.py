@@ -2,9 +2,9 @@ import threading
 
 import pytest
 
-from addb_viewer.app.next_trial import next_trial
-from addb_viewer.app.people import People, checked_name
-from addb_viewer.app.queue_rows import Row
+from addb_viewer.app.queue.next_trial import next_trial
+from addb_viewer.app.queue.rows import Row
+from addb_viewer.app.subjects.people import People, checked_name
 from annotations.errors import ReviewError
 
 ROWS = [Row("S1", f"walk {k}") for k in range(40)]

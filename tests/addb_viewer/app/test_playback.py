@@ -3,7 +3,7 @@ import time
 
 import pytest
 
-from addb_viewer.app.playback import LONGEST_WAIT_S, PICTURES_PER_SECOND, Pace, Playback
+from addb_viewer.app.shell.playback import LONGEST_WAIT_S, PICTURES_PER_SECOND, Pace, Playback
 from tests.patience import PATIENCE_S
 
 

@@ -1,6 +1,6 @@
 from datetime import UTC, datetime
 
-from addb_viewer.app.proposals import State, pending, still_open
+from addb_viewer.app.trial.proposals import State, pending, still_open
 from annotations.events import AcceptProposal, ClearRange, Edit, FlagRange, Proposal, RejectProposal
 from annotations.folding import folded
 from solver.contact.proposals import Proposal as Detected

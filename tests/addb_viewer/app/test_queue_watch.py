@@ -3,9 +3,9 @@
 import pytest
 
 from addb_viewer import review_store
-from addb_viewer.app.house import House
-from addb_viewer.app.queue_watch import signature
-from addb_viewer.app.root_folder import RootFolder
+from addb_viewer.app.queue.watch import signature
+from addb_viewer.app.subjects.root_folder import RootFolder
+from addb_viewer.app.subjects.workspace import House
 from addb_viewer.environment import ROOT, STORE
 from addb_viewer.review_store import open_log
 from annotations.events import FlagRange, Status

@@ -6,7 +6,7 @@ import shutil
 import pytest
 
 from addb_viewer.app.app import start
-from addb_viewer.app.solves import solves
+from addb_viewer.app.jobs.stored_solves import solves
 from annotations.events import Status
 from solver.capture.subject import open_subject
 from solver.pipeline import solve

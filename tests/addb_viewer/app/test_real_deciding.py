@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from addb_viewer.app.app import start
-from addb_viewer.app.solves import solves
+from addb_viewer.app.jobs.stored_solves import solves
 from addb_viewer.jobs.solving import job_for, solved
 from annotations.events import Status
 from solver.results.store import load_fit

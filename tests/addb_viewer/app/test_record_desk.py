@@ -11,9 +11,9 @@ import pytest
 from mcap.reader import make_reader
 
 from addb_viewer.app.app import ReviewApp, start
-from addb_viewer.app.house import House
-from addb_viewer.app.library import library_of
-from addb_viewer.app.server import open_server
+from addb_viewer.app.security.server import open_server
+from addb_viewer.app.subjects.library import library_of
+from addb_viewer.app.subjects.workspace import House
 from addb_viewer.recordings.mcap_recovery import recover
 from addb_viewer.recordings.restoring import edits_in
 from addb_viewer.review_store import open_log

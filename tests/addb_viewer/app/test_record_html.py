@@ -1,6 +1,6 @@
 """The Record panel's pieces of the page."""
 
-from addb_viewer.app.record_html import log_html, written_html
+from addb_viewer.app.record.html import log_html, written_html
 
 SPITEFUL = "<img src=x onerror=alert(1)>.rrd"
 

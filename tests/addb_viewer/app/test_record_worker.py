@@ -13,7 +13,7 @@ from annotations.events import FlagRange
 from solver.results.store import save_fit
 from tests.patience import PATIENCE_S
 
-WORKER = "addb_viewer.app.record_worker"
+WORKER = "addb_viewer.app.jobs.workers.record"
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from addb_viewer.app.replay import Person, fitted_replay, unfitted_replay
+from addb_viewer.app.trial.replay import Person, fitted_replay, unfitted_replay
 from solver.capture.capture import Capture, ForcePlate, Markers
 
 PERSON = Person(mass_kg=100.0, height_m=2.0)

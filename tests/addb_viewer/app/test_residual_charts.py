@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from addb_viewer.app.residual_charts import residual_charts, worst_frame
+from addb_viewer.app.diagnosis.residual_charts import residual_charts, worst_frame
 
 
 def test_force_and_moment_lie_at_the_times_of_their_windows(make_replay, effect, figures):

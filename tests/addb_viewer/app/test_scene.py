@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import trimesh
 
-from addb_viewer.app.camera import DISTANCE, VIEWS, eye
-from addb_viewer.app.marker_nodes import TRAIL_SEGMENTS, trail_rows
-from addb_viewer.app.marker_tracks import held
-from addb_viewer.app.palette import GREEN, PURPLE, UNASSIGNED, UNSEEN, error_colors, foot_color
-from addb_viewer.app.plate_nodes import BETWEEN_NAMES, name_places
-from addb_viewer.app.scene import Scene, followed_path, heading
-from addb_viewer.app.server import open_server
+from addb_viewer.app.scene.camera import DISTANCE, VIEWS, eye
+from addb_viewer.app.scene.marker_nodes import TRAIL_SEGMENTS, trail_rows
+from addb_viewer.app.scene.plate_nodes import BETWEEN_NAMES, name_places
+from addb_viewer.app.scene.scene import Scene, followed_path, heading
+from addb_viewer.app.security.server import open_server
+from addb_viewer.app.style.palette import GREEN, PURPLE, UNASSIGNED, UNSEEN, error_colors, foot_color
+from addb_viewer.app.trial.marker_tracks import held
 
 MESHES = {"pelvis": trimesh.creation.box((0.2, 0.2, 0.3))}
 

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from addb_viewer.app.selection import Selection
+from addb_viewer.app.trial.selection import Selection
 
 
 def test_i_then_o_selects_both_frames():

@@ -8,8 +8,8 @@ import socket
 import pytest
 import viser
 
-from addb_viewer.app.door import Door
-from addb_viewer.app.server import AddressError, address, open_server
+from addb_viewer.app.security.access import Door
+from addb_viewer.app.security.server import AddressError, address, open_server
 from tests.patience import PATIENCE_S
 
 

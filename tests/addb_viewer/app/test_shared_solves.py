@@ -6,18 +6,18 @@ from dataclasses import replace
 
 import pytest
 
-from addb_viewer.app import room as room_module
 from addb_viewer.app.app import ReviewApp
-from addb_viewer.app.house import House
-from addb_viewer.app.library import library_of
-from addb_viewer.app.root_folder import RootFolder
-from addb_viewer.app.server import open_server
-from addb_viewer.app.solves import DISCARDED, KEPT, NEW, solves, waiting
+from addb_viewer.app.jobs.stored_solves import DISCARDED, KEPT, NEW, solves, waiting
+from addb_viewer.app.security.server import open_server
+from addb_viewer.app.subjects import shared_subject as room_module
+from addb_viewer.app.subjects.library import library_of
+from addb_viewer.app.subjects.root_folder import RootFolder
+from addb_viewer.app.subjects.workspace import House
 from solver.results.store import has_fit, save_fit
 
 SOLVER = """
 import pathlib, sys, time
-from addb_viewer.app.solves import add
+from addb_viewer.app.jobs.stored_solves import add
 from solver.results.store import load_fit
 folder, results, author = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), sys.argv[3]
 while not (folder.parent / "go").exists():

@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 
 from addb_viewer.app.app import ReviewApp
-from addb_viewer.app.house import House
-from addb_viewer.app.library import library_of
-from addb_viewer.app.server import open_server
-from addb_viewer.app.solves import add, solves
+from addb_viewer.app.jobs.stored_solves import add, solves
+from addb_viewer.app.security.server import open_server
+from addb_viewer.app.subjects.library import library_of
+from addb_viewer.app.subjects.workspace import House
 from annotations.events import Status
 from solver.results.store import save_fit
 

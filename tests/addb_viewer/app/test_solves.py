@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from addb_viewer.app.solves import (
+from addb_viewer.app.jobs.stored_solves import (
     ABANDONED_S,
     DISCARDED,
     KEPT,

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from addb_viewer.app.span import Span, span_around
+from addb_viewer.app.timeline.span import Span, span_around
 
 
 def test_borders_lie_between_frames():

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addb_viewer.app import what_if_worker
-from addb_viewer.app.what_if import WhatIf
+from addb_viewer.app.jobs.what_if import WhatIf
+from addb_viewer.app.jobs.workers import what_if as what_if_worker
 from solver.capture.subject import open_subject
 from solver.contact.force_review import ForceReview, as_plain
 from solver.errors import SolverError

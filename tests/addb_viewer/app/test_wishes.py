@@ -1,6 +1,6 @@
 import pytest
 
-from addb_viewer.app.wishes import GoTo, OpenRow, Select, wish
+from addb_viewer.app.shell.go_to import GoTo, OpenRow, Select, wish
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 
 from addb_viewer.app.app import ReviewApp
-from addb_viewer.app.house import House
-from addb_viewer.app.library import open_library
-from addb_viewer.app.room import WITHHOLDING
-from addb_viewer.app.server import open_server
+from addb_viewer.app.security.server import open_server
+from addb_viewer.app.subjects.library import open_library
+from addb_viewer.app.subjects.shared_subject import WITHHOLDING
+from addb_viewer.app.subjects.workspace import House
 from addb_viewer.jobs.solving import job_for, solved
 from solver.dynamics.heldout import WithheldLayout
 from solver.dynamics.withheld_layouts import LAYOUTS

@@ -5,12 +5,12 @@ import threading
 
 import pytest
 
-from addb_viewer.app.work import Work
+from addb_viewer.app.jobs.worker_process import Work
 from tests.patience import FOR_EVER_S, PATIENCE_S
 
 TALKER = """
     import sys, time
-    from addb_viewer.app.work import progress_line
+    from addb_viewer.app.jobs.worker_process import progress_line
     if sys.argv[1] == "talk":
         print(progress_line("looking", 0.25), flush=True)
         print("{ not progress")
@@ -21,7 +21,7 @@ TALKER = """
         print("addb-viewer: no trial has forces", file=sys.stderr)
         sys.exit(1)
     else:
-        from addb_viewer.app.work import end_in_order
+        from addb_viewer.app.jobs.worker_process import end_in_order
         from pathlib import Path
         end_in_order()
         draft = Path("draft")

@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import pytest
 
-from addb_viewer.app.workbench import BusyError, Task, Workbench
+from addb_viewer.app.jobs.job_queue import BusyError, Task, Workbench
 from tests.patience import PATIENCE_S
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from addb_viewer.app.root_folder import OutsideError, open_root
+from addb_viewer.app.subjects.root_folder import OutsideError, open_root
 from addb_viewer.cli import app
 from annotations.log import ReviewLog
 

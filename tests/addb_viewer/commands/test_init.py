@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from typer.testing import CliRunner
 
-from addb_viewer.app.root_folder import open_root
+from addb_viewer.app.subjects.root_folder import open_root
 from addb_viewer.cli import app
 from solver.capture.subject import open_subject
 

@@ -6,7 +6,7 @@ import shutil
 import pytest
 from typer.testing import CliRunner
 
-from addb_viewer.app.library import open_library
+from addb_viewer.app.subjects.library import open_library
 from addb_viewer.cli import app
 
 NO_DYNAMICS = "[trajectory]\nenabled = false\n"

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addb_viewer.app.foot_forces import DemandedForce
-from addb_viewer.app.palette import CAUSE, GREEN, RESIDUAL
+from addb_viewer.app.style.palette import CAUSE, GREEN, RESIDUAL
+from addb_viewer.app.trial.demanded_forces import DemandedForce
 from addb_viewer.report.arrows import arrows_of
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import trimesh
 from PIL import Image
 
-from addb_viewer.app.replay import BodyReplay
+from addb_viewer.app.trial.replay import BodyReplay
 from addb_viewer.report.bone_raster import KEPT, bones_image, raster
 from addb_viewer.report.camera import camera_on
 

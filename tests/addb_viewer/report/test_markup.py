@@ -4,7 +4,7 @@ import html
 import json
 import re
 
-from addb_viewer.app.palette import GREEN
+from addb_viewer.app.style.palette import GREEN
 from addb_viewer.report.markup import Safe, bar, data_script, element, pairs, swatch, table, text, told
 from addb_viewer.sections import Section
 

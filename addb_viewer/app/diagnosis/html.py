@@ -1,0 +1,106 @@
+"""A diagnosis as pieces of the page; whatever comes from a file is shown as text."""
+
+import html
+from collections.abc import Mapping, Sequence
+
+from addb_viewer.app.scene.cause_pictures import Figures
+from addb_viewer.app.style.html_pieces import boxed
+from addb_viewer.app.style.palette import BLUE, GREEN, GREY, VERMILION, Rgb
+from addb_viewer.diagnosis_words import SPREAD, verdict
+from addb_viewer.residual_words import what_is_wrong
+from addb_viewer.sections import Section, unbroken
+
+# A word, a sign and a colour each: nobody has to tell colours apart.
+VERDICTS: Mapping[str, tuple[str, str, Rgb]] = {
+    "clean": ("✓", "Clean", GREEN),
+    "explained": ("!", "Explained", BLUE),
+    "unexplained": ("?", "Unexplained", VERMILION),
+}
+LISTS = (  # rows whose entries, parted by semicolons, get a line each
+    "how large",
+    "when",
+    "could also be",
+    "worst half second",
+    "over time",
+    "in which phase",
+    "joint torques",
+    "causes",
+)
+
+
+def verdict_html(figures: Figures | None, changed: Sequence[str] = ()) -> str:
+    """The verdict as a banner, and what speaks for it.
+
+    Args:
+        figures: in the shape of `diagnose --json`; None where nobody has asked yet.
+        changed: recordings that are no longer those that were diagnosed.
+    """
+    if figures is None:
+        return boxed(
+            "<p style='margin:.2em 0'>No diagnosis yet. <b>Diagnose</b> looks at all trials together and "
+            "says what is wrong with the recordings, why, how sure that is, and what to do about it.</p>"
+        )
+    sign, word, color = VERDICTS.get(figures["verdict"], ("?", figures["verdict"], GREY))
+    head = (
+        f"<div style='display:flex;align-items:center;gap:.5em;font-weight:bold;font-size:1.05rem'>"
+        f"<span style='background:{color.css};color:white;border-radius:50%;width:1.4em;height:1.4em;"
+        f"display:inline-flex;align-items:center;justify-content:center'>{sign}</span>"
+        f"{html.escape(word)}</div>"
+    )
+    banner = (
+        f"<div style='border-left:.35em solid {color.css};background:{color.faded(0.1)};padding:.45em .6em;"
+        f"margin-bottom:.4em'>{head}{_lines(verdict(figures))}</div>"
+    )
+    wrong = what_is_wrong(figures)
+    return boxed(_changed(changed) + banner + _lines(wrong) + _rows(wrong))
+
+
+def section_html(section: Section, *, spread: bool = False) -> str:
+    """Sentences and rows of a section, without its heading; with a word on ± where figures have one."""
+    footnote = f"<p style='margin:.3em 0;opacity:.7'>{html.escape(SPREAD)}</p>" if spread else ""
+    return boxed(_lines(section) + _rows(section) + footnote)
+
+
+def gain_html(section: Section) -> str:
+    """Before and after, one figure a line."""
+    rows = "".join(
+        f"<tr><td style='opacity:.65;padding-right:.8em;vertical-align:top;white-space:nowrap'>"
+        f"{html.escape(label)}</td>"
+        f"<td>{_listed(label, text)}</td></tr>"
+        for label, text in section.rows
+    )
+    return boxed(f"<table>{rows}</table>{_lines(section)}")
+
+
+def text_html(text: str, *, bold: bool = False) -> str:
+    """A paragraph; nothing for an empty one."""
+    if not text:
+        return ""
+    weight = 600 if bold else 400
+    return boxed(f"<p style='margin:.2em 0;font-weight:{weight}'>{html.escape(text)}</p>")
+
+
+def _changed(changed: Sequence[str]) -> str:
+    if not changed:
+        return ""
+    return (
+        "<p style='margin:.2em 0 .5em'><b>⚠ Out of date.</b> Changed since: "
+        f"{html.escape(', '.join(changed))}. Diagnose again.</p>"
+    )
+
+
+def _rows(section: Section) -> str:
+    return "".join(
+        f"<div style='margin:.3em 0'><div style='opacity:.65;font-size:.72rem'>{html.escape(label)}</div>"
+        f"<div style='overflow-wrap:anywhere'>{_listed(label, text)}</div></div>"
+        for label, text in section.rows
+    )
+
+
+def _listed(label: str, text: str) -> str:
+    kept = html.escape(unbroken(text))
+    return kept.replace("; ", "<br>") if label in LISTS else kept
+
+
+def _lines(section: Section) -> str:
+    return "".join(f"<p style='margin:.35em 0'>{html.escape(unbroken(line))}</p>" for line in section.lines)

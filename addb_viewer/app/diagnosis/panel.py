@@ -1,0 +1,209 @@
+"""The Diagnosis panel: verdict, causes, what they gain, and whether they become part of the model."""
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import viser
+
+from addb_viewer.app.diagnosis.html import (
+    gain_html,
+    section_html,
+    text_html,
+    verdict_html,
+)
+from addb_viewer.app.diagnosis.residual_charts import residual_charts, worst_frame
+from addb_viewer.app.diagnosis.state import DiagnosisState, decision_in_words
+from addb_viewer.app.jobs.job_queue import Progress
+from addb_viewer.app.page.notices import Notices
+from addb_viewer.app.scene.cause_pictures import Figures
+from addb_viewer.app.solve.controller import show_progress
+from addb_viewer.app.timeline.timeline import Timeline
+from addb_viewer.app.trial.foot_names import foot_words
+from addb_viewer.app.trial.replay import Replay
+from addb_viewer.detectable_words import what_would_be_found
+from addb_viewer.diagnosis_vocabulary import about, ranges_of, title
+from addb_viewer.diagnosis_words import NOTES, cause, notes, what_remains
+from addb_viewer.extension_words import what_accepting_changes
+from addb_viewer.holding_up_words import what_it_gains
+from addb_viewer.remainder_words import what_next
+from addb_viewer.witness_words import what_the_files_say
+from annotations.reasons import key_of
+
+CHART_HEIGHT = 100  # [pixel]
+JUMPS_A_ROW = 3
+LONGEST_HEADING = 44  # characters that fit on a line
+
+
+@dataclass(frozen=True)
+class Actions:
+    """What the panel's buttons do."""
+
+    diagnose: Callable[[], None]
+    cancel: Callable[[], None]
+    accept: Callable[[], None]
+    reject: Callable[[], None]
+    fit: Callable[[], None]
+    go_to: Callable[[str, int], None]  # trial, frame
+
+
+class DiagnosisPanel:
+    """Owns what is inside one tab."""
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        tab: viser.GuiTabHandle,
+        actions: Actions,
+        notices: Notices,
+    ) -> None:
+        self.gui, self.actions, self.notices = gui, actions, notices
+        self.parts: list[Any] = []
+        self.worst: tuple[str, int] | None = None  # trial and first frame of its worst half second
+        with tab:
+            self.diagnose = gui.add_button("Diagnose", icon=viser.Icon.STETHOSCOPE, hint="Key X")
+            self.cancel = gui.add_button("Cancel", icon=viser.Icon.X, visible=False, color="gray")
+            self.bar = gui.add_progress_bar(0.0, visible=False, animated=True)
+            self.status = gui.add_html("", visible=False)
+            self.verdict = gui.add_html("")
+            self.over_time = gui.add_folder("Residual over time", visible=False)
+            with self.over_time:
+                self.to_worst = gui.add_button(
+                    "Worst half second", icon=viser.Icon.TARGET, color="gray", hint="Go where it begins"
+                )
+            self.charts = Timeline(gui, self.over_time, CHART_HEIGHT)
+            self.causes = gui.add_folder(None)
+            with gui.add_folder("Decision"):
+                self.echo = gui.add_html("")
+                self.gain = gui.add_html("", visible=False)
+                self.accept = gui.add_button(
+                    "Accept", icon=viser.Icon.CHECK, hint="Later fits use the named causes beside the forces"
+                )
+                self.reject = gui.add_button(
+                    "Reject",
+                    icon=viser.Icon.BAN,
+                    color="gray",
+                    hint="Later fits use the recorded forces alone",
+                )
+                self.fit = gui.add_button(
+                    "Solve again",
+                    icon=viser.Icon.REFRESH,
+                    color="gray",
+                    hint="With the decision above and the present flags",
+                )
+        for button, doing, action in (
+            (self.diagnose, "Diagnosing", actions.diagnose),
+            (self.cancel, "Cancelling", actions.cancel),
+            (self.accept, "Accepting", actions.accept),
+            (self.reject, "Rejecting", actions.reject),
+            (self.fit, "Fitting", actions.fit),
+            (self.to_worst, "Going there", self._go_to_worst),
+        ):
+            button.on_click(notices.in_order(doing, action))
+
+    def show(self, state: DiagnosisState, trials: Sequence[str]) -> None:
+        """Put a state in place of the one that is shown.
+
+        Args:
+            state: of the subject.
+            trials: that one can go to.
+        """
+        self.verdict.content = verdict_html(state.figures, state.changed)
+        self.diagnose.label = "Diagnose" if state.figures is None else "Diagnose again"
+        for part in self.parts:
+            part.remove()
+        self.parts = []
+        with self.causes:
+            if state.figures is not None:
+                self._add_causes(state.figures, trials)
+        self.echo.content = text_html(decision_in_words(state) or "Nobody has decided yet.", bold=True)
+        self.gain.visible = state.gain is not None
+        if state.gain is not None:
+            section = what_accepting_changes(state.gain)
+            self.gain.content = text_html(section.heading, bold=True) + gain_html(section)
+        self.accept.disabled, self.reject.disabled = not state.acceptable, not state.rejectable
+
+    def show_trial(self, figures: Figures | None, replay: Replay | None) -> None:
+        """Show the residual over the time of a trial, where it was diagnosed."""
+        charts = () if figures is None or replay is None else residual_charts(figures, replay)
+        self.over_time.visible = bool(charts)
+        self.worst = None
+        if replay is not None:
+            self.over_time.label = f"Residual over time: {replay.name}"
+            self.charts.show(replay.times, charts)
+            if figures is not None and charts:
+                self.worst = replay.name, worst_frame(figures, replay.name)
+
+    def working(self, progress: Progress | None) -> None:
+        """Show what is at work, and how far; None: nothing is."""
+        busy = progress is not None
+        self.cancel.visible = self.bar.visible = busy
+        self.diagnose.visible = not busy
+        self.fit.visible = self.accept.visible = self.reject.visible = not busy
+        self.status.visible = busy
+        if progress is not None:
+            show_progress(self.bar, self.status, progress)
+
+    def said(self, text: str) -> None:
+        """Show how the work ended."""
+        self.status.visible = bool(text)
+        self.status.content = text_html(text)
+
+    def _go_to_worst(self) -> None:
+        if self.worst is not None:
+            self.actions.go_to(*self.worst)
+
+    def _add_causes(self, figures: Figures, trials: Sequence[str]) -> None:
+        for k, effect in enumerate(figures["effects"]):
+            section = cause(figures, k, by_key)
+            self.parts.append(folder := self.gui.add_folder(_heading(k + 1, effect)))
+            with folder:
+                self.gui.add_html(section_html(section, spread=bool(effect["parameters"])))
+                self._add_jumps(figures, effect, trials)
+        for section, shown in (
+            (what_the_files_say(figures), section_html),
+            (what_would_be_found(figures), section_html),
+            (what_it_gains(figures), gain_html),
+            (what_remains(figures), section_html),
+            (what_next(figures), section_html),
+            (notes(figures), section_html),
+        ):
+            if section.lines or section.rows:
+                is_open = section.heading != NOTES
+                self.parts.append(folder := self.gui.add_folder(section.heading, expand_by_default=is_open))
+                with folder:
+                    self.gui.add_html(shown(section))
+
+    def _add_jumps(self, figures: Figures, effect: Figures, trials: Sequence[str]) -> None:
+        """Buttons that lead to the frames of a cause that acts only there."""
+        if not about(effect).at_certain_frames:
+            return
+        places = [(trial, start, end) for trial, start, end in ranges_of(figures, effect) if trial in trials]
+        several = len({trial for trial, _, _ in places}) > 1
+        named = {
+            f"{trial + ' ' if several else ''}{start}–{end - 1}": (trial, start)
+            for trial, start, end in places
+        }
+        labels = list(named)
+        for first in range(0, len(labels), JUMPS_A_ROW):
+            group = self.gui.add_button_group("Go to", labels[first : first + JUMPS_A_ROW])
+
+            def jump(event: viser.GuiEvent[Any], named: dict[str, tuple[str, int]] = named) -> None:
+                self.actions.go_to(*named[event.target.value])
+
+            group.on_click(self.notices.guard("Going there", jump))
+
+
+def by_key(trial: str, start: int, end: int, foot: str) -> str:
+    """How to flag frames in the app."""
+    key = key_of("notOverForcePlate")
+    return f"in {trial} select {start}:{end} (Go to), choose the foot {foot_words(foot)} (F), press {key}"
+
+
+def _heading(number: int, effect: Figures) -> str:
+    """Number and name of a cause on one line, without the model's name of what is told in words."""
+    words = re.sub(r" \([^()]*\)$", "", title(effect))
+    if len(words) > LONGEST_HEADING:
+        words = words.split(": ")[0]
+    return f"{number} · {words}"

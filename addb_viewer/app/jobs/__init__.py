@@ -1,0 +1,1 @@
+"""Work in processes of its own: fits, solves, diagnoses, recordings, what-if questions."""

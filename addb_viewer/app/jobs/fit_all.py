@@ -1,0 +1,191 @@
+"""Fits all subjects that have no fit: one at a time, and none begins while people's own work is not done."""
+
+import os
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+
+from addb_viewer.app.jobs.worker_process import Outcome, Work
+from solver.results.store import has_fit
+
+WORKER = "addb_viewer.app.jobs.workers.fit"
+STEPS = 20  # in which a fit's progress is told: each is a table for every page
+LOOK_EVERY = 0.5  # [s] at how far it is, and at what people have asked for
+
+
+@dataclass(frozen=True)
+class Fitting:
+    """How far all of it is."""
+
+    running: bool = False
+    by: str = ""  # who asked
+    subject: str = ""  # at work; empty between two
+    stage: str = ""
+    fraction: float | None = None  # of this subject; None where it does not say
+    waiting: tuple[str, ...] = ()
+    fitted: int = 0
+    failures: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))  # why, by subject
+    held_up: bool = False  # by what people have asked for
+    seconds: float = 0.0  # since it began
+
+    @property
+    def total(self) -> int:
+        """How many subjects it is about."""
+        return self.fitted + len(self.failures) + len(self.waiting) + bool(self.subject)
+
+    @property
+    def seconds_left(self) -> float | None:
+        """By how long the others took; None before the first has ended."""
+        ended = self.fitted + len(self.failures)
+        if not ended or not self.running:
+            return None
+        present = self.fraction or 0.0
+        return self.seconds / (ended + present) * (self.total - ended - present)
+
+
+class FitAll:
+    """Works through a list of subjects in a thread of its own. What fails is told and stops nothing."""
+
+    def __init__(
+        self,
+        places: Callable[[str], tuple[Path, Path]],
+        wanted: Callable[[], bool],
+        taken: Callable[[str], bool],
+        changed: Callable[[str], None],
+    ) -> None:
+        """Nothing is at work yet.
+
+        Args:
+            places: what is fitted and its results folder, by the subject's name.
+            wanted: whether anything is at work or waits that a person has asked for.
+            taken: whether somebody solves this subject; it is then left to them.
+            changed: told about every step, with the subject that has ended; empty: none has.
+        """
+        self._places, self._wanted, self._taken, self._changed = places, wanted, taken, changed
+        self._lock = threading.Lock()
+        self._stop = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._waiting: list[str] = []
+        self._failures: dict[str, str] = {}
+        self._subject, self._by, self._fitted, self._began, self._ended_after = "", "", 0, 0.0, 0.0
+        self._said: tuple[str, float | None] = ("", None)
+        self._held_up = False
+
+    @property
+    def state(self) -> Fitting:
+        """How far it is now."""
+        with self._lock:
+            running = self._thread is not None
+            return Fitting(
+                running=running,
+                by=self._by,
+                subject=self._subject,
+                stage=self._said[0],
+                fraction=self._said[1],
+                waiting=tuple(self._waiting),
+                fitted=self._fitted,
+                failures=MappingProxyType(dict(self._failures)),
+                held_up=self._held_up,
+                seconds=time.monotonic() - self._began if running else self._ended_after,
+            )
+
+    def start(self, names: Sequence[str], by: str) -> int:
+        """Fit these too, after those that wait; what failed is tried again.
+
+        Args:
+            names: of subjects without a fit.
+            by: who asks.
+
+        Returns:
+            How many have been added.
+        """
+        thread = self._thread
+        if thread is not None and self._stop.is_set():  # cancelled just now: it ends soon
+            thread.join()
+        with self._lock:
+            new = [name for name in names if name not in self._waiting and name != self._subject]
+            self._waiting += new
+            for name in new:
+                self._failures.pop(name, None)
+            if new and self._thread is None:
+                self._failures.clear()
+                self._by, self._fitted, self._began = by, 0, time.monotonic()
+                self._stop.clear()
+                self._thread = threading.Thread(target=self._work, name="fits of all", daemon=True)
+                self._thread.start()
+        self._changed("")
+        return len(new)
+
+    def cancel(self) -> None:
+        """End the present fit, which leaves nothing behind, and forget the waiting; fits that came stay."""
+        with self._lock:
+            self._waiting.clear()
+        self._stop.set()
+
+    def close(self) -> None:
+        """Cancel, and wait for the end."""
+        self.cancel()
+        thread = self._thread
+        if thread is not None:
+            thread.join()
+
+    def _work(self) -> None:
+        while (name := self._next()) is not None:
+            folder, results = self._places(name)
+            outcome = None if has_fit(results) else self._fit(name, folder, results)
+            with self._lock:
+                self._subject, self._said = "", ("", None)
+                if outcome is None or outcome.succeeded:
+                    self._fitted += 1
+                elif not outcome.cancelled:
+                    why = outcome.error.replace(f"{folder.absolute()}{os.sep}", "")
+                    self._failures[name] = why or "it ended without a word; is there enough memory?"
+            self._changed(name)
+        self._changed("")
+
+    def _next(self) -> str | None:
+        """The next subject, once nothing is at work that a person waits for; None: there is none."""
+        while True:
+            held_up = self._wanted()
+            with self._lock:
+                turned, self._held_up = held_up != self._held_up, held_up and bool(self._waiting)
+                if not self._waiting or self._stop.is_set():
+                    self._waiting.clear()
+                    self._ended_after = time.monotonic() - self._began
+                    self._thread, self._held_up = None, False
+                    return None
+                if not held_up:
+                    self._subject = self._waiting.pop(0)
+                    return self._subject
+            if turned:
+                self._changed("")
+            self._stop.wait(LOOK_EVERY)
+
+    def _fit(self, name: str, folder: Path, results: Path) -> Outcome:
+        ended, outcomes = threading.Event(), list[Outcome]()
+
+        def end(outcome: Outcome) -> None:
+            outcomes.append(outcome)
+            ended.set()
+
+        work = Work(self._heard, end)
+        try:
+            work.start(WORKER, [str(folder.absolute()), str(results.absolute())])
+        except OSError as error:
+            return Outcome(False, False, "", f"it cannot be begun ({error})")
+        shown = None
+        while not ended.wait(LOOK_EVERY):
+            if self._stop.is_set() or self._taken(name):
+                work.cancel()
+                ended.wait()
+                break
+            if self._said != shown:
+                shown = self._said
+                self._changed("")
+        return outcomes[0]
+
+    def _heard(self, stage: str, fraction: float) -> None:
+        self._said = stage, round(STEPS * fraction) / STEPS if fraction >= 0 else None

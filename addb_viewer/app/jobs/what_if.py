@@ -1,0 +1,116 @@
+"""Asks the warm worker what the residual would be with other flags."""
+
+import contextlib
+import json
+import subprocess
+import threading
+from pathlib import Path
+from typing import Any
+
+from addb_viewer.app.jobs.worker_process import PATIENCE_S, give_way
+from addb_viewer.own_packages import own_process
+from solver.contact.force_review import ForceReview, as_plain
+from solver.errors import SolverError
+
+NICE = 3  # a person waits for the answer: after the page, before a solve
+WORKER = "addb_viewer.app.jobs.workers.what_if"
+
+
+class WhatIf:
+    """One worker a subject; it keeps the fit, and what it has answered, in memory until `close`."""
+
+    def __init__(self, subject_folder: Path, results: Path, fit_folder: Path | None = None) -> None:
+        """Start nothing yet.
+
+        Args:
+            subject_folder: of the recordings.
+            results: with what people accepted.
+            fit_folder: of the fit that the search begins at; None: the results folder.
+        """
+        places = (subject_folder, results, fit_folder or results)
+        self._arguments = tuple(str(Path(place).absolute()) for place in places)
+        self._lock = threading.Lock()
+        self._process: subprocess.Popen[str] | None = None
+        self._prepared, self._closed = "", False
+
+    def warm(self, trial: str | None = None, present: ForceReview | None = None) -> None:
+        """Start the worker, so that the first answer comes soon; never waits.
+
+        Args:
+            trial: that will be asked about; its present side is computed already. None: nobody knows yet.
+            present: what people say about its forces.
+        """
+        if not self._lock.acquire(blocking=False):
+            return  # it is at work already
+        try:
+            process = self._alive()
+            question = json.dumps({"prepare": trial, "present": as_plain(present or ForceReview())})
+            if trial is not None and question != self._prepared:
+                self._prepared = question
+                with contextlib.suppress(OSError, ValueError):  # it ended; whoever asks is told why
+                    _say(process, question)
+        finally:
+            self._lock.release()
+
+    def ask(self, trial: str, present: ForceReview, instead: ForceReview) -> dict[str, Any]:
+        """The figures of a trial with the present decisions and with others.
+
+        Raises:
+            SolverError: it cannot be computed; why.
+        """
+        question = json.dumps({"trial": trial, "present": as_plain(present), "instead": as_plain(instead)})
+        with self._lock:
+            return _asked(self._alive(), question)
+
+    def close(self) -> None:
+        """End the worker: what it knows is of no use any more."""
+        process, self._process, self._closed = self._process, None, True
+        if process is None:
+            return
+        process.terminate()
+        try:
+            process.wait(PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        for pipe in (process.stdin, process.stdout):
+            if pipe is not None:
+                pipe.close()
+
+    def _alive(self) -> "subprocess.Popen[str]":
+        if self._closed:
+            raise SolverError("the fit has just been replaced; ask again")
+        if self._process is None or self._process.poll() is not None:
+            self._process, self._prepared = self._started(), ""
+            give_way(self._process.pid, NICE)
+        return self._process
+
+    def _started(self) -> "subprocess.Popen[str]":
+        return subprocess.Popen(
+            [*own_process(WORKER), *self._arguments],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            encoding="utf-8",
+        )
+
+
+def _say(process: "subprocess.Popen[str]", question: str) -> None:
+    assert process.stdin is not None
+    process.stdin.write(question + "\n")
+    process.stdin.flush()
+
+
+def _asked(process: "subprocess.Popen[str]", question: str) -> dict[str, Any]:
+    assert process.stdout is not None
+    try:
+        _say(process, question)
+        told = json.loads(process.stdout.readline())
+        if "ready" in told:
+            told = json.loads(process.stdout.readline())
+    except (OSError, ValueError) as error:
+        raise SolverError("the what-if worker ended; ask again") from error
+    if "error" in told:
+        raise SolverError(str(told["error"]))
+    return dict(told)

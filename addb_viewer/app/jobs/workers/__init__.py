@@ -1,0 +1,1 @@
+"""What runs in these processes, each by `python -m`."""

@@ -1,0 +1,161 @@
+"""What went wrong, and what was done, told to the person at one browser."""
+
+import asyncio
+import contextlib
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable, Coroutine
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager, nullcontext
+from typing import Any
+
+import viser
+
+from addb_viewer.app.subjects.people import NameNeededError
+from annotations.errors import LostLogError, ReviewError
+from solver.errors import SolverError
+
+LOG = logging.getLogger("addb_viewer")
+ASIDE_S, IMPORTANT_S, FAILURE_S = 4.0, 12.0, 20.0  # how long a word stays; failures go with Esc as well
+MOST_FAILURES = 2  # likewise: more of them would hide the person
+MOST_IMPORTANT = 3  # at a time
+LONGEST_WORD_S = 10.0  # that the hand waits for a browser whose page is being closed
+
+
+class Notices:
+    """Notifications of one browser, and the one hand that does what is asked there, in order."""
+
+    def __init__(
+        self, client: viser.ClientHandle, first: Callable[[], AbstractContextManager[None]] = nullcontext
+    ) -> None:
+        """Tell nothing yet.
+
+        Args:
+            client: the browser.
+            first: entered while the hand does what the person asked for.
+        """
+        self.client, self._first = client, first
+        self._name = f"browser {client.client_id}_"
+        self._hand = ThreadPoolExecutor(max_workers=1, thread_name_prefix=self._name)
+        self._closed = False
+        self._ear: asyncio.AbstractEventLoop | None = None  # on which the browser's words arrive
+        self.unnamed: Callable[[Callable[[], None]], None] | None = None  # asks for a name, then does it
+        self._last: viser.NotificationHandle | None = None
+        self._important: deque[viser.NotificationHandle] = deque()
+        self._failures: dict[tuple[str, str], viser.NotificationHandle] = {}
+
+    def close(self) -> None:
+        """Nobody looks any more: end the hand, and tell nothing."""
+        self._closed = True
+        self._hand.shutdown(wait=False, cancel_futures=True)
+
+    def error(self, doing: str, error: BaseException) -> None:
+        """Tell that something failed, and keep going."""
+        log_error(doing, error)
+        self.failed(doing, str(error) or type(error).__name__, lasting=isinstance(error, LostLogError))
+
+    def failed(self, doing: str, why: str, *, lasting: bool = False) -> None:
+        """Tell of a failure that has been logged already; a lasting one stays until somebody closes it."""
+        if self._closed:
+            return
+        if (doing, why) in self._failures:  # the same again: not twice on the screen
+            self._failures.pop((doing, why)).remove()
+        while len(self._failures) >= MOST_FAILURES:
+            self._failures.pop(next(iter(self._failures))).remove()
+        self._failures[doing, why] = self.client.add_notification(
+            f"{doing} failed", why, color="red", auto_close_seconds=None if lasting else FAILURE_S
+        )
+
+    def dismiss(self) -> None:
+        """Take away what was told of failures."""
+        failures, self._failures = self._failures, {}
+        for handle in failures.values():
+            handle.remove()
+
+    def tell(self, title: str, body: str, color: Any = "teal") -> None:
+        """Tell that something is done, or that somebody else did something."""
+        if self._closed:
+            return
+        if color == "yellow":  # stays in spite of what is said aside meanwhile
+            told = self.client.add_notification(title, body, color=color, auto_close_seconds=IMPORTANT_S)
+            self._important.append(told)
+            if len(self._important) > MOST_IMPORTANT:
+                self._important.popleft().remove()
+            return
+        if self._last is not None:  # one at a time: they lie over the scene
+            self._last.remove()
+        seconds = ASIDE_S if color == "teal" else IMPORTANT_S
+        self._last = self.client.add_notification(title, body, color=color, auto_close_seconds=seconds)
+
+    def guard(self, doing: str, action: Callable[..., None]) -> Callable[..., None]:
+        """The same action, whose exceptions become notifications."""
+
+        def guarded(*arguments: Any) -> None:
+            try:
+                action(*arguments)
+            except NameNeededError as error:
+                if self.unnamed is None:
+                    self.error(doing, error)
+                else:
+                    self.unnamed(lambda: self.do(doing, lambda: action(*arguments)))
+            except Exception as error:  # whatever it is, a person should see it
+                self.error(doing, error)
+
+        return guarded
+
+    def in_order(self, doing: str, action: Callable[[], None]) -> Callable[[Any], Coroutine[Any, Any, None]]:
+        """A guarded action for the browser's events: one after the other, in the order of the events.
+
+        What the app itself sets is no event of a person's: it is not acted on.
+        """
+
+        def asked() -> None:
+            with self._first():
+                action()
+
+        async def handle(event: Any) -> None:
+            self._ear = asyncio.get_running_loop()
+            if getattr(event, "client", self.client) is not None:
+                self.do(doing, asked)
+
+        return handle
+
+    def between_words(self, action: Callable[[], None]) -> None:
+        """Do something while nothing that the browser says arrives, and wait for it.
+
+        What is typed while the hand looks at a box and writes into it would be lost.
+        """
+        if self._ear is None or not self.at_hand:
+            action()
+            return
+        done = threading.Event()
+
+        def do_it() -> None:
+            try:
+                action()
+            finally:
+                done.set()
+
+        with contextlib.suppress(RuntimeError):  # the page is being closed
+            self._ear.call_soon_threadsafe(do_it)
+            done.wait(LONGEST_WORD_S)
+
+    @property
+    def at_hand(self) -> bool:
+        """Whether it is the hand itself that asks: what it then does is an echo that must not wait."""
+        return threading.current_thread().name.startswith(self._name)
+
+    def do(self, doing: str, action: Callable[[], None]) -> None:
+        """Do something after all that was asked before; returns at once."""
+        if not self._closed:
+            with contextlib.suppress(RuntimeError):  # it closed just now
+                self._hand.submit(self.guard(doing, action))
+
+
+def log_error(doing: str, error: BaseException) -> None:
+    """Into the terminal; with a traceback where it is not an error of ours with a sentence of its own."""
+    if isinstance(error, SolverError | ReviewError):
+        LOG.warning("%s: %s", doing, error)
+    else:
+        LOG.error("%s failed", doing, exc_info=error)

@@ -1,0 +1,125 @@
+"""What one browser is asked: one thing at a time, in a dialog that keeps the keys until it is answered."""
+
+import html
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import viser
+
+from addb_viewer.app.page.notices import Notices
+from addb_viewer.app.style.html_pieces import boxed
+from addb_viewer.app.subjects.people import checked_name
+from annotations.errors import ReviewError
+
+if TYPE_CHECKING:
+    from viser._gui_handles import GuiModalHandle
+
+Then = Callable[[], None]
+
+
+class Questions:
+    """Asks the person at one browser. What cannot be taken back, or is another person's, is asked first."""
+
+    def __init__(self, gui: viser.GuiApi, notices: Notices) -> None:
+        self._gui, self._notices = gui, notices
+        self._open: GuiModalHandle | None = None
+        self._then: Then | None = None
+
+    @property
+    def waits(self) -> bool:
+        """Whether a dialog is open: keys other than its own are for nobody."""
+        return self._open is not None
+
+    def ask(
+        self,
+        title: str,
+        reasons: Sequence[str],
+        yes: str,
+        then: Then,
+        *,
+        no: str = "Go back",
+        also: tuple[str, Then] | None = None,
+    ) -> None:
+        """Ask whether to go on; Escape and the first button leave everything as it is.
+
+        Args:
+            title: the question.
+            reasons: why it is asked, one paragraph each; shown as text.
+            yes: what the other button says.
+            then: done on yes, after all that was asked for before.
+            no: what the first button says.
+            also: a third button, and what it does.
+        """
+        self.no()
+        modal = self._gui.add_modal(title)
+        with modal:
+            self._gui.add_html(boxed("".join(f"<p>{html.escape(reason)}</p>" for reason in reasons)))
+            stay = self._gui.add_button(f"{no} (Esc)", color="gray")  # the first one has the focus
+            go = self._gui.add_button(f"{yes} (Y)")
+            third = None if also is None else self._gui.add_button(also[0])
+        stay.on_click(self._notices.in_order("Answering", self.no))
+        go.on_click(self._notices.in_order(yes, self.yes))
+        if third is not None and also is not None:
+            third.on_click(self._notices.in_order(also[0], lambda: self._instead(modal, also[1])))
+        self._open, self._then = modal, then
+
+    def ask_name(self, suggested: str, then: Callable[[str], None]) -> None:
+        """Ask who is here.
+
+        Args:
+            suggested: stands in the box already.
+            then: takes the name; a text that cannot be one leaves the dialog open, and it says why.
+        """
+        self.no()
+        modal = self._gui.add_modal("Who is reviewing?")
+        with modal:
+            self._gui.add_html(
+                boxed(
+                    "<p data-addb-dialog='name'>Your name stands by every decision that you make, and U "
+                    "takes back yours only. This browser remembers it; change it under Review, "
+                    "<i>Who did what</i>.</p>"
+                )
+            )
+            box = self._gui.add_text("Your name", suggested)
+            wrong = self._gui.add_html("", visible=False)
+            go = self._gui.add_button(
+                "Decide under this name (Enter)"
+            )  # the first one is Enter's: by a script
+            stay = self._gui.add_button("Not now", color="gray")
+
+        def answered() -> None:
+            if self._open is not modal:
+                return
+            try:
+                name = checked_name(box.value)
+            except ReviewError as error:
+                wrong.content, wrong.visible = boxed(f"<b>{html.escape(str(error))}</b>"), True
+                return
+            self._close()
+            then(name)
+
+        go.on_click(self._notices.in_order("Taking your name", answered))
+        stay.on_click(self._notices.in_order("Answering", self.no))
+        self._open, self._then = modal, None
+
+    def yes(self) -> None:
+        """Do what was asked about; nothing where a name is asked for, or nothing at all."""
+        then = self._then
+        if then is not None:
+            self._close()
+            then()
+
+    def _instead(self, modal: "GuiModalHandle", then: Then) -> None:
+        if self._open is modal:
+            self._close()
+            then()
+
+    def no(self) -> None:
+        """Leave everything as it is."""
+        if self._open is not None:
+            self._close()
+
+    def _close(self) -> None:
+        assert self._open is not None
+        modal, self._open, self._then = self._open, None, None
+        modal.close()

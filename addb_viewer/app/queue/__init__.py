@@ -1,0 +1,1 @@
+"""The Queue tab: every trial with how much it needs a person."""

@@ -1,0 +1,1 @@
+"""The Review tab: proposals, flags, labels, what if."""

@@ -1,0 +1,212 @@
+"""The Review panel's pieces of the page; whatever comes from a file or a person is shown as text."""
+
+import html
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from addb_viewer.app.style.html_pieces import boxed, clickable, swatch
+from addb_viewer.app.style.palette import Rgb, reason_color
+from addb_viewer.app.trial.disagreements import conflict_words
+from addb_viewer.app.trial.foot_names import foot_words
+from addb_viewer.app.trial.proposals import Pending, State
+from addb_viewer.evidence_words import evidence_words, sure_words
+from annotations.events import Edit
+from annotations.reasons import REASON_KEYS, key_of, reason_words
+from annotations.suggested_activity import SuggestedActivity
+from annotations.trial_review import TrialReview
+from annotations.wording import said_by
+
+LAST = 8  # edits in the history
+
+_MARKED = "background:rgba(128,128,128,.25);"
+_SIGNS = {State.OPEN: "?", State.ACCEPTED: "✓", State.REJECTED: "✗"}
+
+
+def selection_html(
+    chosen: tuple[int, int] | None,
+    foot: str | None,
+    rate: float,
+    contact: str,
+    at_hand: Pending | None = None,
+) -> str:
+    """What the next key is about.
+
+    Args:
+        chosen: the selected range.
+        foot: that flags are about; None for both.
+        rate: of the trial [Hz].
+        contact: in words, the contact that keys act on where nothing is selected.
+        at_hand: the proposal that Enter and Backspace act on; None: on none.
+    """
+    if chosen is None:
+        told = f"<b>Nothing selected.</b> Keys 1–9 and 0 act on {html.escape(contact)}"
+        if at_hand is None:
+            return boxed(f"{told}.")
+        p = at_hand.proposal
+        words = f"{html.escape(foot_words(p.foot))} {p.start}–{p.end - 1}"
+        return boxed(f"{told}; Enter and Backspace on the proposal {words}.")
+    start, end = chosen
+    count = end - start
+    return boxed(
+        f"<b>Frames {start} to {end - 1}</b> · {count} frame{'s' * (count > 1)}, {count / rate:.2f} s · "
+        f"{html.escape(foot_words(foot))}{'' if at_hand is None else ' · a proposal'}"
+    )
+
+
+def reasons_html() -> str:
+    """Which key means what."""
+    return boxed(
+        "<div style='display:grid;grid-template-columns:1fr 1fr;gap:0 .6em'>"
+        + "".join(
+            f"<div>{swatch(reason_color(key.reason), key.key)} {html.escape(key.words)}</div>"
+            for key in REASON_KEYS
+        )
+        + f"<div>{swatch(Rgb(255, 255, 255), '0')} the force counts</div></div>"
+    )
+
+
+def status_html(review: TrialReview, still_open: int, stale: bool) -> str:
+    """How far the review of the trial is."""
+    by = f" · {html.escape(review.status_author)}" if review.status_author else ""
+    note = f"<br>{html.escape(review.status_note)}" if review.status_note else ""
+    waiting = f"{still_open} proposal{'' if still_open == 1 else 's'} to decide" if still_open else ""
+    unreadable = "".join(f"<br>⚠ {html.escape(str(row))}." for row in review.unreadable)
+    changed = "<br><b>The flags have changed since the solve on the screen: G solves again.</b>"
+    return boxed(
+        f"<b>{html.escape(str(review.status)).capitalize()}</b>{by}"
+        f"{f' · {waiting}' if waiting else ''}{note}{unreadable}{changed if stale else ''}"
+    )
+
+
+def proposals_html(proposals: Sequence[Pending], current: Pending | None, has_fit: bool = True) -> str:
+    """What detection proposes; a click goes there."""
+    if not proposals and not has_fit:
+        return boxed("Detection has not run on this trial yet: it needs a fit.")
+    if not proposals:
+        return boxed("Detection proposes nothing in this trial.")
+    rows = []
+    for pending in proposals:
+        p = pending.proposal
+        marked = _MARKED if pending is current else ""
+        weight = "" if pending.state is State.OPEN else "opacity:.6;"
+        details = html.escape(f"{reason_words(p.reason)}. {evidence_words(p.evidence)}")
+        rows.append(
+            clickable(
+                f"{p.start}:{p.end}",
+                f"<div style='{marked}{weight}padding:.1em .3em'>{_SIGNS[pending.state]} "
+                f"<b>{p.start}–{p.end - 1}</b> {html.escape(foot_words(p.foot))} · "
+                f"{swatch(reason_color(p.reason), _key(p.reason))} · {sure_words(p.confidence)}"
+                + (f"<div style='opacity:.8'>{details}</div>" if pending is current else "")
+                + "</div>",
+            )
+        )
+    return boxed("".join(rows))
+
+
+def suggested_html(suggested: Sequence[SuggestedActivity], current: SuggestedActivity | None) -> str:
+    """Activities that wait for a person; a click selects their frames.
+
+    Args:
+        suggested: in order of time.
+        current: the one that the buttons act on.
+    """
+    rows = [
+        clickable(
+            f"{s.start}:{s.end}",
+            f"<div style='{_MARKED if s == current else ''}padding:.1em .3em'>? <b>{s.start}–{s.end - 1}</b> "
+            f"{html.escape(s.label)} · {sure_words(s.confidence)}</div>",
+        )
+        for s in suggested
+    ]
+    return boxed("".join(rows) or "No suggestion waits for you.")
+
+
+def ranges_html(review: TrialReview, has_fit: bool = True) -> str:
+    """What does not count, by whom; and where reviewers disagree."""
+    rows = [
+        clickable(
+            f"{flag.start}:{flag.end}",
+            f"<div style='padding:.1em .3em'>{swatch(reason_color(flag.reason), _key(flag.reason))} "
+            f"<b>{flag.start}–{flag.end - 1}</b> {html.escape(foot_words(flag.foot))} · "
+            f"{html.escape(reason_words(flag.reason))} · {html.escape(flag.author)}"
+            f"{f' ({html.escape(str(flag.source))})' if str(flag.source) != 'person' else ''}"
+            f"{f'<br><i>{html.escape(flag.note)}</i>' if flag.note else ''}</div>",
+        )
+        for flag in review.flags
+    ]
+    rows += [
+        clickable(
+            f"{a.start}:{a.end}",
+            f"<div style='padding:.1em .3em'><b>{a.start}–{a.end - 1}</b> {html.escape(a.label)} · "
+            f"{html.escape(a.author)}</div>",
+        )
+        for a in review.activities
+    ]
+    if not review.decided and not rows and not review.unreadable:
+        left_out = "; frames that detection left out of the last solve are hatched" if has_fit else ""
+        rows.append(f"Nobody has decided anything yet{left_out}.")
+    conflicts = "".join(
+        f"<div style='margin-top:.3em'>⚠ {html.escape(conflict_words(conflict))}</div>"
+        for conflict in review.conflicts
+    )
+    if not (rows or conflicts):
+        rows.append(
+            "Every force counts, as far as can be read." if review.unreadable else "Every force counts."
+        )
+    return boxed("".join(rows) + conflicts)
+
+
+def name_html(name: str) -> str:
+    """Whose decisions are made here."""
+    who = f"You decide as <b>{html.escape(name)}</b>." if name else "You are asked when you first decide."
+    return boxed(f"Your name stands by every decision that you make. {who}")
+
+
+def history_html(edits: Sequence[Edit]) -> str:
+    """The last edits, newest first."""
+    rows = "".join(
+        f"<div style='margin:.15em 0'>{edit.made_at.astimezone():%H:%M:%S} "
+        f"<b>{html.escape(edit.author)}</b>: {html.escape(said_by(edit.event))}</div>"
+        for edit in list(reversed(edits))[:LAST]
+    )
+    return boxed(rows or "No edits yet.")
+
+
+def what_if_html(told: Mapping[str, Any], words: str) -> str:
+    """Both sides of a question to the solver.
+
+    Args:
+        told: `present` and `instead` in figures, and `seconds`.
+        words: what was asked.
+    """
+    rows = "".join(
+        f"<tr><td style='padding-right:.8em;opacity:.75'>{label}</td>"
+        f"<td>{_figure(told['present'][name], factor, digits)} → "
+        f"<b>{_figure(told['instead'][name], factor, digits)}</b> {unit}</td></tr>"
+        for label, name, factor, digits, unit in (
+            ("residual force", "force_N", 1.0, 1, "N"),
+            ("residual moment", "moment_Nm", 1.0, 1, "N·m"),
+            ("marker error", "marker_rms_m", 100.0, 2, "cm"),
+            ("frames counted", "frames", 1.0, 0, ""),
+        )
+    )
+    return boxed(
+        f"<b>{html.escape(words)}</b><table>{rows}</table>"
+        f"<span style='opacity:.75'>This trial alone, {told['seconds']:.1f} s; G solves all.</span>"
+    )
+
+
+def what_if_words(told: Mapping[str, Any]) -> str:
+    """The same in a line."""
+    return "residual " + ", ".join(
+        f"{_figure(told['present'][name], 1.0, 1)} → {_figure(told['instead'][name], 1.0, 1)} {unit}"
+        for name, unit in (("force_N", "N"), ("moment_Nm", "N·m"))
+    )
+
+
+def _figure(value: float | None, factor: float, digits: int) -> str:
+    return "–" if value is None else f"{factor * value:.{digits}f}"
+
+
+def _key(reason: str) -> str:
+    return key_of(reason) or "·"

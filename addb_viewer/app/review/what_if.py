@@ -1,0 +1,83 @@
+"""Asking from one browser what a range is worth, while its keys go on."""
+
+import html
+import threading
+
+import viser
+
+from addb_viewer.app.page.notices import Notices
+from addb_viewer.app.page.screen import Place
+from addb_viewer.app.review.flipping import flipped
+from addb_viewer.app.review.html import what_if_html, what_if_words
+from addb_viewer.app.style.html_pieces import boxed
+from addb_viewer.app.trial.forces_in_use import mask_now
+from addb_viewer.review_store import force_review
+from annotations.errors import ReviewError
+from annotations.trial_review import TrialReview
+from solver.errors import SolverError
+
+
+class WhatIfDesk:
+    """One question at a time: the last one asked is the one that is answered on the screen."""
+
+    def __init__(self, place: Place, answer: viser.GuiHtmlHandle, notices: Notices) -> None:
+        self.place, self.answer, self.notices = place, answer, notices
+        self._asked = 0
+
+    def warm_up(self, review: TrialReview) -> None:
+        """Make the answer come soon, if it is asked for; never waits.
+
+        Args:
+            review: of the trial on the screen.
+        """
+        replay, room = self.place.replay, self.place.room
+        if room.library.fit is not None and replay is not None and replay.residual is not None:
+            room.what_if.warm(replay.name, force_review(review))
+
+    def ask(self, review: TrialReview, chosen: tuple[int, int] | None, foot: str | None) -> None:
+        """The residual if the selected frames counted, or no longer did.
+
+        Args:
+            review: of the trial on the screen.
+            chosen: the range; None where nothing is selected.
+            foot: that it is about; None for all.
+
+        Raises:
+            ReviewError: there is nothing to ask about.
+        """
+        replay = self.place.replay
+        if replay is None or replay.residual is None:
+            raise ReviewError("this needs a fit with forces; G solves")
+        if chosen is None:
+            raise ReviewError("select the range first: I and O, N, or drag over the timeline")
+        present, mask = force_review(review), mask_now(replay, review)
+        if mask is None:
+            raise ReviewError("a label does not fit this recording; G says which")
+        instead, words = flipped(present, mask, chosen, foot, replay.feet)
+        self._asked += 1
+        number, what_if, trial = self._asked, self.place.room.what_if, replay.name
+        self.answer.content = boxed(f"<b>{html.escape(words)}</b><br>asking the solver …")
+
+        def ask() -> None:
+            try:
+                told = what_if.ask(trial, present, instead)
+            except SolverError as error:
+                self.notices.error("Asking what if", error)
+                self.notices.do("Answering", lambda: self._show(number, ""))
+                return
+            answer = what_if_html(told, words)
+            self.notices.do("Answering", lambda: self._show(number, answer, words, what_if_words(told)))
+
+        threading.Thread(target=ask, name="what if", daemon=True).start()
+
+    def forget(self) -> None:
+        """What was asked is about another trial."""
+        self._asked += 1
+        self.answer.content = ""
+
+    def _show(self, number: int, answer: str, words: str = "", in_short: str = "") -> None:
+        if number != self._asked:
+            return
+        self.answer.content = answer
+        if in_short:  # the panel may be scrolled away, or another one may be open
+            self.notices.tell(words, in_short)

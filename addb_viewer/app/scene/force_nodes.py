@@ -1,0 +1,144 @@
+"""Forces in the scene."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import viser
+from jaxtyping import Float
+
+from addb_viewer.app.style.palette import RESIDUAL, TOTAL, UNASSIGNED, Rgb, foot_color
+from addb_viewer.app.trial.replay import Replay, ResidualReplay
+
+
+@dataclass(frozen=True)
+class ForceSizes:
+    """How forces are drawn."""
+
+    metres_per_newton: float = 1e-3  # standing on one leg reaches about the hip
+    smallest: float = 20.0  # [N] below it an arrow is noise
+    shaft_radius: float = 0.010  # [m]
+    head_radius: float = 0.026  # [m]
+    head_length: float = 0.07  # [m]
+    total: float = 0.004  # [m] lines of the hollow arrow of the total
+    hollow: float = 0.006  # [m] lines of an arrow that nobody measured
+
+
+class ForceNodes:
+    """One arrow a plate from its centre of pressure, and the residual force at the centre of mass."""
+
+    def __init__(self, scene: viser.SceneApi, parent: str, replay: Replay) -> None:
+        self.replay = replay
+        self.colors = [foot_color(foot, i) for i, foot in enumerate(replay.feet)]
+        self.arrows = [_arrow(scene, f"{parent}/{i}", UNASSIGNED) for i in range(len(replay.plates))]
+        self.residual = _arrow(scene, f"{parent}/residual", RESIDUAL) if replay.residual else None
+        self.total = TotalNodes(scene, parent, replay.residual) if replay.residual else None
+        self.demanded = [
+            scene.add_line_segments(
+                f"{parent}/demanded{i}",
+                _NONE,
+                foot_color(d.foot, _index(replay.feet, d.foot)),
+                thickness=ForceSizes().hollow,
+                visible=False,
+            )
+            for i, d in enumerate(replay.demanded)
+        ]
+
+    def draw(
+        self, frame: int, *, forces: bool, residual: bool, demanded: bool = True, total: bool = True
+    ) -> None:
+        """Show one frame."""
+        for force, lines in zip(self.replay.demanded, self.demanded, strict=True):
+            start, along = force.point[frame], ForceSizes().metres_per_newton * force.force[frame]
+            size = float(np.linalg.norm(force.force[frame]))  # NaN where the foot's force was measured
+            lines.visible = demanded and size >= ForceSizes().smallest and bool(np.isfinite(start).all())
+            if lines.visible:
+                lines.points = hollow_arrow(start, start + along).astype(np.float32)
+        for plate, arrow in zip(self.replay.plates, self.arrows, strict=True):
+            _point(arrow, plate.cop[frame], plate.force[frame], forces)
+            if arrow.visible:
+                arrow.colors = np.array(self._color(int(plate.foot[frame])).linear, dtype=np.uint8)
+        if self.residual is not None and self.replay.residual is not None:
+            r = self.replay.residual
+            _point(self.residual, r.com[frame], r.force[frame], residual)
+        if self.total is not None:
+            self.total.draw(frame, visible=total)
+
+    def _color(self, foot: int) -> Rgb:
+        return self.colors[foot] if 0 <= foot < len(self.colors) else UNASSIGNED
+
+
+class TotalNodes:
+    """At the centre of mass: all measured forces that count, and hollow, what the motion demands."""
+
+    def __init__(self, scene: viser.SceneApi, parent: str, residual: ResidualReplay) -> None:
+        self.residual, self.demands = residual, residual.demanded
+        sizes = ForceSizes()
+        self.measured = _arrow(scene, f"{parent}/total", TOTAL)
+        self.measured.shaft_radius, self.measured.head_radius = sizes.hollow, 2 * sizes.hollow
+        self.demanded = scene.add_line_segments(
+            f"{parent}/total_demanded", _NONE, TOTAL, thickness=sizes.total, visible=False
+        )
+
+    def draw(self, frame: int, *, visible: bool) -> None:
+        """Show one frame."""
+        r, sizes = self.residual, ForceSizes()
+        if r.counted is None or self.demands is None:
+            return
+        _point(self.measured, r.com[frame], r.counted[frame], visible)
+        size = float(np.linalg.norm(self.demands[frame]))  # NaN outside the fit
+        self.demanded.visible = visible and size >= sizes.smallest and bool(np.isfinite(r.com[frame]).all())
+        if self.demanded.visible:
+            tip = r.com[frame] + sizes.metres_per_newton * self.demands[frame]
+            self.demanded.points = hollow_arrow(r.com[frame], tip).astype(np.float32)
+
+
+_NONE = np.array([[[0.0, 0.0, 0.0], [0.0, 0.1, 0.0]]], dtype=np.float32)
+EDGES = 6  # of a hollow arrow
+
+
+def hollow_arrow(
+    start: Float[np.ndarray, "3"], tip: Float[np.ndarray, "3"]
+) -> Float[np.ndarray, "segments 2 3"]:
+    """The edges of an arrow's shaft and head [m], so that it shows as a shape without a body."""
+    sizes, along = ForceSizes(), tip - start
+    length = float(np.linalg.norm(along))
+    axis = along / length
+    across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    across /= np.linalg.norm(across)
+    turns = np.linspace(0.0, 2.0 * np.pi, EDGES, endpoint=False)[:, None]
+    ring = np.cos(turns) * across + np.sin(turns) * np.cross(axis, across)
+    neck = tip - min(sizes.head_length, 0.6 * length) * axis
+    shaft, rim = neck + 1.3 * sizes.shaft_radius * ring, neck + 1.3 * sizes.head_radius * ring
+    foot = start + 1.3 * sizes.shaft_radius * ring
+    tips = np.broadcast_to(tip, rim.shape)
+    return np.concatenate(
+        [
+            np.stack([foot, shaft], axis=1)[::2],
+            np.stack([rim, np.roll(rim, -1, axis=0)], axis=1),
+            np.stack([rim, tips], axis=1)[::2],
+        ]
+    )
+
+
+def _index(feet: tuple[str, ...], foot: str) -> int:
+    return feet.index(foot) if foot in feet else 0
+
+
+def _arrow(scene: viser.SceneApi, name: str, color: Rgb) -> viser.ArrowsHandle:
+    sizes = ForceSizes()
+    return scene.add_arrows(
+        name, np.array([[[0.0, 0.0, 0.0], [0.0, 0.1, 0.0]]]), np.array(color.linear, dtype=np.uint8),
+        shaft_radius=sizes.shaft_radius, head_radius=sizes.head_radius, head_length=sizes.head_length,
+        visible=False,
+    )  # fmt: skip
+
+
+def _point(
+    arrow: viser.ArrowsHandle, start: Float[np.ndarray, "3"], force: Float[np.ndarray, "3"], wanted: bool
+) -> None:
+    sizes = ForceSizes()
+    known = np.isfinite(start).all() and np.isfinite(force).all()
+    shown = bool(wanted and known and np.linalg.norm(force) >= sizes.smallest)
+    arrow.visible = shown
+    if shown:
+        arrow.points = np.stack([start, start + sizes.metres_per_newton * force])[None].astype(np.float32)

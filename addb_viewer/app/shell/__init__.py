@@ -1,0 +1,1 @@
+"""One browser: its session, keys and controls, and how they reach the tabs."""

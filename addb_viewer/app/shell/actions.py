@@ -1,0 +1,210 @@
+"""What keys, buttons and lists of one browser do."""
+
+import time
+from collections.abc import Mapping
+from functools import partial
+from typing import TYPE_CHECKING
+
+import viser
+
+from addb_viewer.app.page.handles import put
+from addb_viewer.app.review.panel import DECIDE, EDITS, FINISH, SUGGESTION
+from addb_viewer.app.scene.camera import VIEWS
+from addb_viewer.app.shell.controls import MOVES, SPEED_NAMES
+from addb_viewer.app.shell.go_to import Drop, GoTo, OpenRow, Select, wish
+from addb_viewer.app.shell.keys import Action
+from annotations.events import Status
+from annotations.reasons import REASON_KEYS, reason_named
+
+if TYPE_CHECKING:
+    from addb_viewer.app.shell.session import Session
+
+
+def actions_of(session: "Session") -> Mapping[str, Action]:
+    """One for each command of `keys.COMMANDS`."""
+    s, review, solving = session, session.review, session.solving
+    return {
+        **moves_of(session),
+        "range_start": _then(review.range_start, review.warm_up),
+        "range_end": _then(review.range_end, review.warm_up),
+        **{f"paint_{key}": partial(review.paint, key) for key in (*(k.key for k in REASON_KEYS), "0")},
+        "foot": review.next_foot,
+        "next": partial(review.step, 1),
+        "previous": partial(review.step, -1),
+        "accept_proposal": review.accept,
+        "reject_proposal": review.reject,
+        "undo": s.finishing.undo,
+        "redo": review.redo,
+        "what_if": review.what_if,
+        "second_look": partial(review.set_status, Status.SECOND_LOOK),
+        "solve": solving.solve,
+        "compare": _then(solving.toggle, s.compare_changed),
+        "keep": solving.keep,
+        "discard": solving.discard,
+        "cancel": solving.cancel,
+        "finish": s.finishing.finish,
+        "report": partial(s.recording.write, ".html"),
+        "record_rrd": partial(s.recording.write, ".rrd"),
+        "record_mcap": partial(s.recording.write, ".mcap"),
+        "log": s.recording.toggle_log,
+        "diagnose": s.diagnosis.diagnose,
+        "accept": s.diagnosis.accept,
+        "reject": s.diagnosis.reject,
+        **{f"view_{name.lower()}": partial(s.view, name) for name in VIEWS},
+        "yes": s.questions.yes,
+        "no": partial(_escape, s),
+        "rename": s.naming.ask,
+        "theme": lambda: s.set_dark(not s.memory.dark),
+    }
+
+
+def moves_of(session: "Session") -> Mapping[str, Action]:
+    """What moves the cursor."""
+    p = session.playback
+    return {
+        "toggle": p.toggle,
+        "back_frame": lambda: p.step(-1),
+        "on_frame": lambda: p.step(1),
+        "back_tenth": lambda: p.step_seconds(-0.1),
+        "on_tenth": lambda: p.step_seconds(0.1),
+        "back_second": lambda: p.step_seconds(-1.0),
+        "on_second": lambda: p.step_seconds(1.0),
+        "first": lambda: p.seek(0),
+        "last": lambda: p.seek(p.frames - 1),
+        "slower": p.slower,
+        "stop": p.pause,
+        "faster": p.faster,
+    }
+
+
+def bind(session: "Session") -> None:
+    """Let the panels' handles act."""
+    _bind_controls(session)
+    _bind_review(session)
+    _bind_solve(session)
+
+
+def _bind_controls(s: "Session") -> None:
+    c, in_order, moves = s.controls, s.notices.in_order, moves_of(s)
+
+    def on(handle: viser.GuiInputHandle, doing: str, action: Action) -> None:
+        handle.on_update(in_order(doing, action))
+
+    on(
+        c.trial,
+        "Opening the trial",
+        lambda: s.open_trial(c.trial.value) if c.trial.value != s.shown else None,
+    )
+    on(c.frame, "Moving", partial(_scrub, s))
+    on(c.go_to, "Going there", partial(_grant, s))
+    on(c.speed, "Setting the speed", lambda: s.playback.play_at(SPEED_NAMES[c.speed.value]))
+    for switch in c.show.switches:
+        on(switch, "Showing", partial(_show_options, s))
+    on(c.show.follow, "Following", partial(_follow, s))
+    on(c.show.dark, "Turning the theme", lambda: s.set_dark(c.show.dark.value))
+    c.play.on_click(in_order("Playing", s.playback.toggle))
+    _bind_group(s, c.move, "Moving", {name: moves[action] for name, action in MOVES.items()})
+    _bind_group(s, c.show.view, "Turning the camera", {name: partial(s.view, name) for name in VIEWS})
+
+
+def _bind_review(s: "Session") -> None:
+    p, review, in_order = s.review.panel, s.review, s.notices.in_order
+    feet = {"both": None, **dict(zip(p.foot.options, s.room.subject.foot_bodies, strict=False))}
+    p.foot.on_update(in_order("Choosing the foot", lambda: review.set_foot(feet.get(p.foot.value))))
+    _bind_group(
+        s,
+        p.decide,
+        "Deciding",
+        dict(zip(DECIDE, (review.accept, review.reject, lambda: review.step(1)), strict=True)),
+    )
+    _bind_group(s, p.edits, "Undoing", dict(zip(EDITS, (s.finishing.undo, review.redo), strict=True)))
+    second_look = partial(review.set_status, Status.SECOND_LOOK)
+    _bind_group(s, p.finish, "Finishing", dict(zip(FINISH, (s.finishing.finish, second_look), strict=True)))
+    p.paint.on_click(in_order("Flagging", lambda: review.flag(reason_named(str(p.reason.value)))))
+    _bind_group(
+        s, p.suggestion, "Labelling", dict(zip(SUGGESTION, (review.confirm, review.refuse), strict=True))
+    )
+    p.label.on_click(in_order("Labelling", review.label))
+    p.rename.on_click(in_order("Changing your name", s.naming.ask))
+    p.what_if.on_click(in_order("Asking what if", review.what_if))
+
+
+def _bind_solve(s: "Session") -> None:
+    p, solving, in_order = s.solving.panel, s.solving, s.notices.in_order
+    for button, doing, action in (
+        (p.solve, "Solving", solving.solve),
+        (p.withhold, "Judging withheld forces", solving.withhold),
+        (p.cancel, "Cancelling", solving.cancel),
+        (p.keep, "Keeping", solving.keep),
+        (p.discard, "Discarding", solving.discard),
+    ):
+        button.on_click(in_order(doing, action))
+    p.compare.on_update(
+        in_order("Comparing", _then(lambda: solving.compare(p.compare.value), s.compare_changed))
+    )
+    p.other.on_update(in_order("Comparing", solving.choose))
+
+
+def _bind_group(
+    s: "Session", group: viser.GuiButtonGroupHandle, doing: str, actions: Mapping[str, Action]
+) -> None:
+    async def clicked(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+        s.notices.do(doing, actions[event.target.value])
+
+    group.on_click(clicked)
+
+
+def _grant(s: "Session") -> None:
+    """Do what was written into the box; while it is not whole, nothing."""
+    match wish(s.controls.go_to.value):
+        case GoTo(frame):
+            s.review.drop(only_whole=True)
+            s.seek(frame)
+        case Drop():
+            put(s.controls.go_to, "")
+            s.review.drop(only_whole=True)
+        case Select(start, end):
+            s.review.select(start, end)
+            s.review.warm_up()
+        case OpenRow(row):
+            s.queue.open_row(row)
+
+
+def _escape(s: "Session") -> None:
+    """Esc: no to the question; where none is asked, the selection and what was told of failures go."""
+    if s.questions.waits:
+        s.questions.no()
+    else:
+        s.notices.dismiss()
+        s.review.drop()
+
+
+def _scrub(s: "Session") -> None:
+    s.scrubbed_at = time.perf_counter()
+    s.seek(int(s.controls.frame.value))
+
+
+def _show_options(s: "Session") -> None:
+    show, o = s.controls.show, s.scene.options
+    o.bones, o.see_through, o.model_markers = (
+        show.bones.value,
+        show.see_through.value,
+        show.model_markers.value,
+    )
+    o.forces, o.demanded, o.residual = show.forces.value, show.demanded.value, show.residual.value
+    o.total = show.total.value
+    o.causes, o.trail_seconds = show.causes.value, float(show.trails.value)
+    s.playback.redraw()
+
+
+def _follow(s: "Session") -> None:
+    s.scene.follow(s.controls.show.follow.value, s.frame)
+    s.playback.redraw()
+
+
+def _then(first: Action, second: Action) -> Action:
+    def both() -> None:
+        first()
+        second()
+
+    return both

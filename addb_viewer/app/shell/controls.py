@@ -1,0 +1,165 @@
+"""The controls on the left: which trial, where in it, and tabs for review, queue, solving and view."""
+
+from dataclasses import dataclass
+
+import viser
+
+from addb_viewer.app.shell.playback import SPEEDS
+
+SPEED_NAMES = {f"{speed:g}×".replace("-", "−"): speed for speed in SPEEDS}
+TRAIL_LONGEST = 2.0  # [s]
+MOVES = {"|◀": "first", "◀": "back_frame", "▶": "on_frame", "▶|": "last"}  # button: action
+PAGES_S = {"all": None, "10 s": 10.0, "4 s": 4.0, "2 s": 2.0, "1 s": 1.0}  # how much the timeline shows
+NO_JOINT = "–"
+
+
+@dataclass(frozen=True)
+class Show:
+    """What the scene shows."""
+
+    bones: viser.GuiCheckboxHandle
+    see_through: viser.GuiCheckboxHandle
+    model_markers: viser.GuiCheckboxHandle
+    forces: viser.GuiCheckboxHandle
+    demanded: viser.GuiCheckboxHandle
+    residual: viser.GuiCheckboxHandle
+    total: viser.GuiCheckboxHandle
+    causes: viser.GuiCheckboxHandle
+    trails: viser.GuiSliderHandle[float]
+    legend: viser.GuiHtmlHandle
+    follow: viser.GuiCheckboxHandle
+    view: viser.GuiButtonGroupHandle
+    dark: viser.GuiCheckboxHandle
+
+    @property
+    def switches(self) -> tuple[viser.GuiInputHandle, ...]:
+        """Those that change the picture."""
+        return (
+            self.bones,
+            self.see_through,
+            self.model_markers,
+            self.forces,
+            self.demanded,
+            self.residual,
+            self.total,
+            self.causes,
+            self.trails,
+        )
+
+
+@dataclass(frozen=True)
+class Tabs:
+    """Where the desks lay out what is theirs."""
+
+    review: viser.GuiTabHandle
+    queue: viser.GuiTabHandle
+    solve: viser.GuiTabHandle
+
+
+@dataclass(frozen=True)
+class Controls:
+    """Handles of what the reviewer operates."""
+
+    trial: viser.GuiDropdownHandle[str]
+    frame: viser.GuiSliderHandle[int]
+    go_to: viser.GuiTextHandle
+    play: viser.GuiButtonHandle
+    move: viser.GuiButtonGroupHandle
+    speed: viser.GuiDropdownHandle[str]
+    banner: viser.GuiHtmlHandle
+    summary: viser.GuiHtmlHandle
+    change: viser.GuiHtmlHandle
+    notes: viser.GuiHtmlHandle
+    show: Show
+    tabs: Tabs
+
+
+@dataclass(frozen=True)
+class TimelineControls:
+    """What the timeline shows."""
+
+    page: viser.GuiDropdownHandle[str]
+    joints: tuple[viser.GuiDropdownHandle[str], ...]
+
+
+def build_controls(gui: viser.GuiApi, views: tuple[str, ...], *, dark: bool) -> Controls:
+    """Lay out the panel; nothing is bound to anything yet.
+
+    Args:
+        gui: of the browser.
+        views: names of the camera's views.
+        dark: the present theme.
+    """
+    trial = gui.add_dropdown("Trial", ("–",))
+    frame = gui.add_slider("Frame", 0, 1, 1, 0)
+    go_to = gui.add_text("Go to", "", hint="A frame, as 57, or a range to select, as 120:180")
+    play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY, hint="Key Space")
+    move = gui.add_button_group("Move", tuple(MOVES))
+    speed = gui.add_dropdown("Speed", tuple(SPEED_NAMES), initial_value="1×")
+    banner = gui.add_html("", visible=False)
+    tabs = gui.add_tab_group()
+    review, queue = tabs.add_tab("Review"), tabs.add_tab("Queue")
+    solve = tabs.add_tab("Solve")
+    with tabs.add_tab("View"):
+        show = _show(gui, views, dark)
+    with tabs.add_tab("Fit"):
+        summary = gui.add_html("")
+        with gui.add_folder("What the fit to forces changed", expand_by_default=False):
+            change = gui.add_html("")
+        with gui.add_folder("Notes"):
+            notes = gui.add_html("")
+    return Controls(
+        trial,
+        frame,
+        go_to,
+        play,
+        move,
+        speed,
+        banner,
+        summary,
+        change,
+        notes,
+        show,
+        Tabs(review, queue, solve),
+    )
+
+
+def _show(gui: viser.GuiApi, views: tuple[str, ...], dark: bool) -> Show:
+    view = gui.add_button_group("View", views)
+    follow = gui.add_checkbox("Follow", True, hint="Keep the pelvis in the middle")
+    bones = gui.add_checkbox("Bones", True)
+    see_through = gui.add_checkbox("See-through", False)
+    model_markers = gui.add_checkbox("Model markers", True)
+    forces = gui.add_checkbox("Forces", True)
+    demanded = gui.add_checkbox(
+        "Missing forces", True, hint="What the motion demands of a foot whose force is missing, hollow"
+    )
+    residual = gui.add_checkbox("Residual", True, hint="Force that F = ma still lacks, at the centre of mass")
+    total = gui.add_checkbox(
+        "Total force", True, hint="At the centre of mass: measured, and hollow, demanded by the motion"
+    )
+    causes = gui.add_checkbox("Named causes", True, hint="What the diagnosis names, where it acts")
+    trails = gui.add_slider("Trails [s]", 0.0, TRAIL_LONGEST, 0.1, 0.0)
+    dark_theme = gui.add_checkbox("Dark", dark, hint="Dark theme")
+    legend = gui.add_html("")
+    return Show(
+        bones, see_through, model_markers, forces, demanded, residual, total, causes, trails, legend, follow,
+        view, dark_theme,
+    )  # fmt: skip
+
+
+def build_timeline_controls(gui: viser.GuiApi, charts: int) -> TimelineControls:
+    """What is chosen below the timeline.
+
+    Args:
+        gui: of the browser.
+        charts: how many joints can be shown at once.
+    """
+    page = gui.add_dropdown("Shown", tuple(PAGES_S), hint="How much of the trial is seen at once")
+    joints = tuple(gui.add_dropdown(f"Joint {i + 1}", (NO_JOINT,)) for i in range(charts))
+    return TimelineControls(page, joints)
+
+
+def speed_name(speed: float) -> str:
+    """As the list has it."""
+    return next(name for name, known in SPEED_NAMES.items() if known == speed)

@@ -1,0 +1,1 @@
+"""The Solve tab: solve again, compare, keep or discard."""

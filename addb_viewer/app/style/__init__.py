@@ -1,0 +1,1 @@
+"""Colours, and pieces of HTML that several panels share."""

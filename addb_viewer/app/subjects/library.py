@@ -1,0 +1,141 @@
+"""The trials of a subject and their fit, loaded when first looked at."""
+
+import threading
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import trimesh
+
+from addb_viewer.app.subjects.root_folder import check_recorded, reading_of
+from addb_viewer.app.trial.replay import Person, Replay, fitted_replay, unfitted_replay
+from solver.capture.capture import Capture, Subject, UnusedFile
+from solver.capture.subject import open_subject
+from solver.capture.trial import read_trial
+from solver.fit import Fit
+from solver.results.store import default_folder, has_fit, load_fit
+from solver.settings import settings_for
+from solver.skeleton.bones import body_meshes
+from solver.summary import summary
+
+KEPT = 4  # replays in memory: the one on the screen and those one goes back to
+
+
+@dataclass
+class Library:
+    """One subject. A trial that the fit lacks is shown as measured."""
+
+    subject: Subject
+    fit: Fit | None = None
+    meshes: dict[str, trimesh.Trimesh] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()  # of the subject; a trial's own are in its replay
+    kept: OrderedDict[str, Replay] = field(default_factory=OrderedDict)
+    captures: dict[str, Capture] = field(default_factory=dict)  # of trials without a fit
+    results_folder: Path | None = None  # None: the default
+    fit_folder: Path | None = None  # where the fit was read; None without one
+    fit_time_ns: int = 0  # when it was written there: with the folder, which fit it is
+    lock: threading.RLock = field(default_factory=threading.RLock)  # several browsers share one library
+
+    @property
+    def results(self) -> Path:
+        """Where fit, diagnosis and decisions lie."""
+        return self.results_folder or default_folder(self.subject.folder)
+
+    @property
+    def trials(self) -> tuple[str, ...]:
+        """Names of the trials, those of the fit first."""
+        fitted = [trial.capture.name for trial in self.fit.trials] if self.fit else []
+        return tuple(dict.fromkeys([*fitted, *(trial.name for trial in self.subject.trials)]))
+
+    def replay(self, name: str) -> Replay:
+        """One trial, ready to be drawn.
+
+        Raises:
+            CaptureError: its files cannot be read.
+        """
+        with self.lock:
+            if name not in self.kept:
+                self.kept[name] = self._load(name)
+                while len(self.kept) > KEPT:
+                    self.kept.popitem(last=False)
+            self.kept.move_to_end(name)
+            return self.kept[name]
+
+    def capture(self, name: str) -> Capture:
+        """One trial as it was measured.
+
+        Raises:
+            CaptureError: its files cannot be read.
+        """
+        if self.fit is not None:
+            for trial in self.fit.trials:
+                if trial.capture.name == name:
+                    return trial.capture
+        if name not in self.captures:
+            files = next(t for t in self.subject.trials if t.name == name)
+            reading = settings_for(self.subject.folder).reading
+            self.captures[name] = read_trial(files, reading, mass_kg=self.subject.mass_kg)
+        return self.captures[name]
+
+    def figures(self, name: str) -> dict[str, Any]:
+        """The trial's part of the fit's summary; empty without a fit."""
+        if self.fit is None:
+            return {}
+        trials: Any = summary(self.fit)["trials"]
+        return next((t for t in trials if t["name"] == name), {})
+
+    def _load(self, name: str) -> Replay:
+        if self.fit is not None:
+            person = Person(self.fit.mass_kg, self.fit.height_m)
+            for trial in self.fit.trials:
+                if trial.capture.name == name:
+                    return fitted_replay(trial, self.fit.skeleton, person, self.fit.settings)
+        return unfitted_replay(self.capture(name))
+
+
+def library_of(subject: Subject, results: Path | None = None, solve: Path | None = None) -> Library:
+    """A subject and its fit, where there is one.
+
+    Args:
+        subject: opened.
+        results: where fit, diagnosis and decisions lie; `results` inside the subject's folder by default.
+        solve: folder of a fit to be shown in place of the kept one.
+
+    Raises:
+        ResultsError: there is half a fit, or one of another version.
+        OutsideError: it was made of files outside the subject's folder.
+    """
+    folder = solve or results or default_folder(subject.folder)
+    if not has_fit(folder):
+        notes = (*subject.notes, *_unused(subject.unused), "Not fitted yet: markers and forces as measured.")
+        return Library(subject, notes=notes, results_folder=results)
+    fit, written_ns = load_fit(folder, subject.folder), (folder / "fit.json").stat().st_mtime_ns
+    check_recorded(subject, fit)
+    bones = body_meshes(fit.skeleton, subject.folder / "Geometry")
+    unused = _unused(replace(fit, subject=subject).unused)
+    notes = (*subject.notes, *unused, *fit.skeleton.notes, *fit.notes, *bones.notes)
+    return Library(
+        subject,
+        fit,
+        bones.meshes,
+        notes,
+        results_folder=results,
+        fit_folder=folder,
+        fit_time_ns=written_ns,
+    )
+
+
+def _unused(files: Sequence[UnusedFile]) -> tuple[str, ...]:
+    return tuple(f"Not used: {file.file}: {file.reason}" for file in files)
+
+
+def open_library(subject_folder: Path, results: Path | None = None) -> Library:
+    """Open a subject's folder, and its fit where there is one; arguments as for `library_of`.
+
+    Raises:
+        CaptureError: the folder is no subject's.
+        ResultsError: there is half a fit, or one of another version.
+    """
+    return library_of(open_subject(subject_folder, reading_of(subject_folder)), results)

@@ -1,0 +1,178 @@
+"""The timeline: lanes and charts on one time axis, and over both a cursor that costs little to move."""
+
+import html
+import math
+
+import numpy as np
+import viser
+from jaxtyping import Float
+
+from addb_viewer.app.style.palette import VERMILION
+from addb_viewer.app.timeline.chart_html import AXIS, GUTTER, HEADING, MARGIN, SMALL, axis_html, chart_html
+from addb_viewer.app.timeline.charts import Chart, Line
+from addb_viewer.app.timeline.lanes import Lane
+from addb_viewer.app.timeline.lanes_html import LANE, lanes_html, timeline_html
+from addb_viewer.app.timeline.span import Span, span_around
+
+FEW = 3  # curves of which every value is written
+EDGE = 0.15  # share of the axis from which the cursor's label leans inwards
+ABOUT_ZERO = 0.02  # share of the largest value
+CHART = 76  # [pixel] height of a plot unless told otherwise
+
+
+class Timeline:
+    """Owns three pieces of the page: lanes, charts below them, and the cursor that lies over both."""
+
+    def __init__(
+        self, gui: viser.GuiApi, place: viser.GuiTabHandle | viser.GuiFolderHandle, chart_height: int = CHART
+    ) -> None:
+        self.height = chart_height
+        with place:
+            self._lanes_html = gui.add_html("")
+            self._charts_html = gui.add_html("")
+            self._cursor_html = gui.add_html("")
+        self._times: Float[np.ndarray, " frames"] = np.zeros(1)
+        self._lanes: tuple[Lane, ...] = ()
+        self._charts: tuple[Chart, ...] = ()
+        self._frame = 0
+        self._shown: int | None = None  # frames on a page; None: all
+        self.span = Span(0, 1)
+        self._selected: tuple[int, int] | None = None
+
+    def show(self, times: Float[np.ndarray, " frames"], charts: tuple[Chart, ...]) -> None:
+        """Put another trial, or other charts, in place.
+
+        Args:
+            times: of the trial's frames [s].
+            charts: over these frames.
+        """
+        self._times, self._charts = times, charts
+        self._frame = min(self._frame, len(times) - 1)
+        self.span = self._page()
+        self._draw_lanes()
+        self._draw_charts()
+        self._draw_cursor()
+
+    def lanes(self, lanes: tuple[Lane, ...]) -> None:
+        """Show these lanes."""
+        self._lanes = lanes
+        self._draw_lanes()
+        self._draw_cursor()
+
+    def cursor(self, frame: int) -> None:
+        """Move the cursor; turns the page where the frame is not on it."""
+        self._frame = frame
+        if not self.span.first <= frame <= self.span.last:
+            self._turn()
+        self._draw_cursor()
+
+    def select(self, frames: tuple[int, int] | None) -> None:
+        """Show which range keys act on; None for none."""
+        if frames != self._selected:
+            self._selected = frames
+            self._draw_cursor()
+
+    def zoom(self, shown: int | None) -> None:
+        """Show so many frames around the cursor; None for all."""
+        self._shown = shown
+        self._turn()
+        self._draw_cursor()
+
+    @property
+    def pixels(self) -> int:
+        """Height of lanes and charts together."""
+        charts = len(self._charts) * (HEADING + self.height)
+        return len(self._lanes) * LANE + charts + (AXIS if self._charts else 0)
+
+    def _page(self) -> Span:
+        return span_around(self._frame, len(self._times), self._shown)
+
+    def _turn(self) -> None:
+        span = self._page()
+        if span != self.span:
+            self.span = span
+            self._draw_lanes()
+            self._draw_charts()
+
+    def _draw_lanes(self) -> None:
+        self._lanes_html.content = timeline_html(lanes_html(self._lanes, self.span), self.span)
+
+    def _draw_charts(self) -> None:
+        if not self._charts:
+            self._charts_html.content = ""
+            return
+        content = "".join(chart_html(chart, self.span, self.height) for chart in self._charts)
+        self._charts_html.content = timeline_html(content + axis_html(self.span, self._times), self.span)
+
+    def _draw_cursor(self) -> None:
+        selected = "" if self._selected is None else self._selection()
+        at = 100.0 * self.span.share(self._frame)
+        line = (
+            f"<div data-addb-cursor style='position:absolute;left:{at:.3f}%;top:0;bottom:0;width:0;"
+            f"border-left:1.5px solid {VERMILION.css}'></div>"
+        )
+        self._cursor_html.content = (
+            "<div style='position:relative;height:0;pointer-events:none;z-index:1'>"
+            f"<div style='position:absolute;left:{GUTTER}px;right:{MARGIN}px;top:-{self.pixels}px;"
+            f"height:{self.pixels - (AXIS if self._charts else 0)}px'>"
+            f"{selected}{line}</div>{self._readouts()}</div>"
+        )
+
+    def _selection(self) -> str:
+        assert self._selected is not None
+        block = self.span.block(*self._selected)
+        if block is None:
+            return ""
+        return (
+            f"<div data-addb-selection style='position:absolute;left:{100 * block[0]:.3f}%;"
+            f"width:{100 * block[1]:.3f}%;top:0;bottom:0;box-sizing:border-box;"
+            "background:rgba(86,180,233,.22);border:solid rgb(0,114,178);border-width:0 1.5px'></div>"
+        )
+
+    def _readouts(self) -> str:
+        """The values at the cursor, at the right end of each chart's heading."""
+        parts = []
+        for i, chart in enumerate(self._charts):
+            top = -self.pixels + len(self._lanes) * LANE + i * (HEADING + self.height)
+            values = " ".join(
+                f"<span style='color:{line.color.on_any_page}'>{_shown(line.values[self._frame])}</span>"
+                for line in telling(chart, self._frame)
+            )
+            parts.append(
+                f"<div style='position:absolute;right:{MARGIN}px;top:{top}px;height:{HEADING}px;"
+                f"padding:2px 0 0 6px;font-size:{SMALL};line-height:1.15;font-weight:700;"
+                "font-variant-numeric:tabular-nums;"
+                "background:var(--mantine-color-body)'>"
+                f"{values}</div>"
+            )
+        if self._charts:
+            parts.append(self._place())
+        return "".join(parts)
+
+    def _place(self) -> str:
+        """Frame and time under the cursor, kept inside."""
+        share = self.span.share(self._frame)
+        shift = 0 if share < EDGE else -100 if share > 1 - EDGE else -50
+        return (
+            f"<div style='position:absolute;left:{GUTTER}px;right:{MARGIN}px;top:-15px;font-size:{SMALL};"
+            "line-height:1.15;font-weight:700;white-space:nowrap'>"
+            f"<span style='position:absolute;left:{100 * share:.3f}%;transform:translateX({shift}%)'>"
+            f"frame {self._frame} · {self._times[self._frame]:.3f} s</span></div>"
+        )
+
+
+def telling(chart: Chart, frame: int) -> list[Line]:
+    """The curves whose value at a frame is worth its place: of many, those that are not about zero."""
+    lines = [
+        line
+        for line in chart.lines
+        if not line.dashed and frame < len(line.values) and math.isfinite(line.values[frame])
+    ]
+    if len(lines) <= FEW:
+        return lines
+    return [line for line in lines if abs(line.values[frame]) > ABOUT_ZERO * chart.largest]
+
+
+def _shown(value: float) -> str:
+    digits = 0 if abs(value) >= 100 else 1 if abs(value) >= 10 else 2
+    return html.escape(f"{value:.{digits}f}".replace("-", "−"))
