@@ -128,6 +128,7 @@ _LABELS = (
     ),
     Column("activity", "text", "class of what the person does; `none` where nobody and no rule says"),
     Column("activity_sub", "text", "subclass; null where none was given", nullable=True),
+    Column("activity_by", "text", "person: confirmed; rule, rule (unlearnt): suggested; nobody"),
 )
 
 _COUNTS = (

@@ -39,6 +39,7 @@ class TrialRows:
     sides: Sequence[str]  # of each foot, "r" or "l"
     activity: Sequence[str]  # of each frame
     activity_sub: Sequence[str | None]
+    activity_by: Sequence[str]
 
     @property
     def kept(self) -> Int[np.ndarray, " rows"]:
@@ -109,6 +110,7 @@ def _labels(rows: TrialRows) -> dict[str, Values]:
     return {
         "activity": list(rows.activity),
         "activity_sub": list(rows.activity_sub),
+        "activity_by": list(rows.activity_by),
         "counts": verdicts.counts,
         "counts_r": counts["r"],
         "counts_l": counts["l"],

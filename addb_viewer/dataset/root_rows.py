@@ -80,7 +80,7 @@ def trial_row(rows: TrialRows, fit: Fit, labels: TrialLabels, extended: bool) ->
     Args:
         rows: of the trial.
         fit: of the subject.
-        labels: what people say of it.
+        labels: what is said of it.
         extended: whether an accepted cause acts in it.
     """
     grid, trial = rows.gridded.grid, rows.gridded.trial
@@ -99,7 +99,7 @@ def trial_row(rows: TrialRows, fit: Fit, labels: TrialLabels, extended: bool) ->
         "has_dynamics": trial.kinematics_only is not None,
         "activity": labels.activity,
         "activity_sub": labels.activity_sub,
-        "activity_confidence": None,
+        "activity_confidence": labels.confidence,
         "activity_by": labels.by,
         "trial_type": labels.trial_type,
         **average_speed(rows, Segment(0, grid.frames), labels),
@@ -154,7 +154,7 @@ def contact_rows(rows: TrialRows) -> list[Row]:
 def activity_rows(rows: TrialRows, labels: TrialLabels) -> list[Row]:
     """A trial's rows of `activities`."""
     found = []
-    for said in labels.review.activities:
+    for said in labels.stretches:
         start, end = rows.gridded.grid.frames_nearest_to(said.start, said.end)
         if start < end:
             found.append(
@@ -164,8 +164,9 @@ def activity_rows(rows: TrialRows, labels: TrialLabels) -> list[Row]:
                     "end_frame": end,
                     "activity": said.activity,
                     "activity_sub": said.subclass,
-                    "activity_by": "person",
-                    "reviewer": labels.reviewers.get(said.author),
+                    "activity_by": said.by,
+                    "activity_confidence": said.confidence,
+                    "reviewer": said.reviewer,
                 }
             )
     return found

@@ -26,9 +26,9 @@ _ACTIVITY = Column(
 )
 _SUBCLASS = Column("activity_sub", "text", "subclass; null where none was given", nullable=True)
 _CONFIDENCE = Column(
-    "activity_confidence", "f32", "0 to 1, of a rule; null where a person said it", nullable=True
+    "activity_confidence", "f32", "0 to 1, of a rule; null where a person or nobody said it", nullable=True
 )
-_BY = Column("activity_by", "text", "person, rule or nobody")
+_BY = Column("activity_by", "text", "person: confirmed; rule, rule (unlearnt): suggested; nobody")
 
 SUBJECTS = Table(
     "subjects",

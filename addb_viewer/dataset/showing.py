@@ -1,5 +1,6 @@
 """What a release holds, and where its numbers come from, in words."""
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 from typing import Any
@@ -30,11 +31,11 @@ def overview(release: Release) -> Iterator[str]:
         own = [row for row in rows if row["source"] == source]
         licences = ", ".join(sorted({row["licence"] for row in own}))
         yield f"  {source}: {len(own)} subjects, {licences}"
-    activities: dict[str, int] = {}
-    for row in release.trials.to_pylist():
-        activities[row["activity"]] = activities.get(row["activity"], 0) + 1
+    trials = release.trials.to_pylist()
+    activities = Counter(row["activity"] for row in trials)
     told = ", ".join(f"{name} {count}" for name, count in sorted(activities.items()))
-    yield f"activities, trials: {told}"
+    suggested = sum(row["activity_by"] not in ("person", "nobody") for row in trials)
+    yield f"activities, trials: {told}; {suggested} of {len(trials)} as rules suggest"
     reasons: dict[str, int] = {}
     for row in release.table("left_out").to_pylist():
         reasons[row["reason"]] = reasons.get(row["reason"], 0) + 1
@@ -63,8 +64,10 @@ def trial_in_words(release: Release, name: str) -> Iterator[str]:
         f"{trial['frames']} frames from {trial['rate_native_hz']:g} Hz, {trial['duration_s']:.2f} s; forces "
         f"and pass F below {trial['filter_cutoff_hz']:g} Hz"
     )
+    sure = trial["activity_confidence"]
+    by = f"by {trial['activity_by']}" + ("" if sure is None else f", {100 * sure:.0f} % sure")
     yield (
-        f"activity {trial['activity']} (by {trial['activity_by']}); which forces count: "
+        f"activity {trial['activity']} ({by}); which forces count: "
         f"{trial['mask_source']}{'' if trial['reviewed'] else ', review not finished'}"
     )
     for column, words, unit in _FIGURES:

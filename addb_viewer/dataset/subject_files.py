@@ -13,6 +13,7 @@ from addb_viewer.dataset.subject_task import Task
 from addb_viewer.dataset.subject_writing import SubjectWriting
 from addb_viewer.dataset.trial_labels import labels_of
 from addb_viewer.review_store import reviews_for_solve
+from addb_viewer.suggested_activities import suggestions_of
 from solver.capture.subject import open_subject
 from solver.fit import Fit, TrialFit
 from solver.pipeline import solve
@@ -43,7 +44,11 @@ def write_subject_files(task: Task) -> Receipt:
         return Receipt(task.key, left_out=(*left, gone))
     captures = [trial.capture for trial in fit.trials]
     kept = {capture.name for capture in captures}
-    labels = labels_of(subject, [trial for trial in chosen if trial.name in kept], captures)
+    said = labels_of(subject, [trial for trial in chosen if trial.name in kept], captures)
+    labels = {
+        trial.capture.name: said[trial.capture.name].with_suggestions(suggestions_of(trial, fit.skeleton))
+        for trial in fit.trials
+    }
     return SubjectWriting(task, fit, settings, extension, labels).receipt(left)
 
 

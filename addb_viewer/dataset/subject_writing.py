@@ -138,7 +138,7 @@ class SubjectWriting:
         return self._rows(gridded, b3d.trials[0]), b3d
 
     def _rows(self, gridded: GriddedTrial, b3d: B3dTrial) -> TrialRows:
-        activity, activity_sub = self.labels[gridded.name].of_frames(gridded.grid)
+        activity, activity_sub, activity_by = self.labels[gridded.name].of_frames(gridded.grid)
         return TrialRows(
             subject_id=self.task.who.subject_id,
             trial_id=self.task.who.trial_id(gridded.name),
@@ -151,6 +151,7 @@ class SubjectWriting:
             sides=self.sides,
             activity=activity,
             activity_sub=activity_sub,
+            activity_by=activity_by,
         )
 
     def _tables(self, one: TrialRows, b3d: B3dTrial) -> Iterator[tuple[str, pa.Table]]:

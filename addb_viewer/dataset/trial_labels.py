@@ -1,7 +1,8 @@
-"""What people say of a trial: whether its review is finished, what the person does, and who said so."""
+"""What is said of a trial: whether its review is finished, what the person does, and who or what said so."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -10,12 +11,26 @@ from addb_viewer.review_store import whole_log, with_own_file
 from annotations.activities import ERRONEOUS
 from annotations.events import IMPORTED, Edit, Status
 from annotations.folding import folded
+from annotations.suggested_activity import SuggestedActivity, open_suggestions
 from annotations.trial_review import TrialReview
 from solver.capture.capture import Capture, Subject, TrialFiles
 
-UNKNOWN = "none"  # activity of a frame of which nobody has said anything
+UNKNOWN = "none"  # activity of a frame of which nobody and no rule has said anything
 NOBODY, BY_PERSON = "nobody", "person"
 _TREADMILL, _OVERGROUND = ("treadmill",), ("overground", "incline")
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Frames start to end − 1 of the recording and what the person does there."""
+
+    start: int
+    end: int
+    activity: str
+    subclass: str | None
+    by: str  # person; or the kind of rule
+    confidence: float | None = None  # 0 to 1, of a rule
+    reviewer: str | None = None  # reviewer_1 …
 
 
 @dataclass(frozen=True)
@@ -25,46 +40,84 @@ class TrialLabels:
     review: TrialReview
     frames: int
     reviewers: Mapping[str, str]  # what a release calls each author
+    suggested: tuple[SuggestedActivity, ...] = ()  # by rules, of a solved trial
 
     @property
     def finished(self) -> bool:
         """Whether somebody has finished its review."""
         return self.review.status is Status.FINISHED
 
-    def of_frames(self, grid: Grid) -> tuple[list[str], list[str | None]]:
-        """Activity and subclass of each frame of the grid: the nearest native frame's."""
-        said = np.zeros(self.frames, dtype=int)
-        for k, one in enumerate(self.review.activities, start=1):
-            said[one.start : one.end] = k
-        names: list[tuple[str, str | None]] = [(UNKNOWN, None)]
-        names += [(one.activity, one.subclass) for one in self.review.activities]
-        at = grid.at_nearest(said)
-        return [names[k][0] for k in at], [names[k][1] for k in at]
+    def with_suggestions(self, suggested: Sequence[SuggestedActivity]) -> "TrialLabels":
+        """Also what rules suggest; it holds where nobody has labelled, and nobody has refused it.
 
-    @property
-    def _most(self) -> tuple[str, str | None]:
-        """What most frames are labelled as; erroneous ones are left out of a release."""
-        lengths: dict[tuple[str, str | None], int] = {}
-        for one in self.review.activities:
+        Args:
+            suggested: of the solved trial.
+        """
+        return replace(self, suggested=tuple(suggested))
+
+    @cached_property
+    def stretches(self) -> tuple[Stretch, ...]:
+        """Everything that is said, in order of time; no two overlap."""
+        said = [
+            Stretch(
+                one.start,
+                one.end,
+                one.activity,
+                one.subclass,
+                BY_PERSON,
+                reviewer=self.reviewers.get(one.author),
+            )
+            for one in self.review.activities
+        ]
+        said += [
+            Stretch(one.start, one.end, one.activity, one.subclass, one.by, one.confidence)
+            for one in open_suggestions(self.suggested, self.review)
+        ]
+        return tuple(sorted(said, key=lambda one: one.start))
+
+    def of_frames(self, grid: Grid) -> tuple[list[str], list[str | None], list[str]]:
+        """Activity, subclass and who says so, of each frame of the grid: the nearest native frame's."""
+        said = np.zeros(self.frames, dtype=int)
+        for k, one in enumerate(self.stretches, start=1):
+            said[one.start : one.end] = k
+        names: list[tuple[str, str | None, str]] = [(UNKNOWN, None, NOBODY)]
+        names += [(one.activity, one.subclass, one.by) for one in self.stretches]
+        at = grid.at_nearest(said)
+        return [names[k][0] for k in at], [names[k][1] for k in at], [names[k][2] for k in at]
+
+    @cached_property
+    def _most(self) -> tuple[Stretch, ...]:
+        """The stretches of what most frames are said to be, by whom; erroneous ones are left out."""
+        of: dict[tuple[str, str, str], list[Stretch]] = {}
+        for one in self.stretches:
             if one.activity != ERRONEOUS:
-                name = one.activity, one.subclass
-                lengths[name] = lengths.get(name, 0) + one.end - one.start
-        return max(lengths, key=lambda name: (lengths[name], name[0])) if lengths else (UNKNOWN, None)
+                of.setdefault((one.activity, one.subclass or "", one.by), []).append(one)
+        lasts = {name: sum(one.end - one.start for one in stretches) for name, stretches in of.items()}
+        return tuple(of[max(of, key=lambda name: (lasts[name], name))]) if of else ()
 
     @property
     def activity(self) -> str:
         """Of most labelled frames."""
-        return self._most[0]
+        return self._most[0].activity if self._most else UNKNOWN
 
     @property
     def activity_sub(self) -> str | None:
         """Likewise the subclass."""
-        return self._most[1]
+        return self._most[0].subclass if self._most else None
 
     @property
     def by(self) -> str:
-        """Who says so."""
-        return NOBODY if self.activity == UNKNOWN else BY_PERSON
+        """Who or what says so."""
+        return self._most[0].by if self._most else NOBODY
+
+    @property
+    def confidence(self) -> float | None:
+        """Of a rule, the mean over its frames; None where a person, or nobody, says so."""
+        known = [(one.confidence, one.end - one.start) for one in self._most if one.confidence is not None]
+        if not known:
+            return None
+        values, lengths = zip(*known, strict=True)
+        return float(np.average(values, weights=lengths))
 
     @property
     def trial_type(self) -> str:

@@ -33,7 +33,15 @@ def frames(release):
     def columns(name):
         table = pq.read_table(release / "frames" / f"Lab__{name}.parquet")
         numbers = [field.name for field in table.schema if "list" not in str(field.type)]
-        texts = {"subject_id", "trial_id", "pass", "activity", "activity_sub", "missing_reason"}
+        texts = {
+            "subject_id",
+            "trial_id",
+            "pass",
+            "activity",
+            "activity_sub",
+            "activity_by",
+            "missing_reason",
+        }
         return {n: np.array(table[n].to_numpy(), float) for n in numbers if n not in texts}
 
     return {name: columns(name) for name in ("at_100", "at_200")}
@@ -197,10 +205,34 @@ def test_reviews_labels_and_erroneous_stretches(walks, fitted, tmp_path):
     assert trial["average_speed_m_s"] == pytest.approx(1.3, rel=0.04)  # as simulated
     (segment,) = pq.read_table(out / "segments.parquet").to_pylist()
     assert (segment["average_speed_m_s"], segment["speed_kind"]) == (trial["average_speed_m_s"], "overground")
-    (row,) = pq.read_table(out / "activities.parquet").to_pylist()
+    row, *others = pq.read_table(out / "activities.parquet").to_pylist()
     assert (row["start_frame"], row["end_frame"], row["reviewer"]) == (0, 90, "reviewer_1")
-    labels = pq.read_table(out / "frames" / "Lab__at_100.parquet")["activity"].to_pylist()
-    assert labels == ["walk"] * 90 + ["none"] * (len(labels) - 90)
+    assert (trial["activity_by"], trial["activity_confidence"]) == ("person", None)
+    assert all(one["start_frame"] >= 90 and one["reviewer"] is None for one in others)
+    labels = pq.read_table(out / "frames" / "Lab__at_100.parquet")["activity_by"].to_pylist()
+    assert labels[:90] == ["person"] * 90
+    assert "person" not in labels[90:]
+
+
+def test_what_nobody_has_labelled_is_as_rules_suggest_and_says_how_sure(release):
+    trials = pq.read_table(release / "trials.parquet").to_pylist()
+    assert [(t["activity"], t["activity_sub"], t["activity_by"]) for t in trials] == [
+        ("walk", "overground", "rule")
+    ] * 2
+    assert all(0.6 <= t["activity_confidence"] <= 1.0 for t in trials)
+    told = pq.read_table(release / "activities.parquet").to_pylist()
+    assert [(row["reviewer"], row["activity_by"]) for row in told] == [(None, "rule")] * len(told)
+    for trial in trials:
+        assert trial["average_speed_m_s"] == pytest.approx(1.3, rel=0.04)
+
+
+def test_nobodys_name_is_in_a_release(walks, fitted, tmp_path):
+    root, out = tmp_path / "root", tmp_path / "release"
+    shutil.copytree(walks / "at_100", root / "at_100")
+    with open_log(root / "at_100") as log:
+        log.append("walk", SetActivity(0, 90, "walk", "overground"), "anna.meier")
+        log.append("walk", SetStatus(Status.FINISHED), "bert")
+    build(planned([root], BuildOptions(TERMS)), out, BuildOptions(TERMS), Here())
     everything = b"".join(p.read_bytes() for p in out.rglob("*") if p.is_file())
     assert b"anna" not in everything
     assert b"bert" not in everything
