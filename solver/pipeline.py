@@ -169,6 +169,7 @@ def solve(
         progress=part(progress, TRACKED, FITTED),
         extension=extension,
     )
+    del fits, tracked  # where the markers alone had the model's
     return predicting_withheld(fit, settings, part(progress, FITTED, 1.0), extension)
 
 

@@ -130,7 +130,8 @@ def recorded_contacts(
 
 
 def _body_motion(skeleton: Skeleton, motion: Motion, tracked: Bool[np.ndarray, " frames"]) -> BodyMotion:
-    com, angular = RigidBodyModel(skeleton).centroidal_momentum(motion.q, motion.velocity)
+    velocity = motion.without_derivatives().velocity
+    com, angular = RigidBodyModel(skeleton).centroidal_momentum(motion.q, velocity)
     gravity = float(np.linalg.norm(skeleton.gravity))
     return BodyMotion(com, angular, tracked, motion.rate, skeleton.mass, gravity)
 

@@ -47,9 +47,11 @@ def inverse_dynamics(
     root = root_joint(skeleton)
     wrenches = counted_wrenches(contacts.wrench_ground, mask)
     feet = [skeleton.body_index(name) for name in contacts.foot_bodies]
+    moved = motion.without_derivatives()
     torques = RigidBodyModel(skeleton).inverse_dynamics(
-        motion.q, motion.velocity, motion.acceleration, wrenches, feet
+        moved.q, moved.velocity, moved.acceleration, wrenches, feet
     )
+    del moved
     kinematics = ForwardKinematics(skeleton)
 
     def placed(

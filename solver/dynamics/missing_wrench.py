@@ -73,7 +73,7 @@ def torques_under(
     """Joint torques of the dynamics, made anew under these wrenches where a foot's force is missing."""
     torques = dynamics.joint_torques.copy()
     some = np.flatnonzero(~mask.all_feet)
-    motion = dynamics.motion
+    motion = dynamics.motion.without_derivatives()
     torques[some] = RigidBodyModel(skeleton).inverse_dynamics(
         motion.q[some],
         motion.velocity[some],

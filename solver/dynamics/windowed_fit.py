@@ -72,14 +72,16 @@ class WindowedFit:
         if not self.settings.fit_inertias and not len(self.extra.start):
             return self._told(taught, self._followed(self.trials, taught, part(progress, TAUGHT, 1.0)))
         first = self._followed(self.trials, taught, part(progress, TAUGHT, FITTED))
+        splines, costs = self._joined(first), _summed_costs(first)
+        del first
         trials = [
             replace(trial, spline=spline, other_start=None)
-            for trial, spline in zip(self.trials, self._joined(first), strict=True)
+            for trial, spline in zip(self.trials, splines, strict=True)
         ]
         shared = self._by_all_frames(trials, taught, part(progress, FITTED, SUMMED))
         last = self._followed(trials, shared, part(progress, SUMMED, 1.0))
         told = self._told(shared, last)
-        return replace(told, costs=(*_summed_costs(first), told.costs[-1]))
+        return replace(told, costs=(*costs, told.costs[-1]))
 
     def _part(self, trial: TrialData, span: Span) -> TrialData:
         return trial.part(span.start, span.end, self.spacing[span.trial])
@@ -93,12 +95,13 @@ class WindowedFit:
     def _followed(
         self, trials: Sequence[TrialData], shared: TrajectoryFit, progress: Progress
     ) -> list[TrajectoryFit]:
-        """The motion of every window with what all share fixed."""
+        """The spline of every window with what all share fixed."""
         fixed, fits = replace(self.settings, fit_inertias=False), []
         for k, span in enumerate(self.windows):
             data = self._part(trials[span.trial], span).with_fixed_extra(shared.extra)
             told = part(progress, k / len(self.windows), (k + 1) / len(self.windows))
-            fits.append(searched(TrajectorySolver(shared.skeleton, [data], fixed), told, None))
+            fit = searched(TrajectorySolver(shared.skeleton, [data], fixed), told, None)
+            fits.append(replace(fit, motions=()))  # that of the joined splines is the trial's
         return fits
 
     def _by_all_frames(
@@ -122,14 +125,9 @@ class WindowedFit:
             progress("dynamics", k / len(self.windows))
             own = [s.frames for s in self.windows if s.trial == span.trial]
             once = len(trials[span.trial].counts) / sum(own)  # shared frames are in two windows
-            data = self._part(trials[span.trial], span)
-            assert data.spline is not None
-            solver = self._solver([data])
-            system = solver.linearized(State([data.spline], solver.shared(at.phi, at.x)))
-            slope = Gradient((system[0].gradient.coefficients,), system[0].gradient.shared)
-            factor = BorderedFactor(system, np.zeros_like(corner))
-            corner += once * factor.corner
-            gradient += once * factor.reduced(slope)
+            own_corner, own_gradient = self._told_by(self._part(trials[span.trial], span), at)
+            corner += once * own_corner
+            gradient += once * own_gradient
         cautious, plain = of_all.priors[0], of_all.uncautious
         asked_corner = corner + plain.curvature(at) - cautious.curvature(at)
         asked_gradient = gradient + plain.gradient(at) - cautious.gradient(at)
@@ -143,6 +141,17 @@ class WindowedFit:
             extra=moved.x,
             extra_covariance=np.linalg.inv(corner)[free:, free:] if len(at.x) else taught.extra_covariance,
         )
+
+    def _told_by(
+        self, window: TrialData, at: SharedParameters
+    ) -> tuple[Float[np.ndarray, "shared shared"], Float[np.ndarray, " shared"]]:
+        """Curvature and gradient of what all share when a window's motion follows; its band is gone then."""
+        assert window.spline is not None
+        solver = self._solver([window])
+        system = solver.linearized(State([window.spline], solver.shared(at.phi, at.x)))
+        slope = Gradient((system[0].gradient.coefficients,), system[0].gradient.shared)
+        factor = BorderedFactor(system, np.zeros((at.count, at.count)))
+        return factor.corner, factor.reduced(slope)
 
     def _joined(self, fits: Sequence[TrajectoryFit]) -> Splines:
         """One spline a trial."""

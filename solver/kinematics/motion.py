@@ -66,6 +66,10 @@ class Motion:
         """Second derivative [rad/s² or m/s²]."""
         return self.derivative(2)
 
+    def without_derivatives(self) -> "Motion":
+        """The same motion; what is asked of it here is not kept in memory as long as this one lives."""
+        return replace(self)
+
     def between(self, start: int, end: int) -> "Motion":
         """Frames `start` to `end` (excluded) as a motion of their own."""
         return replace(self, q=self.q[start:end], start_time=self.start_time + start / self.rate)

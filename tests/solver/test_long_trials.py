@@ -1,5 +1,6 @@
 """A trial beyond the border is fitted in windows: torques and residuals are those of the fit as a whole."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,8 @@ from solver.skeleton.scaling import with_mass
 from tests.flagged import flagged
 
 FOLDER = "walk_treadmill_stepwidth"  # 501 frames
+BAND = 6  # blocks of dofs × dofs per frame, for knots at every frame
+POSES = 24e6  # bytes: of frames that are looked at together. Two systems are 46e6, one is 25e6
 ROOT = 6  # dofs that place the body in the ground
 TORQUE_NM, FORCE_N, MOMENT_NM = 1.0, 1.0, 1.0  # RMS
 USUAL = Settings()
@@ -67,14 +70,18 @@ def test_windows_agree_with_the_whole(whole, windowed):
     assert_within_the_bound(whole, windowed)
 
 
+def given(fit):
+    """Body and data of its trajectory fit."""
+    (trial,) = fit.trials
+    before = replace(trial, motion=trial.kinematics_only.motion)
+    data, told = all_data([before], fit.groundwork.match, fit.skeleton, WHOLE, None)
+    body = with_mass(fit.skeleton, told.mass_kg)
+    return body, [started(data[0], before, body, WHOLE)]
+
+
 def test_inertias_given_windows_are_the_whole(whole, subject):
     """What windows by themselves change: next to nothing, at their borders too."""
-    (trial,) = whole.trials
-    match = whole.groundwork.match
-    before = replace(trial, motion=trial.kinematics_only.motion)
-    data, told = all_data([before], match, whole.skeleton, WHOLE, None)
-    body = with_mass(whole.skeleton, told.mass_kg)
-    data = [started(data[0], before, body, WHOLE)]
+    body, data = given(whole)
     ends = 1e-9  # searched to the end
     one, other = (
         fit_trajectories(body, data, replace(settings, fit_inertias=False, tolerance=ends, iterations=6))
@@ -86,6 +93,20 @@ def test_inertias_given_windows_are_the_whole(whole, subject):
 
     assert np.degrees(np.abs(a.q - b.q).max()) < 0.05
     assert np.abs(torques[0] - torques[1])[:, ROOT:].max() < 0.1
+
+
+def test_memory_holds_the_system_of_one_window_at_a_time(whole):
+    body, data = given(whole)
+    once, dofs = replace(SHORT_WINDOWS, iterations=1), len(body.dofs)
+    tracemalloc.start()
+    try:
+        phi = fit_trajectories(body, data, once).phi
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    largest = max(once.inertia_frames, once.window_frames)
+
+    assert peak < 8 * largest * (BAND * dofs**2 + dofs * len(phi)) + POSES
 
 
 def test_a_flag_in_windows_agrees_with_the_same_flag_in_the_whole(subject, whole, windowed):

@@ -40,7 +40,8 @@ def demanded_ground(skeleton: Skeleton, motion: Motion) -> Float[np.ndarray, "fr
         A, T = material_accelerations(kinematics, kinematics.poses(q), q, v, a)
         return demanded_wrench(A, T, inertias).sum(axis=1)
 
-    return by_frames(demanded, motion.q, motion.velocity, motion.acceleration)
+    moved = motion.without_derivatives()
+    return by_frames(demanded, moved.q, moved.velocity, moved.acceleration)
 
 
 def smooth_demand(
