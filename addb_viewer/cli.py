@@ -44,6 +44,28 @@ DATASET = (
         "Make up a corpus of people, faults and traps, and keep the truth about it aside.",
     ),
 )
+BENCHMARK = (
+    ListedCommand(
+        "train",
+        "benchmark.train:train",
+        "Let predictors learn from a release's training persons.",
+    ),
+    ListedCommand(
+        "evaluate",
+        "benchmark.evaluate:evaluate",
+        "Hold predictors against the forces of persons whom they have not seen.",
+    ),
+    ListedCommand(
+        "sweep",
+        "benchmark.sweep:sweep",
+        "Draw the error of the total force against the filter's cutoff.",
+    ),
+    ListedCommand(
+        "table",
+        "benchmark.table:table",
+        "Print results as a table, the paper's beside them.",
+    ),
+)
 COMMANDS = (
     ListedCommand(
         "demo",
@@ -161,6 +183,9 @@ COMMANDS = (
         "Print the settings as TOML; copy what you change into SUBJECT/settings.toml.",
     ),
     ListedGroup("dataset", "Make a release of many subjects for machine learning, and describe it.", DATASET),
+    ListedGroup(
+        "benchmark", "Tell forces from motion alone on a release, and how well that works.", BENCHMARK
+    ),
 )
 
 app = typer.Typer(

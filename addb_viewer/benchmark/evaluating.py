@@ -1,0 +1,151 @@
+"""Trains predictors on some persons and holds them against the forces of others."""
+
+import csv
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from addb_viewer.benchmark.errors import BenchmarkError
+from addb_viewer.benchmark.outside import OutsideAnswers
+from addb_viewer.benchmark.release_trials import BenchmarkRelease, Parts
+from addb_viewer.benchmark.results import Result, Terms
+from addb_viewer.benchmark.scoring import Frames, Score, scores_of
+from addb_viewer.benchmark.task import Example, Foretold, Predictor
+
+LOG_FILE = "log.csv"
+
+
+@dataclass(frozen=True)
+class Course:
+    """Which persons of which split are tested, on which frames."""
+
+    split: str = "default"
+    parts: tuple[str, ...] = (
+        "test",
+    )  # several folds are tested one after the other, each trained for itself
+    frames: Frames = "scored"
+
+
+class FolderLog:
+    """Keeps rows of figures in `log.csv` of a folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def __call__(self, **figures: float | str) -> None:
+        """Append a row; the first one gives the columns their names."""
+        path = self.folder / LOG_FILE
+        new = not path.exists()
+        with path.open("a", newline="") as file:
+            rows = csv.DictWriter(file, figures)
+            if new:
+                rows.writeheader()
+            rows.writerow(figures)
+
+
+def train(source: BenchmarkRelease, predictor: Predictor, course: Course, work: Path) -> None:
+    """Let a predictor learn, once for each tested part; nobody of that part is opened.
+
+    Args:
+        source: the release.
+        predictor: which.
+        course: who is tested later.
+        work: folder for what it keeps; a folder for each part is made in it.
+    """
+    for part in course.parts:
+        _trained(source, predictor, source.parts(course.split, part), work / predictor.name / part)
+
+
+def evaluate(source: BenchmarkRelease, predictor: Predictor, course: Course, work: Path) -> Result:
+    """Train where that has not been done, predict the tested persons' motion, and score it.
+
+    Args:
+        source: the release.
+        predictor: which.
+        course: who is tested.
+        work: as for `train`.
+
+    Raises:
+        BenchmarkError: the predictor's answer cannot be used, or has seen the forces.
+    """
+    markers = bool(getattr(predictor, "needs_markers", False))
+    spent = 0.0
+
+    def timed(example: Example) -> Foretold:
+        nonlocal spent
+        began = time.perf_counter()
+        foretold = predictor.predict(example.seen)
+        spent += time.perf_counter() - began
+        return foretold
+
+    scores: list[Score] = []
+    for part in course.parts:
+        parts = source.parts(course.split, part)
+        _trained(source, predictor, parts, work / predictor.name / part)
+        scores += _scores(source, parts.test, timed, course.frames, markers)
+    notes = _notes(source, scores)
+    terms = _terms(source, course, scores)
+    return Result(predictor.name, terms, tuple(scores), round(spent, 3), markers, notes)
+
+
+def evaluate_outside(source: BenchmarkRelease, answers: OutsideAnswers, course: Course) -> Result:
+    """Score answers that were made elsewhere.
+
+    Args:
+        source: the release.
+        answers: for every frame of the tested persons.
+        course: who is tested.
+
+    Raises:
+        BenchmarkError: frames are missing, or the forces have been seen.
+    """
+    scores = [
+        score
+        for part in course.parts
+        for score in _scores(source, source.parts(course.split, part).test, answers.of, course.frames, False)
+    ]
+    return Result(
+        answers.name, _terms(source, course, scores), tuple(scores), 0.0, notes=_notes(source, scores)
+    )
+
+
+def _trained(source: BenchmarkRelease, predictor: Predictor, parts: Parts, folder: Path) -> None:
+    shared = (parts.train | parts.dev) & parts.test
+    if shared:
+        raise BenchmarkError(f"{sorted(shared)[0]} would both train and be tested")
+    predictor.fit(source.trials(parts.train), source.trials(parts.dev), FolderLog(folder))
+
+
+def _scores(
+    source: BenchmarkRelease,
+    persons: frozenset[str],
+    answer: Callable[[Example], Foretold],
+    frames: Frames,
+    markers: bool,
+) -> Iterator[Score]:
+    for example in source.trials(persons, markers=markers):
+        yield from scores_of(example, answer(example), frames)
+
+
+def _terms(source: BenchmarkRelease, course: Course, scores: Sequence[Score]) -> Terms:
+    if not scores:
+        raise BenchmarkError(f"no frame of {', '.join(course.parts)} can be scored; try --frames all")
+    manifest = source.release.manifest
+    return Terms(
+        str(manifest["name"]),
+        str(manifest["version"]),
+        course.split,
+        course.parts,
+        source.inertias,
+        course.frames,
+    )
+
+
+def _notes(source: BenchmarkRelease, scores: Sequence[Score]) -> tuple[str, ...]:
+    tested = {score.subject_id for score in scores}
+    without = [name for name in source.without_entered_mass if name in tested]
+    if source.inertias == "fitted" or not without:
+        return ()
+    return (f"{', '.join(without)}: no mass was entered; the fitted one is shown, which knows the forces",)

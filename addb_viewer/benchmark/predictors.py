@@ -1,0 +1,53 @@
+"""Predictors by name, and those of others by file."""
+
+import importlib.util
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from addb_viewer.benchmark.analytical import Analytical, filtered
+from addb_viewer.benchmark.errors import BenchmarkError
+from addb_viewer.benchmark.task import Predictor
+
+_ANALYTICAL = re.compile(r"analytical-(\d+(?:\.\d+)?)Hz(-soles)?")
+
+BY_NAME: dict[str, Callable[[], Predictor]] = {
+    "analytical": Analytical,
+    "analytical-30Hz": filtered,
+    "analytical-30Hz-soles": lambda: filtered(contact="soles"),
+}
+
+
+def predictor(name: str) -> Predictor:
+    """A predictor.
+
+    Args:
+        name: one of `BY_NAME`; analytical-NHz for another cutoff; or FILE.py:CLASS, which is made without
+            arguments.
+
+    Raises:
+        BenchmarkError: there is none.
+    """
+    if name in BY_NAME:
+        return BY_NAME[name]()
+    if match := _ANALYTICAL.fullmatch(name):
+        return filtered(float(match[1]), "soles" if match[2] else "height")
+    if ".py:" in name:
+        return _from_file(*name.rsplit(":", 1))
+    raise BenchmarkError(f"no predictor '{name}'; there are {', '.join(BY_NAME)}, or FILE.py:CLASS")
+
+
+def _from_file(file: str, name: str) -> Predictor:
+    path = Path(file)
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    if not path.is_file() or spec is None or spec.loader is None:
+        raise BenchmarkError(f"{file}: no such file")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    if not hasattr(module, name):
+        raise BenchmarkError(f"{file}: it has no class '{name}'")
+    made: Predictor = getattr(module, name)()
+    for wanted in ("name", "fit", "predict"):
+        if not hasattr(made, wanted):
+            raise BenchmarkError(f"{file}: {name} has no '{wanted}'; docs/benchmark.md shows what it needs")
+    return made

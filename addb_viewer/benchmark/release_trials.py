@@ -1,0 +1,300 @@
+"""The benchmark's view of a release: who trains and who is tested, their motion and forces."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+from jaxtyping import Float
+
+import addb_viewer.dataset
+from addb_viewer.benchmark.errors import BenchmarkError
+from addb_viewer.benchmark.task import FEET, Example, Measured, Seen, SeenMarkers
+from addb_viewer.dataset.frame_columns import COORDINATE_NAMES
+from addb_viewer.dataset.identifiers import file_name_of
+from addb_viewer.dataset.reader import Release
+from solver.skeleton.osim import load_skeleton
+from solver.skeleton.skeleton import Skeleton
+
+Inertias = Literal["unfitted", "fitted"]
+RATE = 100.0  # [Hz] of a release's grid; one at the recordings' own rates is refused
+AXES = "xyz"
+FEWEST_FRAMES = 3  # of a stretch: a second difference
+_LABELS = ("trial_id", "frame", "counts", "phase", "activity")
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Persons by what they are for; nobody is in two."""
+
+    train: frozenset[str]
+    dev: frozenset[str]
+    test: frozenset[str]
+
+
+@dataclass(frozen=True)
+class BenchmarkRelease:
+    """A release, opened for the benchmark."""
+
+    release: Release
+    inertias: Inertias = "unfitted"
+
+    @cached_property
+    def subjects(self) -> dict[str, dict[str, Any]]:
+        """Rows of the subjects by their id."""
+        return {row["subject_id"]: row for row in self.release.subjects.to_pylist()}
+
+    @property
+    def without_entered_mass(self) -> tuple[str, ...]:
+        """Subjects whose mass nobody entered: their fitted mass is shown instead, which knows the forces."""
+        return tuple(name for name, row in self.subjects.items() if row["mass_entered_kg"] is None)
+
+    def parts(self, split: str, part: str) -> Parts:
+        """Who trains, who chooses and who is tested.
+
+        In a split into folds the tested one is `part`, the next one chooses, and all others train.
+
+        Args:
+            split: its name in the release.
+            part: that is tested: test, dev, or a fold.
+
+        Raises:
+            BenchmarkError: nobody is in the part, or it is the one that trains.
+        """
+        persons = self.release.split(split)
+        names = sorted(set(persons.values()))
+        if part not in names or part == "train":
+            raise BenchmarkError(f"split '{split}' has no '{part}' to test; there are {', '.join(names)}")
+
+        def of(*wanted: str) -> frozenset[str]:
+            return frozenset(person for person, name in persons.items() if name in wanted)
+
+        if "train" in names:
+            return Parts(of("train"), of("dev") - of(part), of(part))
+        choosing = names[(names.index(part) + 1) % len(names)] if len(names) > 2 else ""
+        others = [name for name in names if name not in (part, choosing)]
+        return Parts(of(*others), of(choosing), of(part))
+
+    def trials(self, persons: frozenset[str], *, markers: bool = False) -> "ReleaseTrials":
+        """These persons' trials.
+
+        Args:
+            persons: their ids.
+            markers: whether recorded markers are shown too.
+        """
+        return ReleaseTrials(self, persons, markers)
+
+
+def open_for_benchmark(path: Path, inertias: Inertias = "unfitted") -> BenchmarkRelease:
+    """A release by its folder.
+
+    Args:
+        path: its folder.
+        inertias: which body is shown: "unfitted", which has the entered mass and inertias by table; or
+            "fitted", whose mass and inertias were learnt from the forces, as in the paper.
+
+    Raises:
+        ReleaseError: the folder is no release.
+        BenchmarkError: its frames are not at 100 Hz.
+    """
+    release = addb_viewer.dataset.open(path)
+    rate = release.manifest.get("rate_hz", RATE)
+    if rate != RATE:
+        raise BenchmarkError(f"{path}: the benchmark needs frames at 100 Hz, this release has {rate}")
+    return BenchmarkRelease(release, inertias)
+
+
+@dataclass(frozen=True)
+class ReleaseTrials:
+    """Some persons' stretches of motion, read subject after subject; no other person's file is opened."""
+
+    source: BenchmarkRelease
+    persons: frozenset[str]
+    markers: bool = False
+
+    @property
+    def subjects(self) -> tuple[str, ...]:
+        """Their subjects' ids, in order."""
+        rows = self.source.subjects
+        return tuple(sorted(name for name, row in rows.items() if row["person_id"] in self.persons))
+
+    def __iter__(self) -> Iterator[Example]:
+        """Stretch after stretch of consecutive frames."""
+        for subject in self.subjects:
+            yield from self.of_subject(subject)
+
+    def of_subject(self, subject: str) -> Iterator[Example]:
+        """One subject's stretches.
+
+        Args:
+            subject: of these persons.
+        """
+        row = self.source.subjects[subject]
+        assert row["person_id"] in self.persons, f"{subject} is not among the persons that may be opened"
+        skeleton = shown_skeleton(self.source, subject)
+        reading = _SubjectReading(self.source.release, row, skeleton, self.markers)
+        for trial in self.source.release.trials.filter(pc.field("subject_id") == subject).to_pylist():
+            yield from reading.trial(trial["trial_id"])
+
+
+def shown_skeleton(source: BenchmarkRelease, subject: str) -> Skeleton:
+    """The body that predictors are shown.
+
+    Args:
+        source: which says whether it is the fitted one.
+        subject: its id.
+
+    Raises:
+        ModelError: the release's model cannot be read.
+    """
+    end = "osim" if source.inertias == "fitted" else "unfitted.osim"
+    skeleton = load_skeleton(source.release.path / "models" / f"{file_name_of(subject)}.{end}")
+    entered = source.subjects[subject]["mass_entered_kg"]
+    if source.inertias == "fitted" or entered is None:
+        return skeleton
+    return at_mass(skeleton, entered)
+
+
+def at_mass(skeleton: Skeleton, mass_kg: float) -> Skeleton:
+    """The skeleton with all masses and inertias scaled to a total mass.
+
+    Args:
+        skeleton: any.
+        mass_kg: wanted.
+    """
+    factor = mass_kg / skeleton.mass
+    bodies = [
+        replace(body, mass=factor * body.mass, inertia_body=factor * body.inertia_body)
+        for body in skeleton.bodies
+    ]
+    return replace(skeleton, bodies=tuple(bodies))
+
+
+@dataclass(frozen=True)
+class _SubjectReading:
+    """One subject's rows as arrays."""
+
+    release: Release
+    row: Mapping[str, Any]
+    skeleton: Skeleton
+    markers: bool
+
+    def trial(self, trial_id: str) -> Iterator[Example]:
+        motion = self._rows("kinematics", trial_id, ["frame", *self._columns("q")])
+        frames = self._rows("frames", trial_id, [*_LABELS, *self._columns("tau"), *_measured_columns()])
+        number = np.asarray(motion["frame"].to_numpy())
+        if not np.array_equal(number, frames["frame"].to_numpy()):
+            raise BenchmarkError(f"{trial_id}: tables kinematics and frames have different frames")
+        seen, measured = self._seen(motion), self._measured(frames)
+        marked = self._markers(trial_id, number) if self.markers else None
+        starts = [0, *(np.flatnonzero(np.diff(number) != 1) + 1), len(number)]
+        for start, end in pairwise(starts):
+            if end - start >= FEWEST_FRAMES:
+                yield Example(
+                    person_id=self.row["person_id"],
+                    subject_id=self.row["subject_id"],
+                    trial_id=trial_id,
+                    frame=number[start:end],
+                    seen=_part_of_seen(seen, marked, slice(start, end)),
+                    measured=_part_of_measured(measured, slice(start, end)),
+                )
+
+    def _seen(self, motion: pa.Table) -> Seen:
+        right, left = self.row["contact_bodies"]
+        q = self._values(motion, "q")
+        return Seen(q, RATE, self.skeleton, float(self.row["height_m"]), (right, left))
+
+    def _measured(self, frames: pa.Table) -> Measured:
+        def feet(pattern: str) -> Float[np.ndarray, "frames 2 3"]:
+            return np.stack([_vector(frames, pattern.format(side, "{}")) for side in FEET], axis=1)
+
+        return Measured(
+            counts=_column(frames, "counts") > 0,
+            phase=np.nan_to_num(_column(frames, "phase"), nan=-1).astype(int),
+            activity=np.array(frames["activity"].to_pylist(), dtype=object),
+            mass_kg=float(self.row["mass_kg"]),
+            force=feet("grf_{}_{}_N"),
+            moment=feet("grm_{}_{}_Nm"),
+            foot_ground=feet("foot_{}_{}_m"),
+            cop_ground=feet("cop_{}_{}_m"),
+            com_acceleration=_vector(frames, "com_a_{}_m_s2"),
+            torque=self._values(frames, "tau"),
+        )
+
+    def _markers(self, trial_id: str, number: np.ndarray) -> SeenMarkers:
+        columns = ["marker", "frame", *(f"measured_{axis}_m" for axis in AXES)]
+        rows = self._rows("markers", trial_id, columns)
+        names = rows["marker"].to_pylist()
+        known = sorted(set(names))
+        place = {name: k for k, name in enumerate(known)}
+        where = np.full((len(number), len(known), 3), np.nan)
+        at = np.searchsorted(number, rows["frame"].to_numpy())
+        where[at, [place[name] for name in names]] = _vector(rows, "measured_{}_m")
+        return SeenMarkers(tuple(known), where)
+
+    def _rows(self, table: str, trial_id: str, columns: list[str]) -> pa.Table:
+        scan = self.release.scan(table, [self.row["subject_id"]])
+        return scan.to_table(columns=columns, filter=pc.field("trial_id") == trial_id)
+
+    @cached_property
+    def _places(self) -> dict[str, int]:
+        """Of coordinates without a column of their own, in the lists of others."""
+        rows = self.release.table("coordinates").filter(
+            (pc.field("subject_id") == self.row["subject_id"]) & (pc.field("list") == "other")
+        )
+        return {row["name"]: row["place"] for row in rows.to_pylist()}
+
+    def _columns(self, prefix: str) -> list[str]:
+        own = [f"{prefix}_{name}" for name in self.skeleton.dofs if name in COORDINATE_NAMES]
+        return [*own, f"{prefix}_other"] if self._places else own
+
+    def _values(self, rows: pa.Table, prefix: str) -> Float[np.ndarray, "frames dofs"]:
+        others = np.array(rows[f"{prefix}_other"].to_pylist(), dtype=float) if self._places else None
+        columns = []
+        for name in self.skeleton.dofs:
+            if name in COORDINATE_NAMES:
+                columns.append(_column(rows, f"{prefix}_{name}"))
+            elif others is None or name not in self._places:
+                raise BenchmarkError(f"{self.row['subject_id']}: no column for the coordinate {name}")
+            else:
+                columns.append(others[:, self._places[name]])
+        return np.column_stack(columns)
+
+
+def _measured_columns() -> list[str]:
+    of_feet = [
+        pattern.format(side, axis)
+        for pattern in ("grf_{}_{}_N", "grm_{}_{}_Nm", "foot_{}_{}_m", "cop_{}_{}_m")
+        for side in FEET
+        for axis in AXES
+    ]
+    return [*of_feet, *(f"com_a_{axis}_m_s2" for axis in AXES)]
+
+
+def _column(table: pa.Table, name: str) -> Float[np.ndarray, " rows"]:
+    """NaN where it is null."""
+    return np.asarray(pc.fill_null(table[name].cast(pa.float64()), np.nan).to_numpy(), dtype=float)
+
+
+def _vector(table: pa.Table, pattern: str) -> Float[np.ndarray, "rows 3"]:
+    return np.column_stack([_column(table, pattern.format(axis)) for axis in AXES])
+
+
+def _part_of_seen(seen: Seen, markers: SeenMarkers | None, some: slice) -> Seen:
+    """Arrays of its own that nobody can write to."""
+    q = seen.q[some].copy()
+    q.setflags(write=False)
+    shown = None if markers is None else replace(markers, position_ground=markers.position_ground[some])
+    return replace(seen, q=q, markers=shown)
+
+
+def _part_of_measured(measured: Measured, some: slice) -> Measured:
+    arrays: dict[str, Any] = {
+        name: value[some] for name, value in vars(measured).items() if isinstance(value, np.ndarray)
+    }
+    return replace(measured, **arrays)

@@ -1,0 +1,234 @@
+"""Results as tables: Markdown, CSV and LaTeX; the paper's rows stand apart."""
+
+import csv
+import io
+from collections.abc import Callable, Iterator, Sequence
+from typing import Literal
+
+from addb_viewer.benchmark.averages import Average, average, by_person, compared, macro_f1
+from addb_viewer.benchmark.metrics import PAPER, UNITS
+from addb_viewer.benchmark.paper import DIFFERENCES, ROWS
+from addb_viewer.benchmark.results import Result
+
+Format = Literal["markdown", "csv", "latex"]
+NAMES = {
+    "com_acc": "CoM acc.",
+    "torque": "Joint torque",
+    "grm": "GRM (at foot)",
+    "grf": "GRF",
+    "grf_vertical": "GRF vertical",
+    "grf_total": "GRF total",
+    "free_moment": "Free moment",
+    "free_moment_zero": "… of predicting none",
+    "cop": "CoP",
+    "share_right": "Share on the right",
+    "phase": "Phase right",
+    "coverage_95": "Coverage of 95 %",
+    "interval_95": "Width of 95 %",
+    "nll": "−log density",
+}
+BESIDE = ("grf_vertical", "grf_total", "free_moment", "free_moment_zero", "cop", "share_right", "phase")
+BANDS = ("coverage_50", "coverage_80", "coverage_95", "interval_95", "nll")
+JUDGED = "grf"  # the figure that predictors are ranked and compared by
+
+
+def rendered(results: Sequence[Result], form: Format) -> str:
+    """A text of all results.
+
+    Args:
+        results: of equal terms.
+        form: markdown, csv or latex.
+    """
+    ways: dict[Format, Callable[[Sequence[Result]], str]] = {
+        "markdown": markdown,
+        "csv": comma_separated,
+        "latex": latex,
+    }
+    return ways[form](ranked(results))
+
+
+def ranked(results: Sequence[Result]) -> list[Result]:
+    """By the force's error; those that see markers last."""
+
+    def place(result: Result) -> tuple[bool, float]:
+        found = average(result.scores, JUDGED)
+        return result.sees_markers, found.mean if found else float("inf")
+
+    return sorted(results, key=place)
+
+
+def markdown(results: Sequence[Result]) -> str:
+    """Headings, tables, tests and what differs from the paper.
+
+    Args:
+        results: in the order of the rows.
+    """
+    terms = results[0].terms
+    first = average(results[0].scores, JUDGED)
+    assert first is not None
+    lines = [
+        f"Release {terms.release} {terms.version}, split `{terms.split}`, tested: {_parts(terms.parts)}. "
+        f"{first.persons} persons, {first.trials} trials, {first.frames} frames ({terms.frames}); "
+        f"{terms.skeleton} skeleton. Means over persons of trials' means; 95 % intervals over persons "
+        "(10 000 draws), – below five persons.",
+        "",
+        *_grid(results, PAPER),
+        "",
+        "Beside them:",
+        "",
+        *_grid(results, BESIDE, also=("Phase macro-F1", lambda one: _number(macro_f1(one.scores)))),
+    ]
+    if any(average(one.scores, "coverage_95") for one in results):
+        lines += ["", "Standard deviations:", "", *_grid(results, BANDS)]
+    lines += ["", f"{NAMES[JUDGED]} [{UNITS[JUDGED]}] by activity:", "", *_by_activity(results)]
+    lines += ["", *_tests(results)]
+    lines += [f"- {note}" for note in dict.fromkeys(note for one in results for note in one.notes)]
+    lines += [
+        f"- {one.name} sees the recorded markers, the others only angles."
+        for one in results
+        if one.sees_markers
+    ]
+    return "\n".join([*lines, "", *paper_rows()]) + "\n"
+
+
+def paper_rows() -> list[str]:
+    """The paper's table, and what differs."""
+    head = ["predictor", *(f"{NAMES[metric]} [{UNITS[metric]}]" for metric in PAPER)]
+    rows = [[name, *values] for name, values in ROWS]
+    return [
+        "Published figures, **not comparable**:",
+        "",
+        *_lines(head, rows),
+        "",
+        *(f"- {one}" for one in DIFFERENCES),
+    ]
+
+
+def comma_separated(results: Sequence[Result]) -> str:
+    """A line a predictor, figure and activity.
+
+    Args:
+        results: in the order of the lines.
+    """
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    columns = (
+        "mean",
+        "low",
+        "high",
+        "over_frames",
+        "over_trials",
+        "over_activities",
+        "persons",
+        "trials",
+        "frames",
+    )
+    rows.writerow(["predictor", "metric", "unit", "activity", *columns])
+    for one in results:
+        metrics = dict.fromkeys(score.metric for score in one.scores if not score.metric.startswith("phase:"))
+        for metric in metrics:
+            unit = UNITS.get(metric, "N·m/kg")
+            for activity in (None, *_activities([one])):
+                found = average(one.scores, metric, activity)
+                if found:
+                    rows.writerow(
+                        [one.name, metric, unit, activity or "all", *(getattr(found, c) for c in columns)]
+                    )
+    return text.getvalue()
+
+
+def latex(results: Sequence[Result]) -> str:
+    """The paper's four figures as a table for booktabs; the paper's rows below a second line.
+
+    Args:
+        results: in the order of the rows.
+    """
+    head = " & ".join(f"{NAMES[metric]} [{_tex(UNITS[metric])}]" for metric in PAPER)
+    own = [
+        " & ".join([_tex(one.name), *(_tex(_cell(average(one.scores, m))) for m in PAPER)]) for one in results
+    ]
+    published = [" & ".join([_tex(name), *(_tex(value) for value in values)]) for name, values in ROWS]
+    body = [f"Method & {head} \\\\", "\\midrule", *(f"{row} \\\\" for row in own)]
+    apart = [
+        "\\midrule",
+        "\\multicolumn{5}{l}{Published, not comparable} \\\\",
+        *(f"{row} \\\\" for row in published),
+    ]
+    lines = ["\\begin{tabular}{lcccc}", "\\toprule", *body, *apart, "\\bottomrule", "\\end{tabular}"]
+    return "\n".join(lines) + "\n"
+
+
+def _grid(
+    results: Sequence[Result],
+    metrics: Sequence[str],
+    also: tuple[str, Callable[[Result], str]] | None = None,
+) -> list[str]:
+    head = ["predictor", *(f"{NAMES.get(m, m)} [{UNITS[m]}]".replace(" [1]", "") for m in metrics)]
+    rows = [[one.name, *(_cell(average(one.scores, m)) for m in metrics)] for one in results]
+    if also:
+        head.append(also[0])
+        rows = [[*row, also[1](one)] for row, one in zip(rows, results, strict=True)]
+    return _lines(head, rows)
+
+
+def _by_activity(results: Sequence[Result]) -> list[str]:
+    activities = _activities(results)
+    sizes = {activity: average(results[0].scores, JUDGED, activity) for activity in activities}
+    head = [
+        "predictor",
+        *(f"{a} ({s.persons} persons, {s.frames} frames)" if s else a for a, s in sizes.items()),
+    ]
+    rows = [[one.name, *(_cell(average(one.scores, JUDGED, a)) for a in activities)] for one in results]
+    return _lines(head, rows)
+
+
+def _tests(results: Sequence[Result]) -> Iterator[str]:
+    """The first of the rows against all others."""
+    best, *others = results
+    found = compared(
+        best.name,
+        {one.name: by_person(one.scores, JUDGED) for one in others},
+        by_person(best.scores, JUDGED),
+    )
+    for one in found:
+        yield (
+            f"- {one.first} against {one.second}: the latter errs by {one.difference:+.3f} {UNITS[JUDGED]}; "
+            f"signs of {one.persons} persons flipped, p = {one.p:.3f} ({one.p_holm:.3f} by Holm)."
+        )
+
+
+def _activities(results: Sequence[Result]) -> list[str]:
+    return sorted({score.activity for one in results for score in one.scores})
+
+
+def _lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    return ["| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows)]
+
+
+def _cell(found: Average | None) -> str:
+    if found is None:
+        return "–"
+    between = "–" if found.low is None else f"{found.low:.3f} … {found.high:.3f}"
+    return f"{found.mean:.3f} ({between})"
+
+
+def _number(value: float | None) -> str:
+    return "–" if value is None else f"{value:.3f}"
+
+
+def _parts(parts: Sequence[str]) -> str:
+    return ", ".join(parts) if len(parts) < 4 else f"{len(parts)} folds"
+
+
+def _tex(text: str) -> str:
+    for sign, code in (
+        ("_", "\\_"),
+        ("²", "$^2$"),
+        ("·", "$\\cdot$"),
+        ("–", "--"),
+        ("…", "to"),
+        (">", "$>$"),
+        ("≈", "$\\approx$"),
+    ):
+        text = text.replace(sign, code)
+    return text

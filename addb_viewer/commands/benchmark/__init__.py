@@ -1,0 +1,1 @@
+"""`addb-viewer benchmark`: one module a command."""

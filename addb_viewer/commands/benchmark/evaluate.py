@@ -1,0 +1,71 @@
+"""`addb-viewer benchmark evaluate`: predictors against the forces of persons they have not seen."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from addb_viewer.commands.benchmark.options import (
+    FramesOption,
+    Out,
+    Part,
+    Predictors,
+    SkeletonOption,
+    SplitName,
+    course_of,
+    results_folder,
+)
+from addb_viewer.commands.dataset.options import Release
+from addb_viewer.commands.errors import errors_as_lines
+from addb_viewer.commands.options import Debug
+
+Outside = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--outside",
+        metavar="FILE",
+        help="Answers made elsewhere, as Parquet; the file's name is the predictor's.",
+        exists=True,
+        dir_okay=False,
+    ),
+]
+
+
+def evaluate(
+    release: Release,
+    predictor: Predictors = None,
+    outside: Outside = None,
+    out: Out = None,
+    split: SplitName = "default",
+    part: Part = "test",
+    skeleton: SkeletonOption = "unfitted",
+    frames: FramesOption = "scored",
+    debug: Debug = False,
+) -> None:
+    """Hold predictors against the forces of persons whom they have not seen.
+
+    Those that learn are trained first, unless `train` has done it.
+    """
+    if not predictor and not outside:
+        raise typer.BadParameter("what is to be evaluated?", param_hint="--predictor or --outside")
+    with errors_as_lines(debug):
+        from addb_viewer.benchmark import evaluating, predictors  # noqa: PLC0415 (slow to load)
+        from addb_viewer.benchmark.averages import average  # noqa: PLC0415
+        from addb_viewer.benchmark.outside import read_outside  # noqa: PLC0415
+        from addb_viewer.benchmark.release_trials import open_for_benchmark  # noqa: PLC0415
+        from addb_viewer.benchmark.results import Result, write_result  # noqa: PLC0415
+
+        source = open_for_benchmark(release, skeleton)
+        course, folder = course_of(source, split, part, frames), results_folder(release, out)
+
+        def told(result: Result) -> None:
+            write_result(result, folder)
+            force = average(result.scores, "grf")
+            said = "" if force is None else f"GRF {force.mean:.3f} N/kg, {force.persons} persons"
+            typer.echo(f"{result.name}: {said}")
+
+        for name in predictor or ():
+            told(evaluating.evaluate(source, predictors.predictor(name), course, folder / "work"))
+        for file in outside or ():
+            told(evaluating.evaluate_outside(source, read_outside(file), course))
+        typer.echo(folder)

@@ -1,0 +1,42 @@
+"""`addb-viewer benchmark train`: predictors learn from the training persons."""
+
+import typer
+
+from addb_viewer.commands.benchmark.options import (
+    Out,
+    Part,
+    Predictors,
+    SkeletonOption,
+    SplitName,
+    course_of,
+    results_folder,
+)
+from addb_viewer.commands.dataset.options import Release
+from addb_viewer.commands.errors import errors_as_lines
+from addb_viewer.commands.options import Debug
+
+
+def train(
+    release: Release,
+    predictor: Predictors = None,
+    out: Out = None,
+    split: SplitName = "default",
+    part: Part = "test",
+    skeleton: SkeletonOption = "unfitted",
+    debug: Debug = False,
+) -> None:
+    """Let predictors learn from a release's training persons.
+
+    A training that was stopped goes on where it was. No file of a person who is tested is opened.
+    """
+    if not predictor:
+        raise typer.BadParameter("which one is to learn?", param_hint="--predictor")
+    with errors_as_lines(debug):
+        from addb_viewer.benchmark import evaluating, predictors, release_trials  # noqa: PLC0415 (slow)
+
+        source = release_trials.open_for_benchmark(release, skeleton)
+        course, work = course_of(source, split, part), results_folder(release, out) / "work"
+        for name in predictor:
+            made = predictors.predictor(name)
+            evaluating.train(source, made, course, work)
+            typer.echo(work / made.name)

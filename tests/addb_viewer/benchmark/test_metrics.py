@@ -1,0 +1,168 @@
+"""Metrics against cases made by hand, and against loops that say the formulas once more."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from addb_viewer.benchmark.completing import WholeAnswer
+from addb_viewer.benchmark.metrics import centre_of_pressure, frame_errors, phases_of
+from addb_viewer.benchmark.scoring import scored_frames, scores_of
+from addb_viewer.benchmark.task import Foretold, Measured
+from tests.addb_viewer.benchmark.simulated_release import example
+
+DOFS = 8  # six of the root, two below
+
+
+class Named:
+    dofs = ("tx", "ty", "tz", "a", "b", "c", "knee", "ankle")
+
+
+def pair(frames=3, seed=0):
+    """Random measured values and a random answer."""
+    rng = np.random.default_rng(seed)
+
+    def feet(scale=1.0):
+        return scale * rng.standard_normal((frames, 2, 3))
+
+    force = np.abs(feet(300.0)) + 60.0
+    measured = Measured(
+        counts=np.ones(frames, dtype=bool),
+        phase=np.full(frames, 3),
+        activity=np.array(["walk"] * frames, dtype=object),
+        mass_kg=70.0,
+        force=force,
+        moment=feet(20.0),
+        foot_ground=feet(0.3),
+        cop_ground=feet(0.3),
+        com_acceleration=rng.standard_normal((frames, 3)),
+        torque=rng.standard_normal((frames, DOFS)),
+    )
+    answer = WholeAnswer(
+        force=np.abs(feet(300.0)) + 60.0,
+        moment=feet(20.0),
+        foot_ground=measured.foot_ground + feet(0.02),
+        acceleration=rng.standard_normal((frames, DOFS)),
+        com_acceleration=rng.standard_normal((frames, 3)),
+        torque=rng.standard_normal((frames, DOFS)),
+        remainder=rng.standard_normal((frames, DOFS)),
+        root_dofs=(0, 1, 2, 3, 4, 5),
+        force_sd=np.abs(feet(50.0)) + 1.0,
+    )
+    return measured, answer
+
+
+def test_three_frames_by_hand():
+    measured, answer = pair()
+    still = np.zeros((3, 2, 3))
+    answer = replace(
+        answer, force=measured.force.copy(), moment=measured.moment, foot_ground=measured.foot_ground
+    )
+    answer.force[1, 0] += (3.0, 4.0, 0.0)  # 5 N on one of two feet
+    answer = replace(answer, com_acceleration=measured.com_acceleration + np.outer([1, 0, 0], [0, 0, 2.0]))
+    torque = measured.torque.copy()
+    torque[2, 6], torque[2, 0] = torque[2, 6] + 7.0, torque[2, 0] + 100.0
+    errors = frame_errors(measured, replace(answer, torque=torque), Named)
+    np.testing.assert_allclose(errors["grf"], [0, 2.5 / 70, 0], atol=1e-12)
+    np.testing.assert_allclose(errors["grf_vertical"], [0, 2.0 / 70, 0], atol=1e-12)
+    np.testing.assert_allclose(errors["grf_total"], [0, 5.0 / 70, 0], atol=1e-12)
+    np.testing.assert_allclose(errors["com_acc"], [2, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(errors["torque"], [0, 0, 3.5 / 70], atol=1e-12)
+    np.testing.assert_allclose(errors["torque_with_root"], [0, 0, 107 / 8 / 70], atol=1e-12)
+    np.testing.assert_allclose(errors["torque:knee"], [0, 0, 0.1], atol=1e-12)
+    np.testing.assert_allclose(errors["grm"], still[:, 0, 0], atol=1e-12)
+
+
+def test_against_loops():
+    measured, answer = pair(frames=7, seed=1)
+    errors = frame_errors(measured, answer, Named)
+    for t in range(7):
+        grm = grf = vertical = 0.0
+        for k in range(2):
+            lever = answer.foot_ground[t, k] - measured.foot_ground[t, k]
+            f = answer.force[t, k]
+            turned = (
+                lever[1] * f[2] - lever[2] * f[1],
+                lever[2] * f[0] - lever[0] * f[2],
+                lever[0] * f[1] - lever[1] * f[0],
+            )
+            grm += math.dist([answer.moment[t, k, i] + turned[i] for i in range(3)], measured.moment[t, k])
+            grf += math.dist(f, measured.force[t, k])
+            vertical += abs(f[1] - measured.force[t, k, 1])
+        off = [[answer.force[t, k, i] - measured.force[t, k, i] for i in range(3)] for k in range(2)]
+        total = math.hypot(*(off[0][i] + off[1][i] for i in range(3)))
+        by_force = [answer.force[t, 0, i] + answer.force[t, 1, i] for i in range(3)]
+        by_force = [by_force[i] / 70 - (9.80665 if i == 1 else 0) for i in range(3)]
+        torque = sum(abs(answer.torque[t, d] - measured.torque[t, d]) for d in (6, 7)) / 2
+        inside = sum(abs(off[k][i]) < 1.959964 * answer.force_sd[t, k, i] for k in range(2) for i in range(3))
+        wanted = {
+            "grm": grm / 2 / 70,
+            "grf": grf / 2 / 70,
+            "grf_vertical": vertical / 2 / 70,
+            "grf_total": total / 70,
+            "grf_stacked": math.hypot(*off[0], *off[1]) / 70,
+            "com_acc": math.dist(answer.com_acceleration[t], measured.com_acceleration[t]),
+            "com_acc_by_force": math.dist(by_force, measured.com_acceleration[t]),
+            "torque": torque / 70,
+            "coverage_95": inside / 6,
+        }
+        for name, value in wanted.items():
+            assert errors[name][t] == pytest.approx(value, abs=1e-9), name
+
+
+def test_density_is_the_gaussian_one():
+    from scipy.stats import norm
+
+    measured, answer = pair(seed=2)
+    density = -norm.logpdf(answer.force, measured.force, answer.force_sd).mean(axis=(1, 2))
+    np.testing.assert_allclose(frame_errors(measured, answer, Named)["nll"], density)
+
+
+def test_the_centre_of_pressure_is_where_the_force_was_put():
+    rng = np.random.default_rng(5)
+    origin, at = rng.standard_normal((2, 4, 2, 3))
+    force = rng.standard_normal((4, 2, 3)) * 50 + (0, 500, 0)
+    free = rng.standard_normal((4, 2))
+    moment = np.cross(at - origin, force)
+    moment[..., 1] += free
+    found, left = centre_of_pressure(force, moment, origin, at[..., 1])
+    np.testing.assert_allclose(found, at, atol=1e-9)
+    np.testing.assert_allclose(left, free, atol=1e-9)
+
+
+def test_pressure_is_compared_only_where_both_carry():
+    measured, answer = pair()
+    measured.force[0, :, 1] = 10.0
+    answer.force[1, :, 1] = 10.0
+    errors = frame_errors(measured, answer, Named)
+    assert np.isnan(errors["cop"]).tolist() == [True, True, False]
+    assert np.isnan(errors["free_moment"]).tolist() == [True, True, False]
+
+
+def test_phases():
+    force = np.zeros((4, 2, 3))
+    force[1, 0, 1] = force[2, 1, 1] = 30.0
+    force[3, :, 1] = 30.0
+    assert phases_of(force).tolist() == [0, 1, 2, 3]
+
+
+def test_a_scored_frame_has_half_a_second_behind_it():
+    counts = np.ones(120, dtype=bool)
+    counts[60] = False
+    scored = scored_frames(counts)
+    wanted = [bool(t >= 45 and all(counts[t - back] for back in range(0, 50, 5))) for t in range(120)]
+    assert scored.tolist() == wanted
+    assert scored.sum() == 120 - 45 - 10
+
+
+def test_means_are_over_the_activitys_scored_frames():
+    one = example()
+    one.measured.activity[100:] = "stand"
+    half = Foretold(0.5 * one.measured.force, 0.5 * one.measured.moment)
+    by = {(s.activity, s.metric): s for s in scores_of(one, half)}
+    norms = np.linalg.norm(one.measured.force, axis=2).mean(axis=1) / 2 / one.measured.mass_kg
+    assert by["walk", "grf"].frames == 55
+    assert by["walk", "grf"].mean == pytest.approx(norms[45:100].mean())
+    assert by["stand", "grf"].mean == pytest.approx(norms[100:].mean())
+    one.measured.activity[:] = "walk"
