@@ -7,6 +7,7 @@ from pathlib import Path
 
 from addb_viewer.benchmark.analytical import Analytical, filtered
 from addb_viewer.benchmark.errors import BenchmarkError
+from addb_viewer.benchmark.from_angles import FromAngles
 from addb_viewer.benchmark.task import Predictor
 
 _ANALYTICAL = re.compile(r"analytical-(\d+(?:\.\d+)?)Hz(-soles)?")
@@ -14,6 +15,7 @@ _ANALYTICAL = re.compile(r"analytical-(\d+(?:\.\d+)?)Hz(-soles)?")
 BY_NAME: dict[str, Callable[[], Predictor]] = {
     "analytical": Analytical,
     "analytical-30Hz": filtered,
+    "fit-from-angles": FromAngles,
     "analytical-30Hz-soles": lambda: filtered(contact="soles"),
 }
 
