@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from addb_viewer.dataset.frame_rows import TrialRows
 from addb_viewer.dataset.identifiers import labels_without_names
 from addb_viewer.dataset.release_subject import ReleaseSubject
 from addb_viewer.dataset.trial_labels import UNKNOWN, TrialLabels
+from addb_viewer.dataset.trials_on_demand import TrialsOnDemand
 from solver.capture.b3d.schema import B3dFile, B3dTrial, TrialType
 from solver.export.b3d.cutting import cut
 
@@ -43,13 +45,13 @@ def subject_b3d(
         custom_value_name=CUSTOM,
         custom_value_length=np.ones(len(CUSTOM), np.int32),
     )
-    return B3dFile(header, tuple(segments))
+    return B3dFile(header, segments)
 
 
 def segments_of(
     whole: B3dFile, rows: Sequence[TrialRows], labels: Mapping[str, TrialLabels]
-) -> tuple[B3dTrial, ...]:
-    """Each segment of each trial as a trial of its own.
+) -> TrialsOnDemand:
+    """Each segment of each trial as a trial of its own, cut when it is asked for.
 
     Args:
         whole: all trials on the grid, in the order of the rows.
@@ -76,5 +78,5 @@ def segments_of(
             trial_tag=tuple(tag for tag in (said.activity, said.activity_sub) if tag and tag != UNKNOWN),
         )
         own = replace(trial, header=header, sensors=sensors)
-        found += [cut(own, piece.start, piece.end, k) for k, piece in enumerate(one.cuts.kept)]
-    return tuple(found)
+        found += [partial(cut, own, piece.start, piece.end, k) for k, piece in enumerate(one.cuts.kept)]
+    return TrialsOnDemand(tuple(found))

@@ -48,12 +48,14 @@ class TableFile:
         if self._waiting and sum(one.num_rows for one in self._waiting) + piece.num_rows > ROWS_AT_MOST:
             self._write()
         self._waiting.append(piece)
+        if piece.num_rows > ROWS_AT_MOST:
+            self._write()  # nothing that follows could share its last row group
         self.rows += piece.num_rows
         return first
 
     def __exit__(self, kind: Any, error: Any, trace: Any) -> bool | None:
         """Put the file into its place, unless there was an error."""
-        if kind is None:
+        if kind is None and (self._waiting or not self.rows):
             self._write()
         return self._stack.__exit__(kind, error, trace)
 

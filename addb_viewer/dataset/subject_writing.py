@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,7 @@ from addb_viewer.dataset.schema import SUBJECT_TABLES
 from addb_viewer.dataset.segments import cuts_of
 from addb_viewer.dataset.subject_task import Task
 from addb_viewer.dataset.trial_labels import TrialLabels
+from addb_viewer.dataset.trials_on_demand import TrialsOnDemand
 from solver.capture.atomic import write_whole
 from solver.capture.b3d.reader import read_b3d
 from solver.capture.b3d.schema import B3dFile, B3dTrial
@@ -134,7 +136,9 @@ class SubjectWriting:
         gridded = on_grid(self.fit, trial, self.settings, self.task.options.rate_hz)
         low = LowPassed(gridded.filtered.motion, gridded.filtered.marker_errors, gridded.cutoff_Hz)
         beside = tuple(gridded.trial if other is trial else other for other in self.fit.trials)
-        b3d = fit_to_b3d(replace(self.fit, trials=beside), {gridded.name: low}, only=gridded.name)
+        b3d = fit_to_b3d(
+            replace(self.fit, trials=beside), {gridded.name: low}, only=gridded.name, scratch=self.folder
+        )
         return self._rows(gridded, b3d.trials[0]), b3d
 
     def _rows(self, gridded: GriddedTrial, b3d: B3dTrial) -> TrialRows:
@@ -182,10 +186,11 @@ class SubjectWriting:
 
     def _b3d(self, pieces: Sequence[Path]) -> dict[str, MadeFile]:
         """All segments of all trials in one file; frames go from disk to disk."""
-        opened = [read_b3d(path) for path in pieces]
+        opened = [read_b3d(path).trials for path in pieces]
         path = f"b3d/{self.stem}.b3d"
-        trials = [trial for one in opened for trial in one.trials]
-        write_b3d(B3dFile(opened[0].header, trials), self._place(path))
+        trials = [partial(one.__getitem__, k) for one in opened for k in range(len(one))]
+        header = read_b3d(pieces[0]).header
+        write_b3d(B3dFile(header, TrialsOnDemand(tuple(trials))), self._place(path))
         for piece in pieces:
             piece.unlink()
         return {path: made_file(self.folder / path)}

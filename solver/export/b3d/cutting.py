@@ -51,8 +51,8 @@ def cut(trial: B3dTrial, start: int, end: int, index: int, **about: Any) -> B3dT
 def _rows(frames: Frames, rows: slice) -> Frames:
     """Those rows of every series that there is."""
     own: dict[str, Any] = {
-        field.name: np.asarray(getattr(frames, field.name))[rows]
+        field.name: np.asarray(getattr(frames, field.name)[rows])
         for field in fields(frames)
-        if field.name != "unknown" and np.asarray(getattr(frames, field.name)).size
+        if field.name != "unknown" and all(getattr(frames, field.name).shape)
     }
     return replace(frames, **own)

@@ -35,7 +35,11 @@ from solver.summary import all_notes
 
 
 def fit_to_b3d(
-    fit: Fit, filtered: Mapping[str, LowPassed] | None = None, *, only: str | None = None
+    fit: Fit,
+    filtered: Mapping[str, LowPassed] | None = None,
+    *,
+    only: str | None = None,
+    scratch: Path | None = None,
 ) -> B3dFile:
     """The fit as a subject: of each trial what markers alone say, that low-passed, and what forces add.
 
@@ -46,6 +50,7 @@ def fit_to_b3d(
         fit: the solved subject; in trials without forces every frame says so.
         filtered: by trial, its low-passed pass; None: filtered here, as the fit's settings say.
         only: name of the one trial that is wanted, with the markers, plates and bodies of all; None: all are.
+        scratch: folder on a disk, for what long trials' passes hold; None: memory holds it.
 
     Raises:
         ModelError: the skeleton's root is not free in all six ways, or OpenSim cannot hold the skeleton.
@@ -60,7 +65,7 @@ def fit_to_b3d(
             continue
         contact = _contact_forces(trial, bodies)
         passes = passes_of(fit, trial, (filtered or {}).get(trial.capture.name))
-        frames = tuple(pass_frames(models[one.type], one.motion, contact) for one in passes)
+        frames = tuple(pass_frames(models[one.type], one.motion, contact, scratch) for one in passes)
         headers = [pass_header(fit, trial, one, own) for one, own in zip(passes, frames, strict=True)]
         sensors = sensor_frames(trial.capture, names, plates, from_dict(fit.settings).conditioning)
         trials.append(B3dTrial(_trial_header(trial, headers), sensors, frames))

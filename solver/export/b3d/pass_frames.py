@@ -1,21 +1,27 @@
 """The frames of one pass: a motion, the contact forces that act in it, and all that follows from both."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
 
+from solver.capture.b3d.frames import present
 from solver.capture.b3d.schema import PassFrames
 from solver.dynamics.root_wrench import centre_of_mass, root_wrench
 from solver.export.b3d.model import dofs_in_order, joints_in_order, unlocked, unlocked_motion
-from solver.export.b3d.root_frame import RootFrame
+from solver.export.b3d.root_frame import HISTORY_ENTRIES, HISTORY_STRIDE, RootFrame
+from solver.export.b3d.series_on_disk import SeriesOnDisk
+from solver.frames_at_once import spans
 from solver.kinematics.motion import Motion
 from solver.kinematics.root_joint import RootJoint, root_joint
 from solver.skeleton.forward import ForwardKinematics, Poses, cross
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton
 
+REMEMBERED = (HISTORY_ENTRIES - 1) * HISTORY_STRIDE  # earlier frames that a frame tells of
 SMALLEST_VERTICAL_N = 1e-3  # below it a force has no point where it meets the ground
 
 
@@ -28,19 +34,74 @@ class ContactForces:
     moment: Float[np.ndarray, "frames bodies 3"]  # [N·m] about the ground origin
     height: Float[np.ndarray, "frames bodies"]  # [m] of the surface; NaN while the body is unloaded
 
+    def at(self, frames: slice) -> "ContactForces":
+        """Those of some frames."""
+        return ContactForces(self.bodies, self.force[frames], self.moment[frames], self.height[frames])
 
-def pass_frames(skeleton: Skeleton, motion: Motion, contact: ContactForces) -> PassFrames:
+
+@dataclass(frozen=True)
+class _State:
+    """Some frames of a motion, with the derivatives of the whole."""
+
+    dofs: tuple[str, ...]
+    q: Float[np.ndarray, "frames dofs"]
+    velocity: Float[np.ndarray, "frames dofs"]
+    acceleration: Float[np.ndarray, "frames dofs"]
+
+    def at(self, frames: slice) -> "_State":
+        return _State(self.dofs, self.q[frames], self.velocity[frames], self.acceleration[frames])
+
+
+def pass_frames(
+    skeleton: Skeleton, motion: Motion, contact: ContactForces, scratch: Path | None = None
+) -> PassFrames:
     """Everything that the format asks of a pass.
 
     Args:
         skeleton: scaled, with the subject's mass.
         motion: of its degrees of freedom.
         contact: at the motion's frames.
+        scratch: folder on a disk; there, not in memory, is what a long motion's frames hold. None: in memory.
 
     Raises:
         ModelError: the skeleton's root is not free to move in all six ways.
     """
-    moved = _Moved(skeleton, motion)
+    free = unlocked_motion(motion, skeleton).without_derivatives()
+    whole = _State(free.dofs, free.q, free.velocity, free.acceleration)
+    del free
+    pieces = spans(motion.frames)
+    if len(pieces) == 1:
+        return _frames(skeleton, whole, contact)
+    parts = (_piece(skeleton, whole, contact, piece) for piece in pieces)
+    return _gathered(parts, motion.frames, scratch)
+
+
+def _piece(skeleton: Skeleton, whole: _State, contact: ContactForces, piece: slice) -> dict[str, np.ndarray]:
+    """Series of some frames, by name; they may tell of earlier ones."""
+    first = max(0, piece.start - REMEMBERED)
+    some = slice(first, piece.stop)
+    series = present(_frames(skeleton, whole.at(some), contact.at(some)))
+    return {name: values[piece.start - first :] for name, values in series.items()}
+
+
+def _gathered(parts: Iterable[dict[str, np.ndarray]], frames: int, scratch: Path | None) -> PassFrames:
+    series: dict[str, Any] = {}
+    done = 0
+    for part in parts:
+        for name, values in part.items():
+            if name not in series:
+                width = values.shape[1]
+                series[name] = SeriesOnDisk(scratch, width) if scratch else np.empty((frames, width))
+            if scratch:
+                series[name].add(values)
+            else:
+                series[name][done : done + len(values)] = values
+        done += len(part["pos"])
+    return PassFrames(**series)
+
+
+def _frames(skeleton: Skeleton, state: _State, contact: ContactForces) -> PassFrames:
+    moved = _Moved(skeleton, state)
     columns = [moved.motion.dofs.index(name) for name in dofs_in_order(skeleton)]
     tau = moved.torques(contact)
     frame = moved.root_frame
@@ -99,9 +160,9 @@ def central_axis(
 class _Moved:
     """A skeleton in motion, locked coordinates among its degrees of freedom."""
 
-    def __init__(self, skeleton: Skeleton, motion: Motion) -> None:
+    def __init__(self, skeleton: Skeleton, motion: _State) -> None:
         self.skeleton = unlocked(skeleton)
-        self.motion = unlocked_motion(motion, skeleton)
+        self.motion = motion
         self.kinematics = ForwardKinematics(self.skeleton)
         self.dynamics = RigidBodyModel(self.skeleton)
         self.poses: Poses = self.kinematics.poses(self.motion.q)

@@ -115,9 +115,9 @@ def generalized_residuals(
         frames: of the pass.
     """
     dofs, root, names = dofs_in_order(skeleton), root_joint(unlocked(skeleton)), unlocked(skeleton).dofs
-    norms = []
+    norms, tau = [], np.asarray(frames.tau)
     for own in (root.translation_dofs, root.rotation_dofs):
-        norm = np.linalg.norm(frames.tau[:, [dofs.index(names[i]) for i in own]], axis=1)
+        norm = np.linalg.norm(tau[:, [dofs.index(names[i]) for i in own]], axis=1)
         norm[[0, -1]] = 0.0
         norms.append(norm)
     return norms[0], norms[1]

@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from solver.capture.b3d.frames import present
 from solver.dynamics.root_wrench import centre_of_mass
+from solver.export.b3d import pass_frames
 from solver.export.b3d.from_fit import fit_to_b3d
 from solver.export.b3d.model import dofs_in_order, unlocked, unlocked_motion
 from solver.export.b3d.pass_frames import ContactForces, central_axis
+from solver.export.b3d.series_on_disk import SeriesOnDisk
+from solver.frames_at_once import spans
 from solver.skeleton.forward import ForwardKinematics
 
 STEP = 1e-5
@@ -179,3 +183,18 @@ def test_where_the_root_was(moved, frames):
     )
     np.testing.assert_array_equal(places[5, 2:], 0.0)
     np.testing.assert_array_equal(angles[5, 2:], 0.0)
+
+
+@pytest.mark.parametrize("on_disk", [False, True])
+def test_a_long_pass_in_pieces_is_the_whole(fit, frames, on_disk, monkeypatch, tmp_path):
+    """Pieces shorter than what a frame remembers."""
+    monkeypatch.setattr(pass_frames, "spans", lambda count: spans(count, most=11))
+    (trial,) = fit_to_b3d(fit, scratch=tmp_path if on_disk else None).trials
+    whole, found = present(frames), present(trial.passes[0])
+
+    assert found.keys() == whole.keys()
+    assert all(isinstance(series, SeriesOnDisk) == on_disk for series in found.values())
+    for name, series in found.items():
+        np.testing.assert_allclose(np.asarray(series), whole[name], rtol=0, atol=1e-9)
+        np.testing.assert_array_equal(series[5:17], np.asarray(series)[5:17])
+    assert not list(tmp_path.iterdir())
