@@ -7,6 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from addb_viewer.dataset.schema import CONTACTS, FRAMES, SUBJECTS
+from tests.addb_viewer.dataset.made_up_release import write
+
 matplotlib = pytest.importorskip("matplotlib", reason="Matplotlib is not installed")
 matplotlib.use("Agg")
 plt = pytest.importorskip("matplotlib.pyplot")
@@ -117,3 +120,42 @@ def test_many_subjects(run):
     assert "empty_subject: left out: " in said
     assert Path("demo_subject/results/report.html").stat().st_size > 100_000
     assert list(Path("demo_subject/results/opensim").glob("*.osim"))
+
+
+def test_ten_peoples_knees_from_a_release(run, folder):
+    """Of a release whose torque is a known wave over each cycle of 100 frames."""
+    pytest.importorskip("polars", reason="Polars is not installed")
+    rows, people = (
+        [],
+        [{"subject_id": f"lab/S{k}", "person_id": f"lab/P{k}", "mass_kg": 50 + k} for k in range(11)],
+    )
+    for k, who in enumerate(people):
+        trial = f"{who['subject_id']}/walk"
+        rows += [
+            {"trial_id": trial, "foot": foot, "start_frame": start, "end_frame": start + 60}
+            for foot, first in (("left", 55), ("right", 5))
+            for start in (first, first + 100, first + 200)
+        ]
+        wave = (k + 1) * who["mass_kg"] * np.sin(2 * np.pi * (np.arange(300) - 5) / 100)
+        frames = [
+            {
+                "subject_id": who["subject_id"],
+                "trial_id": trial,
+                "frame": f,
+                "activity": "walk",
+                "counts": f != 150,
+            }
+            | {"tau_knee_angle_r": wave[f]}
+            for f in range(300)
+        ]
+        write(folder / "release", FRAMES, frames, f"lab__S{k}")
+    write(folder / "release", SUBJECTS, people)
+    write(folder / "release", CONTACTS, rows)
+    names, said, (((*curves,),),) = run("07_dataset.py")
+    assert len(curves) == 10
+    assert len({round(float(curve.max())) for curve in curves}) == 10
+    for k in range(11):
+        (cycle,) = names["cycles"][f"lab/P{k}"]  # the other one has a frame that does not count
+        np.testing.assert_allclose(cycle, (k + 1) * np.sin(2 * np.pi * np.arange(101) / 100), atol=1e-4)
+    assert f"Polars: {11 * 299} frames" in said
+    assert f"PyArrow: {11 * 299} frames" in said

@@ -9,6 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from addb_viewer.dataset.check import files, physics, plausible
+from addb_viewer.dataset.check.b3d_tables import b3d_table_findings
 from addb_viewer.dataset.check.duplicates import Content, content_of, duplicate_findings
 from addb_viewer.dataset.check.finding import Finding, Level
 from addb_viewer.dataset.check.splits import split_findings
@@ -48,7 +49,10 @@ def _content_findings(release: Path, told: Told) -> Iterator[Finding]:
             name: pq.read_table(release / name / path.name) for name in ("frames", "kinematics", "markers")
         }
         told(path.stem)
-        for trial_id, frames in _trials(tables["frames"]):
+        trials = list(_trials(tables["frames"]))
+        feet = subjects[owner[trials[0][0]]]["contact_bodies"] if trials else []
+        yield from b3d_table_findings(release / "b3d" / f"{path.stem}.b3d", trials, feet)
+        for trial_id, frames in trials:
             subject = subjects[owner[trial_id]]
             own = [one for one in coordinates if one["subject_id"] == subject["subject_id"]]
             yield from physics.force_findings(frames, subject)

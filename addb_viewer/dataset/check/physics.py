@@ -15,6 +15,7 @@ from addb_viewer.dataset.frame_columns import COORDINATE_NAMES
 GRAVITY = np.array([0.0, -9.80665, 0.0])  # [m/s²]
 FORCE_N, FORCE_SHARE = 0.1, 1e-4  # of the balance: a constant, and a share of the weight
 COM_M = 1e-4
+MOMENT_NM, MOMENT_SHARE_M = 0.1, 1e-4  # of the balance of moments; the share is of the weight, times 1 m
 TORQUE_NM, TORQUE_SHARE = 0.02, 1e-4  # of tau; the share is of its own size
 MOST_FRAMES = 400  # of a trial, whose torques are computed anew
 
@@ -64,7 +65,7 @@ def force_findings(frames: pa.Table, subject: Mapping[str, Any]) -> Iterator[Fin
 def torque_findings(
     frames: pa.Table, subject: Mapping[str, Any], model: Path, coordinates: list[dict[str, Any]]
 ) -> Iterator[Finding]:
-    """The centre of mass and tau, computed anew from q, its derivatives, the forces and the model.
+    """The centre of mass, residual moment and tau, anew from q, its derivatives, the forces and the model.
 
     Args:
         frames: of one trial.
@@ -73,6 +74,7 @@ def torque_findings(
         coordinates: rows of the table, of the subject.
     """
     from solver.errors import ModelError  # noqa: PLC0415
+    from solver.simulate.ground_demand import GroundDemand  # noqa: PLC0415
     from solver.skeleton.osim import load_skeleton  # noqa: PLC0415
     from solver.skeleton.pinocchio_model import RigidBodyModel  # noqa: PLC0415
 
@@ -97,6 +99,8 @@ def torque_findings(
         yield error("torques", trial, f"the centre of mass is {1000 * np.nanmax(off):.2f} mm off the model's")
     feet = [skeleton.body_index(name) for name in subject["contact_bodies"]]
     wrenches = np.stack([_wrench(few, side) for side in "rl"], axis=1)
+    demanded = GroundDemand(body).wrench(q, qd, qdd)
+    yield from _moment_findings(few, demanded, wrenches.sum(axis=1), float(subject["mass_kg"]))
     told = ~(column(few, "torque_inferred") > 0)
     again = body.inverse_dynamics(q, qd, qdd, wrenches, feet)
     error_Nm = np.abs(again - tau) - TORQUE_SHARE * np.abs(tau)
@@ -109,6 +113,31 @@ def torque_findings(
             trial,
             f"tau differs from the model's on {bad.sum()} of {few.num_rows} frames, most in {dof}",
         )
+
+
+def _moment_findings(
+    frames: pa.Table,
+    demanded: Float[np.ndarray, "rows 6"],
+    given: Float[np.ndarray, "rows 6"],
+    mass_kg: float,
+) -> Iterator[Finding]:
+    """What the motion demands less what is given, about the root joint's centre, is the residual moment.
+
+    Args:
+        frames: of one trial.
+        demanded: by Newton and Euler for the whole body: force, moment about the ground origin.
+        given: by the feet, likewise.
+        mass_kg: of the body.
+    """
+    missing = demanded - given
+    about_root = missing[:, 3:] - np.cross(vector(frames, "root_joint_{}_m"), missing[:, :3])
+    stored = vector(frames, "residual_moment_{}_Nm") + vector(frames, "extra_moment_{}_Nm")
+    off = np.linalg.norm(about_root - stored, axis=1)
+    bad = (column(frames, "counts") > 0) & ~(off <= MOMENT_NM + MOMENT_SHARE_M * mass_kg * 9.80665)
+    if bad.any():
+        trial, frame = _first(frames, bad)
+        by = f"off by up to {np.nanmax(off[bad]):.2f} N·m, the first is frame {frame}"
+        yield error("forces", trial, f"the residual moment is another on {bad.sum()} frames: {by}")
 
 
 def _values(

@@ -53,6 +53,7 @@ class CorpusOptions:
     actors: int = 4  # people whose movements are simulated; all others do the same in similarity
     activities: tuple[str, ...] = ("walk", "run", "squat", "stand", "landing")
     longest_s: float | None = None  # of a movement; None: as long as it takes
+    recordings_each: int = 1  # of a movement, with other noise: the same steps, to measure costs with
 
 
 def truth_folder(root: Path) -> Path:

@@ -93,7 +93,28 @@ def test_a_changed_a_missing_and_a_strange_file_are_told(spoiled, tmp_path):
 
 def test_a_force_that_was_altered_breaks_f_equals_ma_and_the_torques(spoiled):
     change(spoiled, FRAMES, grf_r_x_N=one_more(first_counted(spoiled), 5.0))
-    assert set(found(spoiled)) == {("error", "forces"), ("error", "torques")}
+    assert set(found(spoiled)) == {("error", "forces"), ("error", "torques"), ("error", "b3d")}
+
+
+def test_a_moment_that_was_altered_breaks_the_balance_of_moments_and_the_torques(spoiled):
+    change(spoiled, FRAMES, grm_r_x_Nm=one_more(first_counted(spoiled), 3.0))
+    said = {(one.check, one.said.split(":")[0]) for one in checked(spoiled) if one.check != "files"}
+    assert ("forces", "the residual moment is another on 1 frames") in said
+    assert {check for check, _ in said} == {"forces", "torques"}
+
+
+def test_a_residual_moment_that_was_altered_is_told_alone(spoiled):
+    change(spoiled, FRAMES, residual_moment_z_Nm=one_more(first_counted(spoiled), 1.0))
+    assert found(spoiled) == [("error", "forces")]
+
+
+def test_a_b3d_file_that_is_not_the_tables_is_told(spoiled):
+    change(spoiled, FRAMES, missing_number=lambda values: [2, *values[1:]])
+    (one,) = [one for one in checked(spoiled) if one.check != "files"]
+    assert (one.check, one.where) == ("b3d", "b3d/Lab__at_100.b3d")
+    assert "missing_GRF_reason is not the table's" in one.said
+    (spoiled / "b3d/Lab__at_100.b3d").write_bytes(b"\0" * 100)
+    assert any("no .b3d file" in one.said for one in checked(spoiled) if one.check == "b3d")
 
 
 def test_a_residual_that_was_altered_breaks_f_equals_ma_alone(spoiled):
@@ -110,7 +131,7 @@ def test_a_torque_that_was_altered_is_told_with_its_coordinate(spoiled):
 
 def test_a_centre_of_mass_that_is_off_its_model_is_told(spoiled):
     change(spoiled, FRAMES, com_y_m=one_more(40, 0.001))
-    (one,) = [one for one in checked(spoiled) if one.check != "files"]
+    (one,) = [one for one in checked(spoiled) if one.check not in ("files", "b3d")]
     assert "centre of mass is 1.00 mm off" in one.said
 
 
@@ -281,7 +302,8 @@ def test_one_recording_of_two_persons_and_in_two_splits_is_told(spoiled):
             keys = [(name, "ascending") for name in ("subject_id", "trial_id") if name in both.column_names]
             pq.write_table(both.take(pc.sort_indices(both, keys)) if keys else both, path)
             (spoiled / "twin.parquet").unlink()
-    shutil.copy(spoiled / "models/Lab__at_100.osim", spoiled / "models/Lab__other.osim")
+    for path in ("models/Lab__{}.osim", "b3d/Lab__{}.b3d"):
+        shutil.copy(spoiled / path.format("at_100"), spoiled / path.format("other"))
     manifest = json.loads((spoiled / "manifest.json").read_text())
     manifest["files"] = {}
     (spoiled / "manifest.json").write_text(json.dumps(manifest))

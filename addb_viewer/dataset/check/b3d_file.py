@@ -1,0 +1,207 @@
+"""A .b3d file by itself, of the published dataset or of a release: its own numbers against each other."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from addb_viewer.dataset.check.finding import Finding, error, warning
+from addb_viewer.dataset.check.plausible import (
+    FARTHEST_M,
+    FASTEST_RAD_S,
+    FROZEN_S,
+    LOADED_N,
+    MASS_SHARE,
+    RANGES,
+    STILL_M,
+)
+from addb_viewer.dataset.scanning import content_of
+from solver.capture.b3d.reader import read_b3d
+from solver.capture.b3d.reasons import REASONS
+from solver.capture.b3d.schema import B3dFile, B3dTrial, Header, PassFrames, PassType
+from solver.capture.b3d.stored import stored_passes
+from solver.capture.capture import Markers
+from solver.errors import CaptureError
+from solver.runs import runs
+
+GRAVITY_M_S2 = 9.80665
+FALSE_ZERO = 0.5  # of body weight that the motion demands, on a frame that counts and bears nothing
+FEWEST_S = 0.05  # of such frames in a row: edges of contacts differ by a frame or two
+BALANCE_SHARE = 0.05  # of body weight by which the stored residual may differ from the one computed anew
+FEWEST_FOR_MASS_S = 0.3  # of counting frames; their accelerations are known
+
+
+def b3d_findings(path: Path) -> list[Finding]:
+    """What is wrong with a .b3d file, errors first; nothing is fitted.
+
+    Args:
+        path: of the file.
+    """
+    where = path.name
+    try:
+        file = read_b3d(path)
+        found = [*_person(file.header, where), *_trials(file, where)]
+    except CaptureError as unreadable:
+        return [error("b3d", where, str(unreadable).removeprefix(f"{path}: "))]
+    return sorted(found, key=lambda one: (one.level != "error", one.where, one.said))
+
+
+def _person(header: Header, where: str) -> Iterator[Finding]:
+    bmi = header.mass_kg / header.height_m**2 if header.height_m > 0 else 0.0
+    told = {
+        "age_years": header.age_years,
+        "height_m": header.height_m,
+        "mass_kg": header.mass_kg,
+        "bmi": bmi,
+    }
+    for name, value in told.items():
+        low, high = RANGES[name]
+        if value > 0 and not low <= value <= high:
+            yield warning("plausible", where, f"{name} is {value:g}, expected {low:g} to {high:g}")
+
+
+def _trials(file: B3dFile, where: str) -> Iterator[Finding]:
+    seen: dict[str, str] = {}
+    demanded, carried, counted_s = 0.0, 0.0, 0.0
+    for trial in file.trials:
+        name = f"{where}: {trial.header.name}"
+        content = _content(file.header, trial)
+        if content in seen:
+            yield error("duplicates", name, f"is the same recording as {seen[content]}")
+        seen[content] = trial.header.name
+        counts = _counts(trial)
+        yield from _labels(trial, name)
+        if not trial.passes:
+            continue
+        last = trial.passes[-1]
+        yield from _numbers(trial, name)
+        yield from _balance(file.header, trial, name)
+        yield from _false_zeros(file.header, trial, counts, name)
+        for body, contact in enumerate(file.header.ground_contact_body):
+            yield from _contact(trial, last, body, contact, name)
+        up = _acceleration(last, trial.header.trial_timestep)[:, 1] + GRAVITY_M_S2
+        total = _forces(last)[..., 1].sum(axis=1)
+        inside = counts & np.isfinite(up)
+        demanded += float(up[inside].sum())
+        carried += float(total[inside].sum())
+        counted_s += float(inside.sum()) * trial.header.trial_timestep
+    if counted_s > FEWEST_FOR_MASS_S and demanded > 0 and file.header.mass_kg > 0:
+        mass = carried / demanded
+        if abs(file.header.mass_kg / mass - 1) > MASS_SHARE:
+            said = (
+                f"mass_kg is {file.header.mass_kg:.1f}, the forces on {counted_s:.0f} s carry {mass:.1f} kg"
+            )
+            yield warning("plausible", where, said)
+
+
+def _content(header: Header, trial: B3dTrial) -> str:
+    places = np.array(trial.sensors.marker_obs).reshape(trial.header.trial_length, -1, 3)
+    places[(places == 0).all(axis=2)] = np.nan
+    return content_of(Markers(tuple(header.marker_name), places, 1 / trial.header.trial_timestep))
+
+
+def _counts(trial: B3dTrial) -> Bool[np.ndarray, " frames"]:
+    reasons = np.array(trial.header.missing_GRF_reason)
+    fine = reasons == 0 if len(reasons) else np.ones(trial.header.trial_length, dtype=bool)
+    return np.asarray(fine)
+
+
+def _labels(trial: B3dTrial, name: str) -> Iterator[Finding]:
+    """Whether anybody or anything has said which forces count."""
+    reasons = np.array(trial.header.missing_GRF_reason)
+    unknown = sorted({int(one) for one in reasons if not 0 <= one < len(REASONS)})
+    if unknown:
+        yield error("labels", name, f"reason {unknown[0]} is not one of the format's {len(REASONS)}")
+    has_dynamics = any(one.type == PassType.DYNAMICS for one in trial.header.processing_pass_header)
+    if not has_dynamics and not reasons.any():
+        yield warning("labels", name, "no dynamics pass, and no frame has a reason: nobody has reviewed it")
+
+
+def _numbers(trial: B3dTrial, name: str) -> Iterator[Finding]:
+    for number, frames in enumerate(trial.passes):
+        for series in ("pos", "vel", "acc", "tau", "com_pos", "ground_contact_wrench"):
+            if not np.isfinite(np.array(getattr(frames, series))).all():
+                yield error("b3d", name, f"{series} of pass {number} has values that are no numbers")
+    fastest = np.abs(np.array(trial.passes[-1].vel)[:, 6:]).max(initial=0.0)
+    if fastest > FASTEST_RAD_S:
+        yield warning("plausible", name, f"a joint turns at {fastest:.0f} rad/s")
+
+
+def _balance(header: Header, trial: B3dTrial, name: str) -> Iterator[Finding]:
+    """The stored residual against m (a − g) − Σ forces of the stored motion, in the median over frames."""
+    for about, frames, stored in zip(
+        trial.header.processing_pass_header, trial.passes, stored_passes(header, [trial]), strict=False
+    ):
+        for note in stored.notes:
+            yield error("forces", name, f"{stored.kind} pass: {note.removesuffix('; corrected here')}")
+        if about.type != PassType.DYNAMICS or stored.notes or header.mass_kg <= 0 or len(frames.pos) < 5:
+            continue
+        demanded = header.mass_kg * _acceleration(frames, trial.header.trial_timestep)
+        demanded[:, 1] += header.mass_kg * GRAVITY_M_S2
+        missed = np.linalg.norm(demanded - _forces(frames).sum(axis=1), axis=1)
+        both = np.isfinite(missed) & np.isfinite(stored.force_N)
+        if not both.any():
+            continue
+        again, told = float(np.median(missed[both])), float(np.median(stored.force_N[both]))
+        if abs(again - told) > BALANCE_SHARE * header.mass_kg * GRAVITY_M_S2:
+            said = (
+                f"its residual force is {told:.0f} N in the median, its motion and forces leave {again:.0f} N"
+            )
+            yield error("forces", name, f"{stored.kind} pass: {said}")
+
+
+def _false_zeros(
+    header: Header, trial: B3dTrial, counts: Bool[np.ndarray, " frames"], name: str
+) -> Iterator[Finding]:
+    """Frames that count, bear nothing, and whose motion demands weight: a foot beside the plates."""
+    last, step = trial.passes[-1], trial.header.trial_timestep
+    up = _acceleration(last, step)[:, 1] + GRAVITY_M_S2
+    nothing = (_forces(last) == 0).all(axis=(1, 2))
+    false = counts & nothing & (up > FALSE_ZERO * GRAVITY_M_S2)
+    long = [(a, b) for a, b in runs(false) if (b - a) * step >= FEWEST_S]
+    if long:
+        frames = sum(b - a for a, b in long)
+        said = f"{frames} frames count and have no force, while the motion demands weight; the first is"
+        yield warning("labels", name, f"{said} frame {long[0][0]}")
+
+
+def _contact(trial: B3dTrial, frames: PassFrames, body: int, contact: str, name: str) -> Iterator[Finding]:
+    """A contact body's centre of pressure against the joints, and its force at the trial's ends."""
+    count = trial.header.trial_length
+    force, counts = _forces(frames)[:, body], _counts(trial)
+    loaded = force[:, 1] > LOADED_N
+    for end, before, words in ((0, 1, "first"), (-1, -2, "last")):
+        if count > 1 and counts[end] and not force[end].any() and loaded[before]:
+            said = f"the force of {contact} is zero on the {words} frame, beside a loaded one"
+            yield warning("plausible", name, said)
+    joints = np.array(frames.world_frame_joint_centers).reshape(count, -1, 3)
+    cop = np.array(frames.ground_contact_center_of_pressure).reshape(count, -1, 3)[:, body]
+    if not joints.shape[1] or not loaded.any():
+        return
+    away = np.linalg.norm((joints - cop[:, None])[..., [0, 2]], axis=2).min(axis=1)
+    far = loaded & (away > FARTHEST_M)
+    if far.any():
+        said = f"the centre of pressure of {contact} is up to {away[far].max():.2f} m from every joint"
+        yield warning("plausible", name, f"{said} on {far.sum()} frames")
+    nearest = joints[np.arange(count), np.linalg.norm(joints - cop[:, None], axis=2).argmin(axis=1)]
+    same = np.zeros(count, dtype=bool)
+    same[1:] = (np.diff(cop, axis=0) == 0).all(axis=1) & loaded[1:] & loaded[:-1]
+    for start, end in runs(same):
+        moves = np.linalg.norm(np.ptp(nearest[start:end], axis=0)) > STILL_M
+        if (end - start) * trial.header.trial_timestep > FROZEN_S and moves:
+            said = f"the centre of pressure of {contact} stands still from frame {start} on"
+            yield warning("plausible", name, said)
+            break
+
+
+def _forces(frames: PassFrames) -> Float[np.ndarray, "frames bodies 3"]:
+    return np.array(frames.ground_contact_wrench).reshape(len(frames.pos), -1, 6)[..., 3:]
+
+
+def _acceleration(frames: PassFrames, step_s: float) -> Float[np.ndarray, "frames 3"]:
+    """Of the centre of mass, by second differences of its places; NaN at both ends."""
+    places = np.array(frames.com_pos)
+    found = np.full(places.shape, np.nan)
+    found[1:-1] = (places[2:] - 2 * places[1:-1] + places[:-2]) / step_s**2
+    return found
