@@ -117,7 +117,7 @@ def _measured_on(grid: Grid, trial: TrialFit, settings: Settings) -> tuple[Trial
     contacts = contacts_on_grid(trial.contacts, grid)
     surfaces = surfaces_under(contacts, trial.capture, settings)
     if grid.is_native:
-        return trial, surfaces
+        return replace(trial, contacts=contacts), surfaces
     native = trial.capture.markers
     positions = grid.interpolated_where_seen(native.positions_ground)
     markers = replace(native, positions_ground=positions, rate=grid.rate)

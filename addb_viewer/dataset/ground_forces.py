@@ -14,6 +14,7 @@ from solver.contact.wrenches import NO_FOOT, ContactWrenches, FrameMask
 from solver.settings import Settings
 
 UNGIVEN_N = 5.0  # [N] of a filtered load that no foot was given; more means another contact body
+RINGING_N = 1e-3  # a force of the conditioned wrench below it is the tail of the filter: no plate resolves it
 
 
 @dataclass(frozen=True)
@@ -34,10 +35,10 @@ def contacts_on_grid(contacts: ContactWrenches, grid: Grid) -> ContactWrenches:
         grid: of the release.
     """
     if grid.is_native:
-        return contacts
+        return replace(contacts, wrench_ground=_without_ringing(contacts.wrench_ground))
     return replace(
         contacts,
-        wrench_ground=_splined(contacts.wrench_ground, grid),
+        wrench_ground=_without_ringing(_splined(contacts.wrench_ground, grid)),
         wrench_raw_ground=_splined(contacts.wrench_raw_ground, grid),
         cop_ground=np.full((grid.frames, len(contacts.foot_bodies), 3), np.nan),
         observed=grid.at_both(contacts.observed),
@@ -50,6 +51,12 @@ def contacts_on_grid(contacts: ContactWrenches, grid: Grid) -> ContactWrenches:
 def _splined(native: Float[np.ndarray, "native feet 6"], grid: Grid) -> Float[np.ndarray, "frames feet 6"]:
     is_zero = grid.at_both((native == 0.0).all(axis=2))
     return np.where(is_zero[:, :, None], 0.0, grid.interpolated(native))
+
+
+def _without_ringing(wrench_ground: Float[np.ndarray, "frames feet 6"]) -> Float[np.ndarray, "frames feet 6"]:
+    """Exactly zero where the low-pass filter alone leaves something, far from any contact."""
+    silent = np.linalg.norm(wrench_ground[..., :3], axis=2) < RINGING_N
+    return np.where(silent[..., None], 0.0, wrench_ground)
 
 
 def surfaces_under(contacts: ContactWrenches, capture: Capture, settings: Settings) -> Surfaces:

@@ -49,8 +49,8 @@ def b3d_table_findings(
             off = _first_difference(pieces.pop(name), frames.filter(pa.array(segments == number)), places)
             if off:
                 yield error("b3d", where, f"{trial_id}, segment {number}: {off}")
-    for name, number in pieces:
-        yield error("b3d", where, f"has segment {number} of '{name}', which the tables do not have")
+    for strange, number in pieces:
+        yield error("b3d", where, f"has segment {number} of '{strange}', which the tables do not have")
 
 
 def _first_difference(piece: B3dTrial, frames: pa.Table, places: Sequence[int]) -> str:

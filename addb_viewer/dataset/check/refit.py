@@ -50,11 +50,11 @@ def refitted(path: Path, progress: Progress = silent) -> tuple[list[Refitted], l
     settings = settings_for(path)
     subject = open_subject(path, settings.reading)
     fit = solve(subject, settings, reviews={}, progress=part(progress, 0.0, FITTED))
-    told = summary(fit)["trials"]
+    told: Any = summary(fit)["trials"]
     rows = [_row(trial, figures) for trial, figures in zip(fit.trials, told, strict=True)]
     found = diagnose(subject, settings, reviews={}, progress=part(progress, FITTED, 1.0))
-    named: list[dict[str, Any]] = as_json(found)["effects"]
-    return rows, named
+    named: Any = as_json(found)["effects"]
+    return rows, list(named)
 
 
 def _row(trial: TrialFit, figures: dict[str, Any]) -> Refitted:

@@ -355,3 +355,11 @@ def test_the_page_lists_every_reason():
         for reason, words in reasons.items()
     ]
     assert "\n".join(told) in page
+
+
+def test_an_unloaded_foot_has_a_force_of_exactly_zero(frames):
+    for columns in frames.values():
+        for side in "rl":
+            force = np.linalg.norm(vectors(columns, f"grf_{side}_{{}}_N"), axis=1)
+            assert (force == 0).any()
+            assert not ((force > 0) & (force < 1e-3)).any()

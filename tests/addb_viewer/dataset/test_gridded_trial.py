@@ -15,6 +15,14 @@ def halved(fit_200):
     return on_grid(fit_200, fit_200.trials[0], SETTINGS, 100.0)
 
 
+def without_ringing(wrench):
+    """Of a foot whose filtered force is below a thousandth of a newton nothing is left."""
+    left = wrench.copy()
+    for frame, foot in np.argwhere(np.hypot.reduce(wrench[..., :3], axis=2) < 1e-3):
+        left[frame, foot] = 0.0
+    return left
+
+
 def test_at_100_hz_every_array_is_the_fits(fit_100):
     (trial,) = fit_100.trials
     got = on_grid(fit_100, trial, SETTINGS, 100.0).trial
@@ -26,7 +34,7 @@ def test_at_100_hz_every_array_is_the_fits(fit_100):
         (got.kinematics_only.marker_errors.distance, trial.kinematics_only.marker_errors.distance),
         (got.marker_errors.distance, trial.marker_errors.distance),
         (got.model_markers_ground, trial.model_markers_ground),
-        (got.contacts.wrench_ground, trial.contacts.wrench_ground),
+        (got.contacts.wrench_ground, without_ringing(trial.contacts.wrench_ground)),
         (got.contacts.cop_ground, trial.contacts.cop_ground),
         (got.mask.counts, trial.mask.counts),
         (got.dynamics.joint_torques, trial.dynamics.joint_torques),
@@ -40,7 +48,8 @@ def test_every_second_frame_of_200_hz_is_the_fits(fit_200, halved):
     (native,), got = fit_200.trials, halved.trial
     even = slice(None, None, 2)
     np.testing.assert_allclose(got.motion.q, native.motion.q[even], atol=1e-9)
-    np.testing.assert_allclose(got.contacts.wrench_ground, native.contacts.wrench_ground[even], atol=1e-9)
+    wrench = without_ringing(native.contacts.wrench_ground[even])
+    np.testing.assert_allclose(got.contacts.wrench_ground, wrench, atol=1e-9)
     inner = slice(5, -5)
     for name in ("joint_torques", "residual_root", "residual_raw_root", "com_ground"):
         own, other = getattr(got.dynamics, name), getattr(native.dynamics, name)[even]
