@@ -4,13 +4,14 @@ BIN := .venv/bin
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 WORKERS := 2
 
-.PHONY: help setup demo test lint format docs bench bench-diagnosis bench-faults bench-hidden bench-truth lock clean
+.PHONY: help setup demo test lint format docs bench bench-diagnosis bench-faults bench-hidden bench-truth lock clean setup-benchmark
 
 help:
 	@echo "make setup   .venv with the locked versions"
 	@echo "make demo    make the demo subject, fit it, open the app"
 	@echo "make test    all tests            make lint    ruff, import-linter, mypy"
 	@echo "make docs    the documentation as a site, in build/site; links checked"
+	@echo "make setup-benchmark   PyTorch for the benchmark's learnt predictors"
 	@echo "make bench   speed and accuracy   make format  ruff's formatter"
 	@echo "make bench-diagnosis   hidden effects: named, missed, falsely alarmed; CASES, REAL, OUT, SEED"
 	@echo "make bench-faults      known faults edited into real recordings: right, wrong, missed; FAULTS_OUT, SEED"
@@ -21,6 +22,10 @@ setup: .venv/installed
 
 .venv/installed: pyproject.toml requirements.lock requirements-opensim.lock scripts/setup
 	@scripts/setup
+
+# PyTorch, for the benchmark's learnt predictors. PyPI's Linux wheels bring gigabytes of CUDA; a CPU build of that version will do too.
+setup-benchmark: setup
+	$(BIN)/python -m pip install --quiet -r requirements-benchmark.lock
 
 demo: setup
 	$(BIN)/addb-viewer demo $(ARGS)
@@ -94,6 +99,8 @@ lock:
 	rm requirements.all
 	$(COMPILE) --extra docs --constraints requirements.lock
 	grep -vxFf requirements.lock requirements.all > requirements-docs.lock
+	$(COMPILE) --extra benchmark --constraints requirements.lock
+	grep -vxFf requirements.lock requirements.all | grep -v '^\(nvidia-\|cuda-\|triton\)' > requirements-benchmark.lock
 	rm requirements.all
 
 clean:

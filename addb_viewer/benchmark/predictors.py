@@ -12,10 +12,21 @@ from addb_viewer.benchmark.task import Predictor
 
 _ANALYTICAL = re.compile(r"analytical-(\d+(?:\.\d+)?)Hz(-soles)?")
 
+
+def _learnt(name: str) -> Predictor:
+    if importlib.util.find_spec("torch") is None:
+        raise BenchmarkError(f"{name} needs PyTorch; install it: pip install 'addb-viewer[benchmark]'")
+    from addb_viewer.benchmark.learnt.predictor import learnt  # noqa: PLC0415 (loads PyTorch)
+
+    return learnt(name)
+
+
 BY_NAME: dict[str, Callable[[], Predictor]] = {
     "analytical": Analytical,
     "analytical-30Hz": filtered,
     "fit-from-angles": FromAngles,
+    "mlp": lambda: _learnt("mlp"),
+    "groundlinknet": lambda: _learnt("groundlinknet"),
     "analytical-30Hz-soles": lambda: filtered(contact="soles"),
 }
 

@@ -1,5 +1,7 @@
 """The benchmark's view of a release: who trains and who is tested, their motion and forces."""
 
+import hashlib
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -116,6 +118,12 @@ class ReleaseTrials:
     source: BenchmarkRelease
     persons: frozenset[str]
     markers: bool = False
+
+    @property
+    def fingerprint(self) -> str:
+        """Of the release's manifest, which has the hash of every file, and of the skeletons shown."""
+        manifest = json.dumps(self.source.release.manifest, sort_keys=True, default=str)
+        return hashlib.sha256(f"{self.source.inertias} {manifest}".encode()).hexdigest()
 
     @property
     def subjects(self) -> tuple[str, ...]:

@@ -104,6 +104,10 @@ class Trials(Protocol):
     def persons(self) -> frozenset[str]:
         """Whose they are."""
 
+    @property
+    def fingerprint(self) -> str:
+        """Another one where the release or the shown skeleton is another."""
+
     def __iter__(self) -> Iterator[Example]:
         """One after the other, so that memory holds one."""
 

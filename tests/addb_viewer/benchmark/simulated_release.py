@@ -34,7 +34,7 @@ NOISE_RAD = 2e-4
 
 
 @cache
-def truth(activity="walk"):
+def truth(activity):
     """One person's trial: skeleton, q with derivatives, what acts on each foot and where, torques."""
     rng = np.random.default_rng(4)
     body = body_of(Person(mass_kg=70.0), rng)
@@ -91,7 +91,7 @@ def write_release(folder, persons=6, entered=True):
         write(folder, FRAMES, frames, stem)
         write(folder, KINEMATICS, motion, stem)
         write(folder, MARKERS, [], stem)
-        skeleton = at_mass(truth()[0], mass)
+        skeleton = at_mass(truth("walk")[0], mass)
         (folder / "models").mkdir(exist_ok=True)
         write_whole(folder / f"models/{stem}.osim", skeleton_text(skeleton))
         write_whole(folder / f"models/{stem}.unfitted.osim", skeleton_text(skeleton))

@@ -33,7 +33,7 @@ def test_the_centre_of_mass_obeys_the_forces(walk):
 
 
 def test_torques_are_those_of_the_solvers_inverse_dynamics(walk):
-    skeleton, (q, _, _), force, moment, _, feet, _ = truth()
+    skeleton, (q, _, _), force, moment, _, feet, _ = truth("walk")
     motion = Motion(skeleton.dofs, q, RATE)
     said = Foretold(force, moment, acceleration=motion.acceleration, velocity=motion.velocity)
     whole = completed(walk.seen, said)
@@ -57,7 +57,7 @@ def test_torques_are_those_of_the_solvers_inverse_dynamics(walk):
 
 
 def test_what_an_answer_leaves_of_the_equation_is_told(walk):
-    _, (_, v, a), force, moment, _, _, torque = truth()
+    _, (_, v, a), force, moment, _, _, torque = truth("walk")
     said = Foretold(force, moment, acceleration=a, velocity=v, torque=torque + 2.0)
     np.testing.assert_allclose(completed(walk.seen, said).remainder, 2.0, atol=1e-6)
 

@@ -50,7 +50,7 @@ class Mean:
 
 def test_what_is_shown_is_the_noisy_motion_and_the_entered_mass(source):
     (example,) = source.trials(frozenset({"lab/p4"}))
-    skeleton, (q, _, _), *_ = truth()
+    skeleton, (q, _, _), *_ = truth("walk")
     off = example.seen.q - q
     assert 0.5 * NOISE_RAD < off.std() < 2 * NOISE_RAD
     assert example.seen.mass_kg == pytest.approx(81.0)
@@ -186,32 +186,20 @@ def test_results_of_other_terms_stand_in_no_table_together(source, tmp_path):
         read_results(tmp_path)
 
 
-THEIRS = """
-import numpy as np
-from addb_viewer.benchmark.task import Foretold
-
-class Still:
-    name = "still"
-    def fit(self, train, dev, log): ...
-    def predict(self, seen):
-        force = np.tile(-seen.mass_kg * seen.skeleton.gravity / 2, (seen.frames, 2, 1))
-        return Foretold(force, np.zeros_like(force))
-"""
+THEIRS = Path(__file__).parents[3] / "examples" / "08_own_predictor.py"
 
 
 def test_the_commands(release, tmp_path):
-    theirs = tmp_path / "theirs.py"
-    theirs.write_text(THEIRS)
     run = CliRunner().invoke
     out = ["--out", str(tmp_path / "out")]
-    asked = ["--predictor", "analytical-30Hz", "--predictor", f"{theirs}:Still"]
+    asked = ["--predictor", "analytical-30Hz", "--predictor", f"{THEIRS}:Regression"]
     assert run(app, ["benchmark", "train", str(release), *asked, *out]).exit_code == 0
     done = run(app, ["benchmark", "evaluate", str(release), *asked, *out])
     assert done.exit_code == 0, done.output
-    assert "still: GRF" in done.output
+    assert "regression: GRF" in done.output
     table = run(app, ["benchmark", "table", str(tmp_path / "out")]).output
     rows = [line.split(" | ")[0] for line in table.splitlines()]
-    assert rows.count("| still") == 3
+    assert rows.count("| regression") == 3
     assert "| MLP (paper)" in rows
     assert "not comparable" in table
     force = average(read_results(tmp_path / "out")[1].scores, "grf").mean
@@ -219,7 +207,7 @@ def test_the_commands(release, tmp_path):
     latex = run(app, ["benchmark", "table", str(tmp_path / "out"), "--format", "latex"]).output
     assert latex.count("\\\\") == 1 + 2 + 1 + 6
     csv = run(app, ["benchmark", "table", str(tmp_path / "out"), "--format", "csv"]).output
-    assert f"still,grf,N/kg,all,{force}," in csv
+    assert f"regression,grf,N/kg,all,{force}," in csv
     swept = run(app, ["benchmark", "sweep", str(release), *out])
     assert swept.exit_code == 0, swept.output
     assert {Path(line).name for line in swept.output.split()} == {"sweep.csv", "sweep.svg", "sweep.png"}

@@ -1,0 +1,1 @@
+"""Predictors that learn, with PyTorch: the only room that knows it."""

@@ -1,0 +1,146 @@
+"""Training as the paper states it; each epoch ends in a checkpoint from which a killed run goes on alike."""
+
+import os
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from addb_viewer.benchmark.errors import BenchmarkError
+from addb_viewer.benchmark.learnt.networks import Scaled
+from addb_viewer.benchmark.learnt.windows import Windows
+from addb_viewer.benchmark.task import Log
+
+CHECKPOINT = "checkpoint.pt"
+EVALUATED_AT_ONCE = 1024  # windows
+
+
+@dataclass(frozen=True)
+class TrainingSettings:
+    """The paper's supplement: RMSprop, 1e-4, 32, 10. The loss is our choice, since the paper names none."""
+
+    learning_rate: float = 1e-4
+    batch: int = 32
+    epochs: int = 10
+    seed: int = 0
+
+
+def trained(
+    network: Scaled, train: Windows, dev: Windows, *, settings: TrainingSettings, log: Log, data: str
+) -> Scaled:
+    """The network with the weights of its best epoch by the dev persons' loss; without any, of the last.
+
+    Single-threaded on the processor, so that equal seeds give equal weights. Every epoch's order and dropout
+    follow from seed and epoch alone.
+
+    Args:
+        network: with its first weights.
+        train: windows to learn from; their scales are the network's.
+        dev: windows to choose the epoch by.
+        settings: of the training.
+        log: has the folder where the checkpoint lies.
+        data: fingerprint; a checkpoint of other data begins anew.
+
+    Raises:
+        BenchmarkError: there is nothing to learn from.
+    """
+    if not len(train):
+        raise BenchmarkError(
+            "no frame of the training persons can be learnt from; a window needs 46 that count"
+        )
+    torch.use_deterministic_algorithms(True)
+    torch.set_num_threads(1)
+    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    network.load_state_dict({name: torch.from_numpy(v) for name, v in train.scales().items()}, strict=False)
+    network.to(device)
+    optimizer = torch.optim.RMSprop(network.parameters(), lr=settings.learning_rate)
+    terms = {"settings": asdict(settings), "data": data, "network": str(network.body)}
+    kept = _resumed(log.folder / CHECKPOINT, terms, network, optimizer)
+    for epoch in range(kept["epoch"], settings.epochs):
+        loss = _epoch(network, optimizer, train, settings, epoch)
+        dev_loss = _loss(network, dev) if len(dev) else float("nan")
+        best = not len(dev) or dev_loss < kept["best_loss"]
+        kept |= {"epoch": epoch + 1, "network": network.state_dict(), "optimizer": optimizer.state_dict()}
+        if best:
+            kept |= {"best_loss": dev_loss, "best": {k: v.clone() for k, v in network.state_dict().items()}}
+        _save(kept, log.folder / CHECKPOINT)
+        log(epoch=epoch + 1, train_loss=loss, dev_loss=dev_loss)
+    network.load_state_dict(kept["best"])
+    return network.eval()
+
+
+def told(network: Scaled, windows: np.ndarray) -> np.ndarray:
+    """Targets of many windows.
+
+    Args:
+        network: trained.
+        windows: (windows, length, features).
+    """
+    device = next(network.parameters()).device
+    pieces = []
+    with torch.no_grad():
+        for start in range(0, len(windows), EVALUATED_AT_ONCE):
+            some = _tensor(windows[start : start + EVALUATED_AT_ONCE], device)
+            pieces.append(network.unscaled(network(some)).cpu().numpy())
+    return np.concatenate(pieces).astype(float)
+
+
+def _epoch(
+    network: Scaled,
+    optimizer: torch.optim.Optimizer,
+    train: Windows,
+    settings: TrainingSettings,
+    epoch: int,
+) -> float:
+    """Mean loss while learning."""
+    network.train()
+    device = next(network.parameters()).device
+    order = np.random.default_rng([settings.seed, epoch]).permutation(len(train))
+    torch.manual_seed(settings.seed * 1_000_003 + epoch)
+    total = 0.0
+    for start in range(0, len(order), settings.batch):
+        windows, targets = (_tensor(a, device) for a in train.some(order[start : start + settings.batch]))
+        loss = torch.nn.functional.mse_loss(network(windows), network.scaled(targets))
+        optimizer.zero_grad()
+        loss.backward()
+        optimizer.step()
+        total += loss.item() * len(windows)
+    return total / len(order)
+
+
+def _loss(network: Scaled, dev: Windows) -> float:
+    network.eval()
+    device, total = next(network.parameters()).device, 0.0
+    with torch.no_grad():
+        for start in range(0, len(dev), EVALUATED_AT_ONCE):
+            some = np.arange(start, min(start + EVALUATED_AT_ONCE, len(dev)))
+            windows, targets = (_tensor(a, device) for a in dev.some(some))
+            off = network(windows) - network.scaled(targets)
+            total += float((off**2).mean(dim=1).sum())
+    return total / len(dev)
+
+
+def _tensor(values: np.ndarray, device: torch.device) -> Tensor:
+    return torch.from_numpy(np.ascontiguousarray(values, dtype=np.float32)).to(device)
+
+
+def _resumed(
+    path: Path, terms: dict[str, Any], network: Scaled, optimizer: torch.optim.Optimizer
+) -> dict[str, Any]:
+    """Where an earlier run of the same terms has come to, loaded into network and optimizer."""
+    if path.is_file():
+        kept: dict[str, Any] = torch.load(path, weights_only=True)
+        if kept["terms"] == terms:
+            network.load_state_dict(kept["network"])
+            optimizer.load_state_dict(kept["optimizer"])
+            return kept
+    return {"terms": terms, "epoch": 0, "best_loss": float("inf")}
+
+
+def _save(kept: dict[str, Any], path: Path) -> None:
+    partial = path.with_suffix(".partial")
+    torch.save(kept, partial)
+    os.replace(partial, path)

@@ -1,0 +1,151 @@
+"""Learnt predictors: what they see, that training resumes exactly, and whom it opens."""
+
+import csv
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from addb_viewer.benchmark.evaluating import Course, FolderLog, evaluate
+from addb_viewer.benchmark.learnt.features import FEATURES, features_of, targets_of, wrenches_of
+from addb_viewer.benchmark.learnt.windows import LENGTH, ends_of_all, windows_of
+from addb_viewer.benchmark.release_trials import open_for_benchmark
+from solver.kinematics.root_joint import root_joint
+from solver.skeleton.forward import body_poses
+from tests.addb_viewer.benchmark.simulated_release import example
+
+WITH_TORCH = pytest.mark.skipif(
+    not __import__("importlib.util").util.find_spec("torch"),
+    reason="PyTorch is not installed: pip install -r requirements-benchmark.lock",
+)
+
+
+@pytest.fixture(scope="module")
+def source(release):
+    return open_for_benchmark(release)
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return example()
+
+
+def turned(one):
+    """The same walk elsewhere, another way round: shown motion and measured forces."""
+    R = Rotation.from_euler("y", 70, degrees=True).as_matrix()
+    shift = np.array([3.0, 0.0, -2.0])
+    root = root_joint(one.seen.skeleton)
+    rotation, place = body_poses(one.seen.skeleton, one.seen.q)
+    q = one.seen.q.copy()
+    q[:, root.dofs] = root.coordinates(R @ rotation[:, root.body], place[:, root.body] @ R.T + shift)
+    for k in root.rotation_dofs:
+        q[:, k] = np.unwrap(q[:, k])
+    measured = replace(
+        one.measured,
+        force=one.measured.force @ R.T,
+        moment=one.measured.moment @ R.T,
+        foot_ground=one.measured.foot_ground @ R.T + shift,
+    )
+    return replace(one.seen, q=q), measured
+
+
+def test_features_and_targets_do_not_depend_on_place_and_heading(walk):
+    seen, measured = turned(walk)
+    features, pose = features_of(seen)
+    wanted, wanted_pose = features_of(walk.seen)
+    assert wanted.shape == (walk.seen.frames, FEATURES)
+    np.testing.assert_allclose(features, wanted, atol=1e-6)
+    np.testing.assert_allclose(
+        targets_of(seen, measured, pose), targets_of(walk.seen, walk.measured, wanted_pose), atol=1e-9
+    )
+
+
+def test_what_is_told_becomes_forces_again(walk):
+    _, pose = features_of(walk.seen)
+    force, moment = wrenches_of(targets_of(walk.seen, walk.measured, pose), walk.seen, pose)
+    np.testing.assert_allclose(force, walk.measured.force, atol=1e-9)
+    np.testing.assert_allclose(moment, walk.measured.moment, atol=1e-9)
+
+
+def test_windows_are_every_fifth_of_fifty_frames(source, tmp_path):
+    persons = frozenset({"lab/p1", "lab/p2"})
+    windows = windows_of(source.trials(persons), tmp_path)
+    rows = [features_of(one.seen)[0] for one in source.trials(persons)]
+    assert len(windows) == 3 * 76
+    got, targets = windows.some(np.array([76 + 10]))  # frame 55 of the second trial
+    np.testing.assert_allclose(got[0], rows[1][10:56:5].astype(np.float32))
+    assert LENGTH == 10
+    second = list(source.trials(persons))[1]
+    told = targets_of(second.seen, second.measured, features_of(second.seen)[1])
+    np.testing.assert_allclose(targets[0], told[55].astype(np.float32))
+    everything = np.concatenate(rows)
+    scales = windows.scales()
+    np.testing.assert_allclose(scales["feature_mean"], everything.mean(axis=0), rtol=1e-3, atol=1e-4)
+    np.testing.assert_allclose(ends_of_all(60)[55], np.arange(10, 56, 5))
+    assert ends_of_all(60)[3].tolist() == [0] * 9 + [3]
+
+
+def test_windows_are_made_once_and_anew_for_others(source, tmp_path):
+    windows_of(source.trials(frozenset({"lab/p0"})), tmp_path)
+    made = (tmp_path / "features.f32").stat().st_mtime_ns
+    windows_of(source.trials(frozenset({"lab/p0"})), tmp_path)
+    assert (tmp_path / "features.f32").stat().st_mtime_ns == made
+    assert len(windows_of(source.trials(frozenset({"lab/p1"})), tmp_path)) == 2 * 76
+
+
+def quick(name, **settings):
+    from addb_viewer.benchmark.learnt.predictor import learnt
+    from addb_viewer.benchmark.learnt.training import TrainingSettings
+
+    return learnt(name, TrainingSettings(**{"epochs": 2} | settings))
+
+
+def weights(predictor):
+    return {name: value.numpy() for name, value in predictor.network.state_dict().items()}
+
+
+@WITH_TORCH
+@pytest.mark.parametrize("name", ["mlp", "groundlinknet"])
+def test_a_resumed_training_equals_an_undisturbed_one(source, tmp_path, name):
+    parts = source.parts("default", "test")
+    train, dev = source.trials(frozenset(sorted(parts.train)[:1])), source.trials(parts.dev)
+
+    class Killed(FolderLog):
+        def __call__(self, **figures):
+            raise KeyboardInterrupt
+
+    straight, interrupted, again = quick(name), quick(name), quick(name)
+    straight.fit(train, dev, FolderLog(tmp_path / "straight"))
+    with pytest.raises(KeyboardInterrupt):
+        interrupted.fit(train, dev, Killed(tmp_path / "killed"))
+    assert interrupted.network is None
+    again.fit(train, dev, FolderLog(tmp_path / "killed"))
+    for key, value in weights(straight).items():
+        np.testing.assert_array_equal(weights(again)[key], value)
+    other = quick(name, seed=1)
+    other.fit(train, dev, FolderLog(tmp_path / "other"))
+    assert any(not np.array_equal(weights(other)[key], value) for key, value in weights(straight).items())
+    with (tmp_path / "killed/log.csv").open() as file:
+        assert [row["epoch"] for row in csv.DictReader(file)] == ["2"]
+
+
+@WITH_TORCH
+def test_it_learns_and_opens_no_tested_person(release, tmp_path):
+    copy = shutil.copytree(release, tmp_path / "spoilt")
+    for path in copy.glob("*/lab__p[345].*"):
+        path.write_bytes(b"nobody may read this")
+    spoilt = open_for_benchmark(copy)
+    parts = spoilt.parts("default", "test")
+    predictor = quick("mlp", epochs=12, learning_rate=1e-3)
+    log = FolderLog(tmp_path / "work/mlp/test")
+    predictor.fit(spoilt.trials(parts.train), spoilt.trials(parts.dev), log)
+    with (log.folder / "log.csv").open() as file:
+        losses = [float(row["dev_loss"]) for row in csv.DictReader(file)]
+    assert min(losses) < 0.5 * losses[0]
+    # The same data, not spoilt: the checkpoint is taken as it is, and scored.
+    whole = open_for_benchmark(release)
+    result = evaluate(whole, predictor, Course(), tmp_path / "work")
+    assert len((log.folder / "log.csv").read_text().splitlines()) == 13
+    assert {score.person_id for score in result.scores} == {"lab/p3", "lab/p4", "lab/p5"}
