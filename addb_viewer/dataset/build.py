@@ -180,6 +180,7 @@ def task_of(one: ScannedSubject, options: BuildOptions, work: Path) -> Task:
         "provenance": provenance_of(subject, files, reviews, extension),
         "settings": as_dict(settings_for(subject.folder)),
         "rate_hz": options.rate_hz,
+        "names": options.names,
         "who": asdict(one.who),
         "causes": fingerprint(named_causes(subject)),
         "labels": _review_bytes(subject.folder),

@@ -13,6 +13,7 @@ REASONS = {
         "no_trials": "none of its trials is kept",
         "fit_failed": "the fit ended in an error",
         "worker_died": "the process that fitted it died three times",
+        "timed_out": "its fit took longer than --time-out; the next build tries again",
     },
     "trial": {
         "static": "it scales the body and is no trial",

@@ -15,6 +15,7 @@ class BuildOptions:
     unreviewed: bool = False  # keep trials whose review nobody has finished
     rate_hz: float | None = RELEASE_RATE_HZ  # None: each recording's own
     without: tuple[str, ...] = ()  # persons who are left out: SOURCE/PERSON
+    names: bool = False  # reviewers are told by their own names
 
     def as_plain(self) -> dict[str, Any]:
         """As JSON has it."""
@@ -24,5 +25,9 @@ class BuildOptions:
 def options_from(plain: dict[str, Any]) -> BuildOptions:
     """The options that `as_plain` was asked of."""
     return BuildOptions(
-        Terms(**plain["terms"]), plain["unreviewed"], plain["rate_hz"], tuple(plain["without"])
+        Terms(**plain["terms"]),
+        plain["unreviewed"],
+        plain["rate_hz"],
+        tuple(plain["without"]),
+        plain["names"],
     )

@@ -44,7 +44,8 @@ def write_subject_files(task: Task) -> Receipt:
         return Receipt(task.key, left_out=(*left, gone))
     captures = [trial.capture for trial in fit.trials]
     kept = {capture.name for capture in captures}
-    said = labels_of(subject, [trial for trial in chosen if trial.name in kept], captures)
+    files = [trial for trial in chosen if trial.name in kept]
+    said = labels_of(subject, files, captures, names=task.options.names)
     labels = {
         trial.capture.name: said[trial.capture.name].with_suggestions(suggestions_of(trial, fit.skeleton))
         for trial in fit.trials

@@ -147,7 +147,7 @@ class TrialLabels:
 
 
 def labels_of(
-    subject: Subject, files: Sequence[TrialFiles], captures: Sequence[Capture]
+    subject: Subject, files: Sequence[TrialFiles], captures: Sequence[Capture], *, names: bool = False
 ) -> dict[str, TrialLabels]:
     """What people say of trials, by name; files that came with the recordings included.
 
@@ -155,13 +155,14 @@ def labels_of(
         subject: whose.
         files: of the trials.
         captures: the trials as read.
+        names: whether reviewers are told by their own, instead of reviewer_1 …
 
     Raises:
         ReviewError: the log cannot be read.
     """
     log = whole_log(subject.folder)
     authors = sorted({edit.author for edit in log.edits} - {IMPORTED})
-    reviewers = {author: f"reviewer_{k}" for k, author in enumerate(authors, start=1)}
+    reviewers = {author: author if names else f"reviewer_{k}" for k, author in enumerate(authors, start=1)}
     found = {}
     for trial, capture in zip(files, captures, strict=True):
         edits: tuple[Edit, ...] = with_own_file(trial, capture, log.about(trial.name).edits)

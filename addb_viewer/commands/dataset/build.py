@@ -55,6 +55,16 @@ Scheduler = Annotated[
         help="Of a Dask cluster, tcp://… here or tls://… elsewhere; local: Dask on this machine.",
     ),
 ]
+TimeOut = Annotated[
+    float | None,
+    typer.Option(
+        "--time-out",
+        metavar="MIN",
+        help="Minutes after which a subject is left out; without it none is.",
+        min=0.01,
+    ),
+]
+Names = Annotated[bool, typer.Option("--names", help="Tell reviewers by their own names.")]
 Date = Annotated[
     str | None, typer.Option("--date", metavar="YYYY-MM-DD", help="Of publication, for croissant.json.")
 ]
@@ -74,6 +84,8 @@ def build(
     rate: Rate = "100",
     workers: Workers = None,
     scheduler: Scheduler = None,
+    time_out: TimeOut = None,
+    names: Names = False,
     date: Date = None,
     dry_run: DryRun = False,
     debug: Debug = False,
@@ -85,6 +97,8 @@ def build(
         raise typer.BadParameter("write it as YYYY-MM-DD", param_hint="--date")
     if source is not None and (re.search(r"[/\\]", source) or source.startswith(".")):
         raise typer.BadParameter("a name without / and \\, please", param_hint="--source")
+    if time_out is not None and scheduler is not None:
+        raise typer.BadParameter("only without --scheduler: Dask cannot stop a task", param_hint="--time-out")
     rate_hz = _rate(rate)
     with errors_as_lines(debug):
         from addb_viewer.dataset.build import build as made  # noqa: PLC0415 (loads the solver)
@@ -95,14 +109,15 @@ def build(
         from addb_viewer.dataset.release_subject import Terms  # noqa: PLC0415 (likewise)
 
         options = BuildOptions(
-            Terms(source, licence, consent), unreviewed, rate_hz, tuple(sorted(without or ()))
+            Terms(source, licence, consent), unreviewed, rate_hz, tuple(sorted(without or ())), names
         )
         plan = planned(roots, options)
         _tell(plan, in_full=dry_run)
         if dry_run:
             return
         count = workers or usual_workers()
-        engine = DaskCluster(scheduler, count) if scheduler else Processes(count)
+        limit_s = None if time_out is None else 60 * time_out
+        engine = DaskCluster(scheduler, count) if scheduler else Processes(count, limit_s)
         manifest = made(plan, out, options, engine, told=typer.echo, published=date)
         totals = manifest["totals"]
         typer.echo(

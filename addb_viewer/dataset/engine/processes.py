@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import suppress
@@ -30,13 +31,14 @@ def usual_workers() -> int:
 class Processes:
     """So many workers at a time."""
 
-    def __init__(self, workers: int) -> None:
+    def __init__(self, workers: int, time_out_s: float | None = None) -> None:
         """Nothing is started yet.
 
         Args:
             workers: how many subjects are fitted at a time.
+            time_out_s: after which a subject is given up; None: never.
         """
-        self._workers = workers
+        self._workers, self._time_out_s = workers, time_out_s
         self._running: set[subprocess.Popen] = set()
         self._lock = threading.Lock()
         self._ended = False
@@ -57,7 +59,12 @@ class Processes:
         """A task's receipt, whatever becomes of its workers."""
         said, peak = "", 0.0
         for _ in range(ATTEMPTS):
-            code, said, peak = self._one_worker(task)
+            try:
+                code, said, peak = self._one_worker(task)
+            except subprocess.TimeoutExpired:
+                why = f"not done after {self._time_out_s:g} s"
+                gone = LeftOut("subject", task.who.subject_id, "timed_out", why)
+                return Receipt(task.key, failed=gone)  # none on the disk: the next build tries again
             receipt = valid_receipt(task.out, task.key)
             if code == 0 and receipt is not None:
                 return receipt
@@ -91,10 +98,17 @@ class Processes:
                 env={**os.environ, **dict.fromkeys(_THREADS, "1")},
             )
             self._running.add(process)
-        peak = _watched(process)
+        try:
+            peak = _watched(process, self._time_out_s)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+            file.unlink(missing_ok=True)
+            raise
+        finally:
+            with self._lock:
+                self._running.discard(process)
         lines = (process.stderr.read() if process.stderr else "").strip().splitlines()
-        with self._lock:
-            self._running.discard(process)
         file.unlink(missing_ok=True)
         return process.returncode, lines[-1] if lines else "", peak
 
@@ -105,10 +119,16 @@ class Processes:
                 process.kill()
 
 
-def _watched(process: subprocess.Popen) -> float:
-    """Wait for the end; the greatest memory that was seen [MB]."""
-    peak = 0.0
+def _watched(process: subprocess.Popen, time_out_s: float | None) -> float:
+    """Wait for the end; the greatest memory that was seen [MB].
+
+    Raises:
+        TimeoutExpired: it goes on.
+    """
+    peak, began = 0.0, time.monotonic()
     while True:
+        if time_out_s is not None and time.monotonic() - began > time_out_s:
+            raise subprocess.TimeoutExpired(process.args, time_out_s)
         with suppress(psutil.Error):
             peak = max(peak, psutil.Process(process.pid).memory_info().rss / 1e6)
         try:

@@ -238,6 +238,17 @@ def test_nobodys_name_is_in_a_release(walks, fitted, tmp_path):
     assert b"bert" not in everything
 
 
+def test_reviewers_keep_their_names_where_that_is_asked(walks, fitted, tmp_path):
+    root, out = tmp_path / "root", tmp_path / "release"
+    shutil.copytree(walks / "at_100", root / "at_100")
+    with open_log(root / "at_100") as log:
+        log.append("walk", SetActivity(0, 90, "walk", "overground"), "anna.meier")
+    options = BuildOptions(TERMS, unreviewed=True, names=True)
+    build(planned([root], options), out, options, Here())
+    told = pq.read_table(out / "activities.parquet")["reviewer"].to_pylist()
+    assert told[0] == "anna.meier"
+
+
 def test_every_trap_ends_in_what_is_left_out(walks, tmp_path):
     root = tmp_path / "root"
 

@@ -54,6 +54,17 @@ def test_a_worker_that_dies_three_times_is_told_and_takes_no_other_with_it(tmp_p
     assert len(starts()) == 6
 
 
+def test_a_worker_that_takes_too_long_is_given_up_and_tried_again_by_the_next_build(tmp_path, monkeypatch):
+    starts = shell(tmp_path, monkeypatch, "exec sleep 60")
+    one, told = task(tmp_path, "one"), []
+    Processes(1, time_out_s=0.1).run([one], lambda _, receipt: told.append(receipt.failed))
+    ((reason, detail),) = [(failed.reason, failed.detail) for failed in told]
+    assert (reason, detail) == ("timed_out", "not done after 0.1 s")
+    assert len(starts()) == 1
+    assert valid_receipt(one.out, one.key) is None
+    assert not list((tmp_path / "work").glob("*.json"))
+
+
 def test_an_error_that_nobody_expected_is_told_once_and_takes_no_other_with_it(tmp_path, monkeypatch):
     starts = shell(tmp_path, monkeypatch, 'echo "Traceback" >&2; echo "KeyError: 3" >&2; exit 1')
     told = []
