@@ -14,7 +14,7 @@ help:
 	@echo "make setup-benchmark   PyTorch for the benchmark's learnt predictors"
 	@echo "make bench   speed and accuracy   make format  ruff's formatter"
 	@echo "make bench-diagnosis   hidden effects: named, missed, falsely alarmed; CASES, REAL, OUT, SEED"
-	@echo "make bench-faults      known faults edited into real recordings: right, wrong, missed; FAULTS_OUT, SEED"
+	@echo "make bench-faults      known faults edited into real recordings: right, wrong, missed; FAULTS_OUT, SEED, TIMES"
 	@echo "make bench-hidden      hidden effects for everybody: our answers beside ordinary methods; CASES, HIDDEN_OUT"
 	@echo "make bench-truth       fits against known and experts' motions; TRUTH_OUT"
 
@@ -68,7 +68,8 @@ bench-diagnosis: setup
 # Picks up where it was stopped, as long as FAULTS_OUT is the same.
 FAULTS_OUT := $(CURDIR)/build/faults
 bench-faults: setup
-	$(ONE_THREAD) $(BIN)/python -m benchmarks.faults make --out $(FAULTS_OUT) $(if $(SEED),--seed $(SEED))
+	$(ONE_THREAD) $(BIN)/python -m benchmarks.faults make --out $(FAULTS_OUT) $(if $(SEED),--seed $(SEED)) \
+	  $(if $(TIMES),--times $(TIMES))
 	$(ONE_THREAD) $(BIN)/python -m benchmarks.faults run --out $(FAULTS_OUT) $(ARGS)
 	$(ONE_THREAD) $(BIN)/python -m benchmarks.faults score --out $(FAULTS_OUT) --page benchmarks/FAULTS.md
 

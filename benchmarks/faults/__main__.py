@@ -7,6 +7,7 @@ import subprocess
 from pathlib import Path
 
 from benchmarks.diagnosis.run import CPU_LIMIT_S, run_all
+from benchmarks.faults.editor.kinds import CLEAN, KINDS
 from benchmarks.faults.editor.making import make
 from benchmarks.faults.page import load, page, summary
 from benchmarks.recordings import data_folder
@@ -18,6 +19,8 @@ def main() -> None:
     commands = parser.add_subparsers(dest="command", required=True)
     making = commands.add_parser("make", help="write cases, and their truth in another place")
     making.add_argument("--seed", type=int, help="drawn anew if not given")
+    making.add_argument("--times", type=int, help="so many times as many faults (1, or as begun)")
+    making.add_argument("--kinds", nargs="+", choices=[CLEAN, *(k.name for k in KINDS)], help="only these")
     running = commands.add_parser("run", help="answer every case that has no answer yet")
     running.add_argument("--limit", type=float, default=CPU_LIMIT_S, help="CPU seconds for a case")
     running.add_argument("--workers", type=int, default=1, help="cases at a time")
@@ -29,7 +32,7 @@ def main() -> None:
     given = parser.parse_args()
     out = given.out.resolve()
     if given.command == "make":
-        _make(out, given.seed)
+        _make(out, given.seed, given.times, given.kinds)
     elif given.command == "run":
         run_all(out, limit_s=given.limit, only=given.only, workers=given.workers)
     else:
@@ -38,14 +41,17 @@ def main() -> None:
         print(summary(load(out)))
 
 
-def _make(out: Path, seed: int | None) -> None:
-    """A draw keeps its seed, and names the code that answers it."""
+def _make(out: Path, seed: int | None, times: int | None, kinds: list[str] | None) -> None:
+    """A draw keeps its seed, its size and its kinds, and names the code that answers it."""
     listing = out / "cases.json"
-    if seed is None:
-        seed = json.loads(listing.read_text())["seed"] if listing.exists() else secrets.randbelow(2**31)
+    begun = json.loads(listing.read_text()) if listing.exists() else {}
+    seed = begun.get("seed", secrets.randbelow(2**31)) if seed is None else seed
+    times = begun.get("times", 1) if times is None else times
+    kinds = begun.get("kinds", []) if kinds is None else kinds
     out.mkdir(parents=True, exist_ok=True)
-    count = make(out, data_folder(), seed)
-    listing.write_text(json.dumps({"seed": seed, "cases": count, "code": _code()}, indent=1) + "\n")
+    count = make(out, data_folder(), seed, times, kinds)
+    about = {"seed": seed, "times": times, "kinds": kinds, "cases": count, "code": _code()}
+    listing.write_text(json.dumps(about, indent=1) + "\n")
     print(f"seed {seed}: {count} cases in {out}")
 
 

@@ -1,7 +1,7 @@
 """A draw of cases: folders as one hands them in, and what is true of them in another place."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -25,9 +25,17 @@ class Case:
     fault: Fault
 
 
-def make(out: Path, data: Path, seed: int) -> int:
-    """Write subjects/CASE and truth/CASE.json; those that are there stay. How many cases there are."""
-    cases = list(drawn(data, seed))
+def make(out: Path, data: Path, seed: int, times: int = 1, kinds: Sequence[str] = ()) -> int:
+    """Write subjects/CASE and truth/CASE.json; those that are there stay. How many cases there are.
+
+    Args:
+        out: folder of the draw.
+        data: folder of all real recordings.
+        seed: of the draw.
+        times: as many cases of every kind of fault as stand in `KINDS`, so many times.
+        kinds: only these, and `clean`; none: all.
+    """
+    cases = [case for case in drawn(data, seed, times) if not kinds or case.kind in kinds]
     order = np.random.default_rng(seed).permutation(len(cases))
     (out / "truth").mkdir(parents=True, exist_ok=True)
     for number, case in zip(order, cases, strict=True):
@@ -42,8 +50,8 @@ def make(out: Path, data: Path, seed: int) -> int:
     return len(cases)
 
 
-def drawn(data: Path, seed: int) -> Iterator[Case]:
-    """Clean ones, each source as it is and twice changed without harm; then every kind of fault."""
+def drawn(data: Path, seed: int, times: int = 1) -> Iterator[Case]:
+    """Clean ones, each source as it is and twice changed without harm; then faults, `times` over."""
     rng = np.random.default_rng(seed)
     read = {source.name: source.read(data) for source in SOURCES}
     for k, source in enumerate(SOURCES):
@@ -54,8 +62,9 @@ def drawn(data: Path, seed: int) -> Iterator[Case]:
     for kind in KINDS:
         fit = [s for s in SOURCES if _fits(kind, s)]
         made = 0
-        for tried in range(3 * kind.cases * len(fit)):
-            if made == kind.cases:
+        wanted = times * kind.cases
+        for tried in range(3 * wanted * len(fit)):
+            if made == wanted:
                 break
             source = fit[(turn + tried) % len(fit)]
             try:
@@ -64,7 +73,7 @@ def drawn(data: Path, seed: int) -> Iterator[Case]:
                 continue
             made += 1
             yield Case("", kind.name, source, recording, fault)
-        turn += kind.cases + 1
+        turn += wanted + 1
 
 
 def _clean(source: Source, recording: Recording, edit: Edit, rng: np.random.Generator) -> Case:
