@@ -36,6 +36,7 @@ from solver.effects import (
     subject_mass,
     trial_clocks,
     wobbling_mass,
+    zero_level,
 )
 from solver.effects.about import About
 from solver.effects.effect import Candidate
@@ -49,6 +50,7 @@ MODULES: tuple[ModuleType, ...] = (
     filter_mismatch,
     plate_gain,
     plate_bias,
+    zero_level,
     plate_position,
     plate_yaw,
     plate_turn,

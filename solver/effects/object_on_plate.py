@@ -44,10 +44,13 @@ ABOUT = About(
 class ObjectOnPlate(InTrials):
     """recorded = true + W upward at a point of the plate, on every sample that was recorded as loaded.
 
-    Linear in W, W (p_x − c_x) and W (p_z − c_z), with c the plate's middle.
+    Linear in W, W (p_x − c_x) and W (p_z − c_z), with c the plate's middle. A plate that was seen empty, with
+    less on it than a contact's threshold, bears no more than that.
     """
 
     about = ABOUT
+
+    most_N: float = math.inf  # what it may weigh
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """Less a newton upwards at the middle, and its moments a metre beside it along x and z."""
@@ -83,7 +86,7 @@ class ObjectOnPlate(InTrials):
     def is_possible(self, estimates: dict[str, Estimate]) -> bool:
         """It weighs something, and stands on or near the plate."""
         aside_m = math.hypot(*(estimates[name].value for name in ASIDE))
-        return estimates["mass_kg"].value > 0 and aside_m < MOST_ASIDE_M
+        return 0 < GRAVITY * estimates["mass_kg"].value < self.most_N and aside_m < MOST_ASIDE_M
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Heavier than a shoe, and a weight, not just a moment."""
@@ -96,6 +99,10 @@ class ObjectOnPlate(InTrials):
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
     """On each plate: in all trials, and in each alone where there are several."""
-    return [
-        ObjectOnPlate(target, trial) for trial in all_and_each(scenes) for target in loaded_plates(scenes)
-    ]
+    found: list[Candidate] = []
+    for trial in all_and_each(scenes):
+        for target in loaded_plates(scenes):
+            own = [p for s in scenes for p in s.plates if p.target == target and trial in (None, s.name)]
+            limits = [p.conditioning.threshold_N for p in own if p.seen_empty]
+            found.append(ObjectOnPlate(target, trial, min(limits, default=math.inf)))
+    return found

@@ -22,6 +22,7 @@ from solver.skeleton.forward import cross
 from solver.skeleton.skeleton import Skeleton
 
 SLOW_HZ = 6.0  # slower than markers' noise, faster than a hand's push
+EMPTY_S = 0.05  # shorter, it may be where a record begins or ends
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +73,12 @@ class PlateScene:
         cutoff = shared_cutoff(rate_of(self.times), self.conditioning)
         smooth = low_pass(samples_ground, self.plate.rate, cutoff, self.conditioning.order)
         return CubicSpline(np.arange(len(smooth)), smooth)
+
+    @property
+    def seen_empty(self) -> bool:
+        """Whether it was recorded for a while with less on it than the threshold of a contact."""
+        empty = (self.loads.recorded & ~self.loads.carrying).sum()
+        return bool(empty > EMPTY_S * self.plate.rate)
 
     def covers(self, times: Float[np.ndarray, " frames"]) -> Bool[np.ndarray, " frames"]:
         """Whether something was recorded at these times [s] on the markers' clock."""

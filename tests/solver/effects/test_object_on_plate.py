@@ -74,3 +74,13 @@ def test_on_each_plate_in_all_trials_and_in_each(scene):
     ]
     assert found[-1].signature(scene, ()) is None
     assert found[-1].signature(other, ()) is not None
+
+
+def test_on_a_plate_that_is_seen_empty_stands_nothing_heavy(scene):
+    boxed = with_a_box(scene, 1)
+    empty, always = (next(c for c in candidates([s]) if c.target == "plate_2") for s in (scene, boxed))
+    covariance = np.eye(3)
+    box = empty.estimates([boxed], (), (), np.array([MASS_KG * GRAVITY, 0.0, 0.0]), covariance)
+    shoe = empty.estimates([boxed], (), (), np.array([15.0, 0.0, 0.0]), covariance)
+    assert (empty.is_possible(box), always.is_possible(box)) == (False, True)
+    assert empty.is_possible(shoe)

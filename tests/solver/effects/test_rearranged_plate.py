@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from solver.effects.gross_cause import with_samples
 from solver.effects.plate_mirror import MIRRORS, PlateMirror
@@ -74,6 +75,18 @@ def test_units_scale_force_and_moment(scene):
     assert signature.columns.shape[2] == 0
     assert PlateUnits(target, 0.5).plate_factors() == {target: 0.5}
     assert PlateTurn(target, 90).plate_factors() == {}
+
+
+def test_larger_units_pay_for_the_smaller_rests_that_they_leave():
+    """Density of recorded = 2 (demanded + error), against that of what would be true, by SciPy."""
+    rng = np.random.default_rng(0)
+    demanded = rng.normal(700, 100, 50)
+    recorded = demanded + rng.normal(0, 60, 50)
+    candidate = PlateUnits("plate_1", 2.0, rows=50)
+    of_recorded = norm.logpdf(recorded, 2 * demanded, 2 * 60).sum()
+    of_true = norm.logpdf(recorded / 2, demanded, 60).sum()
+    assert of_true + candidate.seen_elsewhere == pytest.approx(of_recorded)
+    assert PlateUnits("plate_1", 0.5, rows=50).seen_elsewhere == 0
 
 
 def test_a_middle_that_lies_elsewhere_is_a_shift(scene):

@@ -7,10 +7,16 @@ from solver.effects.subject_mass import SubjectMass, candidates
 from solver.simulate.other_masses import with_segment_masses
 
 
-def test_is_what_a_heavier_person_demands_more(scene, explains, demand_of):
+def test_is_the_force_that_a_heavier_person_demands_more(scene, demand_of):
     heavier = with_segment_masses(scene.skeleton, dict.fromkeys(scene.skeleton.body_names, 1.07))
     missing = demand_of(scene.skeleton) - demand_of(heavier)
-    assert explains(SubjectMass("all"), scene, (), [0.07], missing) < 1e-5
+    said = 0.07 * SubjectMass("all").signature(scene, ()).columns[:, :, 0]
+    np.testing.assert_allclose(said[:, :3], missing[:, :3], atol=1e-5 * np.abs(missing[:, :3]).max())
+
+
+def test_claims_nothing_of_the_body_s_spin(scene):
+    said = SubjectMass("all").signature(scene, ()).columns[:, :, 0]
+    np.testing.assert_allclose(said[:, 3:], np.cross(scene.com_ground, said[:, :3]), atol=1e-9)
 
 
 def test_the_factor_is_true_over_entered():
