@@ -45,18 +45,79 @@ def divided(
     Raises:
         ModelError: a foot's body has no sole.
     """
-    R, p = body_poses(skeleton, q)
-    force, moment = wrench_ground[:, :3], wrench_ground[:, 3:]
-    nearest = [_nearest(sole, R, p, wrench_ground) for sole in soles(skeleton, foot_bodies)]
-    points = np.stack([point for point, _ in nearest], axis=1)
-    distances = np.stack([distance for _, distance in nearest], axis=1)
-    weight = takes_part / (distances + TOUCHING_M)
-    share = (weight / weight.sum(axis=1, keepdims=True))[:, :, None]
-    forces = share * force[:, None, :]
-    forces[..., LEVEL] += _leaning(share * force[:, None, 1:2], points, centre_of_mass_of(skeleton, q))
+    points, share, forces = _shared(skeleton, foot_bodies, q, wrench_ground, takes_part)
     moments = cross(points, forces)
-    moments += share * (moment - moments.sum(axis=1))[:, None, :]
+    moments += share * (wrench_ground[:, 3:] - moments.sum(axis=1))[:, None, :]
     return np.concatenate([forces, moments], axis=2)
+
+
+def pressed(
+    skeleton: Skeleton,
+    foot_bodies: Sequence[str],
+    q: Float[np.ndarray, "frames dofs"],
+    wrench_ground: Float[np.ndarray, "frames 6"],
+    takes_part: Bool[np.ndarray, "frames feet"],
+) -> Float[np.ndarray, "frames feet 6"]:
+    """The same forces, with no more moment than they have at the soles' nearest points.
+
+    A sole presses only where it is. Where the wrench is foretold from noisy motion, the moment that is left
+    is noise rather than the ground's: nothing is said of it.
+
+    Args:
+        skeleton: scaled.
+        foot_bodies: a body for each foot.
+        q: generalized coordinates [rad or m].
+        wrench_ground: force [N] and moment about the ground origin [N·m].
+        takes_part: at least one foot on every frame.
+
+    Raises:
+        ModelError: a foot's body has no sole.
+    """
+    points, _, forces = _shared(skeleton, foot_bodies, q, wrench_ground, takes_part)
+    return np.concatenate([forces, cross(points, forces)], axis=2)
+
+
+def going_with_the_ground(
+    skeleton: Skeleton,
+    foot_bodies: Sequence[str],
+    q: Float[np.ndarray, "frames dofs"],
+    wrench_ground: Float[np.ndarray, "frames 6"],
+    *,
+    rate: float,
+    speed_m_s: float,
+) -> Bool[np.ndarray, "frames feet"]:
+    """Feet that may carry: the one nearest to the force's line, and others of which a corner moves with it.
+
+    The nearest foot's lowest corner tells how the ground or belt moves. A swinging foot passes it; of one
+    that rolls off or lands, some corner rests.
+
+    Args:
+        skeleton: scaled.
+        foot_bodies: a body for each foot.
+        q: generalized coordinates, two frames or more [rad or m].
+        wrench_ground: force [N] and moment about the ground origin [N·m].
+        rate: [Hz].
+        speed_m_s: level speed against the ground from which a foot swings [m/s].
+
+    Raises:
+        ModelError: a foot's body has no sole.
+    """
+    R, p = body_poses(skeleton, q)
+    own = soles(skeleton, foot_bodies)
+    distances = np.stack([_nearest(sole, R, p, wrench_ground)[1] for sole in own], axis=1)
+    frames, nearest = np.arange(len(q)), distances.argmin(axis=1)
+    ground = np.zeros((len(q), len(LEVEL)))
+    velocities = []
+    for foot, sole in enumerate(own):
+        corners = sole.corners_ground(R, p)
+        velocity = np.gradient(corners[..., LEVEL], 1.0 / rate, axis=0)
+        velocities.append(velocity)
+        lowest = velocity[frames, corners[..., 1].argmin(axis=1)]
+        ground = np.where((nearest == foot)[:, None], lowest, ground)
+    slowest = [np.linalg.norm(v - ground[:, None], axis=2).min(axis=1) for v in velocities]
+    goes_along = np.stack(slowest, axis=1) <= speed_m_s
+    goes_along[frames, nearest] = True
+    return goes_along
 
 
 def distances_to_soles(
@@ -78,6 +139,28 @@ def distances_to_soles(
     """
     R, p = body_poses(skeleton, q)
     return np.stack([_nearest(sole, R, p, wrench_ground)[1] for sole in soles(skeleton, foot_bodies)], axis=1)
+
+
+def _shared(
+    skeleton: Skeleton,
+    foot_bodies: Sequence[str],
+    q: Float[np.ndarray, "frames dofs"],
+    wrench_ground: Float[np.ndarray, "frames 6"],
+    takes_part: Bool[np.ndarray, "frames feet"],
+) -> tuple[
+    Float[np.ndarray, "frames feet 3"], Float[np.ndarray, "frames feet 1"], Float[np.ndarray, "frames feet 3"]
+]:
+    """The soles' nearest points [m], the feet's shares, and their forces [N], which lean together."""
+    R, p = body_poses(skeleton, q)
+    nearest = [_nearest(sole, R, p, wrench_ground) for sole in soles(skeleton, foot_bodies)]
+    points = np.stack([point for point, _ in nearest], axis=1)
+    distances = np.stack([distance for _, distance in nearest], axis=1)
+    weight = takes_part / (distances + TOUCHING_M)
+    share = (weight / weight.sum(axis=1, keepdims=True))[:, :, None]
+    forces = share * wrench_ground[:, None, :3]
+    load = share * wrench_ground[:, None, 1:2]
+    forces[..., LEVEL] += _leaning(load, points, centre_of_mass_of(skeleton, q))
+    return points, share, forces
 
 
 def _leaning(
