@@ -18,6 +18,7 @@ from solver.dynamics.extension import Extension
 from solver.dynamics.memory import refuse_what_does_not_fit, sizes_of
 from solver.errors import FitError, ModelError
 from solver.fit import Fit, Groundwork, TrialFit
+from solver.freed_memory import give_back
 from solver.kinematics.calibration import calibrate, choose_frames
 from solver.kinematics.hip_width import expected_hip_width
 from solver.kinematics.inverse_kinematics import inverse_kinematics
@@ -109,6 +110,7 @@ def solve(
             for capture in recorded
         ]
     recorded = [capture for capture, _ in repaired]
+    give_back()
     with clock("scaling"):
         frames = choose_frames(
             [match.observed(c.markers) for c in recorded],
@@ -160,6 +162,7 @@ def solve(
             for note in posture_notes(fit.motion, settings.kinematics)
         ]
         groundwork = replace(groundwork, notes=(*groundwork.notes, *leaning))
+    give_back()
     fit = obeying_reviews(
         subject,
         groundwork,
@@ -170,6 +173,7 @@ def solve(
         extension=extension,
     )
     del fits, tracked  # where the markers alone had the model's
+    give_back()
     return predicting_withheld(fit, settings, part(progress, FITTED, 1.0), extension)
 
 

@@ -15,6 +15,7 @@ from addb_viewer.dataset.ground_forces import free_moments, pressing
 from addb_viewer.dataset.schema import FRAMES, KINEMATICS
 from addb_viewer.dataset.segments import Cuts
 from solver.capture.b3d.schema import PassFrames
+from solver.frames_at_once import by_frames
 from solver.kinematics.motion import Motion
 from solver.kinematics.root_joint import root_joint
 from solver.settings import Settings
@@ -129,7 +130,7 @@ def _labels(rows: TrialRows) -> dict[str, Values]:
 def _motion(rows: TrialRows) -> dict[str, Values]:
     dynamics = rows.gridded.trial.dynamics
     assert dynamics is not None
-    motion = dynamics.motion
+    motion = dynamics.motion.without_derivatives()
     return (
         _coordinates("q", motion, motion.q)
         | _coordinates("qd", motion, motion.velocity)
@@ -142,14 +143,13 @@ def _body(rows: TrialRows) -> dict[str, Values]:
     skeleton, last = rows.skeleton, rows.last_pass
     dynamics = rows.gridded.trial.dynamics
     assert dynamics is not None
-    R, p = body_poses(skeleton, dynamics.motion.q)
-    root = root_joint(skeleton).body
-    turned = Rotation.from_matrix(R[:, root]).as_quat(canonical=True, scalar_first=True)
+    R, p = _poses_of(root_joint(skeleton).body, skeleton, dynamics.motion)
+    turned = Rotation.from_matrix(R).as_quat(canonical=True, scalar_first=True)
     return (
         _vector("com_{}_m", np.asarray(last.com_pos))
         | _vector("com_v_{}_m_s", np.asarray(last.com_vel))
         | _vector("com_a_{}_m_s2", np.asarray(last.com_acc) + skeleton.gravity)
-        | _vector("pelvis_{}_m", p[:, root])
+        | _vector("pelvis_{}_m", p)
         | _vector("pelvis_q{}", turned, "wxyz")
     )
 
@@ -159,12 +159,12 @@ def _feet(rows: TrialRows) -> dict[str, Values]:
     contacts, dynamics = trial.contacts, trial.dynamics
     assert contacts is not None
     assert dynamics is not None
-    _, p = body_poses(rows.skeleton, dynamics.motion.q)
     free = free_moments(contacts, surfaces)
     loaded = pressing(contacts, surfaces) >= rows.settings.conditioning.threshold_N
     columns: dict[str, Values] = {}
     for f, side in enumerate(rows.sides):
-        origin = p[:, rows.skeleton.body_index(contacts.foot_bodies[f])]
+        body = rows.skeleton.body_index(contacts.foot_bodies[f])
+        _, origin = _poses_of(body, rows.skeleton, dynamics.motion)
         force, moment = contacts.wrench_ground[:, f, :3], contacts.wrench_ground[:, f, 3:]
         counts = rows.gridded.verdicts.counts_by_foot[:, f]
         presses = counts & loaded[:, f]
@@ -189,6 +189,19 @@ def _residuals(rows: TrialRows) -> dict[str, Values]:
         columns |= _vector(f"{name}_force_{{}}_N", wrench[:, :3])
         columns |= _vector(f"{name}_moment_{{}}_Nm", wrench[:, 3:])
     return columns | _vector("root_joint_{}_m", dynamics.root_ground)
+
+
+def _poses_of(
+    body: int, skeleton: Skeleton, motion: Motion
+) -> tuple[Float[np.ndarray, "frames 3 3"], Float[np.ndarray, "frames 3"]]:
+    """Orientation and origin [m] of one body."""
+
+    def of_frames(q: Float[np.ndarray, "some dofs"]) -> Float[np.ndarray, "some 4 3"]:
+        R, p = body_poses(skeleton, q)
+        return np.concatenate([R[:, body], p[:, body, None]], axis=1)
+
+    both = by_frames(of_frames, motion.q)
+    return both[:, :3], both[:, 3]
 
 
 def _where(known: np.ndarray, values: Float[np.ndarray, "frames n"]) -> Float[np.ndarray, "frames n"]:

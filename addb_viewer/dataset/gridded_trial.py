@@ -24,8 +24,9 @@ from solver.dynamics_stage import filtered
 from solver.errors import ModelError
 from solver.fit import Fit, KinematicsOnly, TrialFit
 from solver.kinematics.marker_errors import MarkerErrors
+from solver.kinematics.motion import Motion
 from solver.settings import Settings
-from solver.skeleton.forward import body_poses
+from solver.skeleton.forward import body_poses, marker_positions
 from solver.skeleton.skeleton import Skeleton
 
 
@@ -95,7 +96,7 @@ def on_grid(fit: Fit, trial: TrialFit, settings: Settings, rate: float | None) -
             there,
             motion=shown.motion,
             marker_errors=shown.errors,
-            model_markers_ground=shown.markers_ground,
+            model_markers_ground=_model_markers(trial, shown.motion, skeleton, grid),
             dynamics=replace(dynamics, used=dynamics.used & verdicts.counts),
             kinematics_only=KinematicsOnly(k.motion, k.errors) if d else None,
             spline=None,
@@ -128,6 +129,13 @@ def _measured_on(grid: Grid, trial: TrialFit, settings: Settings) -> tuple[Trial
         mask=mask_on_grid(trial.mask, grid),
     )
     return there, surfaces
+
+
+def _model_markers(
+    trial: TrialFit, motion: Motion, skeleton: Skeleton, grid: Grid
+) -> Float[np.ndarray, "frames markers 3"]:
+    """Where the skeleton has the compared markers at the grid's frames [m]."""
+    return trial.model_markers_ground if grid.is_native else marker_positions(skeleton, motion.q)
 
 
 def _motions(

@@ -1,6 +1,9 @@
-"""A trial's rows of the long tables: a row a marker, joint or plate, and frame."""
+"""A trial's rows of the long tables: a row a marker, joint or plate, and frame.
 
-from collections.abc import Sequence
+Those of a long trial come name by name.
+"""
+
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pyarrow as pa
@@ -13,10 +16,11 @@ from addb_viewer.dataset.schema import JOINT_CENTRES, MARKERS, PLATES
 from addb_viewer.dataset.table import Table
 from solver.capture.b3d.schema import SensorFrames
 from solver.export.b3d.model import joints_in_order
+from solver.frames_at_once import FRAMES_AT_ONCE
 from solver.kinematics.marker_matching import MarkerMatch
 
 
-def markers_table(rows: TrialRows, match: MarkerMatch) -> pa.Table:
+def markers_tables(rows: TrialRows, match: MarkerMatch) -> Iterator[pa.Table]:
     """Rows of `markers`: each label where it was seen, and where the skeleton has that marker."""
     trial = rows.gridded.trial
     recorded = trial.capture.markers
@@ -24,7 +28,7 @@ def markers_table(rows: TrialRows, match: MarkerMatch) -> pa.Table:
     for k, column in enumerate(match.columns(recorded)):
         if column is not None:
             modelled[:, column] = trial.model_markers_ground[:, k]
-    return _long(
+    yield from _long(
         rows,
         MARKERS,
         labels_without_names(recorded.names),
@@ -32,16 +36,16 @@ def markers_table(rows: TrialRows, match: MarkerMatch) -> pa.Table:
     )
 
 
-def joint_centres_table(rows: TrialRows) -> pa.Table:
+def joint_centres_tables(rows: TrialRows) -> Iterator[pa.Table]:
     """Rows of `joint_centres`."""
     last, frames = rows.last_pass, rows.gridded.grid.frames
     names = [rows.skeleton.joints[joint].name for joint in joints_in_order(rows.skeleton)]
     in_root = np.asarray(last.root_frame_joint_centers).reshape(frames, -1, 3)
     in_ground = np.asarray(last.world_frame_joint_centers).reshape(frames, -1, 3)
-    return _long(rows, JOINT_CENTRES, names, {"root_{}_m": in_root, "ground_{}_m": in_ground})
+    yield from _long(rows, JOINT_CENTRES, names, {"root_{}_m": in_root, "ground_{}_m": in_ground})
 
 
-def plates_table(rows: TrialRows, sensors: SensorFrames) -> pa.Table:
+def plates_tables(rows: TrialRows, sensors: SensorFrames) -> Iterator[pa.Table]:
     """Rows of `plates`, raw; those that the subject's other trials have and this one lacks are not here."""
     frames, plates = rows.gridded.grid.frames, rows.gridded.trial.capture.plates
     shape = (frames, -1, 3)
@@ -49,7 +53,7 @@ def plates_table(rows: TrialRows, sensors: SensorFrames) -> pa.Table:
     moment = np.asarray(sensors.raw_force_plate_torque).reshape(shape)[:, : len(plates)]
     cop = np.asarray(sensors.raw_force_plate_cop).reshape(shape)[:, : len(plates)]
     unloaded = (cop == 0.0).all(axis=2, keepdims=True)  # as B3D writes it
-    return _long(
+    yield from _long(
         rows,
         PLATES,
         labels_without_names([plate.name for plate in plates]),
@@ -62,19 +66,21 @@ def _long(
     table: Table,
     names: Sequence[str],
     values: dict[str, Float[np.ndarray, "frames names 3"]],
-) -> pa.Table:
+) -> Iterator[pa.Table]:
     """Sorted by name, then frame."""
     kept, order = rows.kept, sorted(range(len(names)), key=lambda k: names[k])
     own = next(column.name for column in table.columns if column.name not in ("subject_id", "trial_id"))
-    columns = {
-        pattern.format(axis): series[kept][:, order, a].T.reshape(-1)
-        for pattern, series in values.items()
-        for a, axis in enumerate(AXES)
-    }
-    keys = {
-        "subject_id": rows.subject_id,
-        "trial_id": rows.trial_id,
-        own: repeated([names[k] for k in order], len(kept)),
-        "frame": np.tile(kept, len(names)),
-    }
-    return table_of(table, keys | columns, len(names) * len(kept))
+    parts = [order] if rows.gridded.grid.frames <= FRAMES_AT_ONCE else [[k] for k in order]
+    for some in parts or [[]]:
+        columns = {
+            pattern.format(axis): series[:, some, a][kept].T.reshape(-1)
+            for pattern, series in values.items()
+            for a, axis in enumerate(AXES)
+        }
+        keys = {
+            "subject_id": rows.subject_id,
+            "trial_id": rows.trial_id,
+            own: repeated([names[k] for k in some], len(kept)),
+            "frame": np.tile(kept, len(some)),
+        }
+        yield table_of(table, keys | columns, len(some) * len(kept))

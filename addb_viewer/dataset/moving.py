@@ -1,4 +1,4 @@
-"""A motion on the release's grid, and where it takes the skeleton's markers."""
+"""A motion on the release's grid, and how far it takes the skeleton's markers from the measured ones."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -26,7 +26,6 @@ class Moving:
     """A pass of a trial."""
 
     motion: Motion
-    markers_ground: Float[np.ndarray, "frames markers 3"]  # [m] of the skeleton
     errors: MarkerErrors
 
 
@@ -70,5 +69,4 @@ def spline_moving(
 
 
 def _moving(motion: Motion, skeleton: Skeleton, errors_of: ErrorsOf) -> Moving:
-    markers_ground = marker_positions(skeleton, motion.q)
-    return Moving(motion, markers_ground, errors_of(markers_ground))
+    return Moving(motion, errors_of(marker_positions(skeleton, motion.q)))

@@ -15,7 +15,7 @@ from addb_viewer.dataset.frame_rows import TrialRows, frames_table, kinematics_t
 from addb_viewer.dataset.gridded_trial import GriddedTrial, on_grid
 from addb_viewer.dataset.identifiers import file_name_of, side_of, without_names
 from addb_viewer.dataset.left_out import LeftOut, hours_of
-from addb_viewer.dataset.long_rows import joint_centres_table, markers_table, plates_table
+from addb_viewer.dataset.long_rows import joint_centres_tables, markers_tables, plates_tables
 from addb_viewer.dataset.named_causes import named_causes
 from addb_viewer.dataset.parquet_files import TableFile
 from addb_viewer.dataset.receipts import MadeFile, Receipt, emptied, made_file
@@ -42,6 +42,7 @@ from solver.export.b3d.from_fit import fit_to_b3d, unfitted
 from solver.export.b3d.passes import LowPassed
 from solver.export.b3d.writer import write_b3d
 from solver.fit import Fit, TrialFit
+from solver.freed_memory import give_back
 from solver.settings import Settings, as_toml
 from solver.skeleton.osim_writer import skeleton_text
 from solver.summary import all_notes
@@ -102,10 +103,12 @@ class SubjectWriting:
                     continue
                 starts: dict[str, int] = {}
                 for name, table in self._tables(one, b3d.trials[0]):
-                    starts[f"{name}_first_row"] = tables[name].add(table)
-                    starts[f"{name}_rows"] = table.num_rows
+                    starts.setdefault(f"{name}_first_row", tables[name].add(table))
+                    starts[f"{name}_rows"] = starts.get(f"{name}_rows", 0) + table.num_rows
+                    del table  # before the next one is made
                 for name, own in self._trial_rows(one, starts):
                     rows.setdefault(name, []).extend(own)
+                give_back()
                 pieces.append(self._b3d_piece(b3d, one, len(pieces)))
         if not pieces:
             return Receipt(
@@ -163,9 +166,12 @@ class SubjectWriting:
         assert self.fit.groundwork is not None
         yield "frames", frames_table(one)
         yield "kinematics", kinematics_table(one)
-        yield "markers", markers_table(one, self.fit.groundwork.match)
-        yield "joint_centres", joint_centres_table(one)
-        yield "plates", plates_table(one, b3d.sensors)
+        long = {
+            "markers": markers_tables(one, self.fit.groundwork.match),
+            "joint_centres": joint_centres_tables(one),
+            "plates": plates_tables(one, b3d.sensors),
+        }
+        yield from ((name, table) for name, pieces in long.items() for table in pieces)
 
     def _trial_rows(self, one: TrialRows, starts: Mapping[str, int]) -> Iterator[tuple[str, list[Row]]]:
         """Its rows of the tables that the whole release shares."""

@@ -5,7 +5,9 @@ import re
 from array import array
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
+from typing import overload
 
 from solver.errors import CaptureError
 
@@ -18,11 +20,40 @@ DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 PLAIN_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
 
 
+class Lines(Sequence[str]):
+    """The lines of a text, each made when it is asked for: 100 000 at once would leave memory in pieces."""
+
+    def __init__(self, text: str) -> None:
+        """Without line ends.
+
+        Args:
+            text: whose line ends are all line feeds.
+        """
+        self._text = text
+        self._starts = array("q", [0, *(end.end() for end in re.finditer("\n", text)), len(text) + 1])
+        self._count = len(self._starts) - 1 - (not text or text[-1] == "\n")
+
+    def __len__(self) -> int:
+        return self._count
+
+    @overload
+    def __getitem__(self, index: int) -> str: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[str, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> str | tuple[str, ...]:
+        if isinstance(index, slice):
+            return tuple(self[k] for k in range(self._count)[index])
+        k = range(self._count)[index]
+        return self._text[self._starts[k] : self._starts[k + 1] - 1]
+
+
 @dataclass(frozen=True)
 class Text:
     """The lines of a text file, without line ends."""
 
-    lines: tuple[str, ...]
+    lines: Sequence[str]
     ends_with_newline: bool
 
 
@@ -31,7 +62,7 @@ class Row:
     """One line of numbers; NaN where a cell is blank or says so. `line` counts from 1."""
 
     line: int
-    values: "array[float]"  # in double precision: a list of numbers takes four times as much
+    values: Sequence[float]  # a part of all rows' numbers, in double precision
 
 
 @dataclass(frozen=True)
@@ -74,10 +105,7 @@ def read_text(path: Path, most_bytes: int = -1) -> Text:
             text = data.decode("latin-1")
     del data  # of a long recording as large as its numbers
     text = text.replace("\r\n", "\n").replace("\r", "\n")
-    lines = text.split("\n")
-    if ends_with_newline := not lines[-1]:
-        lines.pop()
-    return Text(tuple(lines), ends_with_newline)
+    return Text(Lines(text), text.endswith("\n"))
 
 
 def dialect_of(line: str) -> Dialect:
@@ -117,7 +145,7 @@ def rows_of_numbers(
     Raises:
         CaptureError: a cell is neither a number nor a blank nor a spelling of NaN.
     """
-    rows = []
+    numbers, lines, ends = array("d"), array("q"), array("q", [0])
     for index in range(first, len(text.lines)):
         line = text.lines[index]
         if not line.strip():
@@ -126,13 +154,16 @@ def rows_of_numbers(
             line = line.replace(",", ".")
         cells = line.split(dialect.separator)
         try:
-            values = array("d", map(float, cells))
+            numbers.extend(map(float, cells))
         except ValueError:
-            values = array(
-                "d", (_number(path, index + 1, column_name, k, cell.strip()) for k, cell in enumerate(cells))
+            del numbers[ends[-1] :]
+            numbers.extend(
+                _number(path, index + 1, column_name, k, cell.strip()) for k, cell in enumerate(cells)
             )
-        rows.append(Row(index + 1, values))
-    return rows
+        lines.append(index + 1)
+        ends.append(len(numbers))
+    whole = memoryview(numbers)
+    return [Row(line, whole[a:b]) for line, (a, b) in zip(lines, pairwise(ends), strict=True)]
 
 
 def is_blank(values: Sequence[float]) -> bool:

@@ -1,6 +1,7 @@
 """The head of a .trc file: what it claims, and which columns its names stand above."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -73,7 +74,7 @@ def _labels(line: str) -> tuple[int, int | None, bool, tuple[tuple[int, str], ..
     return lead, time_column, False, tuple(enumerate(name for _, name in found))
 
 
-def _claims(lines: tuple[str, ...]) -> tuple[float | None, int | None, int | None, str | None]:
+def _claims(lines: Sequence[str]) -> tuple[float | None, int | None, int | None, str | None]:
     """Rate, frames, markers and units: the numbers are counted from the units, since some leave one out."""
     for keys, values in pairwise(lines):
         if "datarate" not in keys.lower():

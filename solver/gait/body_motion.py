@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 from solver.contact.sole import soles
 from solver.errors import ModelError
 from solver.filters import low_pass
+from solver.frames_at_once import by_frames
 from solver.gait.events import Stance, stances_from_feet
 from solver.gait.foot_motion import FootMotion, foot_motion
 from solver.gait.settings import GaitSettings
@@ -100,8 +101,7 @@ def body_motion(
     Raises:
         ModelError: a foot has no sole, or no leg above it.
     """
-    R, p = body_poses(skeleton, motion.q)
-    corners = [sole.corners_ground(R, p) for sole in soles(skeleton, feet)]
+    corners, p = _places(skeleton, feet, motion)
     moved = foot_motion(corners, p[:, 0], motion.times, settings)
     stances = stances_from_feet(moved, settings)
     chains = [_leg(skeleton, foot) for foot in feet]
@@ -125,6 +125,22 @@ def body_motion(
         stances=stances,
         load_BW=load_BW,
     )
+
+
+def _places(
+    skeleton: Skeleton, feet: Sequence[str], motion: Motion
+) -> tuple[list[Float[np.ndarray, "frames corners 3"]], Float[np.ndarray, "frames bodies 3"]]:
+    """Corners of each foot's sole, and origins of all bodies [m]."""
+    outlines = soles(skeleton, feet)
+
+    def of_frames(q: Float[np.ndarray, "some dofs"]) -> Float[np.ndarray, "some points 3"]:
+        R, p = body_poses(skeleton, q)
+        return np.concatenate([*(sole.corners_ground(R, p) for sole in outlines), p], axis=1)
+
+    places = by_frames(of_frames, motion.q)
+    ends = np.cumsum([sum(len(part.corners_body) for part in sole.parts) for sole in outlines])
+    *corners, p = np.split(places, ends, axis=1)
+    return corners, p
 
 
 def _leg(skeleton: Skeleton, foot: str) -> tuple[int, int, int, int]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float
@@ -9,11 +10,13 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import uniform_filter1d
 
 from solver.filters import low_pass
+from solver.frames_at_once import FRAMES_AT_ONCE, by_frames
 from solver.gait.settings import GaitSettings
 
 MOST_SAMPLES = 1500  # of soles' velocities; more tell no more of the surface's
 GRID_S = 0.1
 ROUNDS = 10  # of mean shift, which settles in a few
+FORGOTTEN = 64  # frames beyond which a cubic spline feels nothing of another: 0.27 a frame
 
 
 @dataclass(frozen=True)
@@ -46,38 +49,61 @@ def foot_motion(
     """
     rate = (len(times) - 1) / float(times[-1] - times[0])
     fine = np.arange(times[0], times[-1], 1 / settings.steps_per_s)
-    splines = [CubicSpline(times, low_pass(c, rate, settings.cutoff_Hz)) for c in corners_ground]
-    places, velocities = [s(fine) for s in splines], [s(fine, 1) for s in splines]
-    surface = _surface(places, velocities, fine, settings)
-    against = np.insert(surface, 1, 0.0, axis=1)[:, None]
-    slips = []
-    for place, velocity in zip(places, velocities, strict=True):
-        height = place[..., 1]
-        low = height < height.min(axis=1, keepdims=True) + settings.low_m
-        slips.append(np.where(low, np.linalg.norm(velocity - against, axis=2), np.inf).min(axis=1))
+    soles = [_Sole(times, low_pass(c, rate, settings.cutoff_Hz)) for c in corners_ground]
+    lowest = [by_frames(sole.lowest, fine) for sole in soles]
+    surface = _surface(lowest, fine, settings)
+    slips = [by_frames(partial(sole.slip, low_m=settings.low_m), fine, surface) for sole in soles]
     moving = CubicSpline(times, low_pass(root_ground, rate, settings.cutoff_Hz))(fine, 1)[:, [0, 2]] - surface
     window = max(1, round(settings.pace_window_s * settings.steps_per_s))
     pace = uniform_filter1d(np.linalg.norm(moving, axis=1), window, mode="nearest")
-    every = np.arange(len(fine))
-    sole = [
-        velocity[every, place[..., 1].argmin(axis=1)][:, [0, 2]]
-        for place, velocity in zip(places, velocities, strict=True)
-    ]
-    return FootMotion(fine, np.column_stack(slips), surface, pace, np.stack(sole, axis=1))
+    sole = np.stack([own[:, 1:] for own in lowest], axis=1)
+    return FootMotion(fine, np.column_stack(slips), surface, pace, sole)
+
+
+class _Sole:
+    """Corners of a sole between its frames, by a cubic spline; in a long trial by that of nearby frames."""
+
+    def __init__(
+        self, times: Float[np.ndarray, " frames"], corners_ground: Float[np.ndarray, "frames corners 3"]
+    ) -> None:
+        self.times, self.corners_ground = times, corners_ground
+        self.whole = CubicSpline(times, corners_ground) if len(times) <= FRAMES_AT_ONCE else None
+
+    def _near(self, times: Float[np.ndarray, " steps"]) -> CubicSpline:
+        if self.whole is not None:
+            return self.whole
+        first, last = np.searchsorted(self.times, times[[0, -1]])
+        near = slice(max(0, first - FORGOTTEN), last + FORGOTTEN)
+        return CubicSpline(self.times[near], self.corners_ground[near])
+
+    def lowest(self, times: Float[np.ndarray, " steps"]) -> Float[np.ndarray, "steps 3"]:
+        """Height [m] of the lowest corner, and its velocity along x and z [m/s]."""
+        spline = self._near(times)
+        height, velocity = spline(times)[..., 1], spline(times, 1)
+        own = velocity[np.arange(len(times)), height.argmin(axis=1)]
+        return np.column_stack([height.min(axis=1), own[:, [0, 2]]])
+
+    def slip(
+        self, times: Float[np.ndarray, " steps"], surface: Float[np.ndarray, "steps 2"], low_m: float
+    ) -> Float[np.ndarray, " steps"]:
+        """Of the slowest of the low corners against the surface [m/s]."""
+        spline = self._near(times)
+        height, velocity = spline(times)[..., 1], spline(times, 1)
+        low = height < height.min(axis=1, keepdims=True) + low_m
+        against = np.insert(surface, 1, 0.0, axis=1)[:, None]
+        return np.where(low, np.linalg.norm(velocity - against, axis=2), np.inf).min(axis=1)
 
 
 def _surface(
-    places: Sequence[Float[np.ndarray, "steps corners 3"]],
-    velocities: Sequence[Float[np.ndarray, "steps corners 3"]],
+    lowest: Sequence[Float[np.ndarray, "steps 3"]],
     times: Float[np.ndarray, " steps"],
     settings: GaitSettings,
 ) -> Float[np.ndarray, "steps 2"]:
     """Where velocities of low soles crowd, near in time; by mean shift from the densest sample."""
     pool, when = [], []
-    for place, velocity in zip(places, velocities, strict=True):
-        lowest = place[..., 1].min(axis=1)
-        low = np.flatnonzero(lowest <= np.quantile(lowest, settings.surface_low_share))
-        pool.append(velocity[low, place[low, :, 1].argmin(axis=1)][:, [0, 2]])
+    for height, velocity in ((own[:, 0], own[:, 1:]) for own in lowest):
+        low = np.flatnonzero(height <= np.quantile(height, settings.surface_low_share))
+        pool.append(velocity[low])
         when.append(times[low])
     samples, at = np.concatenate(pool), np.concatenate(when)
     thinned = slice(None, None, max(1, len(samples) // MOST_SAMPLES))

@@ -6,6 +6,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from addb_viewer.dataset import long_rows
 from addb_viewer.dataset.options import BuildOptions
 from addb_viewer.dataset.release_subject import ReleaseSubject
 from addb_viewer.dataset.subject_task import Task
@@ -99,3 +100,15 @@ def test_a_trial_without_a_segment_is_in_no_file(twice, tmp_path):
     receipt = written(replace(twice, trials=(replace(trial, mask=mask),)), tmp_path / "out")
     assert not receipt.files
     assert [row.reason for row in receipt.left_out] == ["erroneous", "too_short", "no_trials"]
+
+
+def test_long_tables_that_come_name_by_name_have_the_same_rows(fit_100, tmp_path, monkeypatch):
+    once = written(fit_100, tmp_path / "once")
+    monkeypatch.setattr(long_rows, "FRAMES_AT_ONCE", 10)
+    apart = written(fit_100, tmp_path / "apart")
+
+    assert apart.rows == once.rows
+    for table in ("markers", "joint_centres", "plates"):
+        file = f"{table}/Lab__one.parquet"
+        assert pq.read_table(tmp_path / "apart" / file).equals(pq.read_table(tmp_path / "once" / file))
+    assert apart.files["b3d/Lab__one.b3d"] == once.files["b3d/Lab__one.b3d"]

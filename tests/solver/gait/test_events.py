@@ -5,6 +5,7 @@ import pytest
 
 from solver.capture.capture import ForcePlate
 from solver.capture.force_settings import CONDITIONING
+from solver.gait import foot_motion as of_feet
 from solver.gait.cycles import cycles_of
 from solver.gait.events import (
     Kind,
@@ -46,6 +47,17 @@ def walk(request):
     times = 2.0 + np.arange(400) / RATE
     corners, heels, root = soles_of(times, request.param)
     return times, corners, heels, foot_motion(corners, root, times, GAIT)
+
+
+def test_soles_of_a_long_trial_move_as_by_one_spline(monkeypatch):
+    times = np.arange(2000) / RATE
+    corners, _, root = soles_of(times, SPEED)
+    whole = foot_motion(corners, root, times, GAIT)
+    monkeypatch.setattr(of_feet, "FRAMES_AT_ONCE", 500)  # of 500 steps a second, some 8192 are read together
+    parts = foot_motion(corners, root, times, GAIT)
+
+    for name in ("slip", "surface", "pace", "sole"):
+        np.testing.assert_allclose(getattr(parts, name), getattr(whole, name), rtol=0, atol=1e-9)
 
 
 def test_slip_alone_finds_every_stance(walk):
