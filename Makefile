@@ -39,6 +39,7 @@ lint: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 	$(BIN)/mypy
+	@$(BIN)/python scripts/structure.py
 
 format: setup
 	$(BIN)/ruff check --fix .

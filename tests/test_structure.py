@@ -1,0 +1,44 @@
+"""The figures of `scripts/structure.py` against packages whose structure is known."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+SCRIPT = Path(__file__).parents[1] / "scripts" / "structure.py"
+
+
+@pytest.fixture
+def structure(tmp_path, monkeypatch):
+    spec = importlib.util.spec_from_file_location("structure", SCRIPT)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    monkeypatch.setattr(module, "ROOT", tmp_path)
+    monkeypatch.setattr(module, "PACKAGES", ("made_up_package",))
+    monkeypatch.setattr("sys.argv", ["structure.py", "--list"])
+    monkeypatch.syspath_prepend(str(tmp_path))
+    folder = tmp_path / "made_up_package"
+    folder.mkdir()
+    for name, text in {
+        "__init__.py": "",
+        "short.py": "x = 1\n",
+        "long.py": "from made_up_package import short, one, shared\n" + 350 * "\n",
+        "one.py": "from made_up_package import two, shared\n",
+        "two.py": "from made_up_package import three\n",
+        "three.py": "def late():\n    from made_up_package import one\n",
+        "shared.py": "",
+        "page.js": 351 * "\n",
+    }.items():
+        (folder / name).write_text(text)
+    return module
+
+
+def test_short_long_and_circular_modules_are_counted(structure, capsys):
+    assert structure.main() == 0
+    said = capsys.readouterr().out
+    assert "Modules: 6, with one importer: 3\n" in said
+    short = "  made_up_package.short\n  made_up_package.three\n  made_up_package.two\n"
+    assert f"With one importer and below 70 lines: 3\n{short}" in said
+    assert "Python or JavaScript files above 350 lines: 2\n" in said
+    circle = "  made_up_package.one made_up_package.three made_up_package.two\n"
+    assert f"Circles of imports: 1\n{circle}" in said
