@@ -25,9 +25,9 @@ import numpy as np
 from jaxtyping import Float
 
 from addb_viewer.app.app import ReviewApp
+from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.server import open_server
 from addb_viewer.app.subjects.library import Library, library_of
-from addb_viewer.app.subjects.workspace import House
 from addb_viewer.app.trial.replay import MarkerReplay, Replay
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
 from solver.capture.subject import open_subject
@@ -265,7 +265,7 @@ def _serve(demo: Path) -> None:
         folder = Path(scratch) / "subject"
         _copy_recordings(demo, folder)
         library = LongLibrary(library_of(open_subject(demo)), folder)
-        app = ReviewApp(open_server(port=0), House.of(library), login="Zoë")
+        app = ReviewApp(open_server(port=0), TrialQueue.of(library), login="Zoë")
         print(app.server.get_port(), flush=True)
         try:
             _until_told_to_end()

@@ -24,7 +24,7 @@ from pathlib import Path
 
 import numpy as np
 
-from addb_viewer.app.jobs.stored_solves import add, keep, solves
+from addb_viewer.app.jobs.stored_solves import add, keep, stored_solves
 from addb_viewer.jobs import solving
 from solver.capture.atomic import DRAFT
 from solver.capture.capture import Subject
@@ -109,7 +109,7 @@ def faults_of_fits(recording: Path) -> list[str]:
         ]
         faults = [run.communicate()[1] for run in runs]
         found = [load_fit(folder / "results", folder)]
-        found += [load_fit(one.folder, folder) for one in solves(folder / "results")]
+        found += [load_fit(one.folder, folder) for one in stored_solves(folder / "results")]
         steps = sorted(one.settings["kinematics"]["iterations"] for one in found)
         if steps != sorted({59, Settings().kinematics.iterations}):
             faults.append(f"fits with these numbers of iterations are kept: {steps}")
@@ -170,7 +170,7 @@ def _fit(fit: Fit, results: Path, solving_at_once) -> None:
 
 
 def _keep(fit: Fit, results: Path) -> None:
-    own = next(one for one in solves(results) if one.figures["subject"]["mass_kg"] == fit.mass_kg)
+    own = next(one for one in stored_solves(results) if one.figures["subject"]["mass_kg"] == fit.mass_kg)
     keep(own, results, fit.subject.folder)
 
 
@@ -184,7 +184,7 @@ def _lost(fit: Fit, kinds: tuple[str, str], masses: tuple[float, float], results
     """Which results that were reported are not there, or not whole."""
     folder = fit.subject.folder
     held = [load_fit(results, folder).mass_kg]
-    held += [load_fit(one.folder, folder).mass_kg for one in solves(results)]
+    held += [load_fit(one.folder, folder).mass_kg for one in stored_solves(results)]
     decided = [decision.by for decision in extension_log.decisions(results)]
     faults = []
     for kind, mass in zip(kinds, masses, strict=True):

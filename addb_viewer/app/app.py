@@ -11,18 +11,20 @@ from pathlib import Path
 
 import viser
 
-from addb_viewer.app.page.browser_memory import Remembered
 from addb_viewer.app.page.notices import Notices, log_error
-from addb_viewer.app.queue.next_trial import next_trial
+from addb_viewer.app.page.reviewer import BrowserMemory
+from addb_viewer.app.queue.rows import next_trial
+from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.scene.camera import first_sight
-from addb_viewer.app.security.access import Door, is_loopback
-from addb_viewer.app.security.control_guard import ControlDoor
+from addb_viewer.app.security.access import Access, is_loopback
+from addb_viewer.app.security.control_guard import ControlGuard
 from addb_viewer.app.security.server import address, open_server
+from addb_viewer.app.shell.actions import connect
 from addb_viewer.app.shell.playback import Pace
 from addb_viewer.app.shell.session import Session
+from addb_viewer.app.subjects.open_subjects import OpenSubjects
 from addb_viewer.app.subjects.root_folder import open_root
-from addb_viewer.app.subjects.shared_subject import SubjectRoom
-from addb_viewer.app.subjects.workspace import House
+from addb_viewer.app.subjects.shared_subject import SharedSubject
 from solver.errors import SolverError
 
 SWITCH_S = 0.001  # after which a busy thread lets another one in: so long a key waits for a picture
@@ -34,23 +36,24 @@ class ReviewApp:
     def __init__(
         self,
         server: viser.ViserServer,
-        house: House,
+        trials: TrialQueue,
         first: str = ".",
         *,
         login: str | None = None,
-        door: Door | None = None,
+        access: Access | None = None,
     ) -> None:
         """Serve from now on.
 
         Args:
             server: listening.
-            house: the subjects.
+            trials: the queue of all trials, and their subjects.
             first: name of the subject that browsers begin with.
             login: name that is suggested to who has not said one; None: whoever is logged in here.
-            door: that the server asks.
+            access: that the server asks.
         """
         sys.setswitchinterval(SWITCH_S)
-        self.server, self.house, self.door = server, house, door or Door.of("127.0.0.1")
+        self.server, self.queue, self.access = server, trials, access or Access.of("127.0.0.1")
+        self.subjects = trials.subjects
         self.pace = Pace()
         self.sessions: dict[int, Session] = {}
         self._first, self._login = first, _login_name() if login is None else login
@@ -58,7 +61,7 @@ class ReviewApp:
         self._closed = False
         server.gui.configure_theme(show_logo=False, show_share_button=False)
         first_sight(server)
-        house.watch()
+        trials.watch()
         server.on_client_connect(self._join)
         server.on_client_disconnect(self._leave)
 
@@ -69,17 +72,18 @@ class ReviewApp:
             sessions, self.sessions = list(self.sessions.values()), {}
         for session in sessions:
             session.close()
-        self.house.close()
+        self.queue.close()
         self.server.stop()
 
     def _join(self, client: viser.ClientHandle) -> None:
-        people = self.house.people
-        ControlDoor(client.gui)
+        people = self.queue.people
+        ControlGuard(client.gui)
         try:
-            memory = Remembered(client, self._login)
+            memory = BrowserMemory(client, self._login)
             people.arrive(client.client_id, memory.author, memory.browser)
-            room, trial = self._beginning(client.client_id, memory)
-            session = Session(client, self.house, room, self.pace, memory)
+            shared, trial = self._beginning(client.client_id, memory)
+            session = Session(client, self.queue, shared, self.pace, memory)
+            connect(session)
         except Exception as error:  # a browser that left at once, or a subject that broke meanwhile
             people.leave(client.client_id)
             Notices(client).error("Opening the page", error)
@@ -93,17 +97,17 @@ class ReviewApp:
             return
         session.notices.do("Opening the subject", lambda: session.enter(trial))
 
-    def _beginning(self, page: int, memory: Remembered) -> tuple[SubjectRoom, str | None]:
+    def _beginning(self, page: int, memory: BrowserMemory) -> tuple[SharedSubject, str | None]:
         """Where a browser begins: where it was, else at the worst trial that waits and that nobody is on."""
-        if memory.place is not None and memory.place[0] in self.house.root.names:
+        if memory.place is not None and memory.place[0] in self.subjects.root.names:
             with contextlib.suppress(SolverError):  # it may have broken meanwhile
-                return self.house.room(memory.place[0]), memory.place[1]
-        rows = self.house.rows()
-        row = self.house.people.offer(page, lambda taken: next_trial(rows, None, taken))
+                return self.subjects.subject(memory.place[0]), memory.place[1]
+        rows = self.queue.rows()
+        row = self.queue.people.offer(page, lambda taken: next_trial(rows, None, taken))
         if row is not None:
             with contextlib.suppress(SolverError):  # it may have broken meanwhile
-                return self.house.room(row.subject), row.trial
-        return self.house.room(self._first), None
+                return self.subjects.subject(row.subject), row.trial
+        return self.subjects.subject(self._first), None
 
     def _leave(self, client: viser.ClientHandle) -> None:
         with self._lock:
@@ -133,27 +137,26 @@ def start(
             cannot be made.
         AddressError: the host is no address of this machine.
     """
-    house = House(open_root(folder), results, log)
-    first = _first_of(house)
-    door = Door.of(host)
-    server = open_server(host, port, door)
-    return ReviewApp(server, house, first, login=None if is_loopback(host) else "", door=door)
+    trials = TrialQueue(OpenSubjects(open_root(folder), results, log))
+    first = _first_of(trials)
+    access = Access.of(host)
+    server = open_server(host, port, access)
+    return ReviewApp(server, trials, first, login=None if is_loopback(host) else "", access=access)
 
 
-def _first_of(house: House) -> str:
+def _first_of(trials: TrialQueue) -> str:
     """The subject of the worst trial; read now, so that its first picture comes at once."""
-    if not house.several:
-        house.room(house.root.names[0])
-        return house.root.names[0]
-    for name in dict.fromkeys(row.subject for row in house.rows() if not row.error):
+    subjects = trials.subjects
+    names = dict.fromkeys(row.subject for row in trials.rows() if not row.error) if subjects.several else ()
+    for name in names:
         try:
-            house.room(name)
+            subjects.subject(name)
         except Exception as error:  # another subject may be whole
             log_error(f"Opening {name}", error)
         else:
             return name
-    house.room(house.root.names[0])  # says what is wrong
-    return house.root.names[0]
+    subjects.subject(subjects.root.names[0])  # says what is wrong
+    return subjects.root.names[0]
 
 
 def serve(
@@ -166,12 +169,12 @@ def serve(
     """Show subjects in the browser until Ctrl+C; prints the address. Arguments as for `start`."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # ended kindly, as by Ctrl+C: all is closed
     app = start(folder, host, port, results, log)
-    where = address(app.server, app.door)
+    where = address(app.server, app.access)
     taken = f"Port {port} is taken. " if port and app.server.get_port() != port else ""
     print(f"{taken}The app is at {where} (Ctrl+C ends it).", flush=True)
-    for room in app.house.rooms:
-        if room.log is not None:
-            print(f"The session is logged in {room.log.file}.", flush=True)
+    for shared in app.subjects.loaded:
+        if shared.log is not None:
+            print(f"The session is logged in {shared.log.file}.", flush=True)
     if _has_display():
         webbrowser.open(where)
     try:

@@ -21,7 +21,7 @@ from addb_viewer.commands.options import (
     WithoutExtension,
 )
 from addb_viewer.commands.unused_files import unused_lines
-from addb_viewer.jobs.solving import Job, Solved, job_for, solved
+from addb_viewer.jobs.solving import Job, KeptFit, job_for, solved
 from addb_viewer.jobs.withholding import FitReplacedError, Withholding
 from addb_viewer.note_kinds import by_kind
 from addb_viewer.summary_table import print_summary, print_withheld
@@ -137,7 +137,7 @@ def in_short(figures: dict[str, Any], _: str = "") -> Row:
     }
 
 
-def _judged_on_all_layouts(job: Job, done: Solved, notes: bool) -> Fit:
+def _judged_on_all_layouts(job: Job, done: KeptFit, notes: bool) -> Fit:
     """The fit with all layouts of withheld forces, which are printed when they are there."""
     withholding = Withholding(done.fit, job.results, done.files[1].parent.name)
     if not withholding.is_due:

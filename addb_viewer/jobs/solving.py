@@ -88,7 +88,7 @@ def job_for(
 
 
 @dataclass(frozen=True)
-class Solved:
+class KeptFit:
     """A fit that is kept, and how it came about."""
 
     fit: Fit
@@ -97,7 +97,7 @@ class Solved:
     said: str  # about what was not computed again; empty after a whole solve
 
 
-def solved(job: Job, *, force: bool = False, progress: Progress = silent) -> Solved:
+def solved(job: Job, *, force: bool = False, progress: Progress = silent) -> KeptFit:
     """Solve and keep the fit in place of the last one, with no more work than the inputs ask for.
 
     Where nothing changed, the kept fit stands. Where only the reviews did, the search begins at it.
@@ -112,13 +112,13 @@ def solved(job: Job, *, force: bool = False, progress: Progress = silent) -> Sol
         files = files_of_fit(job.results)
         when = datetime.fromtimestamp(files[0].stat().st_mtime).astimezone()
         said = f"unchanged: kept fit of {when:%Y-%m-%d %H:%M} in {files[0]}; --force solves it again"
-        return Solved(_with_notes_of_now(kept, job), files, False, said)
+        return KeptFit(_with_notes_of_now(kept, job), files, False, said)
     check_place(job.results)
     fit, said = computed(job, kept, progress)
     with writing(job.results):
         if _written(job.results) not in (before, None):
             said = f"{said}; {_put_aside(job.results)}".removeprefix("; ")
-        return Solved(fit, save_fit(fit, job.results), True, said)
+        return KeptFit(fit, save_fit(fit, job.results), True, said)
 
 
 def _written(results: Path) -> tuple[int, int] | None:

@@ -8,7 +8,8 @@ import numpy as np
 import trimesh
 from jaxtyping import Float
 
-from addb_viewer.app.trial.replay import Person, Replay, fitted_replay
+from addb_viewer.app.trial.replay import BodySize, Replay
+from addb_viewer.app.trial.replay_of_fit import fitted_replay
 from addb_viewer.recordings.solver_steps import SolverStep
 from annotations.events import Edit
 from solver.dynamics.inverse_dynamics import inverse_dynamics
@@ -104,8 +105,8 @@ def _bones(fit: Fit) -> Bones:
     return body_meshes(fit.skeleton, fit.subject.folder / "Geometry")
 
 
-def _person(fit: Fit) -> Person:
-    return Person(fit.mass_kg, fit.height_m)
+def _person(fit: Fit) -> BodySize:
+    return BodySize(fit.mass_kg, fit.height_m)
 
 
 def _of_previous(trial: TrialFit, fit: Fit) -> Replay:

@@ -25,7 +25,8 @@ from typing import IO, Any, Self
 import trimesh
 from foxglove_schemas_protobuf.Log_pb2 import Log
 
-from addb_viewer.app.trial.replay import Replay, unfitted_replay
+from addb_viewer.app.trial.replay import Replay
+from addb_viewer.app.trial.replay_of_fit import unfitted_replay
 from addb_viewer.recordings.happenings import lines_of
 from addb_viewer.recordings.mcap_file import McapFile
 from addb_viewer.recordings.mcap_recording import (

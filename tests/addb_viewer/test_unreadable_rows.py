@@ -13,7 +13,7 @@ from addb_viewer import review_store
 from addb_viewer.app.queue.rows import subject_rows
 from addb_viewer.app.review.html import ranges_html, status_html
 from addb_viewer.app.subjects.library import library_of
-from addb_viewer.app.subjects.subject_review import ReviewBook
+from addb_viewer.app.subjects.subject_review import SubjectReview
 from addb_viewer.cli import app
 from addb_viewer.environment import ROOT, STORE
 from addb_viewer.jobs.reviewing import subject_in
@@ -122,7 +122,7 @@ def book(folder):
         told.set()
 
     captures = {files.name: read_trial(files) for files in subject.trials}
-    opened = ReviewBook(subject, captures.__getitem__, heard.append, failed)
+    opened = SubjectReview(subject, captures.__getitem__, heard.append, failed)
     opened.heard, opened.failures, opened.told = heard, failures, told
     yield opened
     opened.close()
@@ -232,7 +232,7 @@ def test_the_app_hears_of_the_row_once_says_so_on_the_page_and_goes_on(book, fol
 def test_a_page_that_opens_later_says_it_too_and_claims_nothing(folder, spoil):
     number = spoil("merge", CONTENT, DATE)
     subject = subject_in(folder)
-    late = ReviewBook(subject, lambda name: library_of(subject).capture(name), list, list)
+    late = SubjectReview(subject, lambda name: library_of(subject).capture(name), list, list)
     try:
         review = late.review(TRIAL)
         assert [row.number for row in review.unreadable] == [number]

@@ -6,29 +6,29 @@ import viser
 
 from addb_viewer.app.diagnosis.panel import Actions, DiagnosisPanel
 from addb_viewer.app.diagnosis.state import DiagnosisState, decision_in_words, read_state
-from addb_viewer.app.jobs.job_queue import Progress, Task
+from addb_viewer.app.jobs.job_queue import Task, TaskProgress
 from addb_viewer.app.jobs.worker_process import Outcome
 from addb_viewer.app.page.notices import Notices
-from addb_viewer.app.page.screen import Place
+from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.solve.controller import stop
 from addb_viewer.app.subjects.shared_subject import DIAGNOSING, RECORDING, SOLVING, WITHHOLDING
 from addb_viewer.app.trial.replay import Replay
 from addb_viewer.diagnosis_words import verdict
 from solver.errors import SolverError
 
-OTHERS = (SOLVING, RECORDING, WITHHOLDING)  # told by other desks
+OTHERS = (SOLVING, RECORDING, WITHHOLDING)  # told by other tabs
 ACCEPTING = "finding the causes once more, then fitting without and with them"
 
 
-class DiagnosisDesk:
+class DiagnosisController:
     """Panel and state of a subject's diagnosis in one browser."""
 
-    def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle, place: Place, notices: Notices) -> None:
-        self.place, self.notices = place, notices
+    def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle, screen: Screen, notices: Notices) -> None:
+        self.screen, self.notices = screen, notices
         self.panel = DiagnosisPanel(
             gui,
             tab,
-            Actions(self.diagnose, self._cancel, self.accept, self.reject, self._fit, self.place.go_to),
+            Actions(self.diagnose, self._cancel, self.accept, self.reject, self._fit, self.screen.go_to),
             notices,
         )
         self.state = DiagnosisState()
@@ -37,7 +37,7 @@ class DiagnosisDesk:
 
     def show(self) -> None:
         """Read what is kept and show it; what cannot be read is told, and the panel is then empty."""
-        library = self.place.room.library
+        library = self.screen.shared.fits.shown
         try:
             self.state = read_state(library.subject, library.results, library.fit)
         except (SolverError, OSError) as error:
@@ -46,7 +46,7 @@ class DiagnosisDesk:
         with self.drawing:
             self.panel.show(self.state, library.trials)
             self.panel.show_trial(self.state.figures, self.replay)
-            self._progress(self.place.room.bench.progress)
+            self._progress(self.screen.shared.jobs.progress)
 
     def show_trial(self, replay: Replay) -> None:
         """Show what was found in the trial that is now on the screen."""
@@ -60,17 +60,17 @@ class DiagnosisDesk:
 
     def diagnose(self) -> None:
         """Look at all trials together."""
-        self.place.room.diagnose(self.place.author())
+        self.screen.shared.diagnose(self.screen.reviewer.author())
 
     def accept(self) -> None:
         """Make the named causes part of later fits."""
-        self.place.room.decide("Accepting", "accept", ACCEPTING, self.place.author())
+        self.screen.shared.decide("Accepting", "accept", ACCEPTING, self.screen.reviewer.author())
 
     def reject(self) -> None:
         """Leave the named causes out of later fits."""
-        self.place.room.decide("Rejecting", "reject", "rejecting", self.place.author())
+        self.screen.shared.decide("Rejecting", "reject", "rejecting", self.screen.reviewer.author())
 
-    def progressed(self, progress: Progress) -> None:
+    def progressed(self, progress: TaskProgress) -> None:
         """Something is at work."""
         with self.drawing:
             self._progress(progress)
@@ -91,12 +91,12 @@ class DiagnosisDesk:
         self.notices.tell(f"{task.doing}: done", self._told_in_short(task))
 
     def _cancel(self) -> None:
-        stop(self.place)
+        stop(self.screen)
 
     def _fit(self) -> None:
-        self.place.room.solve(self.place.author())
+        self.screen.shared.solve(self.screen.reviewer.author())
 
-    def _progress(self, progress: Progress | None) -> None:
+    def _progress(self, progress: TaskProgress | None) -> None:
         self.panel.working(progress)
 
     def _told_in_short(self, task: Task) -> str:

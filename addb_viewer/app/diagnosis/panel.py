@@ -15,10 +15,10 @@ from addb_viewer.app.diagnosis.html import (
 )
 from addb_viewer.app.diagnosis.residual_charts import residual_charts, worst_frame
 from addb_viewer.app.diagnosis.state import DiagnosisState, decision_in_words
-from addb_viewer.app.jobs.job_queue import Progress
+from addb_viewer.app.jobs.job_queue import TaskProgress
+from addb_viewer.app.jobs.progress_html import show_progress
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.scene.cause_pictures import Figures
-from addb_viewer.app.solve.controller import show_progress
 from addb_viewer.app.timeline.timeline import Timeline
 from addb_viewer.app.trial.foot_names import foot_words
 from addb_viewer.app.trial.replay import Replay
@@ -135,7 +135,7 @@ class DiagnosisPanel:
             if figures is not None and charts:
                 self.worst = replay.name, worst_frame(figures, replay.name)
 
-    def working(self, progress: Progress | None) -> None:
+    def working(self, progress: TaskProgress | None) -> None:
         """Show what is at work, and how far; None: nothing is."""
         busy = progress is not None
         self.cancel.visible = self.bar.visible = busy

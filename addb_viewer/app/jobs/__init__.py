@@ -1,1 +1,1 @@
-"""Work in processes of its own: fits, solves, diagnoses, recordings, what-if questions."""
+"""Work in processes of its own: how it begins, waits, is watched and ends; and the solves that it leaves."""

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
-from addb_viewer.app.jobs.worker_process import Outcome, Work
+from addb_viewer.app.jobs.worker_process import Outcome, WorkerProcess
 from solver.results.store import has_fit
 
-WORKER = "addb_viewer.app.jobs.workers.fit"
+WORKER = "addb_viewer.app.workers.fit"
 STEPS = 20  # in which a fit's progress is told: each is a table for every page
 LOOK_EVERY = 0.5  # [s] at how far it is, and at what people have asked for
 
@@ -171,7 +171,7 @@ class FitAll:
             outcomes.append(outcome)
             ended.set()
 
-        work = Work(self._heard, end)
+        work = WorkerProcess(self._on_progress, end)
         try:
             work.start(WORKER, [str(folder.absolute()), str(results.absolute())])
         except OSError as error:
@@ -187,5 +187,5 @@ class FitAll:
                 self._changed("")
         return outcomes[0]
 
-    def _heard(self, stage: str, fraction: float) -> None:
+    def _on_progress(self, stage: str, fraction: float) -> None:
         self._said = stage, round(STEPS * fraction) / STEPS if fraction >= 0 else None

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from addb_viewer.app.jobs.worker_process import Outcome, Work
+from addb_viewer.app.jobs.worker_process import Outcome, WorkerProcess
 from solver.errors import SolverError
 
 CLOCK_EVERY = 0.5  # [s] between two looks at the clock
@@ -33,7 +33,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Progress:
+class TaskProgress:
     """How far a task is."""
 
     task: Task
@@ -43,11 +43,11 @@ class Progress:
     waiting: tuple[Task, ...] = ()  # that come after it, in order
 
 
-class Workbench:
+class JobQueue:
     """Starts, watches and ends the work of one subject."""
 
     def __init__(
-        self, progressed: Callable[[Progress], None], ended: Callable[[Task, Outcome], None]
+        self, progressed: Callable[[TaskProgress], None], ended: Callable[[Task, Outcome], None]
     ) -> None:
         """Nothing is at work yet.
 
@@ -56,21 +56,21 @@ class Workbench:
             ended: told once a task, from a thread of its own.
         """
         self._progressed, self._told_end = progressed, ended
-        self.work = Work(self._heard, self._ended)
+        self.process = WorkerProcess(self._on_progress, self._ended)
         self.task: Task | None = None
         self._lock = threading.RLock()
         self._waiting: list[Task] = []
         self._began, self._said = 0.0, ("", -1.0)
 
     @property
-    def progress(self) -> Progress | None:
+    def progress(self) -> TaskProgress | None:
         """How far the present task is; None where nothing is at work."""
         task = self.task
-        if task is None or not self.work.running:
+        if task is None or not self.process.running:
             return None
         stage, fraction = self._said
         seconds = time.monotonic() - self._began
-        return Progress(task, stage, fraction if fraction >= 0 else None, seconds, self.waiting)
+        return TaskProgress(task, stage, fraction if fraction >= 0 else None, seconds, self.waiting)
 
     @property
     def waiting(self) -> tuple[Task, ...]:
@@ -81,13 +81,13 @@ class Workbench:
     @property
     def busy(self) -> bool:
         """Whether anything is at work or waits."""
-        return bool(self._waiting) or self.work.running
+        return bool(self._waiting) or self.process.running
 
     @property
     def wanted(self) -> bool:
         """Whether anything is at work or waits that somebody has asked for."""
         task = self.task
-        at_work = task is not None and not task.yields and self.work.running
+        at_work = task is not None and not task.yields and self.process.running
         return at_work or any(not waiting.yields for waiting in self.waiting)
 
     def start(self, task: Task) -> tuple[Task, ...]:
@@ -114,7 +114,7 @@ class Workbench:
             if present is not None and present.yields and not task.yields:
                 if present not in self._waiting:
                     self._waiting.append(present)
-                self.work.cancel()
+                self.process.cancel()
             self._waiting.sort(key=lambda waiting: waiting.yields)
         self._tell()
         return before
@@ -135,16 +135,16 @@ class Workbench:
 
     def cancel(self) -> None:
         """End the task; it leaves nothing behind, and what waits begins."""
-        self.work.cancel()
+        self.process.cancel()
 
     def close(self) -> None:
         """End the task, and forget what waits."""
         with self._lock:
             self._waiting.clear()
-        self.work.cancel()
+        self.process.cancel()
 
     def _begin(self, task: Task) -> bool:
-        if not self.work.start(task.module, task.arguments):
+        if not self.process.start(task.module, task.arguments):
             return False
         self.task, self._began, self._said = task, time.monotonic(), (task.stage, -1.0)
         threading.Thread(target=self._tick, args=(task,), name="clock of the work", daemon=True).start()
@@ -170,13 +170,13 @@ class Workbench:
             self._progressed(progress)
 
     def _tick(self, task: Task) -> None:
-        while self.work.running and self.task is task:
+        while self.process.running and self.task is task:
             progress = self.progress
             if progress is not None:
                 self._progressed(progress)
             time.sleep(CLOCK_EVERY)
 
-    def _heard(self, stage: str, fraction: float) -> None:
+    def _on_progress(self, stage: str, fraction: float) -> None:
         is_new, self._said = stage != self._said[0], (stage, fraction)
         progress = self.progress if is_new else None
         if progress is not None:

@@ -46,7 +46,7 @@ class Solve:
     decided_by: str | None = None  # who kept or discarded it
 
 
-def solves(results: Path) -> tuple[Solve, ...]:
+def stored_solves(results: Path) -> tuple[Solve, ...]:
     """The finished ones, oldest first; what cannot be read is left out."""
     found = []
     for number in _numbers(results):
@@ -71,7 +71,7 @@ def solves(results: Path) -> tuple[Solve, ...]:
     return tuple(found)
 
 
-def waiting(made: Sequence[Solve]) -> tuple[Solve, ...]:
+def waiting_solves(made: Sequence[Solve]) -> tuple[Solve, ...]:
     """Those that nobody has decided about, oldest first; of one person's only the last.
 
     Args:
@@ -187,7 +187,7 @@ def _marked(solve: Solve, state: str, by: str | None = None) -> Solve:
 
 def _put_aside(results: Path) -> Path:
     head = json_content(results / "fit.json")
-    kept = [solve for solve in solves(results) if solve.state == KEPT]
+    kept = [solve for solve in stored_solves(results) if solve.state == KEPT]
     for solve in kept:
         _marked(solve, REPLACED)
     if kept and _same_fit(kept[-1].figures, head):
@@ -221,7 +221,7 @@ def _as_solved(head: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _forget_old(results: Path, but: int) -> None:
-    numbers = [solve.number for solve in solves(results) if solve.number != but]
+    numbers = [solve.number for solve in stored_solves(results) if solve.number != but]
     for number in numbers[: max(0, len(numbers) - (MOST - 1))]:
         folder = results / FOLDER / str(number)
         with contextlib.suppress(OSError):  # then it stays, whole

@@ -13,7 +13,7 @@ from solver.contact.force_review import ForceReview, as_plain
 from solver.errors import SolverError
 
 NICE = 3  # a person waits for the answer: after the page, before a solve
-WORKER = "addb_viewer.app.jobs.workers.what_if"
+WORKER = "addb_viewer.app.workers.what_if"
 
 
 class WhatIf:

@@ -31,7 +31,7 @@ class Outcome:
 
 
 def progress_line(stage: str, fraction: float) -> str:
-    """Progress as a line on stdout that `Work` understands."""
+    """Progress as a line on stdout that `WorkerProcess` understands."""
     return json.dumps({"stage": stage, "fraction": fraction})
 
 
@@ -41,11 +41,11 @@ def print_progress(stage: str, fraction: float) -> None:
 
 
 def end_in_order() -> None:
-    """In a process of ours: let SIGTERM, as `Work.cancel` sends it, clear away what is half written."""
+    """In a process of ours: let the SIGTERM of `WorkerProcess.cancel` clear away what is half written."""
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(CANCELLED))
 
 
-class Work:
+class WorkerProcess:
     """At most one command at a time. Both callbacks come from a thread of its own."""
 
     def __init__(self, progress: Callable[[str, float], None], ended: Callable[[Outcome], None]) -> None:

@@ -12,7 +12,6 @@ from typing import Any
 
 import viser
 
-from addb_viewer.app.subjects.people import NameNeededError
 from annotations.errors import LostLogError, ReviewError
 from solver.errors import SolverError
 
@@ -21,6 +20,13 @@ ASIDE_S, IMPORTANT_S, FAILURE_S = 4.0, 12.0, 20.0  # how long a word stays; fail
 MOST_FAILURES = 2  # likewise: more of them would hide the person
 MOST_IMPORTANT = 3  # at a time
 LONGEST_WORD_S = 10.0  # that the hand waits for a browser whose page is being closed
+
+
+class NameNeededError(SolverError):
+    """Somebody decides who has not said who they are."""
+
+    def __init__(self) -> None:
+        super().__init__("a decision needs a name; say yours under Review, 'Who did what'")
 
 
 class Notices:

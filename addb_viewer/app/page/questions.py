@@ -8,13 +8,14 @@ import viser
 
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.style.html_pieces import boxed
-from addb_viewer.app.subjects.people import checked_name
 from annotations.errors import ReviewError
+from annotations.events import IMPORTED
 
 if TYPE_CHECKING:
     from viser._gui_handles import GuiModalHandle
 
 Then = Callable[[], None]
+LONGEST_NAME = 60  # characters: it stands beside every edit
 
 
 class Questions:
@@ -123,3 +124,19 @@ class Questions:
         assert self._open is not None
         modal, self._open, self._then = self._open, None, None
         modal.close()
+
+
+def checked_name(text: str) -> str:
+    """A person's name, as it is to stand beside edits.
+
+    Raises:
+        ReviewError: it cannot be one; says why.
+    """
+    name = " ".join(text.split())
+    if not name:
+        raise ReviewError("a decision needs a name; type yours")
+    if name == IMPORTED:
+        raise ReviewError(f"'{IMPORTED}' stands for labels from files; take another name")
+    if len(name) > LONGEST_NAME or not name.isprintable():
+        raise ReviewError(f"a name has at most {LONGEST_NAME} characters, all of which can be read")
+    return name

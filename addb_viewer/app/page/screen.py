@@ -1,22 +1,23 @@
-"""Where one reviewer is: what the desks of a session share."""
+"""What is on the screen of one browser, and who is there: as the tabs of its page see it."""
 
-from collections.abc import Sequence
 from typing import Protocol
 
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.questions import Questions
-from addb_viewer.app.subjects.shared_subject import SubjectRoom
+from addb_viewer.app.page.reviewer import Reviewer
+from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.app.trial.replay import Replay
 
 
-class Place(Protocol):
-    """A session, as its desks see it."""
+class Screen(Protocol):
+    """A session, as its tabs see it."""
 
     notices: Notices
     questions: Questions
+    reviewer: Reviewer
 
     @property
-    def room(self) -> SubjectRoom:
+    def shared(self) -> SharedSubject:
         """The subject on the screen."""
 
     @property
@@ -28,19 +29,12 @@ class Place(Protocol):
         """The cursor."""
 
     @property
-    def page(self) -> int:
-        """The number that the server gave the browser's page."""
+    def playing(self) -> bool:
+        """Whether the cursor runs."""
 
     @property
-    def name(self) -> str:
-        """Who is here; empty where nobody has said."""
-
-    def author(self) -> str:
-        """Who decides here.
-
-        Raises:
-            NameNeededError: nobody has said; the page asks, and does then what was asked for.
-        """
+    def page(self) -> int:
+        """The number that the server gave the browser's page."""
 
     def seek(self, frame: int) -> None:
         """Move the cursor."""
@@ -53,6 +47,3 @@ class Place(Protocol):
 
     def draw_lanes(self) -> None:
         """Show what has changed in the lanes."""
-
-    def trials(self) -> Sequence[str]:
-        """Names of the subject's trials."""

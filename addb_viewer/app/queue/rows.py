@@ -1,13 +1,13 @@
 """The queue: every trial of the root with how bad it is and how far its review, worst first."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from addb_viewer.app.jobs.stored_solves import solves
-from addb_viewer.app.jobs.stored_solves import waiting as waiting_solves
+from addb_viewer.app.jobs.stored_solves import stored_solves, waiting_solves
+from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.app.trial.proposals import Pending, State, pending
 from addb_viewer.review_store import finished_by_file, whole_log
 from annotations.events import IMPORTED, Status
@@ -116,6 +116,25 @@ def shown(rows: Sequence[Row], which: Filter, words: str = "") -> list[Row]:
     ]
 
 
+def next_trial(rows: Sequence[Row], here: TrialPlace | None, taken: Collection[TrialPlace]) -> Row | None:
+    """The next trial that waits for a person and that nobody else is on; None: there is none.
+
+    Args:
+        rows: of the queue, in order.
+        here: subject and trial on the screen: those after it come first; None: from the top.
+        taken: where others are.
+    """
+    places = [(row.subject, row.trial) for row in rows]
+    after = places.index(here) + 1 if here in places else 0
+    waiting = to_review((*rows[after:], *rows[:after]), here)
+    return next((row for row in waiting if (row.subject, row.trial) not in taken), None)
+
+
+def to_review(rows: Sequence[Row], here: TrialPlace | None) -> list[Row]:
+    """The trials that are not finished, but for the one on the screen, whoever is on them."""
+    return [row for row in rows if not (row.finished or row.error or (row.subject, row.trial) == here)]
+
+
 def subject_rows(name: str, subject: Subject, results: Path | None = None) -> list[Row]:
     """The trials of one subject, in its own order.
 
@@ -130,7 +149,7 @@ def subject_rows(name: str, subject: Subject, results: Path | None = None) -> li
     """
     folder = results or default_folder(subject.folder)
     figures, proposals = _figures(folder / "fit.json"), _proposals(folder)
-    whose = tuple(solve.by for solve in waiting_solves(solves(folder)))
+    whose = tuple(solve.by for solve in waiting_solves(stored_solves(folder)))
     log, reviews = whole_log(subject.folder), dict[str, TrialReview]()
     for trial in {edit.trial for edit in log.edits} | {row.trial for row in log.unreadable}:
         said = log.about(trial)

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import viser
 
-from addb_viewer.app.jobs.job_queue import Progress, Task
+from addb_viewer.app.jobs.job_queue import Task, TaskProgress
+from addb_viewer.app.jobs.progress_html import show_progress
 from addb_viewer.app.jobs.worker_process import Outcome
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
-from addb_viewer.app.page.screen import Place
-from addb_viewer.app.record.html import log_html, written_html
-from addb_viewer.app.record.panel import SHOWN, build_record
-from addb_viewer.app.solve.controller import show_progress, stop
+from addb_viewer.app.page.screen import Screen
+from addb_viewer.app.record.panel import SHOWN, build_record, log_html, written_html
+from addb_viewer.app.solve.controller import stop
 from addb_viewer.app.subjects.root_folder import leads_out
 from addb_viewer.app.subjects.shared_subject import RECORDING
 from addb_viewer.recordings.recording import file_of
@@ -22,11 +22,11 @@ FOLDER, SESSIONS = "recordings", "sessions"  # in the results folder
 KINDS = (".html", ".rrd", ".mcap")
 
 
-class RecordDesk:
+class RecordController:
     """What one reviewer sees of the subject's recordings."""
 
-    def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle, place: Place, notices: Notices) -> None:
-        self.place, self.notices = place, notices
+    def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle, screen: Screen, notices: Notices) -> None:
+        self.screen, self.notices = screen, notices
         self.panel = build_record(gui, tab)
         self._listed: dict[str, Path] = {}
         for button, kind in zip(self.panel.writing, KINDS, strict=True):
@@ -41,14 +41,14 @@ class RecordDesk:
         Args:
             kind: how the file's name ends, of `KINDS`.
         """
-        replay = self.place.replay
+        replay = self.screen.replay
         trial = replay.name if replay is not None and self.panel.trials.value == SHOWN else None
-        self.place.room.record([self._file(kind, trial)], trial, self.place.author())
+        self.screen.shared.record([self._file(kind, trial)], trial, self.screen.reviewer.author())
 
     def download(self) -> None:
         """Send the chosen file to the browser."""
         file = self._listed.get(str(self.panel.which.value))
-        if file is None or not file.is_file() or leads_out(file, self.place.room.results):
+        if file is None or not file.is_file() or leads_out(file, self.screen.shared.results):
             self.show()
             raise SolverError("the file is not there any more")
         self.notices.client.send_file_download(file.name, file.read_bytes(), save_immediately=True)
@@ -57,21 +57,21 @@ class RecordDesk:
         """Begin or end the log of the session, for everybody who looks at this subject."""
         try:
             if on:
-                self.place.room.begin_log()
+                self.screen.shared.begin_log()
             else:
-                self.place.room.end_log()
+                self.screen.shared.end_log()
         finally:
             self.show()
 
     def toggle_log(self) -> None:
         """Begin the log, or end it."""
-        self.log(self.place.room.log is None)
+        self.log(self.screen.shared.log is None)
 
     def show(self) -> None:
         """Put what lies on the disk, and what is being written, on the screen."""
-        panel, room = self.panel, self.place.room
-        lying = _newest_first(room.results / FOLDER)
-        found = [file for file in lying if not leads_out(file, room.results)]
+        panel, shared = self.panel, self.screen.shared
+        lying = _newest_first(shared.results / FOLDER)
+        found = [file for file in lying if not leads_out(file, shared.results)]
         self._listed = {file.name: file for file in found}
         panel.written.content = written_html(found, [file for file in lying if file not in found])
         panel.which.visible = panel.download.visible = bool(found)
@@ -79,12 +79,12 @@ class RecordDesk:
         if panel.which.options != names:
             panel.which.options = names
             put(panel.which, names[0])
-        put(panel.log, room.log is not None)
-        ended = next(iter(_newest_first(room.results / SESSIONS)), None)
-        panel.log_status.content = log_html(None if room.log is None else room.log.file, ended)
-        self._progress(room.bench.progress)
+        put(panel.log, shared.log is not None)
+        ended = next(iter(_newest_first(shared.results / SESSIONS)), None)
+        panel.log_status.content = log_html(None if shared.log is None else shared.log.file, ended)
+        self._progress(shared.jobs.progress)
 
-    def progressed(self, progress: Progress) -> None:
+    def progressed(self, progress: TaskProgress) -> None:
         """Something is at work."""
         self._progress(progress)
 
@@ -102,18 +102,18 @@ class RecordDesk:
             self.notices.tell("Written", f"{name}: listed in Record, with its folder and a download.")
 
     def _cancel(self) -> None:
-        stop(self.place)
+        stop(self.screen)
 
     def _file(self, kind: str, trial: str | None) -> Path:
-        room = self.place.room
-        parts = [room.subject.name]
+        shared = self.screen.shared
+        parts = [shared.subject.name]
         if trial is not None:
             parts.append(trial)
-        if room.new is not None:
-            parts.append(f"solve {room.new.number}")
-        return room.results / FOLDER / (file_of(" ".join(parts)) + kind)
+        if shared.fits.new is not None:
+            parts.append(f"solve {shared.fits.new.number}")
+        return shared.results / FOLDER / (file_of(" ".join(parts)) + kind)
 
-    def _progress(self, progress: Progress | None) -> None:
+    def _progress(self, progress: TaskProgress | None) -> None:
         panel, busy = self.panel, progress is not None
         panel.bar.visible = panel.status.visible = panel.cancel.visible = busy
         for button in panel.writing:

@@ -1,13 +1,12 @@
 """Reviewing in one browser: what keys and buttons mean for the range, the proposal and the trial at hand."""
 
-from collections.abc import Sequence
-
-import numpy as np
-from jaxtyping import Bool
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
-from addb_viewer.app.page.screen import Place
+from addb_viewer.app.page.screen import Screen
+from addb_viewer.app.review.activities import ActivityLabels
 from addb_viewer.app.review.html import (
     history_html,
     proposals_html,
@@ -16,14 +15,14 @@ from addb_viewer.app.review.html import (
     status_html,
     suggested_html,
 )
-from addb_viewer.app.review.panel import ReviewPanel, activity_named, feet_words
-from addb_viewer.app.review.what_if import WhatIfDesk
+from addb_viewer.app.review.panel import ReviewPanel, feet_words
+from addb_viewer.app.review.what_if import WhatIfQuestions
+from addb_viewer.app.timeline.lanes import Lane, lanes_of, reviewed_ranges
 from addb_viewer.app.trial.disagreements import news
 from addb_viewer.app.trial.foot_names import foot_words, next_foot
 from addb_viewer.app.trial.forces_in_use import contact_words, contacts_at, stale
+from addb_viewer.app.trial.frame_ranges import Selection, Stop, next_stop, place_of, place_said, stops_of
 from addb_viewer.app.trial.proposals import Pending, State, pending, still_open
-from addb_viewer.app.trial.selection import Selection
-from addb_viewer.app.trial.stops import Stop, next_stop, place_of, place_said, stops_of
 from addb_viewer.review_store import left_undecided
 from annotations.errors import ReviewError
 from annotations.events import (
@@ -33,25 +32,22 @@ from annotations.events import (
     Event,
     FlagRange,
     Proposal,
-    RefuseActivity,
     RejectProposal,
-    SetActivity,
     SetStatus,
     Status,
 )
 from annotations.reasons import FORCE_COUNTS, reason_named
-from annotations.runs import true_runs
-from annotations.suggested_activity import SuggestedActivity, open_suggestions
 from annotations.trial_review import TrialReview
 from annotations.wording import said_by
 
 
-class ReviewDesk:
+class ReviewController:
     """One reviewer's review of the trial on the screen."""
 
-    def __init__(self, place: Place, panel: ReviewPanel, notices: Notices) -> None:
-        self.place, self.panel, self.notices = place, panel, notices
-        self.asking = WhatIfDesk(place, panel.answer, notices)
+    def __init__(self, screen: Screen, panel: ReviewPanel, notices: Notices) -> None:
+        self.screen, self.panel, self.notices = screen, panel, notices
+        self.asking = WhatIfQuestions(screen, panel.answer, notices)
+        self.activities = ActivityLabels(self)
         self.foot: str | None = None
         self.selection = Selection()
         self.proposals: tuple[Pending, ...] = ()
@@ -62,7 +58,7 @@ class ReviewDesk:
     @property
     def review(self) -> TrialReview:
         """The present state of the trial's review."""
-        return self.place.room.book.review(self._trial())
+        return self.screen.shared.reviews.review(self._trial())
 
     @property
     def about(self) -> str | None:
@@ -74,7 +70,7 @@ class ReviewDesk:
     @property
     def current(self) -> Pending | None:
         """The proposal that Enter and Backspace are about: that of the selection, else under the cursor."""
-        chosen, frame = self.chosen, self.place.frame
+        chosen, frame = self.chosen, self.screen.frame
         waiting = [p for p in self.proposals if p.state is State.OPEN]
         if chosen is not None:
             return next((p for p in waiting if place_of(p) == (*chosen, self.about)), None)
@@ -83,10 +79,10 @@ class ReviewDesk:
     @property
     def chosen(self) -> tuple[int, int] | None:
         """The selected range."""
-        replay = self.place.replay
+        replay = self.screen.replay
         if replay is None:
             return None
-        return self.selection.seen_from(self.place.frame).frames(self.place.frame, replay.frames)
+        return self.selection.seen_from(self.screen.frame).frames(self.screen.frame, replay.frames)
 
     def open(self, feet: tuple[str, ...]) -> None:
         """Another trial is on the screen."""
@@ -94,42 +90,44 @@ class ReviewDesk:
         if self.panel.foot.options != feet_words(feet):
             self.panel.foot.options = feet_words(feet)
             self.foot = None
-        if self._of != (self.place.room.name, self._trial()):
-            self.foot, self._of = None, (self.place.room.name, self._trial())
+        if self._of != (self.screen.shared.name, self._trial()):
+            self.foot, self._of = None, (self.screen.shared.name, self._trial())
         put(self.panel.foot, foot_words(self.foot))
         self.asking.forget()
         self.show()
 
     def show(self) -> None:
         """Put everything that the store says on the screen."""
-        replay = self.place.replay
+        replay = self.screen.replay
         if replay is None:
             return
-        review, history = self.review, self.place.room.book.history(replay.name)
-        fit = self.place.room.library.fit
+        review, history = self.review, self.screen.shared.reviews.history(replay.name)
+        fit = self.screen.shared.fits.shown.fit
         self.proposals = pending(replay.forces.proposals, review, fit.provenance if fit else {})
         self.panel.status.content = status_html(review, still_open(self.proposals), stale(replay, review))
         self.panel.ranges.content = ranges_html(review, replay.bodies is not None)
         self.panel.history.content = history_html(history)
         self.show_selection()
-        self.place.draw_lanes()
+        self.screen.draw_lanes()
 
     def show_selection(self) -> None:
         """Put what keys are about on the screen."""
-        replay = self.place.replay
+        replay = self.screen.replay
         if replay is not None:
             self.panel.selection.content = selection_html(
                 self.chosen, self.about, replay.rate, contact_words(self._contacts()), self.current
             )
             put(self.panel.foot, foot_words(self.about))
-            self.panel.suggested.content = suggested_html(self.suggested, self.suggestion)
+            self.panel.suggested.content = suggested_html(
+                self.activities.suggested, self.activities.suggestion
+            )
             self.panel.proposals.content = proposals_html(
                 self.proposals, self.current, replay.bodies is not None
             )
 
     def moved(self) -> None:
         """The cursor has moved: a range that was painted is let go."""
-        left = self.selection.seen_from(self.place.frame)
+        left = self.selection.seen_from(self.screen.frame)
         if left != self.selection:
             self.selection = left
 
@@ -145,15 +143,15 @@ class ReviewDesk:
 
     def range_start(self) -> None:
         """I."""
-        self._select(self.selection.with_start(self.place.frame))
+        self._select(self.selection.with_start(self.screen.frame))
 
     def range_end(self) -> None:
         """O."""
-        self._select(self.selection.with_end(self.place.frame))
+        self._select(self.selection.with_end(self.screen.frame))
 
     def select(self, start: int, end: int) -> None:
         """A range that was dragged, clicked or typed; the cursor goes to its first frame."""
-        replay = self.place.replay
+        replay = self.screen.replay
         if replay is None:
             return
         start, end = max(start, 0), min(end, replay.frames)
@@ -162,7 +160,7 @@ class ReviewDesk:
         self._stop = next(
             (place_of(p) for p in self.proposals if (p.proposal.start, p.proposal.end) == (start, end)), None
         )
-        self.place.seek(start)
+        self.screen.seek(start)
         self._select(Selection(start, end))
 
     def set_foot(self, foot: str | None) -> None:
@@ -188,67 +186,24 @@ class ReviewDesk:
         if not places:
             whose = f" of the {foot_words(self.foot)} foot" if self.foot else ""
             raise ReviewError(
-                f"no contact{whose} at frame {self.place.frame}; select a range with I and O, or by dragging "
-                "over the timeline"
+                f"no contact{whose} at frame {self.screen.frame}; select a range with I and O, or by "
+                "dragging over the timeline"
             )
-        note = self._note()
+        note = self.note()
         for start, end, foot in places:
             if reason == FORCE_COUNTS:
-                self._record(ClearRange(start, end, foot, note))
+                self.record(ClearRange(start, end, foot, note))
             else:
-                self._record(FlagRange(start, end, reason, foot, note))
-        self._note_went(note)
+                self.record(FlagRange(start, end, reason, foot, note))
+        self.note_went(note)
         if chosen is not None:
-            self.selection = Selection(*chosen).spent(self.place.frame)
+            self.selection = Selection(*chosen).spent(self.screen.frame)
             self.show_selection()
-
-    def label(self) -> None:
-        """Say what the person does in the range, or in the whole trial."""
-        replay = self.place.replay
-        assert replay is not None
-        start, end = self.chosen or (0, replay.frames)
-        activity, subclass = activity_named(self.panel.activity.value)
-        note = self._note()
-        self._record(SetActivity(start, end, activity, subclass, note))
-        self._note_went(note)
-
-    @property
-    def suggested(self) -> tuple[SuggestedActivity, ...]:
-        """Activities that wait for a person."""
-        replay = self.place.replay
-        return () if replay is None else open_suggestions(replay.suggested, self.review)
-
-    @property
-    def suggestion(self) -> SuggestedActivity | None:
-        """The one that is selected; where nothing is selected, the one under the cursor."""
-        chosen, frame = self.chosen, self.place.frame
-        if chosen is not None:
-            return next((s for s in self.suggested if (s.start, s.end) == chosen), None)
-        return next((s for s in self.suggested if s.start <= frame < s.end), None)
-
-    def confirm(self) -> None:
-        """The person does what is suggested."""
-        s = self._at_hand()
-        note = self._note()
-        self._record(SetActivity(s.start, s.end, s.activity, s.subclass, note))
-        self._note_went(note)
-
-    def refuse(self) -> None:
-        """The person does not do what is suggested."""
-        s = self._at_hand()
-        self._record(RefuseActivity(s.start, s.end, s.activity, s.subclass))
-
-    def _at_hand(self) -> SuggestedActivity:
-        found = self.suggestion
-        if found is None:
-            where = "here" if self.chosen is None else "on exactly the selected frames"
-            raise ReviewError(f"no activity is suggested {where}; click one of the list")
-        return found
 
     def step(self, direction: int) -> None:
         """N and P: the next or previous open proposal or flagged range."""
         stops = stops_of(self.proposals, self.review)
-        here = self._stop if self._stop in stops else (self.place.frame, -1, None)
+        here = self._stop if self._stop in stops else (self.screen.frame, -1, None)
         found = next_stop(stops, here, direction)
         if found is None:
             where = "after" if direction > 0 else "before"
@@ -266,7 +221,7 @@ class ReviewDesk:
 
     def undo(self) -> None:
         """U: the last own edit of the trial."""
-        undone = self.place.room.book.undo(self._trial(), self.place.author())
+        undone = self.screen.shared.reviews.undo(self._trial(), self.screen.reviewer.author())
         self.notices.tell("Undone", said_by(undone.event))
         place = place_said(undone.event)
         if place is not None:
@@ -274,51 +229,24 @@ class ReviewDesk:
 
     def redo(self) -> None:
         """R."""
-        redone = self.place.room.book.redo(self._trial(), self.place.author())
+        redone = self.screen.shared.reviews.redo(self._trial(), self.screen.reviewer.author())
         self.notices.tell("Counts again", said_by(redone.event))
 
     def set_status(self, status: Status) -> None:
         """Say how far the review is; what is undecided when a trial is finished stays left out."""
         left_out = self.left_out if status is Status.FINISHED else None
-        note = self._note()
-        self._record(SetStatus(status, note, left_out))
-        self._note_went(note)
+        note = self.note()
+        self.record(SetStatus(status, note, left_out))
+        self.note_went(note)
 
     @property
     def left_out(self) -> tuple[Proposal, ...] | None:
         """What detection leaves out and nobody has decided; None where the trial has not been fitted."""
-        replay, fit = self.place.replay, self.place.room.library.fit
+        replay, fit = self.screen.replay, self.screen.shared.fits.shown.fit
         if replay is None or replay.bodies is None:
             return None
         forces, made_of = replay.forces, fit.provenance if fit else {}
         return left_undecided(self.review, forces.proposals, replay.frames, forces.confidence, made_of)
-
-    @property
-    def stays_out(self) -> list[Stop]:
-        """The frames of `left_out` about which nobody has decided: of a proposal perhaps only a part."""
-        review, replay = self.review, self.place.replay
-        if replay is None:
-            return []
-        judged, found = review.judged(replay.frames, by_files=True), []
-        for p in self.left_out or ():
-            lane = np.asarray(judged.all(axis=1) if p.foot is None else judged[:, review.feet.index(p.foot)])
-            found += [(p.start + a, p.start + b, p.foot) for a, b in true_runs(~lane[p.start : p.end])]
-        return found
-
-    @property
-    def unsure(self) -> tuple[Proposal, ...]:
-        """Open proposals that detection does not leave out, and no imported review has decided."""
-        replay = self.place.replay
-        if replay is None:
-            return ()
-        judged: Bool[np.ndarray, " frames"] = np.all(self.review.judged(replay.frames, by_files=True), axis=1)
-        return tuple(
-            p.proposal
-            for p in self.proposals
-            if p.state is State.OPEN
-            and p.proposal.confidence < replay.forces.confidence
-            and not judged[p.proposal.start : p.proposal.end].all()
-        )
 
     def warm_up(self) -> None:
         """Make the first answer to "what if" come soon."""
@@ -328,19 +256,57 @@ class ReviewDesk:
         """The residual if the selected frames counted, or no longer did."""
         self.asking.ask(self.review, self.chosen, self.about)
 
-    def heard(self, edits: Sequence[Edit]) -> None:
+    def others_edited(self, edits: Sequence[Edit]) -> None:
         """Somebody recorded edits; those of others that touch this reviewer's frames are told."""
         here = [edit for edit in edits if edit.trial == self._trial()]
-        for title, body in news(here, self.review, self.place.name or None, self.chosen):
+        for title, body in news(here, self.review, self.screen.reviewer.name or None, self.chosen):
             self.notices.tell(title, body, "yellow")
         self.show()
+
+    def lanes(self, figures: Mapping[str, Any] | None) -> tuple[Lane, ...]:
+        """The lanes of the trial on the screen; none before the first one opened.
+
+        Args:
+            figures: of a diagnosis in the shape of `diagnose --json`; None where nobody asked.
+        """
+        replay, review = self.screen.replay, self.review
+        if replay is None:
+            return ()
+        return lanes_of(
+            replay,
+            review,
+            reviewed=reviewed_ranges(review, replay.frames),
+            proposals=self.proposals,
+            current=self.current,
+            figures=figures,
+            suggested=self.activities.suggested,
+            chosen=self.chosen,
+        )
+
+    def record(self, event: Event) -> None:
+        """Record an edit of the trial on the screen."""
+        self.screen.shared.reviews.record(self._trial(), event, self.screen.reviewer.author())
+        self.recorded += 1
+
+    def note(self) -> str:
+        """The note for the next edit; it stays in its box until that is recorded."""
+        return str(self.panel.note.value).strip()
+
+    def note_went(self, note: str) -> None:
+        """The edit is recorded: the box is empty again, unless something else was typed meanwhile."""
+
+        def empty() -> None:
+            if str(self.panel.note.value).strip() == note:
+                put(self.panel.note, "")
+
+        self.notices.between_words(empty)
 
     def _decide(self, event: type[AcceptProposal] | type[RejectProposal]) -> None:
         found = self.current
         if found is None:
             where = "here" if self.chosen is None else "on the selected frames"
             raise ReviewError(f"no open proposal {where}; N goes to the next")
-        self._record(event(found.proposal))
+        self.record(event(found.proposal))
         after = [place_of(p) for p in self.proposals if p.state is State.OPEN]
         onward = next_stop(after, place_of(found), 1)
         if after:
@@ -352,38 +318,21 @@ class ReviewDesk:
 
     def _go(self, stop: Stop) -> None:
         self._stop = stop
-        self.place.seek(stop[0])
+        self.screen.seek(stop[0])
         self._select(Selection(stop[0], stop[1]))
         self.warm_up()
 
     def _select(self, selection: Selection) -> None:
         self.selection = selection
         self.show_selection()
-        self.place.draw_lanes()
-
-    def _record(self, event: Event) -> None:
-        self.place.room.book.record(self._trial(), event, self.place.author())
-        self.recorded += 1
-
-    def _note(self) -> str:
-        """The note for the next edit; it stays in its box until that is recorded."""
-        return str(self.panel.note.value).strip()
-
-    def _note_went(self, note: str) -> None:
-        """The edit is recorded: the box is empty again, unless something else was typed meanwhile."""
-
-        def empty() -> None:
-            if str(self.panel.note.value).strip() == note:
-                put(self.panel.note, "")
-
-        self.notices.between_words(empty)
+        self.screen.draw_lanes()
 
     def _trial(self) -> str:
-        if self.place.replay is None:
+        if self.screen.replay is None:
             raise ReviewError("no trial is open")
-        return self.place.replay.name
+        return self.screen.replay.name
 
     def _contacts(self) -> list[Stop]:
         """The contacts under the cursor, of the foot that flags are about."""
-        replay = self.place.replay
-        return [] if replay is None else contacts_at(replay, self.place.frame, self.foot)
+        replay = self.screen.replay
+        return [] if replay is None else contacts_at(replay, self.screen.frame, self.foot)

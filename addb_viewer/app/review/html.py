@@ -156,12 +156,6 @@ def ranges_html(review: TrialReview, has_fit: bool = True) -> str:
     return boxed("".join(rows) + conflicts)
 
 
-def name_html(name: str) -> str:
-    """Whose decisions are made here."""
-    who = f"You decide as <b>{html.escape(name)}</b>." if name else "You are asked when you first decide."
-    return boxed(f"Your name stands by every decision that you make. {who}")
-
-
 def history_html(edits: Sequence[Edit]) -> str:
     """The last edits, newest first."""
     rows = "".join(

@@ -2,26 +2,31 @@
 
 import html
 import threading
+from dataclasses import replace
 
+import numpy as np
 import viser
 
 from addb_viewer.app.page.notices import Notices
-from addb_viewer.app.page.screen import Place
-from addb_viewer.app.review.flipping import flipped
+from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.review.html import what_if_html, what_if_words
 from addb_viewer.app.style.html_pieces import boxed
+from addb_viewer.app.trial.foot_names import foot_words
 from addb_viewer.app.trial.forces_in_use import mask_now
 from addb_viewer.review_store import force_review
 from annotations.errors import ReviewError
+from annotations.reasons import MANUAL_REVIEW
 from annotations.trial_review import TrialReview
+from solver.contact.force_review import ForceLabel, ForceReview
+from solver.contact.wrenches import FrameMask
 from solver.errors import SolverError
 
 
-class WhatIfDesk:
+class WhatIfQuestions:
     """One question at a time: the last one asked is the one that is answered on the screen."""
 
-    def __init__(self, place: Place, answer: viser.GuiHtmlHandle, notices: Notices) -> None:
-        self.place, self.answer, self.notices = place, answer, notices
+    def __init__(self, screen: Screen, answer: viser.GuiHtmlHandle, notices: Notices) -> None:
+        self.screen, self.answer, self.notices = screen, answer, notices
         self._asked = 0
 
     def warm_up(self, review: TrialReview) -> None:
@@ -30,9 +35,9 @@ class WhatIfDesk:
         Args:
             review: of the trial on the screen.
         """
-        replay, room = self.place.replay, self.place.room
-        if room.library.fit is not None and replay is not None and replay.residual is not None:
-            room.what_if.warm(replay.name, force_review(review))
+        replay, shared = self.screen.replay, self.screen.shared
+        if shared.fits.shown.fit is not None and replay is not None and replay.residual is not None:
+            shared.what_if.warm(replay.name, force_review(review))
 
     def ask(self, review: TrialReview, chosen: tuple[int, int] | None, foot: str | None) -> None:
         """The residual if the selected frames counted, or no longer did.
@@ -45,7 +50,7 @@ class WhatIfDesk:
         Raises:
             ReviewError: there is nothing to ask about.
         """
-        replay = self.place.replay
+        replay = self.screen.replay
         if replay is None or replay.residual is None:
             raise ReviewError("this needs a fit with forces; G solves")
         if chosen is None:
@@ -55,7 +60,7 @@ class WhatIfDesk:
             raise ReviewError("a label does not fit this recording; G says which")
         instead, words = flipped(present, mask, chosen, foot, replay.feet)
         self._asked += 1
-        number, what_if, trial = self._asked, self.place.room.what_if, replay.name
+        number, what_if, trial = self._asked, self.screen.shared.what_if, replay.name
         self.answer.content = boxed(f"<b>{html.escape(words)}</b><br>asking the solver …")
 
         def ask() -> None:
@@ -81,3 +86,30 @@ class WhatIfDesk:
         self.answer.content = answer
         if in_short:  # the panel may be scrolled away, or another one may be open
             self.notices.tell(words, in_short)
+
+
+def flipped(
+    present: ForceReview, mask: FrameMask, chosen: tuple[int, int], foot: str | None, feet: tuple[str, ...]
+) -> tuple[ForceReview, str]:
+    """A person's decision on a range turned round: what is mostly left out counts, and the other way round.
+
+    Args:
+        present: what people say.
+        mask: what comes of that, and of detection.
+        chosen: the range.
+        foot: that it is about; None for all.
+        feet: the mask's.
+
+    Returns:
+        What they would say instead, and in words what is asked.
+    """
+    start, end = chosen
+    counts = mask.counts[start:end, slice(None) if foot is None else feet.index(foot)]
+    where = f"frames {start} to {end - 1}, {foot_words(foot)}"
+    if np.mean(counts) > 0.5:
+        label, words = ForceLabel(start, end, foot, MANUAL_REVIEW), f"If {where}, did not count"
+    else:
+        label, words = ForceLabel(start, end, foot, None), f"If {where}, counted"
+    # An erroneous stretch holds whatever else is said; asked about, it is a flag like any other.
+    said = [each._replace(reason=each.reason and MANUAL_REVIEW) for each in present.by_people]
+    return replace(present, by_people=(*said, label)), words

@@ -31,7 +31,7 @@ class CauseSizes:
     beside: float = 0.06  # from a place to its label
 
 
-class EffectNodes:
+class CauseNodes:
     """Owns the nodes of all causes below one parent."""
 
     def __init__(

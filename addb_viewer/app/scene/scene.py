@@ -7,12 +7,10 @@ import trimesh
 import viser
 from jaxtyping import Float
 
-from addb_viewer.app.scene.body_nodes import BodyNodes
-from addb_viewer.app.scene.cause_nodes import EffectNodes
+from addb_viewer.app.scene.cause_nodes import CauseNodes
 from addb_viewer.app.scene.cause_pictures import Figures, pictures
-from addb_viewer.app.scene.force_nodes import ForceNodes
-from addb_viewer.app.scene.marker_nodes import MarkerNodes
-from addb_viewer.app.scene.plate_nodes import PlateNodes
+from addb_viewer.app.scene.force_nodes import ForceNodes, PlateNodes
+from addb_viewer.app.scene.person_nodes import BodyNodes, MarkerNodes
 from addb_viewer.app.style.palette import OTHER_SOLVE
 from addb_viewer.app.trial.replay import BodyReplay, Replay
 
@@ -37,7 +35,7 @@ class SceneOptions:
     follow: bool = True
 
 
-class Scene:
+class TrialScene:
     """Owns all nodes of the scene of one browser; or, given the server, of one that all see."""
 
     def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
@@ -105,7 +103,7 @@ class Scene:
         self.server.scene.remove_by_name(f"{TRIAL}/causes")
         drawn = pictures(self.figures, self.replay) if self.figures is not None else ()
         markers = self.replay.markers
-        self.causes = EffectNodes(self.server.scene, f"{TRIAL}/causes", drawn, self.path, markers)
+        self.causes = CauseNodes(self.server.scene, f"{TRIAL}/causes", drawn, self.path, markers)
 
     def draw(self, frame: int) -> None:
         """Move everything to one frame, in one message to every browser."""

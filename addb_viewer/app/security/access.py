@@ -32,14 +32,14 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Door:
+class Access:
     """The rules of one server."""
 
     host: str  # that it listens on
     token: str | None = None  # that browsers must bring; None: who reaches the port is this machine
 
     @classmethod
-    def of(cls, host: str) -> "Door":
+    def of(cls, host: str) -> "Access":
         """Open on the loopback, with a new token on any other address."""
         return cls(host, None if is_loopback(host) else secrets.token_urlsafe(TOKEN_BYTES))
 

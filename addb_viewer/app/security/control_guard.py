@@ -15,7 +15,7 @@ SHOWN = 40  # characters of a refused value, of which strangers send any
 Message = _messages.GuiUpdateMessage
 
 
-class ControlDoor:
+class ControlGuard:
     """Looks at what one browser sends to its controls, before viser sets it."""
 
     def __init__(self, gui: viser.GuiApi) -> None:

@@ -1,22 +1,77 @@
-"""The web server: the door is asked about every request, and there is no sharing."""
+"""The web server: every request and message is checked, and there is no sharing."""
 
+import asyncio
 import contextlib
 import http
 import io
+import logging
 import socket
 import threading
-from collections.abc import Callable, Iterator
+import traceback
+from collections.abc import Awaitable, Callable, Iterator
 from typing import Any
 
 import viser
 import websockets.asyncio.server
 from websockets.asyncio.server import ServerConnection
+from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
 from addb_viewer.app.security import page_policy
-from addb_viewer.app.security.access import WILDCARDS, Door
-from addb_viewer.app.security.stray_messages import Handler, StrayMessages
+from addb_viewer.app.security.access import WILDCARDS, Access
 from solver.errors import SolverError
+
+LOG = logging.getLogger("addb_viewer")
+LONGEST = 100  # characters of what Python says about it: it may hold the whole message
+KINDS = 100  # told of at most, however inventive the sender
+
+Handler = Callable[[ServerConnection], Awaitable[None]]
+
+
+class StrayMessages:
+    """What came in on one server and could not be understood."""
+
+    def __init__(self) -> None:
+        """Nothing has come yet."""
+        self._told: set[tuple[str, int]] = set()
+        logging.getLogger("websockets.server").addFilter(_no_broken_handshakes)
+
+    def kept_out(self, handler: Handler) -> Handler:
+        """The handler of a server's connections, ended with the connection where a message breaks it."""
+
+        async def guarded(connection: ServerConnection) -> None:
+            asyncio.get_running_loop().set_exception_handler(self._broken_task)
+            try:
+                await handler(connection)
+            except Exception as error:  # whatever a message can break in viser
+                self._tell(error)
+                await connection.close(CloseCode.INVALID_DATA, "not a message of this page")
+
+        return guarded
+
+    def _broken_task(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """Viser handles each message in a task of its own, which nobody waits for."""
+        error = context.get("exception")
+        if isinstance(error, Exception) and "future" in context:
+            self._tell(error)
+        else:
+            loop.default_exception_handler(context)
+
+    def _tell(self, error: Exception) -> None:
+        LOG.debug("A stray message", exc_info=error)
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        kind = (place.filename, place.lineno or 0)
+        if kind in self._told or len(self._told) >= KINDS:
+            return
+        self._told.add(kind)
+        why = f"{type(error).__name__}: {error}".replace("\n", " ")[:LONGEST]
+        LOG.warning("A browser or program sent a message that the app's page would not (%s).", why)
+
+
+def _no_broken_handshakes(record: logging.LogRecord) -> bool:
+    """Drops what is told of requests that were turned away, or were none."""
+    return not record.getMessage().startswith(("opening handshake failed", "connection rejected"))
+
 
 _PATCHING = threading.Lock()
 
@@ -25,7 +80,7 @@ class AddressError(SolverError):
     """The address cannot be listened on."""
 
 
-def open_server(host: str = "127.0.0.1", port: int = 8080, door: Door | None = None) -> viser.ViserServer:
+def open_server(host: str = "127.0.0.1", port: int = 8080, access: Access | None = None) -> viser.ViserServer:
     """A viser server that answers only pages that it served itself.
 
     Viser takes the next free port when this one is taken: read `get_port()`.
@@ -33,7 +88,7 @@ def open_server(host: str = "127.0.0.1", port: int = 8080, door: Door | None = N
     Args:
         host: address to listen on.
         port: 0 lets the system choose.
-        door: who may come in; by default everybody on the loopback, elsewhere nobody without a token.
+        access: who may come in; by default everybody on the loopback, elsewhere nobody without a token.
 
     Raises:
         AddressError: the host is no address of this machine, or the port no port.
@@ -41,19 +96,19 @@ def open_server(host: str = "127.0.0.1", port: int = 8080, door: Door | None = N
     """
     _check_address(host, port)
     page_policy.script_hashes()  # an unknown page is an error here, not in the browser
-    with _PATCHING, _doorkeeper(door or Door.of(host)), contextlib.redirect_stdout(io.StringIO()):
+    with _PATCHING, _checked_requests(access or Access.of(host)), contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=port, label="addb-viewer", verbose=False)
     server.request_share_url = _refuse_to_share  # type: ignore[method-assign]
     return server
 
 
-def address(server: viser.ViserServer, door: Door) -> str:
+def address(server: viser.ViserServer, access: Access) -> str:
     """The page's address as a person types it, with the token where one is needed."""
-    shown = door.host
+    shown = access.host
     if shown in WILDCARDS:
-        shown = socket.gethostname() if door.token else "127.0.0.1"
+        shown = socket.gethostname() if access.token else "127.0.0.1"
     place = f"[{shown}]" if ":" in shown else shown
-    token = f"/?token={door.token}" if door.token else ""
+    token = f"/?token={access.token}" if access.token else ""
     return f"http://{place}:{server.get_port()}{token}"
 
 
@@ -72,7 +127,7 @@ def _check_address(host: str, port: int) -> None:
 
 
 @contextlib.contextmanager
-def _doorkeeper(door: Door) -> Iterator[None]:
+def _checked_requests(access: Access) -> Iterator[None]:
     """Viser gives no way to look at a request before it does; so its call to `serve` gets our look first."""
     serve = websockets.asyncio.server.serve
 
@@ -84,7 +139,7 @@ def _doorkeeper(door: Door) -> Iterator[None]:
                 return connection.respond(http.HTTPStatus.BAD_REQUEST, "A header stands there twice.\n")
             websocket = request.headers.get("Upgrade", "").lower() == "websocket"
             port = connection.local_address[1]
-            answer = door.answer(request.headers, request.path, port, websocket=websocket)
+            answer = access.answer(request.headers, request.path, port, websocket=websocket)
             extra = page_policy.headers(request.headers.get("Host", ""))
             if answer is not None:
                 response = connection.respond(answer.status, answer.text + "\n")

@@ -1,26 +1,33 @@
-"""What keys, buttons and lists of one browser do."""
+"""What keys, buttons, lists and the box "Go to" of one browser do."""
 
+import re
 import time
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import viser
 
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.review.panel import DECIDE, EDITS, FINISH, SUGGESTION
 from addb_viewer.app.scene.camera import VIEWS
+from addb_viewer.app.shell import keys
 from addb_viewer.app.shell.controls import MOVES, SPEED_NAMES
-from addb_viewer.app.shell.go_to import Drop, GoTo, OpenRow, Select, wish
 from addb_viewer.app.shell.keys import Action
+from addb_viewer.app.shell.session import Session
 from annotations.events import Status
 from annotations.reasons import REASON_KEYS, reason_named
 
-if TYPE_CHECKING:
-    from addb_viewer.app.shell.session import Session
+
+def connect(session: Session) -> None:
+    """Let the keys, and the panels' handles, act."""
+    _bind_controls(session)
+    _bind_review(session)
+    _bind_solve(session)
+    keys.register(session.client.gui, actions_of(session), session.notices, session.questions)
 
 
-def actions_of(session: "Session") -> Mapping[str, Action]:
+def actions_of(session: Session) -> Mapping[str, Action]:
     """One for each command of `keys.COMMANDS`."""
     s, review, solving = session, session.review, session.solving
     return {
@@ -53,12 +60,12 @@ def actions_of(session: "Session") -> Mapping[str, Action]:
         **{f"view_{name.lower()}": partial(s.view, name) for name in VIEWS},
         "yes": s.questions.yes,
         "no": partial(_escape, s),
-        "rename": s.naming.ask,
+        "rename": s.reviewer.ask,
         "theme": lambda: s.set_dark(not s.memory.dark),
     }
 
 
-def moves_of(session: "Session") -> Mapping[str, Action]:
+def moves_of(session: Session) -> Mapping[str, Action]:
     """What moves the cursor."""
     p = session.playback
     return {
@@ -77,14 +84,7 @@ def moves_of(session: "Session") -> Mapping[str, Action]:
     }
 
 
-def bind(session: "Session") -> None:
-    """Let the panels' handles act."""
-    _bind_controls(session)
-    _bind_review(session)
-    _bind_solve(session)
-
-
-def _bind_controls(s: "Session") -> None:
+def _bind_controls(s: Session) -> None:
     c, in_order, moves = s.controls, s.notices.in_order, moves_of(s)
 
     def on(handle: viser.GuiInputHandle, doing: str, action: Action) -> None:
@@ -96,7 +96,7 @@ def _bind_controls(s: "Session") -> None:
         lambda: s.open_trial(c.trial.value) if c.trial.value != s.shown else None,
     )
     on(c.frame, "Moving", partial(_scrub, s))
-    on(c.go_to, "Going there", partial(_grant, s))
+    on(c.go_to, "Going there", partial(_go_to, s))
     on(c.speed, "Setting the speed", lambda: s.playback.play_at(SPEED_NAMES[c.speed.value]))
     for switch in c.show.switches:
         on(switch, "Showing", partial(_show_options, s))
@@ -107,9 +107,9 @@ def _bind_controls(s: "Session") -> None:
     _bind_group(s, c.show.view, "Turning the camera", {name: partial(s.view, name) for name in VIEWS})
 
 
-def _bind_review(s: "Session") -> None:
+def _bind_review(s: Session) -> None:
     p, review, in_order = s.review.panel, s.review, s.notices.in_order
-    feet = {"both": None, **dict(zip(p.foot.options, s.room.subject.foot_bodies, strict=False))}
+    feet = {"both": None, **dict(zip(p.foot.options, s.shared.subject.foot_bodies, strict=False))}
     p.foot.on_update(in_order("Choosing the foot", lambda: review.set_foot(feet.get(p.foot.value))))
     _bind_group(
         s,
@@ -122,14 +122,17 @@ def _bind_review(s: "Session") -> None:
     _bind_group(s, p.finish, "Finishing", dict(zip(FINISH, (s.finishing.finish, second_look), strict=True)))
     p.paint.on_click(in_order("Flagging", lambda: review.flag(reason_named(str(p.reason.value)))))
     _bind_group(
-        s, p.suggestion, "Labelling", dict(zip(SUGGESTION, (review.confirm, review.refuse), strict=True))
+        s,
+        p.suggestion,
+        "Labelling",
+        dict(zip(SUGGESTION, (review.activities.confirm, review.activities.refuse), strict=True)),
     )
-    p.label.on_click(in_order("Labelling", review.label))
-    p.rename.on_click(in_order("Changing your name", s.naming.ask))
+    p.label.on_click(in_order("Labelling", review.activities.label))
+    p.rename.on_click(in_order("Changing your name", s.reviewer.ask))
     p.what_if.on_click(in_order("Asking what if", review.what_if))
 
 
-def _bind_solve(s: "Session") -> None:
+def _bind_solve(s: Session) -> None:
     p, solving, in_order = s.solving.panel, s.solving, s.notices.in_order
     for button, doing, action in (
         (p.solve, "Solving", solving.solve),
@@ -146,7 +149,7 @@ def _bind_solve(s: "Session") -> None:
 
 
 def _bind_group(
-    s: "Session", group: viser.GuiButtonGroupHandle, doing: str, actions: Mapping[str, Action]
+    s: Session, group: viser.GuiButtonGroupHandle, doing: str, actions: Mapping[str, Action]
 ) -> None:
     async def clicked(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
         s.notices.do(doing, actions[event.target.value])
@@ -154,9 +157,54 @@ def _bind_group(
     group.on_click(clicked)
 
 
-def _grant(s: "Session") -> None:
+@dataclass(frozen=True)
+class GoTo:
+    """A frame."""
+
+    frame: int
+
+
+@dataclass(frozen=True)
+class Select:
+    """Frames start to end − 1."""
+
+    start: int
+    end: int
+
+
+@dataclass(frozen=True)
+class OpenRow:
+    """A row of the queue, from 0."""
+
+    row: int
+
+
+@dataclass(frozen=True)
+class Drop:
+    """Nothing is to be selected any more."""
+
+
+Entry = GoTo | Select | OpenRow | Drop
+
+
+def entry(text: str) -> Entry | None:
+    """What a text in the box asks for; None while it is not, or not yet, whole."""
+    text = text.strip()
+    if match := re.fullmatch(r"(\d{1,9})", text):
+        return GoTo(int(match[1]))
+    if match := re.fullmatch(r"(\d{1,9}):(\d{1,9})", text):
+        start, end = int(match[1]), int(match[2])
+        return Select(start, end) if start < end else None
+    if match := re.fullmatch(r"#(\d{1,9})", text):
+        return OpenRow(int(match[1]))
+    if text == "-":
+        return Drop()
+    return None
+
+
+def _go_to(s: Session) -> None:
     """Do what was written into the box; while it is not whole, nothing."""
-    match wish(s.controls.go_to.value):
+    match entry(s.controls.go_to.value):
         case GoTo(frame):
             s.review.drop(only_whole=True)
             s.seek(frame)
@@ -170,7 +218,7 @@ def _grant(s: "Session") -> None:
             s.queue.open_row(row)
 
 
-def _escape(s: "Session") -> None:
+def _escape(s: Session) -> None:
     """Esc: no to the question; where none is asked, the selection and what was told of failures go."""
     if s.questions.waits:
         s.questions.no()
@@ -179,12 +227,12 @@ def _escape(s: "Session") -> None:
         s.review.drop()
 
 
-def _scrub(s: "Session") -> None:
+def _scrub(s: Session) -> None:
     s.scrubbed_at = time.perf_counter()
     s.seek(int(s.controls.frame.value))
 
 
-def _show_options(s: "Session") -> None:
+def _show_options(s: Session) -> None:
     show, o = s.controls.show, s.scene.options
     o.bones, o.see_through, o.model_markers = (
         show.bones.value,
@@ -197,7 +245,7 @@ def _show_options(s: "Session") -> None:
     s.playback.redraw()
 
 
-def _follow(s: "Session") -> None:
+def _follow(s: Session) -> None:
     s.scene.follow(s.controls.show.follow.value, s.frame)
     s.playback.redraw()
 

@@ -1,16 +1,25 @@
-"""The controls on the left: which trial, where in it, and tabs for review, queue, solving and view."""
+"""The controls on the left: which trial, where in it, the banner, and tabs; and how wide all panels are."""
 
+import html
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import viser
 
+from addb_viewer.app.jobs.progress_html import task_words
+from addb_viewer.app.shell.fit_tab import FitTab
 from addb_viewer.app.shell.playback import SPEEDS
+from addb_viewer.app.style.html_pieces import boxed
+from addb_viewer.app.subjects.shared_subject import SharedSubject
 
 SPEED_NAMES = {f"{speed:g}×".replace("-", "−"): speed for speed in SPEEDS}
 TRAIL_LONGEST = 2.0  # [s]
 MOVES = {"|◀": "first", "◀": "back_frame", "▶": "on_frame", "▶|": "last"}  # button: action
-PAGES_S = {"all": None, "10 s": 10.0, "4 s": 4.0, "2 s": 2.0, "1 s": 1.0}  # how much the timeline shows
-NO_JOINT = "–"
+CONTROLS_WIDTH = 320  # [pixel]
+NARROWEST, WIDEST = 400, 660  # [pixel] of the timeline
+OF_WINDOW = 0.34  # the timeline's share of it
+CHARTS, ABOVE, BELOW = 5, 190, 170  # usual charts; [pixel] of tabs and lanes above, of choosers below
+LOWEST, HIGHEST = 62, 150  # [pixel] of a chart
 
 
 @dataclass(frozen=True)
@@ -49,7 +58,7 @@ class Show:
 
 @dataclass(frozen=True)
 class Tabs:
-    """Where the desks lay out what is theirs."""
+    """Where the panels lay out what is theirs."""
 
     review: viser.GuiTabHandle
     queue: viser.GuiTabHandle
@@ -67,19 +76,20 @@ class Controls:
     move: viser.GuiButtonGroupHandle
     speed: viser.GuiDropdownHandle[str]
     banner: viser.GuiHtmlHandle
-    summary: viser.GuiHtmlHandle
-    change: viser.GuiHtmlHandle
-    notes: viser.GuiHtmlHandle
+    fit: FitTab
     show: Show
     tabs: Tabs
 
+    def show_banner(self, content: str) -> None:
+        """Show it above the tabs; nothing where it is empty.
 
-@dataclass(frozen=True)
-class TimelineControls:
-    """What the timeline shows."""
-
-    page: viser.GuiDropdownHandle[str]
-    joints: tuple[viser.GuiDropdownHandle[str], ...]
+        Args:
+            content: safe HTML.
+        """
+        if self.banner.content != content:
+            self.banner.content = content
+        if self.banner.visible != bool(content):
+            self.banner.visible = bool(content)
 
 
 def build_controls(gui: viser.GuiApi, views: tuple[str, ...], *, dark: bool) -> Controls:
@@ -102,12 +112,7 @@ def build_controls(gui: viser.GuiApi, views: tuple[str, ...], *, dark: bool) -> 
     solve = tabs.add_tab("Solve")
     with tabs.add_tab("View"):
         show = _show(gui, views, dark)
-    with tabs.add_tab("Fit"):
-        summary = gui.add_html("")
-        with gui.add_folder("What the fit to forces changed", expand_by_default=False):
-            change = gui.add_html("")
-        with gui.add_folder("Notes"):
-            notes = gui.add_html("")
+    fit = FitTab(gui, tabs.add_tab("Fit"))
     return Controls(
         trial,
         frame,
@@ -116,9 +121,7 @@ def build_controls(gui: viser.GuiApi, views: tuple[str, ...], *, dark: bool) -> 
         move,
         speed,
         banner,
-        summary,
-        change,
-        notes,
+        fit,
         show,
         Tabs(review, queue, solve),
     )
@@ -148,18 +151,52 @@ def _show(gui: viser.GuiApi, views: tuple[str, ...], dark: bool) -> Show:
     )  # fmt: skip
 
 
-def build_timeline_controls(gui: viser.GuiApi, charts: int) -> TimelineControls:
-    """What is chosen below the timeline.
-
-    Args:
-        gui: of the browser.
-        charts: how many joints can be shown at once.
-    """
-    page = gui.add_dropdown("Shown", tuple(PAGES_S), hint="How much of the trial is seen at once")
-    joints = tuple(gui.add_dropdown(f"Joint {i + 1}", (NO_JOINT,)) for i in range(charts))
-    return TimelineControls(page, joints)
-
-
 def speed_name(speed: float) -> str:
     """As the list has it."""
     return next(name for name, known in SPEED_NAMES.items() if known == speed)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Sizes [pixel]."""
+
+    controls_width: int
+    timeline_width: int
+    chart_height: int
+
+
+def layout_for(client: viser.ClientHandle) -> Layout:
+    """The layout for a window that has no panels yet."""
+    return layout_of(client.camera.image_width, client.camera.image_height)
+
+
+def layout_of(width: int, height: int) -> Layout:
+    """The layout for a window of so many pixels."""
+    timeline = round(min(max(OF_WINDOW * width, NARROWEST), WIDEST))
+    chart = round((height - ABOVE - BELOW) / CHARTS) - 17
+    return Layout(CONTROLS_WIDTH, timeline, min(max(chart, LOWEST), HIGHEST))
+
+
+def banner_html(shared: SharedSubject, others: Sequence[str]) -> str:
+    """The lines of the banner; empty where there is nothing to say.
+
+    Args:
+        shared: of the subject on the screen.
+        others: names of those on the same trial.
+    """
+    lines, new, progress = [], shared.fits.new, shared.jobs.progress
+    if others:
+        who = html.escape(" and ".join(others))
+        lines.append(f"<b>{who} {'is' if len(others) == 1 else 'are'} on this trial too.</b>")
+    if new is not None:
+        lines.append(
+            f"<b>Solve {new.number}, for {html.escape(new.by)}, is on the screen and waits</b>: keep it or "
+            "discard it, under Solve."
+        )
+    if progress is not None:
+        share = "" if progress.fraction is None else f", {100 * progress.fraction:.0f} %"
+        after = "".join(f"; then {task_words(task)}" for task in progress.waiting)
+        lines.append(f"{task_words(progress.task)}{share}{after}.")
+    elif shared.fits.shown.fit is None:
+        lines.append("No fit yet: G makes the first one, which is kept.")
+    return boxed("".join(f"<div>{line}</div>" for line in lines)) if lines else ""

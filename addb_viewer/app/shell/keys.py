@@ -1,11 +1,17 @@
-"""The keys of the app: one table for the browser, the command palette, and the help."""
+"""The keys of the app: one table for the browser, the command palette, and the help.
+
+Two scripts reach into the page of viser 1.1.1. Without them a click into the scene gives the keyboard back,
+and keys, sliders and the box "Go to" do what clicks on the timeline do.
+"""
 
 import html
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from importlib import resources
 from typing import Any, cast
 
 import viser
+from viser._messages import RunJavascriptMessage
 
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.questions import Questions
@@ -14,6 +20,7 @@ from annotations.reasons import REASON_KEYS
 
 Action = Callable[[], None]
 ANSWERS = ("yes", "no")  # actions
+SCRIPTS = ("release_focus.js", "timeline_bridge.js")
 
 
 @dataclass(frozen=True)
@@ -91,6 +98,13 @@ COMMANDS = (
     Command("Dark or light", "theme"),
     Command("Change your name", "rename"),
 )
+
+
+def send_scripts(client: viser.ClientHandle) -> None:
+    """Make keys work again right after a click, and clicks and drags work on the timeline and in lists."""
+    for name in SCRIPTS:
+        source = resources.files("addb_viewer.app.shell").joinpath(name).read_text(encoding="utf-8")
+        client._websock_connection.queue_message(RunJavascriptMessage(source=source))
 
 
 def register(

@@ -1,4 +1,4 @@
-"""One reviewer at one browser: a trial, a cursor, a camera, and the desks that work on them."""
+"""One reviewer at one browser: a trial, a cursor, a camera, and the tabs that work on them."""
 
 import threading
 import time
@@ -6,34 +6,32 @@ from collections.abc import Sequence
 
 import viser
 
-from addb_viewer.app.diagnosis.controller import DiagnosisDesk
-from addb_viewer.app.page.browser_memory import Remembered
+from addb_viewer.app.diagnosis.controller import DiagnosisController
+from addb_viewer.app.jobs.job_queue import Task, TaskProgress
+from addb_viewer.app.jobs.worker_process import Outcome
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.questions import Questions
-from addb_viewer.app.page.reviewer_name import Naming
-from addb_viewer.app.queue.controller import QueueDesk
-from addb_viewer.app.record.controller import RecordDesk
-from addb_viewer.app.review.controller import ReviewDesk
+from addb_viewer.app.page.reviewer import BrowserMemory, Reviewer
+from addb_viewer.app.queue.controller import QueueController
+from addb_viewer.app.queue.finishing import Finishing
+from addb_viewer.app.queue.trial_queue import TrialQueue
+from addb_viewer.app.record.controller import RecordController
+from addb_viewer.app.review.controller import ReviewController
 from addb_viewer.app.review.panel import build_review
 from addb_viewer.app.scene.camera import VIEWS, look
-from addb_viewer.app.scene.scene import Scene, heading
+from addb_viewer.app.scene.legend import legend_html
+from addb_viewer.app.scene.scene import TrialScene, heading
 from addb_viewer.app.shell import keys
-from addb_viewer.app.shell.actions import actions_of, bind
-from addb_viewer.app.shell.banner import banner_html
-from addb_viewer.app.shell.controls import build_controls, speed_name
-from addb_viewer.app.shell.finishing import Finishing
-from addb_viewer.app.shell.fit_html import change_html, legend_html, notes_html, summary_html
-from addb_viewer.app.shell.layout import Layout, fitted
-from addb_viewer.app.shell.page_script import send_scripts
+from addb_viewer.app.shell.controls import banner_html, build_controls, layout_for, speed_name
 from addb_viewer.app.shell.playback import Pace, Playback, Position
-from addb_viewer.app.shell.updates import Hearing
-from addb_viewer.app.solve.controller import SolveDesk
+from addb_viewer.app.shell.updates import Updates
+from addb_viewer.app.solve.controller import SolveController
 from addb_viewer.app.solve.panel import build_solve
-from addb_viewer.app.subjects.shared_subject import SubjectRoom
-from addb_viewer.app.subjects.workspace import House
-from addb_viewer.app.timeline.controller import TimelineDesk
+from addb_viewer.app.subjects.shared_subject import SharedSubject
+from addb_viewer.app.timeline.controller import TimelineController
 from addb_viewer.app.trial.replay import Replay
+from annotations.events import Edit
 
 READOUT_EVERY = 0.1  # [s] while playing: slider and time
 SCRUBBING = 0.3  # [s] for so long the slider under a person's hand is not moved from here
@@ -43,63 +41,74 @@ class Session:
     """What one browser shows. Everything that a person asks is done by one hand, in order."""
 
     def __init__(
-        self, client: viser.ClientHandle, house: House, room: SubjectRoom, pace: Pace, memory: Remembered
+        self,
+        client: viser.ClientHandle,
+        trials: TrialQueue,
+        shared: SharedSubject,
+        pace: Pace,
+        memory: BrowserMemory,
     ) -> None:
         """Lay out the page.
 
         Args:
             client: the browser.
-            house: all subjects.
-            room: the one to begin with.
+            trials: the queue of all trials.
+            shared: the subject to begin with.
             pace: of all browsers together.
             memory: what the browser remembers.
         """
-        self.client, self.house, self._room = client, house, room
+        self.client, self.trials, self._shared = client, trials, shared
+        self.people = trials.people
         self.notices = Notices(client, pace.first)
         self.memory = memory
-        self.questions, self.finishing = Questions(client.gui, self.notices), Finishing(self)
+        self.questions = Questions(client.gui, self.notices)
         self._drawing = threading.RLock()  # the scene belongs to one thread at a time
-        self.hearing = Hearing(self, pace)
+        self.updates = Updates(self, pace)
         self._replay: Replay | None = None
         self._looked = self._closed = False
         self._read_at = self.scrubbed_at = 0.0
         client.gui.configure_theme(show_logo=False, show_share_button=False, dark_mode=self.memory.dark)
-        send_scripts(client)
-        self.scene = Scene(client)
-        self.layout: Layout = fitted(client)
+        keys.send_scripts(client)
+        self.scene = TrialScene(client)
+        self.layout = layout_for(client)
         self.playback = Playback(self.notices.guard("Drawing", self._draw), pace=pace)
         gui = client.gui
         self.controls = build_controls(gui, tuple(VIEWS), dark=self.memory.dark)
         gui.main_panel.dock_left()
         gui.main_panel.set_width(self.layout.controls_width)
         panel = gui.add_panel()
-        self.timeline = TimelineDesk(gui, panel.add_tab("Timeline", viser.Icon.CHART_LINE), self, self.layout)
-        self.diagnosis = DiagnosisDesk(
+        self.timeline = TimelineController(
+            gui,
+            panel.add_tab("Timeline", viser.Icon.CHART_LINE),
+            self,
+            self.layout.chart_height,
+            self._other_replay,
+        )
+        self.diagnosis = DiagnosisController(
             gui, panel.add_tab("Diagnosis", viser.Icon.STETHOSCOPE), self, self.notices
         )
-        self.recording = RecordDesk(
+        self.recording = RecordController(
             gui, panel.add_tab("Record", viser.Icon.DEVICE_FLOPPY), self, self.notices
         )
         with panel.add_tab("Keys", viser.Icon.KEYBOARD):
             gui.add_html(keys.page_html())
         panel.dock_right()
         panel.set_width(self.layout.timeline_width)
-        tabs, feet = self.controls.tabs, room.subject.foot_bodies
-        self.review = ReviewDesk(self, build_review(gui, tabs.review, feet), self.notices)
+        tabs, feet = self.controls.tabs, shared.subject.foot_bodies
+        self.review = ReviewController(self, build_review(gui, tabs.review, feet), self.notices)
         author = self.review.panel.author
-        self.naming = Naming(memory, self.questions, house.people, self.page, author)
-        self.notices.unnamed = self.naming.ask
-        self.queue = QueueDesk(gui, tabs.queue, house, self, self.notices)
-        self.solving = SolveDesk(self, build_solve(gui, tabs.solve), self.notices)
-        bind(self)
-        keys.register(gui, actions_of(self), self.notices, self.questions)
-        house.people.listen(self.page, self.hearing)
+        self.reviewer = Reviewer(memory, self.questions, self.people, self.page, author)
+        self.notices.unnamed = self.reviewer.ask
+        self.queue = QueueController(gui, tabs.queue, trials, self, self.notices)
+        self.finishing = Finishing(self, self.review, self.queue)
+        self.solving = SolveController(self, build_solve(gui, tabs.solve), self.notices)
+        self.people.listen(self.page, self.updates)
         self.playback.start()
 
     @property
-    def room(self) -> SubjectRoom:
+    def shared(self) -> SharedSubject:
         """The subject on the screen."""
-        return self._room
+        return self._shared
 
     @property
     def replay(self) -> Replay | None:
@@ -112,6 +121,11 @@ class Session:
         return self.playback.position.frame
 
     @property
+    def playing(self) -> bool:
+        """Whether the cursor runs."""
+        return self.playback.position.playing
+
+    @property
     def shown(self) -> str | None:
         """The name of the trial on the screen."""
         return None if self._replay is None else self._replay.name
@@ -121,30 +135,14 @@ class Session:
         """The number that the server gave the browser's page."""
         return self.client.client_id
 
-    @property
-    def name(self) -> str:
-        """Who is here; empty where nobody has said."""
-        return self.naming.name
-
-    def author(self) -> str:
-        """Who decides here.
-
-        Raises:
-            NameNeededError: nobody has said; the page asks, and does then what was asked for.
-        """
-        return self.naming.author()
-
-    def trials(self) -> Sequence[str]:
-        """Names of the subject's trials."""
-        return self._room.library.trials
-
     def enter(self, trial: str | None = None) -> None:
         """Be told what happens to the subject, and show this trial, else the first that can be read."""
-        self._room.enter(self.hearing)
-        self.client.gui.set_panel_label(self._room.subject.name)
-        self.controls.trial.options = tuple(self.trials())
-        wanted = [name for name in self.trials() if name == trial]
-        for name in dict.fromkeys([*wanted, *self.trials()]):
+        self._shared.add_listener(self.updates)
+        self.client.gui.set_panel_label(self._shared.subject.name)
+        names = self._shared.fits.shown.trials
+        self.controls.trial.options = names
+        wanted = [name for name in names if name == trial]
+        for name in dict.fromkeys([*wanted, *names]):
             try:
                 self.open_trial(name)
                 break
@@ -161,13 +159,13 @@ class Session:
         Raises:
             CaptureError, ResultsError: the subject cannot be read; the present one stays.
         """
-        if subject != self._room.name:
-            room = self.house.room(subject)
-            self._room.leave(self.hearing)
-            self._room = room
+        if subject != self._shared.name:
+            shared = self.trials.subjects.subject(subject)
+            self._shared.remove_listener(self.updates)
+            self._shared = shared
             self._replay, self.solving.comparing = None, False
             self.enter(trial)
-            self.house.tidy()
+            self.trials.subjects.close_unwatched()
         elif trial is not None and trial != self.shown:
             self.open_trial(trial)
 
@@ -177,7 +175,7 @@ class Session:
         Raises:
             CaptureError: its files cannot be read; the present trial stays.
         """
-        library = self._room.library
+        library = self._shared.fits.shown
         try:
             replay = library.replay(name)
         except Exception:
@@ -192,13 +190,13 @@ class Session:
             self.solving.show()
             self._compare()
             self.timeline.show()
-            self.review.open(self._room.subject.foot_bodies)
+            self.review.open(self._shared.subject.foot_bodies)
             self.diagnosis.show_trial(replay)
-            self.memory.place = (self._room.name, name)
-            self.house.people.go(self.page, self.memory.place)
+            self.memory.place = (self._shared.name, name)
+            self.people.go(self.page, self.memory.place)
             self.queue.draw()
             self.show_banner()
-            self._room.opened(name)
+            self._shared.opened(name)
             self.review.warm_up()
             if not self._looked:  # later trials are seen from where the reviewer went
                 self.view("Reset")
@@ -230,16 +228,13 @@ class Session:
 
     def draw_lanes(self) -> None:
         """Show what has changed in the lanes."""
-        self.timeline.draw_lanes()
+        if self._replay is not None:
+            self.timeline.draw_lanes(self.review.lanes(self.diagnosis.state.figures), self.review.chosen)
 
     def show_banner(self) -> None:
         """Put above the tabs what everybody at this trial should see."""
-        others = self.house.people.others(self.page).get(self.queue.here, ())
-        banner, content = self.controls.banner, banner_html(self._room, others)
-        if banner.content != content:
-            banner.content = content
-        if banner.visible != bool(content):
-            banner.visible = bool(content)
+        others = self.people.others(self.page).get(self.queue.here, ())
+        self.controls.show_banner(banner_html(self._shared, others))
 
     def set_dark(self, dark: bool) -> None:
         """Turn the theme."""
@@ -253,20 +248,51 @@ class Session:
         self._compare()
         self.timeline.show()
 
+    def show_edits(self, edits: Sequence[Edit], *, unreadable: bool) -> None:
+        """Show edits of the subject, by whomever; or that rows came that cannot be read."""
+        if unreadable or any(edit.trial == self.shown for edit in edits):
+            self.review.others_edited(edits)
+        revision = None if unreadable else max(edit.number for edit in edits)
+        self.notices.do("Showing the queue", lambda: self.requeue(revision))
+
+    def show_progress(self, progress: TaskProgress) -> None:
+        """Show what is at work."""
+        for tab in (self.solving, self.diagnosis, self.recording):
+            tab.progressed(progress)
+        self.show_banner()
+
+    def show_outcome(self, task: Task, outcome: Outcome) -> None:
+        """Show what came of what was at work."""
+        for tab in (self.solving, self.diagnosis, self.recording):
+            tab.ended(task, outcome)
+        self.explain()
+        self.compare_changed()
+        self.show_summary()
+        self.show_banner()
+
+    def show_queue(self) -> None:
+        """Show the queue, and who is where, as they are now."""
+        self.queue.draw()
+        self.show_banner()
+
+    def show_log(self) -> None:
+        """Show whether the session is written down."""
+        self.recording.show()
+
     def close(self) -> None:
         """The browser has gone: end its threads and forget it."""
         if self._closed:
             return
         self._closed = True
-        self._room.leave(self.hearing)
-        self.house.people.leave(self.page)
+        self._shared.remove_listener(self.updates)
+        self.people.leave(self.page)
         self.notices.close()
         self.playback.stop()
-        self.house.tidy()
+        self.trials.subjects.close_unwatched()
 
     def requeue(self, revision: int | None = None) -> None:
-        """Show the queue with the rows of this subject read anew; arguments as for `House.refresh`."""
-        self.house.refresh(self._room.name, revision)
+        """Show the queue with the rows of this subject read anew; arguments as for `TrialQueue.refresh`."""
+        self.trials.refresh(self._shared.name, revision)
         self.queue.draw()
 
     def show_fit(self) -> None:
@@ -279,27 +305,22 @@ class Session:
 
     def show_summary(self) -> None:
         """Show the figures of the trial on the screen, as they are now."""
-        replay, library, subject = self._replay, self._room.library, self._room.subject
-        if replay is None:
-            return
-        fit = library.fit
-        mass, height = (fit.mass_kg, fit.height_m) if fit else (subject.mass_kg, subject.height_m)
-        person = {k: v for k, v in (("mass_kg", mass), ("height_m", height)) if v is not None}
-        figures = library.figures(replay.name)
-        self.controls.summary.content = summary_html(figures, person, replay)
-        self.controls.change.content = change_html(figures.get("change"))
+        if self._replay is not None:
+            self.controls.fit.show(self._shared.fits.shown, self._replay)
+
+    def _other_replay(self) -> Replay | None:
+        return self.solving.other
 
     def _compare(self) -> None:
-        other, library = self.solving.other, self._room.other
+        other, library = self.solving.other, self._shared.fits.compared
         self.scene.compare(other.bodies if other else None, library.meshes if library else {})
         self.playback.redraw()
 
     def _fill_panel(self, replay: Replay) -> None:
-        c, library = self.controls, self._room.library
+        c = self.controls
         c.frame.max = max(replay.frames - 1, 1)
         put(c.trial, replay.name)
         self.show_summary()
-        c.notes.content = notes_html((*library.notes, *replay.notes))
         c.show.legend.content = legend_html(replay, diagnosed=self.scene.figures is not None)
 
     def _draw(self, position: Position) -> None:

@@ -1,4 +1,4 @@
-// Clicks and drags on the timeline, and clicks on the lists, become a wish in the box "Go to": "57" goes to a frame,
+// Clicks and drags on the timeline, and clicks on the lists, become a text in the box "Go to": "57" goes to a frame,
 // "120:180" selects frames 120 to 179, "#3" opens a row of the queue. Whoever types there gets the same.
 (() => {
   if (window.addbViewerTimeline) return;
@@ -95,7 +95,7 @@
     true,
   );
   document.addEventListener("click", (event) => {
-    const wish = event.target.closest?.("[data-addb-wish]");
-    if (wish) write(wish.dataset.addbWish);
+    const piece = event.target.closest?.("[data-addb-go-to]");
+    if (piece) write(piece.dataset.addbGoTo);
   });
 })();

@@ -1,17 +1,14 @@
 """Solving again from one browser, and comparing what came of it."""
 
-from typing import Any
-
 import numpy as np
-import viser
 
-from addb_viewer.app.jobs.job_queue import Progress, Task
-from addb_viewer.app.jobs.progress_html import progress_html
-from addb_viewer.app.jobs.stored_solves import Solve, solves
+from addb_viewer.app.jobs.job_queue import Task, TaskProgress
+from addb_viewer.app.jobs.progress_html import show_progress
+from addb_viewer.app.jobs.stored_solves import Solve, stored_solves
 from addb_viewer.app.jobs.worker_process import Outcome
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
-from addb_viewer.app.page.screen import Place
+from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.solve.comparison import compared
 from addb_viewer.app.solve.html import (
     comparison_html,
@@ -22,7 +19,7 @@ from addb_viewer.app.solve.html import (
 )
 from addb_viewer.app.solve.panel import BEFORE, SolvePanel
 from addb_viewer.app.style.html_pieces import boxed
-from addb_viewer.app.subjects.shared_subject import SOLVING, WITHHOLDING, SubjectRoom
+from addb_viewer.app.subjects.shared_subject import SOLVING, WITHHOLDING, SharedSubject
 from addb_viewer.app.trial.forces_in_use import mask_now
 from addb_viewer.app.trial.replay import Replay
 from addb_viewer.jobs.solving import job_for
@@ -31,18 +28,18 @@ from solver.pipeline import can_resolve
 from solver.settings import Settings, as_dict, from_dict
 
 
-class SolveDesk:
+class SolveController:
     """What one reviewer sees of the subject's solves."""
 
-    def __init__(self, place: Place, panel: SolvePanel, notices: Notices) -> None:
-        self.place, self.panel, self.notices = place, panel, notices
+    def __init__(self, screen: Screen, panel: SolvePanel, notices: Notices) -> None:
+        self.screen, self.panel, self.notices = screen, panel, notices
         self.comparing = False
         self._listed: dict[str, Solve] = {}
 
     @property
     def other(self) -> Replay | None:
         """The trial on the screen as the solve that is compared with has it; None: nothing is compared."""
-        library, replay = self.place.room.other, self.place.replay
+        library, replay = self.screen.shared.fits.compared, self.screen.replay
         if not self.comparing or library is None or replay is None:
             return None
         found = library.replay(replay.name)
@@ -50,35 +47,35 @@ class SolveDesk:
 
     def solve(self) -> None:
         """G: nothing is done where nothing would come out otherwise."""
-        author = self.place.author()
-        if nothing_to_solve(self.place.room):
+        author = self.screen.reviewer.author()
+        if nothing_to_solve(self.screen.shared):
             self.notices.tell(
                 "Nothing to solve", "The same forces count, from the same files, as in the fit on the screen."
             )
             return
-        self.place.room.solve(author)
+        self.screen.shared.solve(author)
 
     def cancel(self) -> None:
         """End what is at work."""
-        stop(self.place)
+        stop(self.screen)
 
     def withhold(self) -> None:
         """Judge the fit on the screen on the layouts of withheld forces that are left."""
-        self.place.room.withhold()
+        self.screen.shared.withhold()
 
     def keep(self) -> None:
         """The new solve becomes the subject's fit."""
-        self.place.room.keep(self.place.author())
+        self.screen.shared.keep(self.screen.reviewer.author())
         self.notices.tell("Kept", "The solve on the screen is the subject's fit now.")
 
     def discard(self) -> None:
         """The fit before stays."""
-        room, author = self.place.room, self.place.author()
-        if room.new is None or room.new.by == author:
+        shared, author = self.screen.shared, self.screen.reviewer.author()
+        if shared.fits.new is None or shared.fits.new.by == author:
             self._discard(author, None)
             return
-        solve, by = room.new, room.new.by
-        self.place.questions.ask(
+        solve, by = shared.fits.new, shared.fits.new.by
+        self.screen.questions.ask(
             f"Discard {by}'s solve {solve.number}?",
             [
                 f"{by} has not decided about it. It is of {solve.when.astimezone():%d %b %H:%M}.",
@@ -98,7 +95,7 @@ class SolveDesk:
         Raises:
             SolverError: there is no other solve.
         """
-        if on and self.place.room.other is None:
+        if on and self.screen.shared.fits.compared is None:
             put(self.panel.compare, False)
             self.comparing = self._before()
             return
@@ -112,33 +109,33 @@ class SolveDesk:
         if solve is None:
             self.comparing = self._before()
         else:
-            self.place.room.compare_with(solve)
+            self.screen.shared.compare_with(solve)
 
     def show(self) -> None:
         """Put solves, what waits and what changed on the screen."""
-        room, panel, replay = self.place.room, self.panel, self.place.replay
-        made = solves(room.results)
-        shown = room.new.number if room.new is not None else next(
+        shared, panel, replay = self.screen.shared, self.panel, self.screen.replay
+        made = stored_solves(shared.results)
+        shown = shared.fits.new.number if shared.fits.new is not None else next(
             (s.number for s in reversed(made) if s.state == "kept"), None
         )  # fmt: skip
         self._listed = {solve_words(s): s for s in reversed(made) if s.number != shown}
         if panel.other.options != (BEFORE, *self._listed):
             panel.other.options = (BEFORE, *self._listed)
-        waits = room.new is not None
+        waits = shared.fits.new is not None
         panel.keep.visible = panel.discard.visible = panel.verdict.visible = waits
-        if room.new is not None:
-            panel.verdict.content = verdict_html(room.new, room.behind)
-        self._progress(room.bench.progress)
-        self.comparing = self.comparing and room.other is not None
+        if shared.fits.new is not None:
+            panel.verdict.content = verdict_html(shared.fits.new, shared.fits.behind)
+        self._progress(shared.jobs.progress)
+        self.comparing = self.comparing and shared.fits.compared is not None
         put(panel.compare, self.comparing)
         panel.history.content = history_html(made, replay.name if replay else "")
-        if room.library.fit is not None:
+        if shared.fits.shown.fit is not None:
             panel.settings.content = settings_html(
-                as_dict(from_dict(room.library.fit.settings)), as_dict(Settings())
+                as_dict(from_dict(shared.fits.shown.fit.settings)), as_dict(Settings())
             )
         panel.changed.content = self._changed()
 
-    def progressed(self, progress: Progress) -> None:
+    def progressed(self, progress: TaskProgress) -> None:
         """Something is at work."""
         self._progress(progress)
 
@@ -154,20 +151,20 @@ class SolveDesk:
         elif not outcome.succeeded:
             self.notices.failed("Solving", outcome.error or "it ended without a word")
             return
-        room = self.place.room
-        self.comparing = room.other is not None
-        if room.new is None:
+        shared = self.screen.shared
+        self.comparing = shared.fits.compared is not None
+        if shared.fits.new is None:
             self.notices.tell("Fitted", "The subject's first fit is kept and on the screen.")
-        elif room.new.by != task.by:
+        elif shared.fits.new.by != task.by:
             self.notices.tell(
                 "Solved",
-                f"The solve for {task.by} waits until {room.new.by}'s is kept or discarded.",
+                f"The solve for {task.by} waits until {shared.fits.new.by}'s is kept or discarded.",
             )
         else:
             self.notices.tell("Solved", "The new solve is on the screen; keep it or discard it.")
 
     def _discard(self, author: str, number: int | None) -> None:
-        self.place.room.discard(author, number)
+        self.screen.shared.discard(author, number)
         self.notices.tell("Discarded", "The subject's fit is as it was.")
 
     def _before(self) -> bool:
@@ -176,72 +173,66 @@ class SolveDesk:
         Raises:
             SolverError: there is none.
         """
-        room = self.place.room
+        shared = self.screen.shared
         earlier = next(iter(self._listed.values()), None)
-        if room.new is None and earlier is None:
+        if shared.fits.new is None and earlier is None:
             raise SolverError("there is no other solve to compare with; G solves again")
-        room.compare_with(None if room.new is not None else earlier)
+        shared.compare_with(None if shared.fits.new is not None else earlier)
         return True
 
     def _changed(self) -> str:
-        replay, other, room = self.place.replay, self.other, self.place.room
-        if replay is None or other is None or room.other is None:
+        replay, other, shared = self.screen.replay, self.other, self.screen.shared
+        if replay is None or other is None or shared.fits.compared is None:
             return boxed("Nothing is compared. M compares with the solve before.")
-        found = compared(other, replay, room.other.figures(replay.name), room.library.figures(replay.name))
+        found = compared(
+            other, replay, shared.fits.compared.figures(replay.name), shared.fits.shown.figures(replay.name)
+        )
         return comparison_html(found, "before")
 
-    def _progress(self, progress: Progress | None) -> None:
+    def _progress(self, progress: TaskProgress | None) -> None:
         panel, busy = self.panel, progress is not None
         panel.cancel.visible = panel.bar.visible = panel.status.visible = busy
-        panel.withhold.visible = not busy and self.place.room.withholding_due
+        panel.withhold.visible = not busy and self.screen.shared.fits.withholding_due
         if progress is not None:
             show_progress(panel.bar, panel.status, progress)
 
 
-def stop(place: Place) -> None:
+def stop(screen: Screen) -> None:
     """End what is at work for this person, else forget what waits for them, else ask about another's."""
-    room, author, progress = place.room, place.author(), place.room.bench.progress
+    shared, author, progress = screen.shared, screen.reviewer.author(), screen.shared.jobs.progress
     by = "" if progress is None else progress.task.by
     if progress is None or by in ("", author):
-        room.cancel(author)
+        shared.cancel(author)
         return
-    dropped = room.bench.drop(author)
+    dropped = shared.jobs.drop(author)
     if dropped is not None:
-        place.notices.tell("Cancelled", f"{dropped.doing} does not wait any more.", "gray")
+        screen.notices.tell("Cancelled", f"{dropped.doing} does not wait any more.", "gray")
         return
-    place.questions.ask(
+    screen.questions.ask(
         f"Cancel what {by} has asked for?",
         [f"{progress.task.doing} for {by} is at work. Nothing of it stays, and {by} is told."],
         "Cancel it",
-        lambda: room.cancel(author) if room.bench.task is progress.task else None,
+        lambda: shared.cancel(author) if shared.jobs.task is progress.task else None,
     )
 
 
-def nothing_to_solve(room: SubjectRoom) -> bool:
+def nothing_to_solve(shared: SharedSubject) -> bool:
     """Whether a solve would only find the fit on the screen again: files, settings and masks are the same.
 
     Args:
-        room: of the subject.
+        shared: of the subject.
 
     Raises:
         SolverError: the subject's files cannot be read.
     """
-    library = room.library
+    library = shared.fits.shown
     fit = library.fit
     if fit is None or fit.heldout_due:
         return False
     for trial in fit.trials:
         name, used = trial.capture.name, trial.mask
-        now = mask_now(library.replay(name), room.book.review(name)) if used is not None else None
+        now = mask_now(library.replay(name), shared.reviews.review(name)) if used is not None else None
         if used is not None and (now is None or not np.array_equal(now.counts, used.counts)):
             return False
-    job = job_for(room.subject.folder, out=room.results)
+    job = job_for(shared.subject.folder, out=shared.results)
     return can_resolve(fit, job.subject, job.subject.trials, job.settings, extension=job.extension)
-
-
-def show_progress(bar: Any, status: viser.GuiHtmlHandle, progress: Progress) -> None:
-    """Fill a bar, moving where the work does not say how far it is, and write what it does."""
-    known = progress.fraction is not None
-    bar.animated = not known
-    bar.value = 100.0 * progress.fraction if progress.fraction is not None else 100.0
-    status.content = progress_html(progress)

@@ -18,14 +18,14 @@ def boxed(content: str) -> str:
     return f"<div style='font-size:.8rem;line-height:1.4;padding:.15em .9em .15em .6em'>{content}</div>"
 
 
-def clickable(wish: str, content: str) -> str:
-    """A piece whose click writes a wish into the box "Go to".
+def clickable(go_to: str, content: str) -> str:
+    """A piece whose click writes something into the box "Go to".
 
     Args:
-        wish: as that box takes it.
+        go_to: as that box takes it.
         content: safe HTML.
     """
-    return f"<div data-addb-wish='{html.escape(wish)}' style='cursor:pointer'>{content}</div>"
+    return f"<div data-addb-go-to='{html.escape(go_to)}' style='cursor:pointer'>{content}</div>"
 
 
 def swatch(color: Rgb, text: str = "") -> str:

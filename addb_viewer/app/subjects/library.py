@@ -10,7 +10,8 @@ from typing import Any
 import trimesh
 
 from addb_viewer.app.subjects.root_folder import check_recorded, reading_of
-from addb_viewer.app.trial.replay import Person, Replay, fitted_replay, unfitted_replay
+from addb_viewer.app.trial.replay import BodySize, Replay
+from addb_viewer.app.trial.replay_of_fit import fitted_replay, unfitted_replay
 from solver.capture.capture import Capture, Subject, UnusedFile
 from solver.capture.subject import open_subject
 from solver.capture.trial import read_trial
@@ -88,7 +89,7 @@ class Library:
 
     def _load(self, name: str) -> Replay:
         if self.fit is not None:
-            person = Person(self.fit.mass_kg, self.fit.height_m)
+            person = BodySize(self.fit.mass_kg, self.fit.height_m)
             for trial in self.fit.trials:
                 if trial.capture.name == name:
                     return fitted_replay(trial, self.fit.skeleton, person, self.fit.settings)

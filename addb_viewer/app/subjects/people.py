@@ -4,23 +4,25 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
-from typing import Protocol
-
-from addb_viewer.app.queue.rows import Row
-from annotations.errors import ReviewError
-from annotations.events import IMPORTED
-from solver.errors import SolverError
+from typing import Protocol, TypeVar
 
 TrialPlace = tuple[str, str]  # subject and trial
-LONGEST_NAME = 60  # characters: it stands beside every edit
 SOMEBODY = "somebody"  # who has not said a name yet
 
 
-class NameNeededError(SolverError):
-    """Somebody decides who has not said who they are."""
+class OfTrial(Protocol):
+    """A row of the queue: it knows its trial."""
 
-    def __init__(self) -> None:
-        super().__init__("a decision needs a name; say yours under Review, 'Who did what'")
+    @property
+    def subject(self) -> str:
+        """Its name."""
+
+    @property
+    def trial(self) -> str:
+        """Its name."""
+
+
+Offered = TypeVar("Offered", bound=OfTrial)
 
 
 class Listener(Protocol):
@@ -81,7 +83,7 @@ class People:
         if gone is not None:
             self.queue_changed()
 
-    def offer(self, page: int, choose: Callable[[Collection[TrialPlace]], Row | None]) -> Row | None:
+    def offer(self, page: int, choose: Callable[[Collection[TrialPlace]], Offered | None]) -> Offered | None:
         """A trial for this page alone: nobody else is offered it, from now until the page goes elsewhere.
 
         Args:
@@ -140,22 +142,6 @@ class People:
                     "If that is two people, one of you should take another name (Review, Who did what): "
                     "it says whose a decision is, and which ones U takes back.",
                 )
-
-
-def checked_name(text: str) -> str:
-    """A person's name, as it is to stand beside edits.
-
-    Raises:
-        ReviewError: it cannot be one; says why.
-    """
-    name = " ".join(text.split())
-    if not name:
-        raise ReviewError("a decision needs a name; type yours")
-    if name == IMPORTED:
-        raise ReviewError(f"'{IMPORTED}' stands for labels from files; take another name")
-    if len(name) > LONGEST_NAME or not name.isprintable():
-        raise ReviewError(f"a name has at most {LONGEST_NAME} characters, all of which can be read")
-    return name
 
 
 def _counted(names: Collection[str]) -> tuple[str, ...]:

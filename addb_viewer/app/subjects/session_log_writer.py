@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from addb_viewer.app.jobs.job_queue import Progress, Task
+from addb_viewer.app.jobs.job_queue import Task, TaskProgress
 from addb_viewer.app.jobs.worker_process import Outcome
 from addb_viewer.app.subjects.library import Library
 from addb_viewer.kept_diagnosis import kept
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 FitKey = tuple[Path | None, int]
 
 
-class LiveLog:
+class SessionLogWriter:
     """Writes down what it is told; nobody who tells it waits for the disk."""
 
     def __init__(
@@ -60,7 +60,7 @@ class LiveLog:
         """Somebody recorded edits."""
         self._do(self._write_edits)
 
-    def progressed(self, progress: Progress) -> None:
+    def progressed(self, progress: TaskProgress) -> None:
         """Something is at work."""
         if progress.fraction is not None:
             stage, fraction, seconds = progress.stage, progress.fraction, progress.seconds

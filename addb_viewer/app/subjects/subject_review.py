@@ -16,14 +16,14 @@ from solver.capture.capture import Capture, Subject, TrialFiles
 LOOK_EVERY = 0.4  # [s] between two looks at what other programs recorded
 
 
-class ReviewBook:
+class SubjectReview:
     """All edits of one subject. Its file is made with the first edit: looking writes nothing."""
 
     def __init__(
         self,
         subject: Subject,
         capture: Callable[[str], Capture],
-        heard: Callable[[Sequence[Edit]], None],
+        edited: Callable[[Sequence[Edit]], None],
         failed: Callable[[Exception], None],
     ) -> None:
         """Begin to look for edits.
@@ -31,11 +31,11 @@ class ReviewBook:
         Args:
             subject: whose.
             capture: a trial as read from its files.
-            heard: told of new edits, by whomever, once each and in order; of none where there is a new row
+            edited: told of new edits, by whomever, once each and in order; of none where there is a new row
                 that cannot be read.
             failed: told when the log, or a new row of it, cannot be read.
         """
-        self.subject, self._capture, self._heard, self._failed = subject, capture, heard, failed
+        self.subject, self._capture, self._edited, self._failed = subject, capture, edited, failed
         self._lock = threading.RLock()
         self._live: LiveReview | None = None
         self._told, self._passed_over = 0, 0
@@ -157,9 +157,9 @@ class ReviewBook:
         for note in unreadable_notes(passed_over):
             self._failed(ReviewError(note))
         if passed_over:
-            self._heard(())
+            self._edited(())
         if new:
-            self._heard(new)
+            self._edited(new)
 
     def _files(self, trial: str) -> TrialFiles:
         return next(files for files in self.subject.trials if files.name == trial)

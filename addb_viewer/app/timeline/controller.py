@@ -1,72 +1,74 @@
 """The timeline of one browser: its lanes, its charts, and what is chosen for it."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
-import numpy as np
 import viser
 
-from addb_viewer.app.shell.controls import NO_JOINT, PAGES_S, build_timeline_controls
-from addb_viewer.app.shell.layout import Layout
+from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.timeline.charts import charts_of, joint_choices
-from addb_viewer.app.timeline.lanes import lanes_of
+from addb_viewer.app.timeline.lanes import Lane
 from addb_viewer.app.timeline.timeline import Timeline
-from annotations.events import Status
-from annotations.trial_review import TrialReview
-from solver.runs import runs
-
-if TYPE_CHECKING:
-    from addb_viewer.app.shell.session import Session
+from addb_viewer.app.trial.replay import Replay
 
 JOINTS = 2  # that can be charted at once
+PAGES_S = {"all": None, "10 s": 10.0, "4 s": 4.0, "2 s": 2.0, "1 s": 1.0}  # how much is shown
+NO_JOINT = "–"
 
 
-class TimelineDesk:
+class TimelineController:
     """What one reviewer sees over time."""
 
     def __init__(
-        self, gui: viser.GuiApi, tab: viser.GuiTabHandle, session: "Session", layout: Layout
+        self,
+        gui: viser.GuiApi,
+        tab: viser.GuiTabHandle,
+        screen: Screen,
+        chart_height: int,
+        compared: Callable[[], Replay | None],
     ) -> None:
-        self.session = session
-        self.drawn = Timeline(gui, tab, layout.chart_height)
+        """Lay out the tab.
+
+        Args:
+            gui: of the browser.
+            tab: where.
+            screen: of the browser.
+            chart_height: [pixel].
+            compared: the trial as the solve that is compared with has it; None: nothing is compared.
+        """
+        self.screen, self._compared = screen, compared
+        self.drawn = Timeline(gui, tab, chart_height)
         with tab:
-            self.controls = build_timeline_controls(gui, JOINTS)
-        for handle in self.controls.joints:
-            handle.on_update(session.notices.in_order("Charting", self.show))
-        self.controls.page.on_update(session.notices.in_order("Zooming", self._zoom))
+            self.page = gui.add_dropdown(
+                "Shown", tuple(PAGES_S), hint="How much of the trial is seen at once"
+            )
+            self.joints = tuple(gui.add_dropdown(f"Joint {i + 1}", (NO_JOINT,)) for i in range(JOINTS))
+        for handle in self.joints:
+            handle.on_update(screen.notices.in_order("Charting", self.show))
+        self.page.on_update(screen.notices.in_order("Zooming", self._zoom))
 
     def show(self) -> None:
-        """Draw the trial that is on the screen."""
-        replay = self.session.replay
+        """Draw the charts of the trial that is on the screen."""
+        replay = self.screen.replay
         if replay is None:
             return
         names = () if replay.joints is None else tuple(joint_choices(replay.joints))
-        for handle in self.controls.joints:
+        for handle in self.joints:
             if handle.options != (NO_JOINT, *names):
                 handle.options = (NO_JOINT, *names)
-        chosen = tuple(str(handle.value) for handle in self.controls.joints)
-        self.draw_lanes()
-        self.drawn.show(replay.times, charts_of(replay, self.session.solving.other, chosen))
+        chosen = tuple(str(handle.value) for handle in self.joints)
+        self.screen.draw_lanes()
+        self.drawn.show(replay.times, charts_of(replay, self._compared(), chosen))
         self._zoom()
 
-    def draw_lanes(self) -> None:
-        """Draw what people and detection say."""
-        session, replay = self.session, self.session.replay
-        if replay is None:
-            return
-        review = session.review.review
-        self.drawn.lanes(
-            lanes_of(
-                replay,
-                review,
-                reviewed=reviewed(review, replay.frames),
-                proposals=session.review.proposals,
-                current=session.review.current,
-                figures=session.diagnosis.state.figures,
-                suggested=session.review.suggested,
-                chosen=session.review.chosen,
-            )
-        )
-        self.drawn.select(session.review.chosen)
+    def draw_lanes(self, lanes: tuple[Lane, ...], chosen: tuple[int, int] | None) -> None:
+        """Draw what people and detection say.
+
+        Args:
+            lanes: of the trial on the screen.
+            chosen: the selected range.
+        """
+        self.drawn.lanes(lanes)
+        self.drawn.select(chosen)
 
     def cursor(self, frame: int) -> None:
         """Move the cursor."""
@@ -77,13 +79,6 @@ class TimelineDesk:
         self.drawn.select(frames)
 
     def _zoom(self) -> None:
-        replay, seconds = self.session.replay, PAGES_S[str(self.controls.page.value)]
+        replay, seconds = self.screen.replay, PAGES_S[str(self.page.value)]
         if replay is not None:
             self.drawn.zoom(None if seconds is None else max(round(seconds * replay.rate), 2))
-
-
-def reviewed(review: TrialReview, frames: int) -> tuple[tuple[int, int], ...]:
-    """Ranges on which a person has decided about every foot; all frames of a finished trial."""
-    if review.status is Status.FINISHED:
-        return ((0, frames),)
-    return tuple((int(start), int(end)) for start, end in runs(np.asarray(review.judged(frames).any(axis=1))))

@@ -4,7 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from addb_viewer.app.scene.cause_pictures import Figures
+import numpy as np
+
 from addb_viewer.app.style.palette import BLUE, CAUSE, GREEN, GREY, ORANGE, Rgb, foot_color, reason_color
 from addb_viewer.app.trial.foot_names import foot_letter
 from addb_viewer.app.trial.forces_in_use import mask_now
@@ -12,11 +13,13 @@ from addb_viewer.app.trial.proposals import Pending, State
 from addb_viewer.app.trial.replay import Replay
 from addb_viewer.diagnosis_vocabulary import ranges_of, title
 from addb_viewer.evidence_words import sure_words
+from annotations.events import Status
 from annotations.reasons import key_of, reason_words
 from annotations.suggested_activity import SuggestedActivity
 from annotations.trial_review import TrialReview
 from solver.contact.wrenches import DETECTION, RECORDING
 from solver.kinematics.label_faults.fault import EXCHANGED, LabelFault
+from solver.runs import runs
 
 _NO_FORCE = "the recording has no force for the foot here"
 _UNDECIDED = "left out by detection, not decided by anybody yet"
@@ -51,7 +54,7 @@ def lanes_of(
     reviewed: Sequence[tuple[int, int]],
     proposals: Sequence[Pending],
     current: Pending | None,
-    figures: Figures | None,
+    figures: Mapping[str, Any] | None,
     suggested: Sequence[SuggestedActivity] = (),
     chosen: tuple[int, int] | None = None,
 ) -> tuple[Lane, ...]:
@@ -88,6 +91,13 @@ def lanes_of(
         lanes.append(Lane("labels", tuple(_label_fault(fault) for fault in replay.label_faults)))
     lanes.append(Lane("causes", () if figures is None else _causes(figures, replay.name)))
     return tuple(lanes)
+
+
+def reviewed_ranges(review: TrialReview, frames: int) -> tuple[tuple[int, int], ...]:
+    """Ranges on which a person has decided about every foot; all frames of a finished trial."""
+    if review.status is Status.FINISHED:
+        return ((0, frames),)
+    return tuple((int(start), int(end)) for start, end in runs(np.asarray(review.judged(frames).any(axis=1))))
 
 
 def _contacts(replay: Replay, foot: int) -> tuple[Block, ...]:

@@ -3,8 +3,8 @@
 import numpy as np
 
 from addb_viewer.app.trial.foot_names import foot_words
+from addb_viewer.app.trial.frame_ranges import Stop
 from addb_viewer.app.trial.replay import ForceUse, Replay
-from addb_viewer.app.trial.stops import Stop
 from addb_viewer.review_store import force_review
 from annotations.trial_review import TrialReview
 from solver.contact.mask import (

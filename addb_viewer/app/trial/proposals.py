@@ -4,9 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
+import numpy as np
+from jaxtyping import Bool
+
 from addb_viewer.review_store import as_proposal
 from annotations.events import Proposal
 from annotations.open_proposals import open_proposals
+from annotations.runs import true_runs
 from annotations.trial_review import TrialReview
 from solver.contact.proposals import Proposal as Detected
 
@@ -58,3 +62,41 @@ def _decided(proposal: Proposal, review: TrialReview) -> State:
         if None in (flag.foot, proposal.foot) or flag.foot == proposal.foot
     )
     return State.ACCEPTED if 2 * covered >= proposal.end - proposal.start else State.REJECTED
+
+
+def undecided_frames(
+    left_out: Sequence[Proposal], review: TrialReview, frames: int
+) -> list[tuple[int, int, str | None]]:
+    """The frames and feet of these proposals about which nobody has decided: perhaps only a part of one.
+
+    Args:
+        left_out: proposals that a fit obeys.
+        review: what people decided.
+        frames: of the trial.
+    """
+    judged, found = review.judged(frames, by_files=True), []
+    for p in left_out:
+        lane = np.asarray(judged.all(axis=1) if p.foot is None else judged[:, review.feet.index(p.foot)])
+        found += [(p.start + a, p.start + b, p.foot) for a, b in true_runs(~lane[p.start : p.end])]
+    return found
+
+
+def unsure_proposals(
+    proposals: Sequence[Pending], review: TrialReview, frames: int, confidence: float
+) -> tuple[Proposal, ...]:
+    """Open proposals that detection does not leave out, and no imported review has decided.
+
+    Args:
+        proposals: of the trial.
+        review: what people decided.
+        frames: of the trial.
+        confidence: from which on a proposal is left out.
+    """
+    judged: Bool[np.ndarray, " frames"] = np.all(review.judged(frames, by_files=True), axis=1)
+    return tuple(
+        p.proposal
+        for p in proposals
+        if p.state is State.OPEN
+        and p.proposal.confidence < confidence
+        and not judged[p.proposal.start : p.proposal.end].all()
+    )

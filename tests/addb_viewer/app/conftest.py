@@ -10,9 +10,9 @@ import trimesh
 
 from addb_viewer.app.app import ReviewApp
 from addb_viewer.app.app import start as start_app
+from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.server import open_server
 from addb_viewer.app.subjects.library import Library
-from addb_viewer.app.subjects.workspace import House
 from addb_viewer.app.trial.replay import (
     BodyReplay,
     ForceUse,
@@ -154,7 +154,7 @@ def make_app(make_library):
     """Makes an app on replays; closing is the test's."""
 
     def made(folder, replays, **options):
-        return ReviewApp(open_server(port=0), House.of(make_library(folder, replays)), **options)
+        return ReviewApp(open_server(port=0), TrialQueue.of(make_library(folder, replays)), **options)
 
     return made
 

@@ -50,7 +50,7 @@ def test_a_subject_without_a_fit_opens(subject, opened, enter):
     browser = enter(opened(subject))
     session = browser.session
     assert session.shown == "first"
-    assert session.trials() == ("first", "second")
+    assert session.shared.fits.shown.trials == ("first", "second")
     assert session.replay.bodies is None
     browser.until(lambda: "70.0 kg" in browser.html())
     browser.until(lambda: "Not fitted yet" in browser.html())
@@ -85,13 +85,13 @@ def test_a_root_shows_the_queue_of_all_subjects_and_goes_from_one_to_the_next(tm
         write_subject(tmp_path / name)
     browser = enter(opened(tmp_path))
     browser.until(lambda: "Reviewed 0 of 4" in browser.html())
-    assert (browser.session.room.name, browser.session.shown) == ("A", "first")
+    assert (browser.session.shared.name, browser.session.shown) == ("A", "first")
     for name in ("first", "second"):
         browser.until(lambda name=name: browser.session.shown == name)
         browser.press("Finish the trial, go to the next")
         browser.until(lambda: browser.asked("Nothing has been fitted to this trial yet"))
         browser.press("Yes, to the question")
-    browser.until(lambda: browser.session.room.name == "B" and browser.session.shown == "first")
+    browser.until(lambda: browser.session.shared.name == "B" and browser.session.shown == "first")
     browser.until(lambda: "Reviewed 2 of 4" in browser.html())
     assert (tmp_path / "A" / "annotations.sqlite").exists()
     assert not (tmp_path / "B" / "annotations.sqlite").exists()
@@ -104,8 +104,8 @@ def test_rooms_that_nobody_is_in_are_closed_but_for_the_last(tmp_path, opened, e
     browser = enter(app)
     for name in "BCDAB":
         browser.session.notices.do("Opening", lambda name=name: browser.session.open(name, "second"))
-    browser.until(lambda: browser.session.room.name == "B" and browser.session.shown == "second")
-    browser.until(lambda: len(app.house.rooms) == 2)
+    browser.until(lambda: browser.session.shared.name == "B" and browser.session.shown == "second")
+    browser.until(lambda: len(app.subjects.loaded) == 2)
 
 
 def test_a_subject_that_breaks_is_told_and_the_present_one_stays(tmp_path, opened, enter):
@@ -115,7 +115,7 @@ def test_a_subject_that_breaks_is_told_and_the_present_one_stays(tmp_path, opene
     (tmp_path / "B" / "_subject.json").write_text("{")
     browser.session.notices.do("Opening", lambda: browser.session.open("B", "first"))
     browser.until(lambda: browser.told("_subject.json"))
-    assert browser.session.room.name == "A"
+    assert browser.session.shared.name == "A"
 
 
 def test_files_outside_the_root_are_refused(tmp_path):
@@ -132,10 +132,10 @@ def test_files_outside_the_root_are_refused(tmp_path):
     write_subject(tmp_path / "root" / "S2")
     app = start(tmp_path / "root", port=0)
     try:
-        assert app.house.root.names == ("S2",)
+        assert app.subjects.root.names == ("S2",)
         for name in ("..", "../outside", "linked", "S1", "/etc"):
             with pytest.raises(CaptureError, match="has no subject"):
-                app.house.room(name)
+                app.subjects.subject(name)
     finally:
         app.close()
 
@@ -175,7 +175,7 @@ def test_links_within_the_opened_folder_are_followed(tmp_path, opened, enter):
     (root / "A" / "results").symlink_to(root / "disk")
     (root / "B" / "trials" / "first" / "itself").symlink_to("itself")
     app = opened(root)
-    assert app.house.root.names == ("A", "B")
+    assert app.subjects.root.names == ("A", "B")
 
 
 def test_a_results_folder_elsewhere_is_read_where_the_user_names_it(tmp_path, opened, enter):
@@ -204,7 +204,7 @@ def test_serving_prints_the_real_address_and_ends_with_ctrl_c(subject, capsys, m
 
 def test_on_the_network_the_printed_address_holds_the_token_and_nobody_is_anybody(subject, opened):
     app = opened(subject, host="0.0.0.0")
-    assert app.door.token
+    assert app.access.token
     assert app._login == ""
 
 

@@ -8,9 +8,9 @@ from dataclasses import replace
 import pytest
 
 from addb_viewer.app.app import ReviewApp
-from addb_viewer.app.security.access import Door
+from addb_viewer.app.queue.trial_queue import TrialQueue
+from addb_viewer.app.security.access import Access
 from addb_viewer.app.security.server import address, open_server
-from addb_viewer.app.subjects.workspace import House
 from solver.errors import CaptureError
 from tests.patience import PATIENCE_MS
 
@@ -30,7 +30,7 @@ def app(tmp_path_factory, make_replay, make_app):
     )
     replays = [make_replay(), spiteful, make_replay("no forces", 80, plates=0)]
     app = make_app(tmp_path_factory.mktemp("subject"), replays, login=SPITEFUL)
-    app.house.rooms[0].library.broken["torn"] = CaptureError("markers.trc: line 7 is cut off")
+    app.subjects.loaded[0].fits.shown.broken["torn"] = CaptureError("markers.trc: line 7 is cut off")
     yield app
     app.close()
 
@@ -248,15 +248,17 @@ def choose(page, trial):
 def test_with_a_token_the_page_opens_and_without_it_nothing_does(
     browser, tmp_path, make_replay, make_library, until
 ):
-    door = Door("127.0.0.1", "right-token")
+    access = Access("127.0.0.1", "right-token")
     guarded = ReviewApp(
-        open_server(port=0, door=door), House.of(make_library(tmp_path, [make_replay()])), door=door
+        open_server(port=0, access=access),
+        TrialQueue.of(make_library(tmp_path, [make_replay()])),
+        access=access,
     )
     page = browser.new_page()
     page.set_default_timeout(PATIENCE_MS)
     try:
         assert page.goto(f"http://127.0.0.1:{guarded.server.get_port()}").status == 403
-        assert page.goto(address(guarded.server, door)).status == 200
+        assert page.goto(address(guarded.server, access)).status == 200
         until(lambda: guarded.sessions, "the session")
         assert "token" not in page.url
     finally:

@@ -6,7 +6,7 @@ import textwrap
 import numpy as np
 import pytest
 
-from addb_viewer.app.subjects import shared_subject as room
+from addb_viewer.app.subjects import shared_subject
 from solver.dynamics.extension import Cause, Extension
 from solver.results import extension_log
 from tests.patience import FOR_EVER_S
@@ -51,7 +51,7 @@ def app(tmp_path_factory, make_replay, make_app, effect, figures):
     )
     (folder / "tested_worker.py").write_text(textwrap.dedent(WORKER).replace("FOR_EVER_S", str(FOR_EVER_S)))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(room, "DIAGNOSE_WORKER", "tested_worker")
+        patch.setattr(shared_subject, "DIAGNOSE_WORKER", "tested_worker")
         patch.setenv("PYTHONPATH", str(folder))
         patch.chdir(folder)
         app = make_app(folder, [make_replay()], login="Zoë")
@@ -61,7 +61,7 @@ def app(tmp_path_factory, make_replay, make_app, effect, figures):
 
 @pytest.fixture(scope="module")
 def folder(app):
-    return app.house.rooms[0].subject.folder
+    return app.subjects.loaded[0].subject.folder
 
 
 @pytest.fixture(scope="module")
@@ -79,8 +79,8 @@ def nothing_at_work(page, folder, close_notices, until):
         (folder / name).unlink(missing_ok=True)
     close_notices(page)
     yield
-    page.session.room.bench.cancel()
-    until(lambda: not page.session.room.bench.work.running)
+    page.session.shared.jobs.cancel()
+    until(lambda: not page.session.shared.jobs.process.running)
     assert page.errors == []
 
 
@@ -104,7 +104,7 @@ def test_diagnosing_shows_progress_and_cancel_ends_it(page, folder, until):
     until(lambda: page.session.playback.position.frame == 1)
     page.get_by_role("button", name="Cancel").click()
     page.get_by_text("Diagnosing was cancelled; nothing was written.").wait_for()
-    assert not (page.session.room.results / "diagnosis.json").exists()
+    assert not (page.session.shared.results / "diagnosis.json").exists()
     page.get_by_role("button", name="Diagnose", exact=True).wait_for()
 
 
@@ -165,7 +165,7 @@ def test_a_refused_decision_says_why(page, folder, diagnosed, close_notices):
 def test_a_decision_is_echoed_with_its_author(page, folder, diagnosed):
     late = Cause("clock_offset", "all", {"offset_s": (0.012, 0.001)})
     accepted = Extension((late,), np.ones(1), np.zeros(1))
-    extension_log.accept(page.session.room.results, accepted, by="Zoë", made_of={})
+    extension_log.accept(page.session.shared.results, accepted, by="Zoë", made_of={})
     page.session.diagnosis.show()
     page.get_by_text("Accepted by Zoë on").wait_for()
     page.get_by_text("The next fit uses it.").wait_for()

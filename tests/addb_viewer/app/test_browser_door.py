@@ -12,9 +12,9 @@ import zstandard
 from websockets.sync.server import serve
 
 from addb_viewer.app.app import ReviewApp
-from addb_viewer.app.security.access import Door
+from addb_viewer.app.queue.trial_queue import TrialQueue
+from addb_viewer.app.security.access import Access
 from addb_viewer.app.security.server import address, open_server
-from addb_viewer.app.subjects.workspace import House
 from tests.patience import PATIENCE_MS
 
 pytestmark = pytest.mark.browser
@@ -27,9 +27,9 @@ SCRIPT = "window.hacked = 1; document.title = 'hacked'"
 @pytest.fixture(scope="module", params=[None, "right-token"], ids=["loopback", "token"])
 def guarded(request, tmp_path_factory, make_replay, make_library):
     """An app on the loopback, or one that asks for a token as on the network."""
-    door = Door("127.0.0.1", request.param)
+    access = Access("127.0.0.1", request.param)
     library = make_library(tmp_path_factory.mktemp("subject"), [make_replay()])
-    app = ReviewApp(open_server(port=0, door=door), House.of(library), door=door)
+    app = ReviewApp(open_server(port=0, access=access), TrialQueue.of(library), access=access)
     yield app
     app.close()
 
@@ -42,7 +42,7 @@ def let_in(browser, guarded):
     page = context.new_page()
     page.said = []
     page.on("console", lambda said: page.said.append(said.text))
-    assert page.goto(address(guarded.server, guarded.door)).status == 200
+    assert page.goto(address(guarded.server, guarded.access)).status == 200
     page.goto("about:blank")
     yield page
     context.close()
@@ -235,17 +235,19 @@ def test_the_loopback_of_ipv6_works(browser, tmp_path, make_replay, make_library
             trial.bind(("::1", 0))
         except OSError:
             pytest.skip("this machine has no IPv6 loopback")
-    door = Door.of("::1")
-    assert door.token is None
+    access = Access.of("::1")
+    assert access.token is None
     app = ReviewApp(
-        open_server("::1", port=0, door=door), House.of(make_library(tmp_path, [make_replay()])), door=door
+        open_server("::1", port=0, access=access),
+        TrialQueue.of(make_library(tmp_path, [make_replay()])),
+        access=access,
     )
     context = browser.new_context()
     page = context.new_page()
     page.said = []
     page.on("console", lambda said: page.said.append(said.text))
     try:
-        client = _client_of(app, page, address(app.server, door), until)
+        client = _client_of(app, page, address(app.server, access), until)
         assert client.get_render(90, 160, timeout=PATIENCE_S).shape[:2] == (90, 160)
         assert not any("Content Security Policy" in text for text in page.said)
     finally:

@@ -40,7 +40,7 @@ def test_all_are_fitted_and_the_broken_one_says_why(root, open_page, until):
         page.get_by_text("Fitted 2 of 3").wait_for()
         page.get_by_text(re.compile("⚠ not fitted: .*trial2.c3d")).wait_for()
         assert [has_fit(root / name / "results") for name in ("anna", "ben", "cut")] == [True, True, False]
-        fitted = {row.subject for row in app.house.rows() if row.figures is not None}
+        fitted = {row.subject for row in app.queue.rows() if row.figures is not None}
         assert fitted == {"anna", "ben"}
 
         page.get_by_role("button", name="Fit all that have no fit (1)").click()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from addb_viewer.app.app import start
-from addb_viewer.app.jobs.stored_solves import KEPT, NEW, REPLACED, solves
+from addb_viewer.app.jobs.stored_solves import KEPT, NEW, REPLACED, stored_solves
 from addb_viewer.review_store import open_log
 from annotations.events import Status
 from solver.capture.subject import open_subject
@@ -126,7 +126,7 @@ def test_open_play_step_select_paint_undo_redo_accept_solve_compare_finish_next(
         page.get_by_text("s so far").first.wait_for()
         page.keyboard.press("End")  # the page stays alive
         until(lambda: session.frame == last)
-        until(lambda: session.room.new is not None, "the solve")
+        until(lambda: session.shared.fits.new is not None, "the solve")
         page.get_by_text("A new solve is on the screen.").wait_for()
         page.get_by_text("Frames whose forces count differently").wait_for()
         until(lambda: session.scene.other is not None)
@@ -134,10 +134,10 @@ def test_open_play_step_select_paint_undo_redo_accept_solve_compare_finish_next(
         until(lambda: session.scene.other is None)
         page.keyboard.press("m")
         until(lambda: session.scene.other is not None)
-        assert [s.state for s in solves(folder / "results")] == [NEW]
+        assert [s.state for s in stored_solves(folder / "results")] == [NEW]
         page.get_by_role("button", name="Keep").click()
-        until(lambda: session.room.new is None)
-        assert {s.state for s in solves(folder / "results")} == {KEPT, REPLACED}
+        until(lambda: session.shared.fits.new is None)
+        assert {s.state for s in stored_solves(folder / "results")} == {KEPT, REPLACED}
         fit = json.loads((folder / "results" / "fit.json").read_text())
         assert next(t for t in fit["trials"] if t["name"] == "walk")["mask_source"] == "review"
 

@@ -99,7 +99,7 @@ class Person:
 
     @property
     def place(self):
-        return self.session.room.name, self.session.shown
+        return self.session.shared.name, self.session.shown
 
     def settle(self):
         """Until all that was pressed has been done."""
@@ -111,8 +111,8 @@ class Person:
         self.settle()
 
     def edits(self, place):
-        room = next(room for room in self.session.house.rooms if room.name == place[0])
-        return len(room.book.history(place[1]))
+        shared = next(shared for shared in self.session.trials.subjects.loaded if shared.name == place[0])
+        return len(shared.reviews.history(place[1]))
 
     def write(self, place, what):
         self.ledger.write(place, self.name, what)
@@ -243,7 +243,7 @@ def visit_together(people, ledger, until):
         k for k, row in enumerate(second.session.queue._rows) if (row.subject, row.trial) == first.place
     )
     second.page.get_by_role("tab", name="Queue", exact=True).click()
-    second.page.locator(f"[data-addb-wish='#{row}']").click()
+    second.page.locator(f"[data-addb-go-to='#{row}']").click()
     until(lambda: second.place == first.place, "the same trial")
     first.page.get_by_text("Bo is on this trial too.").wait_for()
     for person in (first, second):

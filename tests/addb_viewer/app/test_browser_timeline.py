@@ -2,7 +2,7 @@
 
 import pytest
 
-from addb_viewer.app.shell import page_script
+from addb_viewer.app.shell import keys
 from addb_viewer.review_store import open_log
 
 pytestmark = pytest.mark.browser
@@ -97,9 +97,9 @@ def test_a_click_on_a_proposal_and_on_a_row_of_the_queue_leads_there(page, until
     page.get_by_text("100–109").first.click()
     until(lambda: page.session.frame == 100 and page.session.review.chosen == (100, 110))
     page.get_by_role("tab", name="Queue", exact=True).click()
-    page.locator("[data-addb-wish^='#']", has_text="run").click()
+    page.locator("[data-addb-go-to^='#']", has_text="run").click()
     until(lambda: page.session.shown == "run")
-    page.locator("[data-addb-wish^='#']", has_text="walk").click()
+    page.locator("[data-addb-go-to^='#']", has_text="walk").click()
     until(lambda: page.session.shown == "walk")
     page.get_by_role("tab", name="Review", exact=True).click()
 
@@ -118,7 +118,7 @@ def test_a_page_of_the_trial_turns_with_the_cursor(page, until):
 
 
 def test_without_the_scripts_the_box_does_the_same(app, open_page, until, monkeypatch):
-    monkeypatch.setattr(page_script, "SCRIPTS", ())
+    monkeypatch.setattr(keys, "SCRIPTS", ())
     page = open_page(app)
     box = page.locator("label:has-text('Go to')").locator("xpath=ancestor::*[.//input][1]//input").first
     box.fill("120:140")

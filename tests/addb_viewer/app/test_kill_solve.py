@@ -10,9 +10,9 @@ import time
 import numpy as np
 import pytest
 
-from addb_viewer.app.jobs.stored_solves import KEPT, NEW, solves
+from addb_viewer.app.jobs.stored_solves import KEPT, NEW, stored_solves
 from addb_viewer.app.subjects.library import library_of
-from addb_viewer.app.subjects.shared_subject import SubjectRoom
+from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.jobs.solving import job_for, solved
 from solver.capture.subject import open_subject
 from solver.results.store import load_fit, save_fit
@@ -26,7 +26,7 @@ WRITER = """
 import sys
 from dataclasses import replace
 from pathlib import Path
-from addb_viewer.app.jobs.stored_solves import add, keep, solves
+from addb_viewer.app.jobs.stored_solves import add, keep, stored_solves
 from solver.results.store import load_fit
 
 folder, results, keeping = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3] == "keep"
@@ -34,7 +34,7 @@ fit = load_fit(results, folder)
 while True:
     number = add(replace(fit, mass_kg=fit.mass_kg + 1), results, by="Zoë", seconds=1.0)
     if keeping:
-        keep(next(s for s in solves(results) if s.number == number), results, folder)
+        keep(next(s for s in stored_solves(results) if s.number == number), results, folder)
     print(number, flush=True)
 """
 
@@ -59,7 +59,7 @@ def test_what_is_shown_is_whole_and_the_fit_stays(small_fit, doing):
     for _ in range(ROUNDS):
         command = [sys.executable, "-c", WRITER, str(folder), str(results), doing]
         last = killed(subprocess.Popen(command, stdout=subprocess.PIPE, text=True), rng)
-        made = solves(results)
+        made = stored_solves(results)
         assert last in [solve.number for solve in made]
         assert sum(solve.state == KEPT for solve in made) <= 1
         for solve in made:
@@ -113,12 +113,12 @@ def test_a_solve_killed_with_its_app_leaves_the_fit_and_a_sound_history(subject)
             process.communicate()
             browser.close()
         assert (results / "fit.json").read_bytes() == before
-        for solve in solves(results):
+        for solve in stored_solves(results):
             assert load_fit(solve.folder, subject).trials[0].motion.frames > 0
-        shown = SubjectRoom(".", library_of(open_subject(subject)))
+        shown = SharedSubject(".", library_of(open_subject(subject)))
         try:
-            waiting = [s.number for s in solves(results) if s.state == NEW]
-            assert (shown.new.number if shown.new else None) == (waiting[-1] if waiting else None)
-            assert shown.library.replay("squat").bodies is not None
+            waiting = [s.number for s in stored_solves(results) if s.state == NEW]
+            assert (shown.fits.new.number if shown.fits.new else None) == (waiting[-1] if waiting else None)
+            assert shown.fits.shown.replay("squat").bodies is not None
         finally:
             shown.close()

@@ -6,7 +6,7 @@ import shutil
 import pytest
 
 from addb_viewer.app.app import start
-from addb_viewer.app.jobs.stored_solves import solves
+from addb_viewer.app.jobs.stored_solves import stored_solves
 from annotations.events import Status
 from solver.capture.subject import open_subject
 from solver.pipeline import solve
@@ -26,7 +26,7 @@ def paint(browser, frames, label):
 
 
 def states(walks_folder):
-    return [(solve.by, solve.state) for solve in solves(walks_folder / "results")]
+    return [(solve.by, solve.state) for solve in stored_solves(walks_folder / "results")]
 
 
 def table(browser):
@@ -136,11 +136,11 @@ def test_a_fit_made_in_a_terminal_shows_in_the_rows_of_other_subjects(two_walks,
         zoe = enter(app, trial=False)
         zoe.until(lambda: zoe.session.replay is not None)
         zoe.session.notices.do("Going to the other subject", lambda: zoe.session.open("S1", "part1"))
-        zoe.until(lambda: zoe.session.room.name == "S1")
+        zoe.until(lambda: zoe.session.shared.name == "S1")
         zoe.put("Filter", "S2")
         zoe.until(lambda: table(zoe).count("no fit") == 2, "the rows")
         save_fit(solve(open_subject(root / "S2"), Settings()), root / "S2" / "results")
         zoe.until(lambda: "no fit" not in table(zoe), "the figures")
-        assert zoe.session.room.name == "S1"
+        assert zoe.session.shared.name == "S1"
     finally:
         app.close()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from addb_viewer.app.app import start
-from addb_viewer.app.jobs.stored_solves import solves
+from addb_viewer.app.jobs.stored_solves import stored_solves
 from addb_viewer.jobs.solving import job_for, solved
 from annotations.events import Status
 from solver.results.store import load_fit
@@ -134,7 +134,7 @@ def test_t_while_a_solve_waits_asks_what_becomes_of_it(walks_folder, zoe, walks_
     assert walks_review().status is Status.IN_WORK
     zoe.click("Keep it and finish")
     zoe.until(lambda: walks_review().status is Status.FINISHED)
-    assert [solve.state for solve in solves(walks_folder / "results") if solve.by == "Zoë"] == ["kept"]
+    assert [solve.state for solve in stored_solves(walks_folder / "results") if solve.by == "Zoë"] == ["kept"]
     left = load_fit(walks_folder / "results", walks_folder).trials[0].mask.counts[:, FEET.index("calcn_l")]
     assert left[slice(*SECOND)].all(), "the solve that was kept is the one with the decision"
 

@@ -49,7 +49,7 @@ def test_proposals_accepted_by_key_finish_the_trial(folder, enter):
             press("Accept the proposal", lambda decided=decided: _decided(folder) > decided, "the decision")
         assert "G solves again" not in browser.html(), "what was accepted did not count before either"
         press("Solve again", lambda: browser.told("Nothing to solve"), "no solve")
-        assert not session.room.bench.work.running
+        assert not session.shared.jobs.process.running
         press(
             "Finish the trial, go to the next", lambda: _review(folder).status is Status.FINISHED, "the end"
         )

@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 
 from addb_viewer.app.app import ReviewApp
+from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.server import open_server
 from addb_viewer.app.subjects.library import open_library
 from addb_viewer.app.subjects.shared_subject import WITHHOLDING
-from addb_viewer.app.subjects.workspace import House
 from addb_viewer.jobs.solving import job_for, solved
 from solver.dynamics.heldout import WithheldLayout
 from solver.dynamics.withheld_layouts import LAYOUTS
@@ -30,14 +30,14 @@ def app(fitted):
     results = fitted / "results"
     said = tuple(WithheldLayout(kind, number) for kind, number in LAYOUTS if number > 0)
     add_withheld(replace(load_fit(results, fitted), withheld=said), results, present_solve(results))
-    app = ReviewApp(open_server(port=0), House.of(open_library(fitted)), login="Zoë")
+    app = ReviewApp(open_server(port=0), TrialQueue.of(open_library(fitted)), login="Zoë")
     yield app
     app.close()
 
 
 def test_a_kept_fit_is_judged_when_asked_and_what_came_before_a_cancel_is_kept(app, enter, fitted):
-    browser, (room,) = enter(app), app.house.rooms
-    summary, panel = browser.session.controls.summary, browser.session.solving.panel
+    browser, (shared,) = enter(app), app.subjects.loaded
+    summary, panel = browser.session.controls.fit.summary, browser.session.solving.panel
 
     def kept():
         return len(load_fit(fitted / "results", fitted).withheld)
@@ -50,7 +50,7 @@ def test_a_kept_fit_is_judged_when_asked_and_what_came_before_a_cancel_is_kept(a
     browser.until(lambda: "8 of 9 so far" in summary.content, "what came")
     assert "Withheld blocks, force" in summary.content
     browser.until(lambda: panel.withhold.visible, "the button")
-    assert not room.bench.busy
+    assert not shared.jobs.busy
     browser.click("Judge withheld forces")
     browser.until(lambda: "Withheld whole steps, force" in summary.content, "the other one")
     assert "so far" not in summary.content
@@ -59,15 +59,15 @@ def test_a_kept_fit_is_judged_when_asked_and_what_came_before_a_cancel_is_kept(a
 
 
 def test_a_solve_takes_its_place_is_shown_at_once_and_is_judged_after(app, enter, fitted):
-    browser, (room,) = enter(app), app.house.rooms
+    browser, (shared,) = enter(app), app.subjects.loaded
     browser.click("Judge withheld forces")
-    browser.until(lambda: room.bench.progress is not None, "the work")
-    room.solve("Zoë")
-    browser.until(lambda: room.new is not None, "the solve")
-    assert room.library.fit.withheld == ()
-    browser.until((room.new.folder / "solve-1" / "withheld.json").is_file, "its first layout")
-    room.keep("Zoë")
+    browser.until(lambda: shared.jobs.progress is not None, "the work")
+    shared.solve("Zoë")
+    browser.until(lambda: shared.fits.new is not None, "the solve")
+    assert shared.fits.shown.fit.withheld == ()
+    browser.until((shared.fits.new.folder / "solve-1" / "withheld.json").is_file, "its first layout")
+    shared.keep("Zoë")
     assert 0 < len(load_fit(fitted / "results", fitted).withheld) < len(LAYOUTS)
-    kept_one = str(room.results.absolute())
-    at_work = [room.bench.task, *room.bench.waiting]
+    kept_one = str(shared.results.absolute())
+    at_work = [shared.jobs.task, *shared.jobs.waiting]
     assert (WITHHOLDING, kept_one) in [(task.doing, task.arguments[-1]) for task in at_work]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from addb_viewer.app.style.palette import CAUSE, GREEN, RESIDUAL
-from addb_viewer.app.trial.demanded_forces import DemandedForce
+from addb_viewer.app.trial.replay import DemandedForce
 from addb_viewer.report.arrows import arrows_of
 
 

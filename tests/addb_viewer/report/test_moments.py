@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addb_viewer.app.trial.demanded_forces import DemandedForce
+from addb_viewer.app.trial.replay import DemandedForce
 from addb_viewer.report.frames_kept import kept_frames
 from addb_viewer.report.moments import moments_of
 

@@ -1,1 +1,0 @@
-"""What runs in these processes, each by `python -m`."""

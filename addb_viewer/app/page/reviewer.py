@@ -1,0 +1,146 @@
+"""The reviewer at one browser: what it remembers of them (name, theme, trial), and asking for the name."""
+
+import contextlib
+import html
+import json
+import secrets
+from collections.abc import Callable
+
+import viser
+
+from addb_viewer.app.page.notices import NameNeededError
+from addb_viewer.app.page.questions import Questions
+from addb_viewer.app.style.html_pieces import boxed
+from addb_viewer.app.subjects.people import People
+from solver.capture.small_files import json_of
+
+ITEM = "addb-viewer"
+PATIENCE_S = 3.0  # for the browser's answer
+
+
+class BrowserMemory:
+    """One browser's memory."""
+
+    def __init__(self, client: viser.ClientHandle, suggested: str) -> None:
+        """Ask the browser.
+
+        Args:
+            client: the browser.
+            suggested: name for who has not said one yet.
+        """
+        self._client, self.suggested = client, suggested
+        kept = self._kept()
+        self._author = str(kept.get("reviewer") or "")
+        self._browser = str(kept.get("browser") or "")
+        self._dark = kept.get("dark") is True
+        place = kept.get("place")
+        known = isinstance(place, list) and len(place) == 2 and all(isinstance(part, str) for part in place)
+        self._place: tuple[str, str] | None = (
+            (place[0], place[1]) if known and isinstance(place, list) else None
+        )
+        if not self._browser:
+            self._browser = secrets.token_hex(8)
+            self._keep()
+
+    @property
+    def browser(self) -> str:
+        """A random name of the browser itself: two of its pages have the same one."""
+        return self._browser
+
+    @property
+    def author(self) -> str:
+        """Who decides here; empty where nobody has said."""
+        return self._author
+
+    @author.setter
+    def author(self, name: str) -> None:
+        if name != self._author:
+            self._author = name
+            self._keep()
+
+    @property
+    def dark(self) -> bool:
+        """Whether the dark theme is on."""
+        return self._dark
+
+    @dark.setter
+    def dark(self, dark: bool) -> None:
+        self._dark = dark
+        self._keep()
+
+    @property
+    def place(self) -> tuple[str, str] | None:
+        """Subject and trial that were on the screen last; None where nothing was."""
+        return self._place
+
+    @place.setter
+    def place(self, place: tuple[str, str]) -> None:
+        if place != self._place:
+            self._place = place
+            self._keep()
+
+    def _keep(self) -> None:
+        kept = {
+            "reviewer": self._author,
+            "browser": self._browser,
+            "dark": self._dark,
+            "place": self._place,
+        }
+        self._client.local_storage.set_item(ITEM, json.dumps(kept))
+
+    def _kept(self) -> dict[str, object]:
+        with contextlib.suppress(RuntimeError, TimeoutError, ValueError):  # a browser that keeps nothing
+            kept = json_of(self._client.local_storage.get_item(ITEM, timeout=PATIENCE_S) or "{}")
+            return kept if isinstance(kept, dict) else {}
+        return {}
+
+
+class Reviewer:
+    """The name of the person at one page."""
+
+    def __init__(
+        self,
+        memory: BrowserMemory,
+        questions: Questions,
+        people: People,
+        page: int,
+        shown: viser.GuiHtmlHandle,
+    ) -> None:
+        self._memory, self._questions, self._people = memory, questions, people
+        self._page, self._shown = page, shown
+        self._show()
+
+    @property
+    def name(self) -> str:
+        """Empty where nobody has said."""
+        return self._memory.author
+
+    def author(self) -> str:
+        """Who decides.
+
+        Raises:
+            NameNeededError: nobody has said.
+        """
+        if not self.name:
+            raise NameNeededError
+        return self.name
+
+    def ask(self, then: Callable[[], None] = lambda: None) -> None:
+        """Ask for the name; do something under it when it has been said."""
+
+        def named(name: str) -> None:
+            self._memory.author = name
+            self._show()
+            self._people.rename(self._page, name)
+            then()
+
+        self._questions.ask_name(self.name or self._memory.suggested, named)
+
+    def _show(self) -> None:
+        self._shown.content = name_html(self.name)
+
+
+def name_html(name: str) -> str:
+    """Whose decisions are made here."""
+    who = f"You decide as <b>{html.escape(name)}</b>." if name else "You are asked when you first decide."
+    return boxed(f"Your name stands by every decision that you make. {who}")

@@ -1,0 +1,113 @@
+"""The queue of all trials as every browser sees it, kept up to date; and the fits of all that have none."""
+
+import threading
+
+from addb_viewer.app.jobs.fit_all import FitAll
+from addb_viewer.app.jobs.progress_html import task_words
+from addb_viewer.app.queue.html import words_of_rows
+from addb_viewer.app.queue.rows import Row, order, subject_rows
+from addb_viewer.app.queue.watch import QueueWatch, Signature, signature
+from addb_viewer.app.subjects.library import Library
+from addb_viewer.app.subjects.open_subjects import OpenSubjects
+
+
+class TrialQueue:
+    """Reads the rows of each subject from the disk, and again where something changed."""
+
+    def __init__(self, subjects: OpenSubjects) -> None:
+        """Read nothing yet."""
+        self.subjects, self.people = subjects, subjects.people
+        self._lock = threading.RLock()
+        self._rows: list[Row] = []
+        self._seen: dict[str, int] = {}  # by subject, the revision of its review that the rows know
+        self._signatures: dict[str, Signature] = {}  # by subject, of what the rows were read from
+        self._watch: QueueWatch | None = None
+        self.fit_all = FitAll(subjects.folders, self._wanted, self._is_solved, self._fitting_changed)
+
+    @classmethod
+    def of(cls, library: Library) -> "TrialQueue":
+        """Of a single subject, loaded already."""
+        return cls(OpenSubjects.of(library))
+
+    def rows(self, *, anew: bool = False) -> list[Row]:
+        """All trials in order; read from the disk once, and again when asked for."""
+        with self._lock:
+            if anew or not self._rows:
+                rows = [row for name in self.subjects.root.names for row in self._rows_of(name)]
+                self._rows = sorted(rows, key=order)
+            return list(self._rows)
+
+    def refresh(self, subject: str, revision: int | None = None) -> list[Row]:
+        """The queue with the rows of one subject read anew.
+
+        Args:
+            subject: which.
+            revision: of its review; nothing is read where that has been done for it. None: whatever it is.
+        """
+        with self._lock:
+            if revision is not None and revision <= self._seen.get(subject, -1):
+                return self.rows()
+            if revision is not None:
+                self._seen[subject] = revision
+            before = self.rows()
+            others = [row for row in before if row.subject != subject]
+            self._rows = sorted([*others, *self._rows_of(subject)], key=order)
+            now = list(self._rows)
+        if now != before:
+            self.people.queue_changed()
+        return now
+
+    def watch(self) -> None:
+        """Notice from now on what other programs do to any subject."""
+        with self._lock:
+            if self._watch is None:
+                self._watch = QueueWatch(self.subjects.root.names, self._look_at)
+
+    def unfitted(self) -> list[str]:
+        """Subjects that can be opened and have no fit, in the order of their names."""
+        rows = self.rows()
+        others = {row.subject for row in rows if row.error or row.figures is not None}
+        return [name for name in self.subjects.root.names if name not in others]
+
+    def at_work(self) -> dict[str, str]:
+        """What is at work, in words as safe HTML, by subject."""
+        found = ((shared.name, shared.jobs.progress) for shared in self.subjects.loaded)
+        asked = {name: task_words(progress.task) for name, progress in found if progress is not None}
+        return words_of_rows(self.fit_all.state) | asked
+
+    def close(self) -> None:
+        """End the fits and the watch, and close all subjects."""
+        self.fit_all.close()
+        with self._lock:
+            watch, self._watch = self._watch, None
+        if watch is not None:
+            watch.close()
+        self.subjects.close()
+
+    def _wanted(self) -> bool:
+        return any(shared.jobs.wanted for shared in self.subjects.loaded)
+
+    def _is_solved(self, name: str) -> bool:
+        return any(shared.solving for shared in self.subjects.loaded if shared.name == name)
+
+    def _fitting_changed(self, ended: str) -> None:
+        if ended:
+            self.refresh(ended)
+        self.people.queue_changed()
+
+    def _look_at(self, name: str) -> None:
+        with self._lock:
+            known = self._signatures.get(name)
+        if known is not None and known != self._signature(name):
+            self.refresh(name)
+
+    def _signature(self, name: str) -> Signature:
+        in_memory = any(shared.name == name for shared in self.subjects.loaded)  # looks at its review itself
+        return signature(*self.subjects.folders(name), review=not in_memory)
+
+    def _rows_of(self, name: str) -> list[Row]:
+        self._signatures[name] = self._signature(name)  # before it is read: what is written meanwhile is new
+        try:
+            return subject_rows(name, self.subjects.read(name), self.subjects.results)
+        except Exception as error:  # one broken subject is a row that says so, and hides no other
+            return [Row(name, "", error=str(error) or type(error).__name__)]

@@ -1,0 +1,132 @@
+"""The person in the scene: bones, one mesh a body moved by its pose; markers, measured and the model's."""
+
+from collections.abc import Sequence, Set
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+import viser
+from jaxtyping import Float, Int
+from viser._messages import SetOrientationMessage, SetPositionMessage
+
+from addb_viewer.app.style.palette import BONE, CAUSE_SURFACE, GREY, NO_MODEL, Rgb
+from addb_viewer.app.trial.replay import BodyReplay, MarkerReplay
+
+
+def move(node: viser.SceneNodeHandle, position: Sequence[float], wxyz: Sequence[float]) -> None:
+    """Put a node somewhere.
+
+    Args:
+        node: not removed.
+        position: in its parent [m].
+        wxyz: unit quaternion.
+    """
+    inside = node._impl
+    inside.position[:] = position
+    inside.wxyz[:] = wxyz
+    inside.api._queue_scene_message(SetPositionMessage(inside.name, tuple(position)))  # type: ignore[arg-type]
+    inside.api._queue_scene_message(SetOrientationMessage(inside.name, tuple(wxyz)))  # type: ignore[arg-type]
+
+
+SEE_THROUGH = 0.35  # opacity at which markers inside bones show
+
+
+class BodyNodes:
+    """Owns the bones' nodes below one parent."""
+
+    def __init__(
+        self,
+        scene: viser.SceneApi,
+        parent: str,
+        replay: BodyReplay,
+        meshes: dict[str, trimesh.Trimesh],
+        color: Rgb = BONE,
+    ) -> None:
+        self.replay, self.color = replay, color
+        self.known = np.isfinite(replay.position).all(axis=2) & np.isfinite(replay.wxyz).all(axis=2)
+        self.handles = {
+            index: scene.add_mesh_simple(
+                f"{parent}/{index}", meshes[name].vertices, meshes[name].faces, color=color, side="double",
+                cast_shadow=False, receive_shadow=False,
+            )
+            for index, name in enumerate(replay.names)
+            if name in meshes
+        }  # fmt: skip
+        self.marked: Set[int] = frozenset()
+        self.see_through = False
+
+    def draw(self, frame: int, *, visible: bool, see_through: bool, marked: Set[int] = frozenset()) -> None:
+        """Show one frame; marked bodies in the colour of named causes."""
+        for index in self.marked ^ marked:
+            if index in self.handles:
+                self.handles[index].color = CAUSE_SURFACE if index in marked else self.color
+        self.marked = marked
+        if see_through != self.see_through:
+            self.see_through = see_through
+            for handle in self.handles.values():
+                handle.opacity = SEE_THROUGH if see_through else None
+        position, wxyz = self.replay.position[frame].tolist(), self.replay.wxyz[frame].tolist()
+        known = self.known[frame].tolist()
+        for index, handle in self.handles.items():
+            shown = visible and known[index]
+            handle.visible = shown
+            if shown:
+                move(handle, position[index], wxyz[index])
+
+
+TRAIL_SEGMENTS = 24  # a marker: enough for a smooth second, few enough for 60 markers at 30 frames a second
+
+
+@dataclass(frozen=True)
+class MarkerSizes:
+    """Diameters and thicknesses [m]; a motion-capture marker measures 9 to 14 mm."""
+
+    measured: float = 0.015
+    model: float = 0.009
+    line: float = 0.003
+    trail: float = 0.003
+
+
+class MarkerNodes:
+    """Owns the markers' nodes below one parent."""
+
+    def __init__(self, scene: viser.SceneApi, parent: str, replay: MarkerReplay, rate: float) -> None:
+        self.rate, self.tracks = rate, replay.tracks
+        sizes, none = MarkerSizes(), np.zeros((0, 2, 3), dtype=np.float32)
+        self.points = scene.add_point_cloud(
+            f"{parent}/measured", self.tracks.held[0], self.tracks.colors[0], point_size=sizes.measured,
+            point_shape="circle", precision="float32",
+        )  # fmt: skip
+        self.model_points = scene.add_point_cloud(
+            f"{parent}/model", none[:, 0], GREY, point_size=sizes.model,
+            point_shape="circle", precision="float32",
+        )  # fmt: skip
+        self.lines = scene.add_line_segments(f"{parent}/lines", none, GREY, thickness=sizes.line)
+        self.trails = scene.add_line_segments(f"{parent}/trails", none, NO_MODEL, thickness=sizes.trail)
+
+    def draw(self, frame: int, *, with_model: bool, trail_seconds: float) -> None:
+        """Show one frame; a trail of 0 s is none."""
+        t = self.tracks
+        self.points.points = t.held[frame]
+        self.points.colors = t.colors[frame]
+        self.model_points.visible = self.lines.visible = with_model
+        if with_model:
+            shown = np.isfinite(t.model[frame]).all(axis=1)
+            self.model_points.points = t.model[frame, shown]
+            both = shown & t.seen[frame]
+            self.lines.points = np.stack([t.held[frame, both], t.model[frame, both]], axis=1)
+        self.trails.visible = trail_seconds > 0
+        if trail_seconds > 0:
+            self.trails.points = self._trail(frame, trail_seconds)
+
+    def _trail(self, frame: int, seconds: float) -> Float[np.ndarray, "segments 2 3"]:
+        rows = trail_rows(frame, seconds, self.rate)
+        path, seen = self.tracks.held[rows], self.tracks.seen[rows]
+        segments = np.stack([path[:-1], path[1:]], axis=2)
+        return segments[seen[:-1] & seen[1:]]
+
+
+def trail_rows(frame: int, seconds: float, rate: float) -> Int[np.ndarray, " rows"]:
+    """Rows of the recording along a trail that ends at `frame`."""
+    first = max(0, frame - round(seconds * rate))
+    return np.unique(np.linspace(first, frame, min(TRAIL_SEGMENTS, frame - first) + 1).astype(int))

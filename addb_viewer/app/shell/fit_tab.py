@@ -1,0 +1,189 @@
+"""The Fit tab: how good the fit is, what forces changed, what was assumed."""
+
+import html
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import viser
+
+from addb_viewer.app.style.html_pieces import boxed, table
+from addb_viewer.app.subjects.library import Library
+from addb_viewer.app.trial.replay import Replay
+from addb_viewer.change_words import (
+    READING,
+    band_in_words,
+    change_sentence,
+    coordinate_in_words,
+    largest_first,
+    signed,
+)
+from addb_viewer.note_kinds import NotesOfKind, by_kind
+from addb_viewer.withheld_words import KINDS, QUANTITIES, cutoff_words, worse_words
+
+TITLE = "font-weight:700;margin-top:.4em"
+UNFOLDED = 3  # notes of a kind that are shown without a click
+
+MOST_CHANGED = 12  # coordinates in the panel, which is narrow; the report has all
+
+
+class FitTab:
+    """What one browser shows of the fit of the trial on its screen."""
+
+    def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle) -> None:
+        """Lay out the tab."""
+        with tab:
+            self.summary = gui.add_html("")
+            with gui.add_folder("What the fit to forces changed", expand_by_default=False):
+                self.change = gui.add_html("")
+            with gui.add_folder("Notes"):
+                self.notes = gui.add_html("")
+
+    def show(self, library: Library, replay: Replay) -> None:
+        """Show what is known now.
+
+        Args:
+            library: with the fit on the screen, if any.
+            replay: of the trial.
+        """
+        fit, subject = library.fit, library.subject
+        mass, height = (fit.mass_kg, fit.height_m) if fit else (subject.mass_kg, subject.height_m)
+        person = {k: v for k, v in (("mass_kg", mass), ("height_m", height)) if v is not None}
+        figures = library.figures(replay.name)
+        self.summary.content = summary_html(figures, person, replay)
+        self.change.content = change_html(figures.get("change"))
+        self.notes.content = notes_html((*library.notes, *replay.notes))
+
+
+def summary_html(figures: dict[str, Any], person: dict[str, float], replay: Replay) -> str:
+    """The trial's figures, with a mark for each limit kept or passed; what was not computed is left out."""
+    rows = [("Frames", f"{replay.frames} at {replay.rate:g} Hz"), *person_rows(person)]
+    if not figures:
+        return boxed(table(rows) + "<p>Not fitted yet.</p>")
+    return boxed(table(rows + _figure_rows(figures)))
+
+
+def person_rows(person: dict[str, float]) -> list[tuple[str, str]]:
+    """Mass and height."""
+    units = {"mass_kg": ("Mass", "{:.1f} kg"), "height_m": ("Height", "{:.2f} m")}
+    return [(units[k][0], units[k][1].format(v)) for k, v in person.items() if k in units and v is not None]
+
+
+def change_html(change: Mapping[str, Any] | None) -> str:
+    """What the fit to forces changed in the motion, the largest changes first.
+
+    Args:
+        change: of the trial, in the shape of `fit --json`; None where nothing was fitted to forces.
+    """
+    told = change_sentence(change)
+    if change is None or not told:
+        return boxed("The motion is that of the markers alone.")
+    band = next(i for i, (_, high) in enumerate(change["bands_hz"]) if high == change["limit_hz"])
+    gain_head = f"gain at {band_in_words(change['bands_hz'][band])}"
+    rows = []
+    for c in largest_first(change)[:MOST_CHANGED]:
+        unit, digits = ("°", 1) if c["unit"] == "deg" else ("\u00a0mm", 0)
+        gain = c["gains"][band]
+        rows.append(
+            (
+                coordinate_in_words(c["name"]),
+                f"{c['rms']:.{digits}f}{unit}",
+                f"{signed(c['offset'], digits)}{unit}",
+                f"{gain['gain']:.2f}" if gain else "–",
+            )
+        )
+    return boxed(
+        f"<p>{html.escape(told)}.</p>{table(rows, ('coordinate', 'RMS', 'constant', gain_head))}"
+        f"<p>{html.escape(READING)} All coordinates and bands: in the report.</p>"
+    )
+
+
+def notes_html(notes: tuple[str, ...]) -> str:
+    """What was assumed or ignored, folded by kind; open where somebody has to decide on a few."""
+    if not notes:
+        return boxed("Nothing was assumed or ignored.")
+    kinds = by_kind(notes)
+    parts = []
+    for decide, title in ((True, "To look at"), (False, "Good to know")):
+        own = [found for found in kinds if found.kind.decide is decide]
+        if own:
+            parts.append(f"<div style='{TITLE}'>{title}</div>" + "".join(map(_folded, own)))
+    return boxed("".join(parts))
+
+
+def _folded(found: NotesOfKind) -> str:
+    is_open = found.kind.decide and len(found.notes) <= UNFOLDED
+    summary = html.escape(found.heading[0].upper() + found.heading[1:])
+    return (
+        f"<details{' open' * is_open} style='margin:.2em 0'>"
+        f"<summary style='cursor:pointer'>{summary}</summary>{_items(found.notes)}</details>"
+    )
+
+
+def _items(notes: Sequence[str]) -> str:
+    items = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
+    return f"<ul style='padding-left:1.2em;margin:.1em 0 .3em;overflow-wrap:anywhere'>{items}</ul>"
+
+
+def _figure_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
+    verdicts: dict[str, bool | None] = figures.get("hicks") or {}
+
+    def mark(key: str) -> str:
+        verdict = verdicts.get(key)
+        return "" if verdict is None else " ✓" if verdict else " ✗"
+
+    rows = []
+    if figures.get("marker_rms_m") is not None:
+        rows.append(("Marker RMS", f"{100 * figures['marker_rms_m']:.2f} cm{mark('marker_rms')}"))
+        rows.append(("Marker maximum", f"{100 * figures['marker_max_m']:.2f} cm{mark('marker_max')}"))
+    if linear := figures.get("linear_residual"):
+        text = f"{linear['rms_N']:.1f} N = {100 * linear['rms_BW']:.1f} % BW{mark('linear')}"
+        rows.append(("Residual force", text))
+    if angular := figures.get("angular_residual"):
+        text = f"{angular['rms_Nm']:.1f} N·m = {100 * angular['rms_BWh']:.2f} % BW·h{mark('angular')}"
+        rows.append(("Residual moment", text))
+    if figures.get("forces_foretold"):
+        rows.append(("Forces and torques", "predicted from the motion: no residual"))
+    change = figures.get("change")
+    if change and change["joints_rms_deg"] is not None:
+        rows.append(("Joints moved", f"{change['joints_rms_deg']:.1f}° RMS by forces"))
+        if gain := change["joints_gain"]:
+            rows.append(
+                (f"Gain, {band_in_words(gain['band_hz'])}", f"{gain['gain']:.2f} of the markers' motion")
+            )
+    rows.append(("Frames counted", f"{figures.get('frames_with_force_used', 0)} (force known)"))
+    return rows + _withheld_rows(figures)
+
+
+def _withheld_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
+    """Forces that the fit was not shown, beside what the markers alone foretell; where these do better, ✗."""
+    withheld = figures.get("withheld") or {}
+    rows = [] if withheld else _first_layout_rows(figures)
+    for kind, words in KINDS.items():
+        found = withheld.get(kind) or {}
+        for quantity, unit in QUANTITIES.items():
+            if quantity not in found:
+                continue
+            of = found[quantity]
+            mark = "" if of["ratio"] is None else " ✗" if of["ratio"] > 1 else " ✓"
+            told = f"{of['rms']:.1f} {unit}{mark}"
+            told += f" (markers {of['markers_rms']:.1f} at {cutoff_words(of['markers_cutoffs_hz'])})"
+            rows.append((f"Withheld {words}, {quantity}", told))
+    worse = "worse than markers alone "
+    rows += [(worse.strip().capitalize(), said.removeprefix(worse)) for said in worse_words(figures)]
+    if withheld and withheld["layouts"] < withheld["of"]:
+        rows.append(("Withheld layouts", f"{withheld['layouts']} of {withheld['of']} so far"))
+    return rows
+
+
+def _first_layout_rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
+    """Of the layout that a solve judges itself, until the others come."""
+    heldout = figures.get("heldout") or {}
+    if heldout.get("markers_cutoff_hz") is None:
+        return []
+    rows = []
+    of_both = (("force", "linear_residual", "rms_N", "N"), ("moment", "angular_residual", "rms_Nm", "N·m"))
+    for (quantity, section, key, unit), cutoff in zip(of_both, heldout["markers_cutoff_hz"], strict=True):
+        markers = heldout[f"kinematics_only_{section}"][key]
+        told = f"{heldout[section][key]:.1f} {unit} (markers {markers:.1f} at {cutoff:g} Hz)"
+        rows.append((f"Withheld, first layout, {quantity}", told))
+    return rows

@@ -1,0 +1,105 @@
+"""The opened folder's subjects: those that somebody looks at, or just did, are in memory."""
+
+import itertools
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+from addb_viewer.app.subjects.library import Library, library_of
+from addb_viewer.app.subjects.people import People
+from addb_viewer.app.subjects.root_folder import RootFolder
+from addb_viewer.app.subjects.shared_subject import SharedSubject
+from addb_viewer.recordings.recording import file_of
+from solver.capture.capture import Subject
+from solver.errors import ResultsError
+from solver.results.store import default_folder
+
+UNWATCHED = 1  # subjects kept in memory that nobody looks at: a page that is reloaded comes back at once
+
+
+class OpenSubjects:
+    """Loads subjects when somebody looks at them, and closes those that nobody does."""
+
+    def __init__(self, root: RootFolder, results: Path | None = None, log: Path | None = None) -> None:
+        """Load nothing yet.
+
+        Args:
+            root: the opened folder.
+            results: folder of the fit; inside the subject's folder by default.
+            log: file that the session is written down in, one a subject where there are several; None: only
+                where somebody asks for it on the page.
+
+        Raises:
+            ResultsError: the log's folder is not there.
+        """
+        if log is not None and not log.absolute().parent.is_dir():
+            raise ResultsError(f"{log}: no such folder; name the log in one that is there")
+        self.root, self.results, self._log = root, results, log
+        self.people = People()
+        self.read: Callable[[str], Subject] = root.subject
+        self._lock = threading.RLock()
+        self._loaded: dict[str, SharedSubject] = {}  # in the order in which somebody last went to them
+
+    @classmethod
+    def of(cls, library: Library) -> "OpenSubjects":
+        """A single subject, loaded already."""
+        folder = library.subject.folder
+        subjects = cls(RootFolder(folder.resolve(), (".",)), library.results_folder)
+        subjects.read = lambda name: library.subject
+        subjects._loaded["."] = SharedSubject(".", library, subjects.people)
+        return subjects
+
+    @property
+    def several(self) -> bool:
+        """Whether there are several subjects."""
+        return len(self.root.names) > 1
+
+    @property
+    def loaded(self) -> tuple[SharedSubject, ...]:
+        """Those in memory."""
+        with self._lock:
+            return tuple(self._loaded.values())
+
+    def subject(self, name: str) -> SharedSubject:
+        """A subject, loaded when somebody looks at it first.
+
+        Raises:
+            CaptureError, ResultsError: it, or its fit, cannot be read.
+        """
+        with self._lock:
+            shared = self._loaded.pop(name, None)
+            if shared is None:
+                shared = SharedSubject(name, library_of(self.read(name), self.results), self.people)
+                if self._log is not None:
+                    shared.begin_log(self._log_file(name, self._log))
+            self._loaded[name] = shared
+        return shared
+
+    def folders(self, name: str) -> tuple[Path, Path]:
+        """Of a subject's recordings, and of its results."""
+        folder = self.root.path / name
+        return folder, self.results or default_folder(folder)
+
+    def close_unwatched(self) -> None:
+        """Close the subjects that nobody has looked at for longest, but for the last."""
+        with self._lock:
+            unwatched = [
+                name for name, shared in self._loaded.items() if not (shared.is_watched or shared.jobs.busy)
+            ]
+            gone = [self._loaded.pop(name) for name in unwatched[: max(0, len(unwatched) - UNWATCHED)]]
+        for shared in gone:
+            shared.close()
+
+    def close(self) -> None:
+        """Close all."""
+        with self._lock:
+            loaded, self._loaded = list(self._loaded.values()), {}
+        for shared in loaded:
+            shared.close()
+
+    def _log_file(self, name: str, wished: Path) -> Path:
+        """A file that is not there yet: what was logged before is never written over."""
+        stem = f"{wished.stem} {file_of(name)}" if self.several else wished.stem
+        names = (stem if k == 1 else f"{stem} {k}" for k in itertools.count(1))
+        files = (wished.with_name(each + (wished.suffix or ".mcap")) for each in names)
+        return next(file for file in files if not file.exists())

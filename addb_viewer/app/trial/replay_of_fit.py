@@ -1,0 +1,231 @@
+"""A recording, or its fit, as a `Replay`."""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.spatial.transform import Rotation
+
+from addb_viewer.app.trial.replay import (
+    BodyReplay,
+    BodySize,
+    DemandedForce,
+    ForceUse,
+    JointReplay,
+    MarkerReplay,
+    PlateReplay,
+    Replay,
+    ResidualReplay,
+)
+from addb_viewer.suggested_activities import suggestions_of
+from solver.capture.capture import Capture, ForcePlate
+from solver.contact.contact_phases import contact_phases
+from solver.dynamics.inverse_dynamics import counted_wrenches
+from solver.dynamics.missing_wrench import inferred_wrenches
+from solver.fit import TrialFit
+from solver.settings import Settings, from_dict
+from solver.skeleton.forward import body_poses
+from solver.skeleton.skeleton import Skeleton
+from solver.summary import STANDARD_GRAVITY, Thresholds
+
+
+def unfitted_replay(capture: Capture) -> Replay:
+    """A recording that nothing has been fitted to yet: markers and plates."""
+    measured = capture.markers.positions_ground
+    return Replay(
+        name=capture.name,
+        times=capture.markers.times,
+        rate=capture.markers.rate,
+        markers=MarkerReplay(capture.markers.names, measured, np.full_like(measured, np.nan)),
+        plates=tuple(_plate(plate, capture.markers.times) for plate in capture.plates),
+        notes=capture.notes,
+    )
+
+
+def fitted_replay(
+    trial: TrialFit, skeleton: Skeleton, person: BodySize, settings: Mapping[str, object]
+) -> Replay:
+    """A fitted trial; frames of the recording outside the fit stay without a skeleton (NaN).
+
+    Args:
+        trial: fitted.
+        skeleton: of the fit.
+        person: whom residuals are measured against.
+        settings: of the fit, as it keeps them.
+    """
+    bare = unfitted_replay(trial.capture)
+    on_fit = _Clock(bare.times, trial.motion.start_time, trial.motion.rate, trial.motion.frames)
+    feet: tuple[str, ...] = ()
+    plates, notes = bare.plates, bare.notes
+    if trial.contacts is not None:
+        notes = (*notes, *trial.contacts.notes)
+        feet = trial.contacts.foot_bodies
+        plates = tuple(
+            PlateReplay(p.name, p.force, p.cop, on_fit.integers(trial.contacts.plate[:, i]), p.corners)
+            for i, p in enumerate(plates)
+        )
+    return Replay(
+        name=bare.name,
+        times=bare.times,
+        rate=bare.rate,
+        markers=MarkerReplay(bare.markers.names, bare.markers.measured, _model_markers(trial, bare, on_fit)),
+        plates=plates,
+        feet=feet,
+        bodies=_bodies(trial, skeleton, on_fit),
+        residual=_residual(trial, person, on_fit),
+        joints=_joints(trial, skeleton, on_fit),
+        demanded=demanded_forces(trial, skeleton, on_fit.floats),
+        forces=_force_use(trial, skeleton, from_dict(settings)),
+        label_faults=trial.label_faults,
+        suggested=suggestions_of(trial, skeleton),
+        notes=(*notes, *trial.notes),
+    )
+
+
+class _Clock:
+    """Which row of the fit belongs to each frame of the recording."""
+
+    def __init__(self, times: Float[np.ndarray, " frames"], start: float, rate: float, rows: int) -> None:
+        nearest = np.rint((times - start) * rate).astype(int)
+        self.inside = (nearest >= 0) & (nearest < rows)
+        self.row = np.clip(nearest, 0, max(rows - 1, 0))
+
+    def floats(self, values: Float[np.ndarray, "rows *rest"]) -> Float[np.ndarray, "frames *rest"]:
+        taken = values[self.row].astype(float)
+        taken[~self.inside] = np.nan
+        return taken
+
+    def integers(self, values: Int[np.ndarray, " rows"]) -> Int[np.ndarray, " frames"]:
+        return np.where(self.inside, values[self.row], -1)
+
+
+def _plate(plate: ForcePlate, times: Float[np.ndarray, " frames"]) -> PlateReplay:
+    """The plate's sample nearest to each marker frame: raw, so that what is drawn was measured."""
+    clock = _Clock(times, plate.start_time, plate.rate, plate.samples)
+    force = clock.floats(plate.force_ground)
+    cop = clock.floats(plate.cop_ground)
+    return PlateReplay(plate.name, force, cop, np.full(len(times), -1), plate.corners_ground)
+
+
+def _model_markers(trial: TrialFit, bare: Replay, on_fit: _Clock) -> Float[np.ndarray, "frames markers 3"]:
+    model = np.full_like(bare.markers.measured, np.nan)
+    column = {name: i for i, name in enumerate(bare.markers.names)}
+    for i, name in enumerate(trial.marker_errors.names):
+        if name in column:
+            model[:, column[name]] = on_fit.floats(trial.model_markers_ground[:, i])
+    return model
+
+
+def _bodies(trial: TrialFit, skeleton: Skeleton, on_fit: _Clock) -> BodyReplay:
+    R_ground_body, p_ground_body = body_poses(skeleton, trial.motion.q)
+    xyzw = Rotation.from_matrix(R_ground_body.reshape(-1, 3, 3)).as_quat()
+    wxyz = xyzw[:, [3, 0, 1, 2]].reshape(*R_ground_body.shape[:2], 4)
+    root = next((i for i, joint in enumerate(skeleton.joints) if joint.parent < 0), 0)
+    return BodyReplay(
+        names=skeleton.body_names,
+        wxyz=on_fit.floats(wxyz),
+        position=on_fit.floats(p_ground_body),
+        root=root,
+        forward=on_fit.floats(R_ground_body[:, root, :, 0]),
+        com_body=np.stack([body.com_body for body in skeleton.bodies]),
+    )
+
+
+def _residual(trial: TrialFit, person: BodySize, on_fit: _Clock) -> ResidualReplay | None:
+    if trial.dynamics is None or (trial.contacts is not None and not trial.contacts.has_plates):
+        return None  # without a plate nothing was measured that anything could be left of
+    weight, limits = person.mass_kg * STANDARD_GRAVITY, Thresholds()
+    residual = on_fit.floats(trial.dynamics.residual_root)
+    counted = None
+    if trial.contacts is not None and trial.mask is not None:
+        wrenches = counted_wrenches(trial.contacts.wrench_ground, trial.mask)
+        counted = on_fit.floats(wrenches[:, :, :3].sum(axis=1))
+    return ResidualReplay(
+        force=residual[:, :3],
+        moment=residual[:, 3:],
+        com=on_fit.floats(trial.dynamics.com_ground),
+        used=on_fit.integers(trial.dynamics.used.astype(int)) == 1,
+        force_limit=limits.linear_BW * weight,
+        moment_limit=limits.angular_BWh * weight * person.height_m,
+        counted=counted,
+    )
+
+
+def _joints(trial: TrialFit, skeleton: Skeleton, on_fit: _Clock) -> JointReplay:
+    torque = None if trial.dynamics is None else on_fit.floats(trial.dynamics.joint_torques)
+    rotates = tuple(coordinate.motion != "translation" for coordinate in skeleton.free_coordinates)
+    return JointReplay(
+        skeleton.dofs, rotates, on_fit.floats(trial.motion.q), torque, foretold=trial.forces_foretold
+    )
+
+
+def _force_use(trial: TrialFit, skeleton: Skeleton, settings: Settings) -> ForceUse:
+    """The fit's frames are the markers': one clock."""
+    confidence = settings.detection.confidence  # from which on a fit leaves a proposal out
+    if trial.contacts is None or not trial.contacts.has_plates:
+        return ForceUse(proposals=trial.proposals, confidence=confidence)
+    R_ground_body, p_ground_body = body_poses(skeleton, trial.motion.q)
+    phases = contact_phases(
+        trial.contacts,
+        R_ground_body,
+        p_ground_body,
+        skeleton=skeleton,
+        rate=trial.motion.rate,
+        settings=settings.contact,
+    )
+    mask = trial.mask
+    if mask is None:
+        return ForceUse(phases, proposals=trial.proposals, confidence=confidence)
+    return ForceUse(phases, mask.reasons, mask.source, trial.proposals, mask.sources, mask.counts, confidence)
+
+
+FARTHEST_M = 0.25  # [m] from the foot's origin: about a foot's length; farther, the arrow starts at the foot
+SMALLEST_N = 20.0  # [N] upwards; below it the centre of pressure is noise
+
+
+def demanded_forces(
+    trial: TrialFit,
+    skeleton: Skeleton,
+    at_frames: Callable[[Float[np.ndarray, "rows 3"]], Float[np.ndarray, "frames 3"]],
+) -> tuple[DemandedForce, ...]:
+    """The forces of all feet that miss one on some frame; none without dynamics.
+
+    Args:
+        trial: fitted.
+        skeleton: of the fit.
+        at_frames: from the fit's rows to the recording's frames.
+    """
+    if trial.dynamics is None or trial.contacts is None or trial.mask is None or trial.mask.counts.all():
+        return ()
+    wrenches = trial.dynamics.wrench_foretold_ground
+    if wrenches is None:  # a fit that kept none
+        wrenches = inferred_wrenches(skeleton, trial.dynamics, trial.contacts, trial.mask)
+    p_ground_body = body_poses(skeleton, trial.motion.q)[1]
+    found = []
+    for i, foot in enumerate(trial.contacts.foot_bodies):
+        counts = trial.mask.counts[:, i]
+        if counts.all():
+            continue
+        force = wrenches[:, i, :3].copy()
+        point = acting_point(wrenches[:, i], p_ground_body[:, skeleton.body_index(foot)])
+        force[counts] = np.nan
+        found.append(DemandedForce(foot, at_frames(force), at_frames(point)))
+    return tuple(found)
+
+
+def acting_point(
+    wrench_ground: Float[np.ndarray, "frames 6"], foot_ground: Float[np.ndarray, "frames 3"]
+) -> Float[np.ndarray, "frames 3"]:
+    """Where on the floor the wrench has no horizontal moment [m], if that is near the foot; else below it.
+
+    Args:
+        wrench_ground: force [N] and moment about the ground origin [N·m].
+        foot_ground: the foot's origin [m].
+    """
+    up = wrench_ground[:, 1]
+    loaded = up >= SMALLEST_N
+    safe = np.where(loaded, up, 1.0)
+    point = np.stack([wrench_ground[:, 5] / safe, np.zeros(len(up)), -wrench_ground[:, 3] / safe], axis=1)
+    under_foot = foot_ground * [1.0, 0.0, 1.0]
+    near = loaded & (np.linalg.norm(point - under_foot, axis=1) <= FARTHEST_M)
+    return np.where(near[:, None], point, under_foot)

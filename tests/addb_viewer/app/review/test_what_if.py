@@ -1,0 +1,92 @@
+"""What if, asked in a browser: keys go on, and the last question is the one that is answered."""
+
+import threading
+from dataclasses import replace
+
+import pytest
+
+from solver.errors import SolverError
+from tests.patience import PATIENCE_S
+
+FIGURES = {"frames": 100.0, "marker_rms_m": 0.01, "moment_Nm": 5.0}
+
+
+class SlowSolver:
+    """Answers when it is let go; what is asked waits in `asked`."""
+
+    def __init__(self):
+        self.asked, self.go = [], threading.Event()
+        self.failure = None
+
+    def warm(self, trial, present): ...
+    def close(self): ...
+
+    def ask(self, trial, present, instead):
+        self.asked.append((trial, present, instead))
+        number = len(self.asked)
+        assert self.go.wait(PATIENCE_S)
+        if self.failure is not None:
+            raise self.failure
+        return {
+            "present": {**FIGURES, "force_N": 40.0},
+            "instead": {**FIGURES, "force_N": 10.0 * number},
+            "seconds": 0.3,
+        }
+
+
+@pytest.fixture
+def solver():
+    return SlowSolver()
+
+
+@pytest.fixture
+def browser(tmp_path, make_replay, make_app, enter, solver):
+    app = make_app(tmp_path, [make_replay()], login="Zoë")
+    app.subjects.loaded[0].what_if = solver
+    yield enter(app)
+    solver.go.set()
+    app.close()
+
+
+def ask(browser, frames, solver):
+    browser.put("Go to", frames)
+    start = int(frames.split(":")[0])
+    browser.until(lambda: (browser.session.review.chosen or (None,))[0] == start)
+    before = len(solver.asked)
+    browser.press("What if this range were flipped")
+    browser.until(lambda: len(solver.asked) > before, "the question")
+
+
+def test_keys_go_on_while_the_solver_thinks_and_the_last_question_is_answered(browser, solver):
+    ask(browser, "20:40", solver)
+    browser.until(lambda: "asking the solver" in browser.html())
+    browser.press("First frame")
+    browser.until(lambda: browser.session.frame == 0)
+    ask(browser, "60:80", solver)
+    (trial, present, instead) = solver.asked[1]
+    assert trial == "walk"
+    assert present.by_people == ()
+    assert [(label.start, label.end) for label in instead.by_people] == [(60, 80)]
+    solver.go.set()
+    browser.until(lambda: "40.0 → <b>20.0</b> N" in browser.html(), "the answer")
+    browser.until(lambda: browser.told("40.0 → 20.0 N"))
+    browser.session.notices._hand.submit(lambda: None).result(PATIENCE_S)
+    assert "40.0 → <b>10.0</b> N" not in browser.html()
+
+
+def test_a_failure_is_told_and_nothing_is_left_asking(browser, solver):
+    solver.failure = SolverError("the fit has just been replaced; ask again")
+    ask(browser, "20:40", solver)
+    solver.go.set()
+    browser.until(lambda: browser.told("just been replaced"))
+    browser.until(lambda: "asking the solver" not in browser.html())
+
+
+def test_what_cannot_be_asked_is_told(browser, solver):
+    browser.press("What if this range were flipped")
+    browser.until(lambda: browser.told("select the range first"))
+    session = browser.session
+    session._replay = replace(session.replay, residual=None)
+    browser.press("What if this range were flipped")
+    browser.until(lambda: browser.told("this needs a fit with forces"))
+    assert solver.asked == []

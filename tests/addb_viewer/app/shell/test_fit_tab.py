@@ -1,0 +1,108 @@
+from addb_viewer.app.scene.camera import VIEWS
+from addb_viewer.app.scene.legend import legend_html
+from addb_viewer.app.shell.controls import SPEED_NAMES, speed_name
+from addb_viewer.app.shell.fit_tab import notes_html, summary_html
+from addb_viewer.app.shell.keys import COMMANDS, help_html
+from addb_viewer.app.shell.playback import SPEEDS
+from addb_viewer.app.subjects.library import Library
+from tests.addb_viewer.report.test_quality import of_layouts
+
+SPITEFUL = "<script>alert(1)</script>"
+
+
+def test_the_summary_shows_figures_with_units_and_verdicts(small_fit, make_replay):
+    library = Library(small_fit.subject, small_fit)
+    text = summary_html(library.figures("walk"), {"mass_kg": 100.0, "height_m": 2.0}, make_replay())
+    for part in (
+        "100.0 kg",
+        "2.00 m",
+        "1.50 cm ✓",
+        "2.10 cm ✓",
+        "7.5 N = 0.8 % BW ✓",
+        "N·m",
+        "% BW·h",
+        "3 (force known)",
+    ):
+        assert part in text, part
+
+
+def test_withheld_forces_stand_beside_markers_and_a_worse_fit_is_said_to_be(make_replay):
+    residuals = {"linear_residual": {"rms_N": 24.4}, "angular_residual": {"rms_Nm": 11.4}}
+    markers = {"kinematics_only_linear_residual": {"rms_N": 30.5}}
+    markers |= {"kinematics_only_angular_residual": {"rms_Nm": 9.0}}
+    first = {"heldout": {"markers_cutoff_hz": [6.0, 8.0], **residuals, **markers}}
+    assert "24.4 N (markers 30.5 at 6 Hz)" in summary_html(first, {}, make_replay())
+    older = {"heldout": {"markers_cutoff_hz": None, **residuals, **markers}}
+    assert "30.5" not in summary_html(older, {}, make_replay())
+    text = summary_html(first | {"withheld": of_layouts(1.5, [1.2, 1.9])}, {}, make_replay())
+    assert "30.0 N ✗ (markers 20.0 at 4 to 6 Hz)" in text
+    assert "9.0 N·m ✓ (markers 10.0 at 6 Hz)" in text
+    assert "90 % interval over blocks 1.20 to 1.90: beyond chance" in text
+    assert "first layout" not in text
+
+
+def test_what_the_fit_to_forces_changed_stands_beside_the_residuals(small_fit, make_replay):
+    gain = {"band_hz": [4.0, 6.0], "gain": 0.934, "phase_deg": 0.0, "content": 1.5}
+    figures = Library(small_fit.subject, small_fit).figures("walk")
+    changed = figures | {"change": {"joints_rms_deg": 0.82, "joints_gain": gain}}
+    text = summary_html(changed, {}, make_replay())
+    assert "0.8° RMS by forces" in text
+    assert "Gain, 4–6 Hz" in text
+    assert "0.93 of the markers" in text
+    assert "by forces" not in summary_html(figures, {}, make_replay())
+
+
+def test_a_trial_without_dynamics_has_no_residual_rows(small_fit, make_replay):
+    text = summary_html(Library(small_fit.subject, small_fit).figures("no/forces"), {}, make_replay())
+    assert "Residual" not in text
+    assert "Marker RMS" in text
+
+
+def test_without_a_fit_it_says_so(make_replay):
+    assert "Not fitted yet" in summary_html({}, {}, make_replay(fitted=False))
+
+
+def test_texts_from_files_are_escaped(make_replay):
+    assert "<script>" not in notes_html((SPITEFUL,))
+    replay = make_replay()
+    object.__setattr__(replay, "feet", (SPITEFUL,))
+    assert "<script>" not in legend_html(replay)
+
+
+def test_the_legend_names_what_is_there(make_replay):
+    assert "right foot" in legend_html(make_replay())
+    assert "marker error" not in legend_html(make_replay(fitted=False))
+    assert "foot" not in legend_html(make_replay(plates=0))
+
+
+def test_every_key_is_in_the_help_and_none_is_the_cameras():
+    taken = {(c.key, c.shift) for c in COMMANDS if c.key}
+    assert len(taken) == sum(c.key is not None for c in COMMANDS)
+    assert not {"W", "A", "S", "D", "Q", "E"} & {key for key, _ in taken}
+    for command in COMMANDS:
+        assert command.key is None or f"<b>{command.shown}</b>" in help_html()
+
+
+def test_the_keys_are_those_of_the_design():
+    """In the order of its table."""
+    keys = [c.shown for c in COMMANDS if c.key]
+    moves = ["Space", ",", ".", "Shift Page up", "Shift Page down", "Page up", "Page down", "Home", "End"]
+    deciding = ["F", "N", "P", "Enter", "Backspace", "U", "R", "Y", "Esc", "G", "X", "M", "T"]
+    assert keys == [*moves, "J", "K", "L", "I", "O", *"1234567890", *deciding]
+
+
+def test_every_view_has_a_command():
+    assert {f"view_{name.lower()}" for name in VIEWS} <= {command.action for command in COMMANDS}
+
+
+def test_speeds_have_names():
+    assert [SPEED_NAMES[speed_name(speed)] for speed in SPEEDS] == list(SPEEDS)
+
+
+def test_notes_are_folded_by_kind_and_open_where_somebody_has_to_decide():
+    page = notes_html(("walk: plate 1 was not tared", "run: plates read -4.7 % against the body's mass"))
+    first, second = page.split("</details>")[:2]
+    assert first.index("To look at") < first.index("<details open") < first.index("Forces against the body")
+    assert (
+        second.index("Good to know") < second.index("<details style") < second.index("Axes, units and plates")
+    )

@@ -1,0 +1,83 @@
+"""The recording's worker as the app runs it: files, progress, and one clear line where it cannot."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+
+import pytest
+from mcap.reader import make_reader
+
+from addb_viewer.review_store import open_log
+from annotations.events import FlagRange
+from solver.results.store import save_fit
+from tests.patience import PATIENCE_S
+
+WORKER = "addb_viewer.app.workers.record"
+
+
+@pytest.fixture
+def results(small_fit):
+    folder = small_fit.subject.folder / "results"
+    save_fit(small_fit, folder)
+    return folder
+
+
+def run(*arguments):
+    command = [sys.executable, "-m", WORKER, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
+
+
+def mcap_topics(file):
+    with file.open("rb") as stream:
+        channels = make_reader(stream).get_summary().channels.values()
+    return {channel.topic for channel in channels}
+
+
+def test_both_kinds_of_files_with_progress_between(small_fit, results):
+    folder = small_fit.subject.folder
+    with open_log(folder) as log:
+        log.append("walk", FlagRange(1, 2, "manualReview"), "Zoë")
+    files = [results / "recordings" / f"all{kind}" for kind in (".rrd", ".mcap")]
+    done = run(folder, results, results, *files)
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    shares = [json.loads(line)["fraction"] for line in lines if line.startswith("{")]
+    assert shares == sorted(shares)
+    assert (shares[0], shares[-1]) == (0.0, 1.0)
+    assert [line for line in lines if not line.startswith("{")] == [str(file) for file in files]
+    assert files[0].read_bytes()[:3] == b"RRF"
+    assert {"/walk/residual", "/no%2fforces/markers", "/review/edits"} <= mcap_topics(files[1])
+
+
+def test_one_trial_beside_another_fit(small_fit, results, tmp_path):
+    other = tmp_path / "solve 2"
+    save_fit(replace(small_fit, mass_kg=90.0), other)
+    file = tmp_path / "walk.mcap"
+    done = run(small_fit.subject.folder, results, other, file, "--previous", results, "--trial", "walk")
+    assert done.returncode == 0, done.stderr
+    assert not any(topic.startswith("/no") for topic in mcap_topics(file))
+    with file.open("rb") as stream:
+        messages = make_reader(stream).iter_messages(topics=["/walk/residual"])
+        before = [json.loads(message.data)["before_force_norm_N"] for _, _, message in messages]
+    assert any(value is not None for value in before)
+
+
+def test_a_report_says_what_the_command_line_s_says_of_the_fit_that_is_shown(small_fit, results, tmp_path):
+    other = tmp_path / "solve 2"
+    save_fit(replace(small_fit, mass_kg=90.0), other)
+    file = tmp_path / "new" / "walk.html"
+    done = run(small_fit.subject.folder, results, other, file, "--previous", results, "--trial", "walk")
+    assert done.returncode == 0, done.stderr
+    page = file.read_text(encoding="utf-8").replace("\N{NO-BREAK SPACE}", " ")
+    assert "90.0 kg fitted" in page
+    assert "3 of 4 frames are usable" in page
+    assert "Nobody has asked for a diagnosis" in page
+
+
+def test_without_a_fit_it_says_so_and_writes_nothing(small_fit, tmp_path):
+    file = tmp_path / "walk.mcap"
+    done = run(small_fit.subject.folder, tmp_path / "results", tmp_path / "results", file)
+    assert done.returncode == 1
+    assert "fit.json" in done.stderr.splitlines()[-1]
+    assert not file.exists()
