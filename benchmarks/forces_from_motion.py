@@ -27,12 +27,14 @@ WORDS = {"sit": "sit-to-stand", "sprint": "run"}  # the release's words for the 
 LEFT_OUT = {
     "anomalies/tiziana2019_lencioni": "a fault is known in it",
     "c3d_lab_trials/opensim_core": "its markers do not show the landing's forces, with any method of ours",
+    "overground_camargo2021_AB06": "its markers are on legs and pelvis alone",
     "opencap_reviewed": "may be a person of the other OpenCap folders",
 }
 PREDICTORS = (
     "analytical",
     *(f"analytical-{cutoff}Hz{rule}" for rule in ("", "-soles") for cutoff in (6, 12, 30)),
     "fit-from-angles",
+    "fit-from-markers",
     str(Path(__file__).parents[1] / "examples" / "08_own_predictor.py") + ":Regression",
     "mlp",
     "groundlinknet",

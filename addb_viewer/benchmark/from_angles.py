@@ -47,7 +47,15 @@ class FromAngles:
 
     def predict(self, seen: Seen) -> Foretold:
         """See the class."""
-        motion = Motion(seen.skeleton.dofs, seen.q, seen.rate)
+        return self.along(seen, Motion(seen.skeleton.dofs, seen.q, seen.rate))
+
+    def along(self, seen: Seen, motion: Motion) -> Foretold:
+        """Along a motion; moments are about the feet's origins as they are shown.
+
+        Args:
+            seen: what is shown.
+            motion: of the same frames.
+        """
         smooth = motion.low_passed(self.cutoff_Hz)
         total = self.total_wrench(seen, motion, self.cutoff_Hz)
         carry = going_with_the_ground(

@@ -8,6 +8,7 @@ from pathlib import Path
 from addb_viewer.benchmark.analytical import Analytical, filtered
 from addb_viewer.benchmark.errors import BenchmarkError
 from addb_viewer.benchmark.from_angles import FromAngles
+from addb_viewer.benchmark.from_markers import FromMarkers
 from addb_viewer.benchmark.task import Predictor
 
 _ANALYTICAL = re.compile(r"analytical-(\d+(?:\.\d+)?)Hz(-soles)?")
@@ -25,6 +26,7 @@ BY_NAME: dict[str, Callable[[], Predictor]] = {
     "analytical": Analytical,
     "analytical-30Hz": filtered,
     "fit-from-angles": FromAngles,
+    "fit-from-markers": FromMarkers,
     "mlp": lambda: _learnt("mlp"),
     "groundlinknet": lambda: _learnt("groundlinknet"),
     "analytical-30Hz-soles": lambda: filtered(contact="soles"),
