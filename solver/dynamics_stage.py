@@ -25,7 +25,8 @@ from solver.dynamics.trajectory_fit import fit_trajectories
 from solver.dynamics.trajectory_search import TrajectoryFit
 from solver.dynamics.trial_data import TrialData
 from solver.dynamics.unmeasured_forces import unmeasured_forces
-from solver.fit import Groundwork, KinematicsOnly, TrialFit
+from solver.edit_stage import fitted_near_edit, settled_fit, small_edit
+from solver.fit import Groundwork, KinematicsOnly, SettledFit, TrialFit
 from solver.foretelling_stage import learnt_before, misses_a_force, sister_of, with_foretold
 from solver.kinematics.marker_errors import marker_errors
 from solver.kinematics.marker_matching import MarkerMatch
@@ -57,6 +58,7 @@ class Obeying:
     learnt: LearntTerms | None = None  # by the sister that foretold missing forces, this time or before
     learnt_on: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     # by trial, the stretches of known frames that chose the kinds of these terms
+    settled: SettledFit | None = None
 
 
 def obeying_forces(
@@ -86,7 +88,11 @@ def obeying_forces(
         return Obeying(skeleton, plain, None, (), x, learnt=groundwork.learnt, learnt_on=groundwork.learnt_on)
     clock = Clock()
     with clock("dynamics"):
-        data, told = all_data([fits[i] for i in fitted], match, skeleton, settings, extension)
+        members = [fits[i] for i in fitted]
+        told = weighed(members, skeleton, settings, extended=extension is not None)
+        edit = small_edit(members, told, groundwork, settings, extension)
+        told = edit.told if edit is not None else told
+        data = all_data(members, match, told, extension)
         nominal, gain_notes = with_mass(skeleton, told.mass_kg), told.notes
         data = [
             started(trial, fits[i], nominal, settings)
@@ -94,19 +100,24 @@ def obeying_forces(
             else replace(trial, spline=fits[i].spline)
             for i, trial in zip(fitted, data, strict=True)
         ]
-        result, sister = _fitted_together(
-            [fits[i] for i in fitted],
-            data,
-            groundwork,
-            skeleton=nominal,
-            settings=settings,
-            progress=progress,
-            extension=extension,
-        )
+        if edit is not None:
+            result, sister = fitted_near_edit(
+                edit, members, data, nominal, settings=settings, progress=progress
+            )
+        else:
+            result, sister = _fitted_together(
+                members,
+                data,
+                groundwork,
+                skeleton=nominal,
+                settings=settings,
+                progress=progress,
+                extension=extension,
+            )
     foretold_ground: dict[str, Float[np.ndarray, "frames 6"]] = {}
     if sister is not None:
         gain_notes += sister.notes
-        names = [fits[i].capture.name for i in fitted]
+        names = [fit.capture.name for fit in members]
         foretold_ground = dict(zip(names, sister.wrenches_ground, strict=True))
     updated = [replace(fit, spline=None) for fit in fits]
     for i, motion, spline, trial in zip(fitted, result.motions, result.splines, data, strict=True):
@@ -135,8 +146,8 @@ def obeying_forces(
     notes = (*result.notes, *gain_notes)
     learnt, learnt_on = groundwork.learnt, groundwork.learnt_on
     if sister is not None:
-        if learnt_before([fits[i] for i in fitted], groundwork, settings) is None:
-            learnt_on = {fits[i].capture.name: tuple(runs(fits[i].forces_known)) for i in fitted}
+        if learnt_before(members, groundwork, settings) is None:
+            learnt_on = {fit.capture.name: tuple(runs(fit.forces_known)) for fit in members}
         learnt = sister.learnt
         for k, i in enumerate(fitted):
             updated[i] = replace(updated[i], sister_spline=sister.splines[k])
@@ -149,6 +160,7 @@ def obeying_forces(
         foretold_ground,
         learnt,
         learnt_on,
+        settled_fit(members, told, result, sister, edit),
     )
 
 
@@ -198,26 +210,23 @@ def fitted_to_forces(fits: Sequence[TrialFit], settings: Settings) -> list[int]:
 def all_data(
     fits: Sequence[TrialFit],
     match: MarkerMatch,
-    skeleton: Skeleton,
-    settings: Settings,
+    told: Weighed,
     extension: Extension | None,
-) -> tuple[list[TrialData], Weighed]:
-    """What the trials give to the trajectory fit, and what the plates say of the body's mass.
+) -> list[TrialData]:
+    """What the trials give to the trajectory fit.
 
     Args:
         fits: with contacts and mask.
         match: of the skeleton's markers.
-        skeleton: that the plates are judged with.
-        settings: of every stage.
+        told: by the plates, of the body's mass and of their gains.
         extension: what acts beside the recorded forces.
     """
-    told = weighed(fits, skeleton, settings, extended=extension is not None)
     data = []
     for fit, gain in zip(fits, told.gains, strict=True):
         extra = extra_of(fit, extension)
         plain = trial_data(fit, match, gain)
         data.append(extra.added_to(plain, gain) if extra else plain)
-    return data, told
+    return data
 
 
 def extra_of(fit: TrialFit, extension: Extension | None) -> TrialExtension | None:

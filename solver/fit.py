@@ -62,6 +62,19 @@ class TrialFit:
 
 
 @dataclass(frozen=True)
+class SettledFit:
+    """What the trajectory fit found beside the motions: a re-solve near an edit leaves it as it is."""
+
+    mass_kg: float  # of the skeleton that the fit began with
+    gains: Mapping[str, float]  # by trial, that its forces were divided by
+    phi: Float[np.ndarray, " parameters"]
+    asked_phi: Float[np.ndarray, " parameters"]  # inertias that the forces would like better
+    sister_notes: tuple[str, ...]  # on what the fit that foretold forces learnt
+    known: Mapping[str, tuple[tuple[int, int], ...]]  # by trial, stretches of known forces
+    known_to_all: Mapping[str, tuple[tuple[int, int], ...]]  # likewise, at the last fit of all frames
+
+
+@dataclass(frozen=True)
 class Groundwork:
     """What a solve finds that no review changes, and where the search ended: a re-solve begins here."""
 
@@ -76,6 +89,8 @@ class Groundwork:
     learnt: LearntTerms | None = None  # by the last sister fit; None: there was none
     learnt_on: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     # by trial, the stretches of known frames that chose the kinds of these terms
+    settled: SettledFit | None = None  # None: no trial was fitted to forces
+    foretelling_kinds: tuple[str, ...] | None = None  # that foretold withheld blocks; None: not asked yet
 
 
 @dataclass(frozen=True)

@@ -54,6 +54,7 @@ def sister_of(
     *,
     extension: Extension | None,
     learnt: LearntTerms | None = None,
+    chosen: Sequence[str] | None = None,
 ) -> Foretold | None:
     """The sister of a trajectory fit; None where settings do without.
 
@@ -65,6 +66,7 @@ def sister_of(
         settings: of every stage.
         extension: what acts beside the recorded forces.
         learnt: by that earlier sister.
+        chosen: kinds of terms that are known to foretell better; None: hidden blocks choose.
     """
     if not settings.foretelling.enabled:
         return None
@@ -88,6 +90,7 @@ def sister_of(
         phi=None if result is None else result.phi,
         extra=extra,
         learnt=learnt,
+        chosen=chosen,
     )
 
 

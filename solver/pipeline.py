@@ -188,7 +188,8 @@ def resolve(
     """The same trials after an edit of the reviews; the search begins where the previous fit ended.
 
     Files, scaling, marker fit and the feet that forces belong to are taken from the previous fit: no review
-    changes them. Agrees with `solve` to within the trajectory fit's tolerance. The withheld blocks wait for
+    changes them. After a small edit the motion is made anew near it alone. Agrees with `solve` to within the
+    trajectory fit's tolerance. The withheld blocks wait for
     `predicting_withheld`, which takes longer than all of this.
 
     Args:

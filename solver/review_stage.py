@@ -108,7 +108,12 @@ def obeying_reviews(
             *_extension_notes(extension, names),
         ),
         groundwork=replace(
-            groundwork, mass_kg=mass_kg, phi=obeying.phi, learnt=obeying.learnt, learnt_on=obeying.learnt_on
+            groundwork,
+            mass_kg=mass_kg,
+            phi=obeying.phi,
+            learnt=obeying.learnt,
+            learnt_on=obeying.learnt_on,
+            settled=obeying.settled,
         ),
         heldout_due=settings.trajectory.heldout and obeying.phi is not None,
     )
@@ -122,7 +127,14 @@ def predicting_withheld(
         return fit
     began = with_mass(fit.groundwork.skeleton, fit.groundwork.mass_kg)
     trials = with_heldout(fit.trials, fit.groundwork.match, began, settings, progress, extension=extension)
-    return replace(fit, trials=trials, heldout_due=False)
+    judged = [trial.heldout for trial in trials if trial.heldout is not None]
+    kinds = judged[0].learnt if judged else fit.groundwork.foretelling_kinds
+    return replace(
+        fit,
+        trials=trials,
+        heldout_due=False,
+        groundwork=replace(fit.groundwork, foretelling_kinds=kinds),
+    )
 
 
 def _extension_notes(extension: Extension | None, names: set[str]) -> tuple[str, ...]:

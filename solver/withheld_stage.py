@@ -19,6 +19,7 @@ from solver.progress import Progress, part
 from solver.settings import Settings, from_dict
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
+from solver.weighing_stage import weighed
 
 CUTOFFS_HZ = (3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0)  # of all that laboratories use for markers
 Withheld = Sequence[Bool[np.ndarray, " frames"]]
@@ -178,7 +179,8 @@ def _foretold(
         return []
     before = [before_forces(fit) for fit in fits]
     hidden = [_without(fit, w) for fit, w in zip(before, withheld, strict=True)]
-    data, told = all_data(hidden, match, skeleton, settings, extension)
+    told = weighed(hidden, skeleton, settings, extended=extension is not None)
+    data = all_data(hidden, match, told, extension)
     nominal = with_mass(skeleton, told.mass_kg)
     blind = [started(d, fit, nominal, settings) for d, fit in zip(data, hidden, strict=True)]
     result = fit_trajectories(

@@ -96,19 +96,19 @@ def _with_all_columns(
         if not least or any((own[s.trial][s.start : s.end] >= least).any() for s in spans):
             continue
         start = max(0, int(own[most].argmax()) - stretch // 2) // align[most] * align[most]
-        spans = _united([*spans, Span(most, start, min(len(own[most]), start + stretch))])
+        spans = united([*spans, Span(most, start, min(len(own[most]), start + stretch))])
     return spans
 
 
-def _united(spans: Sequence[Span]) -> list[Span]:
+def united(spans: Sequence[Span]) -> list[Span]:
     """In order, those that overlap as one."""
-    united: list[Span] = []
+    together: list[Span] = []
     for span in sorted(spans, key=lambda s: (s.trial, s.start)):
-        if united and united[-1].trial == span.trial and span.start <= united[-1].end:
-            united[-1] = replace(united[-1], end=max(united[-1].end, span.end))
+        if together and together[-1].trial == span.trial and span.start <= together[-1].end:
+            together[-1] = replace(together[-1], end=max(together[-1].end, span.end))
         else:
-            united.append(span)
-    return united
+            together.append(span)
+    return together
 
 
 def windows(trial: int, frames: int, align: int, settings: TrajectorySettings) -> list[Span]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
-from solver.dynamics.bordered_system import BorderedFactor, SharedChoice
+from solver.dynamics.bordered_system import BorderedFactor, Gradient, SharedChoice, Step
 from solver.dynamics.trajectory_solver import State, TrajectorySolver
 from solver.kinematics.motion import Motion
 from solver.progress import Progress
@@ -78,11 +78,14 @@ def searched(
         small = undamped and gained < SMALL_STEP * least
         as_foretold = small and abs(gained - step.foretold) < AS_FORETOLD * least
         converged = gained < least or as_foretold
-        state, cost, damping = tried, tried_cost, damping / 10
+        left, state, cost, damping = state, tried, tried_cost, damping / 10
         if undamped and not converged and gained < NEARLY_THERE * cost:
-            state, converged = _settled(solver, state, cost, factor)
+            left, gradient = state, solver.gradient(state)
+            state, converged = _settled(solver, state, cost, factor.step(gradient))
         if converged:
-            asked = _asked(solver, state, factor)
+            asked = state.shared.phi
+            if solver.caution != 1.0:
+                asked = _asked(solver, left, gradient, factor)
         del system, factor
     progress("dynamics", 1.0)
     shared = state.shared
@@ -102,14 +105,11 @@ def searched(
     )
 
 
-def _settled(
-    solver: TrajectorySolver, state: State, cost: float, factor: BorderedFactor
-) -> tuple[State, bool]:
+def _settled(solver: TrajectorySolver, state: State, cost: float, step: Step) -> tuple[State, bool]:
     """The state after a last step with the curvature at hand, and whether it is the last one.
 
     It is if all that is left to gain is less than the tolerance, by the gradient here and that curvature.
     """
-    step = factor.step(solver.gradient(state))
     if step.foretold >= solver.settings.tolerance * cost:
         return state, False
     tried = solver.stepped(state, step)
@@ -117,18 +117,23 @@ def _settled(
 
 
 def _asked(
-    solver: TrajectorySolver, state: State, factor: BorderedFactor
+    solver: TrajectorySolver, state: State, gradient: Gradient, factor: BorderedFactor
 ) -> Float[np.ndarray, " parameters"]:
-    """φ after a step with the curvature at hand, the inertias' prior without its caution."""
-    if solver.caution == 1.0:
-        return state.shared.phi
+    """φ where the last step would have led with the inertias' prior as it is without caution.
+
+    Args:
+        solver: of the trials.
+        state: that the last step began at.
+        gradient: there.
+        factor: that it was taken with.
+    """
     cautious = solver.priors[0]
     choice = SharedChoice(
         np.ones(state.shared.count, dtype=bool),
         solver.uncautious.curvature(state.shared) - cautious.curvature(state.shared),
         solver.uncautious.gradient(state.shared) - cautious.gradient(state.shared),
     )
-    (step,) = factor.steps(solver.gradient(state), [choice])
+    (step,) = factor.steps(gradient, [choice])
     return state.shared.moved(step.shared).phi
 
 

@@ -142,6 +142,22 @@ class TrajectorySettings:
         why="that neighbouring windows share: joined in the middle, where a border is 2 s away at 100 Hz and "
         "changes nothing any more",
     )
+    edit_reach_s: float = setting(
+        1.0,
+        unit="s",
+        why="before and after frames whose flags were edited: farther away the motion stays as it is",
+    )
+    edits_last: float = setting(
+        0.1,
+        unit="",
+        why="share of the known frames that edits may change before all frames are fitted anew: until then "
+        "the inertias stay as they are",
+    )
+    edit_gain: float = setting(
+        1.0e-3,
+        unit="",
+        why="likewise of what plates say of the body's mass and of their gains: 0.8 N of 800",
+    )
     iterations: int = setting(12, unit="", why="ceiling of Gauss-Newton; three or four suffice as a rule")
     tolerance: float = setting(
         1.0e-3, unit="", why="relative decrease of the cost at which the fit has converged"

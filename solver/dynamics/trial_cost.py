@@ -8,6 +8,7 @@ from jaxtyping import Float
 from solver.dynamics.bordered_system import TrialGradient, TrialSystem
 from solver.dynamics.spline_band import nearest_spline
 from solver.dynamics.spline_basis import SplineBasis, spline_basis
+from solver.dynamics.terms.held_ends import HeldEnds
 from solver.dynamics.terms.markers import Markers
 from solver.dynamics.terms.pose_pull import PosePull
 from solver.dynamics.terms.root_residual import RootResidual
@@ -49,6 +50,10 @@ class TrialCost:
             PosePull(motion, levels.pull),
             Smoothness(levels.jerk, settings),
         )
+        before, after = data.held_ends
+        if before or after:
+            assert data.spline is not None
+            self.without_forces += (HeldEnds(data.spline, before=before, after=after),)
 
     @property
     def terms(self) -> tuple[Term, ...]:

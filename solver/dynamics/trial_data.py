@@ -30,14 +30,17 @@ class TrialData:
     extra_wrench_ground: Float[np.ndarray, "frames 6"] | None = None  # acts beside the feet's; None: nothing
     extra_columns_ground: Float[np.ndarray, "frames 6 extra"] | None = None  # likewise per x; None: zero
     levels: TrialLevels | None = None  # of the trial that this is a part of; None: its own
+    held_ends: tuple[bool, bool] = (False, False)  # first, last: whether the spline stays where it is there
 
-    def part(self, start: int, end: int, spacing: int) -> "TrialData":
+    def part(self, start: int, end: int, spacing: int, *, held: bool = False) -> "TrialData":
         """Frames `start` to `end` (excluded) as a trial of their own, with the weights of the whole.
 
         Args:
             start: a multiple of the spacing.
             end: at most the number of frames.
             spacing: of the spline's knots [frames].
+            held: the spline stays as it is at ends that are not the trial's, where the last frame is on a
+                knot.
         """
 
         def cut(whole: Part | None) -> Part | None:
@@ -58,6 +61,7 @@ class TrialData:
             foretold_ground=cut(self.foretold_ground),
             extra_wrench_ground=cut(self.extra_wrench_ground),
             extra_columns_ground=cut(self.extra_columns_ground),
+            held_ends=(held and start > 0, held and end < len(self.counts)),
         )
 
     def with_fixed_extra(self, x: Float[np.ndarray, " extra"]) -> "TrialData":

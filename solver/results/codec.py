@@ -14,7 +14,7 @@ from solver.contact import proposals, wrenches
 from solver.dynamics import dynamics, extension, heldout
 from solver.dynamics.foretelling import learnt_terms
 from solver.errors import ResultsError
-from solver.fit import Groundwork, KinematicsOnly, TrialFit
+from solver.fit import Groundwork, KinematicsOnly, SettledFit, TrialFit
 from solver.kinematics import marker_errors, marker_matching, motion
 from solver.kinematics.label_faults import fault
 from solver.skeleton import functions, skeleton
@@ -43,7 +43,12 @@ _TYPES = {
     for room in _ROOMS
     for name, kind in vars(room).items()
     if isinstance(kind, type) and is_dataclass(kind) and kind.__module__ == room.__name__
-} | {"TrialFit": TrialFit, "KinematicsOnly": KinematicsOnly, "Groundwork": Groundwork}
+} | {
+    "TrialFit": TrialFit,
+    "KinematicsOnly": KinematicsOnly,
+    "Groundwork": Groundwork,
+    "SettledFit": SettledFit,
+}
 
 
 class Encoder:

@@ -13,6 +13,7 @@ from solver.pipeline import resolve, solve
 from solver.settings import Settings
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.scaling import with_mass
+from solver.weighing_stage import weighed
 from tests.flagged import flagged
 
 FOLDER = "walk_treadmill_stepwidth"  # 501 frames
@@ -74,7 +75,8 @@ def given(fit):
     """Body and data of its trajectory fit."""
     (trial,) = fit.trials
     before = replace(trial, motion=trial.kinematics_only.motion)
-    data, told = all_data([before], fit.groundwork.match, fit.skeleton, WHOLE, None)
+    told = weighed([before], fit.skeleton, WHOLE)
+    data = all_data([before], fit.groundwork.match, told, None)
     body = with_mass(fit.skeleton, told.mass_kg)
     return body, [started(data[0], before, body, WHOLE)]
 

@@ -18,7 +18,7 @@ from solver.pipeline import can_resolve, resolve, solve
 from solver.progress import silent
 from solver.results.store import load_fit, save_fit
 from solver.review_stage import predicting_withheld
-from solver.settings import Settings
+from solver.settings import Settings, as_dict
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 from solver.simulate.person import Person, body_of
@@ -195,6 +195,52 @@ def test_a_review_of_another_recording_is_refused(case):
     (name,) = case.after
     with pytest.raises(FitError, match=rf"{name}: Frames 9000 to 9099 are flagged"):
         resolve(case.first, {name: flagged((9000, 9100, None, "manualReview"))}, SETTINGS)
+
+
+@pytest.fixture(scope="module")
+def walk_with_short_reach(synthetic_subject):
+    """A walk that is short too, and its settings: edits reach a tenth of it, and may change half of it."""
+    weights = replace(SETTINGS.trajectory, edit_reach_s=0.2, edits_last=0.3, edit_gain=0.01)
+    settings = replace(SETTINGS, trajectory=weights)
+    return solve(synthetic_subject, settings), settings
+
+
+def test_a_small_edit_is_followed_near_it_alone(walk_with_short_reach, monkeypatch):
+    """The first one needs a sister, whose kinds of terms the withheld blocks have chosen before."""
+    first, settings = walk_with_short_reach
+    name, foot = first.trials[0].capture.name, first.trials[0].contacts.foot_bodies[0]
+    one, other = (60, 75, foot, "manualReview"), (140, 155, foot, "manualReview")
+    with monkeypatch.context() as watched:
+        for module, whole in ((dynamics_stage, "fit_trajectories"), (sister_fit, "chosen_kinds")):
+            watched.setattr(module, whole, lambda *_, **__: pytest.fail("all frames were asked"))
+        once = resolve(first, {name: flagged(one)}, settings)
+        twice = resolve(once, {name: flagged(one, other)}, settings)
+    assert twice.trials[0].dynamics.used.sum() < once.trials[0].dynamics.used.sum()
+    far = np.r_[0:30, 185:231]
+    np.testing.assert_array_equal(twice.trials[0].motion.q[far], first.trials[0].motion.q[far])
+    cold = solve(first.subject, SETTINGS, reviews={name: flagged(one, other)})
+    (near,), (whole,) = (fit.trials for fit in (twice, cold))
+    both = np.flatnonzero(near.dynamics.used & whole.dynamics.used)[ENDS:-ENDS]
+    residual, torque = (
+        getattr(near.dynamics, what)[both] - getattr(whole.dynamics, what)[both]
+        for what in ("residual_root", "joint_torques")
+    )
+    assert np.sqrt((residual[:, :3] ** 2).sum(axis=1).mean()) < FORCE_N
+    assert np.sqrt((residual[:, 3:] ** 2).sum(axis=1).mean()) < MOMENT_NM
+    assert np.abs(torque).max() < TORQUE_NM
+    assert np.sqrt(((near.motion.q - whole.motion.q) ** 2).mean()) < ANGLE_RAD
+
+
+def test_edits_that_add_up_make_all_frames_anew(walk_with_short_reach):
+    first, settings = walk_with_short_reach
+    name, feet = first.trials[0].capture.name, first.trials[0].contacts.foot_bodies
+    less = replace(settings, trajectory=replace(settings.trajectory, edits_last=0.1))
+    start = replace(first, settings=as_dict(less))
+    one = resolve(start, {name: flagged((60, 75, feet[0], "manualReview"))}, less)
+    both = {name: flagged((60, 75, feet[0], "manualReview"), (140, 155, feet[0], "manualReview"))}
+    two = resolve(one, both, less)
+    assert one.groundwork.settled.known_to_all == first.groundwork.settled.known_to_all
+    assert two.groundwork.settled.known_to_all == two.groundwork.settled.known
 
 
 def test_so_many_flags_that_nothing_is_left_leave_the_markers_motion(case):

@@ -13,3 +13,4 @@ class LearntTerms:
     kinds: tuple[str, ...]  # that foretold hidden blocks better
     phi: Float[np.ndarray, " parameters"]  # the sister's inertias
     x: Float[np.ndarray, " extra"]  # of an extension's columns, then of these kinds'
+    peak_N: float = 0.0  # of the force that stepping demands, which step curves are in proportion to

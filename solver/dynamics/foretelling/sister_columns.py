@@ -119,7 +119,7 @@ class SisterColumns:
             columns.append(constant_columns(frame, self.weight_N, self.settings))
         return columns
 
-    def window(self, span: Span, kinds: Sequence[str], spacing: int) -> TrialData:
+    def window(self, span: Span, kinds: Sequence[str], spacing: int, *, held: bool = False) -> TrialData:
         """Some frames as a trial of their own, with columns of these kinds behind those that it has."""
         i, start, end = span.trial, span.start, span.end
         phases, rate = self.phases[i], self.motions[i].rate
@@ -130,7 +130,7 @@ class SisterColumns:
             rate,
             kinds,
         )
-        return self._beside(self.trials[i].data.part(start, end, spacing), own)
+        return self._beside(self.trials[i].data.part(start, end, spacing, held=held), own)
 
     def _phases(self, data: Sequence[TrialData]) -> list[StepPhases | None]:
         """Told by plates on frames that count, elsewhere by the feet's motion."""

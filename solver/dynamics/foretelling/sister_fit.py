@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from solver.dynamics.fit_steps import stepped
 from solver.dynamics.foretelling import constants, demand_gains, step_curves
@@ -21,14 +21,14 @@ from solver.dynamics.foretelling.inner_blocks import INERTIAS, chosen_kinds
 from solver.dynamics.foretelling.learnt_terms import LearntTerms
 from solver.dynamics.foretelling.settings import ForetellingSettings
 from solver.dynamics.foretelling.sister_columns import OTHER, SisterColumns, SisterTrial
-from solver.dynamics.frame_spans import are_long, teaching_spans, windows
+from solver.dynamics.frame_spans import Span, are_long, teaching_spans, windows
+from solver.dynamics.inertia_parameters import inertia_parameters
+from solver.dynamics.near_edits import spans_near, spliced, with_levels
 from solver.dynamics.trajectory_settings import TrajectorySettings
-from solver.dynamics.trial_cost import knot_spacing
-from solver.dynamics.trial_data import ExtraParameters
-from solver.dynamics.trial_levels import trial_levels
+from solver.dynamics.trial_cost import basis_for, knot_spacing
+from solver.dynamics.trial_data import ExtraParameters, TrialData
 from solver.frames_at_once import joined
 from solver.kinematics.motion import Motion
-from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
 
 KINDS = (INERTIAS, step_curves.KIND, demand_gains.KIND, constants.KIND)
@@ -58,6 +58,7 @@ def foretold(
     phi: Float[np.ndarray, " parameters"] | None = None,
     extra: ExtraParameters | None = None,
     kinds: Sequence[str] = KINDS,
+    chosen: Sequence[str] | None = None,
     learnt: LearntTerms | None = None,
 ) -> Foretold:
     """Fit the sister, with the kinds of terms that foretell known forces better, if any.
@@ -71,31 +72,29 @@ def foretold(
         extra: x of the trials' extra columns, where a diagnosis has added some: they act on the body, and the
             wrench here is what remains beside them.
         kinds: of terms to choose among.
-        learnt: by an earlier sister, whose splines the trials begin with: its kinds stay. None: hidden blocks
-            choose among `kinds`.
+        chosen: those that are known to foretell better; None: hidden blocks choose.
+        learnt: by an earlier sister, whose splines the trials begin with: its kinds stay.
 
     Raises:
         FitError: as the trajectory fit.
     """
     extra = extra or ExtraParameters.none()
-    weights = replace(
-        trajectory,
-        smoothness=settings.smoothness,
-        least_marker_slow_m=settings.marker_slow_m,
-        least_marker_growth_m=settings.marker_growth_m,
-        shared_growth=settings.shared_growth,
-        residual_force_std_N=settings.residual_force_std_N,
-        residual_moment_std_Nm=settings.residual_moment_std_Nm,
-        knot_spacing_s=settings.knot_spacing_s,
-    )
+    weights = _weights(trajectory, settings)
     if not are_long([len(trial.data.counts) for trial in trials], weights):
-        sister, _ = _together(
-            skeleton, trials, weights, settings, phi=phi, extra=extra, kinds=kinds, learnt=learnt
+        return _together(
+            skeleton,
+            trials,
+            weights,
+            settings,
+            phi=phi,
+            extra=extra,
+            kinds=kinds,
+            chosen=chosen,
+            learnt=learnt,
         )
-        return sister
     spacing = [knot_spacing(trial.data.start, weights) for trial in trials]
     trials = [_with_levels(trial, skeleton, weights) for trial in trials]
-    taught, peak_N = _together(
+    taught = _together(
         skeleton,
         [
             trials[s.trial].part(s.start, s.end, spacing[s.trial])
@@ -106,17 +105,30 @@ def foretold(
         phi=phi,
         extra=extra,
         kinds=kinds,
+        chosen=chosen,
         learnt=learnt,
     )
-    made = SisterColumns(skeleton, settings, trials, extra, peak_N)
+    made = SisterColumns(skeleton, settings, trials, extra, taught.learnt.peak_N)
     steps = FIRST_STEPS if learnt is None else NEXT_STEPS
     return _in_windows(taught, made, spacing, weights, steps)
 
 
+def _weights(trajectory: TrajectorySettings, settings: ForetellingSettings) -> TrajectorySettings:
+    """The sister's, beside those of the fit whose sister it is."""
+    return replace(
+        trajectory,
+        smoothness=settings.smoothness,
+        least_marker_slow_m=settings.marker_slow_m,
+        least_marker_growth_m=settings.marker_growth_m,
+        shared_growth=settings.shared_growth,
+        residual_force_std_N=settings.residual_force_std_N,
+        residual_moment_std_Nm=settings.residual_moment_std_Nm,
+        knot_spacing_s=settings.knot_spacing_s,
+    )
+
+
 def _with_levels(trial: SisterTrial, skeleton: Skeleton, weights: TrajectorySettings) -> SisterTrial:
-    data = trial.data
-    levels = trial_levels(ForwardKinematics(skeleton), data.observed_ground, data.start, weights)
-    return replace(trial, data=replace(data, levels=levels))
+    return replace(trial, data=with_levels(skeleton, trial.data, weights))
 
 
 def _together(
@@ -128,13 +140,18 @@ def _together(
     phi: Float[np.ndarray, " parameters"] | None,
     extra: ExtraParameters,
     kinds: Sequence[str],
+    chosen: Sequence[str] | None,
     learnt: LearntTerms | None,
-) -> tuple[Foretold, float]:
-    """All trials as one problem; and the peak force [N] that step curves are in proportion to."""
+) -> Foretold:
+    """All trials as one problem."""
     made = SisterColumns(skeleton, settings, trials, extra)
     plain = [trial.data for trial in trials]
-    if learnt is None:
-        chosen = chosen_kinds(
+    if learnt is not None:
+        taken, phi = learnt.kinds, learnt.phi
+    elif chosen is not None:
+        taken = tuple(chosen)
+    else:
+        taken = chosen_kinds(
             skeleton,
             plain,
             weights,
@@ -145,13 +162,11 @@ def _together(
             kinds=[kind for kind in kinds if kind == INERTIAS or kind in every.of],
             always=(OTHER,),
         )
-    else:
-        chosen, phi = learnt.kinds, learnt.phi
-    if INERTIAS in chosen:
+    if INERTIAS in taken:
         weights = replace(
             weights, inertia_prior_weight=settings.inertia_prior_weight * weights.inertia_prior_weight
         )
-    parameters, data = made.parameters(chosen), made.with_columns(plain, chosen)
+    parameters, data = made.parameters(taken), made.with_columns(plain, taken)
     start = parameters.prior
     if learnt is not None and len(learnt.x) == len(start.start):
         start = replace(start, start=learnt.x)
@@ -165,16 +180,15 @@ def _together(
     notes: tuple[str, ...] = ()
     if gains.any():
         notes = gain_notes(sister.extra[gains], np.sqrt(sister.extra_variance[gains]), settings)
-    told = Foretold(
+    return Foretold(
         tuple(wrenches),
         sister.skeleton,
-        chosen,
+        taken,
         notes,
         sister.motions,
         sister.splines,
-        LearntTerms(chosen, sister.phi, sister.extra),
+        LearntTerms(taken, sister.phi, sister.extra, made.peak_N),
     )
-    return told, made.peak_N
 
 
 def _in_windows(
@@ -204,3 +218,62 @@ def _in_windows(
         motions.append(replace(trial.data.start, q=joined([q for _, q, _ in parts], starts)))
         splines.append(joined([c for _, _, c in parts], [start // spacing[i] for start in starts]))
     return replace(taught, wrenches_ground=tuple(wrenches), motions=tuple(motions), splines=tuple(splines))
+
+
+def foretold_near(
+    skeleton: Skeleton,
+    trials: Sequence[SisterTrial],
+    edited: Sequence[Bool[np.ndarray, " frames"]],
+    trajectory: TrajectorySettings,
+    settings: ForetellingSettings,
+    *,
+    learnt: LearntTerms,
+) -> Foretold:
+    """The sister after an edit, near it alone: what was learnt of the person stays.
+
+    Args:
+        skeleton: as for the sister of all frames.
+        trials: that begin with her splines.
+        edited: by trial, frames whose force was not known and now is, or the other way round.
+        trajectory: settings of the fit whose sister this is.
+        settings: of the learnt terms.
+        learnt: by her, without columns of an extension.
+    """
+    weights = _weights(trajectory, settings)
+    fixed = replace(weights, fit_inertias=False)
+    inertias = inertia_parameters(skeleton, weights)
+    fitted = inertias.skeleton_at(learnt.phi) if weights.fit_inertias else skeleton
+    spacing = [knot_spacing(trial.data.start, weights) for trial in trials]
+    spans = spans_near(edited, [trial.data.start for trial in trials], weights)
+    near = {span.trial for span in spans}
+    trials = [_with_levels(t, skeleton, weights) if i in near else t for i, t in enumerate(trials)]
+    made = SisterColumns(skeleton, settings, trials, ExtraParameters.none(), learnt.peak_N)
+
+    def beside(span: Span) -> TrialData:
+        data = made.window(span, learnt.kinds, spacing[span.trial], held=True)
+        return data.with_fixed_extra(learnt.x)
+
+    splines = []
+    for trial in trials:
+        assert trial.data.spline is not None
+        splines.append(trial.data.spline)
+    for span in spans:
+        i = span.trial
+        own = stepped(fitted, [beside(span)], fixed, NEXT_STEPS, extra=ExtraParameters.none())
+        splines[i] = spliced(splines[i], own.splines[0], span.start // spacing[i])
+    motions, wrenches = [], []
+    for i, (trial, spline) in enumerate(zip(made.trials, splines, strict=True)):
+        motion = replace(trial.data.start, q=basis_for(trial.data.start, weights).evaluate(spline))
+        motions.append(motion)
+        if trial.data.counts.all():
+            wrenches.append(trial.data.wrench_ground)
+            continue
+        spans_of_all = windows(i, motion.frames, spacing[i], weights)
+        acting = []
+        for span in spans_of_all:
+            wrench = beside(span).extra_wrench_ground
+            assert wrench is not None
+            acting.append(wrench)
+        learnt_ground = joined(acting, [span.start for span in spans_of_all])
+        wrenches.append(demanded_ground(fitted, motion) - learnt_ground)
+    return Foretold(tuple(wrenches), fitted, learnt.kinds, (), tuple(motions), tuple(splines), learnt)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from solver.dynamics.bordered_system import TrialGradient, TrialSystem
+from solver.dynamics.terms.held_ends import HeldEnds
 from solver.dynamics.terms.markers import Markers
 from solver.dynamics.terms.pose_pull import PosePull
 from solver.dynamics.terms.root_residual import RootResidual
@@ -33,6 +34,9 @@ MAKERS = {
     ),
     "root residual": lambda c: RootResidual(c.data, SETTINGS),
     "pose pull": lambda c: PosePull(c.data.start, levels_of(c).pull),
+    "held ends": lambda c: HeldEnds(
+        c.coefficients[:, : c.data.start.q.shape[1]] + 1e-9, before=True, after=True
+    ),
     "smoothness": lambda c: Smoothness(levels_of(c).jerk, SETTINGS),
 }
 BESIDE = 6  # columns of the spline behind the dofs
