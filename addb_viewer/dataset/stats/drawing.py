@@ -216,8 +216,8 @@ def _panels(sample: Sample, cloud: _Cloud, label: str, across: Float[np.ndarray,
     columns = 6
     lines = max(1, -(-len(shown) // columns))
     height = 1.9 * lines + 0.8
-    figure = Figure(figsize=(13, height))
-    figure.set_layout_engine("none")  # to lay out forty panels would take most of the time
+    with mpl.rc_context({"figure.constrained_layout.use": False}):
+        figure = Figure(figsize=(13, height))  # laid out by hand: forty panels would take most of the time
     figure.subplots_adjust(0.04, 0.5 / height, 0.99, 1 - 0.55 / height, wspace=0.28, hspace=0.42)
     axes = np.atleast_1d(figure.subplots(lines, columns, squeeze=False)).ravel()
     labels = np.array(sample.activity, dtype=object)

@@ -237,6 +237,19 @@ def test_the_same_numbers_give_the_same_picture():
     assert drawn[0] == drawn[1]
 
 
+def test_panels_leave_room_for_the_titles_of_those_below(release):
+    """A row of panels ends above the titles of the next."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    figure = scatter_figures(gathered(release[0], Frames.ALL).sample)["joints_load"]
+    figure.set_size_inches(13, 4.6)
+    upper, lower = figure.subplots(2, 1)  # stand-ins with the figure's own margins
+    for place in (upper, lower):
+        place.set_title("title")
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    assert upper.get_tightbbox(renderer).y0 > lower.title.get_window_extent(renderer).y1
+
+
 def test_a_release_without_reviewed_frames_says_so(tmp_path):
     rows = write_release(tmp_path)
     write(tmp_path, TRIALS, [trial | {"reviewed": False} for trial in rows["trials"]])
