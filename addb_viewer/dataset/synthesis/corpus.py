@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -160,12 +161,12 @@ class _Corpus:
             faults=own,
         )
         self._wearers[subject.person_id] = who
-        names = [
-            a for a in laboratory.activities if a in self.options.activities and self._actors.can(who, a)
-        ]
+        asked = [one for one in laboratory.activities if one in self.options.activities]
+        does = only or [one for one in asked if self._actors.can(who, one)] or ["walk"]
         trials = []
-        for activity in only or names or ("walk",):
-            trial = recorded(f"{activity}_1", self._actors.movement(who, activity), laboratory, own, rng)
+        for activity, take in product(does, range(1, 1 + self.options.recordings_each)):
+            name = f"{activity}_{take}"
+            trial = recorded(name, self._actors.movement(who, activity), laboratory, own, rng)
             labelled = bool(rng.random() < LABELLED_SHARE)
             trials.append(MadeTrial(trial, tuple(said_of(trial, labelled=labelled)), labelled=labelled))
         return replace(subject, trials=tuple(trials))
