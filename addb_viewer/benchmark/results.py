@@ -1,6 +1,7 @@
 """What an evaluation leaves on disk: `NAME.parquet` has its figures, `NAME.json` says of what."""
 
 import json
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
@@ -68,7 +69,7 @@ def read_results(folder: Path) -> tuple[Result, ...]:
         folder: that evaluations wrote to.
 
     Raises:
-        BenchmarkError: there is none, or their terms differ.
+        BenchmarkError: there is none, or their terms or frames differ.
     """
     found = tuple(
         _read(path) for path in sorted(folder.glob("*.json")) if path.with_suffix(".parquet").exists()
@@ -81,7 +82,21 @@ def read_results(folder: Path) -> tuple[Result, ...]:
                 f"{folder}: {found[0].name} and {other.name} are of different terms "
                 f"({_difference(found[0].terms, other.terms)}); tables need one folder for each"
             )
+        if _frames(other) != _frames(found[0]):
+            raise BenchmarkError(
+                f"{folder}: {found[0].name} and {other.name} were scored on different frames; "
+                "evaluate both anew"
+            )
     return found
+
+
+def _frames(result: Result) -> dict[tuple[str, str], int]:
+    """Scored frames of each trial and activity."""
+    there = Counter[tuple[str, str]]()
+    for score in result.scores:
+        if score.metric == "grf":
+            there[score.trial_id, score.activity] += score.frames
+    return dict(there)
 
 
 def _read(path: Path) -> Result:

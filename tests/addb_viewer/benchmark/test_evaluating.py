@@ -180,6 +180,12 @@ def test_results_of_other_terms_stand_in_no_table_together(source, tmp_path):
     result = evaluate(source, Mean(), Course(), tmp_path / "work")
     write_result(result, tmp_path)
     assert read_results(tmp_path) == (result,)
+    fewer = replace(result, name="fewer", scores=result.scores[len(result.scores) // 2 :])
+    write_result(fewer, tmp_path)
+    with pytest.raises(BenchmarkError, match="fewer and mean were scored on different frames"):
+        read_results(tmp_path)
+    for path in tmp_path.glob("fewer.*"):
+        path.unlink()
     other = replace(result, name="other", terms=replace(result.terms, skeleton="fitted"))
     write_result(other, tmp_path)
     with pytest.raises(BenchmarkError, match="skeleton: unfitted and fitted"):
