@@ -37,9 +37,7 @@ class FromAngles:
         for example in islice(chain(dev, train), MOST_STRETCHES):
             counts = scored_frames(example.measured.counts)
             if counts.any():
-                errors[example.person_id].append(
-                    [self._missed(example, counts, cutoff) for cutoff in CUTOFFS_HZ]
-                )
+                errors[example.person_id].append(self._missed(example, counts))
         if errors:
             means = np.mean([np.mean(own, axis=0) for own in errors.values()], axis=0)
             self.cutoff_Hz = CUTOFFS_HZ[int(np.argmin(means))]
@@ -76,21 +74,31 @@ class FromAngles:
 
         Args:
             seen: what is shown.
-            motion: the same coordinates.
+            motion: of the same frames.
             cutoff_Hz: of the smoothing.
         """
+        demand, com = self._demanded(seen, motion)
+        return unmeasured_forces(demand, com, seen.rate, cutoff_Hz).wrench_ground
+
+    def _demanded(
+        self, seen: Seen, motion: Motion
+    ) -> tuple[Float[np.ndarray, "frames 6"], Float[np.ndarray, "frames 3"]]:
+        """What the motion asks of the ground, hardly filtered; and the centre of mass."""
         cutoff = shared_cutoff(seen.rate, self.settings.conditioning)
         gentle = motion.low_passed(cutoff, self.settings.conditioning.order)
         model, root = RigidBodyModel(seen.skeleton), root_joint(seen.skeleton)
         torque = model.inverse_dynamics(gentle.q, gentle.velocity, gentle.acceleration)
         kinematics = ForwardKinematics(seen.skeleton)
         demand = root_wrench(root, kinematics.chain, kinematics.poses(gentle.q), torque)
-        com = model.centre_of_mass(gentle.q)
-        return unmeasured_forces(demand, com, seen.rate, cutoff_Hz).wrench_ground
+        return demand, model.centre_of_mass(gentle.q)
 
-    def _missed(self, example: Example, counts: Bool[np.ndarray, " frames"], cutoff_Hz: float) -> float:
-        """Mean error of the total force over some frames [N/kg]."""
-        motion = Motion(example.seen.skeleton.dofs, example.seen.q, example.seen.rate)
-        total = self.total_wrench(example.seen, motion, cutoff_Hz)[:, :3]
-        off = np.linalg.norm(total - example.measured.force.sum(axis=1), axis=1)
-        return float(off[counts].mean()) / example.measured.mass_kg
+    def _missed(self, example: Example, counts: Bool[np.ndarray, " frames"]) -> list[float]:
+        """Mean error of the total force over some frames, at each cutoff [N/kg]."""
+        seen, measured = example.seen, example.measured
+        demand, com = self._demanded(seen, Motion(seen.skeleton.dofs, seen.q, seen.rate))
+        errors = []
+        for cutoff in CUTOFFS_HZ:
+            total = unmeasured_forces(demand, com, seen.rate, cutoff).wrench_ground[:, :3]
+            off = np.linalg.norm(total - measured.force.sum(axis=1), axis=1)
+            errors.append(float(off[counts].mean()) / measured.mass_kg)
+        return errors
