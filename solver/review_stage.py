@@ -17,7 +17,7 @@ from solver.dynamics.com_mass import MassEstimate
 from solver.dynamics.extension import Extension
 from solver.dynamics.mass import mass_from_forces
 from solver.dynamics.person_estimates import person_height, person_mass, person_sex
-from solver.dynamics_stage import obeying_forces, with_dynamics
+from solver.dynamics_stage import obeying_forces
 from solver.errors import FitError
 from solver.fit import Fit, Groundwork, TrialFit
 from solver.kinematics.marker_matching import MarkerMatch
@@ -27,6 +27,7 @@ from solver.provenance import provenance_of
 from solver.settings import Settings, as_dict
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
+from solver.torques_stage import with_dynamics
 from solver.withheld_stage import with_heldout
 
 Reviews = Mapping[str, ForceReview]

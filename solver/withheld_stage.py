@@ -11,7 +11,7 @@ from solver.dynamics.extension import Extension, with_extra_wrench
 from solver.dynamics.heldout import Heldout, WithheldLayout, judged_blocks
 from solver.dynamics.trajectory_fit import fit_trajectories
 from solver.dynamics.withheld_layouts import BLOCKS, LAYOUTS, withheld_blocks, withheld_steps
-from solver.dynamics_stage import all_data, before_forces, extra_of, started, under_forces
+from solver.dynamics_stage import all_data, before_forces, extra_of, started
 from solver.fit import Fit, TrialFit
 from solver.foretelling_stage import foretold_heldout, sister_of
 from solver.kinematics.marker_matching import MarkerMatch
@@ -19,6 +19,7 @@ from solver.progress import Progress, part
 from solver.settings import Settings, from_dict
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
+from solver.torques_stage import under_forces
 from solver.weighing_stage import weighed
 
 CUTOFFS_HZ = (3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0)  # of all that laboratories use for markers

@@ -20,7 +20,6 @@ from addb_viewer.dataset.verdicts import Verdicts, verdicts_on
 from solver.capture.conditioning import shared_cutoff
 from solver.capture.force_settings import ConditioningSettings
 from solver.contact.contact_phases import ContactPhase, contact_phases
-from solver.dynamics_stage import filtered
 from solver.errors import ModelError
 from solver.fit import Fit, KinematicsOnly, TrialFit
 from solver.kinematics.marker_errors import MarkerErrors
@@ -28,6 +27,7 @@ from solver.kinematics.motion import Motion
 from solver.settings import Settings
 from solver.skeleton.forward import body_poses, marker_positions
 from solver.skeleton.skeleton import Skeleton
+from solver.torques_stage import filtered
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from addb_viewer.app.trial.replay_of_fit import fitted_replay
 from addb_viewer.recordings.solver_steps import SolverStep
 from annotations.events import Edit
 from solver.dynamics.inverse_dynamics import inverse_dynamics
-from solver.dynamics_stage import before_forces, filtered
+from solver.dynamics_stage import before_forces
 from solver.fit import Fit, TrialFit
 from solver.settings import from_dict
 from solver.skeleton.bones import Bones, body_meshes
@@ -21,6 +21,7 @@ from solver.skeleton.forward import marker_positions
 from solver.skeleton.scaling import with_mass
 from solver.skeleton.skeleton import Skeleton
 from solver.summary import all_notes, summary
+from solver.torques_stage import filtered
 
 MARKERS_ALONE = "markers alone"  # the fit before forces were looked at
 PREVIOUS_FIT = "previous fit"

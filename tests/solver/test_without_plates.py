@@ -7,7 +7,6 @@ import pytest
 
 from solver.capture.subject import open_subject
 from solver.contact.mask import NOT_RECORDED, OUTSIDE_RANGES
-from solver.dynamics_stage import under_forces
 from solver.export.b3d.from_fit import fit_to_b3d
 from solver.export.b3d.reasons import reason_number
 from solver.export.opensim import export_opensim
@@ -15,6 +14,7 @@ from solver.export.tables import trial_columns
 from solver.pipeline import solve
 from solver.settings import Settings
 from solver.summary import all_notes, summary
+from solver.torques_stage import under_forces
 
 pytestmark = pytest.mark.real
 

@@ -7,9 +7,9 @@ import pytest
 
 from addb_viewer.recordings.recording import MARKERS_ALONE, PREVIOUS_FIT, file_of, recording_of
 from solver.dynamics.inverse_dynamics import inverse_dynamics
-from solver.dynamics_stage import filtered
 from solver.settings import Settings, as_dict, from_dict
 from solver.skeleton.forward import body_poses, marker_positions
+from solver.torques_stage import filtered
 
 
 def test_a_fit_is_compared_with_what_the_markers_alone_said(make_fit):
