@@ -65,10 +65,12 @@ def frames_table(rows: TrialRows) -> pa.Table:
     columns = _labels(rows) | _motion(rows) | _body(rows) | _feet(rows) | _residuals(rows)
     errors = rows.gridded.trial.marker_errors
     columns |= {"marker_rms_m": errors.rms_per_frame, "marker_max_m": errors.maximum_per_frame}
-    cut = {
-        name: [values[k] for k in kept] if isinstance(values, list) else values[kept]
-        for name, values in columns.items()
-    }
+    cut = columns
+    if len(kept) < rows.gridded.grid.frames:
+        cut = {
+            name: [values[k] for k in kept] if isinstance(values, list) else values[kept]
+            for name, values in columns.items()
+        }
     kind = "D" if rows.gridded.trial.kinematics_only else "F"
     return table_of(FRAMES, rows.keys() | {"pass": kind} | cut, len(kept))
 

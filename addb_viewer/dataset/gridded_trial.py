@@ -17,11 +17,13 @@ from addb_viewer.dataset.ground_forces import (
 )
 from addb_viewer.dataset.moving import Moving, moving_at, spline_moving
 from addb_viewer.dataset.verdicts import Verdicts, verdicts_on
+from solver.capture.capture import Markers
 from solver.capture.conditioning import shared_cutoff
 from solver.capture.force_settings import ConditioningSettings
 from solver.contact.contact_phases import ContactPhase, contact_phases
 from solver.errors import ModelError
 from solver.fit import Fit, KinematicsOnly, TrialFit
+from solver.frames_at_once import by_frames
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
 from solver.settings import Settings
@@ -73,8 +75,7 @@ def on_grid(fit: Fit, trial: TrialFit, settings: Settings, rate: float | None) -
     there, surfaces = _measured_on(grid, trial, settings)
     assert there.contacts is not None
     assert there.mask is not None
-    observed = fit.groundwork.match.observed(there.capture.markers) if fit.groundwork else None
-    k, f, d = _motions(trial, skeleton, settings, grid, observed)
+    k, f, d = _motions(fit, trial, settings, grid, there.capture.markers)
     shown, extra, dynamics = d or k, extra_of(trial, skeleton, settings), trial.dynamics
     if not grid.is_native:
         extra = extra.on(grid)
@@ -139,23 +140,30 @@ def _model_markers(
 
 
 def _motions(
-    trial: TrialFit,
-    skeleton: Skeleton,
-    settings: Settings,
-    grid: Grid,
-    observed: Float[np.ndarray, "frames markers 3"] | None,
+    fit: Fit, trial: TrialFit, settings: Settings, grid: Grid, measured: Markers
 ) -> tuple[Moving, Moving, Moving | None]:
     """Passes K, F, and D where the trial was fitted to forces."""
     alone = trial.kinematics_only
-    raw = alone.motion if alone else trial.motion
+    raw, skeleton = alone.motion if alone else trial.motion, fit.skeleton
+    observed = fit.groundwork.match.observed(measured) if fit.groundwork else None
 
-    def errors_of(markers_ground: Float[np.ndarray, "frames markers 3"]) -> MarkerErrors:
-        seen = markers_ground if observed is None else observed
-        return MarkerErrors(trial.marker_errors.names, np.linalg.norm(markers_ground - seen, axis=2))
+    def distances(
+        q: Float[np.ndarray, "some dofs"], seen: Float[np.ndarray, "some markers 3"]
+    ) -> Float[np.ndarray, "some markers"]:
+        return np.linalg.norm(marker_positions(skeleton, q) - seen, axis=2)
 
-    k = moving_at(raw, skeleton, grid, errors_of)
-    f = moving_at(filtered(raw, settings), skeleton, grid, errors_of)
-    return k, f, spline_moving(trial, skeleton, settings, grid, errors_of) if alone else None
+    def errors_of(motion: Motion) -> MarkerErrors:
+        names = trial.marker_errors.names
+        if observed is None:
+            return MarkerErrors(names, np.zeros((motion.frames, len(names))))
+        return MarkerErrors(names, by_frames(distances, motion.q, observed))
+
+    f = moving_at(filtered(raw, settings), grid, errors_of)
+    if grid.is_native:
+        of_markers = Moving(raw, (alone or trial).marker_errors)
+        return of_markers, f, Moving(trial.motion, trial.marker_errors) if alone else None
+    k = moving_at(raw, grid, errors_of)
+    return k, f, spline_moving(trial, settings, grid, errors_of) if alone else None
 
 
 def _phases(trial: TrialFit, skeleton: Skeleton, settings: Settings) -> tuple[ContactPhase, ...]:

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
 from addb_viewer.dataset.grid import Grid
 from solver.dynamics.spline_basis import DEGREE, spline_at
@@ -13,12 +12,10 @@ from solver.kinematics.marker_errors import MarkerErrors
 from solver.kinematics.motion import Motion
 from solver.kinematics.resampled_motion import ResampledMotion, resampled
 from solver.settings import Settings
-from solver.skeleton.forward import marker_positions
-from solver.skeleton.skeleton import Skeleton
 
 SAME_M = 1e-9  # [rad or m] that a spline may miss the fit's own frames by: rounding
 
-ErrorsOf = Callable[[Float[np.ndarray, "frames markers 3"]], MarkerErrors]
+ErrorsOf = Callable[[Motion], MarkerErrors]
 
 
 @dataclass(frozen=True)
@@ -29,44 +26,36 @@ class Moving:
     errors: MarkerErrors
 
 
-def moving_at(motion: Motion, skeleton: Skeleton, grid: Grid, errors_of: ErrorsOf) -> Moving:
+def moving_at(motion: Motion, grid: Grid, errors_of: ErrorsOf) -> Moving:
     """The natural quintic spline through a motion, at the grid's frames.
 
     Args:
         motion: at the recording's frames.
-        skeleton: fitted.
         grid: of the release.
-        errors_of: markers' distances, from where the skeleton has them at the grid's frames.
+        errors_of: markers' distances in a motion at the grid's frames.
     """
     at_frames = motion if grid.is_native else resampled(motion, grid.rate, grid.frames)
-    return _moving(at_frames, skeleton, errors_of)
+    return Moving(at_frames, errors_of(at_frames))
 
 
-def spline_moving(
-    trial: TrialFit, skeleton: Skeleton, settings: Settings, grid: Grid, errors_of: ErrorsOf
-) -> Moving:
+def spline_moving(trial: TrialFit, settings: Settings, grid: Grid, errors_of: ErrorsOf) -> Moving:
     """The fitted spline itself at the grid's frames; the one through the fit's frames where it is not kept.
 
     Args:
         trial: fitted to forces.
-        skeleton: fitted.
         settings: of the fit.
         grid: of the release.
         errors_of: as for `moving_at`.
     """
     coefficients = trial.spline
     if grid.is_native or coefficients is None:
-        return moving_at(trial.motion, skeleton, grid, errors_of)
+        return moving_at(trial.motion, grid, errors_of)
     width = max(1, round(settings.trajectory.knot_spacing_s * grid.native_rate)) / grid.native_rate
     own = np.arange(grid.native_frames) / grid.native_rate
     if own[-1] > (len(coefficients) - DEGREE) * width + 1e-9:
-        return moving_at(trial.motion, skeleton, grid, errors_of)
+        return moving_at(trial.motion, grid, errors_of)
     if np.abs(spline_at(coefficients, width, own) - trial.motion.q).max() > SAME_M:
-        return moving_at(trial.motion, skeleton, grid, errors_of)
+        return moving_at(trial.motion, grid, errors_of)
     q, qd, qdd = (spline_at(coefficients, width, grid.seconds, order) for order in range(3))
     motion = ResampledMotion(trial.motion.dofs, q, grid.rate, grid.start_time, qd=qd, qdd=qdd)
-    return _moving(motion, skeleton, errors_of)
-
-
-def _moving(motion: Motion, skeleton: Skeleton, errors_of: ErrorsOf) -> Moving:
-    return Moving(motion, errors_of(marker_positions(skeleton, motion.q)))
+    return Moving(motion, errors_of(motion))

@@ -16,6 +16,7 @@ from addb_viewer.review_store import reviews_for_solve
 from addb_viewer.suggested_activities import suggestions_of
 from solver.capture.subject import open_subject
 from solver.fit import Fit, TrialFit
+from solver.freed_memory import give_back
 from solver.pipeline import solve
 from solver.results.store import default_folder
 from solver.settings import Settings, settings_for
@@ -50,6 +51,7 @@ def write_subject_files(task: Task) -> Receipt:
         trial.capture.name: said[trial.capture.name].with_suggestions(suggestions_of(trial, fit.skeleton))
         for trial in fit.trials
     }
+    give_back()
     return SubjectWriting(task, fit, settings, extension, labels).receipt(left)
 
 

@@ -106,6 +106,7 @@ class SubjectWriting:
                     starts.setdefault(f"{name}_first_row", tables[name].add(table))
                     starts[f"{name}_rows"] = starts.get(f"{name}_rows", 0) + table.num_rows
                     del table  # before the next one is made
+                    give_back()
                 for name, own in self._trial_rows(one, starts):
                     rows.setdefault(name, []).extend(own)
                 give_back()
@@ -137,11 +138,13 @@ class SubjectWriting:
     def _on_grid(self, trial: TrialFit) -> tuple[TrialRows, B3dFile]:
         """A trial on the release's frames, and all passes of it, uncut."""
         gridded = on_grid(self.fit, trial, self.settings, self.task.options.rate_hz)
+        give_back()
         low = LowPassed(gridded.filtered.motion, gridded.filtered.marker_errors, gridded.cutoff_Hz)
         beside = tuple(gridded.trial if other is trial else other for other in self.fit.trials)
         b3d = fit_to_b3d(
             replace(self.fit, trials=beside), {gridded.name: low}, only=gridded.name, scratch=self.folder
         )
+        give_back()
         return self._rows(gridded, b3d.trials[0]), b3d
 
     def _rows(self, gridded: GriddedTrial, b3d: B3dTrial) -> TrialRows:

@@ -12,6 +12,7 @@ from solver.filters import low_pass
 ANTI_ALIAS_SHARE = 0.8
 ANTI_ALIAS_ORDER = 4
 
+COLUMNS_TOGETHER = 80_000  # samples
 ROUNDING_S = 0.001  # time columns are printed to the millisecond: a recording may seem to end that early
 
 
@@ -60,10 +61,18 @@ def interpolate(
         samples = np.clip((times[within] - start_time) * rate, 0, len(values) - 1)
         nearest = np.round(samples)
         samples = np.where(np.abs(samples - nearest) < 1e-6, nearest, samples)
-        result[within] = (
-            CubicSpline(np.arange(len(values)), values)(samples) if len(values) > 1 else values[0]
-        )
+        result[within] = _between(values, samples) if len(values) > 1 else values[0]
     return result
+
+
+def _between(
+    values: Float[np.ndarray, "samples *columns"], places: Float[np.ndarray, " places"]
+) -> Float[np.ndarray, "places *columns"]:
+    """A cubic spline's values; of many samples column by column, since a spline is four times its samples."""
+    order = np.arange(len(values))
+    if values.ndim != 2 or len(values) <= COLUMNS_TOGETHER:
+        return CubicSpline(order, values)(places)
+    return np.stack([CubicSpline(order, column)(places) for column in values.T], axis=1)
 
 
 def rate_of(times: Float[np.ndarray, " frames"]) -> float:

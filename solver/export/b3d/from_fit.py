@@ -25,6 +25,7 @@ from solver.export.b3d.pass_frames import ContactForces, pass_frames
 from solver.export.b3d.passes import PASS_ORDER, LowPassed, pass_header, passes_of
 from solver.export.b3d.reasons import reasons_per_frame
 from solver.export.b3d.sensor_frames import corners, marker_names, sensor_frames
+from solver.export.b3d.series_on_disk import SeriesOnDisk, on_disk
 from solver.export.b3d.writer import write_b3d
 from solver.export.places import file_stem, made
 from solver.fit import Fit, TrialFit
@@ -68,6 +69,8 @@ def fit_to_b3d(
         frames = tuple(pass_frames(models[one.type], one.motion, contact, scratch) for one in passes)
         headers = [pass_header(fit, trial, one, own) for one, own in zip(passes, frames, strict=True)]
         sensors = sensor_frames(trial.capture, names, plates, from_dict(fit.settings).conditioning)
+        if scratch is not None and isinstance(frames[0].pos, SeriesOnDisk):
+            sensors = replace(sensors, marker_obs=on_disk(sensors.marker_obs, scratch))
         trials.append(B3dTrial(_trial_header(trial, headers), sensors, frames))
     made = {about.type for trial in trials for about in trial.header.processing_pass_header}
     types = [kind for kind in PASS_ORDER if kind in made]

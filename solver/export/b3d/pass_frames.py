@@ -21,6 +21,7 @@ from solver.skeleton.forward import ForwardKinematics, Poses, cross
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.skeleton import Skeleton
 
+AT_ONCE = 2048  # frames of a long motion; each takes 20 kB on the way
 REMEMBERED = (HISTORY_ENTRIES - 1) * HISTORY_STRIDE  # earlier frames that a frame tells of
 SMALLEST_VERTICAL_N = 1e-3  # below it a force has no point where it meets the ground
 
@@ -69,10 +70,9 @@ def pass_frames(
     free = unlocked_motion(motion, skeleton).without_derivatives()
     whole = _State(free.dofs, free.q, free.velocity, free.acceleration)
     del free
-    pieces = spans(motion.frames)
-    if len(pieces) == 1:
+    if len(spans(motion.frames)) == 1:
         return _frames(skeleton, whole, contact)
-    parts = (_piece(skeleton, whole, contact, piece) for piece in pieces)
+    parts = (_piece(skeleton, whole, contact, piece) for piece in spans(motion.frames, AT_ONCE))
     return _gathered(parts, motion.frames, scratch)
 
 

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 from tempfile import TemporaryFile
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -43,3 +44,10 @@ class SeriesOnDisk:
 
     def __array__(self, dtype: np.dtype | None = None, copy: bool | None = None) -> np.ndarray:
         return self[:] if dtype is None else self[:].astype(dtype, copy=False)
+
+
+def on_disk(values: Float[np.ndarray, "frames width"], folder: Path) -> Any:
+    """The same series, to be read like an array."""
+    series = SeriesOnDisk(folder, values.shape[1])
+    series.add(values)
+    return series

@@ -188,7 +188,7 @@ def test_where_the_root_was(moved, frames):
 @pytest.mark.parametrize("on_disk", [False, True])
 def test_a_long_pass_in_pieces_is_the_whole(fit, frames, on_disk, monkeypatch, tmp_path):
     """Pieces shorter than what a frame remembers."""
-    monkeypatch.setattr(pass_frames, "spans", lambda count: spans(count, most=11))
+    monkeypatch.setattr(pass_frames, "spans", lambda count, _=0: spans(count, most=11))
     (trial,) = fit_to_b3d(fit, scratch=tmp_path if on_disk else None).trials
     whole, found = present(frames), present(trial.passes[0])
 
