@@ -107,7 +107,8 @@ def open_for_benchmark(path: Path, inertias: Inertias = "unfitted") -> Benchmark
     release = addb_viewer.dataset.open(path)
     rate = release.manifest.get("rate_hz", RATE)
     if rate != RATE:
-        raise BenchmarkError(f"{path}: the benchmark needs frames at 100 Hz, this release has {rate}")
+        own = "the recordings' own rates" if rate is None else f"{rate:g} Hz"
+        raise BenchmarkError(f"{path}: the benchmark needs frames at 100 Hz, this release has {own}")
     return BenchmarkRelease(release, inertias)
 
 

@@ -1,5 +1,6 @@
 """Evaluation on a release of simulated persons: who is opened, who is caught, what is kept."""
 
+import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -224,3 +225,11 @@ def test_names_that_are_none_are_told():
         predictor("mpl")
     with pytest.raises(BenchmarkError, match="no such file"):
         predictor("nowhere.py:Thing")
+
+
+def test_a_release_at_native_rates_is_refused(release, tmp_path):
+    copy = shutil.copytree(release, tmp_path / "native")
+    manifest = json.loads((copy / "manifest.json").read_text())
+    (copy / "manifest.json").write_text(json.dumps(manifest | {"rate_hz": None}))
+    with pytest.raises(BenchmarkError, match="the recordings' own rates"):
+        open_for_benchmark(copy)
