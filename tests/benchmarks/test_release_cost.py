@@ -1,0 +1,40 @@
+"""The page of a release's costs, from figures that are made up."""
+
+import re
+
+import pytest
+
+from benchmarks.release_cost import SHARES, WHOLE_FRAMES, Build, page
+
+LENGTHS = [
+    Build("length", n, 1, n, 1, 10.0, cpu, 400.0, 3.0) for n, cpu in ((120, 6.0), (500, 10.0), (2000, 20.0))
+]
+TRIALS = [
+    Build("trials", 25, 1, 3000, 5, 100.0, 90.0, 500.0, 2.0),
+    Build("trials", 25, 2, 3000, 5, 60.0, 99.0, 520.0, 2.5),
+    Build("trials", 100, 1, 12000, 20, 400.0, 351.0, 500.0, 2.0),
+]
+
+
+def test_shares_of_lengths_are_of_all_frames():
+    assert sum(SHARES.values()) == pytest.approx(1.0)
+
+
+def test_projection_is_the_weighted_cost_a_frame():
+    """By hand: 0.05, 0.02 and 0.01 s a frame; beyond the longest as at 2000."""
+    hours = 24e6 * (0.10 * 0.05 + 0.45 * 0.02 + 0.35 * 0.01 + 0.10 * 0.01) / 3600
+    assert WHOLE_FRAMES == 24e6
+    assert f"built: {hours:.0f} core hours" in page([*TRIALS, *LENGTHS])
+    diagnosed = Build("diagnosis", 500, 1, 500, 1, 40.0, 30.0, 600.0, 3.0)
+    told = page([*TRIALS, *LENGTHS, diagnosed])
+    assert f"built and diagnosed: {24e6 * 30 / 500 / 3600:.0f} core hours" in told
+
+
+def test_what_is_linear_and_what_a_second_worker_saves():
+    told = page([*TRIALS, *LENGTHS])
+    assert "4 times the trials (25 to 100) take 3.90 times the CPU time" in told
+    assert re.search(r"25 trials: the second worker saves 40 % on the clock.* \+10 % CPU time", told)
+    assert "The largest worker held 520 MB" in told
+    assert "400 trials were not built with 1 worker." in told
+    assert "25 trials were not built" not in told
+    assert "No diagnosis was measured" in told
