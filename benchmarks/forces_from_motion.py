@@ -142,8 +142,7 @@ def behind(results: Sequence[Result]) -> str:
         means = {name: found.mean for name, found in errors.items() if found}
         best = min(means, key=lambda name: means[name])
         if best != OURS:
-            persons = errors[OURS].persons
-            who = f"{persons} person{'' if persons == 1 else 's'}"
+            who = f"persons: {errors[OURS].persons}"
             lines.append(
                 f"- {activity} ({who}): {best} {means[best]:.3f} N/kg, {OURS} {means[OURS]:.3f} N/kg"
             )

@@ -119,7 +119,7 @@ def draw(points: Sequence[Point], stem: Path) -> list[Path]:
         own = [point for point in points if point.activity == activity]
         known = [point for point in own if point.cutoff_Hz is not None]
         axes = left if activity == ALL else right
-        label = f"{activity} ({own[0].trials} trials, {own[0].persons} persons)"
+        label = f"{activity} (trials: {own[0].trials}, persons: {own[0].persons})"
         (line,) = axes.plot([p.cutoff_Hz for p in known], [p.rmse for p in known], marker="o", label=label)
         for point in own:
             if point.cutoff_Hz is None:
@@ -128,7 +128,7 @@ def draw(points: Sequence[Point], stem: Path) -> list[Path]:
         axes.set(title=title, xlabel="cutoff [Hz]", ylim=(0, None))
         if axes.lines:
             axes.legend(fontsize="small")
-    left.set_ylabel("RMSE of the total force [N/kg]; dotted: unfiltered")
+    left.set_ylabel("RMSE of the total force [N/kg]\ndotted: unfiltered")
     files = [stem.with_suffix(end) for end in (".svg", ".png")]
     for file in files:
         figure.savefig(file, metadata={"Date": None} if file.suffix == ".svg" else None, dpi=120)

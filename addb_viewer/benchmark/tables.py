@@ -82,7 +82,7 @@ def markdown(results: Sequence[Result]) -> str:
     assert first is not None
     lines = [
         f"Release {terms.release} {terms.version}, split `{terms.split}`, tested: {_parts(terms.parts)}. "
-        f"{first.persons} persons, {first.trials} trials, {first.frames} frames ({terms.frames}); "
+        f"Persons: {first.persons}, trials: {first.trials}, frames: {first.frames} ({terms.frames}); "
         f"{terms.skeleton} skeleton. Means over persons of trials' means; 95 % intervals over persons "
         "(10 000 draws), – below five persons.",
         "",
@@ -190,7 +190,7 @@ def _by_activity(results: Sequence[Result]) -> list[str]:
     sizes = {activity: average(results[0].scores, JUDGED, activity) for activity in activities}
     head = [
         "predictor",
-        *(f"{a} ({s.persons} persons, {s.frames} frames)" if s else a for a, s in sizes.items()),
+        *(f"{a} (persons: {s.persons}, frames: {s.frames})" if s else a for a, s in sizes.items()),
     ]
     rows = [[one.name, *(_cell(average(one.scores, JUDGED, a)) for a in activities)] for one in results]
     return _lines(head, rows)

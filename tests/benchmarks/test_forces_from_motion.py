@@ -17,4 +17,4 @@ def test_only_entries_that_see_as_much_count():
     baseline = result("analytical", walk=2.0, jump=1.0, squat=0.7)
     with_markers = result("fit-from-markers", sees_markers=True, walk=0.1, jump=0.1, squat=0.1)
     lines = behind([ours, baseline, with_markers]).splitlines()
-    assert lines == ["- jump (1 person): analytical 1.000 N/kg, fit-from-angles 1.500 N/kg"]
+    assert lines == ["- jump (persons: 1): analytical 1.000 N/kg, fit-from-angles 1.500 N/kg"]

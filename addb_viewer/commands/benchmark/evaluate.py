@@ -61,7 +61,7 @@ def evaluate(
         def told(result: Result) -> None:
             write_result(result, folder)
             force = average(result.scores, "grf")
-            said = "" if force is None else f"GRF {force.mean:.3f} N/kg, {force.persons} persons"
+            said = "" if force is None else f"GRF {force.mean:.3f} N/kg, persons: {force.persons}"
             typer.echo(f"{result.name}: {said}")
 
         for name in predictor or ():
