@@ -17,7 +17,7 @@ from addb_viewer.dataset.check.physics import column, vector
 JOINTS = ("hip_flexion_r", "hip_flexion_l", "knee_angle_r", "knee_angle_l")
 RATE_HZ = 25.0  # at which angles are compared: steps of joints are slower
 LEAST_S = 1.0  # in common
-ANGLE_DEG = 3.0  # RMS of all four
+ANGLE_DEG = 3.0  # RMS of all four, without what they differ by all the time
 LEAST_DEG = 5.0  # standard deviation of an angle, of which there has to be one
 MOST_LAGS = 5
 NEARLY_DEG = 10.0  # likewise, half a step off: knees turn at 6 rad/s
@@ -117,7 +117,8 @@ def _is_near_copy(
 def _agree(one: Content, other: Content, lag: int) -> bool:
     """Whether angles and distances between markers are the same where both trials overlap.
 
-    People who stand look alike at all times: without movement nothing tells a copy from another trial.
+    Angles may differ by a constant: models differ in where they are zero. People who stand look alike at all
+    times: without movement nothing tells a copy from another trial.
     """
     off = {float(lag + shift) / RATE_HZ: 0.0 for shift in SHIFTS}
     for lag_s in off:
@@ -125,7 +126,8 @@ def _agree(one: Content, other: Content, lag: int) -> bool:
         mine, theirs = _turned(one, times), _turned(other, times - lag_s)
         if np.degrees(mine.std(axis=0).max()) < LEAST_DEG:
             return False
-        off[lag_s] = float(np.degrees(np.sqrt(np.mean((mine - theirs) ** 2))))
+        apart = mine - theirs
+        off[lag_s] = float(np.degrees(np.sqrt(np.mean((apart - apart.mean(axis=0)) ** 2))))
     best = sorted(off, key=lambda lag_s: off[lag_s])[:2]
     return any(off[k] < ANGLE_DEG and _distances_differ(one, other, k) < DISTANCE_M for k in best)
 
@@ -152,7 +154,10 @@ def _likely_lags(
     )
     first, last = np.maximum(lags, 0), np.minimum(lags + m, n)
     total = squares[last] - squares[first] + other_squares[last - lags] - other_squares[first - lags]
-    mean = np.maximum(total - 2 * product, 0) / ((last - first) * angles.shape[1])
+    joints, common = angles.shape[1], last - first
+    sums, other_sums = (np.cumsum(np.vstack([np.zeros(joints), a]), axis=0) for a in (angles, others))
+    offset = (sums[last] - sums[first] - other_sums[last - lags] + other_sums[first - lags]) / common[:, None]
+    mean = np.maximum((total - 2 * product) / (common * joints) - (offset**2).mean(axis=1), 0)
     lowest = mean <= np.minimum(np.append(np.inf, mean[:-1]), np.append(mean[1:], np.inf))
     near = np.flatnonzero(lowest & (mean < np.radians(NEARLY_DEG) ** 2))
     return [int(lags[k]) for k in near[np.argsort(mean[near])][:MOST_LAGS]]

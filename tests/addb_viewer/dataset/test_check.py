@@ -249,6 +249,15 @@ def test_a_copy_is_found_cut_shifted_resampled_and_with_noise(walker, recordings
     assert [(one.trial_id, other.trial_id) for one, other in duplicate_pairs([whole, copy])] == [("a", "b")]
 
 
+def test_a_copy_that_was_fitted_with_another_model_is_found(walker, recordings):
+    """Its angles are zero elsewhere: ten degrees at hips and knees."""
+    rng = np.random.default_rng(0)
+    whole = content("a", walker, recordings[0].frames(100.0), rng)
+    copy = content("b", walker, copied(recordings[0], 100.0, 0.5, 2.4), rng, 0.0002)
+    other = replace(copy, angles=copy.angles + np.radians([10.0, -10.0, 8.0, 12.0]))
+    assert [(a.trial_id, b.trial_id) for a, b in duplicate_pairs([whole, other])] == [("a", "b")]
+
+
 def test_another_walk_of_the_same_person_at_the_same_speed_is_no_copy(walker, recordings):
     rng = np.random.default_rng(0)
     both = [content(name, walker, r.frames(100.0), rng) for name, r in zip("ab", recordings, strict=True)]
