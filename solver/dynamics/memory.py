@@ -20,7 +20,9 @@ from solver.skeleton.skeleton import Skeleton
 NUMBER = 8  # bytes of one in double precision
 BAND = REACH + 1  # blocks of dofs × dofs that the trajectory fit holds per coefficient
 TRACKED_BLOCKS = 3  # likewise the marker fit per frame: the diagonal, the one below, and their factor's copy
-PER_MARKER = 24  # numbers per marker and frame: three places as measured, modelled, and in errors of the fit
+# Numbers per frame that stay while a window is worked out; of long trials a quarter less was measured
+PER_MARKER = 12  # places as observed and of the model before and after the fit, and errors
+PER_DOF = 10  # motions and splines of the fits so far, torques
 PER_BODY = 48  # numbers per body and frame: pose, twists and momenta of it
 LAID_OUT = (
     3  # kinds of products in the table of a coefficient's window: own, and with the frame before, twice
@@ -66,7 +68,7 @@ def needed_bytes(
     """
     dofs = len(skeleton.dofs)
     kept = sum(
-        trial.frames * PER_MARKER * len(skeleton.markers)
+        trial.frames * (PER_MARKER * len(skeleton.markers) + PER_DOF * dofs)
         + min(trial.frames, FRAMES_AT_ONCE) * PER_BODY * len(skeleton.bodies)
         for trial in trials
     )

@@ -1,9 +1,12 @@
 """A fitted walk on the release's grid."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from addb_viewer.dataset.gridded_trial import on_grid
+from solver.dynamics.extension import BodyWrench, TrialExtension, with_extra_wrench
 from solver.settings import Settings
 from solver.skeleton.pinocchio_model import RigidBodyModel
 
@@ -98,3 +101,31 @@ def test_contacts_of_the_missed_step_are_there_and_not_measured(halved):
     shares = [phase.loaded for phase in halved.phases]
     assert min(shares) == 0.0
     assert max(shares) > 0.9
+
+
+def test_what_an_accepted_cause_adds_acts_on_the_grid_as_well(fit_200, halved):
+    """A load on the trunk that swings: torques and residuals are those of the motion under it too."""
+    (native,), skeleton = fit_200.trials, fit_200.skeleton
+    frames = native.motion.frames
+    seconds, none = np.arange(frames) / native.motion.rate, np.zeros((frames, 6, 0))
+    swing = np.sin(2 * np.pi * 1.5 * seconds)
+    load = np.column_stack([20 * swing, swing - 60, 5 + swing, 3 * swing, swing, 40 + 10 * swing])
+    body = next(name for name in ("torso", "pelvis") if name in skeleton.body_names)
+    everywhere = np.ones(len(load), dtype=bool)
+    cause = TrialExtension((BodyWrench(body, load, none),), everywhere, everywhere)
+    loaded = replace(native, dynamics=with_extra_wrench(native.dynamics, skeleton, cause, np.zeros(0)))
+    got = on_grid(replace(fit_200, trials=(loaded,)), loaded, SETTINGS, 100.0)
+
+    there, dynamics, motion = load[::2], got.trial.dynamics, got.trial.motion
+    moment = there[:, 3:] - np.cross(dynamics.root_ground, there[:, :3])
+    np.testing.assert_allclose(got.extra_root, np.hstack([there[:, :3], moment]), atol=1e-6)
+    np.testing.assert_allclose(
+        dynamics.residual_root, halved.trial.dynamics.residual_root - got.extra_root, atol=1e-9
+    )
+    wrenches = np.where(got.trial.mask.counts[..., None], got.trial.contacts.wrench_ground, 0.0)
+    wrenches = np.concatenate([wrenches + dynamics.wrench_foretold_ground, there[:, None]], axis=1)
+    bodies = [skeleton.body_index(name) for name in (*got.trial.contacts.foot_bodies, body)]
+    expected = RigidBodyModel(skeleton).inverse_dynamics(
+        motion.q, motion.velocity, motion.acceleration, wrenches, bodies
+    )
+    np.testing.assert_allclose(dynamics.joint_torques, expected, atol=1e-6)
