@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import PlaceHolderLayoutEngine
 from matplotlib.lines import Line2D
 
 from addb_viewer.dataset.frame_columns import COORDINATE_NAMES, TRANSLATIONS
@@ -216,8 +217,8 @@ def _panels(sample: Sample, cloud: _Cloud, label: str, across: Float[np.ndarray,
     columns = 6
     lines = max(1, -(-len(shown) // columns))
     height = 1.9 * lines + 0.8
-    with mpl.rc_context({"figure.constrained_layout.use": False}):
-        figure = Figure(figsize=(13, height))  # laid out by hand: forty panels would take most of the time
+    by_hand = PlaceHolderLayoutEngine(adjust_compatible=True, colorbar_gridspec=True)
+    figure = Figure(figsize=(13, height), layout=by_hand)  # forty panels would take most of the time
     figure.subplots_adjust(0.04, 0.5 / height, 0.99, 1 - 0.55 / height, wspace=0.28, hspace=0.42)
     axes = np.atleast_1d(figure.subplots(lines, columns, squeeze=False)).ravel()
     labels = np.array(sample.activity, dtype=object)

@@ -242,6 +242,7 @@ def test_panels_leave_room_for_the_titles_of_those_below(release):
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure = scatter_figures(gathered(release[0], Frames.ALL).sample)["joints_load"]
+    figure.savefig(io.BytesIO(), format="svg")  # which must not lay it out anew
     figure.set_size_inches(13, 4.6)
     upper, lower = figure.subplots(2, 1)  # stand-ins with the figure's own margins
     for place in (upper, lower):
