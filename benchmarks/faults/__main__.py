@@ -27,6 +27,7 @@ def main() -> None:
     running.add_argument("--only", default="", help="part of a case's name")
     scoring = commands.add_parser("score", help="print the rates")
     scoring.add_argument("--page", type=Path, help="also written as a page of its own")
+    scoring.add_argument("--also", type=Path, nargs="*", default=[], help="other draws, told after it")
     for command in (making, running, scoring):
         command.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
@@ -37,7 +38,7 @@ def main() -> None:
         run_all(out, limit_s=given.limit, only=given.only, workers=given.workers)
     else:
         if given.page:
-            given.page.write_text(page(out, data_folder()), encoding="utf-8")
+            given.page.write_text(page(out, data_folder(), given.also), encoding="utf-8")
         print(summary(load(out)))
 
 

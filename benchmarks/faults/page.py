@@ -27,7 +27,7 @@ or three stated deviations; or mended on reading, with a note that says so. *Cla
 the same place and kind only (`names.py`), or no name, and the loudest witness speaks for it. *Wrong*: any
 other name, and not the right one. *Very sure*: a confidence of 97 % or more. Rates come with their 95 %
 interval (Wilson).
-
+{note}
 ## All
 
 {summary}
@@ -57,6 +57,20 @@ were left out); whether the person leans or the plates are elsewhere, its files 
 ## Case by case
 
 {cases}
+{also}"""
+
+ANOTHER = """
+## Another draw
+
+Seed {seed}, {code}: {answered} of {planned} cases answered. {note}
+
+{summary}
+
+{kinds}
+
+{clean}
+
+{cases}
 """
 
 
@@ -77,8 +91,14 @@ def truth_of(out: Path, case: str) -> dict[str, Any]:
     return truth
 
 
-def page(out: Path, data: Path) -> str:
-    """Markdown."""
+def page(out: Path, data: Path, also: Sequence[Path] = ()) -> str:
+    """Markdown.
+
+    Args:
+        out: of the draw.
+        data: all real recordings.
+        also: other draws, told after it; what `note.txt` says of any stands above its figures.
+    """
     verdicts = load(out)
     about = json.loads((out / "cases.json").read_text(encoding="utf-8"))
     return PAGE.format(
@@ -90,6 +110,30 @@ def page(out: Path, data: Path) -> str:
         kinds=by_kind(verdicts),
         clean=_clean(out, verdicts),
         sound=_sound(data),
+        cases=_cases(out, verdicts),
+        note=f"\n{said}\n" if (said := _note(out)) else "",
+        also="".join(_another(one) for one in also),
+    )
+
+
+def _note(out: Path) -> str:
+    """What is to be said of a draw, if anything."""
+    note = out / "note.txt"
+    return note.read_text(encoding="utf-8").strip() if note.exists() else ""
+
+
+def _another(out: Path) -> str:
+    verdicts = load(out)
+    about = json.loads((out / "cases.json").read_text(encoding="utf-8"))
+    return ANOTHER.format(
+        seed=about["seed"],
+        code=about["code"],
+        answered=len(verdicts),
+        planned=len(list((out / "truth").glob("*.json"))),
+        note=_note(out),
+        summary=summary(verdicts),
+        kinds=by_kind(verdicts),
+        clean=_clean(out, verdicts),
         cases=_cases(out, verdicts),
     )
 

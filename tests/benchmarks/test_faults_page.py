@@ -1,0 +1,44 @@
+"""The page of known faults: a run, and other draws told after it with what is to say of them."""
+
+import json
+
+import pytest
+
+from benchmarks.faults import page as module
+from benchmarks.faults.page import page
+
+TRUTH = {"kind": "other_mass", "source": "walk", "plate": None, "markers": [], "times_s": None, "size": {}}
+NAMED = {"id": "subject_mass", "target": "all", "confidence": 0.8, "parameters": {}, "frames": []}
+
+
+@pytest.fixture
+def draw(tmp_path):
+    """A folder of one case, answered with these effects."""
+
+    def made(name, effects):
+        out = tmp_path / name
+        for part in ("truth", "results"):
+            (out / part).mkdir(parents=True)
+        (out / "cases.json").write_text(json.dumps({"seed": 7, "code": f"code of {name}"}))
+        truth = TRUTH | {"case": "case_000", "what": "78 kg were entered"}
+        (out / "truth" / "case_000.json").write_text(json.dumps(truth))
+        figures = {"effects": effects, "verdict": "explained", "notes": [], "trials": ["t"]}
+        figures |= {"rates_Hz": {"t": 100.0}, "starts_s": {"t": 0.0}}
+        answer = {"diagnosis": figures, "error": "", "seconds_cpu": 3.0}
+        (out / "results" / "case_000.json").write_text(json.dumps(answer))
+        return out
+
+    return made
+
+
+def test_another_draw_stands_after_the_first_with_its_code_and_note(draw, tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "SOURCES", ())
+    first, other = draw("first", [NAMED]), draw("other", [])
+    (other / "note.txt").write_text("Kinds whose causes had changed.\n")
+    alone, both = page(first, tmp_path), page(first, tmp_path, [other])
+    assert both.startswith(alone)
+    told = both[len(alone) :]
+    assert "code of other: 1 of 1 cases" in told
+    assert "Kinds whose causes had changed." in told
+    assert "| faults: right | 100 %" in alone
+    assert "| faults: right | 0 %" in told
