@@ -145,7 +145,7 @@ class _Corpus:
         rng = np.random.default_rng((self.options.seed, 1000 + number))
         laboratory = again.laboratory if again else LABORATORIES[number % len(LABORATORIES)]
         person = again.person if again else drawn_person(rng)
-        who = self._wearers[again.person_id] if again else self._actors.wearer(person, rng)
+        who = self._actors.wearer(person, rng, self._wearers[again.person_id] if again else None)
         own = FAULTS[number % len(FAULTS)] if faults is None else tuple(faults)
         if laboratory.treadmill and "off_plate" in own:
             own = ("noise",)  # there is nothing beside a belt

@@ -48,15 +48,16 @@ class Actors:
         self._bodies = [self._body(k) for k in range(count)]
         self._done: dict[tuple[int, str], SyntheticTrial] = {}
 
-    def wearer(self, person: MadeUpPerson, rng: np.random.Generator) -> Wearer:
+    def wearer(self, person: MadeUpPerson, rng: np.random.Generator, before: Wearer | None = None) -> Wearer:
         """Somebody of the proportions of one of them, with markers of their own.
 
         Args:
             person: whose stature, mass and sex.
             rng: of whose proportions, and of where markers are put.
+            before: the same person in an earlier session: markers are put on anew.
         """
         alike = [k for k in range(len(self._bodies)) if _sex(k) == person.sex] or [0]
-        actor = int(rng.choice(alike))
+        actor = int(rng.choice(alike)) if before is None else before.actor
         ratio = person.height_m / HEIGHT_M[_sex(actor)]
         body = similar_body(self._bodies[actor], ratio, person.mass_kg)
         usual, markers = Person(), body.skeleton.markers

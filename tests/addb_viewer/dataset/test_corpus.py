@@ -106,3 +106,20 @@ def test_a_movement_may_be_recorded_several_times_with_other_noise(tmp_path):
     subject = open_subject(tmp_path / "corpus" / "Aare 2019" / "S001")
     assert [trial.name for trial in subject.trials] == ["walk_1", "walk_2", "walk_3"]
     assert len({trial.markers.read_bytes() for trial in subject.trials}) == 3
+
+
+def test_a_second_session_is_of_the_same_person_with_markers_put_on_anew(tmp_path):
+    place = tmp_path / "corpus"
+    options = CorpusOptions(6, traps=False, actors=1, activities=("walk",), longest_s=0.5)
+    synthesize(place, options)
+    told = json.loads((truth_folder(place) / "truth.json").read_text(encoding="utf-8"))["subjects"]
+    first, second = told[-2:]
+    assert first["person_id"] == second["person_id"]
+    assert first["segment_masses_kg"] == second["segment_masses_kg"]
+    apart = []
+    for about in (first, second):
+        (files,) = open_subject(place / about["place"]).trials
+        markers = read_trial(files).markers
+        hip, knee = (markers.positions_ground[:, markers.names.index(name)] for name in ("RTH1", "RKNE"))
+        apart.append(np.nanmean(np.linalg.norm(hip - knee, axis=1)))
+    assert abs(apart[0] - apart[1]) > 0.003
