@@ -15,7 +15,7 @@ SOURCE = "".join(
         (HOUSE / "annotations").glob("*.py"),
         (HOUSE / "addb_viewer").glob("accepted_*.py"),
         (HOUSE / "addb_viewer").glob("review_*.py"),
-        (HOUSE / "addb_viewer" / "app").glob("library.py"),
+        (HOUSE / "addb_viewer" / "app" / "subjects").glob("library.py"),
     )
 )
 
