@@ -9,8 +9,8 @@ from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.identifiers import side_of
 from addb_viewer.dataset.left_out import LeftOut, hours_of
 from addb_viewer.dataset.receipts import Receipt
-from addb_viewer.dataset.subject_task import Task
 from addb_viewer.dataset.subject_writing import SubjectWriting
+from addb_viewer.dataset.task import Task
 from addb_viewer.dataset.trial_labels import labels_of
 from addb_viewer.review_store import reviews_for_solve
 from addb_viewer.suggested_activities import suggestions_of

@@ -3,7 +3,6 @@
 `python -m addb_viewer.dataset.subject_task TASK.json` does it in a process of its own.
 """
 
-import json
 import os
 import resource
 import signal
@@ -11,49 +10,14 @@ import sys
 import threading
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from addb_viewer.dataset.left_out import LeftOut
-from addb_viewer.dataset.options import BuildOptions, options_from
 from addb_viewer.dataset.receipts import Receipt, write_receipt
-from addb_viewer.dataset.release_subject import ReleaseSubject
+from addb_viewer.dataset.task import Task, read_task
 
 DISK_FAILED = 75  # exit code: try again
-
-
-@dataclass(frozen=True)
-class Task:
-    """A subject to be fitted, and where its files go."""
-
-    key: str  # SHA-256 of all that the files depend on
-    place: Path  # of the subject: folder or .b3d file
-    who: ReleaseSubject
-    trials: tuple[str, ...]  # that are wanted
-    options: BuildOptions
-    out: Path  # folder of the files
-    frames: int  # of all wanted trials
-
-    def write(self, path: Path) -> None:
-        """As JSON, for a process of its own."""
-        plain = asdict(self) | {"place": str(self.place), "out": str(self.out)}
-        path.write_text(json.dumps(plain), encoding="utf-8")
-
-
-def read_task(path: Path) -> Task:
-    """What `Task.write` wrote."""
-    plain: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    who = plain["who"] | {"filled": tuple(plain["who"]["filled"])}
-    return Task(
-        key=plain["key"],
-        place=Path(plain["place"]),
-        who=ReleaseSubject(**who),
-        trials=tuple(plain["trials"]),
-        options=options_from(plain["options"]),
-        out=Path(plain["out"]),
-        frames=plain["frames"],
-    )
 
 
 def run_task(task: Task) -> Receipt:

@@ -31,7 +31,7 @@ from addb_viewer.dataset.root_rows import (
 )
 from addb_viewer.dataset.schema import SUBJECT_TABLES
 from addb_viewer.dataset.segments import cuts_of
-from addb_viewer.dataset.subject_task import Task
+from addb_viewer.dataset.task import Task
 from addb_viewer.dataset.trial_labels import TrialLabels
 from addb_viewer.dataset.trials_on_demand import TrialsOnDemand
 from solver.capture.atomic import write_whole

@@ -10,7 +10,8 @@ from addb_viewer.dataset.engine.engine import ATTEMPTS, Done
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.left_out import LeftOut
 from addb_viewer.dataset.receipts import Receipt, valid_receipt, write_receipt
-from addb_viewer.dataset.subject_task import Task, read_task, run_task
+from addb_viewer.dataset.subject_task import run_task
+from addb_viewer.dataset.task import Task, read_task
 
 LOCAL = "local"  # instead of an address: workers of this machine
 _HERE = ("127.0.0.1", "localhost", "::1")

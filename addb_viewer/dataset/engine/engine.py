@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from addb_viewer.dataset.receipts import Receipt
-from addb_viewer.dataset.subject_task import Task
+from addb_viewer.dataset.task import Task
 
 Done = Callable[[Task, Receipt], None]
 

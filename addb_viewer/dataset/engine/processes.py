@@ -16,7 +16,8 @@ from addb_viewer.dataset.engine.engine import ATTEMPTS, Done
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.left_out import LeftOut
 from addb_viewer.dataset.receipts import Receipt, valid_receipt, write_receipt
-from addb_viewer.dataset.subject_task import DISK_FAILED, Task
+from addb_viewer.dataset.subject_task import DISK_FAILED
+from addb_viewer.dataset.task import Task
 
 MEMORY_OF_A_WORKER = 1.6e9  # bytes; a fit of 10 000 frames needs 1.5 GB
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")

@@ -2,7 +2,8 @@
 
 from addb_viewer.dataset.options import BuildOptions
 from addb_viewer.dataset.release_subject import Terms
-from addb_viewer.dataset.subject_task import read_task, run_task
+from addb_viewer.dataset.subject_task import run_task
+from addb_viewer.dataset.task import read_task
 
 TERMS = Terms("Lab", "CC0-1.0", "public")
 ALL = BuildOptions(TERMS, unreviewed=True)

@@ -6,7 +6,7 @@ from addb_viewer.dataset.engine.dask_cluster import LOCAL, DaskCluster
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.options import BuildOptions
 from addb_viewer.dataset.release_subject import ReleaseSubject
-from addb_viewer.dataset.subject_task import Task
+from addb_viewer.dataset.task import Task
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.options import BuildOptions
 from addb_viewer.dataset.receipts import valid_receipt
 from addb_viewer.dataset.release_subject import ReleaseSubject
-from addb_viewer.dataset.subject_task import Task, read_task
+from addb_viewer.dataset.task import Task, read_task
 
 
 def task(folder, name="nowhere"):

@@ -9,8 +9,8 @@ import pytest
 from addb_viewer.dataset import long_rows
 from addb_viewer.dataset.options import BuildOptions
 from addb_viewer.dataset.release_subject import ReleaseSubject
-from addb_viewer.dataset.subject_task import Task
 from addb_viewer.dataset.subject_writing import SubjectWriting
+from addb_viewer.dataset.task import Task
 from addb_viewer.dataset.trial_labels import labels_of
 from solver.capture.b3d.reader import read_b3d
 from solver.settings import Settings
