@@ -32,6 +32,7 @@ class Edit:
     edited: tuple[Bool[np.ndarray, " frames"], ...]  # by trial
     told: Weighed  # as the former fit took it
     settled: SettledFit
+    inertias: InertiasBefore
     learnt: LearntTerms | None  # None: nothing was foretold
     kinds: tuple[str, ...] | None  # of learnt terms, where a first sister is to be made
 
@@ -58,7 +59,7 @@ def small_edit(
     """
     settled = groundwork.settled
     names = {fit.capture.name for fit in fits}
-    if extension is not None or settled is None or names != settled.known.keys():
+    if extension is not None or settled is None or groundwork.phi is None or names != settled.known.keys():
         return None
     if any(fit.spline is None for fit in fits):
         return None
@@ -84,7 +85,8 @@ def small_edit(
     if sum(span.frames for span in spans) > MOST_NEAR * sum(len(frames) for frames in edited):
         return None
     taken = tuple(now if anew else then for now, then, anew in zip(told.gains, gains, regained, strict=True))
-    return Edit(edited, replace(told, mass_kg=settled.mass_kg, gains=taken), settled, learnt, kinds)
+    inertias = InertiasBefore(groundwork.phi, settled.asked_phi)
+    return Edit(edited, replace(told, mass_kg=settled.mass_kg, gains=taken), settled, inertias, learnt, kinds)
 
 
 def fitted_near_edit(
@@ -107,7 +109,6 @@ def fitted_near_edit(
         progress: told the fraction done; may raise `Cancelled`.
     """
     sister, trials = None, list(data)
-    before = InertiasBefore(edit.settled.phi, edit.settled.asked_phi)
     if edit.learnt is None and edit.kinds is not None:
         former = fitted_near(
             skeleton,
@@ -115,7 +116,7 @@ def fitted_near_edit(
             [np.zeros(len(own.counts), dtype=bool) for own in data],
             settings.trajectory,
             silent,
-            before=before,
+            before=edit.inertias,
         )
         sister = sister_of(fits, data, former, skeleton, settings, extension=None, chosen=edit.kinds)
     elif edit.learnt is not None:
@@ -132,7 +133,7 @@ def fitted_near_edit(
         sister = replace(told, notes=edit.settled.sister_notes)
     if sister is not None:
         trials = with_foretold(data, None, sister)
-    result = fitted_near(skeleton, trials, edit.edited, settings.trajectory, progress, before=before)
+    result = fitted_near(skeleton, trials, edit.edited, settings.trajectory, progress, before=edit.inertias)
     return result, sister
 
 
@@ -156,7 +157,6 @@ def settled_fit(
     return SettledFit(
         mass_kg=told.mass_kg,
         gains={fit.capture.name: gain for fit, gain in zip(fits, told.gains, strict=True)},
-        phi=result.phi,
         asked_phi=result.asked_phi,
         sister_notes=sister.notes if sister is not None else (),
         known=known,

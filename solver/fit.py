@@ -67,7 +67,6 @@ class SettledFit:
 
     mass_kg: float  # of the skeleton that the fit began with
     gains: Mapping[str, float]  # by trial, that its forces were divided by
-    phi: Float[np.ndarray, " parameters"]
     asked_phi: Float[np.ndarray, " parameters"]  # inertias that the forces would like better
     sister_notes: tuple[str, ...]  # on what the fit that foretold forces learnt
     known: Mapping[str, tuple[tuple[int, int], ...]]  # by trial, stretches of known forces

@@ -100,11 +100,9 @@ def fitted_near(
     inertias = inertia_parameters(skeleton, settings)
     fitted = inertias.skeleton_at(before.phi) if settings.fit_inertias else skeleton
     spans = spans_near(edited, [trial.start for trial in trials], settings)
-    parts = []
-    for span in spans:
-        trial = with_levels(skeleton, trials[span.trial], settings)
-        spacing = knot_spacing(trial.start, settings)
-        parts.append(trial.part(span.start, span.end, spacing, held=True))
+    spacing = [knot_spacing(trial.start, settings) for trial in trials]
+    weighted = {i: with_levels(skeleton, trials[i], settings) for i in {span.trial for span in spans}}
+    parts = [weighted[s.trial].part(s.start, s.end, spacing[s.trial], held=True) for s in spans]
     splines = []
     for trial in trials:
         assert trial.spline is not None
@@ -114,8 +112,8 @@ def fitted_near(
             solver = TrajectorySolver(fitted, parts, replace(settings, fit_inertias=False))
             near = searched(solver, progress, None)
         for span, part in zip(spans, near.splines, strict=True):
-            spacing = knot_spacing(trials[span.trial].start, settings)
-            splines[span.trial] = spliced(splines[span.trial], part, span.start // spacing)
+            i = span.trial
+            splines[i] = spliced(splines[i], part, span.start // spacing[i])
     motions = [
         replace(trial.start, q=basis_for(trial.start, settings).evaluate(spline))
         for trial, spline in zip(trials, splines, strict=True)
