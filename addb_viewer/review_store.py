@@ -166,7 +166,9 @@ def share(subject_folder: Path, *, without_unreadable: bool = False) -> Shared:
                 f"there: {listed(found.unreadable)} ({found.unreadable[0].why}). Update addb-viewer if a "
                 "newer version wrote it, or put a whole copy of the file back; or share --without-unreadable"
             )
-        return Shared(shared.take_over(found.edits), found.unreadable)
+        copied = shared.take_over(found.edits)
+        shared.work.take_over(own.work.reading()[0])
+        return Shared(copied, found.unreadable)
 
 
 def as_proposal(found: Found, provenance: Mapping[str, str]) -> Proposal:

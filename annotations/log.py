@@ -20,6 +20,7 @@ from annotations.schema import EDITS
 from annotations.trial_review import TrialReview
 from annotations.undoing import next_redo, next_undo, undo_of
 from annotations.unreadable import UnreadableRow, is_text
+from annotations.work_log import WorkLog
 
 
 class ReviewLog:
@@ -34,6 +35,7 @@ class ReviewLog:
         """Take part of a database that others may use as well; `close` leaves it open."""
         self._database = database
         self._subject = subject
+        self.work = WorkLog(database, subject)  # who is to review what, and comments
         self._owns_database = False
 
     @classmethod

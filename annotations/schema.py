@@ -1,14 +1,14 @@
-"""The table of the review log, and how a database of an older version becomes one of this.
+"""The tables of the review log, and how a database of an older version becomes one of this.
 
 Only types that SQLite and PostgreSQL share: integers, text, JSON. Times are ISO 8601 text in UTC. What makes
-the table is in `annotations.migrations`; here it is as statements use it.
+the tables is in `annotations.migrations`; here they are as statements use them.
 """
 
 from sqlalchemy import JSON, Column, Connection, Index, Integer, MetaData, String, Table, inspect, select
 
 from annotations.errors import ReviewError
 
-VERSION = "0002"  # the last step of `annotations.migrations`
+VERSION = "0003"  # the last step of `annotations.migrations`
 VERSION_TABLE = "annotations_version"
 
 _METADATA = MetaData()
@@ -24,6 +24,19 @@ EDITS = Table(
     Column("content", JSON, nullable=False),
     Index("edits_of_trial", "subject", "trial"),
     Index("edits_of_subject", "subject", "number"),
+    sqlite_autoincrement=True,
+)
+WORK = Table(
+    "work",
+    _METADATA,
+    Column("number", Integer, primary_key=True),
+    Column("subject", String, nullable=False),
+    Column("trial", String, nullable=False),
+    Column("author", String, nullable=False),
+    Column("made_at", String, nullable=False),
+    Column("kind", String, nullable=False),
+    Column("content", JSON, nullable=False),
+    Index("work_of_subject", "subject", "number"),
     sqlite_autoincrement=True,
 )
 _VERSIONS = Table(VERSION_TABLE, MetaData(), Column("version_num", String, nullable=False))

@@ -19,6 +19,7 @@ from addb_viewer.app.scene.camera import first_sight
 from addb_viewer.app.security.access import Access, is_loopback
 from addb_viewer.app.security.control_guard import ControlGuard
 from addb_viewer.app.security.server import address, open_server
+from addb_viewer.app.security.trial_address import TrialAddress
 from addb_viewer.app.shell.actions import connect
 from addb_viewer.app.shell.playback import Pace
 from addb_viewer.app.shell.session import Session
@@ -81,7 +82,8 @@ class ReviewApp:
         try:
             memory = BrowserMemory(client, self._login)
             people.arrive(client.client_id, memory.author, memory.browser)
-            shared, trial = self._beginning(client.client_id, memory)
+            asked = memory.address.asked()
+            shared, trial, frame = self._beginning(client.client_id, memory, asked)
             session = Session(client, self.queue, shared, self.pace, memory)
             connect(session)
         except Exception as error:  # a browser that left at once, or a subject that broke meanwhile
@@ -95,25 +97,44 @@ class ReviewApp:
         if gone:
             session.close()
             return
-        session.notices.do("Opening the subject", lambda: session.enter(trial))
+        session.notices.do("Opening the subject", lambda: session.enter(trial, frame))
+        if asked is not None:
+            session.notices.do("Opening the address", lambda: _tell_if_elsewhere(session, asked))
 
-    def _beginning(self, page: int, memory: BrowserMemory) -> tuple[SharedSubject, str | None]:
-        """Where a browser begins: where it was, else at the worst trial that waits and that nobody is on."""
-        if memory.place is not None and memory.place[0] in self.subjects.root.names:
-            with contextlib.suppress(SolverError):  # it may have broken meanwhile
-                return self.subjects.subject(memory.place[0]), memory.place[1]
+    def _beginning(
+        self, page: int, memory: BrowserMemory, asked: TrialAddress | None
+    ) -> tuple[SharedSubject, str | None, int]:
+        """Where a browser begins: where its address or memory says, else at the worst trial that is free."""
+        kept = memory.place
+        for name, trial, frame in (
+            *([(asked.subject, asked.trial, asked.frame)] if asked else []),
+            *([(*kept, 0)] if kept else []),
+        ):
+            if name in self.subjects.root.names:
+                with contextlib.suppress(SolverError):  # it may have broken meanwhile
+                    return self.subjects.subject(name), trial, frame
         rows = self.queue.rows()
         row = self.queue.people.offer(page, lambda taken: next_trial(rows, None, taken))
         if row is not None:
             with contextlib.suppress(SolverError):  # it may have broken meanwhile
-                return self.subjects.subject(row.subject), row.trial
-        return self.subjects.subject(self._first), None
+                return self.subjects.subject(row.subject), row.trial, 0
+        return self.subjects.subject(self._first), None, 0
 
     def _leave(self, client: viser.ClientHandle) -> None:
         with self._lock:
             session = self.sessions.pop(client.client_id, None)
         if session is not None:
             session.close()
+
+
+def _tell_if_elsewhere(session: Session, asked: TrialAddress) -> None:
+    """What an address names may have another name now, or lie in another folder."""
+    if (session.shared.name, session.shown) != (asked.subject, asked.trial):
+        session.notices.tell(
+            "The address names a trial that is not here",
+            f"{asked.subject}, {asked.trial}: not in the opened folder, or it cannot be read.",
+            "yellow",
+        )
 
 
 def start(

@@ -1,6 +1,6 @@
 """Who may come in: pages of this server alone, and, when the network can reach it, only who has the token.
 
-There is one page, and it takes nothing from its address: viser's page would listen to any server named there
+Its page takes nothing from its address but the frame to show: viser's would listen to any server named there
 (`?websocket=`, `?playbackPath=`), and run what that one sends.
 """
 
@@ -15,6 +15,8 @@ from http.cookies import CookieError, SimpleCookie
 from urllib.parse import parse_qs, urlsplit
 
 from websockets.datastructures import Headers
+
+from addb_viewer.app.security.trial_address import address_in, wished_in
 
 WILDCARDS = ("0.0.0.0", "::", "")
 TOKEN_BYTES = 32
@@ -47,7 +49,8 @@ class Access:
         """How a request is turned away or sent on; None lets it in.
 
         The first page is asked for with the token in its address, which the browser then keeps as a cookie,
-        so that the token stays neither in the address bar nor in the history of pages.
+        so that the token stays neither in the address bar nor in the history of pages. The frame that the
+        address names is kept on the way.
 
         Args:
             headers: of the request.
@@ -69,7 +72,7 @@ class Access:
         if websocket:
             return None
         kept = f"{_cookie_name(port)}={self.token}; HttpOnly; SameSite=Lax; Path=/"
-        return Answer(http.HTTPStatus.SEE_OTHER, "", (("Location", PAGE), ("Set-Cookie", kept)))
+        return Answer(http.HTTPStatus.SEE_OTHER, "", (("Location", _wished(path)), ("Set-Cookie", kept)))
 
     def _foreign(self, headers: Headers, *, websocket: bool) -> str | None:
         """Why a request is turned away: it asks for another machine, a rebound name, or another page sent it.
@@ -100,13 +103,19 @@ class Access:
 
 
 def _only_the_page(path: str) -> Answer | None:
-    """The page itself, without anything in its address; None where just that is asked for."""
+    """The page itself, with nothing in its address but a frame; None where just that is asked for."""
     place, _, options = path.partition("?")
     if place not in (PAGE, "/index.html"):
         return Answer(http.HTTPStatus.NOT_FOUND, "There is nothing here. The app is at the address's root.")
-    if place == PAGE and not options:
+    if place == PAGE and (not options or address_in(options) is not None):
         return None
-    return Answer(http.HTTPStatus.SEE_OTHER, "", (("Location", PAGE),))
+    return Answer(http.HTTPStatus.SEE_OTHER, "", (("Location", _wished(path)),))
+
+
+def _wished(path: str) -> str:
+    """The page at the frame that an address names, if it does, without anything else in it."""
+    found = wished_in(path.partition("?")[2])
+    return PAGE if found is None else str(found)
 
 
 def is_loopback(host: str) -> bool:

@@ -135,7 +135,7 @@ class Session:
         """The number that the server gave the browser's page."""
         return self.client.client_id
 
-    def enter(self, trial: str | None = None) -> None:
+    def enter(self, trial: str | None = None, frame: int = 0) -> None:
         """Be told what happens to the subject, and show this trial, else the first that can be read."""
         self._shared.add_listener(self.updates)
         self.client.gui.set_panel_label(self._shared.subject.name)
@@ -144,7 +144,7 @@ class Session:
         wanted = [name for name in names if name == trial]
         for name in dict.fromkeys([*wanted, *names]):
             try:
-                self.open_trial(name)
+                self.open_trial(name, frame if name == trial else 0)
                 break
             except Exception as error:  # another trial may be whole
                 self.notices.error(f"Opening {name}", error)
@@ -344,6 +344,7 @@ class Session:
             put(c.frame, frame)
         self.diagnosis.cursor(frame)
         if not position.playing:
+            self.memory.address.show(self._shared.name, replay.name, frame)
             self.review.moved()
             self.review.show_selection()
             self.timeline.select(self.review.chosen)

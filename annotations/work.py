@@ -1,0 +1,122 @@
+"""Who is to review a trial, and what people say to each other about it: it decides nothing about forces.
+
+These stand beside the edits of the review, in a log of their own: a comment makes no trial `in work`, is not
+what undo takes back, and changes no fit.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+from annotations.errors import ReviewError
+
+LONGEST_TEXT = 10_000  # characters of a comment
+LONGEST_NAME = 100
+
+
+@dataclass(frozen=True)
+class Assign:
+    """A person is to review the trial."""
+
+    person: str  # empty: nobody in particular any more
+
+    def __post_init__(self) -> None:
+        if self.person != self.person.strip() or len(self.person) > LONGEST_NAME:
+            raise ReviewError(
+                f"a name has at most {LONGEST_NAME} characters, and no blank at its beginning or end"
+            )
+
+
+@dataclass(frozen=True)
+class Comment:
+    """A word about the trial, or about one of its frames; or an answer to one."""
+
+    text: str
+    frame: int | None = None  # None: about the whole trial, or an answer
+    answers: int | None = None  # number of the comment that began the talk; None: this one does
+
+    def __post_init__(self) -> None:
+        if not self.text.strip():
+            raise ReviewError("a comment needs words")
+        if len(self.text) > LONGEST_TEXT:
+            raise ReviewError(f"a comment has at most {LONGEST_TEXT} characters")
+        if self.frame is not None and self.frame < 0:
+            raise ReviewError("frames are counted from 0")
+
+
+@dataclass(frozen=True)
+class Settle:
+    """A talk is settled, or open again."""
+
+    comment: int  # number of the one that began it
+    settled: bool = True
+
+
+WorkEvent = Assign | Comment | Settle
+
+
+@dataclass(frozen=True)
+class WorkItem:
+    """One line of this log. Numbers grow with time, over all trials of a database."""
+
+    number: int
+    trial: str
+    author: str
+    made_at: datetime  # UTC
+    event: WorkEvent
+
+
+@dataclass(frozen=True)
+class Talk:
+    """A comment and its answers."""
+
+    first: WorkItem
+    answers: tuple[WorkItem, ...] = ()
+    settled_by: str = ""  # empty: it is open
+
+    @property
+    def frame(self) -> int | None:
+        """What it is about; None: the whole trial."""
+        event = self.first.event
+        return event.frame if isinstance(event, Comment) else None
+
+    @property
+    def number(self) -> int:
+        """Of the comment that began it."""
+        return self.first.number
+
+
+@dataclass(frozen=True)
+class TrialWork:
+    """The present state of a trial."""
+
+    assigned_to: str = ""  # empty: nobody in particular
+    assigned_by: str = ""
+    talks: tuple[Talk, ...] = ()  # in the order in which they began
+
+    @property
+    def open_talks(self) -> int:
+        """How many are not settled."""
+        return sum(not talk.settled_by for talk in self.talks)
+
+
+def work_of(items: Sequence[WorkItem]) -> TrialWork:
+    """What a trial's items come to. An answer, or a settling, of what is not there says nothing.
+
+    Args:
+        items: of one trial, in order.
+    """
+    assigned_to = assigned_by = ""
+    talks: dict[int, Talk] = {}
+    for item in items:
+        match item.event:
+            case Assign(person):
+                assigned_to, assigned_by = person, item.author
+            case Comment(answers=None):
+                talks[item.number] = Talk(item)
+            case Comment(answers=int(first)) if first in talks:  # a word more opens it again
+                talks[first] = Talk(talks[first].first, (*talks[first].answers, item))
+            case Settle(first, settled) if first in talks:
+                talk = talks[first]
+                talks[first] = Talk(talk.first, talk.answers, item.author if settled else "")
+    return TrialWork(assigned_to, assigned_by, tuple(talks.values()))
