@@ -12,7 +12,8 @@ from solver.effects.readings import Reading
 from solver.effects.scene import Scene
 
 LEAST_S = 0.002  # amplifiers delay by as much
-LATER_S = (0.004, 0.008, 0.015, 0.03, 0.06, 0.1, 0.15)  # so close that one lies on the way to any offset
+# One lies within half an impact of any offset: the evidence of a jump has other peaks beside the right one.
+LATER_S = (0.004, 0.008, 0.015, 0.03, 0.045, 0.06, 0.08, 0.1, 0.12, 0.14, 0.16, 0.185, 0.21, 0.24)
 STARTS_S = (*(-s for s in reversed(LATER_S)), *LATER_S)
 FARTHEST_S = 0.3
 

@@ -39,6 +39,12 @@ class WitnessSettings:
         why="of what weight and motion ask for: where more is missing, a foot is beside the plates",
     )
     fewest_s: float = setting(0.5, unit="s", why="of frames that count: half a step tells no weight")
+    least_asked_share: float = setting(
+        0.3,
+        unit="",
+        why="of gravity, that the motion asks for on average while plates bear: stances of walks and runs "
+        "ask for all of it and more; forces a tenth of a second late fall into flight",
+    )
     least_agreement: float = setting(
         0.9, unit="", why="correlation of force and motion, from which on a lag means something"
     )

@@ -128,12 +128,14 @@ def _of_trial(trial: Measured) -> list[Weighing]:
         loaded = trial.vertical_N > settings.loaded_N
     known = np.isfinite(trial.total_N + trial.acceleration)
     found = []
+    least_asked = settings.least_asked_share * GRAVITY
     for pattern in np.unique(loaded[loaded.any(axis=1)], axis=0):
         least_s = settings.alone_s if pattern.sum() == 1 else 2 * settings.edge_s
         for start, end in runs((loaded == pattern).all(axis=1) & known):
             first, last = _trimmed(trial, loaded, start, end)
             if (last - first) / trial.rate >= least_s:
-                found.append(_weighing(trial, pattern, slice(first, last)))
+                one = _weighing(trial, pattern, slice(first, last))
+                found += [one] if one.asked_m_per_s2 > least_asked else []
     return found
 
 

@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float
 from solver.diagnosis.witnesses.measured import GRAVITY, Measured, may_hide
 from solver.diagnosis.witnesses.settings import WitnessSettings
 from solver.diagnosis.witnesses.statement import About, Statement, nats_of
+from solver.diagnosis.witnesses.weighings import LEAST_KG
 from solver.runs import runs
 
 WITNESS = "weight"
@@ -40,11 +41,33 @@ def _carried(
     if seconds < trial.settings.fewest_s:
         return None
     asked = GRAVITY + trial.acceleration[known]
-    mass = float(vertical_N[known].sum() / asked.sum())
+    mass = carried_kg(vertical_N[known], asked, trial.settings)
+    if mass is None:
+        return None
     rest = vertical_N[known] - mass * asked
     independent = max(2.0, seconds / trial.settings.window_s)
     std = float(rest.std() / (independent * asked.mean()))
     return Carried(trial.capture.name, mass, std)
+
+
+def carried_kg(
+    vertical_N: Float[np.ndarray, " frames"],
+    asked_m_per_s2: Float[np.ndarray, " frames"],
+    settings: WitnessSettings,
+) -> float | None:
+    """What mass these forces carry; None where they are no weighing.
+
+    They are none where they press upwards or hardly at all, or where the motion falls while they bear: then
+    forces and motion are not of one time.
+
+    Args:
+        vertical_N: upward force.
+        asked_m_per_s2: g and the upward acceleration, on the same frames.
+        settings: of the witnesses.
+    """
+    asked = float(asked_m_per_s2.mean())
+    mass = float(vertical_N.mean()) / asked if asked > settings.least_asked_share * GRAVITY else 0.0
+    return mass if mass > LEAST_KG else None
 
 
 def weight(trials: Sequence[Measured], entered_kg: float | None) -> list[Statement]:
@@ -107,8 +130,9 @@ def _plates(trial: Measured) -> Statement | None:
             alone[start : start + edge * may_hide(trial, loaded, start - 1)] = False
             alone[max(start, end - edge * may_hide(trial, loaded, end)) : end] = False
         if alone.sum() / trial.rate >= settings.alone_s:
-            asked = GRAVITY + trial.acceleration[alone]
-            found[k] = float(trial.vertical_N[alone, k].sum() / asked.sum())
+            mass = carried_kg(trial.vertical_N[alone, k], GRAVITY + trial.acceleration[alone], settings)
+            if mass is not None:
+                found[k] = mass
     if len(found) < 2:
         return None
     away = {k: np.log(mass / np.median([m for j, m in found.items() if j != k])) for k, mass in found.items()}

@@ -13,7 +13,7 @@ from solver.diagnosis.witnesses.measured import GRAVITY, measured
 from solver.diagnosis.witnesses.settings import WITNESSES
 from solver.diagnosis.witnesses.statement import About, nats_of
 from solver.diagnosis.witnesses.weighings import weighings
-from solver.diagnosis.witnesses.weight import carried_mass
+from solver.diagnosis.witnesses.weight import carried_kg, carried_mass
 
 MASS_KG = 70.0
 FEET = {  # x and z of heel and toe markers; their middle is where the foot presses
@@ -215,6 +215,35 @@ def test_a_weighing_is_the_mean_force_over_that_of_gravity_and_acceleration():
     assert [set(w.vertical_N) for w in found] == [{"plate_1", "plate_2"}]
     assert found[0].mass_kg({}) == pytest.approx(MASS_KG, rel=0.01)
     assert found[0].mass_kg({"plate_1": 0.5, "plate_2": 0.5}) == pytest.approx(2 * MASS_KG, rel=0.01)
+
+
+def hopping_person(*late_s):
+    """From one plate to the other, in flight for more than half of the time; each plate so late."""
+    whole, (amplitude_m, hops_Hz) = standing_person(), (0.12, 2.0)
+    markers = whole.markers.positions_ground.copy()
+    jump = bounce(whole.markers.times, amplitude_m, hops_Hz)[0] - bounce(whole.markers.times)[0]
+    markers[:, len(FEET) :, 1] += jump[:, None]
+
+    def read(k):
+        times = np.arange(round(SECONDS * FORCE_RATE)) / FORCE_RATE - late_s[k]
+        total = MASS_KG * np.maximum(GRAVITY + bounce(times, amplitude_m, hops_Hz)[1], 0.0)
+        return plate(f"plate {k + 1}", total * (np.floor(hops_Hz * times) % 2 == k), PLACES[k])
+
+    markers = replace(whole.markers, positions_ground=markers)
+    return replace(whole, markers=markers, plates=(read(0), read(1)))
+
+
+@pytest.mark.parametrize("late_s", [(0.25, 0.25), (0.0, 0.25), (0.25, 0.0)])
+def test_forces_that_bear_while_the_motion_falls_are_no_weighing(late_s):
+    said = heard(hopping_person(*late_s))
+    assert said
+    assert np.isfinite([n for one in said for n in one.nats.values()]).all()
+    assert np.isfinite([f for one in said for f in one.figures.values()]).all()
+
+
+@pytest.mark.parametrize(("force_N", "asked_m_per_s2"), [(700.0, -2.0), (700.0, 0.0), (-700.0, GRAVITY)])
+def test_no_mass_is_carried_by_a_fall_or_a_pull(force_N, asked_m_per_s2):
+    assert carried_kg(np.full(9, force_N), np.full(9, asked_m_per_s2), WITNESSES) is None
 
 
 def test_nothing_is_asked_of_a_recording_without_plates():
