@@ -115,6 +115,12 @@ def _trained(source: BenchmarkRelease, predictor: Predictor, parts: Parts, folde
     shared = (parts.train | parts.dev) & parts.test
     if shared:
         raise BenchmarkError(f"{sorted(shared)[0]} would both train and be tested")
+    known: frozenset[str] = getattr(predictor, "knows", frozenset())
+    if known & parts.test:
+        raise BenchmarkError(
+            f"{sorted(known & parts.test)[0]} is tested, and {predictor.name} starts from weights that have "
+            "learnt from this person; start from a training on other persons"
+        )
     predictor.fit(source.trials(parts.train), source.trials(parts.dev), FolderLog(folder))
 
 

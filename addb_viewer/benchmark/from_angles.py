@@ -1,12 +1,13 @@
 """Our own entry: what the solver says of a trial without force plates, from angles alone."""
 
 from collections import defaultdict
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 
 import numpy as np
 from jaxtyping import Bool, Float
 
+from addb_viewer.benchmark.bands import ErrorBands, error_bands
 from addb_viewer.benchmark.scoring import scored_frames
 from addb_viewer.benchmark.task import Example, Foretold, Log, Seen, Trials
 from solver.capture.conditioning import shared_cutoff
@@ -30,6 +31,7 @@ class FromAngles:
     name: str = "fit-from-angles"
     settings: Settings = field(default_factory=Settings, repr=False)
     cutoff_Hz: float = 5.0  # of the smoothing, until `fit` has chosen it
+    bands: ErrorBands | None = field(default=None, repr=False)  # likewise; None: no standard deviations
 
     def fit(self, train: Trials, dev: Trials, log: Log) -> None:
         """Choose the cutoff by the total force of others, each person weighing alike."""
@@ -42,9 +44,16 @@ class FromAngles:
             means = np.mean([np.mean(own, axis=0) for own in errors.values()], axis=0)
             self.cutoff_Hz = CUTOFFS_HZ[int(np.argmin(means))]
             log(cutoff_Hz=self.cutoff_Hz, persons=len(errors))
+        self.bands = error_bands(self._answer, chain(dev, train))
 
     def predict(self, seen: Seen) -> Foretold:
         """See the class."""
+        foretold = self._answer(seen)
+        if self.bands is None:
+            return foretold
+        return replace(foretold, force_sd=self.bands.of(foretold.force, seen.mass_kg))
+
+    def _answer(self, seen: Seen) -> Foretold:
         return self.along(seen, Motion(seen.skeleton.dofs, seen.q, seen.rate))
 
     def along(self, seen: Seen, motion: Motion) -> Foretold:

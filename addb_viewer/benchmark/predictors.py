@@ -3,7 +3,9 @@
 import importlib.util
 import re
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from addb_viewer.benchmark.analytical import Analytical, filtered
 from addb_viewer.benchmark.errors import BenchmarkError
@@ -14,12 +16,20 @@ from addb_viewer.benchmark.task import Predictor
 _ANALYTICAL = re.compile(r"analytical-(\d+(?:\.\d+)?)Hz(-soles)?")
 
 
-def _learnt(name: str) -> Predictor:
+@dataclass(frozen=True)
+class Learning:
+    """What networks learn from beside the persons; other predictors do not ask."""
+
+    features: Literal["plain", "wide"] = "plain"
+    start_from: Path | None = None  # results of an earlier evaluation
+
+
+def _learnt(name: str, learning: Learning) -> Predictor:
     if importlib.util.find_spec("torch") is None:
         raise BenchmarkError(f"{name} needs PyTorch; install it: pip install 'addb-viewer[benchmark]'")
     from addb_viewer.benchmark.learnt.predictor import learnt  # noqa: PLC0415 (loads PyTorch)
 
-    return learnt(name)
+    return learnt(name, features=learning.features, start=learning.start_from)
 
 
 BY_NAME: dict[str, Callable[[], Predictor]] = {
@@ -27,29 +37,33 @@ BY_NAME: dict[str, Callable[[], Predictor]] = {
     "analytical-30Hz": filtered,
     "fit-from-angles": FromAngles,
     "fit-from-markers": FromMarkers,
-    "mlp": lambda: _learnt("mlp"),
-    "groundlinknet": lambda: _learnt("groundlinknet"),
     "analytical-30Hz-soles": lambda: filtered(contact="soles"),
 }
+LEARNT = ("mlp", "groundlinknet")
 
 
-def predictor(name: str) -> Predictor:
+def predictor(name: str, learning: Learning = Learning()) -> Predictor:
     """A predictor.
 
     Args:
-        name: one of `BY_NAME`; analytical-NHz for another cutoff; or FILE.py:CLASS, which is made without
-            arguments.
+        name: one of `BY_NAME` or `LEARNT`; analytical-NHz for another cutoff; or FILE.py:CLASS, which is
+            made without arguments.
+        learning: of `LEARNT`.
 
     Raises:
         BenchmarkError: there is none.
     """
     if name in BY_NAME:
         return BY_NAME[name]()
+    if name in LEARNT:
+        return _learnt(name, learning)
     if match := _ANALYTICAL.fullmatch(name):
         return filtered(float(match[1]), "soles" if match[2] else "height")
     if ".py:" in name:
         return _from_file(*name.rsplit(":", 1))
-    raise BenchmarkError(f"no predictor '{name}'; there are {', '.join(BY_NAME)}, or FILE.py:CLASS")
+    raise BenchmarkError(
+        f"no predictor '{name}'; there are {', '.join((*BY_NAME, *LEARNT))}, or FILE.py:CLASS"
+    )
 
 
 def _from_file(file: str, name: str) -> Predictor:

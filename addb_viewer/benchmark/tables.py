@@ -71,11 +71,12 @@ def ranked(results: Sequence[Result]) -> list[Result]:
     return sorted(results, key=place)
 
 
-def markdown(results: Sequence[Result]) -> str:
+def markdown(results: Sequence[Result], *, published: bool = True) -> str:
     """Headings, tables, tests and what differs from the paper.
 
     Args:
         results: in the order of the rows.
+        published: whether the paper's rows stand below.
     """
     terms = results[0].terms
     first = average(results[0].scores, JUDGED)
@@ -102,7 +103,9 @@ def markdown(results: Sequence[Result]) -> str:
         for one in results
         if one.sees_markers
     ]
-    return "\n".join([*lines, "", *paper_rows()]) + "\n"
+    if published:
+        lines += ["", *paper_rows()]
+    return "\n".join(lines) + "\n"
 
 
 def paper_rows() -> list[str]:

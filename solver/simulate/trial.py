@@ -12,6 +12,7 @@ from solver.kinematics.motion import Motion
 from solver.simulate.contacts import ContactPlan, about_vertical
 from solver.simulate.gait import (
     STYLES,
+    GaitStyle,
     at_pace,
     gait_contacts,
     gait_wish,
@@ -51,6 +52,8 @@ class Scenario:
     heading_deg: float = 0.0  # of progression, about +y from +x
     centre: tuple[float, float] = (0.0, 0.0)  # (x, z) that the person passes, or stands at [m]
     variation: float = 0.015  # step-to-step, relative
+    style: GaitStyle | None = None  # of walking, running or sprinting; None: as most people do
+    cadence: float = 1.0  # steps a second over those that most people of that stature take at that speed
 
 
 @dataclass(frozen=True)
@@ -116,8 +119,12 @@ def _wish(scenario: Scenario, body: TrueBody, times: np.ndarray, rng: np.random.
 def _gait(scenario: Scenario, body: TrueBody, times: np.ndarray, rng: np.random.Generator) -> Wish:
     speed = scenario.speed if scenario.speed is not None else SPEED[scenario.activity]
     stature = stature_of(body.skeleton)
-    pace = natural_pace(speed, stature, STYLES[scenario.activity])
-    style = at_pace(STYLES[scenario.activity], pace, stature)
+    usual = STYLES[scenario.activity]
+    own = scenario.style or usual
+    natural = natural_pace(speed, stature, usual)
+    pace = replace(natural, step_time=natural.step_time / scenario.cadence)
+    longer = own.stance_share - usual.stance_share
+    style = replace(own, stance_share=at_pace(usual, pace, stature).stance_share + longer)
     steps = plan_steps(style, pace, (times[0], times[-1]), rng, scenario.variation)
     middle = speed * scenario.duration / 2
     steps = replace(steps, positions=steps.positions - (middle, 0.0))

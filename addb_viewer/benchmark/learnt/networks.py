@@ -5,7 +5,7 @@ from itertools import pairwise
 import torch
 from torch import Tensor, nn
 
-from addb_viewer.benchmark.learnt.features import FEATURES, TARGETS
+from addb_viewer.benchmark.learnt.features import TARGETS
 from addb_viewer.benchmark.learnt.windows import LENGTH
 
 HIDDEN = 512  # nodes of each of the MLP's two layers (the paper's supplement)
@@ -16,15 +16,16 @@ DENSE, DROPOUT = 256, 0.2
 class Scaled(nn.Module):
     """A network between the scales of the training data: a batch of windows in, targets out."""
 
-    def __init__(self, body: nn.Module) -> None:
+    def __init__(self, body: nn.Module, features: int) -> None:
         """Scales are those of nothing yet.
 
         Args:
             body: takes scaled windows, gives scaled targets.
+            features: of a frame.
         """
         super().__init__()
         self.body = body
-        for name, size in (("feature", FEATURES), ("target", TARGETS)):
+        for name, size in (("feature", features), ("target", TARGETS)):
             self.register_buffer(f"{name}_mean", torch.zeros(size))
             self.register_buffer(f"{name}_std", torch.ones(size))
 
@@ -44,15 +45,16 @@ class Scaled(nn.Module):
         return targets
 
 
-def mlp(hidden: int = HIDDEN) -> nn.Module:
+def mlp(features: int, hidden: int = HIDDEN) -> nn.Module:
     """Two hidden layers with sigmoid.
 
     Args:
+        features: of a frame.
         hidden: nodes of each.
     """
     return nn.Sequential(
         nn.Flatten(),
-        nn.Linear(LENGTH * FEATURES, hidden),
+        nn.Linear(LENGTH * features, hidden),
         nn.Sigmoid(),
         nn.Linear(hidden, hidden),
         nn.Sigmoid(),
@@ -63,9 +65,14 @@ def mlp(hidden: int = HIDDEN) -> nn.Module:
 class GroundLinkNet(nn.Module):
     """Convolutions over time, then dense layers on the last frame."""
 
-    def __init__(self) -> None:
+    def __init__(self, features: int) -> None:
+        """With weights drawn at random.
+
+        Args:
+            features: of a frame.
+        """
         super().__init__()
-        sizes = (FEATURES, *CHANNELS)
+        sizes = (features, *CHANNELS)
         convolutions: list[nn.Module] = []
         for before, after in pairwise(sizes):
             convolutions += [

@@ -1,56 +1,109 @@
 """A network as a predictor."""
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import torch
 from torch import nn
 
-from addb_viewer.benchmark.learnt.features import features_of, wrenches_of
+from addb_viewer.benchmark.bands import ErrorBands, error_bands
+from addb_viewer.benchmark.errors import BenchmarkError
+from addb_viewer.benchmark.learnt.features import SIZES, Features, features_of, wrenches_of
 from addb_viewer.benchmark.learnt.networks import GroundLinkNet, Scaled, mlp
-from addb_viewer.benchmark.learnt.training import TrainingSettings, told, trained
+from addb_viewer.benchmark.learnt.training import (
+    CHECKPOINT,
+    Data,
+    Start,
+    TrainingSettings,
+    start_of,
+    told,
+    trained,
+)
 from addb_viewer.benchmark.learnt.windows import ends_of_all, windows_of
 from addb_viewer.benchmark.task import Foretold, Log, Seen, Trials
 
+NETWORKS: dict[str, Callable[[int], nn.Module]] = {"mlp": mlp, "groundlinknet": GroundLinkNet}
 
+
+@dataclass
 class Learnt:
     """Learns forces and moments on the feet from windows of motion."""
 
-    def __init__(self, name: str, network: Callable[[], nn.Module], settings: TrainingSettings) -> None:
-        """Untrained.
+    name: str
+    make: Callable[[int], nn.Module]  # of the number of features, with weights drawn at random
+    settings: TrainingSettings
+    features: Features = "plain"
+    start: Start | None = None
+    network: Scaled | None = None
+    bands: ErrorBands | None = None
 
-        Args:
-            name: of the predictor.
-            network: makes it, with weights drawn at random.
-            settings: of the training.
-        """
-        self.name, self.make, self.settings = name, network, settings
-        self.network: Scaled | None = None
+    @property
+    def knows(self) -> frozenset[str]:
+        """Persons whom it has met before `fit`."""
+        return self.start.persons if self.start else frozenset()
 
     def fit(self, train: Trials, dev: Trials, log: Log) -> None:
         """Train, or go on where the folder's checkpoint is."""
         torch.manual_seed(self.settings.seed)
         self.network = trained(
-            Scaled(self.make()),
-            windows_of(train, log.folder / "train"),
-            windows_of(dev, log.folder / "dev"),
+            Scaled(self.make(SIZES[self.features]), SIZES[self.features]),
+            windows_of(train, log.folder / "train", self.features),
+            windows_of(dev, log.folder / "dev", self.features),
             settings=self.settings,
             log=log,
-            data=f"{train.fingerprint} {sorted(train.persons)} {sorted(dev.persons)}",
+            data=_data(train, dev),
+            start=self.start,
         )
+        self.bands = error_bands(self._answer, dev if dev.persons else train)
 
     def predict(self, seen: Seen) -> Foretold:
         """The last frames of windows; at a stretch's beginning its first frame stands for those before."""
+        foretold = self._answer(seen)
+        if self.bands is None:
+            return foretold
+        return replace(foretold, force_sd=self.bands.of(foretold.force, seen.mass_kg))
+
+    def _answer(self, seen: Seen) -> Foretold:
         assert self.network is not None, "fit comes first"
-        features, pose = features_of(seen)
-        force, moment = wrenches_of(told(self.network, features[ends_of_all(seen.frames)]), seen, pose)
+        rows, pose = features_of(seen, self.features)
+        force, moment = wrenches_of(told(self.network, rows[ends_of_all(seen.frames)]), seen, pose)
         return Foretold(force, moment)
 
 
-def learnt(name: str, settings: TrainingSettings = TrainingSettings()) -> Learnt:  # noqa: B008 (frozen)
-    """The paper's networks.
+def learnt(
+    name: str,
+    settings: TrainingSettings = TrainingSettings(),  # noqa: B008 (frozen)
+    *,
+    features: Features = "plain",
+    start: Path | None = None,
+) -> Learnt:
+    """The paper's networks; their names say what is not the paper's.
 
     Args:
         name: "mlp" or "groundlinknet".
         settings: of the training.
+        features: of each frame.
+        start: results of an evaluation whose training is gone on from; None: from random weights.
+
+    Raises:
+        BenchmarkError: no training of that predictor lies in `start`, or several.
     """
-    return Learnt(name, mlp if name == "mlp" else GroundLinkNet, settings)
+    whole = name if features == "plain" else f"{name}-{features}"
+    begun = None if start is None else start_of(_checkpoint(start, whole))
+    return Learnt(whole if begun is None else f"{whole}-started", NETWORKS[name], settings, features, begun)
+
+
+def _checkpoint(results: Path, name: str) -> Path:
+    found = sorted((results / "work" / name).rglob(CHECKPOINT))
+    if len(found) != 1:
+        raise BenchmarkError(
+            f"{results}: {len(found)} trainings of {name} in work/{name}, but one is wanted to start from: "
+            "evaluate or train it there, with one part tested"
+        )
+    return found[0]
+
+
+def _data(train: Trials, dev: Trials) -> Data:
+    fingerprint = f"{train.fingerprint} {sorted(train.persons)} {sorted(dev.persons)}"
+    return Data(fingerprint, train.persons | dev.persons)

@@ -1,5 +1,6 @@
 """Training as the paper states it; each epoch ends in a checkpoint from which a killed run goes on alike."""
 
+import hashlib
 import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -19,6 +20,30 @@ EVALUATED_AT_ONCE = 1024  # windows
 
 
 @dataclass(frozen=True)
+class Start:
+    """Weights of an earlier training, of whatever persons."""
+
+    weights: dict[str, Tensor]  # scales included: features mean to them what they meant there
+    persons: frozenset[str]  # that it knows
+
+    @property
+    def fingerprint(self) -> str:
+        """Another one for other weights."""
+        digest = hashlib.sha256()
+        for name, value in sorted(self.weights.items()):
+            digest.update(name.encode() + value.cpu().numpy().tobytes())
+        return digest.hexdigest()
+
+
+@dataclass(frozen=True)
+class Data:
+    """What is learnt from."""
+
+    fingerprint: str
+    persons: frozenset[str]  # who train, and who choose
+
+
+@dataclass(frozen=True)
 class TrainingSettings:
     """The paper's supplement: RMSprop, 1e-4, 32, 10. The loss is our choice, since the paper names none."""
 
@@ -29,7 +54,14 @@ class TrainingSettings:
 
 
 def trained(
-    network: Scaled, train: Windows, dev: Windows, *, settings: TrainingSettings, log: Log, data: str
+    network: Scaled,
+    train: Windows,
+    dev: Windows,
+    *,
+    settings: TrainingSettings,
+    log: Log,
+    data: Data,
+    start: Start | None = None,
 ) -> Scaled:
     """The network with the weights of its best epoch by the dev persons' loss; without any, of the last.
 
@@ -42,7 +74,8 @@ def trained(
         dev: windows to choose the epoch by.
         settings: of the training.
         log: has the folder where the checkpoint lies.
-        data: fingerprint; a checkpoint of other data begins anew.
+        data: a checkpoint of other data begins anew.
+        start: to go on from; its own weights are kept where no epoch does better on the dev persons.
 
     Raises:
         BenchmarkError: there is nothing to learn from.
@@ -54,11 +87,19 @@ def trained(
     torch.use_deterministic_algorithms(True)
     torch.set_num_threads(1)
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-    network.load_state_dict({name: torch.from_numpy(v) for name, v in train.scales().items()}, strict=False)
+    network.load_state_dict(
+        start.weights if start else {name: torch.from_numpy(v) for name, v in train.scales().items()},
+        strict=start is not None,
+    )
     network.to(device)
     optimizer = torch.optim.RMSprop(network.parameters(), lr=settings.learning_rate)
-    terms = {"settings": asdict(settings), "data": data, "network": str(network.body)}
+    terms = {"settings": asdict(settings), "data": data.fingerprint, "network": str(network.body)}
+    if start:
+        terms["start"] = start.fingerprint
     kept = _resumed(log.folder / CHECKPOINT, terms, network, optimizer)
+    kept["persons"] = sorted(data.persons | (start.persons if start else frozenset()))
+    if start and not kept["epoch"] and len(dev):
+        kept |= {"best_loss": _loss(network, dev), "best": dict(start.weights)}
     for epoch in range(kept["epoch"], settings.epochs):
         loss = _epoch(network, optimizer, train, settings, epoch)
         dev_loss = _loss(network, dev) if len(dev) else float("nan")
@@ -70,6 +111,21 @@ def trained(
         log(epoch=epoch + 1, train_loss=loss, dev_loss=dev_loss)
     network.load_state_dict(kept["best"])
     return network.eval()
+
+
+def start_of(path: Path) -> Start:
+    """The weights that a training kept.
+
+    Args:
+        path: of its checkpoint.
+
+    Raises:
+        BenchmarkError: it has none, or does not say whom it knows.
+    """
+    kept = torch.load(path, weights_only=True, map_location="cpu")
+    if not {"best", "persons"} <= set(kept):
+        raise BenchmarkError(f"{path}: no training that can be gone on from; train anew")
+    return Start(kept["best"], frozenset(kept["persons"]))
 
 
 def told(network: Scaled, windows: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Int
 
-from addb_viewer.benchmark.learnt.features import FEATURES, TARGETS, features_of, targets_of
+from addb_viewer.benchmark.learnt.features import SIZES, TARGETS, Features, features_of, targets_of
 from addb_viewer.benchmark.scoring import HISTORY, STRIDE, scored_frames
 from addb_viewer.benchmark.task import Trials
 from solver.capture.atomic import write_whole
@@ -43,7 +43,7 @@ class Windows:
 
     def scales(self) -> dict[str, Float[np.ndarray, " channels"]]:
         """Mean and standard deviation of features and targets, of these windows alone; in bounded memory."""
-        sums = {"feature": np.zeros((2, FEATURES)), "target": np.zeros((2, TARGETS))}
+        sums = {"feature": np.zeros((2, self.features.shape[1])), "target": np.zeros((2, TARGETS))}
         counts = {"feature": 0, "target": 0}
         for kind, rows in (("feature", self.features), ("target", self.targets)):
             for start in range(0, len(rows), 4096):
@@ -59,21 +59,22 @@ class Windows:
         return scales
 
 
-def windows_of(trials: Trials, folder: Path) -> Windows:
+def windows_of(trials: Trials, folder: Path, features: Features = "plain") -> Windows:
     """The persons' windows; read from the release once, then from the folder.
 
     Args:
         trials: of some persons.
         folder: of the files; what another release or other persons left there is replaced.
+        features: of each frame.
     """
-    about = {"persons": sorted(trials.persons), "data": trials.fingerprint, "features": FEATURES}
+    about = {"persons": sorted(trials.persons), "data": trials.fingerprint, "features": SIZES[features]}
     if not (folder / ABOUT).is_file() or json.loads((folder / ABOUT).read_text()) != about:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / ABOUT).unlink(missing_ok=True)
-        _write(trials, folder)
+        _write(trials, folder, features)
         write_whole(folder / ABOUT, json.dumps(about))
     return Windows(
-        _mapped(folder / "features.f32", np.float32, FEATURES),
+        _mapped(folder / "features.f32", np.float32, SIZES[features]),
         _mapped(folder / "targets.f32", np.float32, TARGETS),
         _mapped(folder / "ends.i64", np.int64, 1)[:, 0],
     )
@@ -88,26 +89,28 @@ def ends_of_all(frames: int) -> Int[np.ndarray, "frames length"]:
     return np.maximum(np.arange(frames)[:, None] - BACK, 0)
 
 
-def _write(trials: Trials, folder: Path) -> None:
+def _write(trials: Trials, folder: Path, features: Features) -> None:
     with ExitStack() as stack:
-        features, targets, ends = (
+        rows, targets, ends = (
             stack.enter_context((folder / name).open("wb"))
             for name in ("features.f32", "targets.f32", "ends.i64")
         )
-        for first, (values, told, last) in _stretches(trials):
-            features.write(values.astype(np.float32).tobytes())
+        for first, (values, told, last) in _stretches(trials, features):
+            rows.write(values.astype(np.float32).tobytes())
             targets.write(told.astype(np.float32).tobytes())
             ends.write((first + last).astype(np.int64).tobytes())
 
 
-def _stretches(trials: Trials) -> Iterator[tuple[int, tuple[np.ndarray, np.ndarray, np.ndarray]]]:
+def _stretches(
+    trials: Trials, features: Features
+) -> Iterator[tuple[int, tuple[np.ndarray, np.ndarray, np.ndarray]]]:
     """The row where each begins; its features, and targets and frames of the windows that end in it."""
     row = 0
     for example in trials:
         last = np.flatnonzero(scored_frames(example.measured.counts))
         if not len(last):
             continue
-        values, pose = features_of(example.seen)
+        values, pose = features_of(example.seen, features)
         told = targets_of(example.seen, example.measured, pose)[last]
         yield row, (values, told, last)
         row += len(values)

@@ -6,12 +6,14 @@ from typing import Annotated
 import typer
 
 from addb_viewer.commands.benchmark.options import (
+    FeaturesOption,
     FramesOption,
     Out,
     Part,
     Predictors,
     SkeletonOption,
     SplitName,
+    StartFrom,
     course_of,
     results_folder,
 )
@@ -40,6 +42,8 @@ def evaluate(
     part: Part = "test",
     skeleton: SkeletonOption = "unfitted",
     frames: FramesOption = "scored",
+    features: FeaturesOption = "plain",
+    start_from: StartFrom = None,
     debug: Debug = False,
 ) -> None:
     """Hold predictors against the forces of persons whom they have not seen.
@@ -64,8 +68,10 @@ def evaluate(
             said = "" if force is None else f"GRF {force.mean:.3f} N/kg, persons: {force.persons}"
             typer.echo(f"{result.name}: {said}")
 
+        learning = predictors.Learning(features, start_from)
         for name in predictor or ():
-            told(evaluating.evaluate(source, predictors.predictor(name), course, folder / "work"))
+            made = predictors.predictor(name, learning)
+            told(evaluating.evaluate(source, made, course, folder / "work"))
         for file in outside or ():
             told(evaluating.evaluate_outside(source, read_outside(file), course))
         typer.echo(folder)

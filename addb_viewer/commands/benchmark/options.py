@@ -37,6 +37,23 @@ FramesOption = Annotated[
         "--frames", help="scored: those that count after half a second that counts; all: that count."
     ),
 ]
+FeaturesOption = Annotated[
+    Literal["plain", "wide"],
+    typer.Option(
+        "--features",
+        help="Of mlp and groundlinknet: plain, as the paper says; wide: also velocities and the root's past.",
+    ),
+]
+StartFrom = Annotated[
+    Path | None,
+    typer.Option(
+        "--start-from",
+        metavar="DIR",
+        help="Of mlp and groundlinknet: go on from the training in these results, of other persons.",
+        exists=True,
+        file_okay=False,
+    ),
+]
 EVERY_FOLD = "every-fold"
 
 

@@ -3,11 +3,13 @@
 import typer
 
 from addb_viewer.commands.benchmark.options import (
+    FeaturesOption,
     Out,
     Part,
     Predictors,
     SkeletonOption,
     SplitName,
+    StartFrom,
     course_of,
     results_folder,
 )
@@ -23,6 +25,8 @@ def train(
     split: SplitName = "default",
     part: Part = "test",
     skeleton: SkeletonOption = "unfitted",
+    features: FeaturesOption = "plain",
+    start_from: StartFrom = None,
     debug: Debug = False,
 ) -> None:
     """Let predictors learn from a release's training persons.
@@ -36,7 +40,8 @@ def train(
 
         source = release_trials.open_for_benchmark(release, skeleton)
         course, work = course_of(source, split, part), results_folder(release, out) / "work"
+        learning = predictors.Learning(features, start_from)
         for name in predictor:
-            made = predictors.predictor(name)
+            made = predictors.predictor(name, learning)
             evaluating.train(source, made, course, work)
             typer.echo(work / made.name)

@@ -51,10 +51,12 @@ class CorpusOptions:
     subjects: int  # good folders; traps come on top
     seed: int = 0
     traps: bool = True
-    actors: int = 4  # people whose movements are simulated; all others do the same in similarity
+    actors: int | None = 4  # people whose movements are simulated, all others move in similarity; None: all
     activities: tuple[str, ...] = ("walk", "run", "squat", "stand", "landing")
     longest_s: float | None = None  # of a movement; None: as long as it takes
     recordings_each: int = 1  # of a movement, with other noise: the same steps, to measure costs with
+    takes: int = 1  # of an activity: other steps, speeds and squats
+    faults: bool = True  # of plates, clocks, markers and entered masses, and second sessions
 
 
 def truth_folder(root: Path) -> Path:
@@ -95,7 +97,8 @@ class _Corpus:
     def __init__(self, root: Path, options: CorpusOptions, told: Callable[[str], None]) -> None:
         self.root, self.options, self._told = root, options, told
         self.expected: list[Expected] = []
-        self._actors = Actors(min(options.actors, max(options.subjects, 1)), options.seed, options.longest_s)
+        few = options.actors and min(options.actors, max(options.subjects, 1))
+        self._actors = Actors(few, options.seed, options.longest_s)
         self._subjects: list[MadeSubject] = []
         self._wearers: dict[str, Wearer] = {}
         self._about: list[dict[str, object]] = []
@@ -104,8 +107,8 @@ class _Corpus:
     def good(self) -> None:
         """Subjects that a release takes."""
         for k in range(self.options.subjects):
-            again = self._subjects[k - 1] if k % SECOND_FOLDER_EVERY == SECOND_FOLDER_EVERY - 1 else None
-            subject = self._made(k, again)
+            second = self.options.faults and k % SECOND_FOLDER_EVERY == SECOND_FOLDER_EVERY - 1
+            subject = self._made(k, self._subjects[k - 1] if second else None)
             if self.options.traps:
                 subject = self._with_trial_traps(subject, k)
             self._subjects.append(subject)
@@ -146,7 +149,8 @@ class _Corpus:
         laboratory = again.laboratory if again else LABORATORIES[number % len(LABORATORIES)]
         person = again.person if again else drawn_person(rng)
         who = self._actors.wearer(person, rng, self._wearers[again.person_id] if again else None)
-        own = FAULTS[number % len(FAULTS)] if faults is None else tuple(faults)
+        usual = FAULTS[number % len(FAULTS)] if self.options.faults else ()
+        own = usual if faults is None else tuple(faults)
         if laboratory.treadmill and "off_plate" in own:
             own = ("noise",)  # there is nothing beside a belt
         folder = self._next_folder(laboratory)
@@ -164,9 +168,11 @@ class _Corpus:
         asked = [one for one in laboratory.activities if one in self.options.activities]
         does = only or [one for one in asked if self._actors.can(who, one)] or ["walk"]
         trials = []
-        for activity, take in product(does, range(1, 1 + self.options.recordings_each)):
-            name = f"{activity}_{take}"
-            trial = recorded(name, self._actors.movement(who, activity), laboratory, own, rng)
+        each = self.options.recordings_each
+        for activity, k in product(does, range(self.options.takes * each)):
+            name = f"{activity}_{k + 1}"
+            movement = self._actors.movement(who, activity, take=k // each)
+            trial = recorded(name, movement, laboratory, own, rng)
             labelled = bool(rng.random() < LABELLED_SHARE)
             trials.append(MadeTrial(trial, tuple(said_of(trial, labelled=labelled)), labelled=labelled))
         return replace(subject, trials=tuple(trials))

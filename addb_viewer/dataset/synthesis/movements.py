@@ -1,10 +1,12 @@
-"""What people of a made-up corpus do: simulated for a few of them, done in similarity by the others."""
+"""What people of a made-up corpus do: all are simulated, or a few, whom the others follow in similarity."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from addb_viewer.dataset.synthesis.people import MadeUpPerson
+from solver.simulate.gait import STYLES, GaitStyle
 from solver.simulate.person import Person, TrueBody, body_of
 from solver.simulate.similar import similar_body, similar_trial
 from solver.simulate.trial import Activity, Scenario, SyntheticTrial, simulate_trial
@@ -14,6 +16,9 @@ from solver.skeleton.segment_tables import Sex
 HEIGHT_M: dict[Sex, float] = {"female": 1.63, "male": 1.76}
 DURATION_S = {"static": 0.6, "walk": 2.2, "run": 1.2, "squat": 3.0, "stand": 2.5, "landing": 1.3}
 SPEEDS = {"walk": (0.9, 1.6), "run": (2.6, 3.8)}  # [m/s]
+USUAL_HEIGHT_M = 1.70  # whose speeds these are, where everybody moves at a speed of their own size
+OWN_LENGTHS, OWN_MASSES = 0.035, 0.08  # relative standard deviations of a segment's, everybody for themselves
+CADENCE_SPREAD = 0.04  # likewise, of steps a second at a speed
 LONG_TO_SIMULATE = ("landing",)  # a minute
 KINDS: dict[str, Activity] = {
     "static": "stand",
@@ -33,20 +38,31 @@ class Wearer:
     body: TrueBody
 
 
-class Actors:
-    """The few people whose movements are simulated, each when it is first asked for."""
+@dataclass(frozen=True)
+class _Actor:
+    """Somebody whose movements are simulated."""
 
-    def __init__(self, count: int, seed: int, longest_s: float | None = None) -> None:
+    body: TrueBody
+    sex: Sex
+    height_m: float
+    styles: Mapping[str, GaitStyle]  # of walking and running; none: as most people do
+    cadence: float = 1.0
+
+
+class Actors:
+    """The people whose movements are simulated, each when it is first asked for."""
+
+    def __init__(self, count: int | None, seed: int, longest_s: float | None = None) -> None:
         """Draw their bodies.
 
         Args:
-            count: of them; women and men in turn.
+            count: of them, women and men in turn; None: everybody is one.
             seed: of bodies and movements.
             longest_s: that a movement lasts at most, before similarity; None: as long as it takes.
         """
-        self._seed, self._longest = seed, longest_s
-        self._bodies = [self._body(k) for k in range(count)]
-        self._done: dict[tuple[int, str], SyntheticTrial] = {}
+        self._seed, self._longest, self._everybody = seed, longest_s, count is None
+        self._actors = [self._usual(k) for k in range(count or 0)]
+        self._done: dict[tuple[int, str, int], SyntheticTrial] = {}
 
     def wearer(self, person: MadeUpPerson, rng: np.random.Generator, before: Wearer | None = None) -> Wearer:
         """Somebody of the proportions of one of them, with markers of their own.
@@ -56,10 +72,9 @@ class Actors:
             rng: of whose proportions, and of where markers are put.
             before: the same person in an earlier session: markers are put on anew.
         """
-        alike = [k for k in range(len(self._bodies)) if _sex(k) == person.sex] or [0]
-        actor = int(rng.choice(alike)) if before is None else before.actor
-        ratio = person.height_m / HEIGHT_M[_sex(actor)]
-        body = similar_body(self._bodies[actor], ratio, person.mass_kg)
+        actor = self._of_person(person, rng) if before is None else before.actor
+        ratio = person.height_m / self._actors[actor].height_m
+        body = similar_body(self._actors[actor].body, ratio, person.mass_kg)
         usual, markers = Person(), body.skeleton.markers
         scatter = np.where([m.fixed for m in markers], usual.bony_scatter_m, usual.cluster_scatter_m)
         offsets = scatter[:, None] * rng.standard_normal((len(markers), 3))
@@ -67,29 +82,89 @@ class Actors:
 
     def can(self, who: Wearer, activity: str) -> bool:
         """Whether somebody does it: what takes long to simulate is done by those like the first alone."""
-        return activity not in LONG_TO_SIMULATE or who.actor == 0
+        return activity not in LONG_TO_SIMULATE or (who.actor == 0 and not self._everybody)
 
-    def movement(self, who: Wearer, activity: str) -> SyntheticTrial:
-        """What somebody does, faster or slower by their size."""
-        return similar_trial(self._of(who.actor, activity), who.body)
+    def movement(self, who: Wearer, activity: str, take: int = 0) -> SyntheticTrial:
+        """What somebody does, faster or slower by their size.
 
-    def _of(self, actor: int, activity: str) -> SyntheticTrial:
-        if (actor, activity) not in self._done:
-            rng = self._rng(actor, 1 + list(DURATION_S).index(activity))
+        Args:
+            who: does it.
+            activity: one of `DURATION_S`.
+            take: another one has other steps and another speed.
+        """
+        return similar_trial(self._of(who.actor, activity, take), who.body)
+
+    def _of_person(self, person: MadeUpPerson, rng: np.random.Generator) -> int:
+        if not self._everybody:
+            alike = [k for k, actor in enumerate(self._actors) if actor.sex == person.sex] or [0]
+            return int(rng.choice(alike))
+        self._actors.append(self._own(person, len(self._actors)))
+        return len(self._actors) - 1
+
+    def _of(self, number: int, activity: str, take: int) -> SyntheticTrial:
+        if (number, activity, take) not in self._done:
+            what = 1 + list(DURATION_S).index(activity)
+            rng = self._rng(number, what, *([take] if take else []))
+            actor = self._actors[number]
             lasts = min(DURATION_S[activity], self._longest or np.inf)
             speed = float(rng.uniform(*SPEEDS[activity])) if activity in SPEEDS else None
-            scenario = Scenario(activity, KINDS[activity], duration=lasts, speed=speed)
-            self._done[actor, activity] = simulate_trial(scenario, self._bodies[actor], rng)
-        return self._done[actor, activity]
+            if speed and self._everybody:
+                speed *= float(np.sqrt(actor.height_m / USUAL_HEIGHT_M))
+            scenario = Scenario(
+                activity,
+                KINDS[activity],
+                duration=lasts,
+                speed=speed,
+                style=actor.styles.get(activity),
+                cadence=actor.cadence,
+            )
+            self._done[number, activity, take] = simulate_trial(scenario, actor.body, rng)
+        return self._done[number, activity, take]
 
-    def _body(self, actor: int) -> TrueBody:
-        sex = _sex(actor)
+    def _usual(self, number: int) -> _Actor:
+        sex: Sex = "female" if number % 2 == 0 else "male"
         plain = Person(height_m=HEIGHT_M[sex], sex=sex, bony_scatter_m=0.0, cluster_scatter_m=0.0)
-        return body_of(plain, self._rng(actor, 0))
+        return _Actor(body_of(plain, self._rng(number, 0)), sex, HEIGHT_M[sex], {})
 
-    def _rng(self, actor: int, what: int) -> np.random.Generator:
-        return np.random.default_rng((self._seed, actor, what))
+    def _own(self, person: MadeUpPerson, number: int) -> _Actor:
+        rng = self._rng(number, 0)
+        told = Person(
+            mass_kg=person.mass_kg,
+            height_m=person.height_m,
+            sex=person.sex,
+            length_scatter=OWN_LENGTHS,
+            mass_scatter=OWN_MASSES,
+            bony_scatter_m=0.0,
+            cluster_scatter_m=0.0,
+        )
+        body = body_of(told, rng)
+        styles = {name: drawn_style(STYLES[name], rng) for name in SPEEDS}
+        cadence = float(np.exp(CADENCE_SPREAD * rng.standard_normal()))
+        return _Actor(body, person.sex, person.height_m, styles, cadence)
+
+    def _rng(self, actor: int, *what: int) -> np.random.Generator:
+        return np.random.default_rng((self._seed, actor, *what))
 
 
-def _sex(actor: int) -> Sex:
-    return "female" if actor % 2 == 0 else "male"
+def drawn_style(style: GaitStyle, rng: np.random.Generator) -> GaitStyle:
+    """Somebody's own way to walk or run.
+
+    Args:
+        style: of most people.
+        rng: of the differences: as a relative, or an absolute standard deviation each.
+    """
+    width, swing, bounce, braking = np.exp((0.25, 0.25, 0.15, 0.10) * rng.standard_normal(4))
+    toe_out, lean, tilt, elbow = (4.0, 3.0, 4.0, 10.0) * rng.standard_normal(4)
+    first, *others = style.harmonics
+    return replace(
+        style,
+        step_width=style.step_width * width,
+        arm_swing_deg=style.arm_swing_deg * swing,
+        bounce=style.bounce * bounce,
+        braking=style.braking * braking,
+        toe_out_deg=style.toe_out_deg + toe_out,
+        trunk_lean_deg=style.trunk_lean_deg + lean,
+        pelvis_tilt_deg=style.pelvis_tilt_deg + tilt,
+        elbow_deg=max(style.elbow_deg + elbow, 5.0),
+        harmonics=(first, *(one * float(np.exp(0.2 * rng.standard_normal())) for one in others)),
+    )

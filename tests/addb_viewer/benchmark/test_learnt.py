@@ -5,11 +5,15 @@ import shutil
 from dataclasses import replace
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from scipy.spatial.transform import Rotation
 
+from addb_viewer.benchmark.averages import average
+from addb_viewer.benchmark.errors import BenchmarkError
 from addb_viewer.benchmark.evaluating import Course, FolderLog, evaluate
-from addb_viewer.benchmark.learnt.features import FEATURES, features_of, targets_of, wrenches_of
+from addb_viewer.benchmark.learnt.features import BELOW_ROOT, SIZES, features_of, targets_of, wrenches_of
 from addb_viewer.benchmark.learnt.windows import LENGTH, ends_of_all, windows_of
 from addb_viewer.benchmark.release_trials import open_for_benchmark
 from solver.kinematics.root_joint import root_joint
@@ -51,15 +55,35 @@ def turned(one):
     return replace(one.seen, q=q), measured
 
 
-def test_features_and_targets_do_not_depend_on_place_and_heading(walk):
+@pytest.mark.parametrize("kind", ["plain", "wide"])
+def test_features_and_targets_do_not_depend_on_place_and_heading(walk, kind):
     seen, measured = turned(walk)
-    features, pose = features_of(seen)
-    wanted, wanted_pose = features_of(walk.seen)
-    assert wanted.shape == (walk.seen.frames, FEATURES)
+    features, pose = features_of(seen, kind)
+    wanted, wanted_pose = features_of(walk.seen, kind)
+    assert wanted.shape == (walk.seen.frames, SIZES[kind])
     np.testing.assert_allclose(features, wanted, atol=1e-6)
     np.testing.assert_allclose(
         targets_of(seen, measured, pose), targets_of(walk.seen, walk.measured, wanted_pose), atol=1e-9
     )
+
+
+def test_wide_features_have_velocities_and_the_roots_past(walk):
+    wide, pose = features_of(walk.seen, "wide")
+    plain, _ = features_of(walk.seen)
+    np.testing.assert_array_equal(wide[:, : SIZES["plain"]], plain)
+    more = wide[:, SIZES["plain"] :]
+    knee = BELOW_ROOT.index("knee_angle_r")
+    q = walk.seen.q[:, walk.seen.skeleton.dofs.index("knee_angle_r")]
+    assert more[60, knee] == pytest.approx((q[61] - q[59]) * walk.seen.rate / 2)
+    R, p = pose.R_ground_root, pose.p_ground
+    speed, spin = np.split(more[60, len(BELOW_ROOT) : len(BELOW_ROOT) + 6], 2)
+    np.testing.assert_allclose(R[60] @ speed, (p[61] - p[59]) * walk.seen.rate / 2, atol=1e-9)
+    axial = (R[61] - R[59]) @ R[60].T * walk.seen.rate / 2  # Ṙ Rᵀ is the cross product with the spin
+    np.testing.assert_allclose(R[60] @ spin, [axial[2, 1], axial[0, 2], axial[1, 0]], atol=2e-3)
+    past = more[60, len(BELOW_ROOT) + 6 :].reshape(10, 6)
+    np.testing.assert_allclose(R[60] @ past[2, :3] + p[60], p[45], atol=1e-9)
+    np.testing.assert_allclose(R[60] @ Rotation.from_rotvec(past[2, 3:]).as_matrix(), R[45], atol=1e-9)
+    np.testing.assert_allclose(R[60] @ past[9, :3] + p[60], p[10], atol=1e-9)
 
 
 def test_what_is_told_becomes_forces_again(walk):
@@ -95,11 +119,11 @@ def test_windows_are_made_once_and_anew_for_others(source, tmp_path):
     assert len(windows_of(source.trials(frozenset({"lab/p1"})), tmp_path)) == 2 * 76
 
 
-def quick(name, **settings):
+def quick(name, features="plain", start=None, **settings):
     from addb_viewer.benchmark.learnt.predictor import learnt
     from addb_viewer.benchmark.learnt.training import TrainingSettings
 
-    return learnt(name, TrainingSettings(**{"epochs": 2} | settings))
+    return learnt(name, TrainingSettings(**{"epochs": 2} | settings), features=features, start=start)
 
 
 def weights(predictor):
@@ -149,3 +173,62 @@ def test_it_learns_and_opens_no_tested_person(release, tmp_path):
     result = evaluate(whole, predictor, Course(), tmp_path / "work")
     assert len((log.folder / "log.csv").read_text().splitlines()) == 13
     assert {score.person_id for score in result.scores} == {"lab/p3", "lab/p4", "lab/p5"}
+
+
+@pytest.fixture(scope="module")
+def trained(release, tmp_path_factory):
+    """Results of an MLP that has learnt from the first of the persons alone."""
+    results = tmp_path_factory.mktemp("trained")
+    source = open_for_benchmark(release)
+    one, dev = (source.trials(frozenset({name})) for name in ("lab/p0", "lab/p2"))
+    quick("mlp", epochs=1).fit(one, dev, FolderLog(results / "work/mlp/test"))
+    return results
+
+
+@WITH_TORCH
+def test_a_training_goes_on_from_weights_of_other_persons(source, trained, tmp_path):
+    from addb_viewer.benchmark.learnt.training import start_of
+
+    begun = start_of(trained / "work/mlp/test/checkpoint.pt")
+    parts = source.parts("default", "test")
+    train, dev = source.trials(parts.train), source.trials(parts.dev)
+    still = quick("mlp", start=trained, epochs=0)
+    assert still.name == "mlp-started"
+    assert still.knows == {"lab/p0", "lab/p2"}
+    still.fit(train, dev, FolderLog(tmp_path / "still"))
+    for key, value in weights(still).items():  # scales too: features mean what they meant there
+        np.testing.assert_array_equal(value, begun.weights[key].numpy())
+    on = quick("mlp", start=trained)
+    on.fit(train, dev, FolderLog(tmp_path / "on"))
+    assert any(not np.array_equal(weights(on)[key], value) for key, value in weights(still).items())
+    worse = quick("mlp", start=trained, epochs=1, learning_rate=10.0)
+    worse.fit(train, dev, FolderLog(tmp_path / "worse"))
+    for key, value in weights(worse).items():
+        np.testing.assert_array_equal(value, weights(still)[key])
+
+
+@WITH_TORCH
+def test_whom_the_start_knows_is_not_tested(source, trained, release, tmp_path):
+    path = release / "splits" / "known.parquet"
+    table = pq.read_table(release / "splits" / "default.parquet")
+    parts = pa.array(["test", "train", "dev", "train", "train", "train"])
+    pq.write_table(table.set_column(1, table.schema.field("split"), parts), path)
+    with pytest.raises(BenchmarkError, match="lab/p0 is tested, and mlp-started starts from weights"):
+        evaluate(source, quick("mlp", start=trained), Course("known"), tmp_path)
+    path.unlink()
+
+
+@WITH_TORCH
+def test_a_start_is_one_training(trained):
+    with pytest.raises(BenchmarkError, match="0 trainings of mlp-wide"):
+        quick("mlp", features="wide", start=trained)
+
+
+@WITH_TORCH
+def test_wide_features_are_learnt_from(source, tmp_path):
+    parts = source.parts("default", "test")
+    wide = quick("mlp", features="wide", epochs=1)
+    result = evaluate(source, wide, Course(), tmp_path)
+    assert (result.name, wide.network.feature_mean.shape) == ("mlp-wide", (SIZES["wide"],))
+    assert parts.test == {score.person_id for score in result.scores}
+    assert average(result.scores, "coverage_95") is not None

@@ -10,11 +10,14 @@ from addb_viewer.dataset.build import planned
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.options import BuildOptions
 from addb_viewer.dataset.synthesis.corpus import CorpusOptions, synthesize, truth_folder
+from addb_viewer.dataset.synthesis.movements import Actors
+from addb_viewer.dataset.synthesis.people import MadeUpPerson
 from addb_viewer.dataset.synthesis.traps import REASON_OF
 from addb_viewer.review_store import whole_log
 from annotations.events import FlagRange
 from solver.capture.subject import open_subject
 from solver.capture.trial import read_trial
+from solver.skeleton.pinocchio_model import RigidBodyModel
 
 SMALL = CorpusOptions(4, seed=5, actors=1, activities=("walk",), longest_s=1.0)
 FOUND_BY_FITTING = {"no_counting_frames", "no_dynamics", "fit_failed", "erroneous"}
@@ -123,3 +126,54 @@ def test_a_second_session_is_of_the_same_person_with_markers_put_on_anew(tmp_pat
         hip, knee = (markers.positions_ground[:, markers.names.index(name)] for name in ("RTH1", "RKNE"))
         apart.append(np.nanmean(np.linalg.norm(hip - knee, axis=1)))
     assert abs(apart[0] - apart[1]) > 0.003
+
+
+def test_people_may_have_bodies_speeds_and_gaits_of_their_own():
+    people = [MadeUpPerson("female", 30.0, height, mass) for height, mass in ((1.52, 47.0), (1.74, 80.0))]
+
+    def worn(actors):
+        rng = np.random.default_rng(8)
+        return [actors.wearer(person, rng) for person in people]
+
+    def thigh_to_shank(who):
+        joints, index = who.body.skeleton.joints, who.body.skeleton.body_index
+        thigh, shank = (np.linalg.norm(joints[index(name)].p_parent_frame) for name in ("tibia_r", "talus_r"))
+        return thigh / shank
+
+    alike = [thigh_to_shank(who) for who in worn(Actors(1, seed=3))]
+    assert alike[0] == pytest.approx(alike[1])
+    actors = Actors(None, seed=3, longest_s=0.6)
+    wearers = worn(actors)
+    own = [thigh_to_shank(who) for who in wearers]
+    assert abs(own[0] / own[1] - 1) > 0.005
+    assert [who.body.skeleton.mass for who in wearers] == pytest.approx([47.0, 80.0])
+    first, again = (actors.movement(wearers[1], "walk", take) for take in (0, 1))
+    assert first.scenario.speed != pytest.approx(again.scenario.speed, rel=0.01)
+    other = actors.movement(wearers[0], "walk")
+    assert first.scenario.cadence != other.scenario.cadence
+    assert first.scenario.style.step_width != other.scenario.style.step_width
+    for trial in (first, again, other):
+        times = np.arange(0, trial.scenario.duration, 0.02)
+        # Newton by the centre of mass alone, whose path the foot forces do not enter.
+        model = RigidBodyModel(trial.body.skeleton)
+        step = 1e-3
+        ahead, here, behind = (
+            model.centre_of_mass(trial.motion.derivative(times + k * step, 0)) for k in (1, 0, -1)
+        )
+        demanded = trial.body.skeleton.mass * ((ahead - 2 * here + behind) / step**2 + (0, 9.80665, 0))
+        pushed = trial.reactions(times).force_ground.sum(axis=1)
+        np.testing.assert_allclose(pushed, demanded, atol=0.02 * trial.body.skeleton.mass * 9.81)
+
+
+def test_another_take_is_other_steps_and_no_second_session_is_made(tmp_path):
+    options = CorpusOptions(
+        2, traps=False, actors=None, activities=("squat",), longest_s=0.4, takes=2, faults=False
+    )
+    synthesize(tmp_path / "corpus", options)
+    told = json.loads((truth_folder(tmp_path / "corpus") / "truth.json").read_text(encoding="utf-8"))
+    first = told["subjects"][0]
+    assert [trial["name"] for trial in first["trials"]] == ["squat_1", "squat_2"]
+    place = truth_folder(tmp_path / "corpus") / first["place"]
+    one, other = (np.load(place / f"squat_{k}.npz")["q"] for k in (1, 2))
+    assert np.abs(one - other).max() > 1e-3
+    assert all(subject["faults"] == [] for subject in told["subjects"])
