@@ -11,9 +11,11 @@ import numpy as np
 
 from benchmarks.diagnosis.judge import ABOUT_ONE, Verdict, judged, same, scale_of
 from benchmarks.diagnosis.rates import rate, smallest_found, table
+from benchmarks.diagnosis.sureness import sureness
 from benchmarks.diagnosis.twins import read_twins
 
 OUTCOMES = ("right", "class", "right_but_more", "id_only", "wrong", "unexplained", "missed", "failed")
+MADE_UP = ("single", "pair", "unknown", "clean")  # kinds of which all that is wrong is known
 REAL_WITHIN = 0.20  # of the injected difference
 UNDONE = 0.3  # of it left
 
@@ -63,6 +65,10 @@ def report(cases: Sequence[Scored]) -> str:
         ("Clean recordings", controls(_of(cases, "clean"))),
         ("Effects outside the catalogue", unknowns(_of(cases, "unknown"))),
         ("Pairs", pairs(_of(cases, "pair"))),
+        (
+            "How sure, and how often right",
+            sureness([(c.truth, c.answer["diagnosis"]) for c in cases if c.truth["kind"] in MADE_UP]),
+        ),
         ("Parameters of effects named right", parameters([*single, *_of(cases, "pair")])),
         ("Smallest size found with 90 %, in reference sizes", detection(single)),
         ("Real recordings with an injected effect", real(_of(cases, "real"))),
