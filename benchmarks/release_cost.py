@@ -25,9 +25,7 @@ from solver.capture.atomic import write_whole
 
 PAGE = Path(__file__).parent / "RELEASE.md"
 EACH = 5  # trials of a subject
-CORPUS = CorpusOptions(
-    1, seed=4, traps=False, actors=2, activities=("walk",), longest_s=1.2, recordings_each=EACH
-)
+CORPUS = CorpusOptions(1, seed=4, traps=False, actors=2, activities=("walk",), longest_s=1.2, takes=EACH)
 TERMS = ("--licence", "CC0-1.0", "--consent", "public", "--unreviewed")
 FIGURES = "figures.json"
 WHOLE_FRAMES = 24e6  # of the published dataset

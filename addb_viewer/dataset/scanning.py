@@ -1,18 +1,19 @@
 """What there is, before anything is fitted: subjects, trials, and which of them a release takes."""
 
-import hashlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.grid import grid_of
-from addb_viewer.dataset.identifiers import side_of
+from addb_viewer.dataset.identifiers import labels_without_names, side_of
 from addb_viewer.dataset.left_out import LeftOut, hours_of
 from addb_viewer.dataset.options import BuildOptions
 from addb_viewer.dataset.release_subject import ReleaseSubject, release_subject
+from addb_viewer.dataset.same_recording import Places, Recording, recording_of, same_recordings
 from addb_viewer.dataset.segments import SHORTEST
 from addb_viewer.dataset.trial_labels import labels_of
 from annotations.errors import ReviewError
@@ -22,7 +23,15 @@ from solver.capture.trial import read_trial
 from solver.errors import SolverError
 from solver.settings import settings_for
 
-ROUNDING_M = 1e-4  # [m] that markers are rounded to before two recordings are compared
+BETTER = (
+    "its review is finished",
+    "it is longer",
+    "it has more frames a second",
+    "it has more samples of force a second",
+    "it is no processed file",
+    "more of its markers are seen",
+)
+"""Of two recordings of the same: what one has before the other, the most important first."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +41,8 @@ class ScannedTrial:
     name: str
     frames: int
     rate_hz: float
-    content: str  # SHA-256 of its markers, in any place and under any names
+    shown: Recording  # what other trials are compared with
+    worth: tuple[float, ...]  # as BETTER asks
 
     @property
     def hours(self) -> float:
@@ -117,15 +127,42 @@ def _scanned(subject: Subject, who: ReleaseSubject, options: BuildOptions) -> Sc
         )
     kept = []
     for trial, capture in zip(files, captures, strict=True):
-        own = ScannedTrial(
-            trial.name, capture.markers.frames, capture.markers.rate, content_of(capture.markers)
-        )
+        own = _scanned_trial(subject, who, trial, capture, finished=finished[trial.name])
         reason = _trial_gate(capture, finished[trial.name], options)
         if reason is None:
             kept.append(own)
         else:
             left.append(_of(who, trial.name, reason, frames=own.frames, hours=own.hours))
     return ScannedSubject(subject, who, tuple(kept), tuple(left))
+
+
+def _scanned_trial(
+    subject: Subject, who: ReleaseSubject, trial: TrialFiles, capture: Capture, *, finished: bool
+) -> ScannedTrial:
+    markers = capture.markers
+    shown = recording_of(
+        who.trial_id(trial.name),
+        labels_without_names(markers.names),
+        _places(markers),
+        partial(_places_again, subject, trial),
+    )
+    worth = (
+        float(finished),
+        round(markers.frames / markers.rate, 1),
+        round(markers.rate),
+        round(max((plate.rate for plate in capture.plates), default=0.0)),
+        float(subject.recording is None),
+        float(np.isfinite(markers.positions_ground[..., 0]).sum()),
+    )
+    return ScannedTrial(trial.name, markers.frames, markers.rate, shown, worth)
+
+
+def _places(markers: Markers) -> Places:
+    return Places(np.arange(markers.frames) / markers.rate, markers.positions_ground)
+
+
+def _places_again(subject: Subject, trial: TrialFiles) -> Places:
+    return _places(read_trial(trial, settings_for(subject.folder).reading, subject.mass_kg).markers)
 
 
 def _subject_gate(subject: Subject, who: ReleaseSubject, options: BuildOptions) -> LeftOut | None:
@@ -164,57 +201,70 @@ def _of(who: ReleaseSubject, name: str, reason: str, detail: str = "", **size: f
     )
 
 
-def content_of(markers: Markers) -> str:
-    """SHA-256 of a recording's markers about their middle, rounded to 0.1 mm; names do not enter."""
-    positions = markers.positions_ground
-    middle = np.nanmean(positions.reshape(-1, 3), axis=0) if np.isfinite(positions).any() else np.zeros(3)
-    rounded = np.round((positions - middle) / ROUNDING_M)
-    whole = np.where(np.isfinite(rounded), rounded, -(2**31)).astype("<i4")
-    courses = sorted(np.ascontiguousarray(whole[:, k]).tobytes() for k in range(whole.shape[1]))
-    return hashlib.sha256(b"".join(courses)).hexdigest()
+@dataclass(frozen=True)
+class _Copy:
+    """A trial that shows the same as a better one."""
+
+    of: ReleaseSubject
+    trial_id: str  # of the better one
+    why: str
 
 
 def _without_copies(subjects: Sequence[ScannedSubject]) -> Iterator[ScannedSubject]:
-    """The first of several equal recordings stays; a subject all of whose trials are copies goes."""
-    seen: dict[str, str] = {}
+    """The best of several recordings of the same stays; a subject all of whose trials are copies goes."""
+    copies = _copies(subjects)
     for one in subjects:
-        copies: dict[str, str] = {}
-        fresh: list[ScannedTrial] = []
-        for trial in one.trials:
-            if trial.content in seen:
-                copies[trial.name] = seen[trial.content]
-                continue
-            seen[trial.content] = one.who.trial_id(trial.name)
-            fresh.append(trial)
-        if one.trials and not fresh:
-            of = next(iter(copies.values())).rsplit("/", 1)[0]
-            gone = LeftOut(
-                "subject",
-                one.who.subject_id,
-                "duplicate_subject",
-                f"same as {of}",
-                frames=one.frames,
-                hours=sum(trial.hours for trial in one.trials),
+        gone = {t.name: copies[t.shown.trial_id] for t in one.trials if t.shown.trial_id in copies}
+        fresh = tuple(trial for trial in one.trials if trial.name not in gone)
+        if gone and not fresh:
+            of = ", ".join(sorted({copy.of.subject_id for copy in gone.values()}))
+            why = f"same as {of}{next(iter(gone.values())).why}"
+            hours = sum(trial.hours for trial in one.trials)
+            row = LeftOut(
+                "subject", one.who.subject_id, "duplicate_subject", why, frames=one.frames, hours=hours
             )
-            yield replace(one, trials=(), left_out=(gone,))
+            yield replace(one, trials=(), left_out=(row,))
             continue
-        rows = [
-            _of(
-                one.who,
-                t.name,
-                "duplicate_trial",
-                f"same as {copies[t.name]}",
-                frames=t.frames,
-                hours=t.hours,
-            )
-            for t in one.trials
-            if t.name in copies
-        ]
-        left = (*one.left_out, *rows)
-        subject_level = any(row.level == "subject" for row in left)
-        if not fresh and not subject_level:
-            left = (*left, LeftOut("subject", one.who.subject_id, "no_trials", "see its trials"))
-        yield replace(one, trials=tuple(fresh), left_out=left)
+        left = list(one.left_out)
+        for trial in one.trials:
+            if (copy := gone.get(trial.name)) is not None:
+                why = f"same as {copy.trial_id}{copy.why}"
+                size = {"frames": trial.frames, "hours": trial.hours}
+                left.append(_of(one.who, trial.name, "duplicate_trial", why, **size))
+        if not fresh and not any(row.level == "subject" for row in left):
+            left.append(LeftOut("subject", one.who.subject_id, "no_trials", "see its trials"))
+        yield replace(one, trials=fresh, left_out=tuple(left))
+
+
+def _copies(subjects: Sequence[ScannedSubject]) -> dict[str, _Copy]:
+    """By trial_id: those that go, since one that is better, or as good and before them by name, stays."""
+    trials = {trial.shown.trial_id: (trial, one.who) for one in subjects for trial in one.trials}
+    alike: dict[str, list[str]] = {}
+    for pair in same_recordings([trial.shown for trial, _ in trials.values()]):
+        for one, other in (pair, pair[::-1]):
+            alike.setdefault(one.trial_id, []).append(other.trial_id)
+
+    def rank(name: str) -> tuple[tuple[float, ...], str]:
+        return tuple(-worth for worth in trials[name][0].worth), name
+
+    kept: set[str] = set()
+    copies = {}
+    for name in sorted(alike, key=rank):
+        of = min(kept & {*alike[name]}, key=rank, default=None)
+        if of is None:
+            kept.add(name)
+        else:
+            copies[name] = _Copy(trials[of][1], of, _why(*trials[of], *trials[name]))
+    return copies
+
+
+def _why(better: ScannedTrial, whose: ReleaseSubject, copy: ScannedTrial, other: ReleaseSubject) -> str:
+    """What the better one has before the other, and whether two persons are said to have done it."""
+    before = (
+        f"; {words}" for words, mine, its in zip(BETTER, better.worth, copy.worth, strict=True) if mine > its
+    )
+    twice = "" if whose.person_id == other.person_id else "; they are called two persons"
+    return next(before, "") + twice
 
 
 def wanted_files(one: ScannedSubject) -> list[TrialFiles]:

@@ -4,14 +4,14 @@ A change is no error by itself: noise of the markers goes, too. But a residual t
 motion was bent shows here: movement in the bands where people move is lost, ranges shrink, peaks flatten.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy.fft import dct
 
-from solver.dynamics.band_gain import BandGain, band_gains
+from solver.dynamics.band_gain import BandGain, spectra_of
 from solver.kinematics.frame_solver import root_dofs
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
@@ -68,42 +68,57 @@ def motion_change(skeleton: Skeleton, fitted: Motion, markers: Motion) -> Motion
     root = root_dofs(skeleton)
     joints = turning & ~root
     limit = expected_limit_Hz(markers, joints)
-    change = fitted.q - markers.q
-    offset, bands = change.mean(axis=0), band_rms(change, fitted.rate, BANDS_HZ)
-    ranges = _ranges_and_peaks(fitted, ENDS_S)
-    below = _ranges_and_peaks(markers.low_passed(limit), ENDS_S)
+    spectra = spectra_of(fitted.q, markers.q, fitted.rate)
     coordinates = []
-    for i, name in enumerate(skeleton.dofs):
+    for i in range(len(skeleton.dofs)):
         least = LEAST_CONTENT_RAD if turning[i] else LEAST_CONTENT_M
-        told = {
-            g.low_Hz: g
-            for g in band_gains(fitted.q[:, [i]], markers.q[:, [i]], fitted.rate, BANDS_HZ)
-            if g.content >= least
-        }
-        coordinates.append(
-            CoordinateChange(
-                name,
-                bool(turning[i]),
-                bool(root[i]),
-                _rms(change[:, i]),
-                float(offset[i]),
-                tuple(float(b) for b in bands[:, i]),
-                tuple(told.get(low) for low, _ in BANDS_HZ),
-                *(None if pair is None else float(pair[i]) for pair in (ranges[0], below[0])),
-                *(None if pair is None else float(pair[i]) for pair in (ranges[1], below[1])),
-            )
-        )
+        gains = {g.low_Hz: g for g in spectra.gains(BANDS_HZ, slice(i, i + 1)) if g.content >= least}
+        kind = {"turning": bool(turning[i]), "root": bool(root[i])}
+        coordinates.append(_coordinate_change(_alone(fitted, i), _alone(markers, i), limit, gains, **kind))
     if not joints.any():
         return MotionChange(limit, tuple(coordinates), None, None, None)
     highest = [band for band in BANDS_HZ if band[1] == limit]
-    gain = band_gains(fitted.q[:, joints], markers.q[:, joints], fitted.rate, highest)
-    enough = [g for g in gain if g.content >= LEAST_CONTENT_RAD]
+    enough = [g for g in spectra.gains(highest, joints) if g.content >= LEAST_CONTENT_RAD]
+    turned = [one for one, joint in zip(coordinates, joints, strict=True) if joint]
     return MotionChange(
         limit,
         tuple(coordinates),
-        _rms(change[:, joints]),
-        _rms(offset[joints]),
+        _rms(np.array([one.rms for one in turned])),
+        _rms(np.array([one.offset for one in turned])),
         enough[0] if enough else None,
+    )
+
+
+def _alone(motion: Motion, i: int) -> Motion:
+    """One coordinate of a motion: of a long trial, all derivatives at once take a gigabyte."""
+    return replace(motion, dofs=(motion.dofs[i],), q=motion.q[:, [i]])
+
+
+def _coordinate_change(
+    fitted: Motion,
+    markers: Motion,
+    limit_Hz: float,
+    gains: Mapping[float, BandGain],
+    *,
+    turning: bool,
+    root: bool,
+) -> CoordinateChange:
+    """Of motions with this coordinate alone."""
+    change = fitted.q - markers.q
+    its_range, peak = _range_and_peak(fitted, ENDS_S)
+    range_of_markers, peak_of_markers = _range_and_peak(markers.low_passed(limit_Hz), ENDS_S)
+    return CoordinateChange(
+        fitted.dofs[0],
+        turning,
+        root,
+        _rms(change),
+        float(change.mean()),
+        tuple(float(b) for b in band_rms(change, fitted.rate, BANDS_HZ)[:, 0]),
+        tuple(gains.get(low) for low, _ in BANDS_HZ),
+        its_range,
+        range_of_markers,
+        peak,
+        peak_of_markers,
     )
 
 
@@ -114,8 +129,10 @@ def expected_limit_Hz(markers: Motion, joints: Bool[np.ndarray, " dofs"]) -> flo
         markers: motion of the markers alone.
         joints: turning coordinates to look at.
     """
-    speeds = band_rms(markers.velocity[:, joints], markers.rate, ((0.0, SLOW_HZ), (SLOW_HZ, 10.0)))
-    slow, fast = (speeds**2).sum(axis=1)
+    bands, power = ((0.0, SLOW_HZ), (SLOW_HZ, 10.0)), np.zeros(2)
+    for i in np.flatnonzero(joints):
+        power += band_rms(_alone(markers, int(i)).velocity, markers.rate, bands)[:, 0] ** 2
+    slow, fast = power
     if slow + fast == 0:
         return USUAL_HZ
     share = fast / (slow + fast)
@@ -143,15 +160,13 @@ def band_rms(
     return np.sqrt(np.stack([power[band].sum(axis=0) for band in inside]))
 
 
-def _ranges_and_peaks(
-    motion: Motion, ends_s: float
-) -> tuple[Float[np.ndarray, " dofs"], Float[np.ndarray, " dofs"]] | tuple[None, None]:
-    """Ranges and peak speeds away from the ends; None for trials that are hardly longer than these."""
+def _range_and_peak(motion: Motion, ends_s: float) -> tuple[float, float] | tuple[None, None]:
+    """Range and peak speed away from the ends; None for trials that are hardly longer than these."""
     cut = round(ends_s * motion.rate)
     if motion.frames < 4 * cut:
         return None, None
     inner = slice(cut, motion.frames - cut)
-    return np.ptp(motion.q[inner], axis=0), np.abs(motion.velocity[inner]).max(axis=0)
+    return float(np.ptp(motion.q[inner])), float(np.abs(motion.velocity[inner]).max())
 
 
 def _rms(values: Float[np.ndarray, "..."]) -> float:

@@ -1,11 +1,13 @@
 """A .b3d file by itself, of the published dataset or of a release: its own numbers against each other."""
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float
 
+from addb_viewer.dataset.check.duplicates import copy_words
 from addb_viewer.dataset.check.finding import Finding, error, warning
 from addb_viewer.dataset.check.plausible import (
     FARTHEST_M,
@@ -16,12 +18,11 @@ from addb_viewer.dataset.check.plausible import (
     RANGES,
     STILL_M,
 )
-from addb_viewer.dataset.scanning import content_of
+from addb_viewer.dataset.same_recording import Places, Recording, recording_of, same_recordings
 from solver.capture.b3d.reader import read_b3d
 from solver.capture.b3d.reasons import REASONS
 from solver.capture.b3d.schema import B3dFile, B3dTrial, Header, PassFrames, PassType
 from solver.capture.b3d.stored import stored_passes
-from solver.capture.capture import Markers
 from solver.errors import CaptureError
 from solver.runs import runs
 
@@ -41,7 +42,7 @@ def b3d_findings(path: Path) -> list[Finding]:
     where = path.name
     try:
         file = read_b3d(path)
-        found = [*_person(file.header, where), *_trials(file, where)]
+        found = [*_person(file.header, where), *_duplicates(file, where), *_trials(file, where)]
     except CaptureError as unreadable:
         return [error("b3d", where, str(unreadable).removeprefix(f"{path}: "))]
     return sorted(found, key=lambda one: (one.level != "error", one.where, one.said))
@@ -62,14 +63,9 @@ def _person(header: Header, where: str) -> Iterator[Finding]:
 
 
 def _trials(file: B3dFile, where: str) -> Iterator[Finding]:
-    seen: dict[str, str] = {}
     demanded, carried, counted_s = 0.0, 0.0, 0.0
     for trial in file.trials:
         name = f"{where}: {trial.header.name}"
-        content = _content(file.header, trial)
-        if content in seen:
-            yield error("duplicates", name, f"is the same recording as {seen[content]}")
-        seen[content] = trial.header.name
         counts = _counts(trial)
         yield from _labels(trial, name)
         if not trial.passes:
@@ -95,10 +91,22 @@ def _trials(file: B3dFile, where: str) -> Iterator[Finding]:
             yield warning("plausible", where, said)
 
 
-def _content(header: Header, trial: B3dTrial) -> str:
-    places = np.array(trial.sensors.marker_obs).reshape(trial.header.trial_length, -1, 3)
-    places[(places == 0).all(axis=2)] = np.nan
-    return content_of(Markers(tuple(header.marker_name), places, 1 / trial.header.trial_timestep))
+def _duplicates(file: B3dFile, where: str) -> Iterator[Finding]:
+    shown = [_recording(file, k) for k in range(len(file.trials))]
+    for one, other in same_recordings(shown):
+        yield error("duplicates", f"{where}: {other.trial_id}", copy_words(other, one))
+
+
+def _recording(file: B3dFile, k: int) -> Recording:
+    header = file.trials[k].header
+    return recording_of(header.name, file.header.marker_name, _places(file, k), partial(_places, file, k))
+
+
+def _places(file: B3dFile, k: int) -> Places:
+    trial = file.trials[k]
+    markers = np.array(trial.sensors.marker_obs).reshape(trial.header.trial_length, -1, 3)
+    markers[(markers == 0).all(axis=2)] = np.nan
+    return Places(np.arange(len(markers)) * trial.header.trial_timestep, markers)
 
 
 def _counts(trial: B3dTrial) -> Bool[np.ndarray, " frames"]:

@@ -10,10 +10,11 @@ import pyarrow.parquet as pq
 
 from addb_viewer.dataset.check import files, physics, plausible
 from addb_viewer.dataset.check.b3d_tables import b3d_table_findings
-from addb_viewer.dataset.check.duplicates import Content, content_of, duplicate_findings
+from addb_viewer.dataset.check.duplicates import duplicate_findings, recording_in
 from addb_viewer.dataset.check.finding import Finding, Level
 from addb_viewer.dataset.check.splits import split_findings
 from addb_viewer.dataset.manifest_file import read_manifest
+from addb_viewer.dataset.same_recording import Recording, same_recordings
 
 Told = Callable[[str], None]
 
@@ -41,7 +42,7 @@ def _content_findings(release: Path, told: Told) -> Iterator[Finding]:
     subjects = {row["subject_id"]: row for row in _rows(release, "subjects")}
     owner = {row["trial_id"]: row["subject_id"] for row in _rows(release, "trials")}
     coordinates = _rows(release, "coordinates")
-    contents: list[Content] = []
+    recordings: list[Recording] = []
     for row in subjects.values():
         yield from plausible.subject_findings(row)
     for path in sorted((release / "frames").glob("*.parquet")):
@@ -62,11 +63,12 @@ def _content_findings(release: Path, told: Told) -> Iterator[Finding]:
                 dict(_trials(tables[name])).get(trial_id) for name in ("kinematics", "markers")
             )
             if kinematics is not None and markers is not None:
-                content = content_of(trial_id, kinematics, markers)
-                contents += [content] if content is not None else []
+                shown = recording_in(trial_id, kinematics, markers, release / "markers" / path.name)
+                recordings += [shown] if shown is not None else []
     persons = {trial: str(subjects[subject]["person_id"]) for trial, subject in owner.items()}
-    yield from duplicate_findings(contents, persons)
-    yield from split_findings(release, persons, contents)
+    pairs = list(same_recordings(recordings))
+    yield from duplicate_findings(pairs, persons)
+    yield from split_findings(release, persons, pairs)
 
 
 def _rows(release: Path, name: str) -> list[dict[str, Any]]:

@@ -3,22 +3,21 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from addb_viewer.dataset.check.duplicates import Content, duplicate_pairs
+from addb_viewer.dataset.check.duplicates import Pair
 from addb_viewer.dataset.check.finding import Finding, error, warning
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.split_files import FOLDER, read_split
 
 
-def split_findings(release: Path, persons: dict[str, str], contents: Sequence[Content]) -> Iterator[Finding]:
+def split_findings(release: Path, persons: dict[str, str], pairs: Sequence[Pair]) -> Iterator[Finding]:
     """Every split of a release.
 
     Args:
         release: its folder.
         persons: by trial_id.
-        contents: of all trials.
+        pairs: of trials that show the same.
     """
     files = sorted((release / FOLDER).glob("*.parquet"))
-    pairs = list(duplicate_pairs(contents)) if files else []
     for file in files:
         where = file.relative_to(release).as_posix()
         try:
@@ -33,7 +32,7 @@ def split_findings(release: Path, persons: dict[str, str], contents: Sequence[Co
         if lacking:
             yield warning("splits", where, f"{len(lacking)} persons are in none, {lacking[0]} for one")
         for one, other in pairs:
-            places = [split.get(persons[c.trial_id]) for c in (one, other)]
+            places = [split.get(persons[trial.trial_id]) for trial in (one, other)]
             if places[0] != places[1]:
                 yield error(
                     "splits",

@@ -54,7 +54,6 @@ class CorpusOptions:
     actors: int | None = 4  # people whose movements are simulated, all others move in similarity; None: all
     activities: tuple[str, ...] = ("walk", "run", "squat", "stand", "landing")
     longest_s: float | None = None  # of a movement; None: as long as it takes
-    recordings_each: int = 1  # of a movement, with other noise: the same steps, to measure costs with
     takes: int = 1  # of an activity: other steps, speeds and squats
     faults: bool = True  # of plates, clocks, markers and entered masses, and second sessions
 
@@ -168,10 +167,9 @@ class _Corpus:
         asked = [one for one in laboratory.activities if one in self.options.activities]
         does = only or [one for one in asked if self._actors.can(who, one)] or ["walk"]
         trials = []
-        each = self.options.recordings_each
-        for activity, k in product(does, range(self.options.takes * each)):
-            name = f"{activity}_{k + 1}"
-            movement = self._actors.movement(who, activity, take=k // each)
+        for activity, take in product(does, range(self.options.takes)):
+            name = f"{activity}_{take + 1}"
+            movement = self._actors.movement(who, activity, take)
             trial = recorded(name, movement, laboratory, own, rng)
             labelled = bool(rng.random() < LABELLED_SHARE)
             trials.append(MadeTrial(trial, tuple(said_of(trial, labelled=labelled)), labelled=labelled))
@@ -185,7 +183,8 @@ class _Corpus:
             if k % self.options.subjects != number:
                 continue
             name = f"walk_{2 + len(more)}"
-            movement = self._actors.movement(self._wearers[subject.person_id], "walk")
+            long = trap.seconds is None  # so that the same steps would be a copy
+            movement = self._actors.movement(self._wearers[subject.person_id], "walk", int(long))
             trial = recorded(name, movement, subject.laboratory, (), rng, seconds=trap.seconds)
             more.append(trap.made(trial))
             self.expected += trap.rows(subject, name)

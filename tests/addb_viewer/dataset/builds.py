@@ -1,5 +1,6 @@
 """Building a release in a test."""
 
+from addb_viewer.dataset.build import Plan, planned
 from addb_viewer.dataset.options import BuildOptions
 from addb_viewer.dataset.release_subject import Terms
 from addb_viewer.dataset.subject_task import run_task
@@ -7,6 +8,12 @@ from addb_viewer.dataset.task import read_task
 
 TERMS = Terms("Lab", "CC0-1.0", "public")
 ALL = BuildOptions(TERMS, unreviewed=True)
+
+
+def planned_apart(walks, options=ALL):
+    """Each folder planned by itself: they hold the same steps, of which a plan of both takes one."""
+    plans = [planned([folder], options) for folder in sorted(walks.iterdir())]
+    return Plan(tuple(one for plan in plans for one in plan.subjects), ())
 
 
 class Here:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from addb_viewer.dataset import subject_files
-from addb_viewer.dataset.build import build, planned
+from addb_viewer.dataset.build import build
 from solver.capture.subject import open_subject
 from solver.pipeline import solve
 from solver.settings import Settings
@@ -16,7 +16,7 @@ from solver.simulate.laboratory import MeasurementSettings, measure, plates_unde
 from solver.simulate.person import Person, body_of
 from solver.simulate.subject_folder import write_subject
 from solver.simulate.trial import Scenario, simulate_trial
-from tests.addb_viewer.dataset.builds import ALL, Here
+from tests.addb_viewer.dataset.builds import ALL, Here, planned_apart
 
 QUICK = replace(
     Settings(),
@@ -80,5 +80,5 @@ def release(walks, instead_of_solving, tmp_path_factory):
     """Both walks, unreviewed."""
     out = tmp_path_factory.mktemp("out") / "release"
     with instead_of_solving():
-        build(planned([walks], ALL), out, ALL, Here())
+        build(planned_apart(walks), out, ALL, Here())
     return out

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,8 @@ from addb_viewer.review_store import open_log
 from annotations.events import FlagRange, SetActivity, SetStatus, Status
 from solver.capture.b3d.reader import read_b3d
 from solver.capture.subject import open_subject
-from tests.addb_viewer.dataset.builds import ALL, TERMS, Here
+from solver.capture.trc import read_trc, write_trc
+from tests.addb_viewer.dataset.builds import ALL, TERMS, Here, planned_apart
 
 GRAVITY = np.array([0.0, -9.80665, 0.0])
 
@@ -166,11 +168,11 @@ def test_no_file_tells_where_it_was_made(release, walks):
 def test_the_same_inputs_give_the_same_bytes_and_nothing_is_done_twice(release, walks, fitted, tmp_path):
     out = tmp_path / "release"
     engine = Here()
-    build(planned([walks], ALL), out, ALL, engine)
+    build(planned_apart(walks), out, ALL, engine)
     for path in (release / "manifest.json", release / "croissant.json"):
         assert (out / path.name).read_bytes() == path.read_bytes()
     assert engine.did == ["Lab/at_100", "Lab/at_200"]
-    again = build(planned([walks], ALL), out, ALL, engine)
+    again = build(planned_apart(walks), out, ALL, engine)
     assert len(engine.did) == 2
     assert again["version"] == "1.0.0"
     other = BuildOptions(TERMS, unreviewed=True, without=("Lab/at_100",))
@@ -289,8 +291,33 @@ def test_every_trap_ends_in_what_is_left_out(walks, tmp_path):
         ("Lab/g_no_forces", "no_trials"),
     }
     (copy,) = [row for row in plan.left_out if row.reason == "duplicate_subject"]
-    assert (copy.detail, copy.frames) == ("same as Lab/a_good_one", 121)
+    assert (copy.detail, copy.frames) == (
+        "same as Lab/a_good_one; they are called two persons",
+        121,
+    )
     assert copy.hours == pytest.approx(121 / 100 / 3600)
+
+
+def test_of_one_recording_at_two_rates_the_faster_one_is_taken(walks):
+    plan = planned([walks], ALL)
+    assert [one.who.folder for one in plan.wanted] == ["at_200"]
+    (row,) = plan.left_out
+    assert (row.id, row.reason) == ("Lab/at_100", "duplicate_subject")
+    assert row.detail == "same as Lab/at_200; it has more frames a second; they are called two persons"
+
+
+def test_a_part_of_another_trial_is_left_out_and_the_whole_one_stays(walks, tmp_path):
+    """The part is the one that comes first by name, and was recorded faster."""
+    root = tmp_path / "root"
+    shutil.copytree(walks / "at_200", root / "a_part")
+    shutil.copytree(walks / "at_100", root / "whole")
+    (trc,) = (root / "a_part").rglob("*.trc")
+    markers = read_trc(trc).markers
+    write_trc(trc, replace(markers, positions_ground=markers.positions_ground[20:-10]))
+    plan = planned([root], ALL)
+    assert [one.who.folder for one in plan.wanted] == ["whole"]
+    (row,) = plan.left_out
+    assert row.detail == "same as Lab/whole; it is longer; they are called two persons"
 
 
 def test_a_failing_fit_ends_in_what_is_left_out_and_takes_no_other_with_it(walks, fitted, fit_100, tmp_path):
@@ -301,7 +328,7 @@ def test_a_failing_fit_ends_in_what_is_left_out_and_takes_no_other_with_it(walks
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(subject_files, "solve", failing)
-        build(planned([walks], ALL), tmp_path / "release", ALL, Here())
+        build(planned_apart(walks), tmp_path / "release", ALL, Here())
     (row,) = pq.read_table(tmp_path / "release" / "left_out.parquet").to_pylist()
     assert (row["id"], row["reason"], row["detail"]) == (
         "Lab/at_200",
@@ -354,7 +381,7 @@ def test_a_folder_that_cannot_be_written_to_is_said_at_once(walks, fitted, read_
     place = read_only(tmp_path / "place")
     engine = Here()
     with pytest.raises(ReleaseError, match=r"(?i)read-only|not be written|cannot be written"):
-        build(planned([walks], ALL), place / "release", ALL, engine)
+        build(planned_apart(walks), place / "release", ALL, engine)
     assert not engine.did
 
 

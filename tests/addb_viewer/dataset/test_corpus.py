@@ -103,8 +103,8 @@ def test_a_folder_that_is_not_empty_is_left_alone(root, tmp_path):
     assert not (tmp_path / "other").exists()
 
 
-def test_a_movement_may_be_recorded_several_times_with_other_noise(tmp_path):
-    options = CorpusOptions(1, traps=False, actors=1, activities=("walk",), longest_s=0.5, recordings_each=3)
+def test_a_movement_may_be_done_several_times_with_other_steps(tmp_path):
+    options = CorpusOptions(1, traps=False, actors=1, activities=("walk",), longest_s=0.5, takes=3)
     synthesize(tmp_path / "corpus", options)
     subject = open_subject(tmp_path / "corpus" / "Aare 2019" / "S001")
     assert [trial.name for trial in subject.trials] == ["walk_1", "walk_2", "walk_3"]

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.signal import butter, freqz
+from scipy.signal import butter, csd, freqz
 
 from solver.capture.subject import open_subject
+from solver.dynamics.band_gain import AT_ONCE, spectra_of
 from solver.dynamics.motion_change import BANDS_HZ, band_rms, motion_change
 from solver.filters import low_pass
 from solver.fit import KinematicsOnly
@@ -73,6 +74,21 @@ def test_gain_and_phase_of_movement_that_is_lost_and_late(skeleton):
     assert lost.gain == pytest.approx(0.6, abs=0.02)
     assert np.degrees(lost.phase_rad) == pytest.approx(-18.0, abs=1.0)  # 10 ms of 200 ms
     assert nothing is None  # the markers do not move there
+
+
+@pytest.mark.parametrize("windows", [1, AT_ONCE, AT_ONCE + 1, 2 * AT_ONCE + 17])
+def test_spectra_of_some_windows_at_a_time_are_those_of_all_at_once(windows):
+    rng = np.random.default_rng(1)
+    frames = 50 * (windows - 1) + 100 + 31  # some that no window covers
+    motion, reference = rng.standard_normal((2, frames, 2)).cumsum(axis=1)
+    found = spectra_of(motion, reference, RATE)
+    for k in range(2):
+        options = {"fs": RATE, "nperseg": 100, "noverlap": 50, "nfft": 800, "detrend": "linear"}
+        _, cross = csd(reference[:, k], motion[:, k], **options)
+        frequency, own = csd(reference[:, k], reference[:, k], **options)
+        np.testing.assert_allclose(found.frequency_Hz, frequency)
+        np.testing.assert_allclose(found.own[:, k], own.real, rtol=1e-9)
+        np.testing.assert_allclose(found.cross[:, k], cross, rtol=1e-9)
 
 
 def test_what_is_as_small_as_the_markers_errors_has_no_gain(skeleton):
