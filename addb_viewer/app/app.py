@@ -7,10 +7,12 @@ import signal
 import sys
 import threading
 import webbrowser
+from functools import partial
 from pathlib import Path
 
 import viser
 
+from addb_viewer.app.page.channel import Channels, Page
 from addb_viewer.app.page.notices import Notices, log_error
 from addb_viewer.app.page.reviewer import BrowserMemory
 from addb_viewer.app.queue.rows import next_trial
@@ -18,7 +20,7 @@ from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.scene.camera import first_sight
 from addb_viewer.app.security.access import Access, is_loopback
 from addb_viewer.app.security.control_guard import ControlGuard
-from addb_viewer.app.security.server import address, open_server
+from addb_viewer.app.security.server import AppServer, address, open_server
 from addb_viewer.app.security.trial_address import TrialAddress
 from addb_viewer.app.shell.actions import connect
 from addb_viewer.app.shell.playback import Pace
@@ -36,7 +38,7 @@ class ReviewApp:
 
     def __init__(
         self,
-        server: viser.ViserServer,
+        server: AppServer,
         trials: TrialQueue,
         first: str = ".",
         *,
@@ -55,7 +57,7 @@ class ReviewApp:
         sys.setswitchinterval(SWITCH_S)
         self.server, self.queue, self.access = server, trials, access or Access.of("127.0.0.1")
         self.subjects = trials.subjects
-        self.pace = Pace()
+        self.pace, self.channels = Pace(), Channels(server.own)
         self.sessions: dict[int, Session] = {}
         self._first, self._login = first, _login_name() if login is None else login
         self._lock = threading.Lock()
@@ -80,11 +82,13 @@ class ReviewApp:
         people = self.queue.people
         ControlGuard(client.gui)
         try:
-            memory = BrowserMemory(client, self._login)
+            page = Page(client)
+            memory, asked = BrowserMemory(client, self._login), page.asked
             people.arrive(client.client_id, memory.author, memory.browser)
-            asked = memory.address.asked()
             shared, trial, frame = self._beginning(client.client_id, memory, asked)
-            session = Session(client, self.queue, shared, self.pace, memory)
+            channel = self.channels.open(page)
+            session = Session(client, self.queue, shared, self.pace, memory, channel=channel)
+            session.at_end = partial(self.channels.close, page, channel)
             connect(session)
         except Exception as error:  # a browser that left at once, or a subject that broke meanwhile
             people.leave(client.client_id)

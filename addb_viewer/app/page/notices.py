@@ -116,16 +116,21 @@ class Notices:
         What the app itself sets is no event of a person's: it is not acted on.
         """
 
+        async def handle(event: Any) -> None:
+            if getattr(event, "client", self.client) is not None:
+                self.obey(doing, action)
+
+        return handle
+
+    def obey(self, doing: str, action: Callable[[], None]) -> None:
+        """Do what the person asks for just now; called on the loop on which the browser's words arrive."""
+
         def asked() -> None:
             with self._first():
                 action()
 
-        async def handle(event: Any) -> None:
-            self._ear = asyncio.get_running_loop()
-            if getattr(event, "client", self.client) is not None:
-                self.do(doing, asked)
-
-        return handle
+        self._ear = asyncio.get_running_loop()
+        self.do(doing, asked)
 
     def between_words(self, action: Callable[[], None]) -> None:
         """Do something while nothing that the browser says arrives, and wait for it.

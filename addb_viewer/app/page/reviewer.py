@@ -8,7 +8,6 @@ from collections.abc import Callable
 
 import viser
 
-from addb_viewer.app.page.address_bar import AddressBar
 from addb_viewer.app.page.notices import NameNeededError
 from addb_viewer.app.page.questions import Questions
 from addb_viewer.app.style.html_pieces import boxed
@@ -30,7 +29,6 @@ class BrowserMemory:
             suggested: name for who has not said one yet.
         """
         self._client, self.suggested = client, suggested
-        self.address = AddressBar(client)
         kept = self._kept()
         self._author = str(kept.get("reviewer") or "")
         self._browser = str(kept.get("browser") or "")

@@ -10,6 +10,7 @@ import http
 import ipaddress
 import secrets
 import socket
+from collections.abc import Callable
 from dataclasses import dataclass
 from http.cookies import CookieError, SimpleCookie
 from urllib.parse import parse_qs, urlsplit
@@ -45,7 +46,15 @@ class Access:
         """Open on the loopback, with a new token on any other address."""
         return cls(host, None if is_loopback(host) else secrets.token_urlsafe(TOKEN_BYTES))
 
-    def answer(self, headers: Headers, path: str, port: int, *, websocket: bool) -> Answer | None:
+    def answer(
+        self,
+        headers: Headers,
+        path: str,
+        port: int,
+        *,
+        websocket: bool,
+        own: Callable[[str], bool] = lambda path: False,
+    ) -> Answer | None:
         """How a request is turned away or sent on; None lets it in.
 
         The first page is asked for with the token in its address, which the browser then keeps as a cookie,
@@ -57,12 +66,13 @@ class Access:
             path: that it asks for, with its query.
             port: that it came to.
             websocket: whether it wants a connection and not a page.
+            own: whether a path is that of a page of our own, beside viser's.
         """
         why = self._foreign(headers, websocket=websocket)
         if why is not None:
             return Answer(http.HTTPStatus.FORBIDDEN, why)
         if self.token is None or self._is_token(_cookie(headers, port)):
-            return None if websocket else _only_the_page(path)
+            return None if websocket or own(path) else _only_a_page(path, own)
         brought = parse_qs(urlsplit(path).query).get("token", [""])[0]
         if not self._is_token(brought):
             return Answer(
@@ -72,7 +82,7 @@ class Access:
         if websocket:
             return None
         kept = f"{_cookie_name(port)}={self.token}; HttpOnly; SameSite=Lax; Path=/"
-        return Answer(http.HTTPStatus.SEE_OTHER, "", (("Location", _wished(path)), ("Set-Cookie", kept)))
+        return Answer(http.HTTPStatus.SEE_OTHER, "", (("Location", _wished(path, own)), ("Set-Cookie", kept)))
 
     def _foreign(self, headers: Headers, *, websocket: bool) -> str | None:
         """Why a request is turned away: it asks for another machine, a rebound name, or another page sent it.
@@ -102,19 +112,22 @@ class Access:
         return hmac.compare_digest(brought.encode(), self.token.encode())
 
 
-def _only_the_page(path: str) -> Answer | None:
-    """The page itself, with nothing in its address but a frame; None where just that is asked for."""
+def _only_a_page(path: str, own: Callable[[str], bool]) -> Answer | None:
+    """Viser's page, with nothing in its address but a frame; None where just that is asked for."""
     place, _, options = path.partition("?")
-    if place not in (PAGE, "/index.html"):
+    if place not in (PAGE, "/index.html") and not own(place):
         return Answer(http.HTTPStatus.NOT_FOUND, "There is nothing here. The app is at the address's root.")
     if place == PAGE and (not options or address_in(options) is not None):
         return None
-    return Answer(http.HTTPStatus.SEE_OTHER, "", (("Location", _wished(path)),))
+    return Answer(http.HTTPStatus.SEE_OTHER, "", (("Location", _wished(path, own)),))
 
 
-def _wished(path: str) -> str:
-    """The page at the frame that an address names, if it does, without anything else in it."""
-    found = wished_in(path.partition("?")[2])
+def _wished(path: str, own: Callable[[str], bool]) -> str:
+    """The page that is asked for, viser's at the frame that an address names; nothing else is kept."""
+    place, _, options = path.partition("?")
+    if own(place):
+        return place
+    found = wished_in(options)
     return PAGE if found is None else str(found)
 
 

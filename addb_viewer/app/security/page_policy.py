@@ -1,7 +1,8 @@
 """What the page may do in the browser: run its own scripts, and talk to the server that it came from.
 
 Written for the page of viser 1.1.1: one file that unpacks its own script. Both its scripts are allowed by
-their hashes, so that no other one in the page runs, and no handler in an attribute.
+their hashes, and ours come as files of this server: no other one in the page runs, no handler in an
+attribute, and no text that comes by a message.
 """
 
 import base64
@@ -36,16 +37,17 @@ class PageError(SolverError):
     """Viser's page is not the one that this app knows."""
 
 
-def headers(host: str) -> tuple[tuple[str, str], ...]:
+def headers(host: str, *, own: bool = False) -> tuple[tuple[str, str], ...]:
     """What every answer tells the browser.
 
     Args:
         host: as the request names this server, with its port.
+        own: whether it is a page of our own, and not viser's.
 
     Raises:
         PageError: viser's page cannot be unpacked.
     """
-    return (("Content-Security-Policy", _policy(host)), *_ALWAYS)
+    return (("Content-Security-Policy", _own_policy(host) if own else _policy(host)), *_ALWAYS)
 
 
 def _policy(host: str) -> str:
@@ -53,13 +55,29 @@ def _policy(host: str) -> str:
     return "; ".join(
         (
             "default-src 'none'",
-            # eval: viser runs our timeline's script that way, and its sorter of splats makes itself so
-            f"script-src {scripts} 'unsafe-eval'",
-            "style-src 'unsafe-inline'",
+            # Viser unpacks what comes by WebAssembly, which this allows and no text of a script beside it.
+            f"script-src 'self' {scripts} 'wasm-unsafe-eval'",
+            "style-src 'self' 'unsafe-inline'",
             "img-src 'self' data: blob:",
             "font-src data:",
             f"connect-src 'self' {_sockets(host)}data: blob:",  # data: and blob: stay in the browser
             "worker-src blob:",
+            "base-uri 'none'",
+            "form-action 'none'",
+            "frame-ancestors 'none'",
+        )
+    )
+
+
+def _own_policy(host: str) -> str:
+    """Of a page of our own: files of this server, nothing within the page, nothing evaluated."""
+    return "; ".join(
+        (
+            "default-src 'none'",
+            "script-src 'self'",
+            "style-src 'self'",
+            "img-src 'self' data:",
+            f"connect-src 'self' {_sockets(host)}",
             "base-uri 'none'",
             "form-action 'none'",
             "frame-ancestors 'none'",

@@ -8,7 +8,7 @@ import logging
 import socket
 import threading
 import traceback
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import viser
@@ -19,13 +19,12 @@ from websockets.http11 import Request, Response
 
 from addb_viewer.app.security import page_policy
 from addb_viewer.app.security.access import WILDCARDS, Access
+from addb_viewer.app.security.own_pages import Handler, OwnPages
 from solver.errors import SolverError
 
 LOG = logging.getLogger("addb_viewer")
 LONGEST = 100  # characters of what Python says about it: it may hold the whole message
 KINDS = 100  # told of at most, however inventive the sender
-
-Handler = Callable[[ServerConnection], Awaitable[None]]
 
 
 class StrayMessages:
@@ -80,8 +79,14 @@ class AddressError(SolverError):
     """The address cannot be listened on."""
 
 
-def open_server(host: str = "127.0.0.1", port: int = 8080, access: Access | None = None) -> viser.ViserServer:
-    """A viser server that answers only pages that it served itself.
+class AppServer(viser.ViserServer):
+    """Viser's server, with pages of our own beside its page."""
+
+    own: OwnPages
+
+
+def open_server(host: str = "127.0.0.1", port: int = 8080, access: Access | None = None) -> AppServer:
+    """A server that answers only pages that it served itself.
 
     Viser takes the next free port when this one is taken: read `get_port()`.
 
@@ -96,8 +101,10 @@ def open_server(host: str = "127.0.0.1", port: int = 8080, access: Access | None
     """
     _check_address(host, port)
     page_policy.script_hashes()  # an unknown page is an error here, not in the browser
-    with _PATCHING, _checked_requests(access or Access.of(host)), contextlib.redirect_stdout(io.StringIO()):
-        server = viser.ViserServer(host=host, port=port, label="addb-viewer", verbose=False)
+    own, rules = OwnPages(), access or Access.of(host)
+    with _PATCHING, _checked_requests(rules, own), contextlib.redirect_stdout(io.StringIO()):
+        server = AppServer(host=host, port=port, label="addb-viewer", verbose=False)
+    server.own = own
     server.request_share_url = _refuse_to_share  # type: ignore[method-assign]
     return server
 
@@ -127,7 +134,7 @@ def _check_address(host: str, port: int) -> None:
 
 
 @contextlib.contextmanager
-def _checked_requests(access: Access) -> Iterator[None]:
+def _checked_requests(access: Access, own: OwnPages) -> Iterator[None]:
     """Viser gives no way to look at a request before it does; so its call to `serve` gets our look first."""
     serve = websockets.asyncio.server.serve
 
@@ -139,20 +146,24 @@ def _checked_requests(access: Access) -> Iterator[None]:
                 return connection.respond(http.HTTPStatus.BAD_REQUEST, "A header stands there twice.\n")
             websocket = request.headers.get("Upgrade", "").lower() == "websocket"
             port = connection.local_address[1]
-            answer = access.answer(request.headers, request.path, port, websocket=websocket)
-            extra = page_policy.headers(request.headers.get("Host", ""))
+            answer = access.answer(request.headers, request.path, port, websocket=websocket, own=own.has)
+            ours = not websocket and own.has(request.path)
+            extra = page_policy.headers(request.headers.get("Host", ""), own=ours)
             if answer is not None:
                 response = connection.respond(answer.status, answer.text + "\n")
                 extra += answer.headers
-            elif (passed := process_request(connection, request)) is None:
-                return None
             else:
-                response = passed
+                file = own.answer(connection, request.path) if ours else None
+                passed = file or process_request(connection, request)
+                if passed is None:
+                    return None
+                response = own.with_head(passed)
             for name, value in extra:
                 response.headers[name] = value
             return response
 
-        return serve(StrayMessages().kept_out(handler), *args, process_request=look, **options)
+        guarded = StrayMessages().kept_out(own.in_front_of(handler))
+        return serve(guarded, *args, process_request=look, **options)
 
     websockets.asyncio.server.serve = guarded_serve  # type: ignore[assignment, misc]
     try:

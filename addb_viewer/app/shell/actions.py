@@ -24,7 +24,8 @@ def connect(session: Session) -> None:
     _bind_controls(session)
     _bind_review(session)
     _bind_solve(session)
-    keys.register(session.client.gui, actions_of(session), session.notices, session.questions)
+    s = session
+    keys.register(s.client.gui, s.channel, actions_of(s), s.notices, s.questions)
 
 
 def actions_of(session: Session) -> Mapping[str, Action]:

@@ -1,18 +1,17 @@
 """The keys of the app: one table for the browser, the command palette, and the help.
 
-Two scripts reach into the page of viser 1.1.1. Without them a click into the scene gives the keyboard back,
-and keys, sliders and the box "Go to" do what clicks on the timeline do.
+The page's own handler (`page/web/keys.js`) finds the command of a key ahead of viser's, and asks for its
+action over the channel: `["do", action]`.
 """
 
 import html
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from importlib import resources
 from typing import Any, cast
 
 import viser
-from viser._messages import RunJavascriptMessage
 
+from addb_viewer.app.page.channel import Channel
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.questions import Questions
 from addb_viewer.app.style.html_pieces import boxed
@@ -20,7 +19,7 @@ from annotations.reasons import REASON_KEYS
 
 Action = Callable[[], None]
 ANSWERS = ("yes", "no")  # actions
-SCRIPTS = ("release_focus.js", "timeline_bridge.js")
+HELD = ("back_frame", "on_frame", "back_tenth", "on_tenth", "back_second", "on_second")  # repeat while held
 
 
 @dataclass(frozen=True)
@@ -31,6 +30,14 @@ class Command:
     action: str  # name in the table of actions that the app provides
     key: str | None = None  # as the browser names it
     shift: bool = False
+
+    @property
+    def name(self) -> str:
+        """The key as the page's handler writes it, with its modifiers: "Shift+PageUp", "T"."""
+        names = {"pageup": "PageUp", "pagedown": "PageDown"}
+        key = self.key or ""
+        key = names.get(key, key.capitalize())
+        return f"Shift+{key}" if self.shift else key
 
     @property
     def shown(self) -> str:
@@ -100,40 +107,45 @@ COMMANDS = (
 )
 
 
-def send_scripts(client: viser.ClientHandle) -> None:
-    """Make keys work again right after a click, and clicks and drags work on the timeline and in lists."""
-    for name in SCRIPTS:
-        source = resources.files("addb_viewer.app.shell").joinpath(name).read_text(encoding="utf-8")
-        client._websock_connection.queue_message(RunJavascriptMessage(source=source))
-
-
 def register(
-    gui: viser.GuiApi, actions: Mapping[str, Action], notices: Notices, questions: Questions
+    gui: viser.GuiApi,
+    channel: Channel,
+    actions: Mapping[str, Action],
+    notices: Notices,
+    questions: Questions,
 ) -> None:
     """Bind every command to its action; they are done in the order of the keys.
 
     Args:
         gui: of the browser.
+        channel: to the page's handler of keys.
         actions: one for each command.
         notices: told what fails.
         questions: while one waits, nothing but its answer is done.
     """
-
-    def unless_asked(command: Command) -> Action:
-        def act() -> None:
-            if command.action in ANSWERS or not questions.waits:
-                actions[command.action]()
-
-        return act
-
+    done = {c.action: (c.label, _unless_asked(c.action, actions[c.action], questions)) for c in COMMANDS}
     for command in COMMANDS:
-        handle = gui.add_command(
-            command.label,
-            # Viser's type lists fewer keys than its page takes: it hands the name on to the browser.
-            hotkey=cast(Any, command.key),
-            modifier="shift" if command.key and command.shift else None,
-        )
-        handle.on_trigger(notices.in_order(command.label, unless_asked(command)))
+        label, act = done[command.action]
+        # Viser's type lists keys; its page takes any word, and shows it in the palette.
+        shown = cast(Any, f"key {command.shown}".replace("+", "plus").lower()) if command.key else None
+        gui.add_command(label, hotkey=shown).on_trigger(notices.in_order(label, act))
+
+    def asked(action: Any) -> None:
+        if isinstance(action, str) and action in done:
+            notices.obey(*done[action])
+
+    channel.on("do", asked)
+    channel.show(
+        "keys", {c.name: {"do": c.action, "held": c.action in HELD} for c in COMMANDS if c.key is not None}
+    )
+
+
+def _unless_asked(action: str, act: Action, questions: Questions) -> Action:
+    def acted() -> None:
+        if action in ANSWERS or not questions.waits:
+            act()
+
+    return acted
 
 
 def help_html() -> str:

@@ -2,13 +2,14 @@
 
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import viser
 
 from addb_viewer.app.diagnosis.controller import DiagnosisController
 from addb_viewer.app.jobs.job_queue import Task, TaskProgress
 from addb_viewer.app.jobs.worker_process import Outcome
+from addb_viewer.app.page.channel import Channel
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.questions import Questions
@@ -22,6 +23,7 @@ from addb_viewer.app.review.panel import build_review
 from addb_viewer.app.scene.camera import VIEWS, look
 from addb_viewer.app.scene.legend import legend_html
 from addb_viewer.app.scene.scene import TrialScene, heading
+from addb_viewer.app.security.trial_address import TrialAddress
 from addb_viewer.app.shell import keys
 from addb_viewer.app.shell.controls import banner_html, build_controls, layout_for, speed_name
 from addb_viewer.app.shell.playback import Pace, Playback, Position
@@ -47,6 +49,8 @@ class Session:
         shared: SharedSubject,
         pace: Pace,
         memory: BrowserMemory,
+        *,
+        channel: Channel,
     ) -> None:
         """Lay out the page.
 
@@ -56,11 +60,13 @@ class Session:
             shared: the subject to begin with.
             pace: of all browsers together.
             memory: what the browser remembers.
+            channel: to our own parts of the page.
         """
         self.client, self.trials, self._shared = client, trials, shared
         self.people = trials.people
         self.notices = Notices(client, pace.first)
-        self.memory = memory
+        self.memory, self.channel = memory, channel
+        self.at_end: Callable[[], None] = lambda: None
         self.questions = Questions(client.gui, self.notices)
         self._drawing = threading.RLock()  # the scene belongs to one thread at a time
         self.updates = Updates(self, pace)
@@ -68,7 +74,6 @@ class Session:
         self._looked = self._closed = False
         self._read_at = self.scrubbed_at = 0.0
         client.gui.configure_theme(show_logo=False, show_share_button=False, dark_mode=self.memory.dark)
-        keys.send_scripts(client)
         self.scene = TrialScene(client)
         self.layout = layout_for(client)
         self.playback = Playback(self.notices.guard("Drawing", self._draw), pace=pace)
@@ -288,6 +293,7 @@ class Session:
         self.people.leave(self.page)
         self.notices.close()
         self.playback.stop()
+        self.at_end()
         self.trials.subjects.close_unwatched()
 
     def requeue(self, revision: int | None = None) -> None:
@@ -344,7 +350,8 @@ class Session:
             put(c.frame, frame)
         self.diagnosis.cursor(frame)
         if not position.playing:
-            self.memory.address.show(self._shared.name, replay.name, frame)
+            address = TrialAddress(self._shared.name, replay.name, frame)
+            self.channel.show("address", str(address))
             self.review.moved()
             self.review.show_selection()
             self.timeline.select(self.review.chosen)

@@ -15,6 +15,7 @@ from addb_viewer.app.app import ReviewApp
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.access import Access
 from addb_viewer.app.security.server import address, open_server
+from tests.addb_viewer.app.conftest import EVAL_PROBE
 from tests.patience import PATIENCE_MS
 
 pytestmark = pytest.mark.browser
@@ -193,8 +194,7 @@ def test_what_is_put_into_the_page_does_not_run(guarded, let_in, until):
             document.body.insertAdjacentHTML("beforeend", "<img src='data:,' onerror='window.hacked = 2'>");
         }"""
     )
-    until(lambda: len(let_in.evaluate("refused")) == 2, "two refusals")
-    assert sorted(let_in.evaluate("refused")) == ["script-src-attr", "script-src-elem"]
+    until(lambda: {"script-src-attr", "script-src-elem"} <= set(let_in.evaluate("refused")), "two refusals")
     assert let_in.evaluate("window.hacked") is None
 
 
@@ -226,7 +226,7 @@ def test_pictures_and_downloads_pass_the_policy(guarded, let_in, until):
         client.send_file_download("walk.mcap", content, save_immediately=True)
     assert saved.value.suggested_filename == "walk.mcap"
     assert saved.value.path().read_bytes() == content
-    assert not any("Content Security Policy" in text for text in let_in.said)
+    assert refused_beside_the_probe(let_in) == []
 
 
 def test_the_loopback_of_ipv6_works(browser, tmp_path, make_replay, make_library, until):
@@ -249,10 +249,15 @@ def test_the_loopback_of_ipv6_works(browser, tmp_path, make_replay, make_library
     try:
         client = _client_of(app, page, address(app.server, access), until)
         assert client.get_render(90, 160, timeout=PATIENCE_S).shape[:2] == (90, 160)
-        assert not any("Content Security Policy" in text for text in page.said)
+        assert refused_beside_the_probe(page) == []
     finally:
         context.close()
         app.close()
+
+
+def refused_beside_the_probe(page):
+    """What the policy refused, but for what a library of viser's tries and does without."""
+    return [text for text in page.said if "Content Security Policy" in text and EVAL_PROBE not in text]
 
 
 def _client_of(app, page, home, until):

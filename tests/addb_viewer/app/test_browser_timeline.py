@@ -2,7 +2,6 @@
 
 import pytest
 
-from addb_viewer.app.shell import keys
 from addb_viewer.review_store import open_log
 
 pytestmark = pytest.mark.browser
@@ -118,7 +117,7 @@ def test_a_page_of_the_trial_turns_with_the_cursor(page, until):
 
 
 def test_without_the_scripts_the_box_does_the_same(app, open_page, until, monkeypatch):
-    monkeypatch.setattr(keys, "SCRIPTS", ())
+    monkeypatch.setattr(app.server.own, "head", "")
     page = open_page(app)
     box = page.locator("label:has-text('Go to')").locator("xpath=ancestor::*[.//input][1]//input").first
     box.fill("120:140")

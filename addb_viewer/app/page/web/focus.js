@@ -2,8 +2,6 @@
 // and a checkbox or a list keeps it. People who move by keyboard keep their focus where it is. In a dialog the focus
 // stays, and Enter and Escape press its buttons.
 (() => {
-  if (window.addbViewerReleasesFocus) return;
-  window.addbViewerReleasesFocus = true;
   let pointerAt = -Infinity;
   const release = () => {
     if (!document.activeElement?.closest("[role=dialog]")) document.activeElement?.blur?.();

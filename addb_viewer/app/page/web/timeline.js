@@ -1,8 +1,6 @@
 // Clicks and drags on the timeline, and clicks on the lists, become a text in the box "Go to": "57" goes to a frame,
 // "120:180" selects frames 120 to 179, "#3" opens a row of the queue. Whoever types there gets the same.
 (() => {
-  if (window.addbViewerTimeline) return;
-  window.addbViewerTimeline = true;
   const FEWEST_PIXELS = 4; // of a drag; less is a click
 
   const box = () => {

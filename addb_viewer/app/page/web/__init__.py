@@ -1,0 +1,1 @@
+"""What the app adds to viser's page: scripts and styles of its own, served as files."""
