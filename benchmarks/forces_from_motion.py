@@ -200,11 +200,11 @@ def page(made: Path, real: Path) -> str:
         "what the figures are.\n\n"
         "## Real recordings\n\n"
         "Each person is tested once; networks, cutoffs and standard deviations are learnt or chosen by the "
-        "others. `mlp-started` and `groundlinknet-started` go on from the weights learnt on the made-up "
-        "persons below; the other networks learn from nine persons alone. Two rules of our own entries' "
-        "division between the feet (only soles that move with the ground carry; pressure stays under them) "
-        "were kept after a comparison on seven of these ten persons, and the solver's settings come from "
-        "recordings among these: no person here is fresh, and fresh ones would be the stricter judge.\n\n"
+        f"others. {_started(found)}Three rules of our own entries' division between the feet were kept after "
+        "comparisons on these persons: that only soles that move with the ground carry and that pressure "
+        "stays under them on seven of the ten, that pressure may spare a sole's rim on all ten (how much is "
+        "chosen by the others). The solver's settings come from recordings among these, too: no person here "
+        "is fresh, and fresh ones would be the stricter judge.\n\n"
         f"{markdown(ranked(with_best_baseline(found)))}\n"
         "## Where ours is not ahead\n\n"
         f"{behind(found)}\n"
@@ -218,6 +218,16 @@ def page(made: Path, real: Path) -> str:
         f"![Error of the total force against the filter's cutoff]({FIGURE})\n\n"
         "## Recordings left out\n\n"
         f"{left}\n"
+    )
+
+
+def _started(results: Sequence[Result]) -> str:
+    names = [f"`{one.name}`" for one in results if one.name.endswith("-started")]
+    if not names:
+        return ""
+    return (
+        f"{' and '.join(names)} went on from the weights learnt on the made-up persons below, the other "
+        "networks from random ones. "
     )
 
 

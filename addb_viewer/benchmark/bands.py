@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from addb_viewer.benchmark.scoring import scored_frames
-from addb_viewer.benchmark.task import Example, Foretold, Seen
+from addb_viewer.benchmark.task import Example, Foretold
 
 EDGES_N_PER_KG = (0.3, 3.0, 7.0, 11.0)  # of the told vertical force, between bins
 FEWEST_FRAMES = 20  # of a bin, or all bins' error stands for it
@@ -35,11 +35,11 @@ class ErrorBands:
         return mass_kg * np.stack([level, vertical, level], axis=-1)
 
 
-def error_bands(answer: Callable[[Seen], Foretold], examples: Iterable[Example]) -> ErrorBands | None:
+def error_bands(answer: Callable[[Example], Foretold], examples: Iterable[Example]) -> ErrorBands | None:
     """What a predictor's errors are on some persons; None where nothing of them was measured.
 
     Args:
-        answer: of the predictor.
+        answer: of the predictor, by what it is shown of the example.
         examples: of persons who are not tested, MOST_STRETCHES at most; best of such that it has not learnt.
     """
     bins = len(EDGES_N_PER_KG) + 1
@@ -48,7 +48,7 @@ def error_bands(answer: Callable[[Seen], Foretold], examples: Iterable[Example])
         counts = scored_frames(example.measured.counts)
         if not counts.any():
             continue
-        force = answer(example.seen).force[counts]
+        force = answer(example).force[counts]
         square = ((force - example.measured.force[counts]) / example.measured.mass_kg) ** 2
         there = np.isfinite(square).all(axis=2)
         at = _bins(force, example.seen.mass_kg)[there]

@@ -1,8 +1,10 @@
 """Our own entry: what the solver says of a trial without force plates, from angles alone."""
 
 from collections import defaultdict
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -20,8 +22,11 @@ from solver.settings import Settings
 from solver.skeleton.forward import ForwardKinematics, body_poses
 from solver.skeleton.pinocchio_model import RigidBodyModel
 
-CUTOFFS_HZ = (4.0, 5.0, 6.0, 7.0, 8.0)  # of the smoothing; one is chosen by persons who are not tested
-MOST_STRETCHES = 200  # that choose it
+# Of the smoothing, and of the soles that presses: chosen by persons who are not tested.
+CUTOFFS_HZ = (3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0)
+REACHES = (1.0, 0.75, 0.5)
+MOST_STRETCHES = 200  # that choose the cutoff
+FEWER_STRETCHES = 60  # that choose the reach
 
 
 @dataclass
@@ -31,20 +36,22 @@ class FromAngles:
     name: str = "fit-from-angles"
     settings: Settings = field(default_factory=Settings, repr=False)
     cutoff_Hz: float = 5.0  # of the smoothing, until `fit` has chosen it
+    reach: float = 1.0  # of the soles, about their middle, likewise
     bands: ErrorBands | None = field(default=None, repr=False)  # likewise; None: no standard deviations
+    _known: dict[tuple[object, ...], Any] = field(default_factory=dict, repr=False)
+    """What does not change from fold to fold: errors and answers of stretches that choose."""
 
     def fit(self, train: Trials, dev: Trials, log: Log) -> None:
-        """Choose the cutoff by the total force of others, each person weighing alike."""
-        errors: dict[str, list[list[float]]] = defaultdict(list)
-        for example in islice(chain(dev, train), MOST_STRETCHES):
-            counts = scored_frames(example.measured.counts)
-            if counts.any():
-                errors[example.person_id].append(self._missed(example, counts))
-        if errors:
-            means = np.mean([np.mean(own, axis=0) for own in errors.values()], axis=0)
-            self.cutoff_Hz = CUTOFFS_HZ[int(np.argmin(means))]
-            log(cutoff_Hz=self.cutoff_Hz, persons=len(errors))
-        self.bands = error_bands(self._answer, chain(dev, train))
+        """Choose the cutoff by the total force of others, the soles' reach by the feet's."""
+        totals = _means(islice(chain(dev, train), MOST_STRETCHES), self._missed)
+        if totals is None:
+            return
+        self.cutoff_Hz = CUTOFFS_HZ[int(np.argmin(totals))]
+        of_feet = _means(islice(chain(dev, train), FEWER_STRETCHES), self._missed_by_feet)
+        assert of_feet is not None
+        self.reach = REACHES[int(np.argmin(of_feet))]
+        log(cutoff_Hz=self.cutoff_Hz, reach=self.reach)
+        self.bands = error_bands(self._answered, chain(dev, train))
 
     def predict(self, seen: Seen) -> Foretold:
         """See the class."""
@@ -73,7 +80,7 @@ class FromAngles:
             rate=seen.rate,
             speed_m_s=self.settings.contact.touch_speed_m_s,
         )
-        wrenches = pressed(seen.skeleton, seen.foot_bodies, smooth.q, total, carry)
+        wrenches = pressed(seen.skeleton, seen.foot_bodies, smooth.q, total, carry, reach=self.reach)
         feet = body_poses(seen.skeleton, seen.q)[1][:, list(seen.feet)]
         force = wrenches[..., :3]
         return Foretold(force, wrenches[..., 3:] - np.cross(feet, force), q=smooth.q)
@@ -103,11 +110,48 @@ class FromAngles:
 
     def _missed(self, example: Example, counts: Bool[np.ndarray, " frames"]) -> list[float]:
         """Mean error of the total force over some frames, at each cutoff [N/kg]."""
-        seen, measured = example.seen, example.measured
-        demand, com = self._demanded(seen, Motion(seen.skeleton.dofs, seen.q, seen.rate))
+        key = ("total", *_key(example))
+        if key not in self._known:
+            seen, measured = example.seen, example.measured
+            demand, com = self._demanded(seen, Motion(seen.skeleton.dofs, seen.q, seen.rate))
+            errors = []
+            for cutoff in CUTOFFS_HZ:
+                total = unmeasured_forces(demand, com, seen.rate, cutoff).wrench_ground[:, :3]
+                off = np.linalg.norm(total - measured.force.sum(axis=1), axis=1)
+                errors.append(float(off[counts].mean()) / measured.mass_kg)
+            self._known[key] = errors
+        known: list[float] = self._known[key]
+        return known
+
+    def _missed_by_feet(self, example: Example, counts: Bool[np.ndarray, " frames"]) -> list[float]:
+        """Mean error of each foot's force over some frames, at each reach of the soles [N/kg]."""
         errors = []
-        for cutoff in CUTOFFS_HZ:
-            total = unmeasured_forces(demand, com, seen.rate, cutoff).wrench_ground[:, :3]
-            off = np.linalg.norm(total - measured.force.sum(axis=1), axis=1)
-            errors.append(float(off[counts].mean()) / measured.mass_kg)
+        for reach in REACHES:
+            off = replace(self, reach=reach)._answered(example).force - example.measured.force
+            errors.append(float(np.linalg.norm(off, axis=2)[counts].mean()) / example.measured.mass_kg)
         return errors
+
+    def _answered(self, example: Example) -> Foretold:
+        key = ("answer", self.cutoff_Hz, self.reach, *_key(example))
+        if key not in self._known:
+            self._known[key] = self._answer(example.seen)
+        known: Foretold = self._known[key]
+        return known
+
+
+def _key(example: Example) -> tuple[str, int]:
+    return example.trial_id, int(example.frame[0])
+
+
+def _means(
+    examples: Iterable[Example], missed: Callable[[Example, Bool[np.ndarray, " frames"]], list[float]]
+) -> Float[np.ndarray, " choices"] | None:
+    """Errors of several choices over persons, each weighing alike; None where nothing was measured."""
+    errors: dict[str, list[list[float]]] = defaultdict(list)
+    for example in examples:
+        counts = scored_frames(example.measured.counts)
+        if counts.any():
+            errors[example.person_id].append(missed(example, counts))
+    if not errors:
+        return None
+    return np.asarray(np.mean([np.mean(own, axis=0) for own in errors.values()], axis=0))

@@ -45,7 +45,7 @@ def divided(
     Raises:
         ModelError: a foot's body has no sole.
     """
-    points, share, forces = _shared(skeleton, foot_bodies, q, wrench_ground, takes_part)
+    points, share, forces = _shared(skeleton, soles(skeleton, foot_bodies), q, wrench_ground, takes_part)
     moments = cross(points, forces)
     moments += share * (wrench_ground[:, 3:] - moments.sum(axis=1))[:, None, :]
     return np.concatenate([forces, moments], axis=2)
@@ -57,6 +57,8 @@ def pressed(
     q: Float[np.ndarray, "frames dofs"],
     wrench_ground: Float[np.ndarray, "frames 6"],
     takes_part: Bool[np.ndarray, "frames feet"],
+    *,
+    reach: float = 1.0,
 ) -> Float[np.ndarray, "frames feet 6"]:
     """The same forces, with no more moment than they have at the soles' nearest points.
 
@@ -69,11 +71,13 @@ def pressed(
         q: generalized coordinates [rad or m].
         wrench_ground: force [N] and moment about the ground origin [N·m].
         takes_part: at least one foot on every frame.
+        reach: of the soles' length and width, about their middle, that presses; 1: all.
 
     Raises:
         ModelError: a foot's body has no sole.
     """
-    points, _, forces = _shared(skeleton, foot_bodies, q, wrench_ground, takes_part)
+    own = [sole.middle(reach) for sole in soles(skeleton, foot_bodies)]
+    points, _, forces = _shared(skeleton, own, q, wrench_ground, takes_part)
     return np.concatenate([forces, cross(points, forces)], axis=2)
 
 
@@ -143,7 +147,7 @@ def distances_to_soles(
 
 def _shared(
     skeleton: Skeleton,
-    foot_bodies: Sequence[str],
+    own: Sequence[Sole],
     q: Float[np.ndarray, "frames dofs"],
     wrench_ground: Float[np.ndarray, "frames 6"],
     takes_part: Bool[np.ndarray, "frames feet"],
@@ -152,7 +156,7 @@ def _shared(
 ]:
     """The soles' nearest points [m], the feet's shares, and their forces [N], which lean together."""
     R, p = body_poses(skeleton, q)
-    nearest = [_nearest(sole, R, p, wrench_ground) for sole in soles(skeleton, foot_bodies)]
+    nearest = [_nearest(sole, R, p, wrench_ground) for sole in own]
     points = np.stack([point for point, _ in nearest], axis=1)
     distances = np.stack([distance for _, distance in nearest], axis=1)
     weight = takes_part / (distances + TOUCHING_M)

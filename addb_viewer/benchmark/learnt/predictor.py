@@ -55,7 +55,7 @@ class Learnt:
             data=_data(train, dev),
             start=self.start,
         )
-        self.bands = error_bands(self._answer, dev if dev.persons else train)
+        self.bands = error_bands(lambda example: self._answer(example.seen), dev if dev.persons else train)
 
     def predict(self, seen: Seen) -> Foretold:
         """The last frames of windows; at a stretch's beginning its first frame stands for those before."""

@@ -33,8 +33,8 @@ def persons():
 
 
 def test_they_are_the_root_mean_square_errors_of_each_bin(persons):
-    bands = error_bands(Noisy(1).answer, persons[:3])
-    again, squares = Noisy(1), {}
+    first, again, squares = Noisy(1), Noisy(1), {}
+    bands = error_bands(lambda one: first.answer(one.seen), persons[:3])
     for one in persons[:3]:
         told = again.answer(one.seen).force
         for t in range(45, one.seen.frames):
@@ -51,8 +51,8 @@ def test_they_are_the_root_mean_square_errors_of_each_bin(persons):
 
 
 def test_gaussian_errors_of_other_persons_lie_within_them_as_often_as_is_said(persons):
-    bands = error_bands(Noisy(2).answer, persons)
-    other, scores = Noisy(3), []
+    first, other, scores = Noisy(2), Noisy(3), []
+    bands = error_bands(lambda one: first.answer(one.seen), persons)
     for one in persons:
         told = other.answer(one.seen)
         scores += scores_of(one, replace(told, force_sd=bands.of(told.force, one.seen.mass_kg)))
@@ -63,4 +63,4 @@ def test_gaussian_errors_of_other_persons_lie_within_them_as_often_as_is_said(pe
 def test_without_measured_forces_there_are_none(persons):
     one = persons[0]
     hidden = replace(one.measured, counts=np.zeros(one.seen.frames, dtype=bool))
-    assert error_bands(Noisy(4).answer, [replace(one, measured=hidden)]) is None
+    assert error_bands(lambda shown: Noisy(4).answer(shown.seen), [replace(one, measured=hidden)]) is None

@@ -6,7 +6,7 @@ import pytest
 from addb_viewer.benchmark.analytical import filtered
 from addb_viewer.benchmark.averages import average
 from addb_viewer.benchmark.evaluating import Course, FolderLog, evaluate
-from addb_viewer.benchmark.from_angles import CUTOFFS_HZ, FromAngles
+from addb_viewer.benchmark.from_angles import CUTOFFS_HZ, REACHES, FromAngles
 from addb_viewer.benchmark.metrics import centre_of_pressure
 from addb_viewer.benchmark.release_trials import open_for_benchmark
 from solver.contact.sole import soles
@@ -70,7 +70,7 @@ def test_a_swinging_foot_takes_no_part(answered):
     np.testing.assert_array_equal(slower.sum(axis=1) >= 1, True)
 
 
-def test_the_cutoff_is_chosen_by_others(release, tmp_path):
+def test_the_cutoff_and_the_soles_reach_are_chosen_by_others(release, tmp_path):
     source = open_for_benchmark(release)
     train, dev = source.trials(frozenset({"lab/p1"})), source.trials(frozenset({"lab/p0"}))
     chosen = FromAngles()
@@ -87,6 +87,16 @@ def test_the_cutoff_is_chosen_by_others(release, tmp_path):
             means.append(np.mean(trials))
         by_person[cutoff] = np.mean(means)
     assert chosen.cutoff_Hz == min(by_person, key=by_person.get)
+    by_reach = {}
+    for reach in REACHES:
+        trials = []
+        for one in (*train, *dev):
+            told = FromAngles(cutoff_Hz=chosen.cutoff_Hz, reach=reach).predict(one.seen).force
+            off = np.linalg.norm(told - one.measured.force, axis=2)[45:]
+            trials.append((one.person_id, off.mean() / one.measured.mass_kg))
+        persons = {person for person, _ in trials}
+        by_reach[reach] = np.mean([np.mean([e for p, e in trials if p == person]) for person in persons])
+    assert chosen.reach == min(by_reach, key=by_reach.get)
 
 
 def test_it_is_ahead_of_the_baseline_on_noisy_motion(release, tmp_path):

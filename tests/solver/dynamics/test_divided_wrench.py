@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.contact.sole import soles
-from solver.dynamics.divided_wrench import divided
+from solver.dynamics.divided_wrench import divided, pressed
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import body_poses
 
@@ -53,6 +53,24 @@ def test_between_the_soles_the_lever_rule_holds(body, standing, centres, share):
     point = share * inner_right + (1 - share) * inner_left
     shares = divided(body, FEET, standing, pressing(point, np.array([0.0, 700.0, 0.0])), BOTH)[0]
     np.testing.assert_allclose(shares[:, 1], [700 * share, 700 * (1 - share)], atol=9)  # 1 mm of 8 cm
+
+
+def test_pressure_that_spares_the_rim_has_a_longer_lever(body, standing):
+    """Supports half-way from a hind foot's inner corner to its middle: moments about each give the loads."""
+    pieces = [sole.parts[0] for sole in soles(body, FEET)]
+    place = body_poses(body, standing)[1][0]
+    right, left = (piece.corners_body + place[piece.body] for piece in pieces)
+    supports = [
+        (own.mean(axis=0) + _inner_edge(own, other)) / 2 for own, other in ((right, left), (left, right))
+    ]
+    wrench = pressing(0.3 * supports[0] + 0.7 * supports[1], np.array([0.0, 700.0, 0.0]))
+    forces = pressed(body, FEET, standing, wrench, BOTH, reach=0.5)[0]
+    np.testing.assert_allclose(forces[:, 1], [210, 490], atol=9)
+    across = (supports[0][1] * forces[:, 2] - forces[:, 3]) / forces[:, 1]  # at the soles' height
+    np.testing.assert_allclose(across, [support[2] for support in supports], atol=0.002)
+    np.testing.assert_allclose(forces[:, :3].sum(axis=0), wrench[0, :3], atol=1e-9)
+    near_edge = pressed(body, FEET, standing, wrench, BOTH)[0, 0, 1]
+    assert near_edge < 190  # the whole sole has the shorter lever: shares lie farther from a half
 
 
 def _inner_edge(corners, others):
