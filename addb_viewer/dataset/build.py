@@ -125,6 +125,7 @@ def build(
             waiting.append(task)
         else:
             receipts[task.who.subject_id] = receipt
+    waiting.sort(key=lambda task: -task.frames)  # a long one that comes last would keep one worker alone
     if receipts:
         told(f"{len(receipts)} of {len(tasks)} subjects are done already")
     progress = _Progress(len(waiting), sum(task.frames for task in waiting), told)

@@ -18,6 +18,7 @@ from addb_viewer.dataset.segments import SHORTEST
 from addb_viewer.dataset.trial_labels import labels_of
 from annotations.errors import ReviewError
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
+from solver.capture.reading_settings import ReadingSettings
 from solver.capture.subject import subjects_in
 from solver.capture.trial import read_trial
 from solver.errors import SolverError
@@ -32,6 +33,7 @@ BETTER = (
     "more of its markers are seen",
 )
 """Of two recordings of the same: what one has before the other, the most important first."""
+KEPT_BYTES = 300_000_000  # of markers, while they are compared
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,7 @@ class ScannedTrial:
     name: str
     frames: int
     rate_hz: float
-    shown: Recording  # what other trials are compared with
+    trial_id: str
     worth: tuple[float, ...]  # as BETTER asks
 
     @property
@@ -81,6 +83,7 @@ def scan(
     """
     scanned: dict[str, ScannedSubject] = {}
     strange: list[LeftOut] = []
+    shown = _Shown()
     for root in roots:
         found, notes = subjects_in(root, settings_of=lambda folder: settings_for(folder).reading)
         for note in notes:
@@ -95,16 +98,16 @@ def scan(
                     f"two subjects are called {who.subject_id}: {_place(other)} and {_place(subject)}. "
                     "Rename one folder, or give them different sources in subject.toml, [release] source"
                 )
-            scanned[who.subject_id] = _scanned(subject, who, options)
+            scanned[who.subject_id] = _scanned(subject, who, options, shown)
     in_order = [scanned[name] for name in sorted(scanned)]
-    return tuple(_without_copies(in_order)), tuple(strange)
+    return tuple(_without_copies(in_order, shown.recordings)), tuple(strange)
 
 
 def _place(subject: Subject) -> Path:
     return subject.recording or subject.folder
 
 
-def _scanned(subject: Subject, who: ReleaseSubject, options: BuildOptions) -> ScannedSubject:
+def _scanned(subject: Subject, who: ReleaseSubject, options: BuildOptions, shown: "_Shown") -> ScannedSubject:
     """The first reason that holds goes; one that is about the whole subject leaves its trials unread."""
     gate = _subject_gate(subject, who, options)
     if gate is not None:
@@ -113,7 +116,7 @@ def _scanned(subject: Subject, who: ReleaseSubject, options: BuildOptions) -> Sc
     files, captures = [], []
     for trial in subject.trials:
         try:
-            capture = read_trial(trial, settings_for(subject.folder).reading, subject.mass_kg)
+            capture = read_trial(trial, _reading(subject), subject.mass_kg)
         except SolverError as error:
             left.append(_of(who, trial.name, "unreadable", str(error)))
         else:
@@ -127,25 +130,20 @@ def _scanned(subject: Subject, who: ReleaseSubject, options: BuildOptions) -> Sc
         )
     kept = []
     for trial, capture in zip(files, captures, strict=True):
-        own = _scanned_trial(subject, who, trial, capture, finished=finished[trial.name])
+        own = _scanned_trial(subject, who, capture, finished=finished[trial.name])
         reason = _trial_gate(capture, finished[trial.name], options)
         if reason is None:
             kept.append(own)
+            shown.add(own.trial_id, subject, trial, capture.markers)
         else:
             left.append(_of(who, trial.name, reason, frames=own.frames, hours=own.hours))
     return ScannedSubject(subject, who, tuple(kept), tuple(left))
 
 
 def _scanned_trial(
-    subject: Subject, who: ReleaseSubject, trial: TrialFiles, capture: Capture, *, finished: bool
+    subject: Subject, who: ReleaseSubject, capture: Capture, *, finished: bool
 ) -> ScannedTrial:
     markers = capture.markers
-    shown = recording_of(
-        who.trial_id(trial.name),
-        labels_without_names(markers.names),
-        _places(markers),
-        partial(_places_again, subject, trial),
-    )
     worth = (
         float(finished),
         round(markers.frames / markers.rate, 1),
@@ -154,15 +152,36 @@ def _scanned_trial(
         float(subject.recording is None),
         float(np.isfinite(markers.positions_ground[..., 0]).sum()),
     )
-    return ScannedTrial(trial.name, markers.frames, markers.rate, shown, worth)
+    return ScannedTrial(capture.name, markers.frames, markers.rate, who.trial_id(capture.name), worth)
+
+
+class _Shown:
+    """What wanted trials show. Markers of the first are kept in memory, those of later ones read again."""
+
+    def __init__(self) -> None:
+        self.recordings: list[Recording] = []
+        self._room = KEPT_BYTES
+
+    def add(self, trial_id: str, subject: Subject, trial: TrialFiles, markers: Markers) -> None:
+        """One more trial."""
+        kept = replace(_places(markers), markers=markers.positions_ground.astype(np.float32))
+        self._room -= kept.markers.nbytes
+        room = self._room >= 0
+        again = (lambda: kept) if room else partial(_places_again, subject, trial)
+        labels = labels_without_names(markers.names)
+        self.recordings.append(recording_of(trial_id, labels, _places(markers), again))
+
+
+def _places_again(subject: Subject, trial: TrialFiles) -> Places:
+    return _places(read_trial(trial, _reading(subject), subject.mass_kg).markers)
 
 
 def _places(markers: Markers) -> Places:
     return Places(np.arange(markers.frames) / markers.rate, markers.positions_ground)
 
 
-def _places_again(subject: Subject, trial: TrialFiles) -> Places:
-    return _places(read_trial(trial, settings_for(subject.folder).reading, subject.mass_kg).markers)
+def _reading(subject: Subject) -> ReadingSettings:
+    return settings_for(subject.folder).reading
 
 
 def _subject_gate(subject: Subject, who: ReleaseSubject, options: BuildOptions) -> LeftOut | None:
@@ -210,11 +229,13 @@ class _Copy:
     why: str
 
 
-def _without_copies(subjects: Sequence[ScannedSubject]) -> Iterator[ScannedSubject]:
+def _without_copies(
+    subjects: Sequence[ScannedSubject], recordings: Sequence[Recording]
+) -> Iterator[ScannedSubject]:
     """The best of several recordings of the same stays; a subject all of whose trials are copies goes."""
-    copies = _copies(subjects)
+    copies = _copies(subjects, recordings)
     for one in subjects:
-        gone = {t.name: copies[t.shown.trial_id] for t in one.trials if t.shown.trial_id in copies}
+        gone = {t.name: copies[t.trial_id] for t in one.trials if t.trial_id in copies}
         fresh = tuple(trial for trial in one.trials if trial.name not in gone)
         if gone and not fresh:
             of = ", ".join(sorted({copy.of.subject_id for copy in gone.values()}))
@@ -236,11 +257,11 @@ def _without_copies(subjects: Sequence[ScannedSubject]) -> Iterator[ScannedSubje
         yield replace(one, trials=fresh, left_out=tuple(left))
 
 
-def _copies(subjects: Sequence[ScannedSubject]) -> dict[str, _Copy]:
+def _copies(subjects: Sequence[ScannedSubject], recordings: Sequence[Recording]) -> dict[str, _Copy]:
     """By trial_id: those that go, since one that is better, or as good and before them by name, stays."""
-    trials = {trial.shown.trial_id: (trial, one.who) for one in subjects for trial in one.trials}
+    trials = {trial.trial_id: (trial, one.who) for one in subjects for trial in one.trials}
     alike: dict[str, list[str]] = {}
-    for pair in same_recordings([trial.shown for trial, _ in trials.values()]):
+    for pair in same_recordings(recordings):
         for one, other in (pair, pair[::-1]):
             alike.setdefault(one.trial_id, []).append(other.trial_id)
 

@@ -97,8 +97,6 @@ def build(
         raise typer.BadParameter("write it as YYYY-MM-DD", param_hint="--date")
     if source is not None and (re.search(r"[/\\]", source) or source.startswith(".")):
         raise typer.BadParameter("a name without / and \\, please", param_hint="--source")
-    if time_out is not None and scheduler is not None:
-        raise typer.BadParameter("only without --scheduler: Dask cannot stop a task", param_hint="--time-out")
     rate_hz = _rate(rate)
     with errors_as_lines(debug):
         from addb_viewer.dataset.build import build as made  # noqa: PLC0415 (loads the solver)
@@ -117,7 +115,7 @@ def build(
             return
         count = workers or usual_workers()
         limit_s = None if time_out is None else 60 * time_out
-        engine = DaskCluster(scheduler, count) if scheduler else Processes(count, limit_s)
+        engine = DaskCluster(scheduler, count, limit_s) if scheduler else Processes(count, limit_s)
         manifest = made(plan, out, options, engine, told=typer.echo, published=date)
         totals = manifest["totals"]
         typer.echo(

@@ -16,7 +16,7 @@ class Finding:
     """One thing that is wrong, or looks so."""
 
     level: Level
-    check: str  # which check: files, schema, forces, torques, plausible, duplicates, splits, b3d, labels
+    check: str  # files, schema, forces, torques, plausible, duplicates, splits, b3d, labels, against
     where: str  # file, subject or trial
     said: str
 

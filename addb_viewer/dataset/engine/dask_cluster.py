@@ -2,15 +2,16 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
 from addb_viewer.dataset.engine.engine import ATTEMPTS, Done
+from addb_viewer.dataset.engine.processes import Processes
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.left_out import LeftOut
 from addb_viewer.dataset.receipts import Receipt, valid_receipt, write_receipt
-from addb_viewer.dataset.subject_task import run_task
 from addb_viewer.dataset.task import Task, read_task
 
 LOCAL = "local"  # instead of an address: workers of this machine
@@ -19,19 +20,23 @@ _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 class DaskCluster:
-    """Tasks as futures; what they make goes by the disk that workers and client share."""
+    """Tasks as futures; what they make goes by the disk that workers and client share.
 
-    def __init__(self, address: str, workers: int) -> None:
+    A worker has a process for each: a fit that takes too long, or all memory, takes no worker with it.
+    """
+
+    def __init__(self, address: str, workers: int, time_out_s: float | None = None) -> None:
         """Nothing is started yet.
 
         Args:
             address: of a scheduler, or `LOCAL`.
             workers: of this machine, where no scheduler is named.
+            time_out_s: after which a subject is given up; None: never.
 
         Raises:
             ReleaseError: the address is none, or leads elsewhere without TLS: Dask runs what it is sent.
         """
-        self._address, self._workers = address, workers
+        self._address, self._workers, self._time_out_s = address, workers, time_out_s
         if address != LOCAL:
             _checked(address)
 
@@ -51,7 +56,9 @@ class DaskCluster:
                 task.out.parent.mkdir(parents=True, exist_ok=True)
                 file = task.out.with_suffix(".task.json")
                 task.write(file)
-                future = client.submit(do, str(file), key=task.key, retries=ATTEMPTS - 1, pure=False)
+                future = client.submit(
+                    do, str(file), self._time_out_s, key=task.key, retries=ATTEMPTS - 1, pure=False
+                )
                 waiting[future] = task
             for future in as_completed(list(waiting)):
                 task = waiting.pop(future)
@@ -83,9 +90,15 @@ class DaskCluster:
             yield cluster
 
 
-def do(file: str) -> str:
-    """A worker's part: the task of a file; its receipt is on the disk."""
-    return run_task(read_task(Path(file))).key
+def do(file: str, time_out_s: float | None) -> dict[str, Any] | None:
+    """A worker's part: the task of a file. What it made is on the disk; why it made nothing is returned.
+
+    Args:
+        file: of the task.
+        time_out_s: after which it is given up.
+    """
+    failed = Processes(1, time_out_s).result_of(read_task(Path(file))).failed
+    return None if failed is None else asdict(failed)
 
 
 @contextmanager
@@ -102,15 +115,17 @@ def _receipt_of(future: Any, task: Task) -> Receipt:
     """The receipt that the worker left; one of ours where it died every time."""
     error = future.exception()
     if error is None:
-        receipt = valid_receipt(task.out, task.key)
+        receipt, failed = valid_receipt(task.out, task.key), future.result()
         if receipt is not None:
             return receipt
+        if failed is not None:
+            return Receipt(task.key, failed=LeftOut(**failed))
         raise ReleaseError(
             f"{task.who.subject_id}: a worker did it, and {task.out} is not to be seen here. Client and "
             "workers have to share the folder of the release, under one path."
         )
-    if isinstance(error, OSError):
-        raise ReleaseError(f"{task.who.subject_id}: {error}") from error
+    if isinstance(error, ReleaseError):
+        raise error
     reason, why = "fit_failed", f"unexpected {type(error).__name__}: {error}"
     if type(error).__name__ == "KilledWorker":
         reason, why = "worker_died", f"its worker died {ATTEMPTS} times: {error}"

@@ -47,7 +47,7 @@ class Processes:
     def run(self, tasks: Sequence[Task], done: Done) -> None:
         """Do all tasks; see `Engine`."""
         with ThreadPoolExecutor(self._workers) as pool:
-            waiting = {pool.submit(self._result_of, task): task for task in tasks}
+            waiting = {pool.submit(self.result_of, task): task for task in tasks}
             try:
                 for future in as_completed(waiting):
                     done(waiting[future], future.result())
@@ -56,8 +56,12 @@ class Processes:
                 pool.shutdown(cancel_futures=True)
                 raise
 
-    def _result_of(self, task: Task) -> Receipt:
-        """A task's receipt, whatever becomes of its workers."""
+    def result_of(self, task: Task) -> Receipt:
+        """A task's receipt, whatever becomes of its workers.
+
+        Raises:
+            ReleaseError: the disk fails again and again.
+        """
         said, peak = "", 0.0
         for _ in range(ATTEMPTS):
             try:

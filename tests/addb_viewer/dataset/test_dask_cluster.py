@@ -1,10 +1,15 @@
 """The same tasks by Dask, where it is installed."""
 
+import threading
+from contextlib import suppress
+
+import psutil
 import pytest
 
 from addb_viewer.dataset.engine.dask_cluster import LOCAL, DaskCluster
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.options import BuildOptions
+from addb_viewer.dataset.receipts import valid_receipt
 from addb_viewer.dataset.release_subject import ReleaseSubject
 from addb_viewer.dataset.task import Task
 
@@ -31,12 +36,50 @@ def test_without_a_task_no_cluster_is_started():
     DaskCluster("tcp://127.0.0.1:1", 1).run([], lambda *_: pytest.fail("nothing was to be done"))
 
 
-def test_an_error_of_the_data_is_a_receipt(tmp_path):
+@pytest.fixture
+def nowhere(tmp_path):
+    """A task that fails after some seconds, since there is no such folder."""
     pytest.importorskip("distributed")
     who = ReleaseSubject("Lab", "P", "nowhere", None, "CC0-1.0", "public", None, None, ())
-    place, out = tmp_path / "nowhere", tmp_path / "work" / "k"
-    task, told = Task("k", place, who, ("walk",), BuildOptions(), out, 100), []
-    DaskCluster(LOCAL, 1).run([task], lambda _, receipt: told.append(receipt))
-    (receipt,) = told
-    assert receipt.failed.reason == "fit_failed"
-    assert "nowhere: no folder of that name" in receipt.failed.detail
+    return Task("k", tmp_path / "nowhere", who, ("walk",), BuildOptions(), tmp_path / "work" / "k", 100)
+
+
+def failed_of(task, time_out_s=None):
+    told = []
+    DaskCluster(LOCAL, 1, time_out_s).run([task], lambda _, receipt: told.append(receipt.failed))
+    (failed,) = told
+    return failed.reason, failed.detail
+
+
+def test_an_error_of_the_data_is_a_receipt(nowhere):
+    reason, detail = failed_of(nowhere)
+    assert reason == "fit_failed"
+    assert "nowhere: no folder of that name" in detail
+    assert valid_receipt(nowhere.out, nowhere.key).failed.detail == detail
+
+
+def test_a_task_that_takes_too_long_is_given_up_and_tried_again_by_the_next_build(nowhere):
+    assert failed_of(nowhere, 0.02) == ("timed_out", "not done after 0.02 s")
+    assert valid_receipt(nowhere.out, nowhere.key) is None
+
+
+def test_a_task_that_is_killed_again_and_again_ends_alone(nowhere):
+    """As by a system without memory: its process goes, Dask's worker stays."""
+    stop = threading.Event()
+
+    def kill():
+        while not stop.wait(0.05):
+            for child in psutil.Process().children(recursive=True):
+                with suppress(psutil.Error):
+                    if "addb_viewer.dataset.subject_task" in child.cmdline():
+                        child.kill()
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    try:
+        reason, detail = failed_of(nowhere)
+    finally:
+        stop.set()
+        killer.join()
+    assert reason == "worker_died"
+    assert detail.startswith("SIGKILL, 3 times; it had ")
