@@ -18,6 +18,7 @@ from annotations.review_json import FINISHED, import_labels, labels_of
 from annotations.runs import true_runs
 from annotations.trial_review import TrialReview
 from annotations.unreadable import UnreadableRow, listed
+from annotations.work import WorkItem
 from solver.capture.atomic import made_folder
 from solver.capture.b3d.places import recording_of
 from solver.capture.capture import Capture, Subject, TrialFiles
@@ -74,6 +75,18 @@ def whole_log(subject_folder: Path) -> Reading:
         return Reading(())
     with open_log(subject_folder) as log:
         return log.reading()
+
+
+def whole_logs(subject_folder: Path) -> tuple[Reading, tuple[WorkItem, ...]]:
+    """Everything that people decided about a subject, and who is to review what, with the comments.
+
+    Raises:
+        ReviewError: it cannot be read.
+    """
+    if not has_log(subject_folder):
+        return Reading(()), ()
+    with open_log(subject_folder) as log:
+        return log.reading(), log.work.reading()[0]
 
 
 def unreadable_notes(rows: Sequence[UnreadableRow]) -> tuple[str, ...]:

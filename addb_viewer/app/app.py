@@ -15,6 +15,7 @@ import viser
 from addb_viewer.app.page.channel import Channels, Page
 from addb_viewer.app.page.notices import Notices, log_error
 from addb_viewer.app.page.reviewer import BrowserMemory
+from addb_viewer.app.queue.page_channel import QueuePage
 from addb_viewer.app.queue.rows import next_trial
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.scene.camera import first_sight
@@ -65,6 +66,7 @@ class ReviewApp:
         server.gui.configure_theme(show_logo=False, show_share_button=False)
         first_sight(server)
         trials.watch()
+        self.queue_page = QueuePage(trials, server.own, self._login)
         server.on_client_connect(self._join)
         server.on_client_disconnect(self._leave)
 
@@ -75,6 +77,7 @@ class ReviewApp:
             sessions, self.sessions = list(self.sessions.values()), {}
         for session in sessions:
             session.close()
+        self.queue_page.close()
         self.queue.close()
         self.server.stop()
 

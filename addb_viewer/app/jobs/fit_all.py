@@ -1,4 +1,4 @@
-"""Fits all subjects that have no fit: one at a time, and none begins while people's own work is not done."""
+"""Fits, or does something else to, many subjects: one at a time, and after people's own work."""
 
 import os
 import threading
@@ -12,6 +12,7 @@ from addb_viewer.app.jobs.worker_process import Outcome, WorkerProcess
 from solver.results.store import has_fit
 
 WORKER = "addb_viewer.app.workers.fit"
+Command = tuple[str, tuple[str, ...]]  # module and arguments
 STEPS = 20  # in which a fit's progress is told: each is a table for every page
 LOOK_EVERY = 0.5  # [s] at how far it is, and at what people have asked for
 
@@ -55,6 +56,7 @@ class FitAll:
         wanted: Callable[[], bool],
         taken: Callable[[str], bool],
         changed: Callable[[str], None],
+        command: Callable[[Path, Path], Command] | None = None,
     ) -> None:
         """Nothing is at work yet.
 
@@ -63,7 +65,9 @@ class FitAll:
             wanted: whether anything is at work or waits that a person has asked for.
             taken: whether somebody solves this subject; it is then left to them.
             changed: told about every step, with the subject that has ended; empty: none has.
+            command: what is done to what, with its results folder; None: a first fit, where there is none.
         """
+        self._command = command
         self._places, self._wanted, self._taken, self._changed = places, wanted, taken, changed
         self._lock = threading.Lock()
         self._stop = threading.Event()
@@ -135,7 +139,8 @@ class FitAll:
     def _work(self) -> None:
         while (name := self._next()) is not None:
             folder, results = self._places(name)
-            outcome = None if has_fit(results) else self._fit(name, folder, results)
+            fitted = self._command is None and has_fit(results)
+            outcome = None if fitted else self._fit(name, folder, results)
             with self._lock:
                 self._subject, self._said = "", ("", None)
                 if outcome is None or outcome.succeeded:
@@ -173,7 +178,8 @@ class FitAll:
 
         work = WorkerProcess(self._on_progress, end)
         try:
-            work.start(WORKER, [str(folder.absolute()), str(results.absolute())])
+            module, arguments = self._command_of(folder.absolute(), results.absolute())
+            work.start(module, list(arguments))
         except OSError as error:
             return Outcome(False, False, "", f"it cannot be begun ({error})")
         shown = None
@@ -186,6 +192,11 @@ class FitAll:
                 shown = self._said
                 self._changed("")
         return outcomes[0]
+
+    def _command_of(self, folder: Path, results: Path) -> Command:
+        if self._command is None:
+            return WORKER, (str(folder), str(results))
+        return self._command(folder, results)
 
     def _on_progress(self, stage: str, fraction: float) -> None:
         self._said = stage, round(STEPS * fraction) / STEPS if fraction >= 0 else None

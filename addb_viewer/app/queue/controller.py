@@ -1,5 +1,7 @@
 """The Queue panel of one browser: all trials of the root, worst first; a click opens one."""
 
+import time
+
 import viser
 
 from addb_viewer.app.page.notices import Notices
@@ -11,7 +13,11 @@ from addb_viewer.app.style.html_pieces import boxed
 from addb_viewer.app.subjects.people import TrialPlace
 from solver.errors import SolverError
 
+MOST_TAKEN = 5  # in words; the others are counted
 MOST = 200  # rows on the page; the filter finds the others
+PAGE_LINK = (
+    "<a href='/queue' target='addb-viewer-queue'><b>The queue as a page</b></a>: filters, many at once"
+)
 
 
 class QueueController:
@@ -23,6 +29,7 @@ class QueueController:
         self.trials, self.screen, self.notices = trials, screen, notices
         self._rows: list[Row] = []
         with tab:
+            gui.add_html(boxed(PAGE_LINK))
             self.count = gui.add_html("")
             self.fit_all = gui.add_button(
                 "Fit all that have no fit",
@@ -122,8 +129,8 @@ class QueueController:
         return self.screen.shared.name, replay.name if replay else ""
 
     def offer(self) -> Row | None:
-        """The trial to go on with by filter and order, offered to nobody else; None: there is none."""
-        rows, here = self._let_through(), self.here
+        """The trial to go on with by filter and order, offered to nobody else and nobody else's; or None."""
+        rows, here = [row for row in self._let_through() if not self._left_to(row)], self.here
         return self.trials.people.offer(self.screen.page, lambda taken: next_trial(rows, here, taken))
 
     def outside(self) -> int:
@@ -135,7 +142,17 @@ class QueueController:
         return shown(self.trials.rows(), Filter(self.which.value), self.words.value)
 
     def taken(self) -> list[str]:
-        """In words, who is on the trials that wait."""
+        """In words, who is on the trials that wait, or is to review them."""
         people = self.trials.people.others(self.screen.page)
-        waiting = [(row.subject, row.trial) for row in to_review(self._let_through(), self.here)]
-        return [f"{', '.join(people[place])} on {place[1]}" for place in waiting if place in people]
+        waiting = to_review(self._let_through(), self.here)
+        told = []
+        for row in waiting:
+            if (row.subject, row.trial) in people:
+                told.append(f"{', '.join(people[row.subject, row.trial])} on {row.trial}")
+            elif self._left_to(row):
+                told.append(f"{row.trial} is for {self._left_to(row)}")
+        more = len(told) - MOST_TAKEN
+        return [*told[:MOST_TAKEN], f"{more} more"] if more > 0 else told
+
+    def _left_to(self, row: Row) -> str:
+        return row.left_to(self.screen.reviewer.name, self.trials.people.names, time.time())

@@ -1,26 +1,35 @@
 """The queue: every trial of the root with how bad it is and how far its review, worst first."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
-from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from addb_viewer.app.jobs.stored_solves import stored_solves, waiting_solves
 from addb_viewer.app.subjects.people import TrialPlace
-from addb_viewer.app.trial.proposals import Pending, State, pending
-from addb_viewer.review_store import finished_by_file, whole_log
-from annotations.events import IMPORTED, Status
-from annotations.folding import folded
-from annotations.trial_review import TrialReview
-from solver.capture.capture import Subject
-from solver.capture.small_files import json_content
-from solver.contact.proposals import Proposal as Detected
+from annotations.events import Status
 from solver.contact.wrenches import DETECTION, NOBODY
 from solver.dynamics.thresholds import Thresholds
-from solver.errors import ResultsError, SolverError
-from solver.results.kept_proposals import kept_proposals
-from solver.results.store import default_folder
+
+RECENT_S = 900.0  # who edited a trial so short a time ago is still on it, in whichever app
+
+Range = tuple[int, int]  # frames: the first, and the first after it
+
+
+class ShownProposal(NamedTuple):
+    """A proposal of the detection."""
+
+    start: int
+    end: int
+    confidence: float
+    state: str  # open, accepted, rejected
+
+
+class Mark(NamedTuple):
+    """Somebody edited the review."""
+
+    author: str
+    at: float  # [s] since 1970
+    finished: bool  # whether the edit finished the trial
 
 
 @dataclass(frozen=True)
@@ -36,6 +45,42 @@ class Row:
     doubtful: float = 0.0  # share of the frames that they cover, each weighted by how sure it is
     waiting: tuple[str, ...] = ()  # whose new solves wait to be kept or discarded
     error: str = ""  # why nothing is known
+    proposals: tuple[ShownProposal, ...] = ()
+    reviewed: tuple[Range, ...] = ()  # frames about which a person has decided
+    conflicts: tuple[Range, ...] = ()  # frames about which two people disagree
+    activities: tuple[str, ...] = ()  # what the person does, as people labelled it
+    causes: tuple[str, ...] = ()  # what the diagnosis names in it
+    assigned_to: str = ""  # who is to review it; empty: nobody in particular
+    open_talks: int = 0  # comments that are not settled
+    talks: int = 0
+    marks: tuple[Mark, ...] = ()  # people's edits
+
+    @property
+    def frames(self) -> int:
+        """Of the trial; 0 without a fit."""
+        return 0 if self.figures is None else int(self.figures.get("frames") or 0)
+
+    def left_to(self, me: str, here: Collection[str], now: float) -> str:
+        """Whose the trial is, if not this person's: it is assigned, or somebody edited it elsewhere just now.
+
+        Args:
+            me: who asks.
+            here: names of those at a page of this app, of whom it is known which trial they are on.
+            now: [s] since 1970.
+        """
+        if self.assigned_to:
+            return "" if self.assigned_to == me else self.assigned_to
+        last = max(self.marks, key=lambda mark: mark.at, default=None)
+        if last is None or last.author in (me, *here) or now - last.at > RECENT_S:
+            return ""
+        return last.author
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """Who said which forces count; none without a fit."""
+        if self.figures is None:
+            return ()
+        return tuple(str(self.figures.get("mask_source", NOBODY)).split(" + "))
 
     @property
     def finished(self) -> bool:
@@ -56,17 +101,14 @@ class Row:
     @property
     def left_out(self) -> float | None:
         """Share of the frames whose forces the fit did not use; None without a fit."""
-        if self.figures is None or not self.figures.get("frames"):
+        if self.figures is None or not self.frames:
             return None
-        return 1.0 - float(self.figures["frames_with_force_used"]) / float(self.figures["frames"])
+        return 1.0 - float(self.figures["frames_with_force_used"]) / self.frames
 
     @property
     def undecided(self) -> bool:
         """Whether a machine, or nobody, said of some frames which forces count."""
-        if self.figures is None:
-            return False
-        sources = str(self.figures.get("mask_source", NOBODY)).split(" + ")
-        return DETECTION in sources or NOBODY in sources
+        return DETECTION in self.sources or NOBODY in self.sources
 
     @property
     def badness(self) -> float:
@@ -133,63 +175,3 @@ def next_trial(rows: Sequence[Row], here: TrialPlace | None, taken: Collection[T
 def to_review(rows: Sequence[Row], here: TrialPlace | None) -> list[Row]:
     """The trials that are not finished, but for the one on the screen, whoever is on them."""
     return [row for row in rows if not (row.finished or row.error or (row.subject, row.trial) == here)]
-
-
-def subject_rows(name: str, subject: Subject, results: Path | None = None) -> list[Row]:
-    """The trials of one subject, in its own order.
-
-    Args:
-        name: in the root.
-        subject: opened.
-        results: where its fit lies; inside the subject's folder by default.
-
-    Raises:
-        ReviewError: its review log cannot be read.
-        SolverError: its figures cannot.
-    """
-    folder = results or default_folder(subject.folder)
-    figures, proposals = _figures(folder / "fit.json"), _proposals(folder)
-    whose = tuple(solve.by for solve in waiting_solves(stored_solves(folder)))
-    log, reviews = whole_log(subject.folder), dict[str, TrialReview]()
-    for trial in {edit.trial for edit in log.edits} | {row.trial for row in log.unreadable}:
-        said = log.about(trial)
-        reviews[trial] = folded(trial, said.edits, subject.foot_bodies, said.unreadable)
-    rows = []
-    for files in subject.trials:
-        imported = files.has_review and finished_by_file(files)
-        status, by = (Status.FINISHED, IMPORTED) if imported else (Status.UNSEEN, None)
-        review = reviews.get(files.name)
-        if review is not None:
-            status, by = review.status, review.status_author
-        found = () if files.has_review and review is None else proposals.get(files.name, ())
-        seen = review or folded(files.name, (), subject.foot_bodies)
-        waiting = [p for p in pending(found, seen, {}) if p.state is State.OPEN]
-        row = Row(name, files.name, status, by, figures.get(files.name), len(waiting))
-        rows.append(replace(row, doubtful=_doubtful(waiting, row), waiting=whose))
-    return rows
-
-
-def _doubtful(waiting: Sequence[Pending], row: Row) -> float:
-    if row.figures is None or not row.figures.get("frames"):
-        return 0.0
-    frames = sum((p.proposal.end - p.proposal.start) * p.proposal.confidence for p in waiting)
-    return min(frames / float(row.figures["frames"]), 1.0)
-
-
-def _proposals(folder: Path) -> Mapping[str, Sequence[Detected]]:
-    """What detection proposed; nothing where the fit is not whole, which opening a trial of it tells."""
-    try:
-        return kept_proposals(folder)
-    except ResultsError:
-        return {}
-
-
-def _figures(path: Path) -> dict[str, Mapping[str, Any]]:
-    """The figures of each trial in a fit; none where there is no fit."""
-    try:
-        trials = json_content(path)["trials"]
-        return {trial["name"]: trial for trial in trials}
-    except FileNotFoundError:
-        return {}
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise SolverError(f"{path}: cannot be read ({error}); fit the subject again") from error

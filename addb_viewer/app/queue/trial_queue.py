@@ -5,7 +5,8 @@ import threading
 from addb_viewer.app.jobs.fit_all import FitAll
 from addb_viewer.app.jobs.progress_html import task_words
 from addb_viewer.app.queue.html import words_of_rows
-from addb_viewer.app.queue.rows import Row, order, subject_rows
+from addb_viewer.app.queue.read_rows import subject_rows
+from addb_viewer.app.queue.rows import Row, order
 from addb_viewer.app.queue.watch import QueueWatch, Signature, signature
 from addb_viewer.app.subjects.library import Library
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
@@ -22,7 +23,7 @@ class TrialQueue:
         self._seen: dict[str, int] = {}  # by subject, the revision of its review that the rows know
         self._signatures: dict[str, Signature] = {}  # by subject, of what the rows were read from
         self._watch: QueueWatch | None = None
-        self.fit_all = FitAll(subjects.folders, self._wanted, self._is_solved, self._fitting_changed)
+        self.fit_all = FitAll(subjects.folders, self.is_wanted, self.is_solved, self.step_of_batch)
 
     @classmethod
     def of(cls, library: Library) -> "TrialQueue":
@@ -75,6 +76,15 @@ class TrialQueue:
         asked = {name: task_words(progress.task) for name, progress in found if progress is not None}
         return words_of_rows(self.fit_all.state) | asked
 
+    def tasks(self) -> dict[str, str]:
+        """What somebody has asked for and is at work, in plain words, by subject."""
+        found = ((shared.name, shared.jobs.progress) for shared in self.subjects.loaded)
+        return {
+            name: f"{progress.task.doing} for {progress.task.by}" if progress.task.by else progress.task.doing
+            for name, progress in found
+            if progress is not None
+        }
+
     def close(self) -> None:
         """End the fits and the watch, and close all subjects."""
         self.fit_all.close()
@@ -84,13 +94,20 @@ class TrialQueue:
             watch.close()
         self.subjects.close()
 
-    def _wanted(self) -> bool:
+    def is_wanted(self) -> bool:
+        """Whether anything is at work or waits that a person has asked for."""
         return any(shared.jobs.wanted for shared in self.subjects.loaded)
 
-    def _is_solved(self, name: str) -> bool:
+    def is_solved(self, name: str) -> bool:
+        """Whether somebody solves a subject, or waits for it."""
         return any(shared.solving for shared in self.subjects.loaded if shared.name == name)
 
-    def _fitting_changed(self, ended: str) -> None:
+    def step_of_batch(self, ended: str) -> None:
+        """Work on many subjects has gone on.
+
+        Args:
+            ended: the subject that has ended; empty: none has.
+        """
         if ended:
             self.refresh(ended)
         self.people.queue_changed()

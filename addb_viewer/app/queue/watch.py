@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from addb_viewer.app.jobs.stored_solves import FOLDER, MADE
+from addb_viewer.kept_diagnosis import FILE as DIAGNOSIS
 from addb_viewer.review_store import FILE, open_log, store_url
 from annotations.errors import ReviewError
 
@@ -20,14 +21,14 @@ Signature = tuple[object, ...]
 def signature(subject_folder: Path, results: Path, *, review: bool) -> Signature:
     """When what the queue shows of a subject was written last; equal as long as nothing changed.
 
-    Of a review in a shared database, its revision: one short query.
+    Of a review in a shared database, its revisions: two short queries.
 
     Args:
         subject_folder: of the recordings.
         results: folder of the fit.
         review: whether to look at the review.
     """
-    files = [results / "fit.json", *sorted((results / FOLDER).glob(f"*/{MADE}"))]
+    files = [results / "fit.json", results / DIAGNOSIS, *sorted((results / FOLDER).glob(f"*/{MADE}"))]
     if review:
         files += [subject_folder / FILE, subject_folder / f"{FILE}-wal"]
     shared = (_revision(subject_folder),) if review and store_url() else ()
@@ -66,11 +67,11 @@ class QueueWatch:
             pause = max(self._every, (time.monotonic() - began) / SHARE)
 
 
-def _revision(subject_folder: Path) -> int | str:
+def _revision(subject_folder: Path) -> tuple[int, int] | str:
     """Of the review in the shared database; what is wrong where it does not answer."""
     try:
         with open_log(subject_folder) as log:
-            return log.revision()
+            return log.revision(), log.work.revision()
     except ReviewError as error:
         return str(error)
 

@@ -16,6 +16,7 @@ from addb_viewer.app.review.html import (
     suggested_html,
 )
 from addb_viewer.app.review.panel import ReviewPanel, feet_words
+from addb_viewer.app.review.talks import Talks
 from addb_viewer.app.review.what_if import WhatIfQuestions
 from addb_viewer.app.timeline.lanes import Lane, lanes_of, reviewed_ranges
 from addb_viewer.app.trial.disagreements import news
@@ -48,6 +49,7 @@ class ReviewController:
         self.screen, self.panel, self.notices = screen, panel, notices
         self.asking = WhatIfQuestions(screen, panel.answer, notices)
         self.activities = ActivityLabels(self)
+        self.talks = Talks(screen, panel.talks)
         self.foot: str | None = None
         self.selection = Selection()
         self.proposals: tuple[Pending, ...] = ()
@@ -107,6 +109,7 @@ class ReviewController:
         self.panel.status.content = status_html(review, still_open(self.proposals), stale(replay, review))
         self.panel.ranges.content = ranges_html(review, replay.bodies is not None)
         self.panel.history.content = history_html(history)
+        self.talks.show()
         self.show_selection()
         self.screen.draw_lanes()
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import viser
 
 from addb_viewer.app.review.html import reasons_html
+from addb_viewer.app.review.talks import TalksPanel, build_talks
 from addb_viewer.app.trial.foot_names import foot_words
 from annotations.activities import ACTIVITIES
 from annotations.reasons import OTHER_WORDS
@@ -38,6 +39,7 @@ class ReviewPanel:
     suggestion: viser.GuiButtonGroupHandle
     activity: viser.GuiDropdownHandle[str]
     label: viser.GuiButtonHandle
+    talks: TalksPanel
     history: viser.GuiHtmlHandle
 
 
@@ -81,13 +83,15 @@ def build_review(gui: viser.GuiApi, tab: viser.GuiTabHandle, feet: tuple[str, ..
             label = gui.add_button(
                 "Label the selection", color="gray", hint="The whole trial where nothing is selected"
             )
+        with gui.add_folder("Comments"):
+            talks = build_talks(gui)
         with gui.add_folder("Who did what"):
             author = gui.add_html("")
             rename = gui.add_button("Change your name", color="gray")
             history = gui.add_html("")
     return ReviewPanel(
         author, rename, status, finish, foot, selection, note, proposals, decide, ranges, edits, what_if,
-        answer, reason, paint, suggested, suggestion, activity, label, history,
+        answer, reason, paint, suggested, suggestion, activity, label, talks, history,
     )  # fmt: skip
 
 

@@ -129,6 +129,8 @@ def _bind_review(s: Session) -> None:
         dict(zip(SUGGESTION, (review.activities.confirm, review.activities.refuse), strict=True)),
     )
     p.label.on_click(in_order("Labelling", review.activities.label))
+    p.talks.say.on_click(in_order("Commenting", review.talks.say))
+    p.talks.settle.on_click(in_order("Settling the comment", review.talks.settle))
     p.rename.on_click(in_order("Changing your name", s.reviewer.ask))
     p.what_if.on_click(in_order("Asking what if", review.what_if))
 

@@ -56,6 +56,7 @@ class People:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._people: dict[int, Person] = {}
+        self._watchers: tuple[Callable[[], None], ...] = ()  # of the queue, at no trial
 
     def arrive(self, page: int, name: str, browser: str) -> None:
         """A page has opened."""
@@ -110,8 +111,30 @@ class People:
             if person.name == name and person.listener is not None:
                 person.listener.told(title, body)
 
+    def watch(self, watcher: Callable[[], None]) -> Callable[[], None]:
+        """Tell somebody at no trial when the queue changes, who returns at once; the result ends it."""
+        with self._lock:
+            self._watchers = (*self._watchers, watcher)
+
+        def end() -> None:
+            with self._lock:
+                self._watchers = tuple(other for other in self._watchers if other is not watcher)
+
+        return end
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Of all who have said one."""
+        return frozenset(person.name for person in self._everybody().values() if person.name)
+
+    def everywhere(self) -> Mapping[TrialPlace, tuple[str, ...]]:
+        """The names of all, by the trial that they are on."""
+        return self.others(-1)
+
     def queue_changed(self) -> None:
         """Let every page draw its queue anew."""
+        for watcher in self._watchers:
+            watcher()
         for person in self._everybody().values():
             if person.listener is not None:
                 person.listener.queue_changed()

@@ -11,6 +11,7 @@ from annotations.folding import folded
 from annotations.live_review import LiveReview
 from annotations.trial_review import TrialReview
 from annotations.undoing import next_redo, next_undo
+from annotations.work import TrialWork, WorkEvent, work_of
 from solver.capture.capture import Capture, Subject, TrialFiles
 
 LOOK_EVERY = 0.4  # [s] between two looks at what other programs recorded
@@ -32,17 +33,18 @@ class SubjectReview:
             subject: whose.
             capture: a trial as read from its files.
             edited: told of new edits, by whomever, once each and in order; of none where there is a new row
-                that cannot be read.
+                that cannot be read, an assignment or a comment.
             failed: told when the log, or a new row of it, cannot be read.
         """
         self.subject, self._capture, self._edited, self._failed = subject, capture, edited, failed
         self._lock = threading.RLock()
         self._live: LiveReview | None = None
-        self._told, self._passed_over = 0, 0
+        self._told, self._passed_over, self._told_work = 0, 0, 0
         self._stop = threading.Event()
         self._open_if_there()
         if self._live is not None:
             self._told, self._passed_over = self._live.revision, len(self._live.unreadable())
+            self._told_work = self._live.log.work.revision()
         self._thread = threading.Thread(target=self._look, name=f"review of {subject.name}", daemon=True)
         self._thread.start()
 
@@ -94,6 +96,21 @@ class SubjectReview:
             )
         self._tell()
         return next(edit for edit in live.history(trial) if edit.number == number)
+
+    def work(self, trial: str) -> TrialWork:
+        """Who is to review a trial, and the comments on it."""
+        with self._lock:
+            items = () if self._live is None else self._live.log.work.reading()[0]
+        return work_of([item for item in items if item.trial == trial])
+
+    def say(self, trial: str, event: WorkEvent, author: str) -> None:
+        """Record an assignment, a comment, or that one is settled; on the disk when this returns.
+
+        Raises:
+            ReviewError: it cannot be recorded.
+        """
+        self._opened().log.work.append([trial], event, author)
+        self._tell()
 
     def undo(self, trial: str, author: str) -> Edit:
         """Take back the author's last edit of the trial; returns that edit.
@@ -154,9 +171,11 @@ class SubjectReview:
             passed_over = self._live.unreadable()[self._passed_over :]
             self._told = self._live.revision
             self._passed_over += len(passed_over)
+            before, self._told_work = self._told_work, self._live.log.work.revision()
+            worked = self._told_work != before
         for note in unreadable_notes(passed_over):
             self._failed(ReviewError(note))
-        if passed_over:
+        if passed_over or worked:
             self._edited(())
         if new:
             self._edited(new)

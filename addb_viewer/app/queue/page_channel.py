@@ -1,0 +1,187 @@
+"""The queue's page: its files, and the connection over which it hears of rows and says what is wanted."""
+
+import asyncio
+import contextlib
+import json
+import threading
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
+
+from addb_viewer.app.page.notices import log_error
+from addb_viewer.app.queue import page_words
+from addb_viewer.app.queue.batches import DIAGNOSE, EXPORT, FIT, Batches, formats
+from addb_viewer.app.queue.pace import hours_left, pairs, seen_by_two, shares
+from addb_viewer.app.queue.page_words import Asked
+from addb_viewer.app.queue.trial_queue import TrialQueue
+from addb_viewer.app.security.own_pages import MOST_BYTES, OwnPages
+from addb_viewer.review_store import open_log
+from annotations.errors import ReviewError
+from annotations.work import Comment, Settle, WorkItem, work_of
+from solver.errors import SolverError
+
+PAGE, FILES, CONNECTION = "/queue", "/queue-files", "/addb/queue"
+TOGETHER_S = 0.1  # changes within so long go to the page at once
+
+Message = dict[str, Any]
+
+
+class QueuePage:
+    """Serves the page to all browsers."""
+
+    def __init__(self, trials: TrialQueue, own: OwnPages, login: str) -> None:
+        """Serve from now on.
+
+        Args:
+            trials: the queue.
+            own: pages of this server.
+            login: name that is suggested to who has not said one yet.
+        """
+        self.trials, self.batches, self._login = trials, Batches(trials), login
+        own.add_folder("addb_viewer.app.queue.web", FILES, PAGE)
+        own.connections[CONNECTION] = self._serve
+
+    def close(self) -> None:
+        """End the work that was asked for on it."""
+        self.batches.close()
+
+    async def _serve(self, connection: ServerConnection) -> None:
+        loop, changed = asyncio.get_running_loop(), asyncio.Event()
+
+        def tell() -> None:
+            with contextlib.suppress(RuntimeError):  # the server ends just now
+                loop.call_soon_threadsafe(changed.set)
+
+        end = self.trials.people.watch(tell)
+        visitor = Visitor(self, lambda: connection.state.name == "OPEN")
+        telling = asyncio.create_task(_tell(connection, visitor, changed))
+        try:
+            async for message in connection:
+                if len(message) > MOST_BYTES:
+                    raise ReviewError("that is no message of the queue's page")
+                for answer in await asyncio.to_thread(visitor.answer, page_words.asked(message)):
+                    await connection.send(json.dumps(answer))
+        except ConnectionClosed:
+            pass
+        finally:
+            end()
+            telling.cancel()
+
+
+async def _tell(connection: ServerConnection, visitor: "Visitor", changed: asyncio.Event) -> None:
+    """Send what has changed, whenever something has."""
+    with contextlib.suppress(ConnectionClosed):
+        while True:
+            for message in await asyncio.to_thread(visitor.news):
+                await connection.send(json.dumps(message))
+            await changed.wait()
+            await asyncio.sleep(TOGETHER_S)
+            changed.clear()
+
+
+class Visitor:
+    """One open page."""
+
+    def __init__(self, page: QueuePage, is_there: Callable[[], bool]) -> None:
+        self._page, self._trials, self._is_there = page, page.trials, is_there
+        self._name = ""
+        self._lock = threading.Lock()
+        self._known: dict[tuple[str, str], Message] = {}
+        self._live: Message = {}
+
+    def news(self) -> list[Message]:
+        """What the page does not know yet: all at first, then the rows that are others now."""
+        with self._lock:
+            rows = {(row.subject, row.trial): page_words.row_words(row) for row in self._trials.rows()}
+            before, self._known = self._known, rows
+            live, self._live = self._live, self._live_words()
+            messages = [self._live] if live != self._live else []
+            if not before:
+                subjects = self._trials.subjects
+                first = {"rows": list(rows.values()), "several": subjects.several, "formats": formats()}
+                about = {"root": subjects.root.path.name, "notes": list(subjects.root.notes)}
+                return [{"kind": "rows", "suggested": self._page._login, **first, **about}, *messages]
+            changed = [words for place, words in rows.items() if before.get(place) != words]
+            gone = [list(place) for place in before if place not in rows]
+            if changed or gone:
+                messages.append({"kind": "changed", "rows": changed, "gone": gone})
+            return messages
+
+    def answer(self, asked: Asked) -> Sequence[Message]:
+        """Do what is wanted; what fails is told."""
+        try:
+            return self._answered(asked)
+        except (SolverError, ReviewError) as error:
+            return [{"kind": "told", "bad": True, "text": str(error)}]
+        except Exception as error:  # whatever it is, a person should see it
+            log_error("What was asked for in the queue", error)
+            return [{"kind": "told", "bad": True, "text": f"That failed: {error or type(error).__name__}"}]
+
+    def _answered(self, asked: Asked) -> Sequence[Message]:
+        batches = self._page.batches
+        match asked.what:
+            case "hello":
+                self._name = asked.text.strip()
+                return []
+            case "anew":
+                self._trials.rows(anew=True)
+                self._trials.people.queue_changed()
+                return []
+            case "people":
+                return [self._people()]
+            case "talks":
+                return [self._talks(asked)]
+        if not self._name:
+            raise ReviewError("say your name first; it stands by what you do")
+        match asked.what:
+            case "cancel":
+                batches.cancel()
+                return []
+            case "assign":
+                batches.assign(asked.places, asked.text, self._name, self._is_there)
+                return []
+            case "comment" | "settle":
+                return self._say(asked)
+        kind = {"fit": FIT, "diagnose": DIAGNOSE, "export": EXPORT}[asked.what]
+        count = batches.start(kind, asked.places, self._name, asked.text)
+        return [
+            {"kind": "told", "bad": False, "text": f"{count} subject{'' if count == 1 else 's'} in line."}
+        ]
+
+    def _say(self, asked: Asked) -> list[Message]:
+        (subject, trial), number = self._place(asked), asked.number
+        if asked.what == "comment":
+            event: Comment | Settle = Comment(asked.text, None if number else asked.frame, number)
+        else:
+            event = Settle(number or 0, asked.text != "open")
+        self._page.batches.say(subject, [trial], event, self._name)
+        return [self._talks(asked)]
+
+    def _talks(self, asked: Asked) -> Message:
+        subject, trial = self._place(asked)
+        row = next(row for row in self._trials.rows() if (row.subject, row.trial) == (subject, trial))
+        items: tuple[WorkItem, ...] = ()
+        if row.talks:
+            with open_log(self._trials.subjects.folders(subject)[0]) as log:
+                items = log.work.reading()[0]
+        talks = work_of([item for item in items if item.trial == trial]).talks
+        return page_words.talks_words((subject, trial), talks)
+
+    def _place(self, asked: Asked) -> tuple[str, str]:
+        known = {(row.subject, row.trial) for row in self._trials.rows() if row.trial}
+        if len(asked.places) != 1 or asked.places[0] not in known:
+            raise ReviewError("there is no such trial any more; look again")
+        return asked.places[0]
+
+    def _people(self) -> Message:
+        rows = self._trials.rows()
+        subjects = {name: self._trials.subjects.read(name) for name in seen_by_two(rows)}
+        return page_words.people_words(shares(rows), pairs(rows, subjects), hours_left(rows))
+
+    def _live_words(self) -> Message:
+        trials = self._trials
+        return page_words.live_words(
+            trials.people.everywhere(), trials.people.names, trials.tasks(), self._page.batches.states
+        )

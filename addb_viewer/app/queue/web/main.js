@@ -1,0 +1,294 @@
+// The page put together: what the server says goes into the table, what people ask goes to the server.
+
+import { Channel } from "./channel.js";
+import { peopleView, talksView } from "./drawer.js";
+import { memory } from "./memory.js";
+import { CHIPS, CHOICES, hours, inOrder, key, letThrough, NOBODY, ORDERS, stateOf } from "./rows.js";
+import { readColors } from "./strip.js";
+import { Table } from "./table.js";
+
+const at = (id) => document.getElementById(id);
+const nowS = () => Date.now() / 1000;
+const TOLD_MS = 6000;
+const ANY = { source: "any source", cause: "any cause", activity: "any activity", assigned: "assigned: any" };
+
+const rows = new Map(), selected = new Set();
+const filter = { words: "", chips: new Set(["todo"]), choices: { source: "", cause: "", activity: "", assigned: "" } };
+let live = { present: [], here: new Map(), work: {}, batches: {} }, order = { column: "score", down: true };
+let several = false, suggested = "", people = null, drawer = null, lastChosen = null, shown = [], comesBack = false;
+
+const state = (row) => stateOf(row, live, memory.name, nowS());
+const table = new Table(
+  {
+    select: (row, event) => select(row, event.shiftKey),
+    all: (on) => {
+      for (const row of shown) if (!row.error) on ? selected.add(key(row)) : selected.delete(key(row));
+      draw();
+    },
+    sort: (column) => {
+      const down = order.column === column ? !order.down : ORDERS[column][1];
+      order = { column, down };
+      draw();
+    },
+    talks: (row) => {
+      drawer = { kind: "talks", row, talks: null };
+      channel.say("talks", { places: [[row.subject, row.trial]] });
+    },
+  },
+  { state, selected: (row) => selected.has(key(row)), several: () => several, now: nowS },
+);
+
+function select(row, upTo) {
+  const on = !selected.has(key(row)), places = shown.map(key);
+  const from = upTo && lastChosen !== null ? places.indexOf(lastChosen) : -1, to = places.indexOf(key(row));
+  const range = from < 0 ? [row] : shown.slice(Math.min(from, to), Math.max(from, to) + 1);
+  for (const each of range) if (!each.error) on ? selected.add(key(each)) : selected.delete(key(each));
+  lastChosen = key(row);
+  draw();
+}
+
+function heard(said) {
+  if (said.kind === "rows") {
+    rows.clear();
+    for (const row of said.rows) rows.set(key(row), row);
+    ({ several, suggested } = said);
+    at("root-name").textContent = said.root;
+    at("notes").textContent = said.notes.join(" · ");
+    at("notes").hidden = !said.notes.length;
+    at("format").replaceChildren(...said.formats.map((name) => new Option(name)));
+    at("format").value = "csv";
+    hello();
+  } else if (said.kind === "changed") {
+    for (const [subject, trial] of said.gone) rows.delete(key({ subject, trial }));
+    for (const row of said.rows) rows.set(key(row), row);
+    if (drawer?.kind === "people") channel.say("people");
+    const again = drawer?.kind === "talks" && said.rows.find((row) => key(row) === key(drawer.row));
+    if (again) channel.say("talks", { places: [[again.subject, again.trial]] });
+  } else if (said.kind === "live") {
+    live = { ...said, here: new Map(said.here.map(([subject, trial, names]) => [key({ subject, trial }), names])) };
+  } else if (said.kind === "people") {
+    people = said;
+    if (drawer?.kind === "people") showDrawer();
+  } else if (said.kind === "talks") {
+    if (drawer?.kind === "talks" && key(drawer.row) === said.place.join("\n")) {
+      const typed = at("drawer").contains(document.activeElement) && document.activeElement.value;
+      drawer = { kind: "talks", row: rows.get(key(drawer.row)) ?? drawer.row, talks: said.talks };
+      if (!typed || comesBack) showDrawer();
+      comesBack = false;
+    }
+  } else if (said.kind === "told") tell(said.text, said.bad);
+  ask();
+}
+
+let asked = false;
+function ask() {
+  if (asked) return;
+  asked = true;
+  requestAnimationFrame(() => {
+    asked = false;
+    draw();
+  });
+}
+
+function draw() {
+  const all = [...rows.values()];
+  shown = inOrder(letThrough(all, filter, memory.name), order.column, order.down, state);
+  table.ordered(order.column, order.down);
+  table.show(shown);
+  const trials = all.filter((row) => !row.error), done = trials.filter((row) => row.status === "finished").length;
+  at("progress").firstElementChild.style.width = `${(100 * done) / Math.max(trials.length, 1)}%`;
+  at("progress").setAttribute("aria-label", `${done} of ${trials.length} reviewed`);
+  at("progress-words").textContent = trials.length ? `Reviewed ${done} of ${trials.length}` : "No trials";
+  at("shown").textContent = shown.length === all.length ? "" : `${shown.length} shown`;
+  at("clear").hidden = !(filter.words || filter.chips.size || Object.values(filter.choices).some(Boolean));
+  at("selection").hidden = !selected.size;
+  at("selected").textContent = `${selected.size} selected`;
+  drawBatches();
+  drawChoices(all);
+  document.title = `${done}/${trials.length} · Queue · addb-viewer`;
+}
+
+function drawBatches() {
+  const words = { fit: "Fitting", diagnose: "Diagnosing", export: "Exporting" };
+  const running = Object.entries(live.batches).filter(([, batch]) => batch.running);
+  const failed = Object.values(live.batches).reduce((sum, batch) => sum + Object.keys(batch.failures).length, 0);
+  const said = running.map(([kind, batch]) => {
+    const rest = batch.left === null ? "" : `, ${hours(batch.left / 3600)} left`;
+    return `${words[kind]} ${Math.min(batch.done + 1, batch.total)} of ${batch.total}${batch.heldUp ? ", waits for what people asked for" : rest}`;
+  });
+  if (failed) said.push(`${failed} failed`);
+  at("batch-words").textContent = said.join(" · ");
+  at("batch-words").title = Object.values(live.batches)
+    .flatMap((batch) => Object.entries(batch.failures).map(([name, why]) => `${name}: ${why}`)).join("\n");
+  at("cancel").hidden = !running.length;
+}
+
+function drawChoices(all) {
+  const names = new Set(all.flatMap((row) => [row.assigned, ...row.people]).filter(Boolean));
+  if (memory.name) names.add(memory.name);
+  options(at("persons"), [...names].sort());
+  for (const kind of Object.keys(CHOICES)) {
+    const found = [...new Set(all.flatMap((row) => CHOICES[kind](row)))].sort();
+    options(at(kind), ["", ...found], (name) => (name === "" ? ANY[kind] : name));
+    at(kind).value = filter.choices[kind];
+    at(kind).hidden = found.length < 2 && found[0] !== filter.choices[kind] && (!found.length || found[0] === NOBODY);
+  }
+}
+
+function options(list, names, label = (name) => name) {
+  const now = [...list.children].map((option) => option.value).join("\n");
+  if (now !== names.join("\n") || list.children.length !== names.length) {
+    list.replaceChildren(...names.map((name) => new Option(label(name), name)));
+  }
+}
+
+function showDrawer() {
+  const close = () => {
+    drawer = null;
+    at("drawer").hidden = true;
+    at("show-people").setAttribute("aria-expanded", "false");
+    at("scroll").focus();
+  };
+  at("show-people").setAttribute("aria-expanded", String(drawer.kind === "people"));
+  at("drawer").hidden = false;
+  if (drawer.kind === "people") {
+    at("drawer").replaceChildren(...peopleView(people, [...rows.values()], nowS(), close));
+    return;
+  }
+  const places = [[drawer.row.subject, drawer.row.trial]];
+  const say = (what, more) => withName(() => {
+    comesBack = true;
+    channel.say(what, { places, ...more });
+  });
+  at("drawer").replaceChildren(...talksView(drawer.row, drawer.talks, nowS(), {
+    comment: (text, frame, number) => say("comment", { text, frame, number }),
+    settle: (number, open) => say("settle", { number, text: open ? "open" : "" }),
+    close,
+  }));
+}
+
+let telling;
+function tell(text, bad = false) {
+  at("told").textContent = text;
+  at("told").className = bad ? "bad" : "";
+  at("told").hidden = false;
+  clearTimeout(telling);
+  telling = setTimeout(() => (at("told").hidden = true), bad ? 2 * TOLD_MS : TOLD_MS);
+}
+
+function hello() {
+  at("me").textContent = memory.name ? `You: ${memory.name}` : "Say your name";
+  channel.say("hello", { text: memory.name });
+}
+
+function withName(then) {
+  if (!memory.name) {
+    askName(then);
+    return;
+  }
+  then();
+}
+
+let afterName = () => {};
+function askName(then) {
+  afterName = then;
+  at("name").value = memory.name || suggested;
+  at("naming").showModal();
+}
+
+function wireName() {
+  const named = () => {
+    const name = at("name").value.trim();
+    if (!name) return;
+    memory.name = name;
+    at("naming").close();
+    hello();
+    draw();
+    afterName();
+  };
+  at("named").addEventListener("click", named);
+  at("unnamed").addEventListener("click", () => at("naming").close());
+  at("name").addEventListener("keydown", (event) => event.key === "Enter" && named());
+  at("me").addEventListener("click", () => askName(() => {}));
+}
+
+function wire() {
+  for (const [name, [label]] of Object.entries(CHIPS)) {
+    const chip = document.createElement("button");
+    chip.type = "button";
+    chip.textContent = label;
+    chip.dataset.chip = name;
+    chip.setAttribute("aria-pressed", String(filter.chips.has(name)));
+    chip.addEventListener("click", () => {
+      filter.chips.has(name) ? filter.chips.delete(name) : filter.chips.add(name);
+      chip.setAttribute("aria-pressed", String(filter.chips.has(name)));
+      draw();
+    });
+    at("chips").append(chip);
+  }
+  at("words").addEventListener("input", () => {
+    filter.words = at("words").value;
+    draw();
+  });
+  for (const kind of Object.keys(CHOICES)) {
+    at(kind).addEventListener("change", () => {
+      filter.choices[kind] = at(kind).value;
+      draw();
+    });
+  }
+  at("clear").addEventListener("click", () => {
+    Object.assign(filter, { words: "", chips: new Set() });
+    for (const kind of Object.keys(filter.choices)) filter.choices[kind] = "";
+    at("words").value = "";
+    for (const chip of at("chips").children) chip.setAttribute("aria-pressed", "false");
+    draw();
+  });
+  const chosen = () => [...selected].map((place) => rows.get(place)).filter(Boolean).map((row) => [row.subject, row.trial]);
+  for (const button of document.querySelectorAll("[data-do]")) {
+    button.addEventListener("click", () => withName(() => {
+      const what = button.dataset.do, text = { export: at("format").value, assign: at("person").value.trim() }[what] ?? "";
+      channel.say(what, { places: chosen(), text });
+    }));
+  }
+  at("take").addEventListener("click", () => withName(() => channel.say("assign", { places: chosen(), text: memory.name })));
+  at("unselect").addEventListener("click", () => {
+    selected.clear();
+    draw();
+  });
+  at("cancel").addEventListener("click", () => withName(() => channel.say("cancel")));
+  at("anew").addEventListener("click", () => channel.say("anew"));
+  at("show-people").addEventListener("click", () => {
+    if (drawer?.kind === "people") {
+      drawer = null;
+      at("drawer").hidden = true;
+      at("show-people").setAttribute("aria-expanded", "false");
+      return;
+    }
+    drawer = { kind: "people" };
+    channel.say("people");
+  });
+  at("theme").addEventListener("click", () => {
+    memory.dark = !memory.dark;
+    theme();
+    draw();
+  });
+  document.addEventListener("keydown", (event) => {
+    const typing = ["INPUT", "TEXTAREA", "SELECT"].includes(event.target.tagName) && event.target.type !== "checkbox";
+    if (event.key === "/" && !typing) {
+      at("words").focus();
+      event.preventDefault();
+    } else if (event.key === "Escape" && typing) at("scroll").focus();
+  });
+}
+
+function theme() {
+  document.documentElement.dataset.theme = memory.dark ? "dark" : "light";
+  readColors();
+}
+
+theme();
+wire();
+wireName();
+const channel = new Channel(heard, () => {}, () => tell("The connection is lost; it is tried again.", true));
+setInterval(ask, 30000);
+at("scroll").focus();

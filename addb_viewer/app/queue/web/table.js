@@ -1,0 +1,225 @@
+// The table: only the rows in sight are elements; they are used again while one scrolls.
+
+import { address, ago, key } from "./rows.js";
+import { draw, words } from "./strip.js";
+
+const HEIGHT = 40, SPARE = 6; // [pixel] of a row; rows beyond the sight
+const COLUMNS = [
+  ["state", "state"], ["trial", "trial"], [null, ""], ["residual", "residual / bound"],
+  ["leftOut", "left out", true], ["open", "open", true], ["score", "score", true], ["activity", "activity"], ["causes", "causes"],
+  ["assigned", "assigned"], ["last", "last edit"], ["talks", "comments", true],
+];
+const TOLD = {
+  residual: "The larger of residual force and moment, in units of its bound (Hicks et al. 2015)",
+  leftOut: "Share of the frames whose force does not count; * chosen by detection, not by a person",
+  open: "Proposals of detection that nobody has decided",
+  score: "How much it needs a person: residual / bound, plus the shares left out and under open proposals, plus one where nobody has decided",
+  talks: "Comments that are not settled",
+};
+
+const make = (tag, kind = "", text = "") => {
+  const element = document.createElement(tag);
+  if (kind) element.className = kind;
+  if (text) element.textContent = text;
+  return element;
+};
+const put = (element, text) => {
+  if (element.textContent !== text) element.textContent = text;
+};
+
+export class Table {
+  // `on`: select(row, event), all(), sort(column), talks(row); `look`: state(row), selected(row), me(), now()
+  constructor(on, look) {
+    this.on = on;
+    this.look = look;
+    this.rows = [];
+    this.current = 0;
+    this.version = 0;
+    this.pool = [];
+    this.scroll = document.getElementById("scroll");
+    this.space = document.getElementById("space");
+    this.scroll.addEventListener("scroll", () => this.ask(), { passive: true });
+    this.scroll.addEventListener("keydown", (event) => this.keyed(event));
+    new ResizeObserver(() => {
+      this.version += 1; // strips are as wide as their column
+      this.ask();
+    }).observe(this.scroll);
+    this.head();
+  }
+
+  head() {
+    const head = document.getElementById("head"), box = make("input");
+    box.type = "checkbox";
+    box.setAttribute("aria-label", "Select all that are shown");
+    box.addEventListener("change", () => this.on.all(box.checked));
+    this.box = box;
+    head.append(box);
+    this.heads = new Map();
+    for (const [column, label, figure] of COLUMNS) {
+      const cell = make("div", figure ? "cell figure" : "cell");
+      cell.setAttribute("role", "columnheader");
+      head.append(cell);
+      if (!column) {
+        cell.append(this.legend());
+        continue;
+      }
+      cell.dataset.column = column;
+      const button = make("button", "", label);
+      button.type = "button";
+      button.title = TOLD[column] ?? "";
+      button.addEventListener("click", () => this.on.sort(column));
+      this.heads.set(column, [button, label]);
+      cell.append(button);
+    }
+  }
+
+  legend() {
+    const legend = make("span", "legend");
+    for (const [kind, words] of [["counts", "force counts"], ["open", "open"], ["decided", "decided"], ["conflict", "disagree"]]) {
+      legend.append(make("i", kind), words);
+    }
+    legend.title = "Above: frames whose force counts. Below: proposals, higher the surer, and what people decided";
+    return legend;
+  }
+
+  ordered(column, down) {
+    for (const [name, [button, label]] of this.heads) {
+      if (name === column) button.setAttribute("aria-sort", down ? "descending" : "ascending");
+      else button.removeAttribute("aria-sort");
+      put(button, name === column ? `${label} ${down ? "↓" : "↑"}` : label);
+    }
+  }
+
+  show(rows) {
+    this.rows = rows;
+    this.version += 1;
+    this.current = Math.min(this.current, Math.max(rows.length - 1, 0));
+    this.space.style.height = `${HEIGHT * rows.length}px`;
+    document.getElementById("table").setAttribute("aria-rowcount", String(rows.length + 1));
+    const chosen = rows.filter((row) => this.look.selected(row)).length;
+    this.box.checked = chosen > 0 && chosen === rows.length;
+    this.box.indeterminate = chosen > 0 && chosen < rows.length;
+    this.paint();
+  }
+
+  ask() {
+    this.asked ??= requestAnimationFrame(() => {
+      this.asked = undefined;
+      this.paint();
+    });
+  }
+
+  paint() {
+    const first = Math.max(0, Math.floor(this.scroll.scrollTop / HEIGHT) - SPARE);
+    const last = Math.min(this.rows.length, Math.ceil((this.scroll.scrollTop + this.scroll.clientHeight) / HEIGHT) + SPARE);
+    while (this.pool.length < last - first) this.pool.push(this.line());
+    this.pool.forEach((line, k) => {
+      const place = first + ((k - (first % this.pool.length) + this.pool.length) % this.pool.length);
+      line.element.hidden = place >= last;
+      if (place >= last) return;
+      line.element.classList.toggle("current", place === this.current);
+      if (line.drawn === this.version && line.place === place) return; // only scrolled
+      this.fill(line, this.rows[place], place);
+      line.drawn = this.version;
+    });
+  }
+
+  line() {
+    const element = make("div", "row"), cells = { box: make("input") };
+    element.setAttribute("role", "row");
+    cells.box.type = "checkbox";
+    element.append(cells.box);
+    const cell = (name, kind = "cell") => {
+      cells[name] = make("div", kind);
+      cells[name].setAttribute("role", "cell");
+      cells[name].dataset.column = name;
+      element.append(cells[name]);
+      return cells[name];
+    };
+    cell("state", "cell state");
+    cell("name", "cell two").append((cells.link = make("a", "strong")), (cells.subject = make("span", "quiet")));
+    cell("strip").append((cells.canvas = make("canvas")));
+    const track = make("span");
+    track.append((cells.fill = make("i")), make("b"));
+    cell("gauge", "gauge").append(track, (cells.residual = make("span", "figure")));
+    cells.track = track;
+    for (const name of ["leftOut", "open", "score"]) cell(name, "cell figure");
+    for (const name of ["activity", "causes", "assigned"]) cell(name);
+    cell("last", "cell two").append((cells.who = make("span")), (cells.when = make("span", "quiet")));
+    cells.talks = make("button", "talk");
+    cells.talks.type = "button";
+    cell("talksCell", "figure").append(cells.talks);
+    const line = { element, cells, row: null, place: 0, drawn: -1 };
+    cells.box.addEventListener("click", (event) => {
+      event.stopPropagation();
+      this.on.select(line.row, event);
+    });
+    cells.talks.addEventListener("click", () => this.on.talks(line.row));
+    element.addEventListener("click", (event) => {
+      if (event.target.closest("a, button, input")) return;
+      this.current = line.place;
+      this.paint();
+    });
+    element.addEventListener("dblclick", () => !line.row.error && location.assign(address(line.row)));
+    this.space.append(element);
+    return line;
+  }
+
+  fill(line, row, place) {
+    const { element, cells: c } = line;
+    Object.assign(line, { row, place });
+    element.style.transform = `translateY(${HEIGHT * place}px)`;
+    element.setAttribute("aria-rowindex", String(place + 2));
+    const chosen = this.look.selected(row);
+    element.classList.toggle("selected", chosen);
+    c.box.checked = chosen;
+    c.box.disabled = Boolean(row.error);
+    c.box.setAttribute("aria-label", `Select ${row.subject} ${row.trial}`);
+    const [sign, state, tone] = this.look.state(row);
+    put(c.state, state);
+    c.state.dataset.sign = sign;
+    c.state.dataset.tone = tone;
+    c.state.title = state;
+    put(c.link, row.trial || row.subject);
+    if (row.error) c.link.removeAttribute("href");
+    else c.link.href = address(row);
+    c.link.title = row.error || `${row.subject} ${row.trial}`;
+    put(c.subject, row.error || (this.look.several() ? row.subject : ""));
+    c.canvas.title = words(row);
+    draw(c.canvas, row);
+    c.track.hidden = row.residual === null;
+    c.fill.style.width = `${Math.min(100, 50 * (row.residual ?? 0))}%`;
+    c.fill.className = row.residual > 1 ? "over" : "";
+    c.residual.className = row.residual > 1 ? "figure bad" : "figure";
+    put(c.residual, row.residual === null ? (row.fitted ? "–" : "") : row.residual.toFixed(2));
+    put(c.leftOut, row.leftOut === null ? "" : `${Math.round(100 * row.leftOut)} %${row.byMachine ? "*" : ""}`);
+    put(c.open, row.open ? String(row.open) : "");
+    put(c.score, row.fitted && row.score !== null ? row.score.toFixed(2) : "");
+    for (const [cell, text] of [[c.activity, row.activity], [c.causes, row.causes.join(", ")], [c.assigned, row.assigned]]) {
+      put(cell, text);
+      cell.title = text;
+    }
+    put(c.who, row.last ? row.last[0] : "");
+    put(c.when, row.last ? ago(this.look.now() - row.last[1]) : "");
+    put(c.talks, row.talks ? String(row.openTalks || "✓") : "+");
+    c.talks.classList.toggle("open", row.openTalks > 0);
+    c.talks.hidden = Boolean(row.error);
+    c.talks.setAttribute("aria-label", `Comments on ${row.trial}: ${row.openTalks} open`);
+  }
+
+  keyed(event) {
+    const page = Math.max(1, Math.floor(this.scroll.clientHeight / HEIGHT) - 1), row = this.rows[this.current];
+    const steps = { ArrowDown: 1, ArrowUp: -1, PageDown: page, PageUp: -page, Home: -Infinity, End: Infinity };
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target !== this.scroll) return;
+    if (event.key in steps) {
+      this.current = Math.min(Math.max(this.current + steps[event.key], 0), this.rows.length - 1);
+      const top = HEIGHT * this.current, bottom = top + HEIGHT;
+      if (top < this.scroll.scrollTop) this.scroll.scrollTop = top;
+      else if (bottom > this.scroll.scrollTop + this.scroll.clientHeight) this.scroll.scrollTop = bottom - this.scroll.clientHeight;
+      this.paint();
+    } else if (event.key === " " && row) this.on.select(row, event);
+    else if (event.key === "Enter" && row && !row.error) location.assign(address(row));
+    else return;
+    event.preventDefault();
+  }
+}

@@ -1,0 +1,135 @@
+"""Comments on the trial on the screen: said at a frame, answered by others, settled."""
+
+import html
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import viser
+
+from addb_viewer.app.page.handles import put
+from addb_viewer.app.page.screen import Screen
+from addb_viewer.app.style.html_pieces import boxed
+from annotations.errors import ReviewError
+from annotations.work import Comment, Settle, Talk, WorkItem
+
+NEW = "new, at this frame"
+LONGEST = 40  # letters of a comment in the list of those that can be answered
+
+
+@dataclass(frozen=True)
+class TalksPanel:
+    """Handles of the panel."""
+
+    shown: viser.GuiHtmlHandle
+    about: viser.GuiDropdownHandle[str]
+    words: viser.GuiTextHandle
+    say: viser.GuiButtonHandle
+    settle: viser.GuiButtonHandle
+
+
+def build_talks(gui: viser.GuiApi) -> TalksPanel:
+    """Lay out the panel; nothing is bound to anything yet."""
+    shown = gui.add_html("")
+    about = gui.add_dropdown("About", (NEW,), hint="A new comment, or the one that is answered")
+    words = gui.add_text("Comment", "", multiline=True)
+    say = gui.add_button("Say it", color="gray", hint="At this frame, or as an answer")
+    settle = gui.add_button("Settled, or open again", color="gray", hint="The comment that is chosen")
+    return TalksPanel(shown, about, words, say, settle)
+
+
+class Talks:
+    """What is said about the trial."""
+
+    def __init__(self, screen: Screen, panel: TalksPanel) -> None:
+        self._screen, self._panel = screen, panel
+        self._of = ("", "")
+        self._talks: tuple[Talk, ...] = ()
+
+    def show(self) -> None:
+        """Put them on the screen; the talk that was chosen stays so while the trial does."""
+        replay, panel = self._screen.replay, self._panel
+        if replay is None:
+            return
+        place = (self._screen.shared.name, replay.name)
+        self._talks = self._screen.shared.reviews.work(replay.name).talks
+        content, options = talks_html(self._talks), (NEW, *map(_name, self._talks))
+        if panel.shown.content != content:
+            panel.shown.content = content
+        chosen = panel.about.value if place == self._of and panel.about.value in options else NEW
+        if panel.about.options != options:
+            panel.about.options = options
+        put(panel.about, chosen)
+        self._of = place
+
+    def say(self) -> None:
+        """Say what was written: a new comment at this frame, or an answer to the chosen one.
+
+        Raises:
+            ReviewError: nothing was written, or it cannot be recorded.
+        """
+        talk = self._chosen()
+        about = self._screen.frame if talk is None else None
+        event = Comment(self._panel.words.value, about, None if talk is None else talk.number)
+        self._record(event)
+        put(self._panel.words, "")
+
+    def settle(self) -> None:
+        """The chosen talk is settled, or open again.
+
+        Raises:
+            ReviewError: none is chosen, or it cannot be recorded.
+        """
+        talk = self._chosen()
+        if talk is None:
+            raise ReviewError("choose the comment that is settled")
+        self._record(Settle(talk.number, not talk.settled_by))
+
+    def _chosen(self) -> Talk | None:
+        return next((talk for talk in self._talks if _name(talk) == self._panel.about.value), None)
+
+    def _record(self, event: Comment | Settle) -> None:
+        author, replay = self._screen.reviewer.author(), self._screen.replay
+        assert replay is not None
+        self._screen.shared.reviews.say(replay.name, event, author)
+        self.show()
+
+
+def _name(talk: Talk) -> str:
+    """As the list has it; the number keeps two alike apart."""
+    where = "" if talk.frame is None else f"frame {talk.frame}, "
+    text = _text(talk.first)
+    short = text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
+    return f"{talk.number}. {where}{talk.first.author}: {short}"
+
+
+def _text(item: WorkItem) -> str:
+    return item.event.text if isinstance(item.event, Comment) else ""
+
+
+def talks_html(talks: Sequence[Talk]) -> str:
+    """All comments, those that are settled last and in short; a click on a frame goes there.
+
+    Args:
+        talks: of the trial.
+    """
+    if not talks:
+        return boxed("<span style='opacity:.75'>No comments on this trial.</span>")
+    return boxed("".join(_talk_html(talk) for talk in sorted(talks, key=lambda talk: bool(talk.settled_by))))
+
+
+def _talk_html(talk: Talk) -> str:
+    goes, about = "", "whole trial"
+    if talk.frame is not None:
+        goes, about = f" data-addb-go-to='{talk.frame}' style='cursor:pointer'", f"frame {talk.frame}"
+    said = (talk.first,) if talk.settled_by else (talk.first, *talk.answers)
+    lines = "".join(
+        f"<div style='overflow-wrap:anywhere;white-space:pre-wrap'><b>{html.escape(item.author)}</b>: "
+        f"{html.escape(_text(item))}</div>"
+        for item in said
+    )
+    settled = f", settled by {html.escape(talk.settled_by)}" if talk.settled_by else ""
+    faint = "opacity:.75;" if talk.settled_by else ""
+    return (
+        f"<div style='{faint}border-top:1px solid rgba(128,128,128,.3);padding:.2em 0'>"
+        f"<div{goes}>{about}{settled}</div>{lines}</div>"
+    )
