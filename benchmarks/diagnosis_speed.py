@@ -39,6 +39,7 @@ REAL = (
     "run_treadmill_hamner2013_subject04",
     "overground_camargo2021_AB06",
     "exo_apo_gordon",
+    "walk_treadmill_stepwidth",
 )
 SAME_NATS = 0.2  # of evidence: what a search over η leaves to the derivatives
 SAME_SHARE = 0.01  # of a confidence; of a parameter, or of its standard deviation where that is larger
@@ -103,7 +104,7 @@ def counted() -> Iterator[Counter[str]]:
         stack.enter_context(counting(Balance, "rows_of", "rows of causes"))
         stack.enter_context(counting(Balance, "solve_at", "sets fitted"))
         stack.enter_context(counting(Beside, "gains", "gains beside others"))
-        stack.enter_context(counting(refinement, "_with_tangents", "searches over η"))
+        stack.enter_context(counting(refinement.Climb, "best", "searches over η"))
         stack.enter_context(patch.object(Rung.constant, "func", factored))
         yield counts
 

@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.linalg import cho_solve, cholesky, solve_triangular
 
-from solver.diagnosis.covariances import Basis, Covariances, Rung, TrialsBasis
+from solver.diagnosis.covariances import Basis, Covariances, Rung, Seen, TrialsBasis
 from solver.diagnosis.laboratory import laboratory_errors, usual_std
 from solver.diagnosis.ladder import Ladder
 from solver.diagnosis.rows import TrialRows
@@ -41,6 +41,7 @@ class CandidateRows:
     columns: Float[np.ndarray, "own parameters"]
     prior_std: Float[np.ndarray, " parameters"]
     usual_std: float = 0.0  # what of x every laboratory has, within the balance's covariance
+    tangent_mean: Eta = ()  # of η before the data, where the last columns are the derivatives by it
 
 
 @dataclass(eq=False)
@@ -59,40 +60,60 @@ class Term:
     prior_std: Float[np.ndarray, " parameters"]
     tangent_mean: Eta = ()
     usual_std: float = 0.0
-    turned: dict[int, tuple[np.ndarray | None, np.ndarray]] = field(default_factory=dict)
-    seen: dict[int, tuple[np.ndarray | None, np.ndarray]] = field(default_factory=dict)
-    met: dict[tuple[int, int], tuple["Term", np.ndarray]] = field(default_factory=dict)
-    weighed: dict[int, np.ndarray] = field(default_factory=dict)
+    span: slice | None = None  # rows of the trials that it touches, all others being zero; None: all touched
+    same: object = field(default_factory=object)  # stands for the rows: terms of another prior share it
+
+    @cached_property
+    def rows(self) -> slice:
+        """Of the trials that it touches."""
+        return slice(0, len(self.columns)) if self.span is None else self.span
+
+    def own(self, basis: Basis) -> Float[np.ndarray, "own parameters+"]:
+        """Its rows in a basis: columns, and the fixed part after them where there is one; kept."""
+        parts = [self.columns[self.rows]]
+        if self.fixed is not None:
+            parts.append(self.fixed[self.rows, None])
+        return basis.kept.get(
+            lambda: basis.turned(np.concatenate(parts, axis=1), self.rows), "own rows", self.same
+        )
 
     def within(self, basis: Basis) -> tuple[np.ndarray | None, np.ndarray]:
-        """Fixed part and columns in a basis; kept."""
-        if id(basis) not in self.turned:
-            fixed = None if self.fixed is None else basis.turned(self.fixed)
-            self.turned[id(basis)] = fixed, basis.turned(self.columns)
-        return self.turned[id(basis)]
+        """Fixed part and columns in a basis, on all rows."""
+        whole = np.zeros((len(self.columns), self.columns.shape[1] + (self.fixed is not None)))
+        whole[self.rows] = self.own(basis)
+        return (None if self.fixed is None else whole[:, -1]), whole[:, : self.columns.shape[1]]
 
     def whitened(self, rung: Rung) -> tuple[np.ndarray | None, np.ndarray]:
-        """Fixed part and columns, at one rung; kept."""
-        if id(rung) not in self.seen:
-            fixed, columns = self.within(rung.basis)
-            self.seen[id(rung)] = (
-                None if fixed is None else rung.whitened(fixed),
-                rung.whitened(columns) if columns.shape[1] else columns,
-            )
-        return self.seen[id(rung)]
+        """Fixed part and columns, at one rung."""
+        fixed, columns = self.within(rung.basis)
+        return (
+            None if fixed is None else rung.whitened(fixed),
+            rung.whitened(columns) if columns.shape[1] else columns,
+        )
+
+    def seen(self, rung: Rung) -> Seen:
+        """Its own rows, as products at one rung need them; kept."""
+        return rung.basis.kept.get(
+            lambda: rung.seen(self.own(rung.basis), self.rows), "seen", self.same, rung
+        )
 
     def weighted(self, rung: Rung) -> Float[np.ndarray, "rows parameters"]:
-        """K⁻¹ columns, each parameter at one prior standard deviation, at one rung; kept."""
-        if id(rung) not in self.weighed:
-            self.weighed[id(rung)] = rung.weighted(self.within(rung.basis)[1] * self.prior_std)
-        return self.weighed[id(rung)]
+        """K⁻¹ columns at one rung, on all rows, each parameter at one prior standard deviation; kept."""
+        return self.prior_std * rung.basis.kept.get(
+            lambda: rung.weighted(self.within(rung.basis)[1]), "weighted", self.same, rung
+        )
 
-    def product(self, earlier: "Term", rung: Rung) -> Float[np.ndarray, "parameters others"]:
-        """Columnsᵀ K⁻¹ columns of a term that stands before it, or of itself; kept."""
-        key = id(rung), id(earlier)
-        if key not in self.met:
-            self.met[key] = earlier, self.whitened(rung)[1].T @ earlier.whitened(rung)[1]
-        return self.met[key][1]
+    def on_residual(self, rung: Rung) -> Float[np.ndarray, " parameters+"]:
+        """Rowsᵀ K⁻¹ residual, the fixed part last where there is one; kept."""
+        return rung.basis.kept.get(
+            lambda: self.seen(rung).times(rung.seen_residual)[:, 0], "on residual", self.same, rung
+        )
+
+    def product(self, other: "Term", rung: Rung) -> Float[np.ndarray, "parameters+ others+"]:
+        """Rowsᵀ K⁻¹ rows of another term, or of itself, fixed parts last where there are some; kept."""
+        return rung.basis.kept.get(
+            lambda: self.seen(rung).times(other.seen(rung)), "product", self.same, other.same, rung
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,14 +126,14 @@ class Solved:
     x: Float[np.ndarray, " parameters"]
     std: Float[np.ndarray, " parameters"]  # of x before the data
     root: Float[np.ndarray, "parameters parameters"]  # lower; root rootᵀ is the precision of x / std
-    y: Float[np.ndarray, " rows"]  # whitened, without what is fixed in the terms
 
     @cached_property
     def left(self) -> Float[np.ndarray, " rows"]:
         """Whitened rest."""
-        return self.y - sum(
-            (t.whitened(self.rung)[1] @ self.x[self._own(k)] for k, t in enumerate(self.terms)), np.zeros(1)
-        )
+        rest = self.rung.residual.copy()
+        for k, term in enumerate(self.terms):
+            rest[term.rows] -= self._taken(k)
+        return self.rung.whitened(rest)
 
     def left_of(self, residual: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
         """The rest of a balance's residual, as it is."""
@@ -165,9 +186,15 @@ class Solved:
 
     def explained(self, k: int, rung: Rung) -> Float[np.ndarray, " rows"]:
         """What the k-th term takes off the residual, whitened at a rung."""
-        fixed, columns = self.terms[k].whitened(rung)
-        part = columns @ self.of(k)[0]
-        return part if fixed is None else part + fixed
+        whole = np.zeros(len(rung.residual))
+        whole[self.terms[k].rows] = self._taken(k)
+        return rung.whitened(whole)
+
+    def _taken(self, k: int) -> Float[np.ndarray, " own"]:
+        """What the k-th term takes off the residual, on its own rows in the basis."""
+        term, x = self.terms[k], self.x[self._own(k)]
+        sizes = x if term.fixed is None else np.append(x, 1.0)
+        return np.asarray(term.own(self.rung.basis) @ sizes)
 
 
 class Balance:
@@ -175,6 +202,7 @@ class Balance:
 
     def __init__(self, trials: Sequence[TrialRows], settings: DiagnosisSettings) -> None:
         self.trials, self.settings = tuple(trials), settings
+        self._scenes = tuple(t.scene for t in trials)
         self.start: Int[np.ndarray, " trials+1"] = np.concatenate(
             [[0], np.cumsum([len(t.residual) for t in trials])]
         )
@@ -214,7 +242,7 @@ class Balance:
     @property
     def scenes(self) -> tuple[Scene, ...]:
         """Of the trials."""
-        return tuple(t.scene for t in self.trials)
+        return self._scenes
 
     def rows_of(self, candidate: Candidate, eta: Eta) -> CandidateRows | None:
         """A candidate's rows at η, of the trials that it touches; None where it touches none."""
@@ -252,22 +280,33 @@ class Balance:
         if rows.fixed is not None:
             fixed = np.zeros(len(self.residual))
             fixed[rows.span] = rows.fixed
-        return Term(rows.candidate, rows.eta, fixed, columns, rows.prior_std, usual_std=rows.usual_std)
+        return Term(
+            rows.candidate,
+            rows.eta,
+            fixed,
+            columns,
+            rows.prior_std,
+            rows.tangent_mean,
+            rows.usual_std,
+            rows.span,
+        )
 
-    def whiten_ahead(self, terms: Sequence[Term], near: Rung) -> None:
-        """Whitened columns of many terms at once, at a rung and where a climb from it looks first."""
+    def see_ahead(self, terms: Sequence[Term], near: Rung) -> None:
+        """Many terms at once, at a rung and where a climb from it looks first."""
+        kept = self.basis.kept
         for rung in self.ladder.around(near):
-            fresh = [t for t in terms if id(rung) not in t.seen and t.columns.shape[1]]
-            both = [t.within(self.basis) for t in fresh]
-            parts = [columns if f is None else np.column_stack([columns, f]) for f, columns in both]
-            if not fresh:
-                continue
-            whole = rung.whitened(np.concatenate(parts, axis=1))
-            ends = np.cumsum([part.shape[1] for part in parts])
-            for term, part in zip(fresh, np.split(whole, ends[:-1], axis=1), strict=True):
-                n = term.columns.shape[1]
-                fixed = None if term.fixed is None else part[:, n].copy()
-                term.seen[id(rung)] = fixed, part[:, :n].copy()
+            alike: dict[tuple[int, int], list[Term]] = {}
+            for term in terms:
+                if not kept.has("seen", term.same, rung):
+                    alike.setdefault((term.rows.start, term.rows.stop), []).append(term)
+            for some in alike.values():
+                parts = [term.own(self.basis) for term in some]
+                whole = rung.seen(np.concatenate(parts, axis=1), some[0].rows)
+                ends = np.cumsum([part.shape[1] for part in parts])
+                for term, end in zip(some, ends, strict=True):
+                    own = slice(end - term.own(self.basis).shape[1], end)
+                    scaled, along = whole.scaled[:, own].copy(), whole.along[:, own].copy()
+                    kept.put(Seen(whole.rows, scaled, along), "seen", term.same, rung)
 
     def mass_strain(self, solved: Solved) -> float:
         """How far a hypothesis needs the body's mass from the entered one, in prior standard deviations.
@@ -279,29 +318,17 @@ class Balance:
     def solve_at(self, terms: Sequence[Term], rung: Rung) -> Solved:
         """Terms fitted together at one scale."""
         self.evaluations += len(self.residual)
-        y = rung.y
-        for term in terms:
-            fixed, _ = term.whitened(rung)
-            if fixed is not None:
-                y = y - fixed
         std = np.concatenate([t.prior_std for t in terms]) if terms else np.zeros(0)
+        M, b, square = _normal_equations(terms, rung)
         if not len(std):
-            log = rung.constant - 0.5 * float(y @ y)
-            return Solved(tuple(terms), rung, log, std, std, np.zeros((0, 0)), y)
-        M = np.zeros((len(std), len(std)))
-        ends = np.cumsum([len(t.prior_std) for t in terms])
-        owns = [slice(end - len(t.prior_std), end) for t, end in zip(terms, ends, strict=True)]
-        for k, term in enumerate(terms):
-            for i in range(k + 1):
-                M[owns[k], owns[i]] = term.product(terms[i], rung)
+            return Solved(tuple(terms), rung, rung.constant - 0.5 * square, std, std, np.zeros((0, 0)))
         M *= np.outer(std, std)  # unit prior; the lower triangle is enough
         M[np.arange(len(M)), np.arange(len(M))] += 1.0
-        b = std * np.concatenate([t.whitened(rung)[1].T @ y for t in terms])
+        b *= std
         L = cholesky(M, lower=True, overwrite_a=True, check_finite=False)
         u = cho_solve((L, True), b, check_finite=False)
-        log = rung.constant - 0.5 * float(y @ y - b @ u) - float(np.log(np.diag(L)).sum())
-        x = u * std
-        return Solved(tuple(terms), rung, log, x, std, L, y)
+        log = rung.constant - 0.5 * float(square - b @ u) - float(np.log(np.diag(L)).sum())
+        return Solved(tuple(terms), rung, log, u * std, std, L)
 
     def solve(self, terms: Sequence[Term], near: Rung | None = None) -> Solved:
         """Terms fitted together at the scales that suit them best.
@@ -330,3 +357,27 @@ def with_the_usual(
     own = np.arange(len(within))
     within[own, own] = np.maximum(within[own, own], 0.0)  # rounding, where the sum is known exactly
     return x / share, within / np.outer(share, share)
+
+
+def _normal_equations(
+    terms: Sequence[Term], rung: Rung
+) -> tuple[Float[np.ndarray, "parameters parameters"], Float[np.ndarray, " parameters"], float]:
+    """Columnsᵀ K⁻¹ columns (the lower triangle), columnsᵀ K⁻¹ y, yᵀ K⁻¹ y: y is without what is fixed."""
+    ends = np.cumsum([0, *(len(t.prior_std) for t in terms)])
+    M, b, square = np.zeros((ends[-1], ends[-1])), np.zeros(ends[-1]), rung.square
+    for k, term in enumerate(terms):
+        own, n = slice(ends[k], ends[k + 1]), len(term.prior_std)
+        on_residual = term.on_residual(rung)
+        b[own] += on_residual[:n]
+        if term.fixed is not None:
+            square -= 2.0 * float(on_residual[n])
+        for i, other in enumerate(terms[: k + 1]):
+            product, m = term.product(other, rung), len(other.prior_std)
+            M[own, ends[i] : ends[i + 1]] = product[:n, :m]
+            if other.fixed is not None:
+                b[own] -= product[:n, m]
+            if term.fixed is not None and other is not term:
+                b[ends[i] : ends[i + 1]] -= product[n, :m]
+            if term.fixed is not None and other.fixed is not None:
+                square += (1.0 if other is term else 2.0) * float(product[n, m])
+    return M, b, square

@@ -19,9 +19,13 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 from scipy.linalg import block_diag, cholesky, eigh, solve_triangular
+from scipy.linalg.blas import dsyrk
 from scipy.linalg.lapack import dpotri
 
+from solver.diagnosis.kept import Kept
+
 ALL = slice(None)
+MOST_KEPT_BYTES = 300e6  # of what terms and places look like at rungs
 LEAST_SHARED = 1e-10  # of the variance of a direction, that shared columns add to it: rounding
 
 
@@ -64,11 +68,39 @@ class Covariances:
         return np.asarray(block_diag(*self.model))
 
 
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """Columns as a rung sees them, on the rows of some trials.
+
+    Columnsᵀ K⁻¹ other columns is the product of what is scaled, on the rows that both have, less that of what
+    lies along directions that trials share.
+    """
+
+    rows: slice
+    scaled: Float[np.ndarray, "own some"]
+    along: Float[np.ndarray, "directions some"]
+
+    @property
+    def nbytes(self) -> int:
+        """That it takes."""
+        return self.scaled.nbytes + self.along.nbytes
+
+    def times(self, other: "Seen") -> Float[np.ndarray, "some others"]:
+        """Columnsᵀ K⁻¹ other columns."""
+        first, last = max(self.rows.start, other.rows.start), min(self.rows.stop, other.rows.stop)
+        shared = self.along.T @ other.along
+        if first >= last:
+            return np.asarray(-shared)
+        own, others = (s.scaled[first - s.rows.start : last - s.rows.start] for s in (self, other))
+        return np.asarray(own.T @ others - shared)
+
+
 class Basis:
     """Coordinates in which rungs whiten and weigh: the rows themselves where these are few."""
 
     def __init__(self, of: Covariances) -> None:
         self.of = of
+        self.kept = Kept(MOST_KEPT_BYTES)  # of rungs, by what it was made of
 
     @cached_property
     def residual(self) -> Float[np.ndarray, " rows"]:
@@ -174,9 +206,14 @@ class Rung(ABC):
         return self.basis.of.at(self.scale, self.slack)
 
     @cached_property
-    def y(self) -> Float[np.ndarray, " rows"]:
-        """Whitened residual."""
-        return self.whitened(self.residual)
+    def seen_residual(self) -> Seen:
+        """The residual, as products with it need it."""
+        return self.seen(self.residual[:, None], slice(0, len(self.residual)))
+
+    @cached_property
+    def square(self) -> float:
+        """Residualᵀ K⁻¹ residual."""
+        return float(self.seen_residual.times(self.seen_residual)[0, 0])
 
     @cached_property
     def constant(self) -> float:
@@ -198,6 +235,10 @@ class Rung(ABC):
     @abstractmethod
     def whitened(self, columns: Float[np.ndarray, "rows *some"]) -> Float[np.ndarray, "rows *some"]:
         """W columns, with some W for which Wᵀ W is K⁻¹."""
+
+    @abstractmethod
+    def seen(self, columns: Float[np.ndarray, "own some"], span: slice) -> Seen:
+        """Columns on the rows of some trials, as their products with others need them."""
 
     @abstractmethod
     def weighted(
@@ -225,6 +266,12 @@ class WholeRung(Rung):
     def whitened(self, columns: Float[np.ndarray, "rows *some"]) -> Float[np.ndarray, "rows *some"]:
         """L⁻¹ columns."""
         return np.asarray(solve_triangular(self.factor, columns, lower=True, check_finite=False))
+
+    def seen(self, columns: Float[np.ndarray, "own some"], span: slice) -> Seen:
+        """L⁻¹ columns; nothing is shared beside that."""
+        whole = np.zeros((len(self.residual), columns.shape[1]))
+        whole[span] = columns
+        return Seen(slice(0, len(whole)), self.whitened(whole), np.zeros((0, columns.shape[1])))
 
     def weighted(
         self, columns: Float[np.ndarray, "own *some"], span: slice = ALL
@@ -271,6 +318,12 @@ class TurnedRung(Rung):
         U, g = self.shared
         return self._without((1.0 - (1.0 + g) ** -0.5) / g, self._scaled(columns, ALL), U)
 
+    def seen(self, columns: Float[np.ndarray, "own some"], span: slice) -> Seen:
+        """D^-½ columns, and diag(1 + g)^-½ Uᵀ D^-½ columns."""
+        U, g = self.shared
+        scaled = self._scaled(columns, span)
+        return Seen(span, scaled, (U[span].T @ scaled) / np.sqrt(1.0 + g)[:, None])
+
     def weighted(
         self, columns: Float[np.ndarray, "own *some"], span: slice = ALL
     ) -> Float[np.ndarray, "own *some"]:
@@ -295,4 +348,5 @@ class TurnedRung(Rung):
         U, g = self.shared
         half = X / self.deviation[own]
         along = (half @ U[own]) / np.sqrt(1.0 + g)
-        return np.asarray(half @ half.T - along @ along.T)
+        P = dsyrk(-1.0, along, beta=1.0, c=dsyrk(1.0, half), overwrite_c=True)
+        return np.asarray(np.triu(P) + np.triu(P, 1).T)

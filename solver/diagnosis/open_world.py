@@ -193,15 +193,5 @@ def _of_each_size(balance: Balance, cause: Outside) -> list[Term]:
         return []
     return [
         first,
-        *(
-            replace(
-                first,
-                eta=(size,),
-                prior_std=first.prior_std * size / SIZES[0],
-                turned=first.turned,
-                seen=first.seen,
-                met=first.met,
-            )
-            for size in SIZES[1:]
-        ),
+        *(replace(first, eta=(size,), prior_std=first.prior_std * size / SIZES[0]) for size in SIZES[1:]),
     ]

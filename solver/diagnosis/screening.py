@@ -93,15 +93,17 @@ class Stack:
         return (self.columns.reshape(many * width, own) @ weights).reshape(many, width, *weights.shape[1:])
 
     def products(self, rung: Rung) -> Products:
-        """Only the precision of their trials is asked for."""
+        """Only the rows of their trials are looked at."""
         many, width, own = self.columns.shape
-        flat = self.columns.reshape(many * width, own)
-        CP = rung.weighted(flat.T, self.span).T.reshape(self.columns.shape)
-        CPC = CP @ self.columns.transpose(0, 2, 1)
+        parts = self.columns
+        if self.fixed is not None:
+            parts = np.concatenate([parts, self.fixed[:, None]], axis=1)
+        seen = rung.seen(parts.reshape(-1, own).T, self.span)
+        scaled, along = (np.reshape(part.T, (many, parts.shape[1], -1)) for part in (seen.scaled, seen.along))
+        whole = scaled @ scaled.transpose(0, 2, 1) - along @ along.transpose(0, 2, 1)
         if self.fixed is None:
-            return Products(CPC, np.zeros(CPC.shape[:2]), np.zeros(many))
-        CPf = (CP @ self.fixed[:, :, None])[:, :, 0]
-        return Products(CPC, CPf, _each_squared(rung.weighted(self.fixed.T, self.span).T, self.fixed))
+            return Products(whole, np.zeros(whole.shape[:2]), np.zeros(many))
+        return Products(whole[:, :width, :width], whole[:, :width, width], whole[:, width, width])
 
 
 def beside(accepted: Sequence[Term], rung: Rung) -> "Beside":

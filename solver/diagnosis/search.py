@@ -263,7 +263,7 @@ class Search:
                     chosen[one.rows.candidate.key] = balance.spread(one.rows)
         contenders = []
         refitted = [refined(balance, term, accepted, current.rung) for term in chosen.values()]
-        balance.whiten_ahead(refitted, current.rung)
+        balance.see_ahead(refitted, current.rung)
         for term in refitted:
             own, solved = term, balance.solve([*accepted, term], near=current.rung)
             if solved.rung is not current.rung and own.tangent_mean:

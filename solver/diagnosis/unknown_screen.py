@@ -1,10 +1,11 @@
 """Every force of unknown course against the balance, at all its sizes, beside any accepted causes.
 
-A force's columns are splines times levers, each of which lasts for a few windows: only these are kept. Their
-product with the precision of a rung is made once for each point of a body and serves every direction, every
-size, and whatever is accepted, which only takes a matrix of low rank off it (see `screening`).
+The product of its columns with the precision of a rung serves every direction, every size, and whatever is
+accepted, which only takes a matrix of low rank off it (see `screening`). All places of one trial are asked
+together: they share their splines.
 """
 
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,12 +16,14 @@ from scipy.linalg.lapack import dpotrf, dtrtrs
 from solver.diagnosis.balance import Balance
 from solver.diagnosis.covariances import Rung
 from solver.diagnosis.remainder import Unknown, UnknownForce, UnknownMoment, unknown_forces
-from solver.diagnosis.rows import TrialRows
 from solver.diagnosis.screening import Beside
 from solver.diagnosis.unknown_course import courses_of
+from solver.diagnosis.unknown_rows import MOMENT, Courses, Located, Place, with_constants
 from solver.effects.effect import Eta
+from solver.effects.scene import Scene
 
-Key = tuple[str, str, int, bytes]  # trial, body, courses, point
+CourseKey = tuple[str, float, float | None]  # trial, knots, frequency
+Products = tuple[tuple[np.ndarray, np.ndarray | None], ...]  # of each place, its own and with moments
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,61 +36,6 @@ class Tried:
     x: Float[np.ndarray, " parameters"]
 
 
-@dataclass(frozen=True, eq=False)
-class Local:
-    """Splines along the axes of force, then of moment, on the rows of one trial; a constant is their sum.
-
-    Each spline lasts for some windows: of its rows only those are kept, from `first` on.
-    """
-
-    key: Key
-    span: slice
-    first: Int[np.ndarray, " splines"]
-    columns: Float[np.ndarray, "splines axes some"]
-
-    @staticmethod
-    def of(key: Key, span: slice, columns: Float[np.ndarray, "windows 6 axes splines"]) -> "Local":
-        """From all windows."""
-        windows, axes = columns.shape[0], columns.shape[2]
-        there = np.abs(columns).max(axis=(1, 2), initial=0.0) > 0
-        first = np.where(there.any(axis=0), there.argmax(axis=0), 0)
-        last = np.where(there.any(axis=0), windows - there[::-1].argmax(axis=0), 1)
-        length = int((last - first).max())
-        first = np.minimum(first, windows - length)
-        of_each = [columns[f : f + length, :, :, k].reshape(-1, axes).T for k, f in enumerate(first)]
-        return Local(key, span, 6 * first, np.stack(of_each))
-
-    @property
-    def splines(self) -> int:
-        """How many."""
-        return len(self.first)
-
-    @property
-    def axes(self) -> int:
-        """How many each has."""
-        return self.columns.shape[1]
-
-    def times(self, rows: Float[np.ndarray, "own *some"]) -> Float[np.ndarray, "columns *some"]:
-        """Columnsᵀ rows, one axis after the other."""
-        found = np.empty((self.axes, self.splines, *rows.shape[1:]))
-        for k, (first, columns) in enumerate(zip(self.first.tolist(), self.columns, strict=True)):
-            found[:, k] = columns @ rows[first : first + columns.shape[1]]
-        return found.reshape(self.axes * self.splines, *rows.shape[1:])
-
-    def sum(self, sizes: Float[np.ndarray, "axes splines"]) -> Float[np.ndarray, " own"]:
-        """All columns together, each of some size."""
-        rows = np.zeros(self.span.stop - self.span.start)
-        for k, (first, columns) in enumerate(zip(self.first.tolist(), self.columns, strict=True)):
-            rows[first : first + columns.shape[1]] += sizes[:, k] @ columns
-        return rows
-
-    def with_constants(self, values: Float[np.ndarray, "columns *rest"]) -> Float[np.ndarray, "more *rest"]:
-        """Something linear in columns, before each axis' splines that of their sum."""
-        by_axis = values.reshape(len(values) // self.splines, self.splines, *values.shape[1:])
-        whole = np.concatenate([by_axis.sum(axis=1, keepdims=True), by_axis], axis=1)
-        return whole.reshape(whole.shape[0] * whole.shape[1], *values.shape[1:])
-
-
 class UnknownScreen:
     """Unknown forces of all trials, each against the balance."""
 
@@ -95,9 +43,8 @@ class UnknownScreen:
         self._balance = balance
         self.free = unknown_forces(balance.scenes)  # at no point in particular yet
         self._trials = {t.scene.name: k for k, t in enumerate(balance.trials)}
-        self._courses: dict[tuple[str, float, float | None], np.ndarray] = {}
-        self._local: dict[Key, Local] = {}
-        self._products: dict[tuple[int, Key], np.ndarray] = {}
+        self._courses: dict[CourseKey, Courses] = {}
+        self._centres: dict[CourseKey, Located] = {}
 
     def at(self, candidates: Sequence[Unknown], beside: Beside) -> list[Tried]:
         """Each candidate at its best size, greatest gain first.
@@ -106,88 +53,156 @@ class UnknownScreen:
             candidates: of any trials.
             beside: accepted causes at one scale of the model error.
         """
-        tried = {c: self._tried(c, beside) for c in dict.fromkeys(candidates)}
+        together = defaultdict(list)
+        for candidate in dict.fromkeys(candidates):
+            together[_course_key(candidate)].append(candidate)
+        tried = {t.candidate: t for own in together.values() for t in self._of_one_course(own, beside)}
         return sorted((tried[c] for c in candidates), key=lambda t: -t.gain)
 
     def course_ground(self, one: Tried) -> Float[np.ndarray, "frames 3"]:
         """The force [N] or the moment [N·m] over the trial."""
-        return self._splines(one.candidate) @ self._coefficients(one)[:3].T
+        return self._courses_of(one.candidate).splines @ self._coefficients(one)[0].T
 
     def explained(self, one: Tried) -> Float[np.ndarray, " rows"]:
         """What it takes off the residual, in all trials' rows."""
-        local = self._local_of(one.candidate)
+        centres, place = self._centres_of(one.candidate), self._place(one.candidate)
+        located = centres if place in centres.places else self._located([one.candidate])
+        first, moments = self._coefficients(one)
         rows = np.zeros(int(self._balance.start[-1]))
-        rows[local.span] = local.sum(self._coefficients(one)[: local.axes])
+        rows[located.courses.span] = located.sum(first, located.axes(place))
+        if moments is not None:
+            rows[located.courses.span] += centres.sum(moments, centres.axes(MOMENT))
         return rows
 
-    def _coefficients(self, one: Tried) -> Float[np.ndarray, "6 splines"]:
-        """Of the splines along the axes of force, then of moment; of a moment its axes alone."""
+    def _coefficients(
+        self, one: Tried
+    ) -> tuple[Float[np.ndarray, "3 splines"], Float[np.ndarray, "3 splines"] | None]:
+        """Of the splines along the axes of the force or pure moment, then of what moment a force brings."""
+        by_axis = one.x.reshape(-1, 1 + self._courses_of(one.candidate).count)
+        whole = by_axis[:, :1] + by_axis[:, 1:]
         axes, _ = _axes(one.candidate)
-        by_axis = one.x.reshape(len(axes), -1)
-        whole = np.zeros((6, by_axis.shape[1] - 1))
-        whole[axes] = by_axis[:, :1] + by_axis[:, 1:]
-        return whole
+        first = np.zeros((3, whole.shape[1]))
+        first[axes] = whole[: len(axes)]
+        if not _is_free(one.candidate):
+            return first, None
+        return first, self._reach_m(one.candidate) * whole[3:]
 
-    def _tried(self, candidate: Unknown, beside: Beside) -> Tried:
-        local = self._local_of(candidate)
+    def _of_one_course(self, candidates: Sequence[Unknown], beside: Beside) -> list[Tried]:
+        """Candidates of one trial that share their splines."""
+        centres = self._centres_of(candidates[0])
+        here = [c for c in candidates if self._place(c) in centres.places]
+        elsewhere = [c for c in candidates if self._place(c) not in centres.places]
+        tried = self._tried(centres, here, beside) if here else []
+        if elsewhere:
+            tried += self._tried(self._located(elsewhere), elsewhere, beside)
+        return tried
+
+    def _tried(self, located: Located, candidates: Sequence[Unknown], beside: Beside) -> list[Tried]:
+        """Those at some places."""
+        rung = beside.rung
+        if located in self._centres.values():
+            products = rung.basis.kept.get(lambda: self._products(located, rung), "products", located, rung)
+        else:  # hardly ever asked for again
+            products = self._products(located, rung)
+        of_accepted, left = (part[located.courses.span] for part in beside.by_rows)
+        seen = located.times(np.column_stack([of_accepted, left]))
+        return [self._at_its_size(located, c, products, seen) for c in candidates]
+
+    def _at_its_size(
+        self,
+        located: Located,
+        candidate: Unknown,
+        products: Products,
+        seen: Float[np.ndarray, "axes splines accepted+1"],
+    ) -> Tried:
+        """One of them: its columns of a unit size, their information, and what they see of what is left."""
+        place, each = self._place(candidate), 1 + located.courses.count
         axes, sizes = _axes(candidate)
-        own = (axes[:, None] * (1 + local.splines) + np.arange(1 + local.splines)).ravel()
-        scale = np.repeat(sizes, 1 + local.splines) * self._trial(candidate).scene.weight_N
-        of_accepted, left = (part[local.span] for part in beside.by_rows)
-        W = scale[:, None] * local.with_constants(local.times(of_accepted))[own]
-        b = scale * local.with_constants(local.times(left))[own]
-        whole = self._product(beside.rung, local)
-        information = whole.copy() if len(own) == len(whole) else whole[np.ix_(own, own)]
+        own = (axes[:, None] * each + np.arange(each)).ravel()
+        whole, across = products[located.places.index(place)]
+        information = whole[np.ix_(own, own)]
+        of_left = with_constants(seen[located.axes(place)])[own]
+        unit = scale = np.repeat(sizes, each) * self._scene(candidate).weight_N
+        if _is_free(candidate):
+            assert across is not None
+            of_moments, _ = products[located.places.index(MOMENT)]
+            information = np.block([[information, across], [across.T, of_moments]])
+            of_left = np.concatenate([of_left, with_constants(seen[located.axes(MOMENT)])])
+            unit, scale = np.tile(unit, 2), np.concatenate([scale, self._reach_m(candidate) * scale])
+        of_left *= scale[:, None]
+        W, b = of_left[:, :-1], of_left[:, -1]
         information *= scale[:, None]
         information *= scale
         information -= W @ W.T
-        eta, gain, u = _at_its_size(information, b, candidate.starts(self._balance.scenes))
-        return Tried(candidate, eta, gain, eta[0] * scale * u)
+        eta, gain, u = _best_size(information, b, candidate.starts(self._balance.scenes))
+        return Tried(candidate, eta, gain, eta[0] * unit * u)
 
-    def _product(self, rung: Rung, local: Local) -> Float[np.ndarray, "columns columns"]:
-        """Columnsᵀ P columns with constants, nothing accepted."""
-        key = id(rung), local.key
-        if key not in self._products:
-            half = local.times(rung.precision_at(local.span))
-            whole = local.with_constants(local.times(np.ascontiguousarray(half.T)))
-            self._products[key] = local.with_constants(np.ascontiguousarray(whole.T))
-        return self._products[key]
+    def _products(self, located: Located, rung: Rung) -> Products:
+        """Columnsᵀ P columns of each place, nothing accepted, and with those of moments; constants first."""
+        weighted = located.times(rung.precision_at(located.courses.span))
+        found = []
+        for place in located.places:
+            axes = located.axes(place)
+            by_rows = with_constants(weighted[axes]).T
+            own = with_constants(located.times(by_rows, axes))
+            across = None
+            if MOMENT in located.places and place != MOMENT:
+                across = with_constants(located.times(by_rows, located.axes(MOMENT))).T
+            found.append((own, across))
+        return tuple(found)
 
-    def _trial(self, candidate: Unknown) -> TrialRows:
-        return self._balance.trials[self._trials[candidate.trial]]
+    def _scene(self, candidate: Unknown) -> Scene:
+        return self._balance.trials[self._trials[candidate.trial]].scene
 
-    def _local_of(self, candidate: Unknown) -> Local:
-        trial, start = self._trial(candidate), self._balance.start
-        scene = trial.scene
-        splines = self._splines(candidate)
-        centre = point = np.zeros(3)
-        if isinstance(candidate, UnknownForce):
-            centre = scene.skeleton.bodies[scene.skeleton.body_index(candidate.target)].com_body
-            point = centre if candidate.point_body is None else np.array(candidate.point_body)
-        key = candidate.trial, candidate.target, splines.shape[1], point.tobytes()
-        if key not in self._local:
-            k = self._trials[candidate.trial]
-            span = slice(int(start[k]), int(start[k + 1]))
-            moments = _moments(trial, splines)
-            if isinstance(candidate, UnknownMoment):
-                columns = moments
-            else:
-                columns = _forces(trial, splines, candidate.place_ground(scene) - scene.com_ground)
-                if np.array_equal(point, centre):
-                    columns = np.concatenate([columns, candidate.reach_m(scene) * moments], axis=2)
-            self._local[key] = Local.of(key, span, columns)
-        return self._local[key]
+    def _reach_m(self, candidate: Unknown) -> float:
+        assert isinstance(candidate, UnknownForce)
+        return candidate.reach_m(self._scene(candidate))
 
-    def _splines(self, candidate: Unknown) -> Float[np.ndarray, "frames splines"]:
+    def _courses_of(self, candidate: Unknown) -> Courses:
         """Its courses but for the constant."""
-        key = candidate.trial, candidate.knot_s, candidate.frequency_Hz
+        key = _course_key(candidate)
         if key not in self._courses:
-            scene = self._trial(candidate).scene
-            self._courses[key] = courses_of(scene, candidate.knot_s, candidate.frequency_Hz)[:, 1:]
+            k = self._trials[candidate.trial]
+            trial, start = self._balance.trials[k], self._balance.start
+            splines = courses_of(trial.scene, candidate.knot_s, candidate.frequency_Hz)[:, 1:]
+            self._courses[key] = Courses(trial, slice(int(start[k]), int(start[k + 1])), splines)
         return self._courses[key]
 
+    def _centres_of(self, candidate: Unknown) -> Located:
+        """The centres of mass of all bodies of its trial, and moments, along its courses."""
+        key = _course_key(candidate)
+        if key not in self._centres:
+            trial, knot_s, frequency_Hz = key
+            bodies = dict.fromkeys(
+                c.target for c in self.free if isinstance(c, UnknownForce) and c.trial == trial
+            )
+            free = [UnknownForce(name, trial, knot_s, frequency_Hz=frequency_Hz) for name in bodies]
+            self._centres[key] = self._located([*free, UnknownMoment("", trial, knot_s, frequency_Hz)])
+        return self._centres[key]
 
-def _at_its_size(
+    def _located(self, candidates: Sequence[Unknown]) -> Located:
+        """Columns at all places of candidates that share their splines."""
+        courses = self._courses_of(candidates[0])
+        scene = courses.trial.scene
+        columns = {}
+        for one in candidates:
+            if (place := self._place(one)) in columns:
+                continue
+            if isinstance(one, UnknownMoment):
+                columns[place] = courses.moments()
+            else:
+                columns[place] = courses.forces(one.place_ground(scene) - scene.com_ground)
+        return Located(courses, tuple(columns), np.concatenate(list(columns.values()), axis=1))
+
+    def _place(self, candidate: Unknown) -> Place:
+        if isinstance(candidate, UnknownMoment):
+            return MOMENT
+        skeleton, point = self._scene(candidate).skeleton, candidate.point_body
+        centre = skeleton.bodies[skeleton.body_index(candidate.target)].com_body
+        return candidate.target, np.asarray(centre if point is None else point, dtype=float).tobytes()
+
+
+def _best_size(
     information: Float[np.ndarray, "own own"], b: Float[np.ndarray, " own"], sizes: Sequence[Eta]
 ) -> tuple[Eta, float, Float[np.ndarray, " own"]]:
     """The best of ascending sizes, sought from the middle one both ways as long as the next is better.
@@ -218,36 +233,17 @@ def _at_its_size(
 
 
 def _axes(candidate: Unknown) -> tuple[Int[np.ndarray, " axes"], Float[np.ndarray, " axes"]]:
-    """Which of a point's axes a candidate has, and their relative sizes."""
+    """Which axes a force has at its place, or a moment, and their relative sizes."""
     if isinstance(candidate, UnknownMoment):
         return np.arange(3), np.ones(3)
-    if candidate.point_body is None:
-        return np.arange(6), np.ones(6)
     sizes = np.array(candidate.directions)
     return np.flatnonzero(sizes), sizes[sizes != 0]
 
 
-def _forces(
-    trial: TrialRows, splines: Float[np.ndarray, "frames splines"], arm_ground: Float[np.ndarray, "frames 3"]
-) -> Float[np.ndarray, "windows 6 3 splines"]:
-    """Forces along the ground's axes, this far from the centre of mass [m], and their moments about it."""
-    force = trial.windows.means(splines)
-    x, y, z = (trial.windows.means(arm_ground[:, i : i + 1] * splines) for i in range(3))
-    rows = np.zeros((len(force), 6, 3, force.shape[1]))
-    for axis in range(3):
-        rows[:, axis, axis] = force
-    rows[:, 4, 0], rows[:, 5, 0] = z, -y
-    rows[:, 3, 1], rows[:, 5, 1] = -z, x
-    rows[:, 3, 2], rows[:, 4, 2] = y, -x
-    return rows
+def _is_free(candidate: Unknown) -> bool:
+    """Whether it acts anywhere near a body's centre of mass, and so brings a moment."""
+    return isinstance(candidate, UnknownForce) and candidate.point_body is None
 
 
-def _moments(
-    trial: TrialRows, splines: Float[np.ndarray, "frames splines"]
-) -> Float[np.ndarray, "windows 6 3 splines"]:
-    """Moments about the ground's axes."""
-    means = trial.windows.means(splines)
-    rows = np.zeros((len(means), 6, 3, means.shape[1]))
-    for axis in range(3):
-        rows[:, 3 + axis, axis] = means
-    return rows
+def _course_key(candidate: Unknown) -> CourseKey:
+    return candidate.trial, candidate.knot_s, candidate.frequency_Hz

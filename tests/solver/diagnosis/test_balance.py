@@ -118,18 +118,16 @@ def test_a_terms_rows_are_the_candidates_signature(balance, terms):
     np.testing.assert_allclose(terms[1].fixed, rows.reduced(shifted), atol=1e-9)
 
 
-def test_terms_whitened_together_are_those_whitened_one_by_one(balance, terms):
-    alone = [replace(t, seen={}, met={}) for t in terms]
-    together = [replace(t, seen={}, met={}) for t in terms]
-    near = balance.rungs[5]
-    balance.whiten_ahead(together, near)
+def test_terms_seen_together_are_those_seen_one_by_one(balance, terms):
+    alone = [replace(t, same=object()) for t in terms]
+    together = [replace(t, same=object()) for t in terms]
+    near, kept = balance.rungs[5], balance.basis.kept
+    balance.see_ahead(together, near)
     for rung in balance.ladder.around(near):
         for one, other in zip(alone, together, strict=True):
-            assert (id(rung) in other.seen) == bool(other.columns.shape[1])
-            for own, ahead in zip(one.whitened(rung), other.whitened(rung), strict=True):
-                assert (own is None) == (ahead is None)
-                if own is not None:
-                    np.testing.assert_allclose(ahead, own, atol=1e-9 * max(1.0, np.abs(own).max(initial=0)))
+            assert kept.has("seen", other.same, rung)
+            np.testing.assert_allclose(other.seen(rung).scaled, one.seen(rung).scaled, atol=1e-9)
+            np.testing.assert_allclose(other.product(one, rung), one.product(one, rung), rtol=1e-9)
 
 
 def test_a_target_that_no_trial_has_is_no_term(balance):

@@ -57,8 +57,9 @@ def test_a_rung_is_the_dense_matrix(of, basis, scale, slack):
     turned = rung.basis.turned(columns)
     whitened = rung.whitened(turned)
     np.testing.assert_allclose(whitened.T @ whitened, columns.T @ Q @ columns, rtol=1e-8, atol=1e-10)
-    np.testing.assert_allclose(whitened.T @ rung.y, columns.T @ Q @ of.residual, rtol=1e-8, atol=1e-10)
-    assert rung.y @ rung.y == pytest.approx(of.residual @ Q @ of.residual, rel=1e-9)
+    on_residual = rung.seen(turned, slice(0, len(K))).times(rung.seen_residual)[:, 0]
+    np.testing.assert_allclose(on_residual, columns.T @ Q @ of.residual, rtol=1e-8, atol=1e-10)
+    assert rung.square == pytest.approx(of.residual @ Q @ of.residual, rel=1e-9)
     assert rung.constant == pytest.approx(-1.5 - 0.5 * np.linalg.slogdet(K)[1], abs=1e-8)
     np.testing.assert_allclose(rung.covariance, K, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(of.variance(scale, slack), np.diag(K), rtol=1e-12)
@@ -76,6 +77,21 @@ def test_columns_of_some_trials_are_weighted_there(of, basis, span):
     turned = rung.basis.turned(columns, span)
     product = turned.T @ rung.weighted(turned, span)
     np.testing.assert_allclose(product, columns.T @ Q[span, span] @ columns, rtol=1e-8)
+
+
+@pytest.mark.parametrize("basis", [Basis, TrialsBasis])
+@pytest.mark.parametrize(
+    "spans",
+    [(SECOND, SECOND), (SECOND, slice(0, 9)), (slice(0, 23), slice(9, 28)), (slice(23, 28), slice(0, 28))],
+)
+def test_columns_of_some_trials_meet_those_of_others(of, basis, spans):
+    rung = basis(of).rung(0.7, 0.5, 0.0)
+    Q = np.linalg.inv(dense(of, 0.7, 0.5))
+    rng = np.random.default_rng(6)
+    columns = [rng.normal(size=(span.stop - span.start, n)) for n, span in zip((2, 3), spans, strict=True)]
+    one, other = (rung.seen(rung.basis.turned(c, span), span) for c, span in zip(columns, spans, strict=True))
+    expected = columns[0].T @ Q[spans[0], spans[1]] @ columns[1]
+    np.testing.assert_allclose(one.times(other), expected, rtol=1e-8, atol=1e-9)
 
 
 @pytest.fixture(scope="module")

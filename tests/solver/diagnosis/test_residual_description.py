@@ -155,4 +155,4 @@ def test_what_reading_put_right_is_described_as_if_it_had_not(short_scene):
 
 
 def replace_fixed(term, fixed):
-    return replace(term, fixed=fixed, columns=np.zeros((len(fixed), 0)), seen={})
+    return replace(term, fixed=fixed, columns=np.zeros((len(fixed), 0)), same=object())
