@@ -21,6 +21,13 @@ ACTIVITIES: dict[str, tuple[str, ...]] = {
 ERRONEOUS = "erroneous"  # a stretch that must not be used
 
 
+def activity_words(activity: str, subclass: str | None) -> str:
+    """What people call an activity; a subclass that has its word already stands alone: "drop jump"."""
+    if subclass is None:
+        return activity
+    return subclass if activity in subclass.split() else f"{activity} {subclass}"
+
+
 def checked_activity(activity: str, subclass: str | None) -> None:
     """Refuse an activity or a subclass that the list does not have.
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from annotations.activities import checked_activity
+from annotations.activities import activity_words, checked_activity
 from annotations.events import FrameRange, RefuseActivity
 from annotations.open_proposals import SAME
 from annotations.runs import true_runs
@@ -28,7 +28,7 @@ class SuggestedActivity(FrameRange):
     @property
     def label(self) -> str:
         """Activity and subclass in one."""
-        return " ".join(filter(None, (self.activity, self.subclass)))
+        return activity_words(self.activity, self.subclass)
 
 
 def open_suggestions(

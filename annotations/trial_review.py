@@ -6,7 +6,7 @@ from enum import StrEnum
 import numpy as np
 from jaxtyping import Bool, Shaped
 
-from annotations.activities import ERRONEOUS
+from annotations.activities import ERRONEOUS, activity_words
 from annotations.errors import ReviewError
 from annotations.events import IMPORTED, Proposal, RefuseActivity, Status
 from annotations.unreadable import UnreadableRow
@@ -68,7 +68,7 @@ class ActivityRange:
     @property
     def label(self) -> str:
         """Activity and subclass in one."""
-        return " ".join(filter(None, (self.activity, self.subclass)))
+        return activity_words(self.activity, self.subclass)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,5 +1,6 @@
 """An edit as one line for people."""
 
+from annotations.activities import activity_words
 from annotations.events import (
     AcceptProposal,
     ClearActivity,
@@ -36,11 +37,11 @@ def said_by(event: Event) -> str:
         case RejectProposal(proposal):
             line = f"{_proposed(proposal)} rejected"
         case SetActivity(start, end, activity, subclass):
-            line = f"frames {start} to {end - 1}: {' '.join(filter(None, (activity, subclass)))}"
+            line = f"frames {start} to {end - 1}: {activity_words(activity, subclass)}"
         case ClearActivity(start, end):
             line = f"frames {start} to {end - 1}: activity removed"
         case RefuseActivity(start, end, activity, subclass):
-            named = " ".join(filter(None, (activity, subclass)))
+            named = activity_words(activity, subclass)
             line = f"frames {start} to {end - 1}: the suggestion {named} refused"
         case SetStatus(status, left_out=left_out):
             line = str(status) + (f", {len(left_out)} undecided proposals stay left out" if left_out else "")

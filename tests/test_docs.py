@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from addb_viewer.app.shell.keys import COMMANDS
+from addb_viewer.app.shell.commands import COMMANDS
 from solver.effects.catalogue import IDS, MARKER_IDS
 from solver.settings import Settings, as_toml, tables
 
@@ -45,7 +45,7 @@ def links():
 def test_the_keys_of_the_app_are_those_on_its_page():
     rows = [line.strip("|").split("|") for line in section("docs/app.md", "Keys").splitlines() if "|" in line]
     told = [tuple(cell.strip() for cell in row) for row in rows[2:]]
-    assert told == [(command.shown, command.label) for command in COMMANDS]
+    assert told == [(command.shown, command.label, f"`{command.action}`") for command in COMMANDS]
 
 
 def test_the_keys_in_the_readme_do_what_it_says():

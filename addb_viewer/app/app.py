@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 import webbrowser
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -24,6 +25,8 @@ from addb_viewer.app.security.control_guard import ControlGuard
 from addb_viewer.app.security.server import AppServer, address, open_server
 from addb_viewer.app.security.trial_address import TrialAddress
 from addb_viewer.app.shell.actions import connect
+from addb_viewer.app.shell.commands import COMMANDS, Command
+from addb_viewer.app.shell.key_file import chosen_commands
 from addb_viewer.app.shell.playback import Pace
 from addb_viewer.app.shell.session import Session
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
@@ -45,6 +48,7 @@ class ReviewApp:
         *,
         login: str | None = None,
         access: Access | None = None,
+        commands: Sequence[Command] = COMMANDS,
     ) -> None:
         """Serve from now on.
 
@@ -54,11 +58,12 @@ class ReviewApp:
             first: name of the subject that browsers begin with.
             login: name that is suggested to who has not said one; None: whoever is logged in here.
             access: that the server asks.
+            commands: what keys do.
         """
         sys.setswitchinterval(SWITCH_S)
         self.server, self.queue, self.access = server, trials, access or Access.of("127.0.0.1")
         self.subjects = trials.subjects
-        self.pace, self.channels = Pace(), Channels(server.own)
+        self.pace, self.channels, self._commands = Pace(), Channels(server.own), commands
         self.sessions: dict[int, Session] = {}
         self._first, self._login = first, _login_name() if login is None else login
         self._lock = threading.Lock()
@@ -92,7 +97,7 @@ class ReviewApp:
             channel = self.channels.open(page)
             session = Session(client, self.queue, shared, self.pace, memory, channel=channel)
             session.at_end = partial(self.channels.close, page, channel)
-            connect(session)
+            connect(session, self._commands)
         except Exception as error:  # a browser that left at once, or a subject that broke meanwhile
             people.leave(client.client_id)
             Notices(client).error("Opening the page", error)
@@ -161,15 +166,18 @@ def start(
         log: file that the session is written down in.
 
     Raises:
+        KeyFileError: the user's file of keys cannot be used.
         CaptureError, ResultsError: the folder, or the fit of the first subject, cannot be read; or the log
             cannot be made.
         AddressError: the host is no address of this machine.
     """
+    commands = chosen_commands()
     trials = TrialQueue(OpenSubjects(open_root(folder), results, log))
     first = _first_of(trials)
     access = Access.of(host)
     server = open_server(host, port, access)
-    return ReviewApp(server, trials, first, login=None if is_loopback(host) else "", access=access)
+    login = None if is_loopback(host) else ""
+    return ReviewApp(server, trials, first, login=login, access=access, commands=commands)
 
 
 def _first_of(trials: TrialQueue) -> str:

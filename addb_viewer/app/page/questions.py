@@ -1,7 +1,8 @@
 """What one browser is asked: one thing at a time, in a dialog that keeps the keys until it is answered."""
 
 import html
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import viser
@@ -25,6 +26,7 @@ class Questions:
         self._gui, self._notices = gui, notices
         self._open: GuiModalHandle | None = None
         self._then: Then | None = None
+        self._options: Mapping[str, Then] = {}  # by key
 
     @property
     def waits(self) -> bool:
@@ -63,6 +65,52 @@ class Questions:
         if third is not None and also is not None:
             third.on_click(self._notices.in_order(also[0], lambda: self._instead(modal, also[1])))
         self._open, self._then = modal, then
+
+    def offer(
+        self, title: str, options: Sequence[tuple[str, str, Then]], yes: tuple[str, Then] | None = None
+    ) -> None:
+        """Let a person choose one of several things, by its key or its button; Escape chooses none.
+
+        Args:
+            title: what is chosen.
+            options: each with its key, empty where it has none; what its button says; and what it does.
+            yes: what Y does, where one of them is the likeliest.
+        """
+        self.no()
+        modal = self._gui.add_modal(title)
+        with modal:
+            stay = self._gui.add_button("Go back (Esc)", color="gray")
+            buttons = [] if yes is None else [(self._gui.add_button(f"{yes[0]} (Y)"), yes[1])]
+            for key, words, then in options:
+                button = self._gui.add_button(f"{words} ({key})" if key else words, color="gray")
+                buttons.append((button, then))
+        stay.on_click(self._notices.in_order("Answering", self.no))
+        for button, then in buttons:
+            button.on_click(self._notices.in_order(title, partial(self._instead, modal, then)))
+        self._open, self._then = modal, None if yes is None else yes[1]
+        self._options = {key: then for key, _, then in options if key}
+
+    def show(self, title: str, content: str) -> None:
+        """Show something until Escape.
+
+        Args:
+            title: what it is.
+            content: safe HTML.
+        """
+        self.no()
+        modal = self._gui.add_modal(title)
+        with modal:
+            self._gui.add_html(content)
+            stay = self._gui.add_button("Close (Esc)", color="gray")
+        stay.on_click(self._notices.in_order("Closing", self.no))
+        self._open, self._then = modal, None
+
+    def choose(self, key: str) -> None:
+        """Take the option of a key; nothing where none has it."""
+        then = self._options.get(key)
+        if then is not None:
+            self._close()
+            then()
 
     def ask_name(self, suggested: str, then: Callable[[str], None]) -> None:
         """Ask who is here.
@@ -123,6 +171,7 @@ class Questions:
     def _close(self) -> None:
         assert self._open is not None
         modal, self._open, self._then = self._open, None, None
+        self._options = {}
         modal.close()
 
 

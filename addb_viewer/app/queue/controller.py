@@ -52,7 +52,7 @@ class QueueController:
         for handle in (self.which, self.words):
             handle.on_update(notices.in_order("Filtering", self.draw))
         self.fit_all.on_click(notices.in_order("Fitting all", self.fit_unfitted))
-        self.cancel.on_click(notices.in_order("Cancelling", trials.fit_all.cancel))
+        self.cancel.on_click(notices.in_order("Cancelling", trials.cancel_fits))
         self.again.on_click(notices.in_order("Reading the queue", lambda: self.show(anew=True)))
 
     def show(self, *, anew: bool = False) -> None:
@@ -132,6 +132,12 @@ class QueueController:
         """The trial to go on with by filter and order, offered to nobody else and nobody else's; or None."""
         rows, here = [row for row in self._let_through() if not self._left_to(row)], self.here
         return self.trials.people.offer(self.screen.page, lambda taken: next_trial(rows, here, taken))
+
+    def fit_ahead(self) -> None:
+        """Have the next unfitted trials fitted in the background, while this one is reviewed."""
+        waiting = to_review(self._let_through(), self.here)
+        subjects = dict.fromkeys(row.subject for row in waiting if row.figures is None)
+        self.trials.fit_ahead(list(subjects), self.screen.reviewer.name)
 
     def outside(self) -> int:
         """How many trials wait for a person that the filter does not let through."""

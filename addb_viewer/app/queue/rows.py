@@ -159,7 +159,7 @@ def shown(rows: Sequence[Row], which: Filter, words: str = "") -> list[Row]:
 
 
 def next_trial(rows: Sequence[Row], here: TrialPlace | None, taken: Collection[TrialPlace]) -> Row | None:
-    """The next trial that waits for a person and that nobody else is on; None: there is none.
+    """The next trial that waits for a person and that nobody else is on, a fitted one if any; None: none.
 
     Args:
         rows: of the queue, in order.
@@ -169,7 +169,8 @@ def next_trial(rows: Sequence[Row], here: TrialPlace | None, taken: Collection[T
     places = [(row.subject, row.trial) for row in rows]
     after = places.index(here) + 1 if here in places else 0
     waiting = to_review((*rows[after:], *rows[:after]), here)
-    return next((row for row in waiting if (row.subject, row.trial) not in taken), None)
+    free = [row for row in waiting if (row.subject, row.trial) not in taken]
+    return next((row for row in free if row.figures is not None), next(iter(free), None))
 
 
 def to_review(rows: Sequence[Row], here: TrialPlace | None) -> list[Row]:

@@ -1,6 +1,7 @@
 """The queue of all trials as every browser sees it, kept up to date; and the fits of all that have none."""
 
 import threading
+from collections.abc import Sequence
 
 from addb_viewer.app.jobs.fit_all import FitAll
 from addb_viewer.app.jobs.progress_html import task_words
@@ -10,6 +11,8 @@ from addb_viewer.app.queue.rows import Row, order
 from addb_viewer.app.queue.watch import QueueWatch, Signature, signature
 from addb_viewer.app.subjects.library import Library
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
+
+AHEAD = 2  # subjects that are fitted in the background before somebody comes to them
 
 
 class TrialQueue:
@@ -23,6 +26,7 @@ class TrialQueue:
         self._seen: dict[str, int] = {}  # by subject, the revision of its review that the rows know
         self._signatures: dict[str, Signature] = {}  # by subject, of what the rows were read from
         self._watch: QueueWatch | None = None
+        self._given_up: set[str] = set()  # subjects whose fit failed or was cancelled
         self.fit_all = FitAll(subjects.folders, self.is_wanted, self.is_solved, self.step_of_batch)
 
     @classmethod
@@ -70,6 +74,29 @@ class TrialQueue:
         others = {row.subject for row in rows if row.error or row.figures is not None}
         return [name for name in self.subjects.root.names if name not in others]
 
+    def fit_ahead(self, names: Sequence[str], by: str) -> None:
+        """Fit the first of these in the background, after all that people ask for.
+
+        Args:
+            names: of subjects, in the order in which they are wanted.
+            by: whose trials they will be.
+        """
+        unfitted = set(self.unfitted()) - self._given_up if self.subjects.several else ()
+        ahead = [name for name in names if name in unfitted][:AHEAD]
+        if ahead and not self.fit_all.state.running:
+            self.fit_all.start(ahead, by)
+
+    def is_being_fitted(self, name: str) -> bool:
+        """Whether a subject's fit is at work in the background, or waits its turn."""
+        state = self.fit_all.state
+        return name == state.subject or name in state.waiting
+
+    def cancel_fits(self) -> None:
+        """End the fits in the background; none of them begins again unasked."""
+        state = self.fit_all.state
+        self._given_up |= {state.subject, *state.waiting}
+        self.fit_all.cancel()
+
     def at_work(self) -> dict[str, str]:
         """What is at work, in words as safe HTML, by subject."""
         found = ((shared.name, shared.jobs.progress) for shared in self.subjects.loaded)
@@ -108,6 +135,7 @@ class TrialQueue:
         Args:
             ended: the subject that has ended; empty: none has.
         """
+        self._given_up |= self.fit_all.state.failures.keys()
         if ended:
             self.refresh(ended)
         self.people.queue_changed()

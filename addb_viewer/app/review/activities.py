@@ -1,9 +1,11 @@
 """What the person does: labels of the reviewer, and suggestions that they confirm or refuse."""
 
+from functools import partial
 from typing import Protocol
 
 from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.review.panel import ReviewPanel, activity_named
+from annotations.activities import ACTIVITIES, activity_words
 from annotations.errors import ReviewError
 from annotations.events import Event, RefuseActivity, SetActivity
 from annotations.suggested_activity import SuggestedActivity, open_suggestions
@@ -63,6 +65,33 @@ class ActivityLabels:
         note = self._of.note()
         self._of.record(SetActivity(start, end, activity, subclass, note))
         self._of.note_went(note)
+
+    def label_whole(self) -> None:
+        """A: choose what is done in the whole trial; Y takes the longest suggestion."""
+        replay = self._of.screen.replay
+        if replay is None:
+            raise ReviewError("no trial is open")
+        keys = "1234567890"
+        options = [
+            (keys[i : i + 1], activity, partial(self._label_whole, activity, None))
+            for i, activity in enumerate(ACTIVITIES)
+        ]
+        longest = max(self.suggested, key=lambda s: s.end - s.start, default=None)
+        yes = None
+        if longest is not None:
+            yes = (
+                f"{longest.label}, as suggested",
+                partial(self._label_whole, longest.activity, longest.subclass),
+            )
+        self._of.screen.questions.offer(f"What does the person do in {replay.name}?", options, yes)
+
+    def _label_whole(self, activity: str, subclass: str | None) -> None:
+        replay = self._of.screen.replay
+        assert replay is not None
+        note = self._of.note()
+        self._of.record(SetActivity(0, replay.frames, activity, subclass, note))
+        self._of.note_went(note)
+        self._of.screen.notices.tell("Labelled", f"The whole trial: {activity_words(activity, subclass)}.")
 
     def confirm(self) -> None:
         """The person does what is suggested."""

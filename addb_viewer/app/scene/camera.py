@@ -9,6 +9,7 @@ from jaxtyping import Float
 UP = np.array([0.0, 1.0, 0.0])
 FIELD_OF_VIEW = np.radians(40.0)  # vertical; wider bends limbs at the picture's edge
 DISTANCE = 3.3  # [m] a person fills the height
+MARGIN = 0.1  # of the picture, at each edge, around what is fitted into it
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,49 @@ def eye(
     """
     direction = view.forward * heading + view.right * np.cross(heading, UP) + view.up * UP
     return center + DISTANCE * direction / np.linalg.norm(direction)
+
+
+def distance_to_see(
+    points: Float[np.ndarray, "points 3"],
+    center: Float[np.ndarray, "3"],
+    back: Float[np.ndarray, "3"],
+    fov: float,
+    aspect: float,
+) -> float:
+    """How far from the centre a camera sees all points, with a margin [m].
+
+    Args:
+        points: to be seen [m].
+        center: what the camera looks at [m].
+        back: unit vector from the centre to the camera.
+        fov: vertical field of view [rad].
+        aspect: width of the picture in units of its height.
+    """
+    right = np.cross(UP, back)
+    right = right / np.linalg.norm(right) if np.linalg.norm(right) > 1e-6 else np.array([1.0, 0.0, 0.0])
+    above = np.cross(back, right)
+    seen = points - center
+    half = np.tan(fov / 2) * (1 - MARGIN)
+    needed = np.maximum(np.abs(seen @ above) / half, np.abs(seen @ right) / (half * aspect)) + seen @ back
+    return float(needed.max())
+
+
+def fit(client: viser.ClientHandle, points: Float[np.ndarray, "points 3"]) -> None:
+    """Bring all points into one browser's picture, seen from the present side.
+
+    Args:
+        client: the browser.
+        points: at least one [m].
+    """
+    center = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    camera = client.camera
+    back = np.asarray(camera.position) - np.asarray(camera.look_at)
+    back = back / np.linalg.norm(back)
+    aspect = camera.image_width / max(camera.image_height, 1)
+    distance = distance_to_see(points, center, back, FIELD_OF_VIEW, aspect)
+    with client.atomic():
+        camera.fov, camera.up_direction = FIELD_OF_VIEW, UP
+        camera.position, camera.look_at = center + distance * back, center
 
 
 def first_sight(server: viser.ViserServer) -> None:

@@ -131,6 +131,13 @@ class TrialScene:
             middle = PELVIS_TO_MIDDLE * float(bodies.position[frame, bodies.root, 1])
         return self.lab.position + self.path[frame] + np.array([0.0, middle, 0.0])
 
+    def extent(self, frame: int) -> Float[np.ndarray, "points 3"]:
+        """Where the person is on a frame [m], as the cameras see it: the markers, and the bodies of a fit."""
+        assert self.replay is not None
+        held, bodies = self.markers.tracks.held[frame].astype(float), self.replay.bodies
+        points = held if bodies is None else np.concatenate([held, bodies.position[frame]])
+        return self.lab.position + points[np.isfinite(points).all(axis=1)]
+
     def follow(self, on: bool, frame: int) -> None:
         """Start or stop following the pelvis without a jump of the picture."""
         self.anchor = self.lab.position + self.path[frame]

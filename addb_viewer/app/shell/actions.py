@@ -2,7 +2,7 @@
 
 import re
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -10,32 +10,44 @@ import viser
 
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.review.panel import DECIDE, EDITS, FINISH, SUGGESTION
+from addb_viewer.app.scene import camera
 from addb_viewer.app.scene.camera import VIEWS
 from addb_viewer.app.shell import keys
+from addb_viewer.app.shell.commands import Command
 from addb_viewer.app.shell.controls import MOVES, SPEED_NAMES
+from addb_viewer.app.shell.key_file import key_file
 from addb_viewer.app.shell.keys import Action
 from addb_viewer.app.shell.session import Session
+from addb_viewer.app.trial.worst_frame import worst_frame
+from annotations.errors import ReviewError
 from annotations.events import Status
 from annotations.reasons import REASON_KEYS, reason_named
 
 
-def connect(session: Session) -> None:
-    """Let the keys, and the panels' handles, act."""
+def connect(session: Session, commands: Sequence[Command]) -> None:
+    """Let the keys, and the panels' handles, act.
+
+    Args:
+        session: of the browser.
+        commands: with their keys.
+    """
     _bind_controls(session)
     _bind_review(session)
     _bind_solve(session)
-    s = session
-    keys.register(s.client.gui, s.channel, actions_of(s), s.notices, s.questions)
+    s, help_page = session, keys.page_html(commands, str(key_file()))
+    s.keys_page.content = help_page
+    actions = {**actions_of(s), "help": lambda: _toggle_help(s, help_page)}
+    keys.register(s.client.gui, s.channel, commands, keys.Acting(actions, s.notices, s.questions))
 
 
 def actions_of(session: Session) -> Mapping[str, Action]:
-    """One for each command of `keys.COMMANDS`."""
+    """One for each command of `COMMANDS` but the help."""
     s, review, solving = session, session.review, session.solving
     return {
         **moves_of(session),
         "range_start": _then(review.range_start, review.warm_up),
         "range_end": _then(review.range_end, review.warm_up),
-        **{f"paint_{key}": partial(review.paint, key) for key in (*(k.key for k in REASON_KEYS), "0")},
+        **{f"flag_{key}": partial(review.paint, key) for key in (*(k.key for k in REASON_KEYS), "0")},
         "foot": review.next_foot,
         "next": partial(review.step, 1),
         "previous": partial(review.step, -1),
@@ -44,6 +56,7 @@ def actions_of(session: Session) -> Mapping[str, Action]:
         "undo": s.finishing.undo,
         "redo": review.redo,
         "what_if": review.what_if,
+        "activity": review.activities.label_whole,
         "second_look": partial(review.set_status, Status.SECOND_LOOK),
         "solve": solving.solve,
         "compare": _then(solving.toggle, s.compare_changed),
@@ -51,6 +64,7 @@ def actions_of(session: Session) -> Mapping[str, Action]:
         "discard": solving.discard,
         "cancel": solving.cancel,
         "finish": s.finishing.finish,
+        "finish_sure": s.finishing.finish_sure,
         "report": partial(s.recording.write, ".html"),
         "record_rrd": partial(s.recording.write, ".rrd"),
         "record_mcap": partial(s.recording.write, ".mcap"),
@@ -59,7 +73,8 @@ def actions_of(session: Session) -> Mapping[str, Action]:
         "accept": s.diagnosis.accept,
         "reject": s.diagnosis.reject,
         **{f"view_{name.lower()}": partial(s.view, name) for name in VIEWS},
-        "yes": s.questions.yes,
+        "view_person": partial(_fit_view, s),
+        "yes": partial(_yes, s),
         "no": partial(_escape, s),
         "rename": s.reviewer.ask,
         "theme": lambda: s.set_dark(not s.memory.dark),
@@ -79,6 +94,8 @@ def moves_of(session: Session) -> Mapping[str, Action]:
         "on_second": lambda: p.step_seconds(1.0),
         "first": lambda: p.seek(0),
         "last": lambda: p.seek(p.frames - 1),
+        "worst": partial(_worst, session),
+        "loop": partial(_loop, session),
         "slower": p.slower,
         "stop": p.pause,
         "faster": p.faster,
@@ -226,8 +243,56 @@ def _escape(s: Session) -> None:
     if s.questions.waits:
         s.questions.no()
     else:
+        s.finishing.forget()
         s.notices.dismiss()
         s.review.drop()
+
+
+def _yes(s: Session) -> None:
+    """Y: yes to the question; where none is asked, the new solve is kept."""
+    if s.questions.waits:
+        s.questions.yes()
+    elif s.shared.fits.new is not None:
+        s.solving.keep()
+    else:
+        raise ReviewError("nothing is asked, and no new solve waits")
+
+
+def _toggle_help(s: Session, page: str) -> None:
+    """?: the keys, until ? or Esc."""
+    if s.questions.waits:
+        s.questions.no()
+    else:
+        s.questions.show("Keys", page)
+
+
+def _worst(s: Session) -> None:
+    """W: to the frame with the largest residual of those that the figures count."""
+    replay = s.replay
+    if replay is None or replay.residual is None or not replay.residual.used.any():
+        raise ReviewError("this needs a fit with forces; G solves")
+    found = worst_frame(replay.residual)
+    s.review.drop(only_whole=True)
+    s.seek(found.frame)
+    s.notices.tell("Worst frame that counts", found.words)
+
+
+def _loop(s: Session) -> None:
+    """Shift Space: the selected range again and again; once more, and it stops."""
+    chosen = s.review.chosen
+    if chosen is None or not s.review.selection.is_whole:
+        raise ReviewError("select a range first: I and O, N, or drag over the timeline")
+    s.playback.loop(*chosen)
+
+
+def _fit_view(s: Session) -> None:
+    """V: the whole person in the picture, from the side that the camera is on."""
+    if s.replay is None:
+        return
+    points = s.scene.extent(s.frame)
+    if len(points) < 2:
+        raise ReviewError(f"nobody is seen on frame {s.frame}; go to another one")
+    camera.fit(s.client, points)
 
 
 def _scrub(s: Session) -> None:

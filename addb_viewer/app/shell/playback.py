@@ -84,6 +84,7 @@ class Playback:
         self._frames, self._rate = 1, 1.0
         self._frame, self._speed, self._playing = 0.0, 1.0, False
         self._started_at, self._started_frame = 0.0, 0.0
+        self._loop: tuple[int, int] | None = None  # frames that are played again and again
         self._dirty, self._stopped = False, False
         self._thread = threading.Thread(target=self._run, name="playback", daemon=True)
 
@@ -104,6 +105,7 @@ class Playback:
         with self._wake:
             self._frames, self._rate = max(frames, 1), rate
             self._frame, self._playing = float(min(max(frame, 0), self._frames - 1)), False
+            self._loop = None
             self._changed()
 
     @property
@@ -120,7 +122,7 @@ class Playback:
     def seek(self, frame: int) -> None:
         """Pause at a frame, or at the nearest one that exists."""
         with self._wake:
-            self._playing = False
+            self._playing, self._loop = False, None
             self._frame = float(min(max(frame, 0), self._frames - 1))
             self._changed()
 
@@ -142,6 +144,17 @@ class Playback:
                 self.seek(self._position().frame)
             else:
                 self._play(self._speed)
+
+    def loop(self, start: int, end: int) -> None:
+        """Play frames start to end − 1 again and again; pause where that is being done."""
+        with self._wake:
+            if self._playing and self._loop == (start, end):
+                self.seek(self._position().frame)
+                return
+            frame = self._position().frame
+            self._frame = float(frame if start <= frame < end else start)
+            self._loop = start, end
+            self._play(self._speed)
 
     def pause(self) -> None:
         """Stay here."""
@@ -176,7 +189,9 @@ class Playback:
 
     def _play(self, speed: float) -> None:
         frame = self._position().frame
-        if speed > 0 and frame >= self._frames - 1:
+        if self._loop is not None:
+            frame = min(max(frame, self._loop[0]), self._loop[1] - 1)
+        elif speed > 0 and frame >= self._frames - 1:
             frame = 0
         elif speed < 0 and frame <= 0:
             frame = self._frames - 1
@@ -192,6 +207,9 @@ class Playback:
         if self._playing:
             elapsed = self._clock() - self._started_at
             frame = self._started_frame + elapsed * self._rate * self._speed
+            if self._loop is not None:
+                start, end = self._loop
+                frame = start + (frame - start) % (end - start)
             self._frame = min(max(frame, 0.0), float(self._frames - 1))
             if self._frame != frame:
                 self._playing = False

@@ -24,7 +24,6 @@ from addb_viewer.app.scene.camera import VIEWS, look
 from addb_viewer.app.scene.legend import legend_html
 from addb_viewer.app.scene.scene import TrialScene, heading
 from addb_viewer.app.security.trial_address import TrialAddress
-from addb_viewer.app.shell import keys
 from addb_viewer.app.shell.controls import banner_html, build_controls, layout_for, speed_name
 from addb_viewer.app.shell.playback import Pace, Playback, Position
 from addb_viewer.app.shell.updates import Updates
@@ -96,7 +95,7 @@ class Session:
             gui, panel.add_tab("Record", viser.Icon.DEVICE_FLOPPY), self, self.notices
         )
         with panel.add_tab("Keys", viser.Icon.KEYBOARD):
-            gui.add_html(keys.page_html())
+            self.keys_page = gui.add_html("")
         panel.dock_right()
         panel.set_width(self.layout.timeline_width)
         tabs, feet = self.controls.tabs, shared.subject.foot_bodies

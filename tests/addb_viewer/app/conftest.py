@@ -145,6 +145,12 @@ class HandMadeLibrary(Library):
         return Capture(name, Markers(replay.markers.names, replay.markers.measured, replay.rate))
 
 
+@pytest.fixture(autouse=True)
+def read_at_once(monkeypatch):
+    """Nobody has to wait before a second T counts."""
+    monkeypatch.setattr("addb_viewer.app.queue.finishing.READ_S", 0.0)
+
+
 @pytest.fixture(scope="session")
 def make_library():
     return HandMadeLibrary

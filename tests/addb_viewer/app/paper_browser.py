@@ -50,6 +50,13 @@ class PaperBrowser:
         """As the command's key does."""
         self._say("CommandTriggerMessage", uuid=self.until(lambda: self.commands.get(label), label))
 
+    def finish(self, *words):
+        """T, and again when the first one has said what speaks against it: with these words."""
+        self.press("Finish the trial, go to the next")
+        for said in ("T again finishes this trial", *words):
+            self.until(lambda said=said: self.told(said), said)
+        self.press("Finish the trial, go to the next")
+
     def put(self, label, value):
         """Write into a field, choose from a list, tick a box."""
         uuid = self.until(lambda: self._field(label), label)

@@ -88,9 +88,7 @@ def test_a_root_shows_the_queue_of_all_subjects_and_goes_from_one_to_the_next(tm
     assert (browser.session.shared.name, browser.session.shown) == ("A", "first")
     for name in ("first", "second"):
         browser.until(lambda name=name: browser.session.shown == name)
-        browser.press("Finish the trial, go to the next")
-        browser.until(lambda: browser.asked("Nothing has been fitted to this trial yet"))
-        browser.press("Yes, to the question")
+        browser.finish("Nothing has been fitted to this trial yet")
     browser.until(lambda: browser.session.shared.name == "B" and browser.session.shown == "first")
     browser.until(lambda: "Reviewed 2 of 4" in browser.html())
     assert (tmp_path / "A" / "annotations.sqlite").exists()

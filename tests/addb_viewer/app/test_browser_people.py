@@ -55,7 +55,7 @@ def test_the_name_is_typed_and_entered_and_the_key_before_is_obeyed(app, open_pa
         page.close()
 
 
-def test_a_question_is_answered_by_key(app, folder, open_page, stored, until):
+def test_t_says_what_speaks_against_it_and_t_again_finishes(app, folder, open_page, stored, until):
     with open_log(folder) as log:
         for author, reason in (("Bo", "notOverForcePlate"), ("Eve", "forceDiscrepancy")):
             log.append("walk", FlagRange(30, 50, reason), author)
@@ -63,14 +63,16 @@ def test_a_question_is_answered_by_key(app, folder, open_page, stored, until):
     try:
         session = page.session
         assert session.shown == "walk"
-        for answer in ("Escape", "y"):
+        for _ in range(2):
             page.keyboard.press("t")
-            page.get_by_text("Finish this trial all the same?").wait_for()
-            page.keyboard.press("t")
-            page.keyboard.press("Enter")
+            page.get_by_text("T again finishes this trial").first.wait_for()
+            page.get_by_text("Two people disagree about frames 30 to 49").first.wait_for()
             assert stored().status is not Status.FINISHED
-            page.keyboard.press(answer)
-            until(lambda: page.get_by_role("dialog").count() == 0, "the dialog to go")
+            page.keyboard.press("Escape")
+            until(lambda: session.finishing._told is None, "Esc")
+        page.keyboard.press("t")
+        until(lambda: session.finishing._told is not None, "the words")
+        page.keyboard.press("t")
         until(lambda: stored().status is Status.FINISHED)
         until(lambda: session.shown == "run")
         assert page.errors == []

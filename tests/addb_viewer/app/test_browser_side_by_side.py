@@ -178,18 +178,16 @@ class Person:
             self.settle()
 
     def finish(self):
-        """T; where it asks, yes or no by chance, and a T too many meanwhile."""
-        place, questions = self.place, self.session.questions
+        """T; where it says something first, T again or Esc by chance."""
+        place, finishing = self.place, self.session.finishing
         count = self.edits(place)
-        self.press("t", lambda: questions.waits or self.edits(place) > count, "the end, or a question")
-        if questions.waits:
-            self.page.keyboard.press("t")
+        self.press("t", lambda: finishing._told or self.edits(place) > count, "the end, or words")
+        if finishing._told:
             if self.rng.integers(2):
-                self.page.keyboard.press("Escape")
-                self.until(lambda: not questions.waits, "no")
+                self.press("Escape", lambda: not finishing._told, "no")
                 self.settle()
                 return
-            self.press("y", lambda: self.edits(place) > count, "yes")
+            self.press("t", lambda: self.edits(place) > count, "the end")
         self.write(place, ("finish",))
         self.just_finished = place
 

@@ -55,12 +55,12 @@ def test_accepting_one_proposal_leaves_the_others_as_detection_has_them(walks_fo
         np.testing.assert_array_equal(trial.mask.counts, was.mask.counts, err_msg=trial.capture.name)
 
 
-def test_finishing_with_undecided_proposals_asks_and_they_stay_left_out(walks_folder, zoe, walks_review):
+def test_finishing_with_undecided_proposals_says_so_and_they_stay_left_out(walks_folder, zoe, walks_review):
     before = load_fit(walks_folder / "results", walks_folder)
     zoe.press("Finish the trial, go to the next")
-    zoe.until(lambda: zoe.asked("0–24 right; 8–75 left. It stays left out."), "the question")
+    zoe.until(lambda: zoe.told("0–24 right; 8–75 left. It stays left out."), "what speaks against it")
     assert walks_review().status is Status.UNSEEN
-    zoe.press("Yes, to the question")
+    zoe.press("Finish the trial, go to the next")
     zoe.until(lambda: walks_review().status is Status.FINISHED)
     again = solved(job_for(walks_folder)).fit
     for trial, was in zip(again.trials, before.trials, strict=True):
@@ -72,17 +72,14 @@ def test_finishing_names_only_the_frames_that_nobody_has_decided_about(zoe, walk
     zoe.press("Clear: the force counts")
     zoe.until(lambda: walks_review().cleared)
     zoe.press("Finish the trial, go to the next")
-    zoe.until(lambda: zoe.asked("leaves out: 23–24 right; 23–75 left. It stays left out."), "the question")
+    zoe.until(lambda: zoe.told("leaves out: 23–24 right; 23–75 left. It stays left out."), "the words")
 
 
-def test_one_t_too_many_finishes_nothing_and_u_takes_the_first_one_back(zoe, walks_review):
-    zoe.press("Finish the trial, go to the next")
-    zoe.until(lambda: zoe.asked("It stays left out"), "the question")
-    zoe.press("Yes, to the question")
+def test_the_next_t_says_that_nothing_was_looked_at_and_u_takes_the_first_one_back(zoe, walks_review):
+    zoe.finish("It stays left out")
     zoe.until(lambda: zoe.session.shown == "part2")
     zoe.press("Finish the trial, go to the next")
-    zoe.until(lambda: zoe.asked("you have not looked at it"), "the question")
-    zoe.press("No, to the question")
+    zoe.until(lambda: zoe.told("you have not looked at it"), "the words")
     zoe.press("Undo")
     zoe.until(lambda: zoe.session.shown == "part1")
     zoe.until(lambda: walks_review().status is Status.UNSEEN)
@@ -90,8 +87,7 @@ def test_one_t_too_many_finishes_nothing_and_u_takes_the_first_one_back(zoe, wal
 
 
 def test_u_on_the_next_page_takes_the_finishing_back(zoe, walks_review):
-    zoe.press("Finish the trial, go to the next")
-    zoe.press("Yes, to the question")  # where one is asked
+    zoe.finish()
     zoe.until(lambda: zoe.session.shown == "part2")
     assert walks_review().status is Status.FINISHED
     zoe.press("Undo")
@@ -102,37 +98,37 @@ def test_u_on_the_next_page_takes_the_finishing_back(zoe, walks_review):
 def test_t_obeys_the_queues_filter(zoe, walks_review):
     zoe.put("Filter", "part1")
     zoe.until(lambda: ">part2<" not in zoe.html(), "the filter")
-    zoe.press("Finish the trial, go to the next")
-    zoe.press("Yes, to the question")
+    zoe.finish()
     zoe.until(lambda: walks_review().status is Status.FINISHED)
     zoe.until(lambda: zoe.told("1 trial waits outside"))
     assert zoe.session.shown == "part1"
 
 
-def test_t_in_a_trial_without_a_fit_asks(walks_folder, enter, walks_review):
+def test_t_in_a_trial_without_a_fit_says_so(walks_folder, enter, walks_review):
     shutil.rmtree(walks_folder / "results")
     app = start(walks_folder, port=0)
     try:
         zoe = enter(app, at="part1")
         zoe.press("Finish the trial, go to the next")
-        zoe.until(lambda: zoe.asked("Nothing has been fitted to this trial yet"), "the question")
+        zoe.until(lambda: zoe.told("Nothing has been fitted to this trial yet"), "the words")
         assert walks_review().status is Status.UNSEEN
-        zoe.press("Yes, to the question")
-        zoe.until(lambda: zoe.told("Next: part2. Nothing has been fitted to it"))
+        zoe.press("Finish the trial, go to the next")
+        zoe.until(lambda: zoe.told("Next: part2. Nothing is fitted to it yet. G fits it."))
     finally:
         app.close()
 
 
-def test_t_while_a_solve_waits_asks_what_becomes_of_it(walks_folder, zoe, walks_review):
+def test_t_while_a_solve_waits_says_that_it_will_be_kept(walks_folder, zoe, walks_review):
     select(zoe, *SECOND)
     zoe.press("Clear: the force counts")
     zoe.until(lambda: walks_review().cleared)
     zoe.press("Solve again")
     zoe.until(lambda: zoe.told("The new solve is on the screen"), "the solve")
     zoe.press("Finish the trial, go to the next")
-    zoe.until(lambda: zoe.asked("A new solve waits: keep it or discard it"), "the question")
+    zoe.until(lambda: zoe.told("Your new solve waits"), "the words")
+    zoe.until(lambda: zoe.told("N of residual force): it is kept"), "its default")
     assert walks_review().status is Status.IN_WORK
-    zoe.click("Keep it and finish")
+    zoe.press("Finish the trial, go to the next")
     zoe.until(lambda: walks_review().status is Status.FINISHED)
     assert [solve.state for solve in stored_solves(walks_folder / "results") if solve.by == "Zoë"] == ["kept"]
     left = load_fit(walks_folder / "results", walks_folder).trials[0].mask.counts[:, FEET.index("calcn_l")]

@@ -29,7 +29,7 @@ def spoil(folder, trial):
     connection.close()
 
 
-def test_the_page_says_so_and_asks_before_the_trial_is_finished(app, enter, tmp_path):
+def test_the_page_says_so_and_t_does_before_the_trial_is_finished(app, enter, tmp_path):
     browser = enter(app, at="run")
     spoil(tmp_path, "run")
     said = "row 1 by Bo of the review log cannot be read"
@@ -40,10 +40,10 @@ def test_the_page_says_so_and_asks_before_the_trial_is_finished(app, enter, tmp_
     browser.press("Flag: force wrong")
     browser.until(lambda: "20–29" in browser.html(), "the flag")
     browser.press("Finish the trial, go to the next")
-    browser.until(lambda: browser.asked(f"Of this trial, {said}"), "the question")
+    browser.until(lambda: browser.told(f"Of this trial, {said}"), "what speaks against it")
     with open_log(tmp_path) as log:
         assert log.review("run", FEET).status is Status.IN_WORK
-    browser.press("Yes, to the question")
+    browser.press("Finish the trial, go to the next")
     with open_log(tmp_path) as log:
         browser.until(lambda: log.review("run", FEET).status is Status.FINISHED, "the finishing")
         assert [row.number for row in log.unreadable()] == [1]

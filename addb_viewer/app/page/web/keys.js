@@ -51,4 +51,22 @@
     },
     true,
   );
+
+  const style = (rules) => {
+    const sheet = new CSSStyleSheet();
+    sheet.replaceSync(rules);
+    document.adoptedStyleSheets = [...document.adoptedStyleSheets, sheet];
+  };
+  style(".mantine-Modal-content:has([data-addb-wide]) { flex-basis: min(62rem, 92vw); max-width: 92vw; }");
+
+  // Where no key prints a command's letter, the help says beside it what the key that lies there prints.
+  navigator.keyboard?.getLayoutMap?.().then((layout) => {
+    const printed = new Set([...layout.values()].map((text) => text.toUpperCase()));
+    const rules = [...layout.entries()].flatMap(([code, text]) => {
+      const letter = code.match(/^Key([A-Z])$/)?.[1];
+      if (!letter || printed.has(letter)) return [];
+      return [`[data-addb-key$="${letter}"]::after { content: " (${CSS.escape(text.toUpperCase())})"; }`];
+    });
+    style(rules.join("\n"));
+  }, () => {});
 }

@@ -31,3 +31,10 @@ def test_it_is_none_that_is_finished_or_broken_or_that_somebody_is_on():
 
 def test_what_is_still_to_be_reviewed_whoever_is_on_it():
     assert [place(row) for row in to_review(ROWS, ("S1", "a"))] == [("S1", "c"), ("S2", "a")]
+
+
+def test_one_that_is_fitted_comes_before_one_that_is_not():
+    rows = [*ROWS, Row("S4", "a", figures={"frames": 5}), Row("S4", "b", figures={"frames": 5})]
+    assert place(next_trial(rows, ("S1", "a"), ())) == ("S4", "a")
+    assert place(next_trial(rows, ("S1", "a"), {("S4", "a")})) == ("S4", "b")
+    assert place(next_trial(rows, ("S1", "a"), {("S4", "a"), ("S4", "b")})) == ("S1", "c")

@@ -1,8 +1,8 @@
 from addb_viewer.app.scene.camera import VIEWS
 from addb_viewer.app.scene.legend import legend_html
+from addb_viewer.app.shell.commands import COMMANDS
 from addb_viewer.app.shell.controls import SPEED_NAMES, speed_name
 from addb_viewer.app.shell.fit_tab import notes_html, summary_html
-from addb_viewer.app.shell.keys import COMMANDS, help_html
 from addb_viewer.app.shell.playback import SPEEDS
 from addb_viewer.app.subjects.library import Library
 from tests.addb_viewer.report.test_quality import of_layouts
@@ -73,22 +73,6 @@ def test_the_legend_names_what_is_there(make_replay):
     assert "right foot" in legend_html(make_replay())
     assert "marker error" not in legend_html(make_replay(fitted=False))
     assert "foot" not in legend_html(make_replay(plates=0))
-
-
-def test_every_key_is_in_the_help_and_none_is_the_cameras():
-    taken = {(c.key, c.shift) for c in COMMANDS if c.key}
-    assert len(taken) == sum(c.key is not None for c in COMMANDS)
-    assert not {"W", "A", "S", "D", "Q", "E"} & {key for key, _ in taken}
-    for command in COMMANDS:
-        assert command.key is None or f"<b>{command.shown}</b>" in help_html()
-
-
-def test_the_keys_are_those_of_the_design():
-    """In the order of its table."""
-    keys = [c.shown for c in COMMANDS if c.key]
-    moves = ["Space", ",", ".", "Shift Page up", "Shift Page down", "Page up", "Page down", "Home", "End"]
-    deciding = ["F", "N", "P", "Enter", "Backspace", "U", "R", "Y", "Esc", "G", "X", "M", "T"]
-    assert keys == [*moves, "J", "K", "L", "I", "O", *"1234567890", *deciding]
 
 
 def test_every_view_has_a_command():

@@ -132,39 +132,30 @@ def test_proposals_are_gone_through_with_two_keys(app, enter, stored):
     browser.until(lambda: browser.told("no open proposal here"))
 
 
-def finish(browser, *words):
-    """T, and yes to what it asks."""
-    browser.press("Finish the trial, go to the next")
-    browser.until(lambda: browser.questions and all(map(browser.asked, words)), words)
-    browser.press("Yes, to the question")
-
-
 def test_finishing_goes_on_to_the_next_trial_and_says_when_all_is_done(app, enter, stored):
     browser = enter(app)
-    finish(browser, "detection leaves out: 60–79 left. It stays left out", "not sure: 2")
+    browser.finish("detection leaves out: 60–79 left. It stays left out", "not sure: 2")
     browser.until(lambda: browser.session.shown == "run")
     review = stored()
     assert (review.status, review.status_author) == (Status.FINISHED, "Zoë")
     assert [(out.start, out.end, out.foot) for out in review.stays_out] == [(60, 80, "calcn_l")]
-    finish(browser)
+    browser.finish()
     browser.until(lambda: browser.told("Every trial of the queue has been reviewed"))
     browser.until(lambda: "Reviewed 2 of 2" in browser.html())
 
 
 def test_one_key_too_many_finishes_nothing(app, enter, stored):
     browser = enter(app)
-    finish(browser)
+    browser.finish()
     browser.until(lambda: browser.session.shown == "run")
     browser.press("Finish the trial, go to the next")
-    browser.until(lambda: browser.asked("T has just brought you here, and you have not looked at it"))
-    browser.press("No, to the question")
-    browser.until(lambda: not browser.questions)
+    browser.until(lambda: browser.told("T has just brought you here, and you have not looked at it"))
     assert stored("run").status is Status.UNSEEN
 
 
 def test_u_right_after_t_takes_the_finishing_back_where_it_was_done(app, enter, stored):
     browser = enter(app)
-    finish(browser)
+    browser.finish()
     browser.until(lambda: browser.session.shown == "run")
     browser.press("Undo")
     browser.until(lambda: browser.session.shown == "walk")
@@ -176,7 +167,7 @@ def test_u_right_after_t_takes_the_finishing_back_where_it_was_done(app, enter, 
 
 def test_after_an_edit_in_the_next_trial_u_takes_that_back(app, enter, stored):
     browser = enter(app)
-    finish(browser)
+    browser.finish()
     browser.until(lambda: browser.session.shown == "run")
     browser.press("Flag: force wrong")
     browser.until(lambda: flags(stored("run")))
@@ -189,7 +180,7 @@ def test_t_stays_within_the_queues_filter_and_says_what_waits_outside(app, enter
     browser = enter(app)
     browser.put("Filter", "walk")
     browser.until(lambda: ">run<" not in browser.html(), "the filter")
-    finish(browser)
+    browser.finish()
     browser.until(lambda: browser.told("Nothing else waits in the queue's filter; 1 trial waits outside"))
     assert browser.session.shown == "walk"
     browser.press("Undo")
@@ -200,8 +191,8 @@ def test_a_trial_without_a_fit_is_said_before_it_is_finished(tmp_path, make_repl
     app = make_app(tmp_path, [make_replay(fitted=False), make_replay("run", 180, fitted=False)], login="Zoë")
     try:
         browser = enter(app)
-        finish(browser, "Nothing has been fitted to this trial yet")
-        browser.until(lambda: browser.told("Next: run. Nothing has been fitted to it"))
+        browser.finish("Nothing has been fitted to this trial yet")
+        browser.until(lambda: browser.told("Next: run. Nothing is fitted to it yet. G fits it."))
         with open_log(tmp_path) as log:
             (edit,) = log.history("walk")
         assert edit.event == SetStatus(Status.FINISHED), "detection is still asked"

@@ -10,7 +10,7 @@ from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.server import open_server
 from addb_viewer.app.subjects.library import library_of
 from annotations.events import Status
-from solver.results.store import save_fit
+from solver.results.store import load_fit, save_fit
 
 
 @pytest.fixture
@@ -36,21 +36,29 @@ def test_nothing_is_ticked_as_compared_once_the_new_solve_is_discarded(app, ente
         browser.until(lambda browser=browser: not browser.session.solving.comparing, "no comparison")
 
 
-@pytest.mark.parametrize(
-    ("answer", "state"), [("Keep it and finish", "kept"), ("Discard it and finish", "discarded")]
-)
-def test_finishing_while_a_solve_waits_asks_what_becomes_of_it(app, enter, answer, state):
-    browser = enter(app)
+@pytest.mark.parametrize(("name", "state"), [("Zoë", "kept"), ("Bo", "new")])
+def test_t_while_a_solve_waits_says_so_and_keeps_ones_own_only(app, enter, name, state):
+    browser = enter(app, name=name)
     results = app.subjects.loaded[0].results
     shown = browser.session.shown
+    said = {"Zoë": "it is kept. Shift+Backspace discards it", "Bo": "it goes on waiting for Zoë"}
     browser.press("Finish the trial, go to the next")
-    browser.until(lambda: browser.asked("A new solve waits: keep it or discard it."))
-    browser.press("No, to the question")
-    browser.until(lambda: not browser.questions)
+    browser.until(lambda: browser.told(said[name]))
     assert stored_solves(results)[-1].state == "new"
     assert app.subjects.loaded[0].reviews.review(shown).status is Status.UNSEEN
     browser.press("Finish the trial, go to the next")
-    browser.until(lambda: browser.questions)
-    browser.click(answer)
-    browser.until(lambda: [solve.state for solve in stored_solves(results) if solve.by == "Zoë"] == [state])
     browser.until(lambda: app.subjects.loaded[0].reviews.review(shown).status is Status.FINISHED)
+    assert [solve.state for solve in stored_solves(results) if solve.by == "Zoë"] == [state]
+
+
+def test_solves_are_kept_and_discarded_by_key(app, enter):
+    browser = enter(app)
+    results = app.subjects.loaded[0].results
+    add(load_fit(results, app.subjects.loaded[0].subject.folder), results, by="Zoë", seconds=1.0)
+    browser.press("Discard the new solve")
+    browser.until(lambda: [s.state for s in stored_solves(results) if s.by == "Zoë"] == ["discarded", "new"])
+    browser.until(lambda: app.subjects.loaded[0].fits.new is not None, "the next one")
+    browser.press("Yes, to the question")  # Y, where none is asked
+    browser.until(lambda: [s.state for s in stored_solves(results) if s.by == "Zoë"] == ["discarded", "kept"])
+    browser.press("Yes, to the question")
+    browser.until(lambda: browser.told("nothing is asked, and no new solve waits"))
