@@ -115,6 +115,11 @@ class Reviewer:
         """Empty where nobody has said."""
         return self._memory.author
 
+    @property
+    def browser(self) -> str:
+        """A random name of the browser itself."""
+        return self._memory.browser
+
     def author(self) -> str:
         """Who decides.
 

@@ -66,7 +66,9 @@ class QueueController:
         trials = [row for row in rows if not row.error]
         done = sum(row.finished for row in trials)
         self._rows = self._let_through()[:MOST]
-        count = boxed(f"<b>Reviewed {done} of {len(trials)}</b>, worst first")
+        paged = self.screen.reviewer.browser in self.trials.orders
+        how = "as the queue's page shows them" if paged else "worst first"
+        count = boxed(f"<b>Reviewed {done} of {len(trials)}</b>, {how}")
         table = rows_html(
             self._rows,
             self.here,
@@ -145,7 +147,12 @@ class QueueController:
         return waiting - len(to_review(self._let_through(), self.here))
 
     def _let_through(self) -> list[Row]:
-        return shown(self.trials.rows(), Filter(self.which.value), self.words.value)
+        """The rows that the queue's page of this browser shows, as long as it is open; else this panel's."""
+        rows, places = self.trials.rows(), self.trials.orders.get(self.screen.reviewer.browser)
+        if places is None:
+            return shown(rows, Filter(self.which.value), self.words.value)
+        by_place = {(row.subject, row.trial): row for row in rows}
+        return [by_place[place] for place in places if place in by_place]
 
     def taken(self) -> list[str]:
         """In words, who is on the trials that wait, or is to review them."""

@@ -68,6 +68,7 @@ class QueuePage:
         finally:
             end()
             telling.cancel()
+            visitor.leave()
 
 
 async def _tell(connection: ServerConnection, visitor: "Visitor", changed: asyncio.Event) -> None:
@@ -86,7 +87,7 @@ class Visitor:
 
     def __init__(self, page: QueuePage, is_there: Callable[[], bool]) -> None:
         self._page, self._trials, self._is_there = page, page.trials, is_there
-        self._name = ""
+        self._name = self._browser = ""
         self._lock = threading.Lock()
         self._known: dict[tuple[str, str], Message] = {}
         self._live: Message = {}
@@ -109,6 +110,11 @@ class Visitor:
                 messages.append({"kind": "changed", "rows": changed, "gone": gone})
             return messages
 
+    def leave(self) -> None:
+        """The page has closed: its filter holds no more."""
+        if self._trials.orders.pop(self._browser, None) is not None:
+            self._trials.people.queue_changed()
+
     def answer(self, asked: Asked) -> Sequence[Message]:
         """Do what is wanted; what fails is told."""
         try:
@@ -124,6 +130,9 @@ class Visitor:
         match asked.what:
             case "hello":
                 self._name = asked.text.strip()
+                return []
+            case "order":
+                self._order(asked)
                 return []
             case "anew":
                 self._trials.rows(anew=True)
@@ -149,6 +158,15 @@ class Visitor:
         return [
             {"kind": "told", "bad": False, "text": f"{count} subject{'' if count == 1 else 's'} in line."}
         ]
+
+    def _order(self, asked: Asked) -> None:
+        """From now on T goes through these trials, in this order, in this browser."""
+        if not asked.text:
+            return
+        self._browser = asked.text
+        if self._trials.orders.get(asked.text) != asked.places:
+            self._trials.orders[asked.text] = asked.places
+            self._trials.people.queue_changed()
 
     def _say(self, asked: Asked) -> list[Message]:
         (subject, trial), number = self._place(asked), asked.number

@@ -20,15 +20,16 @@ LONGEST = 10_000  # characters of a text
 class Asked:
     """What somebody at the page wants; what it does not need is empty."""
 
-    what: str  # hello, fit, diagnose, export, assign, comment, settle, talks, people, cancel, anew
+    what: str  # one of WANTS
     places: tuple[TrialPlace, ...] = ()
-    text: str = ""  # a name, a comment, a format
+    text: str = ""  # a name, a comment, a format, a browser
     frame: int | None = None
     number: int | None = None  # of a comment
 
 
 WANTS = (
     "hello",
+    "order",
     "fit",
     "diagnose",
     "export",

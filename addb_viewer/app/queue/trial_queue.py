@@ -11,6 +11,7 @@ from addb_viewer.app.queue.rows import Row, order
 from addb_viewer.app.queue.watch import QueueWatch, Signature, signature
 from addb_viewer.app.subjects.library import Library
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
+from addb_viewer.app.subjects.people import TrialPlace
 
 AHEAD = 2  # subjects that are fitted in the background before somebody comes to them
 
@@ -21,6 +22,7 @@ class TrialQueue:
     def __init__(self, subjects: OpenSubjects) -> None:
         """Read nothing yet."""
         self.subjects, self.people = subjects, subjects.people
+        self.orders: dict[str, tuple[TrialPlace, ...]] = {}  # by browser, what its page of the queue shows
         self._lock = threading.RLock()
         self._rows: list[Row] = []
         self._seen: dict[str, int] = {}  # by subject, the revision of its review that the rows know

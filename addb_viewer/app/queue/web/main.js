@@ -9,7 +9,7 @@ import { Table } from "./table.js";
 
 const at = (id) => document.getElementById(id);
 const nowS = () => Date.now() / 1000;
-const TOLD_MS = 6000;
+const TOLD_MS = 6000, ORDER_MS = 300;
 const ANY = { source: "any source", cause: "any cause", activity: "any activity", assigned: "assigned: any" };
 
 const rows = new Map(), selected = new Set();
@@ -103,9 +103,22 @@ function draw() {
   at("clear").hidden = !(filter.words || filter.chips.size || Object.values(filter.choices).some(Boolean));
   at("selection").hidden = !selected.size;
   at("selected").textContent = `${selected.size} selected`;
+  tellOrder();
   drawBatches();
   drawChoices(all);
   document.title = `${done}/${trials.length} · Queue · addb-viewer`;
+}
+
+// T in the review page of this browser goes through what is shown here.
+let ordering, orderTold = "";
+function tellOrder() {
+  clearTimeout(ordering);
+  ordering = setTimeout(() => {
+    const places = shown.filter((row) => !row.error).map((row) => [row.subject, row.trial]), order = JSON.stringify(places);
+    if (order === orderTold || !memory.browser) return;
+    orderTold = order;
+    channel.say("order", { places, text: memory.browser });
+  }, ORDER_MS);
 }
 
 function drawBatches() {
@@ -114,7 +127,7 @@ function drawBatches() {
   const failed = Object.values(live.batches).reduce((sum, batch) => sum + Object.keys(batch.failures).length, 0);
   const said = running.map(([kind, batch]) => {
     const rest = batch.left === null ? "" : `, ${hours(batch.left / 3600)} left`;
-    return `${words[kind]} ${Math.min(batch.done + 1, batch.total)} of ${batch.total}${batch.heldUp ? ", waits for what people asked for" : rest}`;
+    return `${words[kind]} ${Math.min(batch.done + 1, batch.total)} of ${batch.total}${batch.heldUp ? ", waits its turn" : rest}`;
   });
   if (failed) said.push(`${failed} failed`);
   at("batch-words").textContent = said.join(" · ");
@@ -289,6 +302,6 @@ function theme() {
 theme();
 wire();
 wireName();
-const channel = new Channel(heard, () => {}, () => tell("The connection is lost; it is tried again.", true));
+const channel = new Channel(heard, () => (orderTold = ""), () => tell("The connection is lost; it is tried again.", true));
 setInterval(ask, 30000);
 at("scroll").focus();

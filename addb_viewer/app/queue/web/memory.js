@@ -1,4 +1,4 @@
-// What the browser remembers of the reviewer, shared with the review page: name and theme.
+// What the browser remembers of the reviewer, shared with the review page: name, theme, and the browser's own.
 
 const ITEM = "viser-user:addb-viewer";
 
@@ -26,6 +26,10 @@ export const memory = {
   },
   set name(name) {
     write({ reviewer: name });
+  },
+  get browser() {
+    const { browser } = read();
+    return typeof browser === "string" ? browser : "";
   },
   get dark() {
     return read().dark === true;

@@ -125,3 +125,21 @@ def test_the_time_left_is_that_of_the_others():
 def test_names_and_reasons_stay_text():
     state = Fitting(running=True, by=SPITEFUL, subject="a", stage=SPITEFUL, failures={"b": SPITEFUL})
     assert "<script>" not in fitting_html(state) + "".join(words_of_rows(state).values())
+
+
+def test_other_work_has_its_own_command_and_goes_to_subjects_that_have_a_fit(tmp_path):
+    (tmp_path / "anna" / "results").mkdir(parents=True)
+    (tmp_path / "anna" / "results" / "fit.json").write_text("{}")
+    work = FitAll(
+        lambda name: (tmp_path / name, tmp_path / name / "results"),
+        lambda: False,
+        lambda name: False,
+        lambda name: None,
+        lambda folder, results: ("tests.addb_viewer.app.stub_told_worker", (str(results), folder.name)),
+    )
+    work.start(["anna"], "Zoë")
+    thread = work._thread
+    if thread is not None:
+        thread.join(PATIENCE_S)
+    assert (work.state.fitted, dict(work.state.failures)) == (1, {})
+    assert (tmp_path / "anna" / "results" / "told").read_text() == "anna"
