@@ -1,6 +1,7 @@
 """What is done to many subjects at once from the queue: fits, diagnoses, exports; who is to review them."""
 
 import threading
+import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -13,8 +14,8 @@ from addb_viewer.review_store import open_log
 from annotations.work import Assign, WorkEvent
 from solver.errors import SolverError
 
+SHOW_EVERY = 2.0  # [s] while many are assigned: what has been recorded by then
 FIT, DIAGNOSE, EXPORT = "fit", "diagnose", "export"
-WORDS = {FIT: "Fitting", DIAGNOSE: "Diagnosing", EXPORT: "Exporting"}
 
 
 class Batches:
@@ -98,10 +99,18 @@ class Batches:
         for subject, trial in dict.fromkeys(places):
             if (subject, trial) in known:
                 by_subject.setdefault(subject, []).append(trial)
-        for subject, names in by_subject.items():
-            if not told():
-                return
-            self.say(subject, names, event, by)
+        recorded, shown_at = list[str](), time.monotonic()
+        try:
+            for subject, names in by_subject.items():
+                if not told():
+                    return
+                self._record(subject, names, event, by)
+                recorded.append(subject)
+                if time.monotonic() - shown_at > SHOW_EVERY:
+                    self._trials.refresh_all(recorded)
+                    recorded, shown_at = [], time.monotonic()
+        finally:
+            self._trials.refresh_all(recorded)
 
     def say(self, subject: str, trials: Sequence[str], event: WorkEvent, by: str) -> None:
         """Record who is to review trials of a subject, or a comment on one.
@@ -109,9 +118,12 @@ class Batches:
         Raises:
             ReviewError: it cannot be recorded.
         """
+        self._record(subject, trials, event, by)
+        self._trials.refresh(subject)
+
+    def _record(self, subject: str, trials: Sequence[str], event: WorkEvent, by: str) -> None:
         with self._lock, open_log(self._trials.subjects.folders(subject)[0]) as log:
             log.work.append(trials, event, by)
-        self._trials.refresh(subject)
 
     def _busy(self, *others: FitAll) -> bool:
         return self._trials.is_wanted() or any(other.state.running for other in others)

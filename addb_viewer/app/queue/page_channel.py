@@ -15,8 +15,10 @@ from addb_viewer.app.queue import page_words
 from addb_viewer.app.queue.batches import DIAGNOSE, EXPORT, FIT, Batches, formats
 from addb_viewer.app.queue.pace import hours_left, pairs, seen_by_two, shares
 from addb_viewer.app.queue.page_words import Asked
+from addb_viewer.app.queue.rows import Row
 from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.own_pages import MOST_BYTES, OwnPages
+from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.review_store import open_log
 from annotations.errors import ReviewError
 from annotations.work import Comment, Settle, WorkItem, work_of
@@ -89,22 +91,34 @@ class Visitor:
         self._page, self._trials, self._is_there = page, page.trials, is_there
         self._name = self._browser = ""
         self._lock = threading.Lock()
-        self._known: dict[tuple[str, str], Message] = {}
+        self._known: dict[TrialPlace, tuple[Row, Message]] = {}  # what the page has been told
         self._live: Message = {}
 
     def news(self) -> list[Message]:
         """What the page does not know yet: all at first, then the rows that are others now."""
         with self._lock:
-            rows = {(row.subject, row.trial): page_words.row_words(row) for row in self._trials.rows()}
-            before, self._known = self._known, rows
+            before = self._known
+            self._known = rows = {}
+            for row in self._trials.rows():
+                place = (row.subject, row.trial)
+                known = before.get(place)
+                rows[place] = known if known and known[0] is row else (row, page_words.row_words(row))
             live, self._live = self._live, self._live_words()
             messages = [self._live] if live != self._live else []
             if not before:
                 subjects = self._trials.subjects
-                first = {"rows": list(rows.values()), "several": subjects.several, "formats": formats()}
+                first = {
+                    "rows": [words for _, words in rows.values()],
+                    "several": subjects.several,
+                    "formats": formats(),
+                }
                 about = {"root": subjects.root.path.name, "notes": list(subjects.root.notes)}
                 return [{"kind": "rows", "suggested": self._page._login, **first, **about}, *messages]
-            changed = [words for place, words in rows.items() if before.get(place) != words]
+            changed = [
+                found[1]
+                for place, found in rows.items()
+                if place not in before or (found is not before[place] and found[1] != before[place][1])
+            ]
             gone = [list(place) for place in before if place not in rows]
             if changed or gone:
                 messages.append({"kind": "changed", "rows": changed, "gone": gone})

@@ -56,9 +56,15 @@ class TrialQueue:
                 return self.rows()
             if revision is not None:
                 self._seen[subject] = revision
-            before = self.rows()
-            others = [row for row in before if row.subject != subject]
-            self._rows = sorted([*others, *self._rows_of(subject)], key=order)
+        return self.refresh_all([subject])
+
+    def refresh_all(self, subjects: Sequence[str]) -> list[Row]:
+        """The queue with the rows of these subjects read anew; pages hear of it once."""
+        with self._lock:
+            before, wanted = self.rows(), set(subjects)
+            others = [row for row in before if row.subject not in wanted]
+            new = [row for subject in subjects for row in self._rows_of(subject)]
+            self._rows = sorted([*others, *new], key=order)
             now = list(self._rows)
         if now != before:
             self.people.queue_changed()

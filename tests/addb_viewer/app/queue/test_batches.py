@@ -64,6 +64,19 @@ def test_what_makes_no_sense_is_refused(batches, kind, places, to, why):
     assert batches.started == []
 
 
+def test_rows_show_who_was_assigned_as_far_as_it_went(batches):
+    def stops():
+        return next(turns)
+
+    turns = iter((True, True, False))
+    batches.assign(ALL, " Ben ", "Zoë", stops)
+    assert [row.assigned_to for row in sorted(batches._trials.rows(), key=lambda row: row.subject)] == [
+        "Ben",
+        "Ben",
+        "",
+    ]
+
+
 def test_an_export_is_told_to_the_program_as_on_the_command_line(batches, tmp_path):
     batches.start(EXPORT, ALL, "Zoë", "parquet")
     module, words = batches._export(tmp_path / "S2", tmp_path / "S2" / "results")
