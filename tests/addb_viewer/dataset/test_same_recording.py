@@ -1,11 +1,14 @@
 """Copies of a recording, and recordings that are as like it as another one can be."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 from addb_viewer.dataset.same_recording import Places, recording_of, same_recordings
+from solver.capture.subject import subjects_in
+from solver.capture.trial import read_trial
 from solver.simulate.person import Person, body_of
 from solver.simulate.trial import Scenario, simulate_trial
 from solver.skeleton.scaling import with_offsets
@@ -104,3 +107,22 @@ def test_all_of_three_equal_recordings_are_told_whatever_their_names(walker, wal
     one = shown("a", walker, walks[0].frames(100.0))
     others = [replace(one, trial_id=name, labels=tuple(name + m for m in one.labels)) for name in "bc"]
     assert named_pairs(one, *others) == [("a", "b"), ("a", "c"), ("b", "c")]
+
+
+def test_real_recordings_that_were_handed_over_twice(real_data):
+    """One in a folder and in a B3D file, one under two names with clocks 4 ms apart; beside others."""
+    found = []
+    for place in ("opencap_subject4", "b3d", "sprint_overground_dorn2012_JA1_9ms"):
+        (subject,) = subjects_in(real_data / place)[0]
+        for trial in subject.trials:
+            if trial.name not in ("DJ1", "STS1", "squats1"):
+                found.append((f"{place}/{trial.name}", read_trial(trial, mass_kg=subject.mass_kg).markers))
+    recordings = []
+    for name, markers in found:
+        places = Places(np.arange(markers.frames) / markers.rate, markers.positions_ground)
+        recordings.append(recording_of(name, markers.names, places, partial(lambda kept: kept, places)))
+    assert {frozenset(pair) for pair in named_pairs(*recordings)} == {
+        frozenset(("opencap_subject4/walking1", "b3d/walking1")),
+        frozenset(f"sprint_overground_dorn2012_JA1_9ms/{name}" for name in ("run0900cms", "JA1Gait35")),
+    }
+    assert len(recordings) == 6
