@@ -5,6 +5,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from addb_viewer.evidence_words import plain
 from solver.effects.about import About, Named
 from solver.effects.catalogue import ABOUT
 from solver.effects.readings import Place, Reading, of_each_trial
@@ -16,7 +17,7 @@ FRACTION_DIGITS = 4  # at most
 TWO_DIGITS_BELOW = 1.95  # first digits of a spread: ± 1.4 rounded to one digit would be a third off
 
 _OF_THEIR_OWN = {target: words for one in ABOUT.values() for target, words in one.targets.items()}
-_BODIES = {
+BODIES = {
     "calcn": "foot",
     "femur": "thigh",
     "tibia": "shank",
@@ -127,7 +128,7 @@ def amount(value: float, spread: float | None, unit: str) -> str:
     """A figure with its spread, with no more digits than the spread leaves sense in."""
     after = behind(unit)
     if not spread or not math.isfinite(spread):
-        return f"{value:.3g}{after}"
+        return f"{plain(value)}{after}"
     leading = spread / 10.0 ** math.floor(math.log10(spread))
     digits = (1 if leading < TWO_DIGITS_BELOW else 0) - math.floor(math.log10(spread))
     digits = min(max(digits, 0), FRACTION_DIGITS)
@@ -232,8 +233,8 @@ def part_in_words(name: str) -> str:
         return f"plate {plate[1]}"
     stem, _, side = name.rpartition("_")
     if side in ("r", "l") and stem:
-        return f"{'right' if side == 'r' else 'left'} {_BODIES.get(stem, stem)}"
-    return _BODIES.get(name, name)
+        return f"{'right' if side == 'r' else 'left'} {BODIES.get(stem, stem)}"
+    return BODIES.get(name, name)
 
 
 def listed(words: Sequence[str]) -> str:

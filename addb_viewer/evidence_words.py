@@ -1,8 +1,8 @@
 """What a proposal of detection rests on, and how sure it is, as a reviewer reads it."""
 
+import math
 from collections.abc import Mapping
 
-SURE = 0.995  # a share above it would round to 100 %, which nothing is
 UNITS = {"_N": " N", "_m_s": " m/s", "_Nm": " N·m", "_m": " m", "_s": " s"}  # ending of a name: unit
 LEAST = 1e-3  # of newtons, metres and shares
 NOT_SHOWN = ("log_odds", "error_N")  # the certainty says the one, the other stands with the missing force
@@ -17,9 +17,11 @@ def evidence_words(numbers: Mapping[str, float]) -> str:
     return ", ".join(_said(name, numbers) for name in numbers if name not in NOT_SHOWN)
 
 
-def sure_words(confidence: float) -> str:
-    """A certainty from 0 to 1 in percent; never 100 %."""
-    return "> 99 %" if confidence > SURE else f"{100 * confidence:.0f} %"
+def plain(value: float) -> str:
+    """Three digits, or all before the point: 1020, 57.3, 0.0412; never with an exponent."""
+    digits = 2 - math.floor(math.log10(abs(value))) if value else 0
+    text = f"{value:.{max(digits, 0)}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def _said(name: str, numbers: Mapping[str, float]) -> str:
@@ -41,4 +43,4 @@ def _said(name: str, numbers: Mapping[str, float]) -> str:
         case "feet_on_one_plate":
             return "both feet on one plate"
     ending = next((ending for ending in UNITS if name.endswith(ending)), "")
-    return f"{name.removesuffix(ending).replace('_', ' ')} {value:.3g}{UNITS.get(ending, '')}"
+    return f"{name.removesuffix(ending).replace('_', ' ')} {plain(value)}{UNITS.get(ending, '')}"

@@ -106,7 +106,7 @@ def _of_the_markers(figures: Figures) -> str:
     """With or without the markers' faults, of which only some can be mended."""
     mended = any(about(e).in_markers and not nothing_mends(e) for e in figures["effects"])
     return (
-        "Forces are compared with slipped or exchanged markers corrected; these show in the markers alone."
+        "Forces are compared with slipped or swapped markers corrected; these show in the markers alone."
         if mended
         else "Forces are compared with these markers as recorded; their motion shows the fault."
     )

@@ -18,6 +18,15 @@ from annotations.events import (
     SetStatus,
     Undo,
 )
+from annotations.foot_names import foot_named
+from annotations.reasons import reason_words
+
+SURE = 0.995  # a share above it would round to 100 %, which nothing is
+
+
+def sure_words(confidence: float) -> str:
+    """A certainty from 0 to 1 in percent; never 100 %."""
+    return "> 99 %" if confidence > SURE else f"{100 * confidence:.0f} %"
 
 
 def said(edit: Edit) -> str:
@@ -29,7 +38,7 @@ def said_by(event: Event) -> str:
     """What an edit says, without who said it."""
     match event:
         case FlagRange(start, end, reason, foot):
-            line = f"{_place(start, end, foot)}: the force does not count, {reason}"
+            line = f"{_place(start, end, foot)}: the force does not count, {reason_words(reason)}"
         case ClearRange(start, end, foot):
             line = f"{_place(start, end, foot)}: the force counts"
         case AcceptProposal(proposal):
@@ -60,10 +69,11 @@ def said_by(event: Event) -> str:
 
 
 def _place(start: int, end: int, foot: str | None) -> str:
-    return f"frames {start} to {end - 1}, {foot or 'all feet'}"
+    return f"frames {start} to {end - 1}, {foot_named(foot)}"
 
 
 def _proposed(proposal: Proposal) -> str:
     place = _place(proposal.start, proposal.end, proposal.foot)
     by = f" of {proposal.detector}" if proposal.detector else ""
-    return f"{place}: the proposal{by} '{proposal.reason}', confidence {proposal.confidence:.2f},"
+    sure = sure_words(proposal.confidence)
+    return f"{place}: the proposal{by} '{reason_words(proposal.reason)}', {sure} sure,"

@@ -32,7 +32,7 @@ from solver.contact.contact_phases import ContactPhase
 from solver.contact.proposals import NOT_OVER_FORCE_PLATE, Proposal
 from solver.fit import Fit, TrialFit
 from solver.pipeline import solve
-from solver.results.store import save_fit
+from solver.results.store import has_fit, save_fit
 from solver.settings import Settings
 from solver.simulate.demo import write_demo_subject
 from tests.addb_viewer.app.paper_browser import PaperBrowser
@@ -87,7 +87,7 @@ T, SHIFT_T = "Finish the trial, go to the next", "Accept what is sure, finish, g
 
 
 def make_root(root: Path) -> dict[tuple[str, str], Ranges]:
-    """Write and fit the subjects, unless that has been done.
+    """Write the subjects, unless that has been done.
 
     Returns:
         By subject and trial, the contacts that no plate measured.
@@ -104,12 +104,16 @@ def make_root(root: Path) -> dict[tuple[str, str], Ranges]:
     for k in range(1, PERSONS + 1):
         made = write_demo_subject(root / f"person{k}", np.random.default_rng(100 + k), trials=("walk", "run"))
         truth |= {(f"person{k}", trial): made.off_plate[trial] for trial in ("walk", "run")}
-    for name in dict.fromkeys(subject for subject, _ in truth):
+    kept.write_text(json.dumps([(*place, steps) for place, steps in truth.items()]))
+    return truth
+
+
+def fit_subject(root: Path, name: str, truth: Mapping[tuple[str, str], Ranges]) -> None:
+    """Fit one of them, unless that has been done, and plant what is to be planted."""
+    if not has_fit(root / name / "results"):
         print("fitting", name, flush=True)
         fit = solve(open_subject(root / name), Settings())
         save_fit(_planted(name, fit, truth), root / name / "results")
-    kept.write_text(json.dumps([(*place, steps) for place, steps in truth.items()]))
-    return truth
 
 
 def _planted(name: str, fit: Fit, truth: Mapping[tuple[str, str], Ranges]) -> Fit:
@@ -347,9 +351,15 @@ def main() -> None:
     """Make the trials, review them, and print what it took."""
     arguments = argparse.ArgumentParser(prog="python -m benchmarks.review_by_key", description=__doc__)
     arguments.add_argument("root", type=Path, help="folder that the trials are made in, and kept")
-    root = arguments.parse_args().root
+    arguments.add_argument("--only-fit", action="store_true", help="review nothing yet")
+    given = arguments.parse_args()
+    root = given.root
     root.mkdir(parents=True, exist_ok=True)
     truth = make_root(root)
+    for name in dict.fromkeys(subject for subject, _ in truth):
+        fit_subject(root, name, truth)
+    if given.only_fit:
+        return
     for log in root.glob("*/annotations.sqlite*"):
         log.unlink()
     counts = reviewed(root, truth)

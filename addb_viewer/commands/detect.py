@@ -10,9 +10,10 @@ from rich.table import Table
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile, SettingsFile, SubjectFolder, Trials
-from addb_viewer.evidence_words import evidence_words, sure_words
+from addb_viewer.evidence_words import evidence_words
 from addb_viewer.jobs.solving import job_for, judged
 from addb_viewer.terminal_progress import terminal_progress
+from annotations.wording import sure_words
 from solver.contact.detection import detect as proposals_for
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.proposals import missing_force

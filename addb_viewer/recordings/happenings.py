@@ -8,10 +8,10 @@ import numpy as np
 from jaxtyping import Bool
 
 from addb_viewer.app.style.palette import CAUSE, GREEN, GREY, ORANGE, Rgb, foot_color, reason_color
-from addb_viewer.app.trial.foot_names import foot_words
 from addb_viewer.diagnosis_vocabulary import amounts, ranges_of, sentence, title
 from addb_viewer.recordings.recording import Recording, TrialRecord
 from annotations.events import Edit, FrameRange
+from annotations.foot_names import foot_words
 from annotations.reasons import reason_words
 from annotations.wording import said
 from solver.runs import runs

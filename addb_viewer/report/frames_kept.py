@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from addb_viewer.app.trial.foot_names import foot_words
 from addb_viewer.app.trial.replay import Replay
+from annotations.foot_names import foot_words
 from annotations.reasons import reason_words
 from solver.contact.mask import (
     ERRONEOUS,

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Sequence
 from statistics import mean, stdev
 
-from addb_viewer.app.trial.foot_names import foot_words
 from addb_viewer.report.markup import Safe, element, joined, table
+from annotations.foot_names import foot_words
 from solver.export.gait_tables import gaits_of
 from solver.fit import Fit
 from solver.gait.cycles import Cycle

@@ -28,10 +28,10 @@ MOST_EDGES = 40
 
 ABOUT = About(
     id="marker_swap",
-    title="exchanged markers: {target}",
+    title="swapped markers: {target}",
     sentence="Two markers carry each other's names: {target}.",
     remedy="Exchange the two labels on these frames in the tracking software.",
-    told_apart_by=("the cameras' own view: labels are exchanged where the markers pass or were hidden"),
+    told_apart_by=("the cameras' own view: labels are swapped where the markers pass or were hidden"),
     branch="markers/one",
     names=Named.MARKERS,
     course=Course.EVENT,

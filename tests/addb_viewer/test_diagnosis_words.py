@@ -398,7 +398,7 @@ def test_segments_have_an_article_in_a_sentence():
 def test_a_clean_recording_is_said_to_be_clean_and_what_was_looked_for():
     text = said(figures("clean"))
     assert text.startswith("VERDICT Nothing wrong was found in the recording 'walk1'.")
-    for words in ("wrong body mass", "exchanged markers", "an elastic band"):
+    for words in ("wrong body mass", "swapped markers", "an elastic band"):
         assert words in text
     assert not re.search(r"CAUSE|REMAINS|HOLD UP|NEXT|wrong with", text)
 
@@ -594,7 +594,7 @@ def test_of_causes_in_the_markers_only_the_markers_figures_are_told():
     assert "4.0 → 2.0 mm" in text
     assert "→ 12 N" not in text
     assert "its pattern" not in text
-    assert "Forces are compared with slipped or exchanged markers corrected" in text
+    assert "Forces are compared with slipped or swapped markers corrected" in text
 
 
 def test_of_several_trials_the_verdict_says_which_is_wrong():

@@ -88,7 +88,7 @@ def test_directions_in_order_of_size_and_the_mean_where_it_is_more_than_noise():
 
 
 def test_markers_alone_are_not_blamed_on_forces():
-    assert "with slipped or exchanged markers corrected" in text(residual(), effects=({"id": "marker_slip"},))
+    assert "with slipped or swapped markers corrected" in text(residual(), effects=({"id": "marker_slip"},))
 
 
 def test_an_answer_of_an_older_version_has_no_description():

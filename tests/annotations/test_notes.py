@@ -53,11 +53,11 @@ def test_who_says_the_same_at_once_hears_of_the_other(edits):
     said = edits(("anna", flag), ("ben", flag))
     assert told(said, "ben") == (
         "at the same frames as you: edit 1 by anna: frames 10 to 19, all feet: the force does not count, "
-        "manualReview",
+        "other",
     )
     assert told(said, "anna") == (
         "at the same frames as you: edit 2 by ben: frames 10 to 19, all feet: the force does not count, "
-        "manualReview",
+        "other",
     )
 
 
@@ -82,7 +82,9 @@ def test_an_accepted_proposal_is_an_edit_like_others_and_an_import_is_not(edits)
         ("ben", FlagRange(0, 9, "missingBlip")),
     )
     (note,) = told(said, "ben")
-    assert "anna: frames 0 to 8, all feet: the proposal 'missingBlip', confidence 1.00, accepted" in note
+    assert (
+        "anna: frames 0 to 8, all feet: the proposal 'short gap in the force', > 99 % sure, accepted" in note
+    )
 
 
 def test_an_edit_that_was_taken_back_is_no_conflict(edits):

@@ -7,6 +7,7 @@ from addb_viewer.app.scene.cause_pictures import Figures
 from addb_viewer.app.style.html_pieces import boxed
 from addb_viewer.app.style.palette import BLUE, GREEN, GREY, VERMILION, Rgb
 from addb_viewer.diagnosis_words import SPREAD, verdict
+from addb_viewer.plain_words import in_plain_words
 from addb_viewer.residual_words import what_is_wrong
 from addb_viewer.sections import Section, unbroken
 
@@ -77,7 +78,7 @@ def text_html(text: str, *, bold: bool = False) -> str:
     if not text:
         return ""
     weight = 600 if bold else 400
-    return boxed(f"<p style='margin:.2em 0;font-weight:{weight}'>{html.escape(text)}</p>")
+    return boxed(f"<p style='margin:.2em 0;font-weight:{weight}'>{html.escape(in_plain_words(text))}</p>")
 
 
 def _changed(changed: Sequence[str]) -> str:
@@ -98,9 +99,12 @@ def _rows(section: Section) -> str:
 
 
 def _listed(label: str, text: str) -> str:
-    kept = html.escape(unbroken(text))
+    kept = html.escape(unbroken(in_plain_words(text)))
     return kept.replace("; ", "<br>") if label in LISTS else kept
 
 
 def _lines(section: Section) -> str:
-    return "".join(f"<p style='margin:.35em 0'>{html.escape(unbroken(line))}</p>" for line in section.lines)
+    return "".join(
+        f"<p style='margin:.35em 0'>{html.escape(unbroken(in_plain_words(line)))}</p>"
+        for line in section.lines
+    )

@@ -20,7 +20,6 @@ from addb_viewer.app.jobs.progress_html import show_progress
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.scene.cause_pictures import Figures
 from addb_viewer.app.timeline.timeline import Timeline
-from addb_viewer.app.trial.foot_names import foot_words
 from addb_viewer.app.trial.replay import Replay
 from addb_viewer.detectable_words import what_would_be_found
 from addb_viewer.diagnosis_vocabulary import about, ranges_of, title
@@ -29,6 +28,7 @@ from addb_viewer.extension_words import what_accepting_changes
 from addb_viewer.holding_up_words import what_it_gains
 from addb_viewer.remainder_words import what_next
 from addb_viewer.witness_words import what_the_files_say
+from annotations.foot_names import foot_words
 from annotations.reasons import key_of
 
 CHART_HEIGHT = 100  # [pixel]
@@ -198,7 +198,7 @@ class DiagnosisPanel:
 def by_key(trial: str, start: int, end: int, foot: str) -> str:
     """How to flag frames in the app."""
     key = key_of("notOverForcePlate")
-    return f"in {trial} select {start}:{end} (Go to), choose the foot {foot_words(foot)} (F), press {key}"
+    return f"in {trial} select {start}–{end - 1} (Go to), choose the foot {foot_words(foot)} (F), press {key}"
 
 
 def _heading(number: int, effect: Figures) -> str:

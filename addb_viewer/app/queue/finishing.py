@@ -10,12 +10,12 @@ from addb_viewer.app.queue.controller import QueueController
 from addb_viewer.app.review.controller import ReviewController
 from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.app.trial.disagreements import conflict_words
-from addb_viewer.app.trial.foot_names import foot_words
 from addb_viewer.app.trial.frame_ranges import Stop
 from addb_viewer.app.trial.proposals import State, undecided_frames, unsure_proposals
-from addb_viewer.evidence_words import sure_words
 from annotations.events import AcceptProposal, Proposal, Status
+from annotations.foot_names import foot_words
 from annotations.trial_review import TrialReview
+from annotations.wording import sure_words
 
 MOST = 3  # disagreements in words; the others are counted
 READ_S = 0.5  # within which a second T is a key that was hit twice: nobody has read what the first one said

@@ -20,7 +20,6 @@ from addb_viewer.app.review.talks import Talks
 from addb_viewer.app.review.what_if import WhatIfQuestions
 from addb_viewer.app.timeline.lanes import Lane, lanes_of, reviewed_ranges
 from addb_viewer.app.trial.disagreements import news
-from addb_viewer.app.trial.foot_names import foot_words, next_foot
 from addb_viewer.app.trial.forces_in_use import contact_words, contacts_at, stale
 from addb_viewer.app.trial.frame_ranges import Selection, Stop, next_stop, place_of, place_said, stops_of
 from addb_viewer.app.trial.proposals import Pending, State, pending, still_open
@@ -37,6 +36,7 @@ from annotations.events import (
     SetStatus,
     Status,
 )
+from annotations.foot_names import foot_words, next_foot
 from annotations.reasons import FORCE_COUNTS, reason_named
 from annotations.trial_review import TrialReview
 from annotations.wording import said_by
@@ -159,7 +159,7 @@ class ReviewController:
             return
         start, end = max(start, 0), min(end, replay.frames)
         if start >= end:
-            raise ReviewError(f"no frames in {start}:{end}; the trial has {replay.frames}")
+            raise ReviewError(f"no such frames; the trial has 0–{replay.frames - 1}")
         self._stop = next(
             (place_of(p) for p in self.proposals if (p.proposal.start, p.proposal.end) == (start, end)), None
         )

@@ -4,17 +4,17 @@ import html
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from addb_viewer.app.style.html_pieces import boxed, clickable, swatch
+from addb_viewer.app.style.html_pieces import boxed, clickable, range_words, swatch
 from addb_viewer.app.style.palette import Rgb, reason_color
 from addb_viewer.app.trial.disagreements import conflict_words
-from addb_viewer.app.trial.foot_names import foot_words
 from addb_viewer.app.trial.proposals import Pending, State
-from addb_viewer.evidence_words import evidence_words, sure_words
+from addb_viewer.evidence_words import evidence_words
 from annotations.events import Edit
+from annotations.foot_names import foot_words
 from annotations.reasons import REASON_KEYS, key_of, reason_words
 from annotations.suggested_activity import SuggestedActivity
-from annotations.trial_review import TrialReview
-from annotations.wording import said_by
+from annotations.trial_review import FlaggedRange, TrialReview
+from annotations.wording import said_by, sure_words
 
 LAST = 8  # edits in the history
 
@@ -92,7 +92,7 @@ def proposals_html(proposals: Sequence[Pending], current: Pending | None, has_fi
         details = html.escape(f"{reason_words(p.reason)}. {evidence_words(p.evidence)}")
         rows.append(
             clickable(
-                f"{p.start}:{p.end}",
+                range_words(p.start, p.end),
                 f"<div style='{marked}{weight}padding:.1em .3em'>{_SIGNS[pending.state]} "
                 f"<b>{p.start}–{p.end - 1}</b> {html.escape(foot_words(p.foot))} · "
                 f"{swatch(reason_color(p.reason), _key(p.reason))} · {sure_words(p.confidence)}"
@@ -112,7 +112,7 @@ def suggested_html(suggested: Sequence[SuggestedActivity], current: SuggestedAct
     """
     rows = [
         clickable(
-            f"{s.start}:{s.end}",
+            range_words(s.start, s.end),
             f"<div style='{_MARKED if s == current else ''}padding:.1em .3em'>? <b>{s.start}–{s.end - 1}</b> "
             f"{html.escape(s.label)} · {sure_words(s.confidence)}</div>",
         )
@@ -125,18 +125,18 @@ def ranges_html(review: TrialReview, has_fit: bool = True) -> str:
     """What does not count, by whom; and where reviewers disagree."""
     rows = [
         clickable(
-            f"{flag.start}:{flag.end}",
+            range_words(flag.start, flag.end),
             f"<div style='padding:.1em .3em'>{swatch(reason_color(flag.reason), _key(flag.reason))} "
             f"<b>{flag.start}–{flag.end - 1}</b> {html.escape(foot_words(flag.foot))} · "
             f"{html.escape(reason_words(flag.reason))} · {html.escape(flag.author)}"
-            f"{f' ({html.escape(str(flag.source))})' if str(flag.source) != 'person' else ''}"
+            f"{f' ({html.escape(str(flag.source))})' if _says_more(flag) else ''}"
             f"{f'<br><i>{html.escape(flag.note)}</i>' if flag.note else ''}</div>",
         )
         for flag in review.flags
     ]
     rows += [
         clickable(
-            f"{a.start}:{a.end}",
+            range_words(a.start, a.end),
             f"<div style='padding:.1em .3em'><b>{a.start}–{a.end - 1}</b> {html.escape(a.label)} · "
             f"{html.escape(a.author)}</div>",
         )
@@ -154,6 +154,11 @@ def ranges_html(review: TrialReview, has_fit: bool = True) -> str:
             "Every force counts, as far as can be read." if review.unreadable else "Every force counts."
         )
     return boxed("".join(rows) + conflicts)
+
+
+def _says_more(flag: FlaggedRange) -> bool:
+    """Whether where a flag comes from says more than its author does."""
+    return str(flag.source) not in ("person", flag.author)
 
 
 def history_html(edits: Sequence[Edit]) -> str:

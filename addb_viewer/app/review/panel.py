@@ -6,8 +6,8 @@ import viser
 
 from addb_viewer.app.review.html import reasons_html
 from addb_viewer.app.review.talks import TalksPanel, build_talks
-from addb_viewer.app.trial.foot_names import foot_words
 from annotations.activities import ACTIVITIES
+from annotations.foot_names import foot_words
 from annotations.reasons import OTHER_WORDS
 
 FOOT, DECIDE, FINISH = "Foot", ("Accept", "Reject", "Next"), ("Finish", "Second look")

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from addb_viewer.app.trial.replay import PlateReplay, Replay
 from addb_viewer.diagnosis_vocabulary import about, amount, ranges_of, target_in_words, title
+from addb_viewer.plain_words import in_plain_words
 from solver.effects.pictures import AgainstMotion, Arrow, Ball, Band, Markers, Plates, Segments, Steady
 
 CAUSE_METRES_PER_NEWTON = 4e-3  # a hand's push of 40 N is still to be seen beside ground forces
@@ -62,7 +63,8 @@ def _unexplained(figures: Figures, replay: Replay) -> tuple[Picture, ...]:
     location = figures["remaining"]["location"]
     if figures["verdict"] != "unexplained" or location is None or replay.name not in figures["trials"]:
         return ()
-    words = f"unexplained: {target_in_words(location['body'])}, {location['rms_force_N']:.0f} N RMS"
+    body = in_plain_words(target_in_words(location["body"]))
+    words = f"unexplained: {body}, {location['rms_force_N']:.0f} N RMS"
     bare = Picture(words, np.ones(replay.frames, dtype=bool))
     mean = np.tile(np.array(location["mean_force_N"]), (replay.frames, 1))
     pushed = _pushed(bare, replay, location["body"], mean)
@@ -71,7 +73,7 @@ def _unexplained(figures: Figures, replay: Replay) -> tuple[Picture, ...]:
 
 def _short(effect: Figures) -> str:
     """Without the segment, which is seen."""
-    words = title(effect)
+    words = in_plain_words(title(effect))
     return words if about(effect).picture is None else words.split(": ")[0]
 
 

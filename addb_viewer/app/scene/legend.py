@@ -20,8 +20,8 @@ from addb_viewer.app.style.palette import (
     error_colors,
     foot_color,
 )
-from addb_viewer.app.trial.foot_names import foot_words
 from addb_viewer.app.trial.replay import Replay
+from annotations.foot_names import foot_words
 
 
 def legend_html(replay: Replay, *, diagnosed: bool = False) -> str:

@@ -212,8 +212,11 @@ def entry(text: str) -> Entry | None:
     text = text.strip()
     if match := re.fullmatch(r"(\d{1,9})", text):
         return GoTo(int(match[1]))
-    if match := re.fullmatch(r"(\d{1,9}):(\d{1,9})", text):
-        start, end = int(match[1]), int(match[2])
+    if match := re.fullmatch(r"(\d{1,9})\s*([-–:])\s*(\d{1,9})", text):
+        start, last = int(match[1]), int(match[3])
+        end = (
+            last if match[2] == ":" else last + 1
+        )  # with a colon as on the command line: the first frame after
         return Select(start, end) if start < end else None
     if match := re.fullmatch(r"#(\d{1,9})", text):
         return OpenRow(int(match[1]))

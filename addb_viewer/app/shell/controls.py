@@ -102,7 +102,7 @@ def build_controls(gui: viser.GuiApi, views: tuple[str, ...], *, dark: bool) -> 
     """
     trial = gui.add_dropdown("Trial", ("–",))
     frame = gui.add_slider("Frame", 0, 1, 1, 0)
-    go_to = gui.add_text("Go to", "", hint="A frame, as 57, or a range to select, as 120:180")
+    go_to = gui.add_text("Go to", "", hint="A frame, as 57, or frames to select, as 120-179")
     play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY, hint="Key Space")
     move = gui.add_button_group("Move", tuple(MOVES))
     speed = gui.add_dropdown("Speed", tuple(SPEED_NAMES), initial_value="1×")

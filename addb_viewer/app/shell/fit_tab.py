@@ -18,6 +18,7 @@ from addb_viewer.change_words import (
     signed,
 )
 from addb_viewer.note_kinds import NotesOfKind, by_kind
+from addb_viewer.plain_words import in_plain_words
 from addb_viewer.withheld_words import KINDS, QUANTITIES, cutoff_words, worse_words
 
 TITLE = "font-weight:700;margin-top:.4em"
@@ -112,7 +113,7 @@ def notes_html(notes: tuple[str, ...]) -> str:
 
 def _folded(found: NotesOfKind) -> str:
     is_open = found.kind.decide and len(found.notes) <= UNFOLDED
-    summary = html.escape(found.heading[0].upper() + found.heading[1:])
+    summary = html.escape(in_plain_words(found.heading[0].upper() + found.heading[1:]))
     return (
         f"<details{' open' * is_open} style='margin:.2em 0'>"
         f"<summary style='cursor:pointer'>{summary}</summary>{_items(found.notes)}</details>"
@@ -120,7 +121,7 @@ def _folded(found: NotesOfKind) -> str:
 
 
 def _items(notes: Sequence[str]) -> str:
-    items = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
+    items = "".join(f"<li>{html.escape(in_plain_words(note))}</li>" for note in notes)
     return f"<ul style='padding-left:1.2em;margin:.1em 0 .3em;overflow-wrap:anywhere'>{items}</ul>"
 
 

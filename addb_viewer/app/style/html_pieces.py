@@ -18,6 +18,11 @@ def boxed(content: str) -> str:
     return f"<div style='font-size:.8rem;line-height:1.4;padding:.15em .9em .15em .6em'>{content}</div>"
 
 
+def range_words(start: int, end: int) -> str:
+    """Frames start to end − 1 as lists have them, and as the box "Go to" takes them: "120–179"."""
+    return f"{start}–{end - 1}"
+
+
 def clickable(go_to: str, content: str) -> str:
     """A piece whose click writes something into the box "Go to".
 

@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 
 from addb_viewer.app.style.palette import BLUE, CAUSE, GREEN, GREY, ORANGE, Rgb, foot_color, reason_color
-from addb_viewer.app.trial.foot_names import foot_letter
 from addb_viewer.app.trial.forces_in_use import mask_now
 from addb_viewer.app.trial.proposals import Pending, State
 from addb_viewer.app.trial.replay import Replay
 from addb_viewer.diagnosis_vocabulary import ranges_of, title
-from addb_viewer.evidence_words import sure_words
 from annotations.events import Status
+from annotations.foot_names import foot_letter
 from annotations.reasons import key_of, reason_words
 from annotations.suggested_activity import SuggestedActivity
 from annotations.trial_review import TrialReview
+from annotations.wording import sure_words
 from solver.contact.wrenches import DETECTION, RECORDING
 from solver.kinematics.label_faults.fault import EXCHANGED, LabelFault
 from solver.runs import runs

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 
-from addb_viewer.app.trial.foot_names import foot_words
 from annotations.events import (
     AcceptProposal,
     ClearRange,
@@ -12,6 +11,7 @@ from annotations.events import (
     RejectProposal,
     SetActivity,
 )
+from annotations.foot_names import foot_words
 from annotations.reasons import FORCE_COUNTS, reason_words
 from annotations.trial_review import Conflict, Opinion, TrialReview
 from annotations.wording import said_by

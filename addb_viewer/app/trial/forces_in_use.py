@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from addb_viewer.app.trial.foot_names import foot_words
 from addb_viewer.app.trial.frame_ranges import Stop
 from addb_viewer.app.trial.replay import ForceUse, Replay
 from addb_viewer.review_store import force_review
+from annotations.foot_names import foot_words
 from annotations.trial_review import TrialReview
 from solver.contact.mask import (
     NOT_RECORDED,

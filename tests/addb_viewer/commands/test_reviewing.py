@@ -122,7 +122,7 @@ def test_undo_and_redo_by_step_and_by_number(run):
     assert "nothing of ben's to undo" in run("undo", "run", "--author", "ben", status=1)
     history = run("flags", "run", "--history").splitlines()
     assert [line.split(",")[0] for line in history[:6]] == [f"run: edit {k}" for k in range(1, 7)]
-    assert history[0].endswith("UTC, anna: frames 0 to 4, all feet: the force does not count, manualReview")
+    assert history[0].endswith("UTC, anna: frames 0 to 4, all feet: the force does not count, other")
 
 
 def test_nothing_to_undo_makes_no_log(run, folder):

@@ -1,5 +1,5 @@
 // Clicks and drags on the timeline, and clicks on the lists, become a text in the box "Go to": "57" goes to a frame,
-// "120:180" selects frames 120 to 179, "#3" opens a row of the queue. Whoever types there gets the same.
+// "120–179" selects frames, "#3" opens a row of the queue. Whoever types there gets the same.
 (() => {
   const FEWEST_PIXELS = 4; // of a drag; less is a click
 
@@ -68,7 +68,7 @@
       document.activeElement?.blur?.();
       const to = frameAt(timeline, event.clientX);
       if (Math.abs(event.clientX - x) < FEWEST_PIXELS) write(`${frame}`);
-      else write(`${Math.min(frame, to)}:${Math.max(frame, to) + 1}`);
+      else write(`${Math.min(frame, to)}–${Math.max(frame, to)}`);
     },
     true,
   );

@@ -72,7 +72,7 @@ def test_progress_tells_how_long_it_may_still_take():
 
 def test_a_step_beside_the_plates_is_flagged_by_key_here(effect, figures):
     found = figures(effect("off_plate_step", "calcn_r", frames=((120, 170),)))
-    here, elsewhere = (section_html(cause(found, 0, *how)) for how in ((by_key,), ()))
-    assert "select 120:170 (Go to), choose the foot right (F), press 1." in here
+    here, elsewhere = section_html(cause(found, 0, by_key)), str(cause(found, 0))
+    assert "select 120–169 (Go to), choose the foot right (F), press 1." in here
     assert "addb-viewer" not in here
     assert "addb-viewer flag SUBJECT walk 120:170 --foot calcn_r" in elsewhere

@@ -1,4 +1,4 @@
-from addb_viewer.app.trial.foot_names import foot_letter, foot_words, next_foot
+from annotations.foot_names import foot_letter, foot_words, next_foot
 
 FEET = ("calcn_r", "calcn_l")
 

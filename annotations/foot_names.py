@@ -1,4 +1,4 @@
-"""How feet are called on the screen."""
+"""How people call feet, which files call by their bodies."""
 
 from collections.abc import Sequence
 
@@ -12,6 +12,12 @@ def foot_letter(foot: str) -> str:
 def foot_words(foot: str | None) -> str:
     """Right, left, the body's name, or both."""
     return "both" if foot is None else (_side(foot) or foot)
+
+
+def foot_named(foot: str | None) -> str:
+    """A foot within a sentence: right foot, left foot, the body's name, or all feet."""
+    side = "" if foot is None else _side(foot)
+    return "all feet" if foot is None else f"{side} foot" if side else foot
 
 
 def next_foot(foot: str | None, feet: Sequence[str]) -> str | None:
