@@ -14,7 +14,7 @@ import os
 import shutil
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from typer.testing import CliRunner
@@ -71,6 +71,7 @@ ENTRIES = (
     *(Entry(name, name) for name in LEARNT),
     *(Entry(f"{name}-wide", name, ("--features", "wide")) for name in LEARNT),
 )
+STARTED = tuple(Entry(f"{name}-started", name) for name in LEARNT)
 
 
 def made_up(root: Path, persons: int) -> None:
@@ -136,32 +137,31 @@ def main() -> None:
     """Build, split, evaluate, sweep, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("build/benchmark"))
-    parser.add_argument("--persons", type=int, default=PERSONS, help="made-up ones")
+    parser.add_argument("--persons", type=int, default=PERSONS, help="made-up ones; 0: none")
     parser.add_argument("--without", nargs="*", default=[], help="predictors that are left out")
     asked = parser.parse_args()
     out = asked.out.resolve()
     entries = [entry for entry in ENTRIES if entry.result not in asked.without]
     made, real = out / "synthetic", out / "real"
-    if not _built(made):
-        made_up(made / "corpus", asked.persons)
-        command("dataset", "build", str(made / "corpus"), "--out", str(made / "release"), *TERMS)
-    command("dataset", "split", str(made / "release"), "--kfold", str(FOLDS), "--name", "persons")
-    evaluated(made, entries, TESTED)
+    if asked.persons:
+        if not _built(made):
+            made_up(made / "corpus", asked.persons)
+            command("dataset", "build", str(made / "corpus"), "--out", str(made / "release"), *TERMS)
+        command("dataset", "split", str(made / "release"), "--kfold", str(FOLDS), "--name", "persons")
+        evaluated(made, entries, TESTED)
     labelled(out / "recordings")
     if not _built(real):
         terms = (*TERMS, "--source", "real")
         command("dataset", "build", str(out / "recordings"), "--out", str(real / "release"), *terms)
     command("dataset", "split", str(real / "release"), "--leave-one-person-out", "--name", "persons")
-    started = [
-        Entry(f"{name}-started", name, ("--start-from", str(made / "results")))
-        for name in LEARNT
-        if f"{name}-started" not in asked.without
-    ]
+    start = ("--start-from", str(made / "results"))
+    wanted = [one for one in STARTED if asked.persons and one.result not in asked.without]
+    started = [replace(one, options=start) for one in wanted]
     evaluated(real, [*entries, *started], "every-fold")
     tested = ["--split", "persons", "--part", "every-fold", "--out", str(real / "results")]
     command("benchmark", "sweep", str(real / "release"), *tested)
     shutil.copyfile(real / "results" / "sweep.svg", PAGE.with_name(FIGURE))
-    PAGE.write_text(page(made / "results", real / "results"), encoding="utf-8")
+    PAGE.write_text(page(made / "results" if asked.persons else None, real / "results"), encoding="utf-8")
 
 
 def evaluated(folder: Path, entries: Sequence[Entry], part: str) -> None:
@@ -185,11 +185,11 @@ def evaluated(folder: Path, entries: Sequence[Entry], part: str) -> None:
         write_whole(results / TIMES, json.dumps(times, indent=1))
 
 
-def page(made: Path, real: Path) -> str:
+def page(made: Path | None, real: Path) -> str:
     """The page's text.
 
     Args:
-        made: folder of the evaluations on made-up persons.
+        made: folder of the evaluations on made-up persons; None: there are none.
         real: of those on real recordings.
     """
     left = "\n".join(f"- {name}: {why}" for name, why in LEFT_OUT.items())
@@ -209,15 +209,25 @@ def page(made: Path, real: Path) -> str:
         "## Where ours is not ahead\n\n"
         f"{behind(found)}\n"
         f"{WHY_BEHIND}\n\n"
-        "## Made-up persons\n\n"
-        "Simulated bodies and gaits with simulated markers and plates, fitted as recordings are: ours "
-        "foretells best what was simulated by the same laws, so that this table says little about which is "
-        f"best. {_costs(made)}\n\n"
-        f"{markdown(ranked(with_best_baseline(read_results(made))), published=False)}\n"
+        f"{_made_up(made)}"
         "## The filter\n\n"
         f"![Error of the total force against the filter's cutoff]({FIGURE})\n\n"
         "## Recordings left out\n\n"
-        f"{left}\n"
+        f"{left}\n\n"
+        "## What is not measured yet\n\n"
+        f"{_lacking(made, real)}\n"
+    )
+
+
+def _made_up(results: Path | None) -> str:
+    if results is None:
+        return ""
+    return (
+        "## Made-up persons\n\n"
+        "Simulated bodies and gaits with simulated markers and plates, fitted as recordings are: ours "
+        "foretells best what was simulated by the same laws, so that this table says little about which is "
+        f"best. {_costs(results)}\n\n"
+        f"{markdown(ranked(with_best_baseline(read_results(results))), published=False)}\n"
     )
 
 
@@ -229,6 +239,35 @@ def _started(results: Sequence[Result]) -> str:
         f"{' and '.join(names)} went on from the weights learnt on the made-up persons below, the other "
         "networks from random ones. "
     )
+
+
+def _lacking(made: Path | None, real: Path) -> str:
+    lines = ["- CUDA; persons whom no choice of ours has seen."]
+    persons = 0
+    if made is not None:
+        manifest = json.loads((made.parent / "release" / "manifest.json").read_text(encoding="utf-8"))
+        persons = manifest["totals"]["persons"]
+    if persons < PERSONS:
+        there = f"these are {persons}" if persons else "there are none yet"
+        lines.append(f"- {PERSONS} made-up persons, as the command makes by default: {there}.")
+    for words, results, entries in (
+        ("made-up persons", made, ENTRIES),
+        ("real recordings", real, (*ENTRIES, *STARTED)),
+    ):
+        known = {one.name for one in read_results(results)} if results else {one.result for one in entries}
+        names = [f"`{entry.result}`" for entry in entries if entry.result not in known]
+        if names:
+            lines.append(f"- On {words}: {', '.join(names)}.")
+    without = [
+        f"`{one.name}`"
+        for one in read_results(real)
+        if one.name.startswith(LEARNT) and not average(one.scores, "coverage_95")
+    ]
+    if without:
+        lines.append(
+            f"- Standard deviations of {' and '.join(without)}, which were trained before they gave any."
+        )
+    return "\n".join(lines)
 
 
 def _times(results: Path) -> dict[str, dict[str, float]]:

@@ -1,7 +1,7 @@
 """Our own entry: what the solver says of a trial without force plates, from angles alone."""
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from typing import Any
@@ -26,7 +26,7 @@ from solver.skeleton.pinocchio_model import RigidBodyModel
 CUTOFFS_HZ = (3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0)
 REACHES = (1.0, 0.75, 0.5)
 MOST_STRETCHES = 200  # that choose the cutoff
-FEWER_STRETCHES = 60  # that choose the reach
+FEWER_STRETCHES = 60  # that choose the reach, and show the errors
 
 
 @dataclass
@@ -43,15 +43,16 @@ class FromAngles:
 
     def fit(self, train: Trials, dev: Trials, log: Log) -> None:
         """Choose the cutoff by the total force of others, the soles' reach by the feet's."""
-        totals = _means(islice(chain(dev, train), MOST_STRETCHES), self._missed)
+        some: list[Example] = []
+        totals = _means(_keeping(islice(chain(dev, train), MOST_STRETCHES), some), self._missed)
         if totals is None:
             return
         self.cutoff_Hz = CUTOFFS_HZ[int(np.argmin(totals))]
-        of_feet = _means(islice(chain(dev, train), FEWER_STRETCHES), self._missed_by_feet)
-        assert of_feet is not None
-        self.reach = REACHES[int(np.argmin(of_feet))]
+        of_feet = _means(some, self._missed_by_feet)
+        if of_feet is not None:
+            self.reach = REACHES[int(np.argmin(of_feet))]
         log(cutoff_Hz=self.cutoff_Hz, reach=self.reach)
-        self.bands = error_bands(self._answered, chain(dev, train))
+        self.bands = error_bands(self._answered, some)
 
     def predict(self, seen: Seen) -> Foretold:
         """See the class."""
@@ -141,6 +142,14 @@ class FromAngles:
 
 def _key(example: Example) -> tuple[str, int]:
     return example.trial_id, int(example.frame[0])
+
+
+def _keeping(examples: Iterable[Example], kept: list[Example]) -> Iterator[Example]:
+    """The same, of which the first FEWER_STRETCHES are kept: a release is read once."""
+    for example in examples:
+        if len(kept) < FEWER_STRETCHES:
+            kept.append(example)
+        yield example
 
 
 def _means(

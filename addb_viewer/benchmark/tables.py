@@ -24,6 +24,8 @@ NAMES = {
     "cop": "CoP",
     "share_right": "Share on the right",
     "phase": "Phase right",
+    "coverage_50": "Coverage of 50 %",
+    "coverage_80": "Coverage of 80 %",
     "coverage_95": "Coverage of 95 %",
     "interval_95": "Width of 95 %",
     "nll": "−log density",
@@ -93,8 +95,9 @@ def markdown(results: Sequence[Result], *, published: bool = True) -> str:
         "",
         *_grid(results, BESIDE, also=("Phase macro-F1", lambda one: _number(macro_f1(one.scores)))),
     ]
-    if any(average(one.scores, "coverage_95") for one in results):
-        lines += ["", "Standard deviations:", "", *_grid(results, BANDS)]
+    banded = [one for one in results if average(one.scores, "coverage_95")]
+    if banded:
+        lines += ["", "Standard deviations, of those that give them:", "", *_grid(banded, BANDS)]
     lines += ["", f"{NAMES[JUDGED]} [{UNITS[JUDGED]}] by activity:", "", *_by_activity(results)]
     lines += ["", *_tests(results)]
     lines += [f"- {note}" for note in dict.fromkeys(note for one in results for note in one.notes)]
