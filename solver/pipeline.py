@@ -28,8 +28,7 @@ from solver.kinematics.marker_naming import name_markers
 from solver.kinematics.model_ownership import Ownership, whose_model
 from solver.kinematics.motion import Motion
 from solver.kinematics.root_joint import root_joint
-from solver.kinematics.upright_pelvis import pitch_of_spines
-from solver.kinematics.walking_posture import posture_notes
+from solver.kinematics.upright_pelvis import pitch_of_spines, posture_notes
 from solver.markers.mapping_file import chosen_for
 from solver.markers.people import people_notes
 from solver.progress import Progress, part, silent

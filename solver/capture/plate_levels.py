@@ -1,4 +1,7 @@
-"""Plates with the sign and the zero level that the whole recording tells, and a sentence on each."""
+"""Plates with the sign and the zero level that the whole recording tells, and a sentence on each.
+
+Moments that a file lost where its force passes through zero are put back between the samples around.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -7,9 +10,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.capture import ForcePlate, Markers, PlateWord
-from solver.capture.centre_of_pressure import centre_of_pressure, surface_of
+from solver.capture.centre_of_pressure import Surface, centre_of_pressure, surface_of
 from solver.capture.force_settings import CONDITIONING, ConditioningSettings
-from solver.capture.lost_moments import moments_lost, with_moments_bridged
 from solver.capture.plate_sign import PlateWitness, weigh_signs
 from solver.capture.plate_sign_settings import PLATE_SIGN, PlateSignSettings
 from solver.capture.vertical_momentum import vertical_momentum
@@ -19,6 +21,7 @@ from solver.runs import runs
 LOAD_N = 150.0  # [N] a step departs at least as far from the zero level; less may be one foot at rest
 LEVEL_STDS = 2.0  # by which a level that was held may lie off what weight and motion ask for
 CENTRE_KNOWN_N = 20.0  # [N] below it a centre of pressure is noise: gait laboratories' contact threshold
+POINT_LOST_N = 50.0  # [N] with less, programs write no centre of pressure, or one that digits do not hold
 
 
 def plate_witnesses(
@@ -268,3 +271,45 @@ def _lowered(plate: ForcePlate, resting: Bool[np.ndarray, " samples"]) -> ForceP
         moment_ground=plate.moment_ground - level[1],
         point_ground=None,
     )
+
+
+def moments_lost(plate: ForcePlate) -> Bool[np.ndarray, " samples"]:
+    """Samples whose moment hangs on a centre of pressure that a small force does not tell.
+
+    Args:
+        plate: as its file has it; one without columns for the point loses nothing.
+    """
+    if plate.point_ground is None:
+        return np.zeros(plate.samples, dtype=bool)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.abs(plate.force_ground[:, 1]) < POINT_LOST_N)
+
+
+def with_moments_bridged(
+    plate: ForcePlate, lost: Bool[np.ndarray, " samples"], surface: Surface, least_N: float
+) -> ForcePlate:
+    """The plate with the moments of these samples made anew from points between their neighbours'.
+
+    Args:
+        plate: with its true forces.
+        lost: samples whose moment is not known.
+        surface: where feet press.
+        least_N: of the vertical force, from which on somebody is on the plate.
+    """
+    vertical = plate.force_ground[:, 1]
+    with np.errstate(invalid="ignore"):
+        loaded = vertical > least_N
+    wanted, known = loaded & lost, loaded & ~lost
+    if not wanted.any() or known.sum() < 2:
+        return plate
+    force, moment = plate.force_ground, plate.moment_ground
+    points = centre_of_pressure(force, moment, surface)
+    free = moment - np.cross(points, force)
+    order = np.arange(plate.samples)
+
+    def between(values: Float[np.ndarray, "samples 3"]) -> Float[np.ndarray, "wanted 3"]:
+        return np.stack([np.interp(order[wanted], order[known], v[known]) for v in values.T], axis=1)
+
+    bridged = moment.copy()
+    bridged[wanted] = np.cross(between(points), force[wanted]) + between(free)
+    return replace(plate, moment_ground=bridged)

@@ -8,16 +8,17 @@ show by themselves comes beside it.
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Float
 
 from solver.capture.capture import ForcePlate
+from solver.contact.detection_balance import UP
 from solver.contact.detection_plates import plate_faults
-from solver.contact.detection_pressure import wrong_pressure
 from solver.contact.detection_reasons import proposals_of
 from solver.contact.detection_search import search
 from solver.contact.detection_settings import DetectionSettings
-from solver.contact.proposals import NO_PLATE_DATA, Proposal
-from solver.contact.wrenches import ContactWrenches
+from solver.contact.proposals import COP_OUTSIDE_FOOT, NO_PLATE_DATA, Proposal
+from solver.contact.sole import soles
+from solver.contact.wrenches import TWO_FEET, ContactWrenches
 from solver.kinematics.motion import Motion
 from solver.runs import runs
 from solver.skeleton.forward import body_poses
@@ -75,3 +76,41 @@ def _within_recording(
         *plate_faults(plates, contacts, motion.times, weight, settings),
     ):
         yield proposal.widened(findings.border, motion.frames)
+
+
+def wrong_pressure(
+    skeleton: Skeleton,
+    poses: tuple[Float[np.ndarray, "frames bodies 3 3"], Float[np.ndarray, "frames bodies 3"]],
+    contacts: ContactWrenches,
+    rate: float,
+    settings: DetectionSettings,
+) -> Iterator[Proposal]:
+    """Stretches on which a well loaded foot's centre of pressure lies clearly beside its sole.
+
+    Its moment is wrong then, though its force may be right. Where two feet stand on one plate the force
+    cannot be divided, and both feet's are missing.
+
+    Args:
+        skeleton: scaled.
+        poses: orientations and origins of all bodies.
+        contacts: forces given to feet.
+        rate: [Hz].
+        settings: thresholds.
+    """
+    for foot, sole in enumerate(soles(skeleton, contacts.foot_bodies)):
+        load = contacts.wrench_ground[:, foot, UP]
+        well = contacts.in_contact[:, foot] & (load > settings.cop_load * load.max(initial=0.0))
+        distance = np.where(well, sole.distance(*poses, contacts.cop_ground[:, foot]), 0.0)
+        distance = np.nan_to_num(distance)
+        for start, end in runs(distance > settings.cop_outside_m):
+            if end - start >= settings.cop_outside_s * rate:
+                worst = float(distance[start:end].max())
+                yield Proposal(
+                    (start, end),
+                    contacts.foot_bodies[foot],
+                    COP_OUTSIDE_FOOT,
+                    1.0 - 0.5 * settings.cop_outside_m / worst,
+                    {"outside_m": worst, "limit_m": settings.cop_outside_m},
+                )
+    for start, end in runs((contacts.plate == TWO_FEET).any(axis=1)):
+        yield Proposal((start, end), None, COP_OUTSIDE_FOOT, 1.0, {"feet_on_one_plate": 2.0})

@@ -7,7 +7,6 @@ from pathlib import Path
 from solver.conversion.b3d import read_b3d_file
 from solver.conversion.b3d_writing import write_b3d_file
 from solver.conversion.content import Content, Part
-from solver.conversion.moving import write_glb, write_mjcf
 from solver.conversion.opensim_set import write_opensim_set
 from solver.conversion.recordings import (
     read_force_table,
@@ -17,6 +16,9 @@ from solver.conversion.recordings import (
     write_trc_file,
 )
 from solver.conversion.tables import read_parquet, write_parquet
+from solver.export.gltf import moving_skeleton
+from solver.export.mujoco import write_mujoco
+from solver.skeleton.bones import body_meshes
 
 FOLDER = ""  # the ending of a folder for OpenSim
 MEASURED = frozenset({Part.MARKERS, Part.PLATES})
@@ -31,6 +33,24 @@ class Writer:
     holds: frozenset[Part]
     needs: frozenset[Part]
     holds_all_trials: bool = False  # else a file is written for each
+
+
+def write_glb(content: Content, path: Path) -> tuple[str, ...]:
+    """Write one trial's moving skeleton as glTF, with the stock bones."""
+    (trial,) = content.trials
+    assert content.skeleton is not None
+    assert trial.motion is not None
+    meshes = body_meshes(content.skeleton).meshes
+    path.write_bytes(moving_skeleton(content.skeleton, meshes, trial.motion, trial.name))
+    return ()
+
+
+def write_mjcf(content: Content, path: Path) -> tuple[str, ...]:
+    """Write the model for MuJoCo, its bones, and a motion file for each trial."""
+    assert content.skeleton is not None
+    motions = {trial.name: trial.motion for trial in content.trials if trial.motion is not None}
+    meshes = body_meshes(content.skeleton).meshes
+    return write_mujoco(path, content.skeleton, meshes, motions)[1]
 
 
 READERS: dict[str, Callable[[Path], Content]] = {

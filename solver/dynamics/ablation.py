@@ -1,8 +1,9 @@
 """The dataset paper's ablation: measured forces of some steps are hidden, and what that costs is measured.
 
-Three arms start from the centre-of-mass trajectory of their kind (`com_arms`), which moves the root, and go
+Three arms start from the centre-of-mass trajectory of their kind, which moves the root, and go
 on through the same joint fit: the oracle sees every force; ours lacks the hidden ones; piecewise lacks them
 too and knows no tie between the stretches with force. The motion of the markers alone stands beside them.
+All get the same trial and the frames whose force was hidden; only the oracle looks at it.
 """
 
 from collections.abc import Iterable, Iterator
@@ -13,10 +14,11 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.contact.wrenches import ContactWrenches, FrameMask
-from solver.dynamics.com_arms import ARMS
 from solver.dynamics.com_data import ComData, com_data
 from solver.dynamics.com_mass import MassPrior
 from solver.dynamics.com_settings import ComSettings
+from solver.dynamics.com_system import FEWEST_FRAMES
+from solver.dynamics.com_trajectory import ComTrajectory, fit_com_trajectory, unchanged
 from solver.dynamics.dynamics import Dynamics
 from solver.dynamics.inverse_dynamics import inverse_dynamics
 from solver.dynamics.missing_wrench import inferred_torques
@@ -28,10 +30,58 @@ from solver.dynamics.trial_data import TrialData
 from solver.errors import ModelError
 from solver.kinematics.motion import Motion
 from solver.progress import Progress, part, silent
+from solver.runs import runs
 from solver.skeleton.forward import marker_positions
 from solver.skeleton.skeleton import Skeleton
 
 HIDDEN = "hidden by the ablation"  # the mask's reason
+
+
+def oracle(
+    data: ComData,
+    hidden: Bool[np.ndarray, " frames"],
+    settings: ComSettings,
+    prior: MassPrior | None = None,
+) -> ComTrajectory:
+    """One trajectory that sees all recorded forces, the hidden ones too."""
+    return fit_com_trajectory(data, settings, prior)
+
+
+def ours(
+    data: ComData, hidden: Bool[np.ndarray, " frames"], settings: ComSettings, prior: MassPrior | None = None
+) -> ComTrajectory:
+    """One trajectory through all frames, with a free acceleration where the force is hidden."""
+    return fit_com_trajectory(data.without(hidden), settings, prior)
+
+
+def piecewise(
+    data: ComData, hidden: Bool[np.ndarray, " frames"], settings: ComSettings, prior: MassPrior | None = None
+) -> ComTrajectory:
+    """A trajectory for each run of frames with force, on its own; between them the markers' centre of mass.
+
+    Nothing ties one run to the next. μ is the runs' mean by frames. Runs of fewer than three frames stay as
+    measured.
+    """
+    stitched = unchanged(data)
+    weighted, frames = 0.0, 0
+    for start, end in runs(data.without(hidden).observed):
+        if end - start < FEWEST_FRAMES:
+            continue
+        run = fit_com_trajectory(data.between(start, end), settings, prior)
+        stitched.com_ground[start:end] = run.com_ground
+        stitched.acceleration_ground[start:end] = run.acceleration_ground
+        weighted += run.inverse_mass * (end - start)
+        frames += end - start
+    return ComTrajectory(
+        stitched.com_ground,
+        stitched.acceleration_ground,
+        inverse_mass=weighted / frames if frames else 0.0,
+        mass=None,
+        rate=data.rate,
+    )
+
+
+ARMS = {"oracle": oracle, "ours": ours, "piecewise": piecewise}
 
 
 @dataclass(frozen=True)

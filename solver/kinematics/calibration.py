@@ -15,10 +15,10 @@ from threadpoolctl import threadpool_limits
 from solver.kinematics.frame_solver import PoseProblem, solve_frames
 from solver.kinematics.initial_pose import initial_poses
 from solver.kinematics.root_joint import root_joint
-from solver.kinematics.scale_jacobian import ScaleJacobian
 from solver.kinematics.scale_prior import (
     LogScalePrior,
     ScaleGroups,
+    ScaleJacobian,
     log_scale_precision,
     offset_std,
     scale_groups,

@@ -3,6 +3,8 @@
 Nothing that markers on the pelvis do tells how the bone is pitched against them. By the usual places alone, a
 person whose spines' markers sit high in front would stand with the pelvis tipped over backwards. Both that
 inclination and the posture of people who stand, walk and run vary; each takes its share of what is unusual.
+Where a model has a marker of the pelvis or the trunk elsewhere than it was worn, the whole walk leans, and
+hips and back make up for it: a mean posture that people do not walk in is told.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -13,6 +15,8 @@ from jaxtyping import Float
 
 from solver.capture.capture import Markers
 from solver.kinematics.marker_matching import MarkerMatch
+from solver.kinematics.motion import Motion
+from solver.kinematics.settings import KinematicsSettings
 from solver.markers.atlas import atlas, place_on
 from solver.skeleton.skeleton import Skeleton
 
@@ -31,6 +35,10 @@ SHARES = 1001  # ways to share, evenly: a thousandth of what is unusual is nothi
 FURTHEST_DEG = 45.0  # from the usual inclination; further off, nobody is upright
 FRONT = (("asis_r", "asis_l"), ("asis_r",), ("asis_l",))
 BACK = (("psis_r", "psis_l"), ("sacrum",), ("psis_r",), ("psis_l",))
+HIPS = ("hip_flexion_r", "hip_flexion_l")
+STRIDE_S = 0.8  # shorter recordings show no whole step of each leg
+STRIDE_DEG = 20.0  # of hip flexion, which people who walk exceed
+ALTERNATES = -0.5  # correlation of the two hips below which the legs take turns
 
 
 def on_upright_pelvis(skeleton: Skeleton, match: MarkerMatch, recordings: Sequence[Markers]) -> Skeleton:
@@ -163,3 +171,43 @@ def _complete(choices: Sequence[Sequence[str]], marked: Mapping[str, str]) -> li
         if all(name in marked for name in names):
             return [marked[name] for name in names]
     return []
+
+
+def posture_notes(motion: Motion, settings: KinematicsSettings) -> tuple[str, ...]:
+    """Warnings of a walk or run whose mean pelvis tilt or lumbar extension people do not have.
+
+    Args:
+        motion: by the markers, with OpenSim's names of coordinates.
+        settings: ranges of the means.
+    """
+    if not walks(motion):
+        return ()
+    notes = []
+    for name, what, least, most in (
+        ("pelvis_tilt", "pelvis tilt", settings.least_walking_tilt_deg, settings.most_walking_tilt_deg),
+        (
+            "lumbar_extension",
+            "lumbar extension",
+            settings.least_walking_lumbar_deg,
+            settings.most_walking_lumbar_deg,
+        ),
+    ):
+        if name in motion.dofs:
+            mean = float(np.degrees(motion.q[:, motion.dofs.index(name)].mean()))
+            if not least <= mean <= most:
+                notes.append(
+                    f"mean {what} is {mean:.0f}°, and people walk with {least:.0f}° to {most:.0f}°: are the "
+                    "model's markers of pelvis and trunk where they were worn? Angles of hips and back are "
+                    "off by as much"
+                )
+    return tuple(notes)
+
+
+def walks(motion: Motion) -> bool:
+    """Whether the legs take turns in strides."""
+    if motion.frames < STRIDE_S * motion.rate or not all(hip in motion.dofs for hip in HIPS):
+        return False
+    right, left = (np.degrees(motion.q[:, motion.dofs.index(hip)]) for hip in HIPS)
+    if min(np.ptp(right), np.ptp(left)) < STRIDE_DEG:
+        return False
+    return bool(np.corrcoef(right, left)[0, 1] < ALTERNATES)

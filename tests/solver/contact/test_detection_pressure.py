@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from solver.contact.detection_pressure import wrong_pressure
+from solver.contact.detection import wrong_pressure
 from solver.contact.detection_settings import DetectionSettings
 
 RATE = 100.0

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from solver.capture.subject import open_subject
-from solver.dynamics.com_arms import ARMS, oracle, ours, piecewise
+from solver.dynamics.ablation import ARMS, oracle, ours, piecewise
 from solver.dynamics.com_data import com_data
 from solver.dynamics.com_mass import MassPrior
 from solver.dynamics.com_settings import ComSettings

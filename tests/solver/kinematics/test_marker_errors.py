@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.kinematics.marker_errors import marker_errors
+from solver.kinematics.marker_errors import marker_errors, shoulder_markers
 from solver.kinematics.settings import KinematicsSettings
-from solver.kinematics.shoulder_markers import shoulder_markers
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import marker_positions
 

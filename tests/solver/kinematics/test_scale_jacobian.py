@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from solver.kinematics.scale_jacobian import ScaleJacobian
-from solver.kinematics.scale_prior import scale_groups
+from solver.kinematics.scale_prior import ScaleJacobian, scale_groups
 from solver.skeleton.default_body import default_skeleton
 from solver.skeleton.forward import ForwardKinematics, marker_positions
 from tests.solver.kinematics.conftest import walking

@@ -3,7 +3,7 @@ import pytest
 
 from solver.kinematics.motion import Motion
 from solver.kinematics.settings import KinematicsSettings
-from solver.kinematics.walking_posture import posture_notes
+from solver.kinematics.upright_pelvis import posture_notes
 
 SETTINGS = KinematicsSettings()
 DOFS = ("pelvis_tilt", "hip_flexion_r", "hip_flexion_l", "lumbar_extension")

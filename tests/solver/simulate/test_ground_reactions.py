@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from solver.simulate.contacts import ContactPlan, Stance
-from solver.simulate.ground_reactions import share_demand
 from solver.simulate.sole import sole_of
+from solver.simulate.trial import share_demand
 
 
 def stance(foot, span, x, load):

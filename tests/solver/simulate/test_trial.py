@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from solver.simulate.foot_points import FootPoints
 from solver.simulate.person import Person, body_of
+from solver.simulate.trajectory_fit import FootPoints
 from solver.simulate.trial import Scenario, simulate_trial
 from solver.skeleton.pinocchio_model import RigidBodyModel
 from solver.skeleton.segment_tables import RANGES_DEG

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from solver.kinematics.unnamed.same_labels import disagreeing
+from solver.kinematics.label_reading import disagreeing
 
 
 def test_recordings_of_the_same_labels_agree(walker):
