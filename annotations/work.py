@@ -85,6 +85,11 @@ class Talk:
         """Of the comment that began it."""
         return self.first.number
 
+    @property
+    def people(self) -> tuple[str, ...]:
+        """Who said something in it, in the order in which they first did."""
+        return tuple(dict.fromkeys(item.author for item in (self.first, *self.answers)))
+
 
 @dataclass(frozen=True)
 class TrialWork:

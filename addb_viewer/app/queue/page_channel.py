@@ -21,7 +21,7 @@ from addb_viewer.app.security.own_pages import MOST_BYTES, OwnPages
 from addb_viewer.app.subjects.people import TrialPlace
 from addb_viewer.review_store import open_log
 from annotations.errors import ReviewError
-from annotations.work import Comment, Settle, WorkItem, work_of
+from annotations.work import Comment, Settle, Talk, WorkItem, work_of
 from solver.errors import SolverError
 
 PAGE, FILES, CONNECTION = "/queue", "/queue-files", "/addb/queue"
@@ -189,17 +189,25 @@ class Visitor:
         else:
             event = Settle(number or 0, asked.text != "open")
         self._page.batches.say(subject, [trial], event, self._name)
-        return [self._talks(asked)]
+        talks = self._talks_of(subject, trial)
+        answered = next(
+            (talk for talk in talks if isinstance(event, Comment) and talk.number == number), None
+        )
+        if answered is not None:
+            self._trials.people.tell_of_answer(answered, trial, self._name, asked.text)
+        return [page_words.talks_words((subject, trial), talks)]
 
     def _talks(self, asked: Asked) -> Message:
         subject, trial = self._place(asked)
+        return page_words.talks_words((subject, trial), self._talks_of(subject, trial))
+
+    def _talks_of(self, subject: str, trial: str) -> tuple[Talk, ...]:
         row = next(row for row in self._trials.rows() if (row.subject, row.trial) == (subject, trial))
         items: tuple[WorkItem, ...] = ()
         if row.talks:
             with open_log(self._trials.subjects.folders(subject)[0]) as log:
                 items = log.work.reading()[0]
-        talks = work_of([item for item in items if item.trial == trial]).talks
-        return page_words.talks_words((subject, trial), talks)
+        return work_of([item for item in items if item.trial == trial]).talks
 
     def _place(self, asked: Asked) -> tuple[str, str]:
         known = {(row.subject, row.trial) for row in self._trials.rows() if row.trial}

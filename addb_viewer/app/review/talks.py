@@ -67,10 +67,13 @@ class Talks:
         Raises:
             ReviewError: nothing was written, or it cannot be recorded.
         """
-        talk = self._chosen()
-        about = self._screen.frame if talk is None else None
-        event = Comment(self._panel.words.value, about, None if talk is None else talk.number)
-        self._record(event)
+        talk, text = self._chosen(), self._panel.words.value
+        author, trial = self._screen.reviewer.author(), self._trial()
+        if talk is None:
+            self._screen.shared.reviews.say(trial, Comment(text, self._screen.frame), author)
+        else:
+            self._screen.shared.answer(trial, talk, text, author)
+        self.show()
         put(self._panel.words, "")
 
     def settle(self) -> None:
@@ -82,16 +85,17 @@ class Talks:
         talk = self._chosen()
         if talk is None:
             raise ReviewError("choose the comment that is settled")
-        self._record(Settle(talk.number, not talk.settled_by))
+        event, author = Settle(talk.number, not talk.settled_by), self._screen.reviewer.author()
+        self._screen.shared.reviews.say(self._trial(), event, author)
+        self.show()
 
     def _chosen(self) -> Talk | None:
         return next((talk for talk in self._talks if _name(talk) == self._panel.about.value), None)
 
-    def _record(self, event: Comment | Settle) -> None:
-        author, replay = self._screen.reviewer.author(), self._screen.replay
+    def _trial(self) -> str:
+        replay = self._screen.replay
         assert replay is not None
-        self._screen.shared.reviews.say(replay.name, event, author)
-        self.show()
+        return replay.name
 
 
 def _name(talk: Talk) -> str:

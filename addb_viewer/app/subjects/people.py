@@ -6,6 +6,8 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar
 
+from annotations.work import Talk
+
 TrialPlace = tuple[str, str]  # subject and trial
 SOMEBODY = "somebody"  # who has not said a name yet
 
@@ -130,6 +132,12 @@ class People:
     def everywhere(self) -> Mapping[TrialPlace, tuple[str, ...]]:
         """The names of all, by the trial that they are on."""
         return self.others(-1)
+
+    def tell_of_answer(self, talk: Talk, trial: str, by: str, text: str) -> None:
+        """Tell those who spoke in a talk that it goes on."""
+        for name in talk.people:
+            if name != by:
+                self.tell(name, f"{by} answers on {trial}", text)
 
     def queue_changed(self) -> None:
         """Let every page draw its queue anew."""

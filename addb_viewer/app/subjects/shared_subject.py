@@ -18,6 +18,7 @@ from addb_viewer.app.subjects.subject_review import SubjectReview
 from addb_viewer.app.trial.disagreements import disagreements
 from annotations.errors import ReviewError
 from annotations.events import Edit
+from annotations.work import Comment, Talk
 from solver.capture.capture import Capture
 from solver.errors import SolverError
 
@@ -219,6 +220,15 @@ class SharedSubject:
             self._opened.add(trial)
             if self._log is not None:
                 self._log.opened(trial, self.fits.shown, self.fits.compared)
+
+    def answer(self, trial: str, talk: Talk, text: str, author: str) -> None:
+        """Answer a comment; those who spoke in the talk are told.
+
+        Raises:
+            ReviewError: it cannot be recorded.
+        """
+        self.reviews.say(trial, Comment(text, answers=talk.number), author)
+        self._people.tell_of_answer(talk, trial, author, text)
 
     def keep(self, author: str) -> None:
         """Make the new solve the subject's fit; the next one that waits comes on the screen.

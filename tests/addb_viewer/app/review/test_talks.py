@@ -27,6 +27,8 @@ def test_a_comment_at_a_frame_is_answered_and_settled_by_somebody_else(two):
     ben.put("Comment", "Yes.")
     ben.click("Say it")
     zoe.until(lambda: "<b>Ben</b>: Yes." in zoe.html(), "the answer")
+    zoe.until(lambda: zoe.told("Ben answers on walk"), "the notice")
+    assert not ben.told("answers on")
     ben.click("Settled")
     zoe.until(lambda: "settled by Ben" in zoe.html(), "the end of the talk")
     assert "<b>Ben</b>: Yes." not in zoe.html()  # in short
