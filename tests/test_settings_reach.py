@@ -16,7 +16,7 @@ MADE_HERE = {
     ("solver/settings.py", "ReadingSettings"): "put together from the subject's tables",
     ("solver/settings.py", "NamingSettings"): "likewise",
     ("addb_viewer/commands/settings.py", "Settings"): "prints the defaults",
-    ("addb_viewer/report/repeat.py", "Settings"): "what the fit's settings are compared with",
+    ("addb_viewer/report/made_of.py", "Settings"): "what the fit's settings are compared with",
     ("addb_viewer/app/solve/controller.py", "Settings"): "likewise",
     ("addb_viewer/commands/ablation_setup.py", "AblationSettings"): "made of the command's options",
     (

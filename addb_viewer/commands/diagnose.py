@@ -18,11 +18,11 @@ from addb_viewer.commands.options import (
     SettingsFile,
     Trials,
 )
-from addb_viewer.decision_words import decisions_on
+from addb_viewer.diagnosis_vocabulary import capital, title
 from addb_viewer.diagnosis_words import page, screen
 from addb_viewer.jobs.diagnosing import diagnosed, kept_of
 from addb_viewer.jobs.solving import Job, job_for
-from addb_viewer.sections import as_text
+from addb_viewer.sections import Section, as_text
 from addb_viewer.terminal_progress import terminal_progress
 from solver.effects.catalogue import IDS, MARKER_IDS
 from solver.results.store import write_json
@@ -40,6 +40,13 @@ Why = Annotated[
 Full = Annotated[
     bool, typer.Option("--full", help="Print the whole answer: witnesses, certainty, what else it could be.")
 ]
+IN_MARKERS = "It is sought in the markers, before forces; what was found there stands in the whole answer."
+NEVER_PROPOSED = (
+    "It was never proposed: at every step of the search others promised more, or this recording has no place "
+    "for it, or of the size that would help there is no such thing."
+)
+
+Figures = Mapping[str, Any]
 
 
 def diagnose(
@@ -120,3 +127,21 @@ def print_diagnosis(figures: Mapping[str, Any], file: Path, *, full: bool = Fals
     for line in as_text(page(figures) if full else screen(figures)):
         typer.echo(line)
     typer.echo(f"\nwritten: {file}{'' if full else '; --full says more'}")
+
+
+def decisions_on(figures: Figures, id: str) -> list[Section]:
+    """Of each place at which a cause was tried: what every check said, up to the one at which it fell.
+
+    Args:
+        figures: in the shape of `diagnose --json`, made with this id.
+        id: of the cause.
+    """
+    tried = [_told(one) for one in figures.get("decisions", ()) if one["id"] == id]
+    return tried or [Section(f"{id}: not tried", (IN_MARKERS if id in MARKER_IDS else NEVER_PROPOSED,))]
+
+
+def _told(one: Figures) -> Section:
+    fell = next((c["name"] for c in one["checks"] if not c["passed"]), None)
+    verdict = "named" if one["named"] else f"fell at '{fell}'"
+    rows = tuple((c["name"] if c["passed"] else f"{c['name']}, no", c["reason"]) for c in one["checks"])
+    return Section(f"{capital(title(one))}: {verdict}", (), rows)

@@ -1,5 +1,6 @@
 """`addb-viewer fit`: kinematics and dynamics of a subject; the results are kept and summed up."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -20,13 +21,13 @@ from addb_viewer.commands.options import (
     Trials,
     WithoutExtension,
 )
-from addb_viewer.commands.unused_files import unused_lines
 from addb_viewer.jobs.solving import Job, KeptFit, job_for, solved
 from addb_viewer.jobs.withholding import FitReplacedError, Withholding
 from addb_viewer.note_kinds import by_kind
 from addb_viewer.summary_table import print_summary, print_withheld
 from addb_viewer.terminal_progress import terminal_progress
 from addb_viewer.withheld_words import rest_words
+from solver.capture.capture import UnusedFile
 from solver.fit import Fit
 from solver.results.store import write_json
 from solver.summary import summary
@@ -35,6 +36,7 @@ Notes = Annotated[
     bool,
     typer.Option("--notes", help="Print all that was noted, and every file that is not used, and why."),
 ]
+NAMED = 3  # in one line
 
 
 def fit(
@@ -164,3 +166,19 @@ def _counted(fit: Fit) -> str:
     if len(trials) < len(fit.unread):
         said.append("the static trial")
     return " and ".join(said)
+
+
+def unused_lines(files: Sequence[UnusedFile], *, whole: bool) -> list[str]:
+    """Which files of a subject's folder are not used, the most harmful first.
+
+    Args:
+        files: as `open_subject` found them.
+        whole: each with its reason.
+    """
+    if not files:
+        return []
+    count = f"{len(files)} file{'s' * (len(files) > 1)} of the folder not used"
+    if whole:
+        return [f"{count}:", *(f"  {file.file}: {file.reason}" for file in files)]
+    more = ", …" if len(files) > NAMED else ""
+    return [f"{count}: {', '.join(file.file for file in files[:NAMED])}{more}; --notes says why"]

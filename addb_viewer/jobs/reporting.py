@@ -1,20 +1,23 @@
 """A subject's page to hand over, of a current fit and, where asked for, a current diagnosis."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from addb_viewer.app.diagnosis.state import decision_in_words, read_state
 from addb_viewer.jobs.diagnosing import diagnosed
 from addb_viewer.jobs.solving import Job, solved
 from addb_viewer.jobs.subject_checks import check_trials
+from addb_viewer.kept_diagnosis import kept
 from addb_viewer.recordings.recording import recording_of
 from addb_viewer.report.content import DiagnosisShown, SubjectReport
-from addb_viewer.report.diagnosis_shown import diagnosis_shown
 from addb_viewer.report.subject_page import write_report
 from solver.fit import Fit
 from solver.progress import Progress, part, silent
+from solver.provenance import other_recordings, without_reviews
 
 PAGE = "report.html"
 SOLVED = 0.5  # share of the work before a diagnosis
+AGAIN = "`addb-viewer report SUBJECT --diagnose` makes it anew."
 
 
 def reported(
@@ -77,3 +80,43 @@ def page_of(
     shown = shown or diagnosis_shown(fit, results)
     made = SubjectReport(recording_of(fit, trials=trials, diagnosis=shown.figures), shown)
     return write_report(made, file), made
+
+
+def diagnosis_shown(fit: Fit, results: Path) -> DiagnosisShown:
+    """The kept diagnosis where it belongs to a fit, else why it is not shown.
+
+    Args:
+        fit: the one that the report is about.
+        results: the results folder.
+
+    Raises:
+        ResultsError: what is kept cannot be read.
+    """
+    found = kept(results)
+    if found is None:
+        return DiagnosisShown()
+    figures, made_of = found
+    changed = _changed(fit, made_of, figures["trials"])
+    if changed:
+        return DiagnosisShown(
+            absent=f"A diagnosis is kept, but since then these have changed: {', '.join(changed)}. {AGAIN}"
+        )
+    state = read_state(fit.subject, results, fit)
+    return DiagnosisShown(figures, "", decision_in_words(state), state.gain)
+
+
+def _changed(fit: Fit, made_of: Mapping[str, Mapping], trials: list[str]) -> list[str]:
+    """What the diagnosis was made of and the fit was not."""
+    then, now = made_of["provenance"], fit.provenance
+    changed = other_recordings(then, now)
+    if _reviews(then, trials) != _reviews(now, trials):
+        changed.append("the flags")
+    if made_of["settings"] != fit.settings:
+        changed.append("the settings")
+    return changed
+
+
+def _reviews(provenance: Mapping[str, str], trials: list[str]) -> dict[str, str]:
+    """What people had flagged in these trials, by its hash."""
+    others = without_reviews(provenance)
+    return {k: v for k, v in provenance.items() if k not in others and k.endswith(tuple(trials))}

@@ -1,5 +1,6 @@
 // Plays the scene of a report: drag turns, wheel or pinch zooms, Shift-drag moves, the bar goes to a frame.
-// Everything comes from the page itself: the script element #scene-data, made by scene_data.py.
+// Everything comes from the page itself: the script element #scene-data, made by scene_data.py;
+// player_numbers.js and player_shapes.js stand before it on the page.
 (async () => {
   "use strict";
   const root = document.getElementById("player");
@@ -14,127 +15,8 @@
   }
   gl.getExtension("OES_element_index_uint");
 
-  // --- numbers ----------------------------------------------------------------------------------------
-
-  async function unpacked(series, frames) {
-    const bytes = Uint8Array.from(atob(series.data), (c) => c.charCodeAt(0));
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-    const planes = new Uint8Array(await new Response(stream).arrayBuffer());
-    const { width, step, offset } = series;
-    const high = width * frames;
-    const values = new Float32Array(high);
-    for (let column = 0; column < width; column++) {
-      let whole = 0;
-      for (let frame = 0; frame < frames; frame++) {
-        const i = column * frames + frame;
-        whole = (whole + (planes[i] | (planes[high + i] << 8))) & 0xffff;
-        const signed = whole > 0x7fff ? whole - 0x10000 : whole;
-        values[frame * width + column] = signed === -0x8000 ? NaN : signed * step + offset;
-      }
-    }
-    return values;
-  }
-
-  const rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255);
-  const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-  const cross = (a, b) => [
-    a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0],
-  ];
-  const unit = (a) => {
-    const length = Math.hypot(...a) || 1;
-    return a.map((x) => x / length);
-  };
-
-  // Matrices are by columns, as WebGL takes them.
-  function product(a, b) {
-    const c = new Float32Array(16);
-    for (let j = 0; j < 4; j++)
-      for (let i = 0; i < 4; i++)
-        for (let k = 0; k < 4; k++) c[4 * j + i] += a[4 * k + i] * b[4 * j + k];
-    return c;
-  }
-
-  function pose(x, y, z, w, qx, qy, qz) {
-    return new Float32Array([
-      1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + w * qz), 2 * (qx * qz - w * qy), 0,
-      2 * (qx * qy - w * qz), 1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz + w * qx), 0,
-      2 * (qx * qz + w * qy), 2 * (qy * qz - w * qx), 1 - 2 * (qx * qx + qy * qy), 0,
-      x, y, z, 1,
-    ]);
-  }
-
-  const moved = (m, p) => [0, 1, 2].map((i) => m[i] * p[0] + m[4 + i] * p[1] + m[8 + i] * p[2] + m[12 + i]);
-
-  // --- shapes -----------------------------------------------------------------------------------------
-
-  const PLACE = 0, OTHER = 1; // attributes: where, and normal or tint
-
-  function program(vertex, fragment, other) {
-    const made = gl.createProgram();
-    for (const [kind, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
-      const shader = gl.createShader(kind);
-      gl.shaderSource(shader, source);
-      gl.compileShader(shader);
-      gl.attachShader(made, shader);
-    }
-    gl.bindAttribLocation(made, PLACE, "place");
-    gl.bindAttribLocation(made, OTHER, other);
-    gl.linkProgram(made);
-    return made;
-  }
-
-  const solid = program(
-    `attribute vec3 place; attribute vec3 normal; uniform mat4 view, model; uniform mat3 turn; varying vec3 n;
-     void main() { n = turn * normal; gl_Position = view * model * vec4(place, 1.0); }`,
-    `precision mediump float; varying vec3 n; uniform vec3 color, light;
-     void main() { float d = abs(dot(normalize(n), light)); gl_FragColor = vec4(color * (0.38 + 0.62 * d), 1.0); }`,
-    "normal",
-  );
-  const flat = program(
-    `attribute vec3 place; attribute vec4 tint; uniform mat4 view; uniform float size; varying vec4 c;
-     void main() { c = tint; gl_Position = view * vec4(place, 1.0); gl_PointSize = size / gl_Position.w; }`,
-    `precision mediump float; varying vec4 c; uniform bool round;
-     void main() { if (round && length(gl_PointCoord - 0.5) > 0.5) discard; gl_FragColor = c; }`,
-    "tint",
-  );
-  const at = (made, name) => gl.getUniformLocation(made, name);
-
-  function buffered(vertices, faces) {
-    const normals = new Float32Array(vertices.length);
-    for (let f = 0; f < faces.length; f += 3) {
-      const [a, b, c] = [0, 1, 2].map((k) => vertices.slice(3 * faces[f + k], 3 * faces[f + k] + 3));
-      const n = cross(sub(b, a), sub(c, a));
-      for (let k = 0; k < 3; k++) for (let i = 0; i < 3; i++) normals[3 * faces[f + k] + i] += n[i];
-    }
-    const put = (kind, values) => {
-      const buffer = gl.createBuffer();
-      gl.bindBuffer(kind, buffer);
-      gl.bufferData(kind, values, gl.STATIC_DRAW);
-      return buffer;
-    };
-    return {
-      vertices: put(gl.ARRAY_BUFFER, new Float32Array(vertices)),
-      normals: put(gl.ARRAY_BUFFER, normals),
-      faces: put(gl.ELEMENT_ARRAY_BUFFER, new Uint16Array(faces)),
-      count: faces.length,
-    };
-  }
-
-  // A rod of radius and length 1 along y, and a cone likewise.
-  function rod(top) {
-    const vertices = [], faces = [], sides = 12;
-    for (let i = 0; i < sides; i++) {
-      const [x, z] = [Math.cos((2 * Math.PI * i) / sides), Math.sin((2 * Math.PI * i) / sides)];
-      vertices.push(x, 0, z, top * x, 1, top * z);
-      const [a, b] = [2 * i, 2 * ((i + 1) % sides)];
-      faces.push(a, a + 1, b, b, a + 1, b + 1);
-    }
-    const middle = vertices.length / 3;
-    vertices.push(0, 0, 0);
-    for (let i = 0; i < sides; i++) faces.push(middle, 2 * i, 2 * ((i + 1) % sides));
-    return buffered(vertices, faces);
-  }
+  const { unpacked, rgb, sub, dot, cross, unit, product, pose, moved, errorColor } = playerNumbers;
+  const { solid, flat, at, buffered, rod, rodBetween, drawSolid, drawFlat, PLACE, OTHER } = playerShapes(gl);
 
   const shaft = rod(1), head = rod(0.001);
   const meshes = await Promise.all(
@@ -235,7 +117,6 @@
 
   // --- drawing ----------------------------------------------------------------------------------------
 
-  const scratch = gl.createBuffer();
   let colors = {};
 
   function readColors() {
@@ -272,43 +153,6 @@
     return { matrix: product(lens, look), right, up, back };
   }
 
-  function drawSolid(shape, model, color, eye) {
-    gl.bindBuffer(gl.ARRAY_BUFFER, shape.vertices);
-    gl.vertexAttribPointer(PLACE, 3, gl.FLOAT, false, 0, 0);
-    gl.bindBuffer(gl.ARRAY_BUFFER, shape.normals);
-    gl.vertexAttribPointer(OTHER, 3, gl.FLOAT, false, 0, 0);
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, shape.faces);
-    gl.uniformMatrix4fv(at(solid, "view"), false, eye.matrix);
-    gl.uniformMatrix4fv(at(solid, "model"), false, model);
-    const turn = [];
-    for (const column of [0, 4, 8]) turn.push(...unit([model[column], model[column + 1], model[column + 2]]));
-    gl.uniformMatrix3fv(at(solid, "turn"), false, turn);
-    gl.uniform3fv(at(solid, "color"), color);
-    gl.drawElements(gl.TRIANGLES, shape.count, gl.UNSIGNED_SHORT, 0);
-  }
-
-  // places: x y z r g b a, one after another.
-  function drawFlat(kind, places, eye, size = 0) {
-    if (!places.length) return;
-    gl.bindBuffer(gl.ARRAY_BUFFER, scratch);
-    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(places), gl.DYNAMIC_DRAW);
-    gl.vertexAttribPointer(PLACE, 3, gl.FLOAT, false, 28, 0);
-    gl.vertexAttribPointer(OTHER, 4, gl.FLOAT, false, 28, 12);
-    gl.uniformMatrix4fv(at(flat, "view"), false, eye.matrix);
-    gl.uniform1f(at(flat, "size"), size);
-    gl.uniform1i(at(flat, "round"), kind === gl.POINTS);
-    gl.drawArrays(kind, 0, places.length / 7);
-  }
-
-  function rodBetween(start, end, radius) {
-    const y = sub(end, start);
-    const x = unit(cross(y, Math.abs(y[1]) < 0.9 * Math.hypot(...y) ? [0, 1, 0] : [1, 0, 0]));
-    const z = unit(cross(x, y));
-    return new Float32Array([
-      ...x.map((v) => v * radius), 0, ...y, 0, ...z.map((v) => v * radius), 0, ...start, 1,
-    ]);
-  }
-
   function drawArrow(arrow, eye) {
     const start = Array.from(arrow.start.subarray(3 * frame, 3 * frame + 3));
     const force = Array.from(arrow.force.subarray(3 * frame, 3 * frame + 3));
@@ -325,14 +169,6 @@
       drawSolid(shaft, rodBetween(start, point(neck), wide * 0.38), color, eye);
     }
     drawSolid(head, rodBetween(point(neck), point(1), wide), color, eye);
-  }
-
-  // Blue at no error over orange to vermilion at 4 cm, as everywhere in this program.
-  const RAMP = [[0, 114, 178], [86, 180, 233], [230, 159, 0], [213, 94, 0]].map((c) => c.map((v) => v / 255));
-  function errorColor(error) {
-    const place = Math.min(error / 0.04, 1) * 3;
-    const low = Math.min(Math.floor(place), 2);
-    return RAMP[low].map((c, i) => c + (place - low) * (RAMP[low + 1][i] - c));
   }
 
   function poses() {

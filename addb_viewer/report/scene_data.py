@@ -1,9 +1,14 @@
 """What the player (player.js) shows, as plain values: bodies and their motion, markers, forces, flags.
 
 Positions in steps of half a millimetre, forces of half a newton: finer than a screen shows.
+Series of numbers are text: whole steps, differences, deflated; `unpacked` in
+player_numbers.js is the other half.
 """
 
+import base64
+import zlib
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,7 +21,6 @@ from addb_viewer.recordings.recording import Recording, TrialRecord
 from addb_viewer.report.arrows import Arrow, arrows_of
 from addb_viewer.report.floor import plates_of, walked_floor
 from addb_viewer.report.frames_kept import Kept, frames_words
-from addb_viewer.report.series_code import packed
 from solver.skeleton.skeleton import Skeleton
 
 POSITION_STEP_M, FORCE_STEP_N, QUATERNION_STEP = 5e-4, 0.5, 1 / 32000
@@ -25,6 +29,51 @@ MOST_FACES = 16000  # of all bones together: plays on machines without a graphic
 FEWEST_FACES = 60  # of one bone
 MOST_FRAMES = 8000  # of all trials together; beyond, every second or n-th frame is played
 PLACE_DIGITS = 3  # [m] of what stands still
+UNKNOWN = -32768  # stands for NaN
+LARGEST = 32767  # steps either way
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A series of numbers; `unpacked` gives them back to half a step."""
+
+    width: int  # numbers a frame
+    step: float
+    offset: float
+    data: str  # base64 of zlib of all low bytes, then all high bytes, of 16-bit differences along time
+
+    def as_json(self) -> dict[str, object]:
+        """Plain values."""
+        return {"width": self.width, "step": self.step, "offset": self.offset, "data": self.data}
+
+
+def packed(values: Float[np.ndarray, "frames *rest"], step: float) -> Packed:
+    """Round to steps; a larger step where so many of them would not reach.
+
+    Args:
+        values: any; NaN where unknown.
+        step: the finest that is wanted, in the unit of the values.
+    """
+    flat = values.reshape(len(values), -1)
+    known = np.isfinite(flat)
+    low, high = (float(flat[known].min()), float(flat[known].max())) if known.any() else (0.0, 0.0)
+    step = max(step, 0.5 * (high - low) / (LARGEST - 1))
+    offset = step * np.floor(0.5 * (low + high) / step)  # a whole step, so that whole numbers stay exact
+    whole = np.where(known, np.rint((np.where(known, flat, offset) - offset) / step), UNKNOWN)
+    by_column = whole.astype(np.int64).T
+    difference = np.diff(by_column, axis=1, prepend=0).astype(np.uint64).astype(np.uint16).ravel()
+    planes = np.concatenate([difference & 0xFF, difference >> 8]).astype(np.uint8)
+    data = base64.b64encode(zlib.compress(planes.tobytes(), 9)).decode()
+    return Packed(flat.shape[1], step, float(offset), data)
+
+
+def unpacked(series: Packed, frames: int) -> Float[np.ndarray, "frames width"]:
+    """The numbers again, as the script has them."""
+    planes = np.frombuffer(zlib.decompress(base64.b64decode(series.data)), dtype=np.uint8).astype(np.uint16)
+    low, high = planes.reshape(2, series.width, frames)
+    whole = np.cumsum(low | (high << 8), axis=1, dtype=np.uint16).astype(np.int16)
+    values = np.where(whole == UNKNOWN, np.nan, whole * series.step + series.offset)
+    return values.T
 
 
 def scene_of(recording: Recording, kept: Sequence[Kept]) -> dict[str, object]:

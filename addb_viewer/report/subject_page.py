@@ -1,20 +1,21 @@
 """The report of one subject: one file that opens offline, plays and prints."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from addb_viewer.app.style.palette import BLUE, GREEN, INK, ORANGE, PURPLE, RESIDUAL
 from addb_viewer.recordings.recording import TrialRecord
 from addb_viewer.report.arrows import arrows_of
-from addb_viewer.report.changed_part import changed_part
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.diagnosis_part import diagnosis_part
 from addb_viewer.report.floor import plates_of
 from addb_viewer.report.frames_table import frames_part
 from addb_viewer.report.in_short import in_short
+from addb_viewer.report.made_of import recorded, repeat_part
 from addb_viewer.report.markup import Safe, data_script, element, joined, part, swatch
 from addb_viewer.report.moments import moments_of
+from addb_viewer.report.motion_part import changed_part, strides_part
 from addb_viewer.report.page import page_html
-from addb_viewer.report.player_html import player_html
 from addb_viewer.report.quality import (
     SOURCE,
     bounds_of,
@@ -23,11 +24,8 @@ from addb_viewer.report.quality import (
     withheld_table,
     worse_than_markers,
 )
-from addb_viewer.report.recorded import recorded
-from addb_viewer.report.repeat import repeat_part
 from addb_viewer.report.scene_data import scene_of
 from addb_viewer.report.still_picture import still_picture
-from addb_viewer.report.strides import strides_part
 from addb_viewer.report.timeline import timeline
 from addb_viewer.report.worst_markers import seek_link, worst_markers
 from addb_viewer.withheld_words import rest_words
@@ -49,6 +47,8 @@ OVER_TIME = (
     "usable. Grey: left out. ▲: how far a curve goes beyond its axis."
 )
 ON_CLICK = element("span", " A click leads the player there.", class_="only-screen")
+PLAYER = ("player_numbers.js", "player_shapes.js", "player.js")  # in the order of their use
+SPEEDS = ("0.1", "0.25", "0.5", "1", "2")
 
 
 def write_report(report: SubjectReport, file: Path) -> Path:
@@ -91,7 +91,7 @@ def subject_page(report: SubjectReport) -> str:
     parts = [part(name, words, contents[name]) for name, words in PARTS]
     data = data_script("scene-data", scene_of(recording, report.kept))
     body = joined((head, element("main", in_short(report), *parts), data))
-    return page_html(f"{recording.subject} — addb-viewer report", body, ("player.js",))
+    return page_html(f"{recording.subject} — addb-viewer report", body, PLAYER)
 
 
 def _quality(report: SubjectReport) -> Safe:
@@ -227,3 +227,42 @@ def _notes(report: SubjectReport) -> Safe:
         return element("p", "Nothing was assumed or ignored.")
     lead = element("p", "What was assumed, converted or ignored on the way from the files to these figures:")
     return joined((lead, element("ul", *(element("li", note) for note in notes))))
+
+
+def player_html(trials: Sequence[str], frame: int) -> Safe:
+    """Picture, bar and buttons.
+
+    Args:
+        trials: their names.
+        frame: of the first one, that is shown first.
+    """
+    choices = [element("option", name, value=str(i)) for i, name in enumerate(trials)]
+    speeds = [Safe(f'<option value="{s}"{" selected" if s == "1" else ""}>{s} ×</option>') for s in SPEEDS]
+    hidden = {} if len(trials) > 1 else {"hidden": "hidden"}
+    picture = element(
+        "div",
+        Safe(
+            '<canvas data-role="canvas" tabindex="0" role="img" aria-label="Playable 3-D scene; arrow keys '
+            'go from frame to frame, space plays"></canvas>'
+        ),
+        element("div", "", class_="status", data_role="status", aria_live="off"),
+        element("p", "Loading the scene …", class_="message", data_role="message"),
+        class_="picture",
+    )
+    bar = element(
+        "div",
+        Safe('<div class="marks" data-role="marks"></div>'),
+        Safe('<input type="range" data-role="bar" min="0" value="0" step="1" aria-label="Frame">'),
+        class_="scrub",
+    )
+    controls = element(
+        "div",
+        element("button", "▶ Play", type="button", data_role="play"),
+        element("output", "", data_role="where"),
+        element("label", "Speed ", element("select", *speeds, data_role="speed")),
+        element("label", "Trial ", element("select", *choices, data_role="trial"), **hidden),
+        element("label", Safe('<input type="checkbox" data-role="follow" checked>'), " follow"),
+        element("button", "Reset view", type="button", data_role="home"),
+        class_="controls",
+    )
+    return element("div", picture, bar, controls, id="player", data_frame=str(frame))

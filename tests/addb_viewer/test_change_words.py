@@ -6,7 +6,7 @@ import pytest
 
 from addb_viewer.app.shell.fit_tab import change_html
 from addb_viewer.change_words import band_in_words, change_in_short, change_rows, change_sentence, signed
-from addb_viewer.report.changed_part import changed_part
+from addb_viewer.report.motion_part import changed_part
 
 
 def gain(value, low=4.0, high=6.0):

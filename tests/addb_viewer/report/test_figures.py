@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from addb_viewer.report.figures import pages_written
+from addb_viewer.commands.report import pages_written
 from addb_viewer.report.overview import Entry
 
 

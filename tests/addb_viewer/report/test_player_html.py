@@ -3,7 +3,7 @@
 import re
 from importlib.resources import files
 
-from addb_viewer.report.player_html import player_html
+from addb_viewer.report.subject_page import player_html
 
 
 def test_everything_that_the_script_looks_for_is_there():

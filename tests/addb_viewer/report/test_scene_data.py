@@ -10,8 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from addb_viewer.report import scene_data
 from addb_viewer.report.frames_kept import kept_frames
-from addb_viewer.report.scene_data import scene_of
-from addb_viewer.report.series_code import Packed, unpacked
+from addb_viewer.report.scene_data import Packed, scene_of, unpacked
 
 
 @pytest.fixture

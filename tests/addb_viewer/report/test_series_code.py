@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
-from addb_viewer.report.series_code import packed, unpacked
+from addb_viewer.report.scene_data import packed, unpacked
 
 NUMBERS = st.floats(-30.0, 30.0) | st.just(float("nan"))
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from addb_viewer.report.strides import strides_part
+from addb_viewer.report.motion_part import strides_part
 from solver.capture.subject import open_subject
 from solver.pipeline import solve
 from solver.settings import Settings
