@@ -10,7 +10,7 @@ from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from solver.capture.axes import AxesSettings
-from solver.capture.clock import ClockSettings
+from solver.capture.clock_settings import ClockSettings
 from solver.capture.edge_zeros import EdgeZeroSettings
 from solver.capture.force_platform import ForcePlatformSettings
 from solver.capture.force_settings import ConditioningSettings, ForceTableSettings

@@ -10,7 +10,7 @@ from addb_viewer.api.labelled import AXES, Series
 from solver.capture.axes import vertical_axis, vertical_axis_named
 from solver.capture.capture import Capture, ForcePlate, Markers
 from solver.capture.centre_of_pressure import LEVEL_GROUND, centre_of_pressure
-from solver.capture.clock import CLOCK
+from solver.capture.clock_settings import CLOCK
 from solver.capture.length_units import METRES_PER_UNIT, LengthUnitSettings
 from solver.capture.subject_toml import can_name_a_trial
 from solver.errors import CaptureError

@@ -8,41 +8,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.interpolate import CubicSpline
 
+from solver.capture.clock_settings import CLOCK, ClockSettings
+from solver.capture.clock_steps import fits, hides_gaps, off_beat, resolution_of, with_gaps
 from solver.errors import CaptureError
 from solver.runs import runs
-from solver.settings_field import setting
-
-
-@dataclass(frozen=True)
-class ClockSettings:
-    """What counts as a uniform clock."""
-
-    finest_decimals: int = setting(
-        9, unit="", why="time columns are printed with at most so many decimals; beyond is float noise"
-    )
-    jitter: float = setting(
-        0.05, unit="samples", why="how far a time may be off beyond its rounding: clocks are that good"
-    )
-    largest_jitter: float = setting(
-        0.45,
-        unit="samples",
-        why="rows off the uniform clock by less are moved onto it; from half on, their order is a guess",
-    )
-    rate_tolerance: float = setting(
-        5e-4, unit="", why="header and time column that differ by less say the same"
-    )
-    fewest_jittering: int = setting(
-        10, unit="rows", why="that jitter about a clock: fewer may fit a clock by chance"
-    )
-    single_steps: float = setting(
-        0.8, unit="", why="share of steps by one sample in a recording that jitters; events come at any time"
-    )
-    gap_limit: float = setting(
-        10.0, unit="", why="missing rows per present row; with more, two recordings are in one file"
-    )
-
-
-CLOCK = ClockSettings()
 
 
 @dataclass(frozen=True)
@@ -134,13 +103,13 @@ def find_clock(
         )
         return Clock(header_rate, 0.0, np.arange(rows), np.ones(rows, bool), (note,))
 
-    resolution = _resolution(times, settings.finest_decimals)
+    resolution = resolution_of(times, settings.finest_decimals)
     sample = np.arange(rows)
     jittering = False
-    if not _fits(times, sample, resolution, settings) or _hides_gaps(times, resolution, header_rate):
-        stepped = _with_gaps(times, resolution, settings)
+    if not fits(times, sample, resolution, settings) or hides_gaps(times, resolution, header_rate):
+        stepped = with_gaps(times, resolution, settings)
         if stepped is None:
-            stepped = _off_beat(times, header_rate, settings)
+            stepped = off_beat(times, header_rate, settings)
             jittering = stepped is not None
         if stepped is None:
             raise _irregular(times, path, lines)
@@ -243,96 +212,6 @@ def _header_clock(times: Float[np.ndarray, " rows"], path: Path, header_rate: fl
             f"{path.name}: the time column is unusable; times follow from the header's {header_rate:g} Hz",
         )
     return Clock(header_rate, start, np.arange(rows), np.ones(rows, bool), notes)
-
-
-def _resolution(times: Float[np.ndarray, " rows"], finest_decimals: int) -> float:
-    """Smallest power of ten that all times are multiples of [s]: how far they were rounded."""
-    for decimals in range(finest_decimals):
-        if np.allclose(times, np.round(times, decimals), rtol=0, atol=10.0**-finest_decimals):
-            return float(10.0**-decimals)
-    return float(10.0**-finest_decimals)
-
-
-def _fits(
-    times: Float[np.ndarray, " rows"],
-    sample: Int[np.ndarray, " rows"],
-    resolution: float,
-    settings: ClockSettings,
-) -> bool:
-    period = (times[-1] - times[0]) / sample[-1]
-    error = np.abs(times - times[0] - sample * period).max()
-    return bool(error <= 1.01 * resolution + settings.jitter * period)
-
-
-def _hides_gaps(times: Float[np.ndarray, " rows"], resolution: float, header_rate: float | None) -> bool:
-    """Whether missing or repeated rows could pass as rounding, where one period is about the last digit.
-
-    Rounding leaves a residual no wider than the last digit and comes back in regular intervals; rows that
-    were lost don't, except where there is but one.
-    """
-    steps = np.diff(times)
-    period = float(np.median(steps))
-    if period <= 0 or (header_rate and abs(period * header_rate - 1) > 0.01):
-        return False
-    multiples = steps / period
-    odd = np.round(multiples) != 1
-    if not np.allclose(multiples, np.round(multiples), atol=1e-3) or not odd.any():
-        return False
-    if header_rate:
-        return True
-    order = np.arange(len(times))
-    residual = times - np.polyval(np.polyfit(order, times, 1), order)
-    return bool(odd.sum() == 1 or (odd.mean() < 0.1 and np.ptp(residual) > 1.1 * resolution))
-
-
-def _with_gaps(
-    times: Float[np.ndarray, " rows"], resolution: float, settings: ClockSettings
-) -> Int[np.ndarray, " rows"] | None:
-    """The sample of each row, where steps are whole multiples of one period; None where they are not."""
-    steps = np.diff(times)
-    median = float(np.median(steps))
-    single = steps[(steps > 0.5 * median) & (steps < 1.5 * median)]
-    if not len(single):
-        return None
-    period = float(single.mean())
-    jumps = np.round(steps / period).astype(int)
-    if np.abs(steps - jumps * period).max() > 1.01 * resolution + settings.jitter * period:
-        return None
-    return np.r_[0, np.cumsum(jumps)]
-
-
-def _off_beat(
-    times: Float[np.ndarray, " rows"], header_rate: float | None, settings: ClockSettings
-) -> Int[np.ndarray, " rows"] | None:
-    """The sample of each row, where rows lie about a uniform clock by less than half a step; else None."""
-    moving = np.diff(times, prepend=-np.inf) > 0
-    own = times[moving]
-    if len(own) < settings.fewest_jittering:
-        return None
-    median = float(np.median(np.diff(own)))
-    periods = [median * (1 + percent / 100) for percent in range(-6, 7)]
-    periods += [1 / header_rate] if header_rate else []
-    best, least = None, settings.largest_jitter
-    for period in periods:
-        sample, off = _settled(own, period)
-        steps = np.diff(sample)
-        if off <= least and (steps > 0).all() and (steps == 1).mean() >= settings.single_steps:
-            best, least = sample, off
-    return None if best is None else (best - best[0])[np.cumsum(moving) - 1]
-
-
-def _settled(times: Float[np.ndarray, " rows"], period: float) -> tuple[Int[np.ndarray, " rows"], float]:
-    """Samples of a clock fitted to ever longer beginnings, and how far the worst row is off [samples]."""
-    offset, used = float(times[0]), min(16, len(times))
-    while True:
-        for _ in range(4):
-            sample = np.round((times[:used] - offset) / period).astype(int)
-            if sample[-1] <= sample[0]:
-                return sample, np.inf
-            period, offset = (float(x) for x in np.polyfit(sample, times[:used], 1))
-        if used == len(times):
-            return sample, float(np.abs((times - offset) / period - sample).max())
-        used = min(2 * used, len(times))
 
 
 def _irregular(times: Float[np.ndarray, " rows"], path: Path, lines: Sequence[int]) -> CaptureError:

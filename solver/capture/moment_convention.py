@@ -18,7 +18,8 @@ from jaxtyping import Bool, Float
 
 from solver.capture.capture import ForcePlate
 from solver.capture.centre_of_pressure import LEVEL_GROUND, centre_of_pressure
-from solver.capture.clock import CLOCK, Clock, ClockSettings, find_clock
+from solver.capture.clock import Clock, find_clock
+from solver.capture.clock_settings import CLOCK, ClockSettings
 from solver.capture.force_columns import PlateColumns, find_plates
 from solver.capture.force_settings import FORCE_TABLES, ForceTableSettings
 from solver.capture.storage import Storage

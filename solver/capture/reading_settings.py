@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, field
 
 from solver.capture.axes import AxesSettings
-from solver.capture.clock import ClockSettings
+from solver.capture.clock_settings import ClockSettings
 from solver.capture.edge_zeros import EdgeZeroSettings
 from solver.capture.force_platform import ForcePlatformSettings
 from solver.capture.force_settings import ConditioningSettings, ForceTableSettings

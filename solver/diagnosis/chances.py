@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import softmax
 
-from solver.diagnosis.decisions import DECIDED, PAYS
+from solver.diagnosis.checks import DECIDED, PAYS
 from solver.diagnosis.trail import CauseDecisions
 from solver.diagnosis_settings import DiagnosisSettings
 

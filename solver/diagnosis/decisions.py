@@ -8,42 +8,47 @@ passes and what fails is told with its figure, the limit, and the reason.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from solver.diagnosis.balance import Balance, Solved
-from solver.diagnosis.contenders import Contender, Found, confidence, cosine, overlap
+from solver.diagnosis.checks import (
+    BEATS_THE_UNKNOWN,
+    DECIDED,
+    HOLDS_UP,
+    LEFT_OVER,
+    NEEDED,
+    NOTABLE,
+    ON_THE_LIST,
+    PAYS,
+    POSSIBLE,
+    STANDS_ALONE,
+    WITNESSED,
+    Decision,
+    beats_the_unknown,
+    decided,
+    holds_up,
+    is_on_the_list,
+    left_over,
+    most_strain_asked,
+    needed,
+    notable,
+    pays,
+    possible,
+    stands_alone,
+    strain_needed,
+    witnessed,
+)
+from solver.diagnosis.contenders import Contender
 from solver.diagnosis.proposals import (
     Added,
     AgainstAnything,
     AllInPlace,
     BesideUnknown,
-    Exchanged,
     Kept,
     OnReading,
-    Paired,
     Proposal,
     Remainder,
     Withheld,
 )
-from solver.diagnosis.witnesses.settings import WITNESSES
 from solver.diagnosis_settings import DiagnosisSettings
-from solver.effects.about import Weight
-from solver.effects.effect import Candidate
-
-MOST_BEHIND = 1.0  # T, by which what is on no list has to be ahead for a name to be given up
-LEAST_LIFT_N = 20.0  # of a weight that no plate bears: with less, weighings say nothing
-MORE_STRAIN = 1.0  # [prior deviations of the mass] a cause may ask for beyond what is wrong with it already
-
-
-@dataclass(frozen=True)
-class Decision:
-    """What one check says of one cause."""
-
-    name: str
-    passed: bool
-    nats: float | None  # what was found; None where the question is not one of evidence
-    limit: float | None  # what was asked [nats]
-    reason: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,30 +103,8 @@ def tenable(balance: Balance, contenders: Sequence[Contender], without: Solved) 
         without: these others alone.
     """
     proposals = [Proposal(balance, c, without) for c in contenders]
-    return tuple(p.contender for p in proposals if _possible(p).passed and _strain(p) <= _most_strain(p))
-
-
-def least_first_gain(candidate: Candidate, scale: float, settings: DiagnosisSettings) -> float:
-    """What a cause must gain if nothing else is known to be wrong [nats].
-
-    Args:
-        candidate: the cause.
-        scale: of the model's errors beside it.
-        settings: of the diagnosis.
-    """
-    least = settings.least_gain - dict(settings.never_imitated).get(
-        candidate.id, candidate.about.less_at_first
-    )
-    return min(least, settings.quiet_least_gain) if scale <= settings.quiet_scale else least
-
-
-def loose_ends(found: Sequence[Found], settings: DiagnosisSettings) -> float:
-    """Gain left to whatever comes beside causes of any course, which are never described whole [nats]."""
-    return sum(
-        (settings.step_rest_share if one.term.candidate.about.seen_standing else settings.rival_share)
-        * max(0.0, one.gain)
-        for one in (f.contender for f in found)
-        if one.term.candidate.about.free
+    return tuple(
+        p.contender for p in proposals if possible(p).passed and strain_needed(p) <= most_strain_asked(p)
     )
 
 
@@ -139,292 +122,38 @@ def is_unexplained(
     return left is not None or told is not None or solved.rung.scale > settings.unexplained_scale
 
 
-def _witnessed(p: Proposal) -> Decision:
-    """Whether it is about the plates that witnesses accuse, if any, and the person's weight allows for it."""
-    accused = p.balance.accused
-    targets = {part for _, target in p.keys for part in target.split("+")}
-    plates = " and ".join(sorted(accused))
-    if accused and not accused & targets:
-        reason = f"the files by themselves accuse {plates}: nothing else can be told before that"
-        return Decision(WITNESSED, False, None, None, reason)
-    claimed, beside = _factors(p.solved), _factors(p.without)
-    if claimed != beside:
-        return _weighed(p, claimed, beside)
-    lifts, others = _lifts(p.solved, p.balance), _lifts(p.without, p.balance)
-    if max(abs(lifts[trial] - others[trial]) for trial in lifts) > LEAST_LIFT_N:
-        return _lifted(p, lifts, others)
-    reason = f"it is about {plates}, which the files accuse by themselves"
-    return Decision(
-        WITNESSED, True, None, None, reason if accused else "the files by themselves accuse no plate"
-    )
-
-
-def _weighed(p: Proposal, claimed: dict[str, float], beside: dict[str, float]) -> Decision:
-    """What the plates carry by themselves, if they read so many times what is true."""
-    weighings = p.balance.weighings
-    if not weighings.tell(claimed, beside):
-        reason = "nobody entered a mass, and no other plate weighs the person: nothing tells units from that"
-        return Decision(WITNESSED, False, None, None, reason)
-    nats = weighings.for_factors(claimed, beside)
-    limit = max(0.0, weighings.of_another_plate(claimed, beside)) - WITNESSES.refuting_nats
-    plates = [plate for plate in claimed if claimed[plate] != beside.get(plate)]
-    with_it, without = (
-        ", ".join(f"{mass:.0f}" for mass in weighings.masses_kg(plates, factors)) or "nothing"
-        for factors in (claimed, beside)
-    )
-    reason = (
-        f"by itself {' and '.join(plates)} carries {with_it} kg with it, {without} kg without; by what the "
-        f"person weighs elsewhere that is {nats:+.1f} nats likelier; more than {limit:.0f} is asked, "
-        "as other plates' units would do so much"
-    )
-    return Decision(WITNESSED, nats > limit, nats, limit, reason)
-
-
-def _lifted(p: Proposal, lifts_N: dict[str, float], others_N: dict[str, float]) -> Decision:
-    """What the plates carry while they bear all, if something else bears so much."""
-    mass_kg = p.balance.scenes[0].skeleton.mass
-    nats, limit = p.balance.weighings.for_lifts(lifts_N, others_N, mass_kg), -WITNESSES.refuting_nats
-    carried = ", ".join(f"{w.mass_kg({}):.0f}" for w in p.balance.weighings.weighings) or "nothing"
-    reason = (
-        f"while they bear all, plates carry {carried} kg of a body of {mass_kg:.0f} kg; that is {nats:+.1f} "
-        f"nats likelier with {max(lifts_N.values()):.0f} N lifted, and more than {limit:.0f} is asked"
-    )
-    return Decision(WITNESSED, nats > limit, nats, limit, reason)
-
-
-def _lifts(solved: Solved, balance: Balance) -> dict[str, float]:
-    """Weight by trial that no plate bears, all through it, if all these causes are right [N]."""
-    lifts = {scene.name: 0.0 for scene in balance.scenes}
-    for k, term in enumerate(solved.terms):
-        estimates = solved.estimates(k, balance.scenes)
-        for trial in lifts:
-            lifts[trial] += term.candidate.lifted_N(trial, estimates)
-    return lifts
-
-
-def _factors(solved: Solved) -> dict[str, float]:
-    """By plate, how many times what is true it reads if all these causes are right."""
-    factors: dict[str, float] = {}
-    for term in solved.terms:
-        for plate, factor in term.candidate.plate_factors().items():
-            factors[plate] = factors.get(plate, 1.0) * factor
-    return factors
-
-
-def _possible(p: Proposal) -> Decision:
-    passed = p.candidate.is_possible(p.estimates())
-    return Decision(POSSIBLE, passed, None, None, "" if passed else "of this size there is no such thing")
-
-
-def _pays(p: Proposal) -> Decision:
-    limit, whose = _asked(p)
-    passed = p.odds >= limit
-    return Decision(
-        PAYS, passed, p.odds, limit, f"it gains {p.odds:.1f} nats over its odds; {whose} {limit:.1f}"
-    )
-
-
-def _asked(p: Proposal) -> tuple[float, str]:
-    """What a proposal must gain [nats], and why so much."""
-    settings = p.settings
-    match p:
-        case Exchanged():
-            own = p.instead_of.odds_gain(settings) + settings.exchange_margin
-            return own, "to take the place of another cause it needs"
-        case Paired():
-            alone = max(c.odds_gain(settings) for c in (p.one, p.two))
-            least = settings.least_gain + settings.least_further_gain
-            further = settings.least_further_gain + loose_ends(p.others, settings)
-            return max(least, alone + further, p.runner_up + settings.rival_margin), "two together need"
-        case OnReading():
-            return settings.least_gain, "what reading undid needs"
-        case Added(others=others) if others:
-            return settings.least_further_gain + loose_ends(others, settings), "a further cause needs"
-    return least_first_gain(p.candidate, p.solved.rung.scale, settings), "a first cause needs"
-
-
-def _holds_up(p: Proposal) -> Decision:
-    assert isinstance(p, Withheld)
-    limit = p.settings.least_heldout_gain - (0.0 if isinstance(p, Paired) else _may_lose(p))
-    nats = p.heldout.best + (0.0 if isinstance(p, Paired) else p.candidate.seen_elsewhere)
-    reason = f"on withheld blocks it gains {nats:.1f} nats; more than {limit:.1f} is asked"
-    return Decision(HOLDS_UP, nats > limit, nats, limit, reason)
-
-
-def _may_lose(p: Proposal) -> float:
-    """Of what lasts, and of masses, withheld blocks hardly tell [nats]."""
-    if p.candidate.about.free:
-        return 0.0
-    share = (
-        p.settings.mass_heldout_share if p.candidate.about.weight is Weight.MASS else p.settings.heldout_share
-    )
-    return share * p.contender.gain
-
-
-def _stands_alone(p: Proposal) -> Decision:
-    strain, most = _strain(p), _most_strain(p)
-    if strain > most and not (isinstance(p, Added) and _leads(p)):
-        reason = f"it needs a body {strain:.1f} deviations from the entered mass; {most:.1f} at most"
-        return Decision(STANDS_ALONE, False, None, None, reason)
-    if sum(term.candidate.about.is_a_clock for term in p.solved.terms) > 1:
-        return Decision(STANDS_ALONE, False, None, None, "the same forces have another clock already")
-    undone = 0.0 if isinstance(p, Paired) else _undone(p.solved)
-    if undone > p.settings.undone:
-        reason = f"it mostly takes back what the others explain (cosine −{undone:.2f})"
-        return Decision(STANDS_ALONE, False, None, None, reason)
-    reason = f"the body's mass stays within {strain:.1f} deviations" + (
-        ", and nothing else comes near" if strain > most else ""
-    )
-    return Decision(STANDS_ALONE, True, None, None, reason)
-
-
-def _strain(p: Proposal) -> float:
-    """Standard deviations by which the set with it needs the body's mass from the entered one."""
-    return abs(p.balance.mass_strain(p.solved))
-
-
-def _most_strain(p: Proposal) -> float:
-    """What it may need: more where the mass is wrong already.
-
-    Without it, the mass is judged at the same scale: a cause that sharpens the balance shows what was
-    wrong with the mass already.
-    """
-    same_scale = p.balance.solve_at(p.without.terms, p.solved.rung)
-    return max(p.settings.most_mass_strain, abs(p.balance.mass_strain(same_scale)) + MORE_STRAIN)
-
-
-def _leads(p: Added) -> bool:
-    """Whether nothing else comes near: then it stays, even if the mass is wrong as well."""
-    others = [c.odds_gain(p.settings) for c in p.tenable if c is not p.contender]
-    return p.odds - max(others, default=0.0) > p.settings.sure_lead
-
-
-def _undone(solved: Solved) -> float:
-    """Cosine, turned round, of what the last cause explains and what the others do."""
-    *others, last = (solved.explained(k, solved.rung) for k in range(len(solved.terms)))
-    return -cosine(last, np.sum(others, axis=0)) if others else 0.0
-
-
-def _beats_the_unknown(p: Proposal) -> Decision:
-    if isinstance(p, AllInPlace):
-        return _all_beat_the_unknown(p)
-    assert isinstance(p, BesideUnknown)
-    if p.candidate.about.seen_standing:
-        return Decision(BEATS_THE_UNKNOWN, True, None, None, "the motion shows it as well")
-    least = p.settings.least_further_gain + p.settings.beside_unknown_share * max(0.0, p.left.gain)
-    ahead = -np.inf if p.beyond is None else p.beyond - p.solved.log_evidence
-    passed = not (p.loss <= least and ahead > p.margin)
-    reason = f"beside a force of unknown course it adds {p.loss:.1f} nats; {least:.1f} are asked where that "
-    return Decision(
-        BEATS_THE_UNKNOWN, passed, p.loss, least, f"{reason}force does better in its place by {p.margin:.1f}"
-    )
-
-
-def _all_beat_the_unknown(p: AllInPlace) -> Decision:
-    if any(f.contender.term.candidate.about.seen_standing for f in p.found):
-        return Decision(BEATS_THE_UNKNOWN, True, None, None, "the motion shows one of the causes as well")
-    alone = p.alone()
-    if alone is None:
-        return Decision(BEATS_THE_UNKNOWN, True, None, None, "no force of unknown course would do instead")
-    lead = p.solved.log_evidence - alone.solved.log_evidence
-    reason = f"all causes are {lead:+.1f} nats ahead of a force of unknown course; {-p.margin:.1f} is asked"
-    return Decision(BEATS_THE_UNKNOWN, lead >= -p.margin, lead, -p.margin, reason)
-
-
-def _is_on_the_list(p: Proposal) -> Decision:
-    assert isinstance(p, AgainstAnything)
-    lead = -p.behind * p.temper
-    reason = (
-        f"it is {lead:+.1f} nats ahead of whatever else may be wrong ({p.instead}); {-p.temper:.1f} is asked"
-    )
-    return Decision(ON_THE_LIST, p.behind < MOST_BEHIND, lead, -p.temper, reason)
-
-
-def _notable(p: Proposal) -> Decision:
-    small = [
-        solved.terms[k].candidate
-        for solved, k in p.fits
-        if not solved.terms[k].candidate.is_notable(solved.estimates(k, p.balance.scenes))
-    ]
-    names = ", ".join(dict.fromkeys(f"{c.id} {c.target}" for c in small))
-    reason = f"too small to act on: {names}" if small else "large enough to act on"
-    return Decision(NOTABLE, not small, None, None, reason)
-
-
-def _needed(p: Proposal) -> Decision:
-    nats, limit = p.odds, p.settings.least_gain
-    if len(p.solved.terms) == 1:
-        return Decision(NEEDED, True, nats, None, "it is the only cause")
-    reason = f"without it the rest loses {nats:.1f} nats over its odds; {limit:.1f} is asked"
-    return Decision(NEEDED, nats >= limit, nats, limit, reason)
-
-
-def _decided(p: Proposal) -> Decision:
-    """Whether it is likelier than a handful of others in its place, or certain; else the model's own errors.
-
-    Causes that leave the same trace are one class, told together: that a recording cannot tell mass from mass
-    makes neither less likely. Nor does a cause that leaves another trace altogether.
-    """
-    assert isinstance(p, Added)
-    settings = p.settings
-    if p.odds >= settings.certain_gain:
-        reason = "certain, whatever else would do"
-        return Decision(DECIDED, True, p.odds, settings.certain_gain, reason)
-    unlike = [r for r in p.tenable if settings.other_trace < overlap(p.contender, r) < settings.same_trace]
-    share = confidence(p.contender, unlike, settings)
-    reason = (
-        f"among {len(unlike)} others in its place that leave another trace it has {100 * share:.0f} %; "
-        f"{100 * settings.least_confidence:.0f} % is asked"
-    )
-    return Decision(DECIDED, share >= settings.least_confidence, None, None, reason)
-
-
-def _left_over(p: Proposal) -> Decision:
-    assert isinstance(p, Remainder)
-    limit = p.settings.least_unknown_gain + loose_ends(p.others, p.settings)
-    nats, size = p.contender.gain, f"{p.size_N:.0f} N"
-    passed = nats > limit and p.size_N > p.least_N
-    reason = f"a force of unknown course of {size} (from {p.least_N:.0f} N on) gains {nats:.1f} nats"
-    return Decision(LEFT_OVER, passed, nats, limit, f"{reason}; more than {limit:.1f} is asked")
-
-
-WITNESSED, POSSIBLE, PAYS = "witnessed", "possible", "pays"
-HOLDS_UP, STANDS_ALONE = "holds up", "stands alone"
-BEATS_THE_UNKNOWN, ON_THE_LIST, NOTABLE, NEEDED = "beats the unknown", "on the list", "notable", "needed"
-DECIDED, LEFT_OVER = "decided", "left over"
-
 CHECKS: tuple[Check, ...] = (
     Check(
         WITNESSED,
         "is it about the plate that the files accuse, if they do, and does the person's weight allow for it?",
         (Withheld,),
-        _witnessed,
+        witnessed,
     ),
-    Check(POSSIBLE, "can there be such a thing?", (Withheld,), _possible),
-    Check(PAYS, "does the balance gain enough by it?", (Withheld, OnReading), _pays),
-    Check(HOLDS_UP, "does it predict blocks that its fit did not use?", (Withheld,), _holds_up),
+    Check(POSSIBLE, "can there be such a thing?", (Withheld,), possible),
+    Check(PAYS, "does the balance gain enough by it?", (Withheld, OnReading), pays),
+    Check(HOLDS_UP, "does it predict blocks that its fit did not use?", (Withheld,), holds_up),
     Check(
-        STANDS_ALONE, "without another body mass, and without undoing the others?", (Withheld,), _stands_alone
+        STANDS_ALONE, "without another body mass, and without undoing the others?", (Withheld,), stands_alone
     ),
     Check(
         BEATS_THE_UNKNOWN,
         "does a force of unknown course do better in its place?",
         (BesideUnknown, AllInPlace),
-        _beats_the_unknown,
+        beats_the_unknown,
     ),
     Check(
         ON_THE_LIST,
         "does something that is on no list do better in its place?",
         (AgainstAnything,),
-        _is_on_the_list,
+        is_on_the_list,
     ),
     Check(
         NOTABLE,
         "is it, and is all that stands beside it, large enough to act on?",
         (Withheld, Kept, OnReading, BesideUnknown),
-        _notable,
+        notable,
     ),
-    Check(NEEDED, "would the rest do without it?", (Kept,), _needed),
-    Check(DECIDED, "is it likelier than others in its place?", (Added,), _decided),
-    Check(LEFT_OVER, "does something remain that no cause explains?", (Remainder,), _left_over),
+    Check(NEEDED, "would the rest do without it?", (Kept,), needed),
+    Check(DECIDED, "is it likelier than others in its place?", (Added,), decided),
+    Check(LEFT_OVER, "does something remain that no cause explains?", (Remainder,), left_over),
 )

@@ -15,8 +15,8 @@ from jaxtyping import Float
 
 from solver.diagnosis.balance import Balance, Solved, Term
 from solver.diagnosis.contenders import handicap
-from solver.diagnosis.decisions import least_first_gain
 from solver.diagnosis.diagnosis import Detectable
+from solver.diagnosis.gain_asked import least_first_gain
 from solver.diagnosis.refinement import refined
 from solver.effects.effect import Candidate, Estimate
 

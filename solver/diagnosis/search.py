@@ -6,8 +6,9 @@ from itertools import combinations, islice
 import numpy as np
 
 from solver.diagnosis.balance import Balance, Solved, Term
+from solver.diagnosis.checks import DECIDED
 from solver.diagnosis.contenders import Contender, Found, handicap, overlap
-from solver.diagnosis.decisions import DECIDED, tenable
+from solver.diagnosis.decisions import tenable
 from solver.diagnosis.heldout import blocks
 from solver.diagnosis.proposals import Added, Exchanged, Kept, Paired
 from solver.diagnosis.refinement import refined

@@ -3,7 +3,8 @@
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from solver.diagnosis.decisions import CHECKS, NEEDED, Decision, Verdict, decide
+from solver.diagnosis.checks import NEEDED, Decision
+from solver.diagnosis.decisions import CHECKS, Verdict, decide
 from solver.diagnosis.proposals import Key, OnReading, Proposal, Remainder, Withheld
 
 OUTDONE = Decision(NEEDED, False, None, None, "a likelier set of causes was found without it")

@@ -29,7 +29,8 @@ ON_ANY = {
 
 def members(kind):
     annotated = {name for base in kind.__mro__ for name in getattr(base, "__annotations__", {})}
-    return {name for name in (*vars(kind), *annotated) if not name.startswith("_")} - ON_ANY
+    own = {name for base in kind.__mro__ for name in vars(base)}
+    return {name for name in own | annotated if not name.startswith("_")} - ON_ANY
 
 
 @pytest.mark.parametrize("name", sorted(set(addb_viewer.__all__) - {"__version__"}))

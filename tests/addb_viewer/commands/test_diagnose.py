@@ -13,7 +13,7 @@ from addb_viewer.commands.diagnose import in_short
 from addb_viewer.jobs.diagnosing import kept_of
 from addb_viewer.jobs.solving import job_for
 from addb_viewer.kept_diagnosis import kept
-from solver.diagnosis.decisions import Decision
+from solver.diagnosis.checks import Decision
 from solver.diagnosis.diagnosis import (
     Alternative,
     Diagnosis,

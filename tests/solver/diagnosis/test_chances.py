@@ -3,7 +3,7 @@
 import pytest
 
 from solver.diagnosis.chances import chances
-from solver.diagnosis.decisions import DECIDED, PAYS, POSSIBLE, Decision
+from solver.diagnosis.checks import DECIDED, PAYS, POSSIBLE, Decision
 from solver.diagnosis.trail import CauseDecisions
 from solver.diagnosis_settings import DiagnosisSettings
 

@@ -7,7 +7,8 @@ import pytest
 
 from solver.diagnosis.balance import Balance, Term
 from solver.diagnosis.contenders import Contender, Found
-from solver.diagnosis.decisions import CHECKS, least_first_gain, loose_ends
+from solver.diagnosis.decisions import CHECKS
+from solver.diagnosis.gain_asked import least_first_gain, loose_ends
 from solver.diagnosis.heldout import blocks, heldout_gain
 from solver.diagnosis.proposals import Kept
 from solver.diagnosis.selection import select

@@ -1,0 +1,272 @@
+"""What each check asks of a proposed cause, and what it says: `decisions` puts them, in order.
+
+A check answers with its figure, the limit, and the reason.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.diagnosis.balance import Balance, Solved
+from solver.diagnosis.contenders import confidence, cosine, overlap
+from solver.diagnosis.gain_asked import asked, loose_ends, may_lose
+from solver.diagnosis.proposals import (
+    Added,
+    AgainstAnything,
+    AllInPlace,
+    BesideUnknown,
+    Paired,
+    Proposal,
+    Remainder,
+    Withheld,
+)
+from solver.diagnosis.witnesses.settings import WITNESSES
+
+MOST_BEHIND = 1.0  # T, by which what is on no list has to be ahead for a name to be given up
+LEAST_LIFT_N = 20.0  # of a weight that no plate bears: with less, weighings say nothing
+MORE_STRAIN = 1.0  # [prior deviations of the mass] a cause may ask for beyond what is wrong with it already
+
+WITNESSED, POSSIBLE, PAYS = "witnessed", "possible", "pays"
+HOLDS_UP, STANDS_ALONE = "holds up", "stands alone"
+BEATS_THE_UNKNOWN, ON_THE_LIST, NOTABLE, NEEDED = "beats the unknown", "on the list", "notable", "needed"
+DECIDED, LEFT_OVER = "decided", "left over"
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What one check says of one cause."""
+
+    name: str
+    passed: bool
+    nats: float | None  # what was found; None where the question is not one of evidence
+    limit: float | None  # what was asked [nats]
+    reason: str
+
+
+def witnessed(p: Proposal) -> Decision:
+    """Whether it is about the plates that witnesses accuse, if any, and the person's weight allows for it."""
+    accused = p.balance.accused
+    targets = {part for _, target in p.keys for part in target.split("+")}
+    plates = " and ".join(sorted(accused))
+    if accused and not accused & targets:
+        reason = f"the files by themselves accuse {plates}: nothing else can be told before that"
+        return Decision(WITNESSED, False, None, None, reason)
+    claimed, beside = _factors(p.solved), _factors(p.without)
+    if claimed != beside:
+        return _weighed(p, claimed, beside)
+    lifts, others = _lifts(p.solved, p.balance), _lifts(p.without, p.balance)
+    if max(abs(lifts[trial] - others[trial]) for trial in lifts) > LEAST_LIFT_N:
+        return _lifted(p, lifts, others)
+    reason = f"it is about {plates}, which the files accuse by themselves"
+    return Decision(
+        WITNESSED, True, None, None, reason if accused else "the files by themselves accuse no plate"
+    )
+
+
+def _factors(solved: Solved) -> dict[str, float]:
+    """By plate, how many times what is true it reads if all these causes are right."""
+    factors: dict[str, float] = {}
+    for term in solved.terms:
+        for plate, factor in term.candidate.plate_factors().items():
+            factors[plate] = factors.get(plate, 1.0) * factor
+    return factors
+
+
+def _weighed(p: Proposal, claimed: dict[str, float], beside: dict[str, float]) -> Decision:
+    """What the plates carry by themselves, if they read so many times what is true."""
+    weighings = p.balance.weighings
+    if not weighings.tell(claimed, beside):
+        reason = "nobody entered a mass, and no other plate weighs the person: nothing tells units from that"
+        return Decision(WITNESSED, False, None, None, reason)
+    nats = weighings.for_factors(claimed, beside)
+    limit = max(0.0, weighings.of_another_plate(claimed, beside)) - WITNESSES.refuting_nats
+    plates = [plate for plate in claimed if claimed[plate] != beside.get(plate)]
+    with_it, without = (
+        ", ".join(f"{mass:.0f}" for mass in weighings.masses_kg(plates, factors)) or "nothing"
+        for factors in (claimed, beside)
+    )
+    reason = (
+        f"by itself {' and '.join(plates)} carries {with_it} kg with it, {without} kg without; by what the "
+        f"person weighs elsewhere that is {nats:+.1f} nats likelier; more than {limit:.0f} is asked, "
+        "as other plates' units would do so much"
+    )
+    return Decision(WITNESSED, nats > limit, nats, limit, reason)
+
+
+def _lifted(p: Proposal, lifts_N: dict[str, float], others_N: dict[str, float]) -> Decision:
+    """What the plates carry while they bear all, if something else bears so much."""
+    mass_kg = p.balance.scenes[0].skeleton.mass
+    nats, limit = p.balance.weighings.for_lifts(lifts_N, others_N, mass_kg), -WITNESSES.refuting_nats
+    carried = ", ".join(f"{w.mass_kg({}):.0f}" for w in p.balance.weighings.weighings) or "nothing"
+    reason = (
+        f"while they bear all, plates carry {carried} kg of a body of {mass_kg:.0f} kg; that is {nats:+.1f} "
+        f"nats likelier with {max(lifts_N.values()):.0f} N lifted, and more than {limit:.0f} is asked"
+    )
+    return Decision(WITNESSED, nats > limit, nats, limit, reason)
+
+
+def _lifts(solved: Solved, balance: Balance) -> dict[str, float]:
+    """Weight by trial that no plate bears, all through it, if all these causes are right [N]."""
+    lifts = {scene.name: 0.0 for scene in balance.scenes}
+    for k, term in enumerate(solved.terms):
+        estimates = solved.estimates(k, balance.scenes)
+        for trial in lifts:
+            lifts[trial] += term.candidate.lifted_N(trial, estimates)
+    return lifts
+
+
+def possible(p: Proposal) -> Decision:
+    """Whether there can be such a thing."""
+    passed = p.candidate.is_possible(p.estimates())
+    return Decision(POSSIBLE, passed, None, None, "" if passed else "of this size there is no such thing")
+
+
+def pays(p: Proposal) -> Decision:
+    """Whether the balance gains enough by it."""
+    limit, whose = asked(p)
+    passed = p.odds >= limit
+    return Decision(
+        PAYS, passed, p.odds, limit, f"it gains {p.odds:.1f} nats over its odds; {whose} {limit:.1f}"
+    )
+
+
+def holds_up(p: Proposal) -> Decision:
+    """Whether it predicts blocks that its fit did not use."""
+    assert isinstance(p, Withheld)
+    limit = p.settings.least_heldout_gain - (0.0 if isinstance(p, Paired) else may_lose(p))
+    nats = p.heldout.best + (0.0 if isinstance(p, Paired) else p.candidate.seen_elsewhere)
+    reason = f"on withheld blocks it gains {nats:.1f} nats; more than {limit:.1f} is asked"
+    return Decision(HOLDS_UP, nats > limit, nats, limit, reason)
+
+
+def stands_alone(p: Proposal) -> Decision:
+    """Whether it needs no other body mass, and does not undo the others."""
+    strain, most = strain_needed(p), most_strain_asked(p)
+    if strain > most and not (isinstance(p, Added) and _leads(p)):
+        reason = f"it needs a body {strain:.1f} deviations from the entered mass; {most:.1f} at most"
+        return Decision(STANDS_ALONE, False, None, None, reason)
+    if sum(term.candidate.about.is_a_clock for term in p.solved.terms) > 1:
+        return Decision(STANDS_ALONE, False, None, None, "the same forces have another clock already")
+    undone = 0.0 if isinstance(p, Paired) else _undone(p.solved)
+    if undone > p.settings.undone:
+        reason = f"it mostly takes back what the others explain (cosine −{undone:.2f})"
+        return Decision(STANDS_ALONE, False, None, None, reason)
+    reason = f"the body's mass stays within {strain:.1f} deviations" + (
+        ", and nothing else comes near" if strain > most else ""
+    )
+    return Decision(STANDS_ALONE, True, None, None, reason)
+
+
+def strain_needed(p: Proposal) -> float:
+    """Standard deviations by which the set with it needs the body's mass from the entered one."""
+    return abs(p.balance.mass_strain(p.solved))
+
+
+def most_strain_asked(p: Proposal) -> float:
+    """What it may need: more where the mass is wrong already.
+
+    Without it, the mass is judged at the same scale: a cause that sharpens the balance shows what was
+    wrong with the mass already.
+    """
+    same_scale = p.balance.solve_at(p.without.terms, p.solved.rung)
+    return max(p.settings.most_mass_strain, abs(p.balance.mass_strain(same_scale)) + MORE_STRAIN)
+
+
+def _leads(p: Added) -> bool:
+    """Whether nothing else comes near: then it stays, even if the mass is wrong as well."""
+    others = [c.odds_gain(p.settings) for c in p.tenable if c is not p.contender]
+    return p.odds - max(others, default=0.0) > p.settings.sure_lead
+
+
+def _undone(solved: Solved) -> float:
+    """Cosine, turned round, of what the last cause explains and what the others do."""
+    *others, last = (solved.explained(k, solved.rung) for k in range(len(solved.terms)))
+    return -cosine(last, np.sum(others, axis=0)) if others else 0.0
+
+
+def beats_the_unknown(p: Proposal) -> Decision:
+    """Whether a force of unknown course does worse in its place."""
+    if isinstance(p, AllInPlace):
+        return _all_beat_the_unknown(p)
+    assert isinstance(p, BesideUnknown)
+    if p.candidate.about.seen_standing:
+        return Decision(BEATS_THE_UNKNOWN, True, None, None, "the motion shows it as well")
+    least = p.settings.least_further_gain + p.settings.beside_unknown_share * max(0.0, p.left.gain)
+    ahead = -np.inf if p.beyond is None else p.beyond - p.solved.log_evidence
+    passed = not (p.loss <= least and ahead > p.margin)
+    reason = f"beside a force of unknown course it adds {p.loss:.1f} nats; {least:.1f} are asked where that "
+    return Decision(
+        BEATS_THE_UNKNOWN, passed, p.loss, least, f"{reason}force does better in its place by {p.margin:.1f}"
+    )
+
+
+def _all_beat_the_unknown(p: AllInPlace) -> Decision:
+    if any(f.contender.term.candidate.about.seen_standing for f in p.found):
+        return Decision(BEATS_THE_UNKNOWN, True, None, None, "the motion shows one of the causes as well")
+    alone = p.alone()
+    if alone is None:
+        return Decision(BEATS_THE_UNKNOWN, True, None, None, "no force of unknown course would do instead")
+    lead = p.solved.log_evidence - alone.solved.log_evidence
+    reason = f"all causes are {lead:+.1f} nats ahead of a force of unknown course; {-p.margin:.1f} is asked"
+    return Decision(BEATS_THE_UNKNOWN, lead >= -p.margin, lead, -p.margin, reason)
+
+
+def is_on_the_list(p: Proposal) -> Decision:
+    """Whether nothing that is on no list does better in its place."""
+    assert isinstance(p, AgainstAnything)
+    lead = -p.behind * p.temper
+    reason = (
+        f"it is {lead:+.1f} nats ahead of whatever else may be wrong ({p.instead}); {-p.temper:.1f} is asked"
+    )
+    return Decision(ON_THE_LIST, p.behind < MOST_BEHIND, lead, -p.temper, reason)
+
+
+def notable(p: Proposal) -> Decision:
+    """Whether it, and all that stands beside it, is large enough to act on."""
+    small = [
+        solved.terms[k].candidate
+        for solved, k in p.fits
+        if not solved.terms[k].candidate.is_notable(solved.estimates(k, p.balance.scenes))
+    ]
+    names = ", ".join(dict.fromkeys(f"{c.id} {c.target}" for c in small))
+    reason = f"too small to act on: {names}" if small else "large enough to act on"
+    return Decision(NOTABLE, not small, None, None, reason)
+
+
+def needed(p: Proposal) -> Decision:
+    """Whether the rest would not do without it."""
+    nats, limit = p.odds, p.settings.least_gain
+    if len(p.solved.terms) == 1:
+        return Decision(NEEDED, True, nats, None, "it is the only cause")
+    reason = f"without it the rest loses {nats:.1f} nats over its odds; {limit:.1f} is asked"
+    return Decision(NEEDED, nats >= limit, nats, limit, reason)
+
+
+def decided(p: Proposal) -> Decision:
+    """Whether it is likelier than a handful of others in its place, or certain; else the model's own errors.
+
+    Causes that leave the same trace are one class, told together: that a recording cannot tell mass from mass
+    makes neither less likely. Nor does a cause that leaves another trace altogether.
+    """
+    assert isinstance(p, Added)
+    settings = p.settings
+    if p.odds >= settings.certain_gain:
+        reason = "certain, whatever else would do"
+        return Decision(DECIDED, True, p.odds, settings.certain_gain, reason)
+    unlike = [r for r in p.tenable if settings.other_trace < overlap(p.contender, r) < settings.same_trace]
+    share = confidence(p.contender, unlike, settings)
+    reason = (
+        f"among {len(unlike)} others in its place that leave another trace it has {100 * share:.0f} %; "
+        f"{100 * settings.least_confidence:.0f} % is asked"
+    )
+    return Decision(DECIDED, share >= settings.least_confidence, None, None, reason)
+
+
+def left_over(p: Proposal) -> Decision:
+    """Whether something remains that no cause explains."""
+    assert isinstance(p, Remainder)
+    limit = p.settings.least_unknown_gain + loose_ends(p.others, p.settings)
+    nats, size = p.contender.gain, f"{p.size_N:.0f} N"
+    passed = nats > limit and p.size_N > p.least_N
+    reason = f"a force of unknown course of {size} (from {p.least_N:.0f} N on) gains {nats:.1f} nats"
+    return Decision(LEFT_OVER, passed, nats, limit, f"{reason}; more than {limit:.1f} is asked")
