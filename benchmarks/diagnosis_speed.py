@@ -2,12 +2,14 @@
 
 A case's fit is made once and kept; searches in it are kept under a label each, with their answers. What is
 there already is not made again, so that a run that was stopped goes on where it was. `compare` says every
-difference of two labels' answers, with CPU seconds and evaluations side by side.
+difference of two labels' answers, with CPU seconds, memory and evaluations side by side. The peak is the most
+that the process held so far: of one case where it alone is searched (`--only`).
 """
 
 import argparse
 import json
 import pickle
+import resource
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -71,6 +73,7 @@ def search_case(case: Fitted) -> dict[str, Any]:
         diagnosis = answered(Balance(case.trials, case.settings), case.seen)
         seconds = time.process_time() - began
     return {
+        "peak_MB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,  # of the process so far
         "rows": sum(len(t.residual) for t in case.trials),
         "fit_seconds_cpu": case.seconds_cpu,
         "search_seconds_cpu": seconds,
@@ -154,20 +157,24 @@ def _of_one(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
 
 def table(out: Path, labels: tuple[str, str]) -> str:
     """CPU and evaluations of two labels, and every difference of their answers."""
-    lines = [f"| case | rows | fit [s] | search [s] {labels[0]} → {labels[1]} | evaluations | answer |"]
-    lines.append("|---|---|---|---|---|---|")
+    lines = [
+        f"| case | rows | fit [s] | search [s] {labels[0]} → {labels[1]} | peak [MB] | evaluations | answer |"
+    ]
+    lines.append("|---|---|---|---|---|---|---|")
     for path in sorted((out / labels[0]).glob("*.json")):
         other = out / labels[1] / path.name
         if not other.exists():
             continue
         before, after = (json.loads(p.read_text(encoding="utf-8")) for p in (path, other))
         seconds = " → ".join(f"{d['search_seconds_cpu']:.1f}" for d in (before, after))
+        peaks = " → ".join(f"{d['peak_MB']:.0f}" for d in (before, after))
         counts = "; ".join(
             f"{what} {before['evaluations'].get(what, 0)} → {after['evaluations'].get(what, 0)}"
             for what in sorted({*before["evaluations"], *after["evaluations"]})
         )
         apart = "; ".join(differences(before["diagnosis"], after["diagnosis"])) or "the same"
-        row = (path.stem, str(before["rows"]), f"{before['fit_seconds_cpu']:.1f}", seconds, counts, apart)
+        fit = f"{before['fit_seconds_cpu']:.1f}"
+        row = (path.stem, str(before["rows"]), fit, seconds, peaks, counts, apart)
         lines.append(f"| {' | '.join(row)} |")
     return "\n".join(lines)
 

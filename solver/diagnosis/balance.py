@@ -126,6 +126,7 @@ class Solved:
     x: Float[np.ndarray, " parameters"]
     std: Float[np.ndarray, " parameters"]  # of x before the data
     root: Float[np.ndarray, "parameters parameters"]  # lower; root rootᵀ is the precision of x / std
+    _estimates: dict[int, dict[str, Estimate]] = field(default_factory=dict)
 
     @cached_property
     def left(self) -> Float[np.ndarray, " rows"]:
@@ -152,6 +153,11 @@ class Solved:
 
     def estimates(self, k: int, scenes: Sequence[Scene]) -> dict[str, Estimate]:
         """The catalogue's parameters of the k-th term, with what every laboratory has of them."""
+        if k not in self._estimates:
+            self._estimates[k] = self._estimated(k, scenes)
+        return dict(self._estimates[k])
+
+    def _estimated(self, k: int, scenes: Sequence[Scene]) -> dict[str, Estimate]:
         term = self.terms[k]
         x, covariance = self.of(k)
         eta, eta_std = self.eta(k)
@@ -291,22 +297,34 @@ class Balance:
             rows.span,
         )
 
-    def see_ahead(self, terms: Sequence[Term], near: Rung) -> None:
-        """Many terms at once, at a rung and where a climb from it looks first."""
-        kept = self.basis.kept
+    def see_ahead(self, terms: Sequence[Term], beside: Sequence[Term], near: Rung) -> None:
+        """Many terms at once, with their products with others, at a rung and where climbs from it look first.
+
+        Args:
+            terms: that will be fitted one by one.
+            beside: the same terms, before each of them.
+            near: where the climbs begin.
+        """
         for rung in self.ladder.around(near):
             alike: dict[tuple[int, int], list[Term]] = {}
             for term in terms:
-                if not kept.has("seen", term.same, rung):
+                if not self.basis.kept.has("seen", term.same, rung):
                     alike.setdefault((term.rows.start, term.rows.stop), []).append(term)
             for some in alike.values():
-                parts = [term.own(self.basis) for term in some]
-                whole = rung.seen(np.concatenate(parts, axis=1), some[0].rows)
-                ends = np.cumsum([part.shape[1] for part in parts])
-                for term, end in zip(some, ends, strict=True):
-                    own = slice(end - term.own(self.basis).shape[1], end)
-                    scaled, along = whole.scaled[:, own].copy(), whole.along[:, own].copy()
-                    kept.put(Seen(whole.rows, scaled, along), "seen", term.same, rung)
+                self._see_together(some, beside, rung)
+
+    def _see_together(self, terms: Sequence[Term], beside: Sequence[Term], rung: Rung) -> None:
+        """Terms on the same rows."""
+        kept, parts = self.basis.kept, [term.own(self.basis) for term in terms]
+        whole = rung.seen(np.concatenate(parts, axis=1), terms[0].rows)
+        products = [whole.times(other.seen(rung)) for other in beside]
+        ends = np.cumsum([part.shape[1] for part in parts])
+        for term, part, end in zip(terms, parts, ends, strict=True):
+            own = slice(end - part.shape[1], end)
+            seen = Seen(whole.rows, whole.scaled[:, own].copy(), whole.along[:, own].copy())
+            kept.put(seen, "seen", term.same, rung)
+            for other, product in zip(beside, products, strict=True):
+                kept.put(product[own].copy(), "product", term.same, other.same, rung)
 
     def mass_strain(self, solved: Solved) -> float:
         """How far a hypothesis needs the body's mass from the entered one, in prior standard deviations.
@@ -322,13 +340,42 @@ class Balance:
         M, b, square = _normal_equations(terms, rung)
         if not len(std):
             return Solved(tuple(terms), rung, rung.constant - 0.5 * square, std, std, np.zeros((0, 0)))
-        M *= np.outer(std, std)  # unit prior; the lower triangle is enough
-        M[np.arange(len(M)), np.arange(len(M))] += 1.0
+        L = self._root(terms, rung, M, std)
         b *= std
-        L = cholesky(M, lower=True, overwrite_a=True, check_finite=False)
         u = cho_solve((L, True), b, check_finite=False)
         log = rung.constant - 0.5 * float(square - b @ u) - float(np.log(np.diag(L)).sum())
         return Solved(tuple(terms), rung, log, u * std, std, L)
+
+    def _root(
+        self,
+        terms: Sequence[Term],
+        rung: Rung,
+        M: Float[np.ndarray, "parameters parameters"],
+        std: Float[np.ndarray, " parameters"],
+    ) -> Float[np.ndarray, "parameters parameters"]:
+        """Lower root of I + M at one standard deviation each; that of all terms but the last is kept.
+
+        Many are fitted beside the same others: only what the last adds is factored anew.
+        """
+        n = len(std) - len(terms[-1].prior_std)
+
+        def of(own: slice, others: slice) -> Float[np.ndarray, "some others"]:
+            return np.asarray(M[own, others] * np.outer(std[own], std[others]))
+
+        def factored(own: slice, less: Float[np.ndarray, "own own"] | float = 0.0) -> np.ndarray:
+            S = of(own, own) - less
+            S[np.arange(len(S)), np.arange(len(S))] += 1.0
+            return np.asarray(cholesky(S, lower=True, overwrite_a=True, check_finite=False))
+
+        before, last = slice(0, n), slice(n, None)
+        if not n:
+            return factored(last)
+        first = rung.basis.kept.get(lambda: factored(before), "root", rung, *terms[:-1])
+        across = solve_triangular(first, of(last, before).T, lower=True, check_finite=False)
+        L = np.zeros((len(std), len(std)))
+        L[before, before], L[last, before] = first, across.T
+        L[last, last] = factored(last, across.T @ across)
+        return L
 
     def solve(self, terms: Sequence[Term], near: Rung | None = None) -> Solved:
         """Terms fitted together at the scales that suit them best.

@@ -19,6 +19,11 @@ class Contender:
     solved: Solved
     gain: float  # log evidence beyond those
 
+    @property
+    def nbytes(self) -> int:
+        """That its rows take."""
+        return self.term.columns.nbytes
+
     def odds_gain(self, settings: DiagnosisSettings) -> float:
         """The gain less the log prior odds against the cause [nats]."""
         return self.gain - handicap(self.term.candidate, settings)

@@ -13,7 +13,7 @@ shared columns that matter.
 """
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -22,10 +22,10 @@ from scipy.linalg import block_diag, cholesky, eigh, solve_triangular
 from scipy.linalg.blas import dsyrk
 from scipy.linalg.lapack import dpotri
 
-from solver.diagnosis.kept import Kept
+from solver.diagnosis.memory import Memory
 
 ALL = slice(None)
-MOST_KEPT_BYTES = 300e6  # of what terms and places look like at rungs
+MOST_KEPT_BYTES = 400e6  # of what rungs are made of, and of what terms and places look like there
 LEAST_SHARED = 1e-10  # of the variance of a direction, that shared columns add to it: rounding
 
 
@@ -100,7 +100,7 @@ class Basis:
 
     def __init__(self, of: Covariances) -> None:
         self.of = of
-        self.kept = Kept(MOST_KEPT_BYTES)  # of rungs, by what it was made of
+        self.kept = Memory(MOST_KEPT_BYTES)
 
     @cached_property
     def residual(self) -> Float[np.ndarray, " rows"]:
@@ -192,8 +192,6 @@ class Rung(ABC):
     slack: float  # of flesh on the bones; 1 is usual
     log_prior: float  # of both scales
     basis: Basis
-    beside: dict[tuple[object, ...], object] = field(default_factory=dict)  # kept of accepted causes
-    _at: dict[tuple[int, int], np.ndarray] = field(default_factory=dict)
 
     @property
     def residual(self) -> Float[np.ndarray, " rows"]:
@@ -222,10 +220,8 @@ class Rung(ABC):
 
     def precision_at(self, span: slice) -> Float[np.ndarray, "own own"]:
         """K⁻¹ by rows that lie in one trial; kept."""
-        key = span.start, span.stop
-        if key not in self._at:
-            self._at[key] = self._precision_at(span)
-        return self._at[key]
+        what = f"precision of rows {span.start} to {span.stop}"
+        return self.basis.kept.get(lambda: self._precision_at(span), what, self)
 
     @property
     @abstractmethod
@@ -253,10 +249,14 @@ class Rung(ABC):
 class WholeRung(Rung):
     """K factored as it is."""
 
-    @cached_property
+    @property
     def factor(self) -> Float[np.ndarray, "rows rows"]:
-        """Lower Cholesky."""
-        return np.asarray(cholesky(self.covariance, lower=True, overwrite_a=True, check_finite=False))
+        """Lower Cholesky; kept."""
+        return self.basis.kept.get(
+            lambda: cholesky(self.covariance, lower=True, overwrite_a=True, check_finite=False),
+            "factor",
+            self,
+        )
 
     @property
     def half_log_det(self) -> float:
@@ -279,8 +279,11 @@ class WholeRung(Rung):
         """K⁻¹ columns, of columns on the rows of some trials, on these rows."""
         return np.asarray(self._precision[span, span] @ columns)
 
-    @cached_property
+    @property
     def _precision(self) -> Float[np.ndarray, "rows rows"]:
+        return self.basis.kept.get(self._inverse, "precision", self)
+
+    def _inverse(self) -> Float[np.ndarray, "rows rows"]:
         lower, _ = dpotri(self.factor, lower=1)
         return np.asarray(np.tril(lower) + np.tril(lower, -1).T)
 

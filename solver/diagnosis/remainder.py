@@ -16,6 +16,7 @@ from solver.diagnosis.unknown_course import (
     courses_of,
     force_columns,
     moment_columns,
+    pieces_of,
     strongest_frequency_Hz,
 )
 from solver.effects.about import About
@@ -229,7 +230,8 @@ def unknown_forces(scenes: Sequence[Scene]) -> list[Unknown]:
     found: list[Unknown] = []
     for scene in scenes:
         heavy = [scene.skeleton.body_names[b] for b in scene.skeleton.bodies_from_share(LEAST_SHARE)]
-        courses: list[tuple[float, float | None]] = [(knot_s, None) for knot_s in KNOTS_S]
+        finest = {pieces_of(scene, knot_s): knot_s for knot_s in reversed(KNOTS_S)}
+        courses: list[tuple[float, float | None]] = [(knot_s, None) for knot_s in reversed(finest.values())]
         if (swing_Hz := strongest_frequency_Hz(scene)) is not None:
             courses.append((KNOTS_S[0], swing_Hz))
         for knot_s, frequency_Hz in courses:

@@ -22,8 +22,6 @@ from solver.diagnosis.contenders import handicap
 from solver.diagnosis.covariances import Basis, Rung
 from solver.effects.effect import Candidate
 
-KEPT = 4  # sets of accepted causes, at each rung
-
 
 @dataclass(frozen=True, eq=False)
 class Screened:
@@ -107,15 +105,8 @@ class Stack:
 
 
 def beside(accepted: Sequence[Term], rung: Rung) -> "Beside":
-    """The last few of each rung are kept: many candidates are tried beside the same causes."""
-    key = tuple(accepted)
-    if key not in rung.beside:
-        if len(rung.beside) == KEPT:
-            del rung.beside[next(iter(rung.beside))]
-        rung.beside[key] = Beside(accepted, rung)
-    found = rung.beside[key]
-    assert isinstance(found, Beside)
-    return found
+    """Kept: many candidates are tried beside the same causes."""
+    return rung.basis.kept.get(lambda: Beside(accepted, rung), "beside", rung, *accepted)
 
 
 class Beside:
@@ -136,6 +127,11 @@ class Beside:
             factor = cho_factor(M, lower=True, check_finite=False)[0]
             self.W = solve_triangular(factor, PB.T, lower=True, check_finite=False).T
             self.Pr = self.Pr - self.W @ (self.W.T @ r)
+
+    @property
+    def nbytes(self) -> int:
+        """That it takes, by rows as well."""
+        return 2 * (self.W.nbytes + self.Pr.nbytes)
 
     @cached_property
     def by_rows(self) -> tuple[Float[np.ndarray, "rows accepted"], Float[np.ndarray, " rows"]]:

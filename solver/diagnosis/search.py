@@ -10,6 +10,7 @@ from solver.diagnosis.checks import DECIDED
 from solver.diagnosis.contenders import Contender, Found, handicap, overlap
 from solver.diagnosis.decisions import tenable
 from solver.diagnosis.heldout import blocks
+from solver.diagnosis.memory import Memory
 from solver.diagnosis.proposals import Added, Exchanged, Kept, Paired
 from solver.diagnosis.refinement import refined
 from solver.diagnosis.screening import Screen
@@ -18,6 +19,7 @@ from solver.effects.effect import Candidate
 from solver.progress import Progress, silent
 
 MOST_EXCHANGES = 3
+MOST_MET_BYTES = 300e6  # rows of contenders beside sets of causes that may be met again
 SHARPER = 4.0  # so much smaller, the model's error may be beside the right cause
 
 
@@ -36,7 +38,7 @@ class Search:
         self.screen = Screen(balance, candidates)
         self.blocks = blocks(balance)
         self.null = balance.solve([])
-        self._met: dict[tuple[int, ...], tuple[tuple[Term, ...], list[Contender]]] = {}  # ids stay theirs
+        self._met = Memory(MOST_MET_BYTES)
         self.found = list(found)
         self.first: Found | None = None  # as it was found
         self.solved = balance.solve(self.terms) if found else self.null
@@ -246,12 +248,12 @@ class Search:
     def _contenders(self, accepted: Sequence[Term], current: Solved) -> list[Contender]:
         """The most promising candidates, refined, each with the scale that suits it; best first.
 
-        Kept: the same causes are met again when they are exchanged, and after that.
+        Remembered: the same causes are met again when they are exchanged, and after that.
         """
-        key = (id(current.rung), *map(id, accepted))
-        if key not in self._met:
-            self._met[key] = tuple(accepted), self._refitted(accepted, current)
-        return self._met[key][1]
+        found = self._met.get(
+            lambda: tuple(self._refitted(accepted, current)), "contenders", current.rung, *accepted
+        )
+        return list(found)
 
     def _refitted(self, accepted: Sequence[Term], current: Solved) -> list[Contender]:
         balance, settings = self.balance, self.settings
@@ -264,7 +266,7 @@ class Search:
                     chosen[one.rows.candidate.key] = balance.spread(one.rows)
         contenders = []
         refitted = [refined(balance, term, accepted, current.rung) for term in chosen.values()]
-        balance.see_ahead(refitted, current.rung)
+        balance.see_ahead(refitted, accepted, current.rung)
         for term in refitted:
             own, solved = term, balance.solve([*accepted, term], near=current.rung)
             if solved.rung is not current.rung and own.tangent_mean:

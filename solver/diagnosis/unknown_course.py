@@ -36,12 +36,17 @@ def courses_of(
     if frequency_Hz is not None:
         phase = 2 * np.pi * (frequency_Hz * time_s[:, None] + np.arange(3) / 3)
         return np.concatenate([np.ones((scene.frames, 1)), (1 + np.cos(phase)) / 3], axis=1)
-    pieces = int(np.clip(round(time_s[-1] / knot_s), 4, MOST_KNOTS))
+    pieces = pieces_of(scene, knot_s)
     inner = np.linspace(0, time_s[-1], pieces + 1)
     step = inner[1]
     knots = np.concatenate([-step * np.arange(3, 0, -1), inner, time_s[-1] + step * np.arange(1, 4)])
     splines = BSpline.design_matrix(time_s, knots, 3, extrapolate=True).toarray()
     return np.concatenate([np.ones((scene.frames, 1)), splines], axis=1)
+
+
+def pieces_of(scene: Scene, knot_s: float) -> int:
+    """Of a spline through the trial; in a long one they are longer than was asked for."""
+    return int(np.clip(round(scene.times[-1] / knot_s), 4, MOST_KNOTS))
 
 
 def force_columns(

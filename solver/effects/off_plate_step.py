@@ -118,8 +118,20 @@ class OffPlateStep(Candidate):
         self, scenes: Sequence[Scene]
     ) -> list[tuple[Scene, Float[np.ndarray, "frames parameters"], Bool[np.ndarray, " frames"]]]:
         """The vertical force that each parameter makes, trial by trial, and the frames of stances."""
-        signatures = [(scene, self.signature(scene, ())) for scene in scenes]
-        return [(c, s.columns[:, UP], frames_of(self._stretches, c)) for c, s in signatures if s is not None]
+        trials = {s.trial for s in self._stretches}
+        own = [scene for scene in scenes if scene.name in trials]
+        return [(c, self._vertical_in(c), frames_of(self._stretches, c)) for c in own]
+
+    def _vertical_in(self, scene: Scene) -> Float[np.ndarray, "frames parameters"]:
+        """Of the columns of `signature` those along the vertical: what presses on heel and tip."""
+        parts = []
+        for stretch in self._stretches:
+            vertical = np.zeros((scene.frames, _count(stretch)))
+            if stretch.trial == scene.name:
+                pressing = stretch.humps(KNOTS_S)
+                vertical[:, : 2 * pressing.shape[1]] = np.tile(pressing, 2)
+            parts.append(vertical)
+        return np.concatenate(parts, axis=1)
 
     @property
     def _stretches(self) -> tuple[Stretch, ...]:

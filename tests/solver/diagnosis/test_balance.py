@@ -121,13 +121,24 @@ def test_a_terms_rows_are_the_candidates_signature(balance, terms):
 def test_terms_seen_together_are_those_seen_one_by_one(balance, terms):
     alone = [replace(t, same=object()) for t in terms]
     together = [replace(t, same=object()) for t in terms]
-    near, kept = balance.rungs[5], balance.basis.kept
-    balance.see_ahead(together, near)
+    near, kept, other = balance.rungs[5], balance.basis.kept, replace(terms[0], same=object())
+    balance.see_ahead(together, [other], near)
     for rung in balance.ladder.around(near):
-        for one, other in zip(alone, together, strict=True):
-            assert kept.has("seen", other.same, rung)
-            np.testing.assert_allclose(other.seen(rung).scaled, one.seen(rung).scaled, atol=1e-9)
-            np.testing.assert_allclose(other.product(one, rung), one.product(one, rung), rtol=1e-9)
+        for one, ahead in zip(alone, together, strict=True):
+            assert kept.has("seen", ahead.same, rung)
+            assert kept.has("product", ahead.same, other.same, rung)
+            np.testing.assert_allclose(ahead.seen(rung).scaled, one.seen(rung).scaled, atol=1e-9)
+            np.testing.assert_allclose(ahead.product(other, rung), one.product(other, rung), rtol=1e-9)
+
+
+def test_roots_kept_of_the_terms_before_serve_whatever_comes_after(balance, terms):
+    """Each set's root rootᵀ is I + Sᵀ K⁻¹ S, in whatever order sets are fitted."""
+    rung = balance.rungs[3]
+    Q = np.linalg.inv(rung.covariance)
+    for some in (terms, terms[::-1], [*terms[1:], terms[0]], terms[:1], terms[:2]):
+        S = np.concatenate([t.columns * t.prior_std for t in some], axis=1)
+        root = balance.solve_at(some, rung).root
+        np.testing.assert_allclose(root @ root.T, np.eye(S.shape[1]) + S.T @ Q @ S, rtol=1e-6, atol=1e-6)
 
 
 def test_a_target_that_no_trial_has_is_no_term(balance):

@@ -8,7 +8,7 @@ Value = TypeVar("Value")
 Key = tuple[str | int, ...]
 
 
-class Kept:
+class Memory:
     """Values by what they are and the objects that they were made of, which live as long as they are kept."""
 
     def __init__(self, most_bytes: float) -> None:
