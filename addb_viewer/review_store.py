@@ -71,10 +71,7 @@ def whole_log(subject_folder: Path) -> Reading:
     Raises:
         ReviewError: it cannot be read.
     """
-    if not has_log(subject_folder):
-        return Reading(())
-    with open_log(subject_folder) as log:
-        return log.reading()
+    return whole_logs(subject_folder)[0]
 
 
 def whole_logs(subject_folder: Path) -> tuple[Reading, tuple[WorkItem, ...]]:
@@ -313,7 +310,8 @@ def reviews_for_solve(
     wanted = {trial.name for trial in trials} | {""}
     notes += unreadable_notes([r for r in found.unreadable if r.trial in wanted or r.trial not in known])
     if gone:
-        notes.append(f"{_place()}: has edits of trials that the subject does not have: {', '.join(gone)}")
+        place = FILE if store_url() is None else "the shared database"
+        notes.append(f"{place}: has edits of trials that the subject does not have: {', '.join(gone)}")
     if store_url() is not None and (subject.folder / FILE).is_file():
         notes.append(
             f"{FILE}: not used, because reviews are kept in a shared database; `share` copies it there"
@@ -344,10 +342,6 @@ def _import_table(log: ReviewLog, files: TrialFiles, capture: Capture) -> None:
     table = _table(files, capture)
     if log.last_import(files.name, ImportTable) is None:
         log.append(files.name, table, IMPORTED)
-
-
-def _place() -> str:
-    return FILE if store_url() is None else "the shared database"
 
 
 @cache
