@@ -264,9 +264,7 @@ def _lacking(made: Path | None, real: Path) -> str:
         if one.name.startswith(LEARNT) and not average(one.scores, "coverage_95")
     ]
     if without:
-        lines.append(
-            f"- Standard deviations of {' and '.join(without)}, which were trained before they gave any."
-        )
+        lines.append(f"- Standard deviations of {' and '.join(without)}.")
     return "\n".join(lines)
 
 
