@@ -10,6 +10,7 @@ is not what is asked about. The decisions are read from the review logs afterwar
 
 import argparse
 import json
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -19,6 +20,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from addb_viewer.app.app import ReviewApp, start
+from addb_viewer.app.queue.finishing import READ_S
 from addb_viewer.app.subjects.library import library_of
 from addb_viewer.app.trial.forces_in_use import mask_now, stale
 from addb_viewer.app.trial.frame_ranges import place_of
@@ -79,6 +81,21 @@ class Count:
         """Whether all proposals were right and were accepted at once."""
         return SHIFT_T in self.keys
 
+
+PAGE = """# Twenty trials reviewed by key
+
+Made by `python -m benchmarks.review_by_key DIR --page benchmarks/REVIEW_BY_KEY.md`. A program that knows
+the truth of twenty trials reviews them as a person would who has only keys: *N*, *Enter* or *Backspace* for
+each proposal, *W* (and *F*) and *2* for a step that detection missed, *G* and *Y* where other forces count
+than in the fit, *T*; *N* and *Shift T* where all proposals are right and sure. Ten trials are real: eight
+of treadmills, on which every step is measured, and two of a walk whose unmeasured steps its README names.
+Ten are synthetic, of five persons: a walk with one step beside the plates, and a run. Some proposals are
+planted on steps that were measured, and in three walks the step beside the plates is hidden from detection.
+Keys go to a running app as its page sends them; solves are stood in for. The decisions are read from the
+review logs afterwards: *as is true* is a trial of which every step is decided so, {steps} steps in all.
+
+{table}
+"""
 
 ACCEPT, REJECT, NEXT = "Accept the proposal", "Reject the proposal", "Next proposal or flagged range"
 WORST, FOOT, FLAG = "Worst frame that counts", "Foot: right, left, both", "Flag: foot contact but no force"
@@ -181,13 +198,15 @@ class Reviewer:
         self.browser, self.truth = PaperBrowser(app.server.get_port(), name="Ada"), truth
         (self.session,) = self.browser.until(lambda: list(app.sessions.values()), "the page")
         self.browser.until(lambda: self.session.replay is not None, "the trial")
+        self.session.notices._hand.submit(lambda: None).result()  # after all of the entrance
         self.browser.until(lambda: "worst first" in self.browser.html(), "the queue")
         self.count = Count(("", ""), 0, 0, 0)
 
     @property
     def place(self) -> tuple[str, str]:
         """Subject and trial on the screen."""
-        return self.session.shared.name, self.replay.name
+        replay = self.session.replay
+        return self.session.shared.name, replay.name if replay else ""
 
     @property
     def replay(self) -> Replay:
@@ -237,7 +256,8 @@ class Reviewer:
     def flag(self, phase: ContactPhase) -> None:
         """A step that detection missed is where the residual is largest."""
         session, foot = self.session, self.replay.feet[phase.foot]
-        self.press(WORST, lambda: not session.review.chosen, "the worst frame")
+        told = len(self.browser.notices)
+        self.press(WORST, lambda: len(self.browser.notices) > told, "the worst frame")
         if not phase.start <= session.frame < phase.end:
             raise RuntimeError(f"the worst frame of {self.place}, {session.frame}, is not in {phase}")
         others = [p for p in self.replay.forces.contacts if p.start <= session.frame < p.end]
@@ -250,10 +270,15 @@ class Reviewer:
     def finish(self, label: str) -> None:
         """T or Shift T, and again where it says something first."""
         place, session = self.place, self.session
-        gone = lambda: self.place != place or session.finishing._told or self.is_all()  # noqa: E731
+        gone = lambda: self.has_left(place) or session.finishing._told or self.is_all()  # noqa: E731
         self.press(label, gone, "the next trial")
         if session.finishing._told:
-            self.press(label, lambda: self.place != place or self.is_all(), "the next trial")
+            time.sleep(READ_S)  # what is said has to be read
+            self.press(label, lambda: self.has_left(place) or self.is_all(), "the next trial")
+
+    def has_left(self, place: tuple[str, str]) -> bool:
+        """Whether another trial is on the screen."""
+        return self.session.replay is not None and self.place != place
 
     def is_all(self) -> bool:
         """Whether the app says that nothing is left."""
@@ -304,6 +329,7 @@ def reviewed(root: Path, truth: Mapping[tuple[str, str], Ranges]) -> list[Count]
         mock.patch("addb_viewer.app.subjects.shared_subject.SOLVE_WORKER", "benchmarks.stand_in_solve"),
         mock.patch("addb_viewer.app.subjects.shared_subject.SharedSubject.withhold"),
         mock.patch("addb_viewer.app.jobs.what_if.WhatIf.warm"),
+        mock.patch("addb_viewer.app.jobs.worker_process.give_way"),  # a stand-in has nothing to give way to
     ):
         app = start(root, port=0)
         try:
@@ -351,6 +377,7 @@ def main() -> None:
     """Make the trials, review them, and print what it took."""
     arguments = argparse.ArgumentParser(prog="python -m benchmarks.review_by_key", description=__doc__)
     arguments.add_argument("root", type=Path, help="folder that the trials are made in, and kept")
+    arguments.add_argument("--page", type=Path, help="file that the figures go into")
     arguments.add_argument("--only-fit", action="store_true", help="review nothing yet")
     given = arguments.parse_args()
     root = given.root
@@ -363,7 +390,14 @@ def main() -> None:
     for log in root.glob("*/annotations.sqlite*"):
         log.unlink()
     counts = reviewed(root, truth)
-    print(table(counts, {place: right_decisions(root, place, truth[place])[0] for place in truth}))
+    judged = {place: right_decisions(root, place, truth[place]) for place in truth}
+    text = PAGE.format(
+        steps=sum(steps for _, steps in judged.values()),
+        table=table(counts, {place: right for place, (right, _) in judged.items()}),
+    )
+    print(text)
+    if given.page is not None:
+        given.page.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":
