@@ -24,7 +24,8 @@ from addb_viewer.dataset.receipts import Receipt, valid_receipt
 from addb_viewer.dataset.scanning import ScannedSubject, scan, wanted_files
 from addb_viewer.dataset.schema import FORMAT_VERSION, schema_json
 from addb_viewer.dataset.task import Task
-from addb_viewer.review_store import reviews_for_solve, whole_log
+from addb_viewer.force_reviews import reviews_for_solve
+from addb_viewer.review_store import whole_log
 from solver.capture.disk_errors import writing_failed
 from solver.provenance import provenance_of
 from solver.results.store import default_folder

@@ -12,7 +12,7 @@ from addb_viewer.dataset.receipts import Receipt
 from addb_viewer.dataset.subject_writing import SubjectWriting
 from addb_viewer.dataset.task import Task
 from addb_viewer.dataset.trial_labels import labels_of
-from addb_viewer.review_store import reviews_for_solve
+from addb_viewer.force_reviews import reviews_for_solve
 from addb_viewer.suggested_activities import suggestions_of
 from solver.capture.subject import open_subject
 from solver.fit import Fit, TrialFit

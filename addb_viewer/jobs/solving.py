@@ -7,8 +7,8 @@ from functools import partial
 from pathlib import Path
 
 from addb_viewer.accepted_extension import extension_for_solve
+from addb_viewer.force_reviews import reviews_for_solve
 from addb_viewer.jobs.subject_checks import check_folder, check_trials
-from addb_viewer.review_store import reviews_for_solve
 from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.capture.subject import open_subject
 from solver.contact.force_review import ForceReview

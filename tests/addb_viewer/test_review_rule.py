@@ -5,7 +5,8 @@ import shutil
 import numpy as np
 import pytest
 
-from addb_viewer.review_store import as_proposal, left_undecided, open_log, reviews_for_solve
+from addb_viewer.force_reviews import left_undecided, reviews_for_solve
+from addb_viewer.review_store import as_proposal, open_log
 from annotations.events import AcceptProposal, RejectProposal, SetStatus, Status
 from annotations.open_proposals import open_proposals
 from solver.capture.subject import open_subject

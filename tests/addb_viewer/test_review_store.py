@@ -8,7 +8,8 @@ from typer.testing import CliRunner
 from addb_viewer import review_store
 from addb_viewer.cli import app
 from addb_viewer.environment import ROOT, STORE
-from addb_viewer.review_store import FILE, as_proposal, open_log, reviews_for_solve, subject_key
+from addb_viewer.force_reviews import reviews_for_solve
+from addb_viewer.review_store import FILE, as_proposal, open_log, subject_key
 from annotations.errors import ReviewError
 from annotations.events import ClearRange, FlagRange, Proposal
 from solver.contact.proposals import Proposal as Found

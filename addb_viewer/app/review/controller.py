@@ -23,7 +23,7 @@ from addb_viewer.app.trial.disagreements import news
 from addb_viewer.app.trial.forces_in_use import contact_words, contacts_at, stale
 from addb_viewer.app.trial.frame_ranges import Selection, Stop, next_stop, place_of, place_said, stops_of
 from addb_viewer.app.trial.proposals import Pending, State, pending, still_open
-from addb_viewer.review_store import left_undecided
+from addb_viewer.force_reviews import left_undecided
 from annotations.errors import ReviewError
 from annotations.events import (
     AcceptProposal,

@@ -12,7 +12,7 @@ from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.review.html import what_if_html, what_if_words
 from addb_viewer.app.style.html_pieces import boxed
 from addb_viewer.app.trial.forces_in_use import mask_now
-from addb_viewer.review_store import force_review
+from addb_viewer.force_reviews import force_review
 from annotations.errors import ReviewError
 from annotations.foot_names import foot_words
 from annotations.reasons import MANUAL_REVIEW

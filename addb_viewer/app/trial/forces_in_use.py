@@ -4,7 +4,7 @@ import numpy as np
 
 from addb_viewer.app.trial.frame_ranges import Stop
 from addb_viewer.app.trial.replay import ForceUse, Replay
-from addb_viewer.review_store import force_review
+from addb_viewer.force_reviews import force_review
 from annotations.foot_names import foot_words
 from annotations.trial_review import TrialReview
 from solver.contact.mask import (
