@@ -17,6 +17,7 @@ from solver.capture.b3d.recording import B3dReview, read_b3d_trial
 from solver.capture.b3d.stored import StoredPass
 from solver.capture.c3d import read_c3d, read_c3d_markers
 from solver.capture.capture import Capture, ForcePlate, Markers, TrialFiles
+from solver.capture.clock import ClockSettings
 from solver.capture.edge_zeros import without_edge_zeros
 from solver.capture.force_columns import find_plates, turned
 from solver.capture.loads_under_feet import UnderFeetSettings, best_lag_s, feet_of, loads_of, under_feet
@@ -77,6 +78,7 @@ def read_trial(
         *cleaning_notes,
         *(f"{source}: {note}" for note in level_notes),
         *_overlap_notes(recording),
+        *_rate_notes(recording, settings.clock),
         *_distance_notes(recording, settings),
         *_contradiction(recording, files, settings.under_feet),
     )
@@ -244,6 +246,17 @@ def _overlap_notes(recording: Recording) -> tuple[str, ...]:
     return (
         f"{', '.join(apart)}: recorded at other times than the markers ({times[0]:g} to {times[-1]:g} s): "
         "do the files belong together?",
+    )
+
+
+def _rate_notes(recording: Recording, settings: ClockSettings) -> tuple[str, ...]:
+    """Plates are sampled at least as fast as cameras; a slower one may have sample numbers for times."""
+    least = recording.markers.rate * (1 - settings.rate_tolerance)
+    return tuple(
+        f"{plate.name}: sampled at {plate.rate:.6g} Hz, more slowly than the markers "
+        f"({recording.markers.rate:.6g} Hz): is its time column in seconds?"
+        for plate in recording.plates
+        if plate.rate < least
     )
 
 

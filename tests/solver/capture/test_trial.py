@@ -109,6 +109,16 @@ def test_files_of_different_trials(walk, real_data, tmp_path):
     )
 
 
+def test_sample_numbers_in_place_of_times_are_told(walk, tmp_path):
+    head, rows = walk.forces.read_text().split("endheader\n")
+    labels, *lines = rows.splitlines()
+    numbered = [f"{k}\t{line.split(chr(9), 1)[1]}" for k, line in enumerate(lines)]
+    (tmp_path / "f.mot").write_text(head + "endheader\n" + "\n".join([labels, *numbered]) + "\n")
+    notes = read_trial(replace(walk, forces=tmp_path / "f.mot")).notes
+    assert sum("sampled at 1 Hz, more slowly than the markers (100 Hz)" in note for note in notes) == 2
+    assert not any("more slowly" in note for note in read_trial(walk).notes)
+
+
 def test_the_named_force_file_wins_over_the_c3d_s_own(real_data):
     folder = real_data / SPRINT
     inside = read_trial(TrialFiles("a", folder / "JA1Gait35.c3d"))
