@@ -126,7 +126,9 @@ class Solved:
     x: Float[np.ndarray, " parameters"]
     std: Float[np.ndarray, " parameters"]  # of x before the data
     root: Float[np.ndarray, "parameters parameters"]  # lower; root rootᵀ is the precision of x / std
-    _estimates: dict[int, dict[str, Estimate]] = field(default_factory=dict, init=False)  # a copy makes its own
+    _estimates: dict[int, dict[str, Estimate]] = field(
+        default_factory=dict, init=False
+    )  # a copy makes its own
 
     @cached_property
     def left(self) -> Float[np.ndarray, " rows"]:

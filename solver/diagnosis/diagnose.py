@@ -98,16 +98,22 @@ def _as_recorded(fit: Fit, settings: Settings) -> list[Capture]:
 def causes_of(balance: Balance, progress: Progress = silent) -> tuple[Balance, Selection]:
     """The causes that pay, and the balance that they were found in.
 
-    Sought anew where the right clock leaves frames without a recording, in the balance without these.
+    Sought anew where the right clock leaves frames without a recording, in the balance without these. Clocks
+    that are not named there were those frames' doing: they are asked for no more, and give theirs back.
     """
     selection = select(balance, catalogue(balance.scenes), progress, catalogue)
-    heard = None if selection.ended_early else without_the_unheard(balance, selection)
-    if heard is None:
-        return balance, selection
-    again = select(heard, catalogue(heard.scenes), progress, catalogue)
-    first = {f.contender.term.candidate.key for f in selection.found if shifts_time(f, balance)}
-    named = {f.contender.term.candidate.key for f in again.found}
-    return (heard, again) if first <= named else (balance, selection)
+    shifting = [f for f in selection.found if shifts_time(f, balance)]
+    while shifting and not selection.ended_early:
+        heard = without_the_unheard(balance, shifting)
+        if heard is None:
+            break
+        again = select(heard, catalogue(heard.scenes), progress, catalogue)
+        named = {f.contender.term.candidate.key for f in again.found}
+        still = [f for f in shifting if f.contender.term.candidate.key in named]
+        if len(still) == len(shifting):
+            return heard, again
+        shifting = still
+    return balance, selection
 
 
 def repaired_balance(

@@ -1,15 +1,16 @@
 """What a shifted clock puts outside the recording takes no part in the evidence, for no hypothesis."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Bool
 
 from solver.diagnosis.balance import Balance
 from solver.diagnosis.contenders import Found
 from solver.diagnosis.rows import TrialRows
-from solver.diagnosis.selection import Selection
 
 
-def without_the_unheard(balance: Balance, selection: Selection) -> Balance | None:
+def without_the_unheard(balance: Balance, found: Sequence[Found]) -> Balance | None:
     """The balance without the frames of which nothing was recorded if the named causes are right.
 
     Forces that are 0.1 s early say nothing of the last 0.1 s. Left as they are, those frames would ask for a
@@ -17,14 +18,14 @@ def without_the_unheard(balance: Balance, selection: Selection) -> Balance | Non
 
     Args:
         balance: of all trials.
-        selection: causes found in it.
+        found: causes of it that shift time.
 
     Returns:
         None where no window is lost, or nothing would be left of a trial. What was evaluated so far counts.
     """
     trials = []
     for trial in balance.trials:
-        lost = _unheard(trial, selection)
+        lost = _unheard(trial, found)
         whole = not trial.touched_by(lost).any()
         trials.append(trial if whole else trial.without(_with_the_filters_ends(lost, trial, balance)))
     if all(one is other for one, other in zip(trials, balance.trials, strict=True)):
@@ -42,10 +43,10 @@ def shifts_time(found: Found, balance: Balance) -> bool:
     return any(term.candidate.unheard(scene, term.eta).any() for scene in balance.scenes)
 
 
-def _unheard(trial: TrialRows, selection: Selection) -> Bool[np.ndarray, " frames"]:
+def _unheard(trial: TrialRows, found: Sequence[Found]) -> Bool[np.ndarray, " frames"]:
     lost = np.zeros(trial.scene.frames, dtype=bool)
-    for found in selection.found:
-        term = found.contender.term
+    for one in found:
+        term = one.contender.term
         lost |= term.candidate.unheard(trial.scene, term.eta)
     return lost
 

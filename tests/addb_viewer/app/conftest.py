@@ -33,7 +33,7 @@ from tests.patience import PATIENCE_MS, PATIENCE_S
 
 REMEMBERED = """localStorage.getItem("viser-user:addb-viewer") ??
 localStorage.setItem("viser-user:addb-viewer", %s);"""  # who is at the browser
-EVAL_PROBE = "Evaluating a string as JavaScript"  # by a library of viser's, which does without
+EVAL_PROBE = "Evaluating a string as JavaScript"  # by viser's sorter of splats, which the app does not draw
 SOFTWARE_RENDERED = """() => {
     const gl = document.createElement("canvas").getContext("webgl2");
     const names = gl.getExtension("WEBGL_debug_renderer_info");
@@ -199,7 +199,7 @@ def open_page(browser):
         if name is not None:
             page.add_init_script(REMEMBERED % json.dumps(json.dumps({"reviewer": name})))
         page.errors = []
-        page.on("pageerror", lambda error: page.errors.append(str(error)))
+        page.on("pageerror", lambda error: EVAL_PROBE not in str(error) and page.errors.append(str(error)))
         page.on("console", lambda said: _is_error(said) and page.errors.append(said.text))
         page.goto(f"http://127.0.0.1:{app.server.get_port()}")
         page.wait_for_selector("canvas")
