@@ -26,6 +26,7 @@ from solver.capture.moment_convention import plates_from_storage
 from solver.capture.plate_levels import levelled
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.review import imported_review
+from solver.capture.several_subjects import one_subject
 from solver.capture.storage import Storage, read_storage
 from solver.capture.trajectory_joining import join_trajectories
 from solver.capture.trc import read_trc
@@ -183,11 +184,12 @@ def _markers_in_lab(path: Path, up: VerticalAxis | None, settings: ReadingSettin
 
 
 def _cleaned(markers: Markers, path: Path, settings: ReadingSettings) -> tuple[Markers, tuple[str, ...]]:
+    markers, whose = one_subject(markers)
     cleaned, notes = clean_markers(markers, settings.cleaning)
     if not cleaned.names:
         raise CaptureError(f"{path}: no marker was ever seen. Export the trial with its trajectories.")
     joined, joining_notes = join_trajectories(cleaned, settings.joining)
-    return joined, tuple(f"{path.name}: {note}" for note in (*notes, *joining_notes))
+    return joined, tuple(f"{path.name}: {note}" for note in (*whose, *notes, *joining_notes))
 
 
 def _with_table(
