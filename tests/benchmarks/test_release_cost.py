@@ -27,7 +27,8 @@ def test_projection_is_the_weighted_cost_a_frame():
     assert f"built: {hours:.0f} core hours" in page([*TRIALS, *LENGTHS])
     diagnosed = Build("diagnosis", 500, 1, 500, 1, 40.0, 30.0, 600.0, 3.0)
     told = page([*TRIALS, *LENGTHS, diagnosed])
-    assert f"built and diagnosed: {24e6 * 30 / 500 / 3600:.0f} core hours" in told
+    both = 24e6 * (10 + 30) / 500 / 3600
+    assert f"built and diagnosed, the fit counted twice: {both:.0f} core hours" in told
 
 
 def test_what_is_linear_and_what_a_second_worker_saves():

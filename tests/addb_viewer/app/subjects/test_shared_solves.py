@@ -88,7 +88,7 @@ def test_a_second_solve_waits_its_turn_and_then_for_the_decision_about_the_first
     )
     assert states(subject) == [("Zoë", DISCARDED), ("Bo", NEW)]
     zoe.until(lambda: "discarded (decided by Bo)" in zoe.html(), "the list")
-    zoe.press("Keep the new solve")
+    zoe.press("Keep the new solve (so does Y)")
     bo.until(lambda: bo.told("Zoë has kept your solve 2"))
     bo.until(lambda: ("Bo", KEPT) in states(subject))
     bo.until(lambda: "is on the screen and waits" not in bo.html(), "the banner")
