@@ -14,7 +14,7 @@ SOURCE = "".join(
         (HOUSE / "solver").rglob("*.py"),
         (HOUSE / "annotations").glob("*.py"),
         (HOUSE / "addb_viewer").glob("accepted_*.py"),
-        (HOUSE / "addb_viewer").glob("review_*.py"),
+        (HOUSE / "addb_viewer").glob("*review*.py"),
         (HOUSE / "addb_viewer" / "app" / "subjects").glob("library.py"),
     )
 )

@@ -10,6 +10,12 @@
   const WIDGETS = "[role=tab], [role=slider], [role=option], [role=menuitem], [role=radio], [role=button], button, a, summary";
   const OF_WIDGETS = /^(Enter|Space|Home|End|Arrow.*)$/;
 
+  // A widget has its own keys where somebody went to it by Tab. After a click it looks focused to the browser from the
+  // next key on, and whoever clicked goes on with the trial.
+  let byTab = false;
+  window.addEventListener("pointerdown", () => (byTab = false), true);
+  window.addEventListener("keydown", (event) => (byTab ||= event.key === "Tab"), true);
+
   const modified = (event, name, withShift) => {
     const graph = event.getModifierState("AltGraph"); // of a sign: Ctrl and Alt on some systems
     const held = [
@@ -34,7 +40,7 @@
     event.isComposing || event.target.isContentEditable || /^(INPUT|TEXTAREA|SELECT)$/.test(event.target.tagName);
   const isTheWidgets = (event, name) =>
     OF_WIDGETS.test(name) &&
-    (event.target.closest?.("[role=dialog]") || (event.target.matches?.(WIDGETS) && event.target.matches(":focus-visible")));
+    (event.target.closest?.("[role=dialog]") || (byTab && event.target.matches?.(WIDGETS)));
 
   window.addEventListener(
     "keydown",
