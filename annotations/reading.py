@@ -1,19 +1,21 @@
 """Rows of the log as edits. One that cannot be read is passed over and told; it never hides the others."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from textwrap import shorten
-from typing import Any
+from typing import Any, TypeVar
 
-from sqlalchemy import Connection, Row, Select, Text, cast, select
+from sqlalchemy import Connection, Row, Select, Table, Text, cast, select
 
 from annotations.errors import ReviewError
 from annotations.event_codec import decoded
 from annotations.events import IMPORTED, Edit, Event, ImportLabels, ImportTable
 from annotations.schema import EDITS
 from annotations.unreadable import UnreadableRow, is_text
+
+Made = TypeVar("Made")
 
 _WORDS = 200  # letters of the reason, at most: a row may hold anything
 _FIRST = datetime(1970, 1, 1, tzinfo=UTC)  # a machine without a clock begins here
@@ -45,15 +47,16 @@ class Reading:
         )
 
 
-def rows_of(subject: str) -> Select[Any]:
+def rows_of(subject: str, log: Table = EDITS) -> Select[Any]:
     """All rows of a subject, in order.
 
     Args:
         subject: as the log calls it.
+        log: the edits, or another table of their columns.
     """
-    columns = (EDITS.c.number, EDITS.c.trial, EDITS.c.author, EDITS.c.made_at, EDITS.c.kind)
-    content = cast(EDITS.c.content, Text).label("content")  # decoded here, row by row
-    return select(*columns, content).where(EDITS.c.subject == subject).order_by(EDITS.c.number)
+    columns = (log.c.number, log.c.trial, log.c.author, log.c.made_at, log.c.kind)
+    content = cast(log.c.content, Text).label("content")  # decoded here, row by row
+    return select(*columns, content).where(log.c.subject == subject).order_by(log.c.number)
 
 
 def read(connection: Connection, wanted: Select[Any]) -> Reading:
@@ -63,14 +66,29 @@ def read(connection: Connection, wanted: Select[Any]) -> Reading:
         connection: to the database.
         wanted: made of `rows_of`.
     """
-    edits, unreadable = [], []
+    return Reading(*each_read(connection, wanted, _edit))
+
+
+def each_read(
+    connection: Connection, wanted: Select[Any], made: Callable[[Row[Any]], Made]
+) -> tuple[tuple[Made, ...], tuple[UnreadableRow, ...]]:
+    """What each row says, and the rows that nobody can read.
+
+    Args:
+        connection: to the database.
+        wanted: made of `rows_of`.
+        made: of a row whose words are text; raises `ReviewError` where it says nothing.
+    """
+    found: list[Made] = []
+    unreadable = []
     for row in connection.execute(wanted):
         try:
-            edits.append(_edit(row))
+            _check_text(row)
+            found.append(made(row))
         except ReviewError as error:
             trial, author = (value if is_text(value) else "" for value in (row.trial, row.author))
             unreadable.append(UnreadableRow(row.number, trial, author, shorten(str(error), _WORDS)))
-    return Reading(tuple(edits), tuple(unreadable))
+    return tuple(found), tuple(unreadable)
 
 
 def check_author(event: Event, author: str) -> None:
@@ -101,10 +119,13 @@ def date_of(text: str) -> datetime:
     return found
 
 
-def _edit(row: Row[Any]) -> Edit:
+def _check_text(row: Row[Any]) -> None:
     for name in ("trial", "author", "made_at", "kind", "content"):
         if not is_text(getattr(row, name)):
             raise ReviewError(f"its {name} is not UTF-8 text")
+
+
+def _edit(row: Row[Any]) -> Edit:
     if row.number < 1:
         raise ReviewError("numbers begin at 1")
     event = decoded(row.kind, _json(row.content))

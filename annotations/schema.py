@@ -12,33 +12,28 @@ VERSION = "0003"  # the last step of `annotations.migrations`
 VERSION_TABLE = "annotations_version"
 
 _METADATA = MetaData()
-EDITS = Table(
-    "edits",
-    _METADATA,
-    Column("number", Integer, primary_key=True),
-    Column("subject", String, nullable=False),
-    Column("trial", String, nullable=False),
-    Column("author", String, nullable=False),
-    Column("made_at", String, nullable=False),
-    Column("kind", String, nullable=False),
-    Column("content", JSON, nullable=False),
-    Index("edits_of_trial", "subject", "trial"),
-    Index("edits_of_subject", "subject", "number"),
-    sqlite_autoincrement=True,
+
+
+def _log(name: str, *indexes: Index) -> Table:
+    return Table(
+        name,
+        _METADATA,
+        Column("number", Integer, primary_key=True),
+        Column("subject", String, nullable=False),
+        Column("trial", String, nullable=False),
+        Column("author", String, nullable=False),
+        Column("made_at", String, nullable=False),
+        Column("kind", String, nullable=False),
+        Column("content", JSON, nullable=False),
+        *indexes,
+        sqlite_autoincrement=True,
+    )
+
+
+EDITS = _log(
+    "edits", Index("edits_of_trial", "subject", "trial"), Index("edits_of_subject", "subject", "number")
 )
-WORK = Table(
-    "work",
-    _METADATA,
-    Column("number", Integer, primary_key=True),
-    Column("subject", String, nullable=False),
-    Column("trial", String, nullable=False),
-    Column("author", String, nullable=False),
-    Column("made_at", String, nullable=False),
-    Column("kind", String, nullable=False),
-    Column("content", JSON, nullable=False),
-    Index("work_of_subject", "subject", "number"),
-    sqlite_autoincrement=True,
-)
+WORK = _log("work", Index("work_of_subject", "subject", "number"))
 _VERSIONS = Table(VERSION_TABLE, MetaData(), Column("version_num", String, nullable=False))
 
 

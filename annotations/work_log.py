@@ -4,15 +4,14 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict, fields, replace
 from datetime import UTC, datetime
-from textwrap import shorten
 from typing import Any
 
-from sqlalchemy import Connection, Row, Text, cast, func, insert, select
+from sqlalchemy import Connection, Row, func, insert, select
 
 from annotations.database import Database
 from annotations.errors import ReviewError
 from annotations.events import IMPORTED
-from annotations.reading import date_of
+from annotations.reading import date_of, each_read, rows_of
 from annotations.schema import WORK
 from annotations.unreadable import UnreadableRow, is_text
 from annotations.work import Assign, Comment, Settle, WorkEvent, WorkItem, work_of
@@ -122,23 +121,10 @@ class WorkLog:
         return int(number[0])
 
     def _read(self, connection: Connection) -> tuple[tuple[WorkItem, ...], tuple[UnreadableRow, ...]]:
-        columns = (WORK.c.number, WORK.c.trial, WORK.c.author, WORK.c.made_at, WORK.c.kind)
-        content = cast(WORK.c.content, Text).label("content")  # decoded here, row by row
-        wanted = select(*columns, content).where(WORK.c.subject == self._subject).order_by(WORK.c.number)
-        items, unreadable = [], []
-        for row in connection.execute(wanted):
-            try:
-                items.append(_item(row))
-            except ReviewError as error:
-                trial, author = (value if is_text(value) else "" for value in (row.trial, row.author))
-                unreadable.append(UnreadableRow(row.number, trial, author, shorten(str(error), _WORDS)))
-        return tuple(items), tuple(unreadable)
+        return each_read(connection, rows_of(self._subject, WORK), _item)
 
 
 def _item(row: Row[Any]) -> WorkItem:
-    for name in ("trial", "author", "made_at", "kind", "content"):
-        if not is_text(getattr(row, name)):
-            raise ReviewError(f"its {name} is not UTF-8 text")
     return WorkItem(row.number, row.trial, row.author, date_of(row.made_at), _event(row.kind, row.content))
 
 

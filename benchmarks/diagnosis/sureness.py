@@ -9,10 +9,9 @@ import numpy as np
 
 from benchmarks.diagnosis.judge import same
 from benchmarks.diagnosis.rates import rate, table
-from benchmarks.hidden.scorer import calibration_error
+from benchmarks.hidden.scorer import VERY_SURE, calibration_error
 
-BORDERS = (0.0, 0.5, 0.9, 0.97, 1.0)
-VERY_SURE = 0.97  # from which on the program says "very sure of the name"
+BORDERS = (0.0, 0.5, 0.9, VERY_SURE, 1.0)
 
 
 @dataclass(frozen=True)
@@ -54,5 +53,5 @@ def sureness(cases: Sequence[tuple[dict[str, Any], dict[str, Any] | None]]) -> s
     share = rate(len(surely_wrong), len(cases))
     told = f"Expected calibration error over {len(named)} named causes (ten bins): {error:.3f}. "
     told += f"Cases with a name that is very sure ({100 * VERY_SURE:.0f} % and more) and wrong: {share}"
-    told += ": ".join(["", ", ".join(sorted(surely_wrong))] if surely_wrong else [""])
+    told += f": {', '.join(sorted(surely_wrong))}" if surely_wrong else ""
     return table(["stated", "in the mean", "right"], rows) + f"\n\n{told}."
