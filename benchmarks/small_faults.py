@@ -35,8 +35,8 @@ trials that `benchmarks/faults/editor/sources.py` describes, one to three second
 that shares no code with the solver put into each: forces that are 10 or 15 ms late; one plate that reads 5 or
 10 % too much; an elastic band from the pelvis to a fixed point 1.2 m behind its mean place (80 N/m, slack for
 0.5 m: at most 57 to 138 N). The table shows what the diagnosis named, with its confidence; below 0.9 a name
-is only a lead. *clean*: nothing was said. *unexplained*: something is wrong that has no name; the standing
-recording is called so untouched, too.
+is only a lead. *clean*: nothing was said. *unexplained*: something is wrong that has no name. What a
+recording gets untouched stands in FAULTS.md.
 
 {table}
 """
