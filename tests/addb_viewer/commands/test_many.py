@@ -118,11 +118,9 @@ def test_a_killed_fit_of_many_goes_on_where_it_was(real_data, tmp_path):
     assert again.returncode == 1
     with table.open(newline="") as file:
         rows = {row["subject"]: row for row in csv.DictReader(file)}
-    assert {name: row["status"] for name, row in rows.items()} == {
-        "a": "kept",
-        "b": "kept" if "b: done " in printed else "done",
-        "cut": "failed",
-    }
+    assert (rows["a"]["status"], rows["cut"]["status"]) == ("kept", "failed")
+    # The signal may come after b is written and before its line is printed: kept then, without a line.
+    assert rows["b"]["status"] in (("kept",) if "b: done " in printed else ("kept", "done"))
     assert rows["a"]["marker RMS cm"] == rows["b"]["marker RMS cm"] != ""
     assert "trial2.c3d" in rows["cut"]["reason"]
     assert again.stderr.splitlines()[-1] == "addb-viewer: 1 of 3 subjects failed, see above"
