@@ -1,6 +1,6 @@
 """What was measured, as one trial and as one subject: SI units, ground frame, y up."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -59,6 +59,17 @@ class ForcePlate:
     def times(self) -> Float[np.ndarray, " samples"]:
         """Time of each sample on the recording's clock [s]."""
         return self.start_time + np.arange(self.samples) / self.rate
+
+    def unmeasured_at(self, samples: Bool[np.ndarray, " samples"]) -> "ForcePlate":
+        """The plate with NaN for everything that it read at these samples."""
+        known = np.where(samples, np.nan, 1.0)[:, None]
+        return replace(
+            self,
+            force_ground=self.force_ground * known,
+            moment_ground=self.moment_ground * known,
+            cop_ground=self.cop_ground * known,
+            point_ground=None if self.point_ground is None else self.point_ground * known,
+        )
 
 
 class ImportedReason(NamedTuple):

@@ -154,6 +154,21 @@ def resampled(
     return moved, covered(plate.rate, plate.start_time, plate.samples, times)
 
 
+def of_a_person(
+    plate: ForcePlate, settings: ConditioningSettings = CONDITIONING
+) -> tuple[ForcePlate, tuple[str, ...]]:
+    """The plate with forces that nobody exerts unmeasured (NaN), and a note if there are any."""
+    with np.errstate(invalid="ignore"):
+        beyond = (np.abs(plate.force_ground) > settings.largest_N).any(axis=1)
+    if not beyond.any():
+        return plate, ()
+    note = (
+        f"{plate.name}: {int(beyond.sum())} samples above {settings.largest_N:g} N, more than a person can "
+        f"exert, count as missing (first at {plate.times[int(np.argmax(beyond))]:.3f} s)"
+    )
+    return plate.unmeasured_at(beyond), (note,)
+
+
 def gaps_filled(
     plate: ForcePlate, settings: ConditioningSettings = CONDITIONING
 ) -> tuple[ForcePlate, Bool[np.ndarray, " samples"], tuple[str, ...]]:
@@ -162,12 +177,11 @@ def gaps_filled(
     Forces that nobody exerts are gaps, too. Samples in gaps longer than `longest_gap_s`, and at the ends,
     don't count.
     """
+    plate, notes = of_a_person(plate, settings)
     wrench = np.concatenate([plate.force_ground, plate.moment_ground], axis=1)
-    finite = np.isfinite(wrench).all(axis=1)
-    known = finite & (np.abs(plate.force_ground) <= settings.largest_N).all(axis=1)
+    known = np.isfinite(wrench).all(axis=1)
     if known.all():
         return plate, known, ()
-    impossible = int((finite & ~known).sum())
     recorded = known.copy()
     bridged, lost = 0, []
     for start, end in runs(~known):
@@ -177,12 +191,6 @@ def gaps_filled(
             bridged += end - start
         else:
             lost.append(f"{plate.times[start]:.3f} to {plate.times[end - 1]:.3f} s")
-    notes: tuple[str, ...] = ()
-    if impossible:
-        notes += (
-            f"{plate.name}: {impossible} samples above {settings.largest_N:g} N, more than a person can "
-            "exert, count as missing",
-        )
     if bridged:
         notes += (
             f"{plate.name}: {bridged} missing samples interpolated, in gaps of up to "

@@ -1,6 +1,6 @@
 """Rows of zeros at a recording's ends beside a loaded row: written by programs, not measured."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -58,13 +58,7 @@ def without_edge_zeros(
         f"{plate.name}: {said} hold zero force next to a row under load; nobody steps on or off a plate that "
         "fast, so they count as not measured"
     )
-    known = np.where(unmeasured, np.nan, 1.0)[:, None]
-    return replace(
-        plate,
-        force_ground=plate.force_ground * known,
-        moment_ground=plate.moment_ground * known,
-        cop_ground=plate.cop_ground * known,
-    ), (note,)
+    return plate.unmeasured_at(unmeasured), (note,)
 
 
 def _zeros_before_a_load(force: np.ndarray, rate: float, settings: EdgeZeroSettings) -> int:

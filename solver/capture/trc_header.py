@@ -10,6 +10,7 @@ from solver.capture.length_units import unit_of
 from solver.capture.text_table import Text
 from solver.errors import CaptureError
 
+UNITS_PLACE = 4  # of the header's values, where all stand in it
 SEARCHED_LINES = 20  # the header has five lines; some programs put remarks before it
 
 
@@ -75,15 +76,18 @@ def _labels(line: str) -> tuple[int, int | None, bool, tuple[tuple[int, str], ..
 
 
 def _claims(lines: Sequence[str]) -> tuple[float | None, int | None, int | None, str | None]:
-    """Rate, frames, markers and units: the numbers are counted from the units, since some leave one out."""
+    """Rate, frames, markers and units: the counts stand before the units, since some leave a rate out."""
     for keys, values in pairwise(lines):
         if "datarate" not in keys.lower():
             continue
         cells = [cell for cell in re.split(r"[\s;,]+", values.strip()) if cell]
-        place = next((k for k, cell in enumerate(cells) if unit_of(cell) or not _is_number(cell)), None)
-        numbers = [float(cell) for cell in cells[:place] if _is_number(cell)]
-        rate = numbers[0] if numbers and numbers[0] > 0 else None
-        counts = [int(number) for number in numbers[1:][-2:]]
+        place = next((k for k, cell in enumerate(cells) if unit_of(cell)), None)
+        if place is None:
+            place = next((k for k, cell in enumerate(cells) if not _is_number(cell)), None)
+        before = cells[: UNITS_PLACE if place is None else place]
+        rate = float(before[0]) if before and _is_number(before[0]) and float(before[0]) > 0 else None
+        counted = [float(cell) for cell in before[1:] if _is_number(cell)]
+        counts = [int(number) for number in counted[-2:]]
         frames, markers = counts if len(counts) == 2 else (None, None)
         return rate, frames, markers, cells[place] if place is not None else None
     return None, None, None, None

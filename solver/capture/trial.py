@@ -18,6 +18,7 @@ from solver.capture.b3d.stored import StoredPass
 from solver.capture.c3d import read_c3d, read_c3d_markers
 from solver.capture.capture import Capture, ForcePlate, Markers, TrialFiles
 from solver.capture.clock import ClockSettings
+from solver.capture.conditioning import of_a_person
 from solver.capture.edge_zeros import without_edge_zeros
 from solver.capture.force_columns import find_plates, turned
 from solver.capture.loads_under_feet import UnderFeetSettings, best_lag_s, feet_of, loads_of, under_feet
@@ -59,7 +60,8 @@ def read_trial(
     if mask is None and inner is not None:
         mask = inner.missing
     outside, range_notes = outside_ranges(files.ranges, markers)
-    measured = [without_edge_zeros(plate, settings.edge_zeros) for plate in recording.plates]
+    possible = [of_a_person(plate, settings.conditioning) for plate in recording.plates]
+    measured = [without_edge_zeros(plate, settings.edge_zeros) for plate, _ in possible]
     try:
         plates, level_notes = levelled(
             [plate for plate, _ in measured],
@@ -71,7 +73,8 @@ def read_trial(
         )
     except CaptureError as error:
         raise CaptureError(f"{files.forces or files.markers}: {error}") from error
-    level_notes = (*(note for _, notes in measured for note in notes), *level_notes)
+    level_notes = (*(note for _, notes in (*possible, *measured) for note in notes), *level_notes)
+    level_notes += _unloaded(plates, settings.conditioning.threshold_N)
     recording = replace(recording, plates=plates)
     source = (files.forces or files.markers).name
     notes = (
@@ -238,6 +241,23 @@ def _turned(
     if ups[0] != ups[1]:
         notes += ups[1].notes(files.forces.name)
     return Recording(markers_y_up(lab.markers, ups[0]), plates, notes)
+
+
+def _unloaded(plates: tuple[ForcePlate, ...], threshold_N: float) -> tuple[str, ...]:
+    """Said of plates that measured nothing at all, and where no plate carried anything."""
+    blank = [plate.name for plate in plates if not np.isfinite(plate.force_ground).all(axis=1).any()]
+    notes = tuple(f"{name}: not one sample has a force: the plate was not recorded" for name in blank)
+    largest_N = max(
+        (float(np.nanmax(np.abs(plate.force_ground))) for plate in plates if plate.name not in blank),
+        default=0.0,
+    )
+    if not plates or len(blank) == len(plates) or largest_N >= threshold_N:
+        return notes
+    return (
+        *notes,
+        f"no plate carries a load at any time ({largest_N:.3g} N at most): did the person step on none, "
+        "or is the file of another trial?",
+    )
 
 
 def _overlap_notes(recording: Recording) -> tuple[str, ...]:

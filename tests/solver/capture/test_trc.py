@@ -233,6 +233,16 @@ def test_units_that_fit_nothing_are_an_error(read):
         read(trc(cells))
 
 
+def test_a_rate_in_words_is_not_taken_for_a_unit(read):
+    assert_whole(read(trc(header="fast\tfast\t5\t3\tmm\t100\t1\t5")), notes=0)
+
+
+def test_counts_are_found_beside_a_blank_unit(read):
+    file = read(trc(header="100\t100\t5\t3\t\t100\t1\t5"))
+    assert_whole(file, notes=1)
+    assert "no units; mm assumed" in file.notes[0]
+
+
 def test_missing_units_are_judged_by_the_data_and_unknown_ones_named(read):
     file = read(trc(header="100\t100\t5\t3"))
     assert_whole(file, notes=1)

@@ -119,6 +119,49 @@ def test_sample_numbers_in_place_of_times_are_told(walk, tmp_path):
     assert not any("more slowly" in note for note in read_trial(walk).notes)
 
 
+def with_forces(walk, path, change):
+    table = read_storage(walk.forces)
+    values = table.values.copy()
+    change(values, table)
+    write_storage(path, table.labels, table.times, values)
+    return read_trial(replace(walk, forces=path))
+
+
+def test_a_row_of_absurd_numbers_is_unmeasured_and_changes_nothing_else(walk, tmp_path):
+    def absurd(values, table):
+        values[1000] = 1e30
+
+    plain, changed = read_trial(walk), with_forces(walk, tmp_path / "f.mot", absurd)
+    second = read_storage(walk.forces).times[1000]
+    new = [note for note in changed.notes if "above 20000 N" in note]
+    assert len(new) == len(changed.plates) == 2
+    assert all(f"first at {second:.3f} s" in note for note in new)
+    assert len(changed.notes) == len(plain.notes) + 2
+    for plate, other in zip(changed.plates, plain.plates, strict=True):
+        assert np.flatnonzero(np.isnan(plate.force_ground).all(axis=1)).tolist() == [1000]
+        others = np.arange(plate.samples) != 1000
+        np.testing.assert_allclose(plate.force_ground[others], other.force_ground[others], atol=1e-6)
+        np.testing.assert_allclose(plate.moment_ground[others], other.moment_ground[others], atol=1e-6)
+
+
+def test_a_plate_that_was_not_recorded_is_named(walk, tmp_path):
+    def blank(values, table):
+        values[:, [k for k, label in enumerate(table.labels) if "_l_" in label]] = np.nan
+
+    notes = with_forces(walk, tmp_path / "f.mot", blank).notes
+    (told,) = [note for note in notes if "not recorded" in note]
+    assert "ground_force_l" in told
+
+
+def test_plates_that_nobody_stepped_on_are_told_together(walk, tmp_path):
+    def unloaded(values, table):
+        values[:] = 0
+
+    notes = with_forces(walk, tmp_path / "f.mot", unloaded).notes
+    assert sum("no plate carries a load at any time" in note for note in notes) == 1
+    assert not any("carries a load" in note for note in read_trial(walk).notes)
+
+
 def test_the_named_force_file_wins_over_the_c3d_s_own(real_data):
     folder = real_data / SPRINT
     inside = read_trial(TrialFiles("a", folder / "JA1Gait35.c3d"))
