@@ -24,11 +24,11 @@ from solver.capture.atomic import whole_file, write_whole
 from solver.capture.subject import open_subject
 from solver.diagnosis import refinement
 from solver.diagnosis.balance import Balance
-from solver.diagnosis.covariances import Rung
 from solver.diagnosis.diagnose import answered, repaired_balance
 from solver.diagnosis.marker_causes import SeenInMarkers
 from solver.diagnosis.report import as_json
 from solver.diagnosis.rows import TrialRows
+from solver.diagnosis.rungs import Rung
 from solver.diagnosis.screening import Beside
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.progress import silent

@@ -11,10 +11,11 @@ from pathlib import Path
 
 from benchmarks.diagnosis.information import balance_as_it_is
 from solver.capture.atomic import write_whole
-from solver.diagnosis.balance import Balance, Term
+from solver.diagnosis.balance import Balance
 from solver.diagnosis.diagnose import causes_of
 from solver.diagnosis.refinement import refined
 from solver.diagnosis.selection import Selection
+from solver.diagnosis.terms import Term
 from solver.effects.catalogue import catalogue
 from solver.effects.effect import Candidate
 

@@ -8,10 +8,10 @@ from jaxtyping import Float
 
 from solver.capture.capture import Subject
 from solver.contact.force_review import ForceReview
-from solver.diagnosis.balance import Solved
 from solver.diagnosis.diagnose import repaired_balance
 from solver.diagnosis.extension import causes_of, extension_of
 from solver.diagnosis.selection import select
+from solver.diagnosis.terms import Solved
 from solver.dynamics.extension import Cause, Extension
 from solver.effects.catalogue import catalogue
 from solver.effects.effect import Candidate, Corrected

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.diagnosis.balance import Balance, Solved
+from solver.diagnosis.balance import Balance
 from solver.diagnosis.contenders import confidence, cosine, overlap
 from solver.diagnosis.gain_asked import asked, loose_ends, may_lose
 from solver.diagnosis.proposals import (
@@ -20,6 +20,7 @@ from solver.diagnosis.proposals import (
     Remainder,
     Withheld,
 )
+from solver.diagnosis.terms import Solved
 from solver.diagnosis.witnesses.settings import WITNESSES
 
 MOST_BEHIND = 1.0  # T, by which what is on no list has to be ahead for a name to be given up

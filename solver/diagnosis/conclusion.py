@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from solver.diagnosis.balance import Balance, Solved, Term
+from solver.diagnosis.balance import Balance
 from solver.diagnosis.chances import chances
 from solver.diagnosis.contenders import Contender, Found, confidence
 from solver.diagnosis.decisions import is_unexplained
@@ -32,6 +32,7 @@ from solver.diagnosis.put_right import PutRight
 from solver.diagnosis.remainder import UnknownForce
 from solver.diagnosis.residual_description import described
 from solver.diagnosis.selection import Selection
+from solver.diagnosis.terms import Solved, Term
 from solver.diagnosis.trail import Trail
 from solver.diagnosis.unexplained import Kept, kept_beside_the_unknown, position, size_N
 from solver.diagnosis.unknown_course import dependence

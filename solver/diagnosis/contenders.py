@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.diagnosis.balance import Solved, Term
+from solver.diagnosis.terms import Solved, Term
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.effect import Candidate
 

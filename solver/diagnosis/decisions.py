@@ -8,7 +8,7 @@ passes and what fails is told with its figure, the limit, and the reason.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from solver.diagnosis.balance import Balance, Solved
+from solver.diagnosis.balance import Balance
 from solver.diagnosis.checks import (
     BEATS_THE_UNKNOWN,
     DECIDED,
@@ -48,6 +48,7 @@ from solver.diagnosis.proposals import (
     Remainder,
     Withheld,
 )
+from solver.diagnosis.terms import Solved
 from solver.diagnosis_settings import DiagnosisSettings
 
 

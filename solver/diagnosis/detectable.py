@@ -13,11 +13,12 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from solver.diagnosis.balance import Balance, Solved, Term
+from solver.diagnosis.balance import Balance
 from solver.diagnosis.contenders import handicap
 from solver.diagnosis.diagnosis import Detectable
 from solver.diagnosis.gain_asked import least_first_gain
 from solver.diagnosis.refinement import refined
+from solver.diagnosis.terms import Solved, Term
 from solver.effects.effect import Candidate, Estimate
 
 NINE_IN_TEN = 1.28  # standard deviations by which an estimate falls short at most

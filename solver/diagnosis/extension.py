@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.diagnosis.balance import Solved, Term
+from solver.diagnosis.terms import Solved, Term
 from solver.dynamics.extension import BodyWrench, Cause, Extension, TrialExtension
 from solver.effects.about import Named
 from solver.effects.effect import Candidate, Eta, Signature

@@ -5,7 +5,7 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from solver.diagnosis.covariances import Basis, Rung
+from solver.diagnosis.rungs import Basis, Rung
 from solver.diagnosis_settings import DiagnosisSettings
 
 # of slack and of model error: each up and down, and one for the other

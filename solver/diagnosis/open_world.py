@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import logsumexp
 
-from solver.diagnosis.balance import Balance, Solved, Term
+from solver.diagnosis.balance import Balance
 from solver.diagnosis.contenders import Contender, Found, handicap
 from solver.diagnosis.outside_list import BODY, EVENT, SIZE_SHARES, SIZES, Outside, outside_the_list
 from solver.diagnosis.proposals import AgainstAnything
+from solver.diagnosis.terms import Solved, Term
 from solver.diagnosis.trail import Trail
 from solver.diagnosis.unexplained import Kept
 from solver.diagnosis_settings import DiagnosisSettings

@@ -7,9 +7,10 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Int
 
-from solver.diagnosis.balance import Balance, Solved
+from solver.diagnosis.balance import Balance
 from solver.diagnosis.contenders import Contender, Found, handicap
 from solver.diagnosis.heldout import HeldoutGain, heldout_gain
+from solver.diagnosis.terms import Solved
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.effect import Candidate, Estimate
 

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.diagnosis.balance import Balance, Solved, Term
+from solver.diagnosis.balance import Balance
 from solver.diagnosis.contenders import Contender
 from solver.diagnosis.proposals import OnReading
+from solver.diagnosis.terms import Solved, Term
 from solver.diagnosis.trail import Trail
 from solver.effects.effect import Corrected
 from solver.effects.gross_cause import GrossCause

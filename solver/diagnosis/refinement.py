@@ -13,9 +13,10 @@ from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 
-from solver.diagnosis.balance import Balance, CandidateRows, Term
-from solver.diagnosis.covariances import Rung
+from solver.diagnosis.balance import Balance
+from solver.diagnosis.rungs import Rung
 from solver.diagnosis.screening import Beside, Gained, beside
+from solver.diagnosis.terms import CandidateRows, Term
 from solver.effects.effect import Candidate, Eta
 
 SMALL_STEP = 0.1  # of the first step, for derivatives by η

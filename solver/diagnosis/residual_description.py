@@ -14,8 +14,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from solver.contact.wrenches import TWO_FEET
-from solver.diagnosis.balance import Balance, Solved, Term
+from solver.diagnosis.balance import Balance
 from solver.diagnosis.rows import TrialRows
+from solver.diagnosis.terms import Solved, Term
 from solver.effects.effect import Range
 from solver.effects.scene import Scene
 

@@ -17,9 +17,10 @@ import numpy as np
 from jaxtyping import Float
 from scipy.linalg import cho_factor, solve_triangular
 
-from solver.diagnosis.balance import Balance, CandidateRows, Term, with_the_usual
+from solver.diagnosis.balance import Balance
 from solver.diagnosis.contenders import handicap
-from solver.diagnosis.covariances import Basis, Rung
+from solver.diagnosis.rungs import Basis, Rung
+from solver.diagnosis.terms import CandidateRows, Term, with_the_usual
 from solver.effects.effect import Candidate
 
 

@@ -5,7 +5,7 @@ from itertools import combinations, islice
 
 import numpy as np
 
-from solver.diagnosis.balance import Balance, Solved, Term
+from solver.diagnosis.balance import Balance
 from solver.diagnosis.checks import DECIDED
 from solver.diagnosis.contenders import Contender, Found, handicap, overlap
 from solver.diagnosis.decisions import tenable
@@ -14,6 +14,7 @@ from solver.diagnosis.memory import Memory
 from solver.diagnosis.proposals import Added, Exchanged, Kept, Paired
 from solver.diagnosis.refinement import refined
 from solver.diagnosis.screening import Screen
+from solver.diagnosis.terms import Solved, Term
 from solver.diagnosis.trail import Trail
 from solver.effects.effect import Candidate
 from solver.progress import Progress, silent

@@ -3,10 +3,11 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from solver.diagnosis.balance import Balance, Solved, Term
+from solver.diagnosis.balance import Balance
 from solver.diagnosis.contenders import Found
 from solver.diagnosis.put_right import PutRight, put_right_on_reading
 from solver.diagnosis.search import Search
+from solver.diagnosis.terms import Solved, Term
 from solver.diagnosis.trail import Trail
 from solver.effects.effect import Candidate, Corrected
 from solver.effects.gross_cause import Beyond, GrossCause, righted

@@ -5,13 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.diagnosis.balance import Balance, Solved, Term
+from solver.diagnosis.balance import Balance
 from solver.diagnosis.contenders import Contender, Found
-from solver.diagnosis.covariances import Rung
 from solver.diagnosis.decisions import decide
 from solver.diagnosis.proposals import AllInPlace, BesideUnknown, Remainder
 from solver.diagnosis.remainder import Unknown
+from solver.diagnosis.rungs import Rung
 from solver.diagnosis.selection import Selection
+from solver.diagnosis.terms import Solved, Term
 from solver.diagnosis.trail import Trail
 from solver.diagnosis.unknown_course import constant_share
 from solver.diagnosis.unknown_screen import Tried

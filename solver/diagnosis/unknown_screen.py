@@ -14,8 +14,8 @@ from jaxtyping import Float, Int
 from scipy.linalg.lapack import dpotrf, dtrtrs
 
 from solver.diagnosis.balance import Balance
-from solver.diagnosis.covariances import Rung
 from solver.diagnosis.remainder import Unknown, UnknownForce, UnknownMoment, unknown_forces
+from solver.diagnosis.rungs import Rung
 from solver.diagnosis.screening import Beside
 from solver.diagnosis.unknown_course import courses_of
 from solver.diagnosis.unknown_rows import MOMENT, Courses, Located, Place, with_constants

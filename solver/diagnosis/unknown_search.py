@@ -3,10 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from solver.diagnosis.balance import Balance, Solved, Term
-from solver.diagnosis.covariances import Rung
+from solver.diagnosis.balance import Balance
 from solver.diagnosis.remainder import Unknown, UnknownForce
+from solver.diagnosis.rungs import Rung
 from solver.diagnosis.screening import beside
+from solver.diagnosis.terms import Solved, Term
 from solver.diagnosis.unknown_course import mostly_swings
 from solver.diagnosis.unknown_screen import Tried, UnknownScreen
 

@@ -6,10 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.balance import Balance, Solved
+from solver.diagnosis.balance import Balance
 from solver.diagnosis.extension import extension_of
 from solver.diagnosis.model_errors import mass_change, model_error, nuisances, soft_tissue
 from solver.diagnosis.rows import TrialRows
+from solver.diagnosis.terms import Solved
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.dynamics.windows import windows_over
 from solver.effects.clock_offset import ClockOffset

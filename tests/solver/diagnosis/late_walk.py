@@ -5,10 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solver.capture.subject import open_subject
-from solver.diagnosis.balance import Balance, Solved
+from solver.diagnosis.balance import Balance
 from solver.diagnosis.diagnose import balance_of
 from solver.diagnosis.refinement import refined
 from solver.diagnosis.scenes import scenes_of
+from solver.diagnosis.terms import Solved
 from solver.fit import Fit
 from solver.pipeline import solve
 from solver.settings import Settings

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from solver.diagnosis.balance import Balance, Term
-from solver.diagnosis.covariances import Rung
+from solver.diagnosis.balance import Balance
 from solver.diagnosis.laboratory import laboratory_errors
+from solver.diagnosis.rungs import Rung
+from solver.diagnosis.terms import Term
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.plate_bias import candidates as biases

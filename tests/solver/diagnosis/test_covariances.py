@@ -8,9 +8,10 @@ from scipy.linalg import block_diag
 
 import solver.diagnosis.balance
 from solver.diagnosis.balance import Balance
-from solver.diagnosis.covariances import Basis, Covariances, TrialsBasis
+from solver.diagnosis.covariances import Covariances
 from solver.diagnosis.heldout import block_scores, blocks
 from solver.diagnosis.remainder import unknown_forces
+from solver.diagnosis.rungs import Basis, TrialsBasis
 from solver.diagnosis.screening import Beside, Screen
 from solver.diagnosis.unknown_screen import UnknownScreen
 from solver.diagnosis_settings import DiagnosisSettings

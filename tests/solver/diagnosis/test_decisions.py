@@ -5,13 +5,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.balance import Balance, Term
+from solver.diagnosis.balance import Balance
 from solver.diagnosis.contenders import Contender, Found
 from solver.diagnosis.decisions import CHECKS
 from solver.diagnosis.gain_asked import least_first_gain, loose_ends
 from solver.diagnosis.heldout import blocks, heldout_gain
 from solver.diagnosis.proposals import Kept
 from solver.diagnosis.selection import select
+from solver.diagnosis.terms import Term
 from solver.diagnosis.trail import Trail
 from solver.diagnosis.witnesses.weighings import Weighing, Weighings
 from solver.diagnosis_settings import DiagnosisSettings

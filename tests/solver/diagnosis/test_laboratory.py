@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from solver.diagnosis.balance import with_the_usual
 from solver.diagnosis.laboratory import laboratory_errors, usual_std
 from solver.diagnosis.selection import select
+from solver.diagnosis.terms import with_the_usual
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects import plate_bias
 from solver.effects.carried_mass import CarriedMass

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from solver.diagnosis.covariances import Basis, Covariances, Rung
+from solver.diagnosis.covariances import Covariances
 from solver.diagnosis.ladder import Ladder
+from solver.diagnosis.rungs import Basis, Rung
 from solver.diagnosis_settings import DiagnosisSettings
 
 SETTINGS = DiagnosisSettings()
