@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from addb_viewer.dataset.amounts import counted
 from addb_viewer.dataset.receipts import MadeFile
 from addb_viewer.dataset.schema import ROOT_TABLES, SUBJECT_TABLES
 from addb_viewer.dataset.table import Column, Table
@@ -88,7 +89,7 @@ def croissant_of(
         "conformsTo": CONFORMS_TO,
         "name": name,
         "description": "Human movement with ground reaction forces: motion, torques, forces and residuals of "
-        f"{len(subjects)} subjects from {', '.join(sources)}.",
+        f"{counted(len(subjects), 'subject')} from {', '.join(sources)}.",
         "license": sorted({row["licence"] for row in subjects}),
         "url": urls[0] if urls else "https://github.com/addb-viewer/addb-viewer",
         "creator": [{"@type": "sc:Organization", "name": source} for source in sources],

@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from addb_viewer.dataset.amounts import counted, lasting
 from addb_viewer.dataset.left_out import REASONS
 from addb_viewer.dataset.schema import ROOT_TABLES, SUBJECT_TABLES
 
@@ -26,9 +27,10 @@ def readme(name: str, version: str, totals: Mapping[str, Any]) -> str:
         "",
         f"# {name} {version}",
         "",
-        f"{totals['subjects']} subjects ({totals['persons']} persons), {totals['trials']} trials, "
-        f"{totals['frames']} frames, {totals['hours']:.3f} h, {totals['hours_counting']:.3f} h of them with "
-        "every foot's force measured and right.",
+        f"{counted(totals['subjects'], 'subject')} ({counted(totals['persons'], 'person')}), "
+        f"{counted(totals['trials'], 'trial')}, {counted(totals['frames'], 'frame')}, "
+        f"{lasting(totals['hours'])}, {lasting(totals['hours_counting'])} of them with every foot's force "
+        "measured and right.",
         "",
         "SI units, radians; ground frame, y up; forces act on the person. `frames` has motion, torques, "
         "forces and residuals, a row a frame; use rows with `counts`. `schema.json` describes every column, "
@@ -96,9 +98,10 @@ def datasheet(
             "Motion, forces and torques of people, in one form, to learn and test human dynamics."
         ],
         "Composition": [
-            f"{totals['subjects']} subjects of {totals['persons']} persons from {totals['sources']} sources; "
-            f"{totals['trials']} trials in {totals['segments']} segments; {totals['frames']} frames "
-            f"({totals['hours']:.3f} h), {totals['hours_counting']:.3f} h counting.",
+            f"{counted(totals['subjects'], 'subject')} of {counted(totals['persons'], 'person')} from "
+            f"{counted(totals['sources'], 'source')}; {counted(totals['trials'], 'trial')} in "
+            f"{counted(totals['segments'], 'segment')}; {counted(totals['frames'], 'frame')} "
+            f"({lasting(totals['hours'])}), of these {lasting(totals['hours_counting'])} count.",
             f"Sex: {sexes['female']} female, {sexes['male']} male, "
             f"{len(subjects) - sum(sexes.values())} not entered. Age: "
             + (f"{ages[0]:g} to {ages[-1]:g} years" if ages else "not entered")

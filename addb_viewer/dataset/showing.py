@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 from typing import Any
 
+from addb_viewer.dataset.amounts import counted, lasting
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.reader import Release
 
@@ -22,15 +23,16 @@ def overview(release: Release) -> Iterator[str]:
     manifest, totals = release.manifest, release.manifest["totals"]
     yield f"{manifest['name']} {manifest['version']}"
     yield (
-        f"{totals['subjects']} subjects, {totals['persons']} persons, {totals['trials']} trials, "
-        f"{totals['segments']} segments"
+        f"{counted(totals['subjects'], 'subject')}, {counted(totals['persons'], 'person')}, "
+        f"{counted(totals['trials'], 'trial')}, {counted(totals['segments'], 'segment')}"
     )
-    yield f"{totals['frames']} frames, {totals['hours']:.3f} h; {totals['hours_counting']:.3f} h count"
+    hours, count = lasting(totals["hours"]), lasting(totals["hours_counting"])
+    yield f"{counted(totals['frames'], 'frame')}, {hours}; of these {count} count"
     rows = release.subjects.to_pylist()
     for source in sorted({row["source"] for row in rows}):
         own = [row for row in rows if row["source"] == source]
         licences = ", ".join(sorted({row["licence"] for row in own}))
-        yield f"  {source}: {len(own)} subjects, {licences}"
+        yield f"  {source}: {counted(len(own), 'subject')}, {licences}"
     trials = release.trials.to_pylist()
     activities = Counter(row["activity"] for row in trials)
     told = ", ".join(f"{name} {count}" for name, count in sorted(activities.items()))

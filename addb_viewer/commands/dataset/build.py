@@ -9,6 +9,7 @@ import typer
 
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug
+from addb_viewer.dataset.amounts import counted, lasting
 
 if TYPE_CHECKING:
     from addb_viewer.dataset.build import Plan
@@ -119,9 +120,9 @@ def build(
         manifest = made(plan, out, options, engine, told=typer.echo, published=date)
         totals = manifest["totals"]
         typer.echo(
-            f"{out}: version {manifest['version']}, {totals['subjects']} subjects, "
-            f"{totals['trials']} trials, {totals['hours']:.3f} h, {totals['hours_counting']:.3f} h counting; "
-            f"{totals['left_out']} left out"
+            f"{out}: version {manifest['version']}, {counted(totals['subjects'], 'subject')}, "
+            f"{counted(totals['trials'], 'trial')}, {lasting(totals['hours'])}, of these "
+            f"{lasting(totals['hours_counting'])} count; {totals['left_out']} left out"
         )
 
 
@@ -141,8 +142,9 @@ def _tell(plan: "Plan", *, in_full: bool) -> None:
     """What is taken and what not: a line a subject and thing, or the counts alone."""
     if in_full:
         for one in plan.wanted:
-            hours = sum(trial.hours for trial in one.trials)
-            typer.echo(f"{one.who.subject_id}: {len(one.trials)} trials, {one.frames} frames, {hours:.3f} h")
+            hours = lasting(sum(trial.hours for trial in one.trials))
+            trials = counted(len(one.trials), "trial")
+            typer.echo(f"{one.who.subject_id}: {trials}, {counted(one.frames, 'frame')}, {hours}")
         for row in plan.left_out:
             detail = f": {row.detail}" if row.detail else ""
             typer.echo(f"left out: {row.id} ({row.reason}){detail}")
@@ -150,6 +152,7 @@ def _tell(plan: "Plan", *, in_full: bool) -> None:
         for reason, count in sorted(Counter(row.reason for row in plan.left_out).items()):
             typer.echo(f"left out: {count} × {reason}")
     typer.echo(
-        f"{len(plan.wanted)} subjects, {sum(len(one.trials) for one in plan.wanted)} trials, {plan.frames} "
-        f"frames; about {plan.bytes / 1e6:.0f} MB"
+        f"{counted(len(plan.wanted), 'subject')}, "
+        f"{counted(sum(len(one.trials) for one in plan.wanted), 'trial')}, "
+        f"{counted(plan.frames, 'frame')}; about {plan.bytes / 1e6:.0f} MB"
     )

@@ -7,6 +7,7 @@ import typer
 
 from addb_viewer.commands.errors import FAILED, errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile
+from addb_viewer.dataset.amounts import counted
 
 What = Annotated[
     Path, typer.Argument(metavar="RELEASE", help="Folder of a release, or a .b3d file.", exists=True)
@@ -55,7 +56,7 @@ def check(
         for one in found:
             typer.echo(str(one))
         errors = sum(one.level is Level.ERROR for one in found)
-        typer.echo(f"{errors} errors, {len(found) - errors} warnings")
+        typer.echo(f"{counted(errors, 'error')}, {counted(len(found) - errors, 'warning')}")
         if refit:
             _refit(place)
         if json is not None:

@@ -8,6 +8,7 @@ import typer
 from addb_viewer.commands.dataset.options import Release
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug
+from addb_viewer.dataset.amounts import counted
 
 Name = Annotated[str, typer.Option("--name", metavar="NAME", help="Of the split: splits/NAME.parquet.")]
 Seed = Annotated[int, typer.Option("--seed", metavar="N", help="Of the order among alike persons.")]
@@ -70,5 +71,5 @@ def split(
         options = {"kind": kind, "seed": seed, "held_out": hold_out_source or [], "previous": bool(previous)}
         path = split_files.write_split(release, name, made, persons, options)
         for split_name, count in splits.counts_of(persons, made)["all"].get("all", {}).items():
-            typer.echo(f"{split_name}: {count} person{'' if count == 1 else 's'}")
+            typer.echo(f"{split_name}: {counted(count, 'person')}")
         typer.echo(path)

@@ -9,20 +9,23 @@ import typer
 from addb_viewer.commands.dataset.options import Release
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug
+from addb_viewer.dataset.amounts import counted, lasting
 from solver.errors import SolverError
 
 StatsOut = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="RELEASE.stats by default.", file_okay=False)
 ]
 FramesOption = Annotated[
-    Literal["paper", "reviewed", "all"],
-    typer.Option("--frames", help="paper: reviewed, and detection finds no fault either."),
+    Literal["paper", "reviewed", "all"] | None,
+    typer.Option(
+        "--frames",
+        help="paper: reviewed, and detection finds no fault either. Without a word: paper; all where a "
+        "release has no such frame.",
+    ),
 ]
 
 
-def stats(
-    release: Release, out: StatsOut = None, frames: FramesOption = "paper", debug: Debug = False
-) -> None:
+def stats(release: Release, out: StatsOut = None, frames: FramesOption = None, debug: Debug = False) -> None:
     """Write the dataset paper's tables and figures of a release, and a page that holds them all."""
     with errors_as_lines(debug):
         if find_spec("matplotlib") is None:
@@ -31,12 +34,15 @@ def stats(
         from addb_viewer.dataset.stats.writing import write_stats  # noqa: PLC0415
 
         folder = release.resolve()
-        found, path = write_stats(folder, out or folder.with_name(f"{folder.name}.stats"), Frames(frames))
+        place = out or folder.with_name(f"{folder.name}.stats")
+        found, path = write_stats(folder, place, frames and Frames(frames))
         total = found.tables["sources"][-1]
-        hours = f"{total['total_hours']:.2f} h, {total['grf_hours']:.2f} h with forces"
-        typer.echo(f"{total['subjects']} persons, {hours}")
+        hours = f"{lasting(total['total_hours'])}, {lasting(total['grf_hours'])} in the figures"
+        typer.echo(f"{counted(total['subjects'], 'person')}, {hours}")
         if not total["grf_hours"]:
             typer.echo(
-                f"note: no frame is such a frame (--frames {frames}): figures are empty; try --frames all"
+                f"note: no frame is such (--frames {found.frames}): figures are empty; try --frames all"
             )
+        elif frames is None and found.frames is Frames.ALL:
+            typer.echo("note: no frame is reviewed and without a fault: figures are about all that count")
         typer.echo(path)

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from addb_viewer.dataset.amounts import counted
 from addb_viewer.dataset.check.duplicates import Pair
 from addb_viewer.dataset.check.finding import Finding, error, warning
 from addb_viewer.dataset.errors import ReleaseError
@@ -30,7 +31,9 @@ def split_findings(release: Path, persons: dict[str, str], pairs: Sequence[Pair]
         if strange:
             yield error("splits", where, f"{strange[0]} is not in the release")
         if lacking:
-            yield warning("splits", where, f"{len(lacking)} persons are in none, {lacking[0]} for one")
+            are = "is" if len(lacking) == 1 else "are"
+            named = f"{counted(len(lacking), 'person')} {are} in none, {lacking[0]} for one"
+            yield warning("splits", where, named)
         for one, other in pairs:
             places = [split.get(persons[trial.trial_id]) for trial in (one, other)]
             if places[0] != places[1]:

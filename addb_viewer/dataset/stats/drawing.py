@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import PlaceHolderLayoutEngine
 from matplotlib.lines import Line2D
 
+from addb_viewer.dataset.amounts import lasting
 from addb_viewer.dataset.frame_columns import COORDINATE_NAMES, TRANSLATIONS
 from addb_viewer.dataset.stats.gathering import UNLABELLED, Sample
 from addb_viewer.dataset.stats.numbers import (
@@ -69,7 +70,7 @@ def activity_figure(rows: Rows) -> Figure:
         axes.set_xlim(low, high)
         for r in shown:
             axes.annotate(
-                duration(r["hours"]),
+                lasting(r["hours"]),
                 (r["hours"], r["activity"]),
                 (4, 0),
                 textcoords="offset points",
@@ -83,17 +84,6 @@ def activity_figure(rows: Rows) -> Figure:
     axes.set_xlabel("duration of the frames shown (log scale)")
     axes.grid(axis="x", alpha=0.3)
     return figure
-
-
-def duration(hours: float) -> str:
-    """As people say it.
-
-    Args:
-        hours: how long.
-    """
-    if hours >= 1:
-        return f"{hours:.1f} h"
-    return f"{60 * hours:.1f} min" if hours >= 1 / 60 else f"{3600 * hours:.0f} s"
 
 
 def speed_length_figure(rows: Rows) -> Figure:

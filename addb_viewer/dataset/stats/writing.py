@@ -53,13 +53,13 @@ def stats_of(found: Gathered, frames: Frames) -> Stats:
     )
 
 
-def write_stats(release: Path, out: Path, frames: Frames) -> tuple[Stats, Path]:
+def write_stats(release: Path, out: Path, frames: Frames | None) -> tuple[Stats, Path]:
     """Describe a release.
 
     Args:
         release: its folder.
         out: folder for the files; made if it does not exist.
-        frames: which frames figures are about.
+        frames: which frames figures are about; None: the paper's choice, or all where that is none.
 
     Returns:
         The numbers, and the page.
@@ -70,8 +70,12 @@ def write_stats(release: Path, out: Path, frames: Frames) -> tuple[Stats, Path]:
     """
     from addb_viewer.dataset.stats import drawing  # noqa: PLC0415 (Matplotlib is slow to load, and an extra)
 
-    found = gathered(release, frames)
-    stats = stats_of(found, frames)
+    chosen = frames or Frames.PAPER
+    found = gathered(release, chosen)
+    if frames is None and not found.hours:
+        chosen = Frames.ALL
+        found = gathered(release, chosen)
+    stats = stats_of(found, chosen)
     tables = stats.tables
     figures = {
         "activity": drawing.activity_figure(tables["activity"]),

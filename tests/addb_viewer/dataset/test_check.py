@@ -194,7 +194,7 @@ def test_persons_of_a_split_that_are_not_there_and_those_that_are_missing_are_to
     )
     said = {one.level.value: one.said for one in checked(spoiled)}
     assert said["error"] == "Lab/ghost is not in the release"
-    assert "1 persons are in none" in said["warning"]
+    assert "1 person is in none" in said["warning"]
 
 
 def test_one_recording_of_two_persons_and_in_two_splits_is_told(spoiled):

@@ -43,7 +43,7 @@ def told(now, before):
 def test_a_release_is_the_same_as_its_copy(release, copy):
     assert told(release, copy) == []
     shown = CliRunner().invoke(app, ["dataset", "check", str(release), "--against", str(copy)])
-    assert (shown.exit_code, shown.output.splitlines()[-1]) == (1, "1 errors, 0 warnings")  # one walk, twice
+    assert (shown.exit_code, shown.output.splitlines()[-1]) == (1, "1 error, 0 warnings")  # one walk, twice
     assert "[against]" not in shown.output
 
 

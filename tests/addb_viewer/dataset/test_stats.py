@@ -9,9 +9,10 @@ import pytest
 from typer.testing import CliRunner
 
 from addb_viewer.cli import app
+from addb_viewer.dataset.amounts import counted, lasting
 from addb_viewer.dataset.schema import TRIALS
 from addb_viewer.dataset.stats import paper
-from addb_viewer.dataset.stats.drawing import activity_figure, duration, quality_figure, scatter_figures
+from addb_viewer.dataset.stats.drawing import activity_figure, quality_figure, scatter_figures
 from addb_viewer.dataset.stats.gathering import Frames, gathered
 from addb_viewer.dataset.stats.page import page
 from addb_viewer.dataset.stats.writing import as_csv, stats_of
@@ -263,6 +264,17 @@ def test_a_release_without_reviewed_frames_says_so(tmp_path):
     assert {len(figure.axes) for figure in scatter_figures(found.sample).values()} == {6}
 
 
+def test_figures_of_a_release_that_nobody_reviewed_show_all_frames(tmp_path):
+    rows = write_release(tmp_path / "r")
+    write(tmp_path / "r", TRIALS, [trial | {"reviewed": False} for trial in rows["trials"]])
+    result = CliRunner().invoke(app, ["dataset", "stats", str(tmp_path / "r")], catch_exceptions=False)
+    told = table({"sources": (tmp_path / "r.stats" / "sources.csv").read_text()}, "sources")
+    assert number(told[-1]["grf_hours"]) == pytest.approx(
+        sum(frame["counts"] for frame in rows["frames"]) / 100 / 3600, rel=2e-5
+    )
+    assert "figures are about all that count" in result.output
+
+
 def test_the_papers_sources_sum_to_what_it_prints():
     assert sum(s.subjects for s in paper.PAPER_SOURCES) == 273 == paper.PAPER_SUM.subjects
     total = sum(s.total_hours for s in paper.PAPER_SOURCES)
@@ -278,9 +290,16 @@ def test_the_page_states_both_percentages_of_the_papers_clinical_hours(written):
     assert "21.0 %" in told
 
 
-@pytest.mark.parametrize(("hours", "words"), [(12.34, "12.3 h"), (0.5, "30.0 min"), (0.005, "18 s")])
+@pytest.mark.parametrize(
+    ("hours", "words"),
+    [(12.34, "12.3 h"), (0.5, "30.0 min"), (0.005, "18 s"), (0.48 / 3600, "0.5 s"), (0, "0 s")],
+)
 def test_durations_are_told_as_people_say_them(hours, words):
-    assert duration(hours) == words
+    assert lasting(hours) == words
+
+
+def test_one_person_is_not_one_persons():
+    assert [counted(number, "person") for number in (0, 1, 2)] == ["0 persons", "1 person", "2 persons"]
 
 
 def test_a_folder_that_is_no_release_is_told(tmp_path):
