@@ -4,7 +4,7 @@
                                       [--diagnosed 120 500] [--page]
 
 Every build is one measurement, kept in DIR/figures.json as soon as it is made: stopped at any time, the same
-words go on. `--page` writes the page from what is there.
+words go on. `--page` writes the page from what is there, and from what `release_kills` kept in DIR/kills.
 """
 
 import argparse
@@ -23,6 +23,8 @@ import numpy as np
 
 from addb_viewer.dataset.synthesis.corpus import CorpusOptions, synthesize
 from benchmarks.long_trials import write_repeated_walk
+from benchmarks.release_kills import Kills
+from benchmarks.release_kills import kept as kept_kills
 from solver.capture.atomic import write_whole
 
 PAGE = Path(__file__).parent / "RELEASE.md"
@@ -32,6 +34,7 @@ TERMS = ("--licence", "CC0-1.0", "--consent", "public", "--unreviewed")
 FIGURES = "figures.json"
 WHOLE_FRAMES = 24e6  # of the published dataset
 WORTH_OF_A_WORKER = 0.4  # of the time on the clock
+KILLS = 10  # builds that are to be killed
 WEEK_S = 7 * 24 * 3600.0
 SHARES = {120: 0.10, 500: 0.45, 2000: 0.35, 20000: 0.10}
 """Of all frames, in trials of that length: an assumption. The paper's figure of lengths shows most of its
@@ -76,7 +79,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         _keep(asked.folder, build)
         print(build, flush=True)
     if asked.page:
-        write_whole(PAGE, page(kept(asked.folder)))
+        write_whole(PAGE, page(kept(asked.folder), kept_kills(asked.folder / "kills")))
 
 
 def kept(folder: Path) -> list[Build]:
@@ -159,13 +162,17 @@ same a frame as there.
 
 {projection}
 
+## Builds that were killed
+
+{kills}
+
 ## What is not met, or not known
 
 {missing}
 """
 
 
-def page(builds: Sequence[Build]) -> str:
+def page(builds: Sequence[Build], kills: Kills | None = None) -> str:
     """The page of what has been measured."""
     trials = sorted((b for b in builds if b.what == "trials"), key=lambda b: (b.count, b.workers))
     lengths = sorted((b for b in builds if b.what == "length"), key=lambda b: b.count)
@@ -183,7 +190,8 @@ def page(builds: Sequence[Build]) -> str:
         lengths=_lengths_table(lengths, diagnosed),
         shares=shares,
         projection=_projection(lengths, diagnosed),
-        missing="\n".join(_missing(trials, lengths, diagnosed)),
+        kills="No build was killed yet." if kills is None else _kills(kills),
+        missing="\n".join(_missing(trials, lengths, diagnosed, kills)),
     )
 
 
@@ -255,7 +263,37 @@ def _at(costs: dict[int, float], frames: int) -> int:
     return max((n for n in costs if n <= frames), default=min(costs))
 
 
-def _missing(trials: Sequence[Build], lengths: Sequence[Build], diagnosed: dict[int, Build]) -> list[str]:
+def _kills(found: Kills) -> str:
+    killed = [kill for kill in found.kills if kill.happened]
+    workers = f"{found.workers} worker{'' if found.workers == 1 else 's'}"
+    lines = [
+        f"Made by `python -m benchmarks.release_kills --out DIR/kills`: {found.subjects} small subjects, "
+        f'{workers}, {found.undisturbed_s:.0f} s when nothing disturbs. "The same" are the bytes of all '
+        f"{found.files} files, but for the build log.",
+        "",
+    ]
+    for victim in ("worker", "client"):
+        own = [kill for kill in killed if kill.victim == victim]
+        when = ", ".join(f"{kill.after_s:.1f}" for kill in own)
+        lines.append(
+            f"- {victim} killed (signal 9) in {len(own)} builds, after {when or '–'} s; started again, "
+            f"{sum(kill.same for kill in own)} gave the same release."
+        )
+    if found.one_more_worker_same is not None:
+        same = "the same" if found.one_more_worker_same else "another"
+        lines.append(f"- {found.workers + 1} workers at a time: {same} release.")
+    if found.again is not None:
+        stay = "stayed as they were" if found.others_same else "changed"
+        lines.append(
+            f"- One subject's mass changed: {found.again} of {found.subjects} subjects done again; the files "
+            f"of the others {stay}."
+        )
+    return "\n".join(lines)
+
+
+def _missing(
+    trials: Sequence[Build], lengths: Sequence[Build], diagnosed: dict[int, Build], kills: Kills | None
+) -> list[str]:
     built = {(b.count, b.workers) for b in trials}
     told = [
         f"- {count} trials were not built with {workers} worker{'s' if workers > 1 else ''}."
@@ -280,6 +318,13 @@ def _missing(trials: Sequence[Build], lengths: Sequence[Build], diagnosed: dict[
                 f"trials it did not, on cores that {two.load:.0f} processes wanted. "
                 f"{two.subjects} subjects, two at a time, save {100 * most:.0f} % at most."
             )
+    killed = sum(kill.happened for kill in kills.kills) if kills else 0
+    if killed < KILLS:
+        told.append(f"- {killed} of {KILLS} builds were killed.")
+    if kills and not kills.right:
+        told.append(
+            "- Builds that were killed, or had other workers or a changed subject, differ as told above."
+        )
     worst = max((b.peak_MB for b in (*trials, *lengths)), default=0.0)
     told.append(f"- The largest worker held {worst:.0f} MB; 1600 MB are allowed.")
     return told

@@ -5,6 +5,7 @@ import re
 import pytest
 
 from benchmarks.release_cost import SHARES, WHOLE_FRAMES, Build, page
+from benchmarks.release_kills import Kill, Kills
 
 LENGTHS = [
     Build("length", n, 1, n, 1, 10.0, cpu, 400.0, 3.0) for n, cpu in ((120, 6.0), (500, 10.0), (2000, 20.0))
@@ -39,3 +40,23 @@ def test_what_is_linear_and_what_a_second_worker_saves():
     assert "400 trials were not built with 1 worker." in told
     assert "25 trials were not built" not in told
     assert "No diagnosis was measured" in told
+
+
+def test_killed_builds_are_told_by_victim_and_what_differs_is_not_hidden():
+    kills = tuple(Kill(("worker", "client")[k % 2], float(k), k < 9, True) for k in range(10))
+    right = Kills(3, 40, 20.0, 1, kills, True, 1, True)
+    told = page([], right)
+    assert (
+        "worker killed (signal 9) in 5 builds, after 0.0, 2.0, 4.0, 6.0, 8.0 s; started again, 5 gave" in told
+    )
+    assert "client killed (signal 9) in 4 builds" in told
+    assert "2 workers at a time: the same release." in told
+    assert "9 of 10 builds were killed." in told
+    assert "differ as told above" not in told
+    for wrong in (
+        Kills(3, 40, 20.0, 1, (Kill("worker", 1.0, True, False),)),
+        Kills(3, 40, 20.0, 1, kills, False),
+        Kills(3, 40, 20.0, 1, kills, True, 2, True),
+        Kills(3, 40, 20.0, 1, kills, True, 1, False),
+    ):
+        assert "differ as told above" in page([], wrong)
