@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import PlaceHolderLayoutEngine
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from addb_viewer.dataset.amounts import lasting
 from addb_viewer.dataset.frame_columns import COORDINATE_NAMES, TRANSLATIONS
@@ -51,9 +52,20 @@ COLORS = dict(
         strict=False,
     )
 )
-MARKS_H = {5 / 60: "5 min", 0.25: "15 min", 1.0: "1 h", 5.0: "5 h", 20.0: "20 h"}
+MARKS_H = {
+    f"{number} {unit}": number * hours
+    for unit, hours in (("s", 1 / 3600), ("min", 1 / 60), ("h", 1.0))
+    for number in (1, 3, 10, 30, 100)
+    if unit == "h" or number < 60
+}
+MOST_MARKS = 7
+FEWEST_LINES = 4  # that a chart of bars has room for, so that one bar is no wall
 BINS = 30
-POINT = 1.5  # [pt²]
+POINTS = (1.5, 14.0)  # [pt²] of a scatter plot: where they are many, and few
+INK = 20_000.0  # [pt²] of all points of a panel, between these
+LEAST_RANGE = {"deg": 1.0, "m": 0.01, "N·m": 1.0, "N": 1.0}  # of an axis: what is smaller is no movement
+LEAST_PEOPLE = {"age_years": 20.0, "bmi": 8.0}  # likewise
+DOTS_UP_TO = 30  # persons of a box, who are drawn too
 
 
 def activity_figure(rows: Rows) -> Figure:
@@ -62,12 +74,13 @@ def activity_figure(rows: Rows) -> Figure:
     axes = figure.subplots()
     shown = [r for r in rows if r["hours"] > 0]
     axes.barh([r["activity"] for r in shown], [r["hours"] for r in shown], color=BAR)
-    axes.invert_yaxis()
     if shown:
         axes.set_xscale("log")
         low, high = min(r["hours"] for r in shown) / 2, max(r["hours"] for r in shown) * 4
-        marks = {h: words for h, words in MARKS_H.items() if low <= h <= high}
+        marks = [words for words, hours in MARKS_H.items() if low <= hours <= high]
+        marks = marks[:: 1 + len(marks) // MOST_MARKS]
         axes.set_xlim(low, high)
+        axes.set_ylim(max(len(shown), FEWEST_LINES) - 0.4, -0.6)
         for r in shown:
             axes.annotate(
                 lasting(r["hours"]),
@@ -76,9 +89,8 @@ def activity_figure(rows: Rows) -> Figure:
                 textcoords="offset points",
                 va="center",
             )
-        if marks:
-            axes.set_xticks(list(marks), list(marks.values()))
-            axes.minorticks_off()
+        axes.set_xticks([MARKS_H[words] for words in marks], marks)
+        axes.minorticks_off()
     else:
         _nothing(axes)
     axes.set_xlabel("duration of the frames shown (log scale)")
@@ -96,18 +108,15 @@ def speed_length_figure(rows: Rows) -> Figure:
         "with force": [r["frames_with_force"] for r in rows],
         "with dynamics": [r["frames_with_dynamics"] for r in rows],
     }
-    for (name, values), color in zip(lengths.items(), (BAR, "#009E73", LIMIT), strict=True):
-        right.hist(
-            values,
-            bins=np.linspace(0, 2000, BINS + 1).tolist(),
-            histtype="step",
-            label=name,
-            color=color,
-            lw=1.4,
-        )
+    longest = max(lengths["all frames"], default=0) or 1
+    for (name, values), color, width in zip(
+        lengths.items(), (BAR, "#009E73", LIMIT), (3.2, 1.8, 0.8), strict=True
+    ):  # the later the thinner, so that equal ones are all seen
+        bins = np.linspace(0, longest, BINS + 1).tolist()
+        right.hist(values, bins=bins, histtype="step", label=name, color=color, lw=width)
     right.set_xlabel("frames")
-    right.set_ylabel("number of segments")
-    right.legend(frameon=False)
+    _counts(right)
+    _legend_above(right)
     return figure
 
 
@@ -128,8 +137,8 @@ def contact_figure(rows: Rows) -> Figure:
         color=[BAR, "#E69F00", "#009E73"],
     )
     axes.set_xlabel("share of a segment's frames [%]")
-    axes.set_ylabel("number of segments")
-    axes.legend(frameon=False)
+    _counts(axes)
+    _legend_above(axes)
     return figure
 
 
@@ -150,6 +159,10 @@ def demographics_figure(rows: Rows) -> Figure:
                     names.append(f"{sex}\n{group} ({len(of_sex)})")
         if boxes:
             axes.boxplot(boxes, tick_labels=names, widths=0.5, medianprops={"color": LIMIT})
+            for place, box in enumerate(boxes, start=1):
+                if len(box) <= DOTS_UP_TO:
+                    axes.plot(np.full(len(box), place), box, "o", ms=3.5, alpha=0.5, color=BAR)
+            _not_below(axes, LEAST_PEOPLE[name])
         else:
             _nothing(axes)
         axes.set_ylabel(words)
@@ -160,9 +173,9 @@ def quality_figure(rows: Rows) -> Figure:
     """Marker errors and residuals, RMS of each segment, with the published limits."""
     figure = Figure(figsize=(10, 3.2))
     marker, linear, angular = figure.subplots(1, 3)
-    _histogram(marker, _known(rows, "marker_cm"), "marker error [cm RMS]")
-    _histogram(linear, _known(rows, "linear_bw"), "residual force [body weights RMS]")
-    _histogram(angular, _known(rows, "angular_bwh"), "residual moment [body weights · height RMS]")
+    _histogram(marker, _known(rows, "marker_cm"), "marker error, RMS [cm]")
+    _histogram(linear, _known(rows, "linear_bw"), "residual force, RMS [body weights]", LINEAR_BW)
+    _histogram(angular, _known(rows, "angular_bwh"), "residual moment, RMS [body weights · h]", ANGULAR_BWH)
     _limits(linear, {f"{LINEAR_BW:g} (paper, Hicks)": (LINEAR_BW, LIMIT)})
     _limits(
         angular,
@@ -214,8 +227,11 @@ def _panels(sample: Sample, cloud: _Cloud, label: str, across: Float[np.ndarray,
     labels = np.array(sample.activity, dtype=object)
     order = np.random.default_rng(0).permutation(len(labels))  # no class lies on top of the others
     colors = [COLORS[labels[k]] for k in order]
+    few, many = POINTS[::-1]
+    size = float(np.clip(INK / max(len(labels), 1), many, few))
     for place, k in zip(axes, shown, strict=False):
-        place.scatter(across[order], values[order, k], s=POINT, c=colors, linewidths=0, rasterized=True)
+        place.scatter(across[order], values[order, k], s=size, c=colors, linewidths=0, rasterized=True)
+        _not_below(place, LEAST_RANGE[units[k]])
         place.set_title(f"{names[k]} [{units[k]}]", fontsize=8)
         place.tick_params(labelsize=7)
     for place in axes[len(shown) :]:
@@ -234,19 +250,37 @@ def _panels(sample: Sample, cloud: _Cloud, label: str, across: Float[np.ndarray,
     return figure
 
 
-def _histogram(axes: Axes, values: list[float], label: str) -> None:
+def _histogram(axes: Axes, values: list[float], label: str, reach: float = 0.0) -> None:
+    """From zero to the largest value, or to `reach` where that is more."""
     if values:
-        axes.hist(values, bins=BINS, range=(0, max(values) * 1.02 or 1), color=BAR)
+        axes.hist(values, bins=BINS, range=(0, max([*values, reach]) * 1.02 or 1), color=BAR)
     else:
         _nothing(axes)
     axes.set_xlabel(label)
+    _counts(axes)
+
+
+def _counts(axes: Axes) -> None:
     axes.set_ylabel("number of segments")
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+
+
+def _not_below(axes: Axes, least: float) -> None:
+    """Widen the vertical axis about its middle to that range."""
+    low, high = axes.get_ylim()
+    if high - low < least:
+        middle = (low + high) / 2
+        axes.set_ylim(middle - least / 2, middle + least / 2)
+
+
+def _legend_above(axes: Axes) -> None:
+    axes.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
 
 
 def _limits(axes: Axes, limits: Mapping[str, tuple[float, str]]) -> None:
     for words, (value, color) in limits.items():
         axes.axvline(value, color=color, ls="--", lw=1.2, label=words)
-    axes.legend(frameon=False)
+    _legend_above(axes)
 
 
 def _nothing(axes: Axes) -> None:

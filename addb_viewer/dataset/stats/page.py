@@ -94,7 +94,10 @@ _SEGMENTS = (
     "the belt carries the standing foot."
 )
 _CONTACT = "How much of each segment is double support, single support and flight, in steps of ten per cent."
-_BOXES = "Boxes from quartile to quartile, median in orange, whiskers to 1.5 times the box, circles beyond."
+_BOXES = (
+    "Boxes from quartile to quartile, median in orange, whiskers to 1.5 times the box, circles beyond; each "
+    "person as a dot where they are few."
+)
 _QUALITY = "Each segment counts once. Dashed: published limits."
 
 

@@ -12,7 +12,14 @@ from addb_viewer.cli import app
 from addb_viewer.dataset.amounts import counted, lasting
 from addb_viewer.dataset.schema import TRIALS
 from addb_viewer.dataset.stats import paper
-from addb_viewer.dataset.stats.drawing import activity_figure, quality_figure, scatter_figures
+from addb_viewer.dataset.stats.drawing import (
+    activity_figure,
+    contact_figure,
+    demographics_figure,
+    quality_figure,
+    scatter_figures,
+    speed_length_figure,
+)
 from addb_viewer.dataset.stats.gathering import Frames, gathered
 from addb_viewer.dataset.stats.page import page
 from addb_viewer.dataset.stats.writing import as_csv, stats_of
@@ -236,6 +243,26 @@ def test_the_same_numbers_give_the_same_picture():
         activity_figure(rows).savefig(file, format="svg", metadata={"Date": None})
         drawn.append(file.getvalue())
     assert drawn[0] == drawn[1]
+
+
+def test_labels_lie_inside_the_figures_and_segments_are_counted_in_whole_numbers(release):
+    """Of a release with few segments, for which fractions would be drawn."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    tables = stats_of(gathered(release[0], Frames.ALL), Frames.ALL).tables
+    of_segments = [draw(tables["segments"]) for draw in (speed_length_figure, contact_figure, quality_figure)]
+    for figure in (*of_segments, activity_figure(tables["activity"]), demographics_figure(tables["persons"])):
+        figure.draw_without_rendering()
+        inside = figure.bbox.padded(1)
+        renderer = FigureCanvasAgg(figure).get_renderer()
+        for axes in figure.axes:
+            texts = [axes.xaxis.label, axes.yaxis.label, *axes.texts]
+            texts += axes.get_legend().get_texts() if axes.get_legend() else []
+            for box in (text.get_window_extent(renderer) for text in texts if text.get_text()):
+                assert inside.x0 <= box.x0 and box.x1 <= inside.x1, axes.get_xlabel()  # noqa: PT018
+                assert inside.y0 <= box.y0 and box.y1 <= inside.y1, axes.get_xlabel()  # noqa: PT018
+    for axes in (axes for figure in of_segments for axes in figure.axes):
+        assert all(tick == round(tick) for tick in axes.get_yticks())
 
 
 def test_panels_leave_room_for_the_titles_of_those_below(release):
