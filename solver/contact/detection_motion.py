@@ -5,7 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool, Float
 
+from solver.contact.detection_balance import UP
 from solver.contact.detection_settings import DetectionSettings
+from solver.contact.wrenches import ContactWrenches
+from solver.runs import runs
 
 
 def slip_speeds(
@@ -99,3 +102,32 @@ def ground_odds(
     limit = max(settings.slip_m_s, settings.slip_share * pace)
     odds = 2.0 * np.log(limit / np.maximum(slip, 1e-3))
     return np.clip(odds, -settings.strongest_motion, settings.strongest_motion)
+
+
+def touching_unloaded(
+    contacts: ContactWrenches,
+    ground: Float[np.ndarray, "frames feet"],
+    weight_N: float,
+    settings: DetectionSettings,
+) -> Bool[np.ndarray, "frames feet"]:
+    """Frames on which a foot rests on its plate without a load, as the one behind in a slow double support.
+
+    The foot keeps still between two loads of one plate, so it never left that plate; the load fades out and
+    in, so the plate did not drop out. Its zero is a measurement, and a still sole no sign of a missing force.
+
+    Args:
+        contacts: forces given to feet.
+        ground: from `ground_odds`.
+        weight_N: of the body.
+        settings: thresholds.
+    """
+    touching = np.zeros_like(contacts.in_contact)
+    load = contacts.wrench_raw_ground[..., UP]
+    for f in range(contacts.in_contact.shape[1]):
+        for start, end in runs(~contacts.in_contact[:, f]):
+            if start == 0 or end == contacts.frames:
+                continue
+            same_plate = (contacts.plate[start - 1 : end + 1] == f).all(axis=0).any()
+            fades = max(load[start - 1, f], load[end, f]) < settings.dropout * weight_N
+            touching[start:end, f] = same_plate and fades and (ground[start:end, f] > 0).all()
+    return touching

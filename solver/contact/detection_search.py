@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 from scipy.ndimage import binary_dilation, maximum_filter1d
 
 from solver.contact.detection_balance import UP, BodyMotion, WholeBody
-from solver.contact.detection_motion import ground_odds, slip_speeds
+from solver.contact.detection_motion import ground_odds, slip_speeds, touching_unloaded
 from solver.contact.detection_place import place_costs
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.detection_shares import Explained, Ledger
@@ -73,6 +73,9 @@ def search(
     corners = tuple(sole.corners_ground(*poses) for sole in outlines)
     slip = slip_speeds(corners, contacts.in_contact, rate, settings)
     ground = ground_odds(slip, settings)
+    weight_N = skeleton.mass * float(np.linalg.norm(skeleton.gravity))
+    unloaded = touching_unloaded(contacts, ground, weight_N, settings)
+    ground = np.where(unloaded, np.minimum(ground, 0.0), ground)
     loaded = contacts.in_contact | (shared[:, None] & (ground > 0))
     recorded = recorded_contacts(contacts.in_contact, rate, settings)
     fast, slow = _ledgers(_body_motion(skeleton, motion, tracked), contacts, recorded, settings)

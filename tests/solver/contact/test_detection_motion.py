@@ -1,8 +1,10 @@
 import numpy as np
+import pytest
 
-from solver.contact.detection_motion import ground_odds, slip_speeds
+from solver.contact.detection_motion import ground_odds, slip_speeds, touching_unloaded
 from solver.contact.detection_settings import DetectionSettings
 from solver.contact.sole import soles
+from solver.contact.wrenches import ContactWrenches
 
 RATE = 100.0
 SETTINGS = DetectionSettings()
@@ -41,3 +43,40 @@ def test_a_step_at_any_height_is_a_step(walk):
     """The same walk a metre higher up."""
     raised = type(walk)(walk.skeleton, walk.ankles + np.array([0.0, 1.0, 0.0]), walk.loads, walk.under)
     np.testing.assert_allclose(slip_of(raised, raised.loads > 20), slip_of(walk, walk.loads > 20), atol=1e-9)
+
+
+def right_foot(load_N, plates):
+    """A right foot with this vertical load; it stands still, and the left one is in the air."""
+    frames = len(load_N)
+    wrench = np.zeros((frames, 2, 6))
+    wrench[:, 0, 1] = load_N
+    return ContactWrenches(
+        foot_bodies=("calcn_r", "calcn_l"),
+        wrench_ground=wrench,
+        cop_ground=np.full((frames, 2, 3), np.nan),
+        observed=np.ones(frames, dtype=bool),
+        in_contact=wrench[..., 1] > 20,
+        plate=np.asarray(plates),
+        wrench_raw_ground=wrench,
+    )
+
+
+FADES_OUT_AND_IN = [700, 300, 60, 0, 0, 0, 40, 200, 700]
+ONE_PLATE = [[0]] * 9
+STILL = np.column_stack([np.full(9, 2.5), np.full(9, -2.5)])
+
+
+@pytest.mark.parametrize(
+    ("load_N", "plates", "ground", "touches"),
+    [
+        (FADES_OUT_AND_IN, ONE_PLATE, STILL, [3, 4, 5]),
+        ([700, 700, 700, 0, 0, 0, 700, 700, 700], ONE_PLATE, STILL, []),  # the plate dropped out
+        (FADES_OUT_AND_IN, [[0, -1]] * 4 + [[-1, 0]] * 5, STILL, []),  # it stepped to another plate
+        (FADES_OUT_AND_IN, ONE_PLATE, np.where(np.arange(9)[:, None] == 4, -1.0, STILL), []),  # it moved
+        ([700, 300, 60, 0, 0, 0, 0, 0, 0], ONE_PLATE, STILL, []),  # never loaded again
+    ],
+)
+def test_a_foot_that_keeps_still_between_two_fading_loads_touches_its_plate(load_N, plates, ground, touches):
+    found = touching_unloaded(right_foot(load_N, plates), ground, 750.0, SETTINGS)
+    assert np.flatnonzero(found[:, 0]).tolist() == touches
+    assert not found[:, 1].any()
