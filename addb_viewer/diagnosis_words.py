@@ -160,8 +160,8 @@ def _how_likely(figures: Figures) -> str:
     if not chances:
         return ""
     if figures["verdict"] == "clean":
-        return f" That nothing is wrong is likely by {percent(chances['nothing'])}."
-    return f" That it is none of the known causes is likely by {percent(chances['something_else'])}."
+        return f" The chance that nothing is wrong: {percent(chances['nothing'])}."
+    return f" The chance that it is none of the known causes: {percent(chances['something_else'])}."
 
 
 def _at_fault(figures: Figures) -> str:

@@ -108,24 +108,27 @@ def touching_unloaded(
     contacts: ContactWrenches,
     ground: Float[np.ndarray, "frames feet"],
     weight_N: float,
+    rate: float,
     settings: DetectionSettings,
 ) -> Bool[np.ndarray, "frames feet"]:
     """Frames on which a foot rests on its plate without a load, as the one behind in a slow double support.
 
     The foot keeps still between two loads of one plate, so it never left that plate; the load fades out and
-    in, so the plate did not drop out. Its zero is a measurement, and a still sole no sign of a missing force.
+    in, so the plate did not drop out; it is over soon. Its zero is a measurement then, and a still sole no
+    sign of a missing force.
 
     Args:
         contacts: forces given to feet.
         ground: from `ground_odds`.
         weight_N: of the body.
+        rate: [Hz].
         settings: thresholds.
     """
     touching = np.zeros_like(contacts.in_contact)
     load = contacts.wrench_raw_ground[..., UP]
     for f in range(contacts.in_contact.shape[1]):
         for start, end in runs(~contacts.in_contact[:, f]):
-            if start == 0 or end == contacts.frames:
+            if start == 0 or end == contacts.frames or end - start > settings.touching_s * rate:
                 continue
             same_plate = (contacts.plate[start - 1 : end + 1] == f).all(axis=0).any()
             fades = max(load[start - 1, f], load[end, f]) < settings.dropout * weight_N

@@ -74,7 +74,7 @@ def search(
     slip = slip_speeds(corners, contacts.in_contact, rate, settings)
     ground = ground_odds(slip, settings)
     weight_N = skeleton.mass * float(np.linalg.norm(skeleton.gravity))
-    unloaded = touching_unloaded(contacts, ground, weight_N, settings)
+    unloaded = touching_unloaded(contacts, ground, weight_N, rate, settings)
     ground = np.where(unloaded, np.minimum(ground, 0.0), ground)
     loaded = contacts.in_contact | (shared[:, None] & (ground > 0))
     recorded = recorded_contacts(contacts.in_contact, rate, settings)

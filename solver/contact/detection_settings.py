@@ -101,6 +101,12 @@ class DetectionSettings:
     strongest_motion: float = setting(
         2.5, unit="", why="log odds that a sole's motion can give: a foot may be held still in the air"
     )
+    touching_s: float = setting(
+        0.25,
+        unit="s",
+        why="a still foot may be without a load for so long, as in a slow double support; a standing foot "
+        "carries something",
+    )
     # ---- the likeliest story
     most_missing: float = setting(
         2.0, unit="", why="body weights: missing forces are assumed to be anything from none to this"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import softmax
 
-from solver.diagnosis.checks import DECIDED, PAYS
+from solver.diagnosis.checks import DECIDED, PAYS, Decision
 from solver.diagnosis.trail import CauseDecisions
 from solver.diagnosis_settings import DiagnosisSettings
 
@@ -30,11 +30,19 @@ def chances(refused: Sequence[CauseDecisions], unknown_nats: float, settings: Di
 
     Args:
         refused: causes that were proposed, each with its odds.
-        unknown_nats: what the likeliest cause that is on no list gains over its odds.
+        unknown_nats: what the likeliest cause that is on no list, and large enough to be one, gains over its
+            odds.
         settings: of the diagnosis.
     """
-    fell = [(c.odds_nats, c.fell_at.name) for c in refused if c.fell_at is not None]
-    best = max((odds for odds, check in fell if check in SHORT_OF_EVIDENCE), default=-np.inf)
-    ahead = [0.0, best - settings.least_gain, unknown_nats - settings.least_unknown_gain]
+    fell = [(c.odds_nats, c.fell_at) for c in refused if c.fell_at is not None]
+    short = [
+        odds - _asked(check, settings.least_gain) for odds, check in fell if check.name in SHORT_OF_EVIDENCE
+    ]
+    ahead = [0.0, max(short, default=-np.inf), unknown_nats - settings.least_unknown_gain]
     nothing, listed, other = softmax(np.array(ahead) / settings.confidence_temper)
     return Chances(float(nothing), float(listed), float(other))
+
+
+def _asked(check: Decision, least_nats: float) -> float:
+    """Nats that would have been enough: of two causes together more than of one."""
+    return max(least_nats, check.limit) if check.name == PAYS and check.limit is not None else least_nats

@@ -80,7 +80,7 @@ class Held:
     found: tuple[Found, ...]
     standings: tuple[Standing, ...]  # of each name that was found
     told: Unknown | None
-    unknown_nats: float = -np.inf  # what the likeliest unknown cause gains beyond the names, told or not
+    unknown_nats: float = -np.inf  # what the likeliest unknown cause that is large enough gains, told or not
 
 
 def held(balance: Balance, kept: Kept, names: int, trail: Trail) -> Held:
@@ -160,20 +160,28 @@ def _standing(
 def _told(
     world: OpenWorld, solved: Solved, unknown: Sequence[Unknown], names: int
 ) -> tuple[Unknown | None, float]:
-    """The likeliest unknown beside the names, if it is certain and large enough to look for; its gain."""
+    """The likeliest unknown beside the names, if it is certain and large enough to look for.
+
+    Returns:
+        That, and what the likeliest of all that are large enough gains: a small one is no fault to look for.
+    """
     settings = world.balance.settings
-    if not unknown:
+    odds = _log_odds(settings, names, len(unknown))
+    least_N = settings.least_unknown_share * world.balance.scenes[0].weight_N
+    large = next((one for one in unknown if _size_N(world, one) >= least_N), None)
+    if large is None:
         return None, -np.inf
-    best = unknown[0]
-    gain = best.log_evidence - solved.log_evidence + _log_odds(settings, names, len(unknown))
+    gain = large.log_evidence - solved.log_evidence + odds
     explained = max(0.0, solved.log_evidence - world.balance.solve([], near=solved.rung).log_evidence)
     least = settings.least_unknown_gain + settings.beside_unknown_share * explained
-    size_N = best.likeliest.estimates(len(best.likeliest.terms) - 1, world.balance.scenes)[
-        "rms_force_N"
-    ].value
-    if gain < least or size_N < settings.least_unknown_share * world.balance.scenes[0].weight_N:
-        return None, gain
-    return best, gain
+    return (large if large is unknown[0] and gain >= least else None), gain
+
+
+def _size_N(world: OpenWorld, one: Unknown) -> float:
+    """Root mean square of its force; of a moment, of the force that it stands for [N]."""
+    likeliest = one.likeliest
+    estimates = likeliest.estimates(len(likeliest.terms) - 1, world.balance.scenes)
+    return estimates["rms_force_N"].value
 
 
 def _log_odds(settings: DiagnosisSettings, names: int, unknown: int) -> float:

@@ -709,6 +709,8 @@ def test_the_verdict_says_whose_fault_it_is():
 
 def test_where_nothing_is_named_a_chance_is_stated():
     chances = {"nothing": 0.88, "on_the_list": 0.09, "something_else": 0.03}
-    assert "nothing is wrong is likely by 88 %" in said(figures("clean", chances=chances))
+    assert "The chance that nothing is wrong: 88 %" in said(figures("clean", chances=chances))
     chances = {"nothing": 0.01, "on_the_list": 0.04, "something_else": 0.95}
-    assert "none of the known causes is likely by 95 %" in said(figures("unexplained", chances=chances))
+    assert "The chance that it is none of the known causes: 95 %" in said(
+        figures("unexplained", chances=chances)
+    )

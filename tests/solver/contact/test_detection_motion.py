@@ -67,16 +67,25 @@ STILL = np.column_stack([np.full(9, 2.5), np.full(9, -2.5)])
 
 
 @pytest.mark.parametrize(
-    ("load_N", "plates", "ground", "touches"),
+    ("load_N", "plates", "ground", "rate", "touches"),
     [
-        (FADES_OUT_AND_IN, ONE_PLATE, STILL, [3, 4, 5]),
-        ([700, 700, 700, 0, 0, 0, 700, 700, 700], ONE_PLATE, STILL, []),  # the plate dropped out
-        (FADES_OUT_AND_IN, [[0, -1]] * 4 + [[-1, 0]] * 5, STILL, []),  # it stepped to another plate
-        (FADES_OUT_AND_IN, ONE_PLATE, np.where(np.arange(9)[:, None] == 4, -1.0, STILL), []),  # it moved
-        ([700, 300, 60, 0, 0, 0, 0, 0, 0], ONE_PLATE, STILL, []),  # never loaded again
+        (FADES_OUT_AND_IN, ONE_PLATE, STILL, 100.0, [3, 4, 5]),
+        (FADES_OUT_AND_IN, ONE_PLATE, STILL, 10.0, []),  # 0.3 s: a foot that stands so long carries something
+        ([700, 700, 700, 0, 0, 0, 700, 700, 700], ONE_PLATE, STILL, 100.0, []),  # the plate dropped out
+        (FADES_OUT_AND_IN, [[0, -1]] * 4 + [[-1, 0]] * 5, STILL, 100.0, []),  # it stepped to another plate
+        (
+            FADES_OUT_AND_IN,
+            ONE_PLATE,
+            np.where(np.arange(9)[:, None] == 4, -1.0, STILL),
+            100.0,
+            [],
+        ),  # it moved
+        ([700, 300, 60, 0, 0, 0, 0, 0, 0], ONE_PLATE, STILL, 100.0, []),  # never loaded again
     ],
 )
-def test_a_foot_that_keeps_still_between_two_fading_loads_touches_its_plate(load_N, plates, ground, touches):
-    found = touching_unloaded(right_foot(load_N, plates), ground, 750.0, SETTINGS)
+def test_a_foot_that_keeps_still_between_two_fading_loads_touches_its_plate(
+    load_N, plates, ground, rate, touches
+):
+    found = touching_unloaded(right_foot(load_N, plates), ground, 750.0, rate, SETTINGS)
     assert np.flatnonzero(found[:, 0]).tolist() == touches
     assert not found[:, 1].any()

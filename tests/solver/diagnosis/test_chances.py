@@ -11,8 +11,8 @@ SETTINGS = DiagnosisSettings()
 NONE = float("-inf")
 
 
-def refused(odds, check=PAYS):
-    return CauseDecisions("drag", "torso", False, odds, (Decision(check, False, odds, 8.0, ""),))
+def refused(odds, check=PAYS, limit=8.0):
+    return CauseDecisions("drag", "torso", False, odds, (Decision(check, False, odds, limit, ""),))
 
 
 def test_with_nothing_tried_nothing_is_wrong():
@@ -28,6 +28,12 @@ def test_a_cause_that_gains_just_what_is_asked_is_as_likely_as_nothing():
 def test_each_temper_less_is_e_times_less_likely():
     told = chances([refused(SETTINGS.least_gain - SETTINGS.confidence_temper, DECIDED)], NONE, SETTINGS)
     assert told.nothing / told.on_the_list == pytest.approx(2.718, abs=0.001)
+
+
+def test_of_two_causes_together_more_is_asked():
+    told = chances([refused(18.0, limit=18.0)], NONE, SETTINGS)
+    assert told.nothing == pytest.approx(told.on_the_list)
+    assert chances([refused(12.0, limit=18.0)], NONE, SETTINGS).nothing > 0.8
 
 
 def test_what_cannot_be_counts_for_nothing_however_much_it_gains():

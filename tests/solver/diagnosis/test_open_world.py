@@ -1,5 +1,6 @@
 """A name is as sure as what may be in its place allows, the unknown included."""
 
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -65,6 +66,15 @@ def test_the_nearest_wrong_name_gives_way_to_the_plate_it_is_about(turned, few):
     assert off["rms_force_N"] > 50.0
     assert "plate_2" in off["sentence"]
     assert not [e for e in answer["effects"] if e["confidence"] > 0.5]
+
+
+def test_what_is_too_small_to_look_for_is_no_evidence_that_something_is_wrong(turned, few):
+    strict = copy(turned)
+    strict.settings = replace(turned.settings, least_unknown_share=0.9)  # of body weight
+    kept = held_of(strict, select(strict, []))
+    assert kept.told is None
+    assert kept.unknown_nats == -np.inf
+    assert held_of(turned, select(turned, [])).unknown_nats > turned.settings.least_unknown_gain
 
 
 def test_nothing_is_told_where_nothing_is_wrong(drawn, balance_of_scenes, few):
