@@ -69,8 +69,12 @@ def _tell(done: Accepted, fit: Fit | None) -> None:
         typer.echo(exchange_in_words(exchange, fit))
     if done.left_out:
         typer.echo(f"left out, because they lie in the markers alone: {', '.join(done.left_out)}")
-    if done.undone:
-        undone = ", ".join(f"{id_} ({target})" for id_, target in done.undone)
-        typer.echo(f"left out, because reading the files puts it right in every fit: {undone}")
+    for causes, why in (
+        (done.undone, "reading the files puts it right in every fit"),
+        (done.flagged, "its frames are flagged, and no fit uses them"),
+    ):
+        if causes:
+            listed = ", ".join(f"{id_} ({target})" for id_, target in causes)
+            typer.echo(f"left out, because {why}: {listed}")
     if done.file is not None:
         typer.echo(f"written: {done.file}")

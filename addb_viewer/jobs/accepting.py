@@ -10,6 +10,7 @@ import numpy as np
 
 from addb_viewer.accepted_exchanges import cannot_be_accepted, exchanges_of
 from addb_viewer.accepted_extension import keep_gain
+from addb_viewer.diagnosis_vocabulary import ranges_of
 from addb_viewer.jobs.solving import Job
 from addb_viewer.kept_diagnosis import kept
 from solver.diagnosis.accepting import extension_for
@@ -17,6 +18,7 @@ from solver.diagnosis.extended_fit import extended_fit
 from solver.diagnosis.report import extended_gain_json
 from solver.dynamics.extension import Cause, Extension
 from solver.effects.catalogue import MARKER_IDS
+from solver.effects.effect import Range
 from solver.errors import ResultsError
 from solver.kinematics.label_faults.fault import Exchange
 from solver.progress import Progress, part, silent
@@ -38,6 +40,7 @@ class Accepted:
     told: dict[str, Any]  # in the shape of `accept --json`; of exchanged labels alone, no gain
     left_out: tuple[str, ...]  # causes that lie in the markers alone
     undone: tuple[tuple[str, str], ...] = ()  # id and target of causes that reading the files puts right
+    flagged: tuple[tuple[str, str], ...] = ()  # likewise of causes whose frames are flagged
     file: Path | None = None  # where the gain is kept; None where no fit was needed
 
 
@@ -69,10 +72,11 @@ def accepted(
         extension_log.accept(job.results, labels_alone, by=by, made_of=made_of, left_out=left_out)
         told: dict[str, Any] = {"causes": [], "exchanges": _exchanges(exchanges)}
         return Accepted(labels_alone, by, told, left_out)
+    ranges = {(e["id"], e["target"]): [Range(*r) for r in ranges_of(figures, e)] for e in figures["effects"]}
     found = extension_for(
         job.subject,
         job.settings,
-        {(cause.id, cause.target) for cause in causes},
+        {(cause.id, cause.target): ranges[cause.id, cause.target] for cause in causes},
         trials=figures["trials"],
         reviews=job.reviews,
         progress=part(progress, 0.0, FOUND),
@@ -85,7 +89,8 @@ def accepted(
     }
     extension = replace(found.extension, exchanges=exchanges)
     decision = extension_log.accept(job.results, extension, by=by, made_of=made_of, left_out=left_out)
-    return Accepted(extension, by, told, left_out, found.undone, keep_gain(told, decision, job.results))
+    kept_in = keep_gain(told, decision, job.results)
+    return Accepted(extension, by, told, left_out, found.undone, found.flagged, kept_in)
 
 
 def rejected(job: Job, *, by: str) -> Decision:

@@ -21,7 +21,7 @@ from solver.simulate.trial import Scenario, simulate_trial
 from tests.flagged import flagged
 
 LATE_S = 0.025
-CLOCK = {("clock_offset", "all")}
+CLOCK = {("clock_offset", "all"): ()}
 SETTINGS = Settings()
 
 
@@ -63,7 +63,7 @@ def test_the_named_cause_is_found_again(extension):
 
 def test_a_cause_that_is_not_there_is_refused(subject):
     with pytest.raises(FitError, match=r"plate_gain \(plate_9\)"):
-        extension_for(subject, SETTINGS, {*CLOCK, ("plate_gain", "plate_9")})
+        extension_for(subject, SETTINGS, CLOCK | {("plate_gain", "plate_9"): ()})
 
 
 def test_the_solve_obeys_the_extended_forces(plain, extended):
