@@ -55,7 +55,7 @@ ENDED_EARLY = (
 AT_FAULT = {
     AtFault.RECORDING: "the recording",
     AtFault.MODEL: "the model of the body, which leaves this out or has it wrong",
-    AtFault.MOVEMENT: "what happened beside the measurement: the recording is right, something else acted",
+    AtFault.MOVEMENT: "a force that no plate measures, as of a step beside the plates; the files are right",
 }
 NOTES = "Notes"
 BEFORE_THE_CAUSES = "From reading and fitting the files, before causes were looked for:"

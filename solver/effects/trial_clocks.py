@@ -18,7 +18,7 @@ TARGET = "each trial"
 
 ABOUT = About(
     id="trial_clocks",
-    title="forces shifted in time against the markers, otherwise in each trial",
+    title="forces shifted in time by another amount in each trial",
     sentence="Forces and markers were started apart: the forces come too late or too early by another time "
     "in each trial.",
     remedy="Start cameras and plates by one trigger line, and look at what sets each trial's beginning.",

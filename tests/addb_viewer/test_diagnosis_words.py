@@ -699,7 +699,7 @@ def test_every_reading_of_every_cause_can_be_said(id, size):
 def test_the_verdict_says_whose_fault_it_is():
     assert "At fault: the recording." in said(figures(effects=[LATE]))
     both = said(figures(effects=[LATE, PULLED, LATE]))
-    assert "At fault: the recording (1, 3); what happened beside the measurement" in both
+    assert "At fault: the recording (1, 3); a force that no plate measures" in both
     doubtful = effect(confidence=0.6)
     instead = rival("wobbling_mass", "clock_offset all", target="torso")
     assert "At fault: the recording, or else the model" in said(
