@@ -46,8 +46,8 @@ COLORS = dict(
             "#56B4E9",
             "#882255",
             "#000000",
-            "#999999",
-            "#DDDDDD",
+            "#777777",
+            "#BBBBBB",
         ),
         strict=False,
     )
@@ -62,7 +62,7 @@ MOST_MARKS = 7
 FEWEST_LINES = 4  # that a chart of bars has room for, so that one bar is no wall
 BINS = 30
 POINTS = (1.5, 14.0)  # [pt²] of a scatter plot: where they are many, and few
-INK = 20_000.0  # [pt²] of all points of a panel, between these
+INK = 3_000.0  # [pt²] of all points of a panel, between these
 LEAST_RANGE = {"deg": 1.0, "m": 0.01, "N·m": 1.0, "N": 1.0}  # of an axis: what is smaller is no movement
 LEAST_PEOPLE = {"age_years": 20.0, "bmi": 8.0}  # likewise
 DOTS_UP_TO = 30  # persons of a box, who are drawn too
@@ -202,7 +202,9 @@ def scatter_figures(sample: Sample) -> Mapping[str, Figure]:
     names, degrees = list(COORDINATE_NAMES), np.where(slides, 1.0, np.degrees(1.0))
     angles = _Cloud(names, ["m" if s else "deg" for s in slides], sample.angles * degrees)
     moments = _Cloud(names, ["N" if s else "N·m" for s in slides], sample.moments)
-    joints = _Cloud(list(sample.joints), ["m"] * len(sample.joints), sample.distances)
+    away = [k for k in range(len(sample.joints)) if (sample.distances[:, k] > 0).any()]  # not the root's own
+    distances = sample.distances[:, away] if away else np.zeros((len(sample.trial_id), 0))
+    joints = _Cloud([sample.joints[k] for k in away], ["m"] * len(away), distances)
     share = ("share of the right foot", sample.right_share)
     load = ("vertical force / mass [N/kg]", sample.load_N_kg)
     return {

@@ -174,6 +174,7 @@ def test_an_id_that_leads_nowhere_is_told(spoiled):
         ("subjects.parquet", {"age_years": lambda v: [200.0] * len(v)}, "age_years is 200"),
         ("subjects.parquet", {"mass_from_forces_kg": lambda v: [50.0] * len(v)}, "the plates carry 50.0 kg"),
         (FRAMES, {"qd_knee_angle_l": one_more(9, 80.0)}, "knee_angle_l turns at"),
+        (FRAMES, {"marker_rms_m": lambda v: [0.09] * len(v)}, "markers are 9.0 cm off the skeleton"),
         (FRAMES, {f"cop_{s}_x_m": lambda v: [x and x + 0.5 for x in v] for s in "rl"}, "from its heel"),
         (
             FRAMES,
