@@ -14,7 +14,7 @@ from pathlib import Path
 import viser
 
 from addb_viewer.app.page.channel import Channels, Page
-from addb_viewer.app.page.notices import Notices, log_error
+from addb_viewer.app.page.notices import log_error
 from addb_viewer.app.page.reviewer import BrowserMemory
 from addb_viewer.app.queue.page_channel import QueuePage
 from addb_viewer.app.queue.rows import next_trial
@@ -100,7 +100,8 @@ class ReviewApp:
             connect(session, self._commands)
         except Exception as error:  # a browser that left at once, or a subject that broke meanwhile
             people.leave(client.client_id)
-            Notices(client).error("Opening the page", error)
+            log_error("Opening the page", error)
+            client.add_notification("Opening the page failed", str(error), color="red")
             return
         with self._lock:
             gone = self._closed or client.client_id not in self.server.get_clients()
@@ -145,7 +146,7 @@ def _tell_if_elsewhere(session: Session, asked: TrialAddress) -> None:
         session.notices.tell(
             "The address names a trial that is not here",
             f"{asked.subject}, {asked.trial}: not in the opened folder, or it cannot be read.",
-            "yellow",
+            important=True,
         )
 
 

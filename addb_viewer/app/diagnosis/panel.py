@@ -19,7 +19,7 @@ from addb_viewer.app.jobs.job_queue import TaskProgress
 from addb_viewer.app.jobs.progress_html import show_progress
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.scene.cause_pictures import Figures
-from addb_viewer.app.timeline.timeline import Timeline
+from addb_viewer.app.timeline.side_charts import SideCharts
 from addb_viewer.app.trial.replay import Replay
 from addb_viewer.detectable_words import what_would_be_found
 from addb_viewer.diagnosis_vocabulary import about, ranges_of, title
@@ -72,7 +72,7 @@ class DiagnosisPanel:
                 self.to_worst = gui.add_button(
                     "Worst half second", icon=viser.Icon.TARGET, color="gray", hint="Go where it begins"
                 )
-            self.charts = Timeline(gui, self.over_time, CHART_HEIGHT)
+            self.charts = SideCharts(gui, self.over_time, CHART_HEIGHT)
             self.causes = gui.add_folder(None)
             with gui.add_folder("Decision"):
                 self.echo = gui.add_html("")

@@ -31,6 +31,11 @@ class Task:
     by: str = ""  # who asked
     yields: bool = False  # to all others; keeps by itself what it has done
 
+    @property
+    def words(self) -> str:
+        """What is done for whom."""
+        return f"{self.doing} for {self.by}" if self.by else self.doing
+
 
 @dataclass(frozen=True)
 class TaskProgress:

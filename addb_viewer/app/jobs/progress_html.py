@@ -24,7 +24,7 @@ def progress_html(progress: TaskProgress) -> str:
 
 def task_words(task: Task) -> str:
     """What is done for whom, as safe HTML."""
-    return html.escape(f"{task.doing} for {task.by}" if task.by else task.doing)
+    return html.escape(task.words)
 
 
 def show_progress(bar: Any, status: viser.GuiHtmlHandle, progress: TaskProgress) -> None:

@@ -36,11 +36,12 @@ from addb_viewer.app.security.trial_address import TrialAddress, address_in
 LOG = logging.getLogger("addb_viewer")
 FILES, CONNECTION = "/addb", "/addb/page"
 PAGE_ITEM = "addb-viewer-page"  # of the browser's memory, as viser asks for it; the page itself answers
-PATIENCE_S = 3.0  # for the browser's answer
-SCRIPTS = ("focus.js", "keys.js", "timeline.js")
+PATIENCE_S = 20.0  # for the browser's answer; without it the page has no channel
+SCRIPTS = ("focus.js", "keys.js", "links.js", "bar.js", "timeline.js")
 HEAD = "".join(
     (
         f"<script src='{FILES}/channel.js'></script>",  # before viser's script runs
+        f"<link rel='stylesheet' href='{FILES}/strip.css'>",
         *(f"<script type='module' src='{FILES}/{name}'></script>" for name in SCRIPTS),
     )
 )

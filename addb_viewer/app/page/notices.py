@@ -4,21 +4,22 @@ import asyncio
 import contextlib
 import logging
 import threading
-from collections import deque
 from collections.abc import Callable, Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, replace
+from datetime import datetime
 from typing import Any
 
 import viser
 
+from addb_viewer.app.page.channel import Channel
 from annotations.errors import LostLogError, ReviewError
 from solver.errors import SolverError
 
 LOG = logging.getLogger("addb_viewer")
-ASIDE_S, IMPORTANT_S, FAILURE_S = 4.0, 12.0, 20.0  # how long a word stays; failures go with Esc as well
-MOST_FAILURES = 2  # likewise: more of them would hide the person
-MOST_IMPORTANT = 3  # at a time
+ASIDE_S, IMPORTANT_S, FAILURE_S = 5.0, 12.0, 20.0  # how long a word stays; failures go with Esc as well
+MOST_KEPT = 100  # in the list of all that was told
 LONGEST_WORD_S = 10.0  # that the hand waits for a browser whose page is being closed
 
 
@@ -29,27 +30,44 @@ class NameNeededError(SolverError):
         super().__init__("a decision needs a name; say yours under Review, 'Who did what'")
 
 
+@dataclass(frozen=True)
+class Notice:
+    """Something that was told; the page's bar shows it for some seconds, its list keeps it."""
+
+    number: int
+    title: str
+    body: str
+    at: str  # time of the day
+    seconds: float | None  # that it is shown; None: until it is sent away
+    error: bool = False
+    gone: bool = False  # sent away
+
+
 class Notices:
-    """Notifications of one browser, and the one hand that does what is asked there, in order."""
+    """What one browser is told, and the one hand that does what is asked there, in order."""
 
     def __init__(
-        self, client: viser.ClientHandle, first: Callable[[], AbstractContextManager[None]] = nullcontext
+        self,
+        client: viser.ClientHandle,
+        channel: Channel,
+        first: Callable[[], AbstractContextManager[None]] = nullcontext,
     ) -> None:
         """Tell nothing yet.
 
         Args:
             client: the browser.
+            channel: to the page's bar.
             first: entered while the hand does what the person asked for.
         """
-        self.client, self._first = client, first
+        self.client, self._channel, self._first = client, channel, first
         self._name = f"browser {client.client_id}_"
         self._hand = ThreadPoolExecutor(max_workers=1, thread_name_prefix=self._name)
         self._closed = False
         self._ear: asyncio.AbstractEventLoop | None = None  # on which the browser's words arrive
         self.unnamed: Callable[[Callable[[], None]], None] | None = None  # asks for a name, then does it
-        self._last: viser.NotificationHandle | None = None
-        self._important: deque[viser.NotificationHandle] = deque()
-        self._failures: dict[tuple[str, str], viser.NotificationHandle] = {}
+        self._telling = threading.Lock()
+        self._told: list[Notice] = []
+        self._number = 0
 
     def close(self) -> None:
         """Nobody looks any more: end the hand, and tell nothing."""
@@ -62,37 +80,31 @@ class Notices:
         self.failed(doing, str(error) or type(error).__name__, lasting=isinstance(error, LostLogError))
 
     def failed(self, doing: str, why: str, *, lasting: bool = False) -> None:
-        """Tell of a failure that has been logged already; a lasting one stays until somebody closes it."""
-        if self._closed:
-            return
-        if (doing, why) in self._failures:  # the same again: not twice on the screen
-            self._failures.pop((doing, why)).remove()
-        while len(self._failures) >= MOST_FAILURES:
-            self._failures.pop(next(iter(self._failures))).remove()
-        self._failures[doing, why] = self.client.add_notification(
-            f"{doing} failed", why, color="red", auto_close_seconds=None if lasting else FAILURE_S
-        )
+        """Tell of a failure that has been logged already; a lasting one stays until Escape."""
+        self._tell(f"{doing} failed", why, None if lasting else FAILURE_S, error=True)
 
     def dismiss(self) -> None:
-        """Take away what was told of failures."""
-        failures, self._failures = self._failures, {}
-        for handle in failures.values():
-            handle.remove()
+        """Take out of the bar what was told of failures."""
+        with self._telling:
+            self._told = [replace(n, gone=n.gone or n.error) for n in self._told]
+            self._show()
 
-    def tell(self, title: str, body: str, color: Any = "teal") -> None:
-        """Tell that something is done, or that somebody else did something."""
+    def tell(self, title: str, body: str, *, important: bool = False) -> None:
+        """Tell that something is done; important: that somebody else did something, or that it failed."""
+        self._tell(title, body, IMPORTANT_S if important else ASIDE_S)
+
+    def _tell(self, title: str, body: str, seconds: float | None, *, error: bool = False) -> None:
         if self._closed:
             return
-        if color == "yellow":  # stays in spite of what is said aside meanwhile
-            told = self.client.add_notification(title, body, color=color, auto_close_seconds=IMPORTANT_S)
-            self._important.append(told)
-            if len(self._important) > MOST_IMPORTANT:
-                self._important.popleft().remove()
-            return
-        if self._last is not None:  # one at a time: they lie over the scene
-            self._last.remove()
-        seconds = ASIDE_S if color == "teal" else IMPORTANT_S
-        self._last = self.client.add_notification(title, body, color=color, auto_close_seconds=seconds)
+        with self._telling:
+            self._number += 1
+            now = f"{datetime.now().astimezone():%H:%M:%S}"
+            self._told.append(Notice(self._number, title, body, now, seconds, error))
+            del self._told[:-MOST_KEPT]
+            self._show()
+
+    def _show(self) -> None:
+        self._channel.show("notices", [vars(notice) for notice in self._told])
 
     def guard(self, doing: str, action: Callable[..., None]) -> Callable[..., None]:
         """The same action, whose exceptions become notifications."""

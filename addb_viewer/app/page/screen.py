@@ -2,6 +2,7 @@
 
 from typing import Protocol
 
+from addb_viewer.app.page.channel import Channel
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.questions import Questions
 from addb_viewer.app.page.reviewer import Reviewer
@@ -12,6 +13,7 @@ from addb_viewer.app.trial.replay import Replay
 class Screen(Protocol):
     """A session, as its tabs see it."""
 
+    channel: Channel
     notices: Notices
     questions: Questions
     reviewer: Reviewer

@@ -65,7 +65,7 @@ class QueueController:
         rows = self.trials.rows()
         trials = [row for row in rows if not row.error]
         done = sum(row.finished for row in trials)
-        self._rows = self._let_through()[:MOST]
+        self._rows = self.let_through()[:MOST]
         paged = self.screen.reviewer.browser in self.trials.orders
         how = "as the queue's page shows them" if paged else "worst first"
         count = boxed(f"<b>Reviewed {done} of {len(trials)}</b>, {how}")
@@ -132,21 +132,21 @@ class QueueController:
 
     def offer(self) -> Row | None:
         """The trial to go on with by filter and order, offered to nobody else and nobody else's; or None."""
-        rows, here = [row for row in self._let_through() if not self._left_to(row)], self.here
+        rows, here = [row for row in self.let_through() if not self._left_to(row)], self.here
         return self.trials.people.offer(self.screen.page, lambda taken: next_trial(rows, here, taken))
 
     def fit_ahead(self) -> None:
         """Have the next unfitted trials fitted in the background, while this one is reviewed."""
-        waiting = to_review(self._let_through(), self.here)
+        waiting = to_review(self.let_through(), self.here)
         subjects = dict.fromkeys(row.subject for row in waiting if row.figures is None)
         self.trials.fit_ahead(list(subjects), self.screen.reviewer.name)
 
     def outside(self) -> int:
         """How many trials wait for a person that the filter does not let through."""
         waiting = len(to_review(self.trials.rows(), self.here))
-        return waiting - len(to_review(self._let_through(), self.here))
+        return waiting - len(to_review(self.let_through(), self.here))
 
-    def _let_through(self) -> list[Row]:
+    def let_through(self) -> list[Row]:
         """The rows that the queue's page of this browser shows, as long as it is open; else this panel's."""
         rows, places = self.trials.rows(), self.trials.orders.get(self.screen.reviewer.browser)
         if places is None:
@@ -157,7 +157,7 @@ class QueueController:
     def taken(self) -> list[str]:
         """In words, who is on the trials that wait, or is to review them."""
         people = self.trials.people.others(self.screen.page)
-        waiting = to_review(self._let_through(), self.here)
+        waiting = to_review(self.let_through(), self.here)
         told = []
         for row in waiting:
             if (row.subject, row.trial) in people:

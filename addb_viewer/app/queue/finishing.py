@@ -89,7 +89,7 @@ class Finishing:
         if told != self._told or age > READ_S:
             self._told, self._told_at = told, now
             words = " ".join(filter(None, (*reasons, first)))
-            self.screen.notices.tell(f"{key} again finishes this trial", words, "yellow")
+            self.screen.notices.tell(f"{key} again finishes this trial", words, important=True)
         return False
 
     @property
@@ -178,7 +178,7 @@ class Finishing:
         if row.figures is None:
             fits = "It is being fitted." if trials.is_being_fitted(row.subject) else "G fits it."
             unfitted = f"{done} Next: {name}. Nothing is fitted to it yet. {fits}".strip()
-            screen.notices.tell("Finished", unfitted, "yellow")
+            screen.notices.tell("Finished", unfitted, important=True)
         else:
             screen.notices.tell("Finished", f"{done} Next: {name}. U takes the finishing back.".strip())
         try:

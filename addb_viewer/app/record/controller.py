@@ -94,7 +94,7 @@ class RecordController:
         if task.doing != RECORDING:
             return
         if outcome.cancelled:
-            self.notices.tell("Cancelled", "Nothing was written.", "gray")
+            self.notices.tell("Cancelled", "Nothing was written.", important=True)
         elif not outcome.succeeded:
             self.notices.failed("Recording", outcome.error or "it ended without a word")
         else:

@@ -29,9 +29,6 @@ class Review(Protocol):
     def record(self, event: Event) -> None:
         """Record an edit."""
 
-    def note(self) -> str:
-        """The note for the next edit."""
-
     def note_went(self, note: str) -> None:
         """The edit is recorded."""
 
@@ -62,7 +59,7 @@ class ActivityLabels:
         assert replay is not None
         start, end = self._of.chosen or (0, replay.frames)
         activity, subclass = activity_named(self._of.panel.activity.value)
-        note = self._of.note()
+        note = self._of.panel.next_note
         self._of.record(SetActivity(start, end, activity, subclass, note))
         self._of.note_went(note)
 
@@ -88,7 +85,7 @@ class ActivityLabels:
     def _label_whole(self, activity: str, subclass: str | None) -> None:
         replay = self._of.screen.replay
         assert replay is not None
-        note = self._of.note()
+        note = self._of.panel.next_note
         self._of.record(SetActivity(0, replay.frames, activity, subclass, note))
         self._of.note_went(note)
         self._of.screen.notices.tell("Labelled", f"The whole trial: {activity_words(activity, subclass)}.")
@@ -96,7 +93,7 @@ class ActivityLabels:
     def confirm(self) -> None:
         """The person does what is suggested."""
         s = self._at_hand()
-        note = self._of.note()
+        note = self._of.panel.next_note
         self._of.record(SetActivity(s.start, s.end, s.activity, s.subclass, note))
         self._of.note_went(note)
 

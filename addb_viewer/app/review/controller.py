@@ -21,7 +21,15 @@ from addb_viewer.app.review.what_if import WhatIfQuestions
 from addb_viewer.app.timeline.lanes import Lane, lanes_of, reviewed_ranges
 from addb_viewer.app.trial.disagreements import news
 from addb_viewer.app.trial.forces_in_use import contact_words, contacts_at, stale
-from addb_viewer.app.trial.frame_ranges import Selection, Stop, next_stop, place_of, place_said, stops_of
+from addb_viewer.app.trial.frame_ranges import (
+    Selection,
+    Stop,
+    moved_border,
+    next_stop,
+    place_of,
+    place_said,
+    stops_of,
+)
 from addb_viewer.app.trial.proposals import Pending, State, pending, still_open
 from addb_viewer.force_reviews import left_undecided
 from annotations.errors import ReviewError
@@ -130,9 +138,7 @@ class ReviewController:
 
     def moved(self) -> None:
         """The cursor has moved: a range that was painted is let go."""
-        left = self.selection.seen_from(self.screen.frame)
-        if left != self.selection:
-            self.selection = left
+        self.selection = self.selection.seen_from(self.screen.frame)
 
     def drop(self, *, only_whole: bool = False) -> None:
         """Escape, or a click elsewhere: nothing is selected any more.
@@ -160,9 +166,7 @@ class ReviewController:
         start, end = max(start, 0), min(end, replay.frames)
         if start >= end:
             raise ReviewError(f"no such frames; the trial has 0–{replay.frames - 1}")
-        self._stop = next(
-            (place_of(p) for p in self.proposals if (p.proposal.start, p.proposal.end) == (start, end)), None
-        )
+        self._stop = next((at for at in map(place_of, self.proposals) if at[:2] == (start, end)), None)
         self.screen.seek(start)
         self._select(Selection(start, end))
 
@@ -192,7 +196,7 @@ class ReviewController:
                 f"no contact{whose} at frame {self.screen.frame}; select a range with I and O, or by "
                 "dragging over the timeline"
             )
-        note = self.note()
+        note = self.panel.next_note
         for start, end, foot in places:
             if reason == FORCE_COUNTS:
                 self.record(ClearRange(start, end, foot, note))
@@ -203,6 +207,13 @@ class ReviewController:
             self.selection = Selection(*chosen).spent(self.screen.frame)
             self.show_selection()
 
+    def move_border(self, flag: Stop, to: tuple[int, int]) -> None:
+        """A border of a flag was dragged; arguments and errors as for `moved_border`."""
+        for event in moved_border(self.review.flags, flag, to):
+            self.record(event)
+        self._stop = (*to, flag[2])
+        self._select(Selection(*to))
+
     def step(self, direction: int) -> None:
         """N and P: the next or previous open proposal or flagged range."""
         stops = stops_of(self.proposals, self.review)
@@ -212,7 +223,7 @@ class ReviewController:
             where = "after" if direction > 0 else "before"
             self.notices.tell("That was all", f"No open proposal and no flagged range {where} this frame.")
             return
-        self._go(found)
+        self.go_to(found)
 
     def accept(self) -> None:
         """Enter."""
@@ -228,7 +239,7 @@ class ReviewController:
         self.notices.tell("Undone", said_by(undone.event))
         place = place_said(undone.event)
         if place is not None:
-            self._go(place)
+            self.go_to(place)
 
     def redo(self) -> None:
         """R."""
@@ -238,7 +249,7 @@ class ReviewController:
     def set_status(self, status: Status) -> None:
         """Say how far the review is; what is undecided when a trial is finished stays left out."""
         left_out = self.left_out if status is Status.FINISHED else None
-        note = self.note()
+        note = self.panel.next_note
         self.record(SetStatus(status, note, left_out))
         self.note_went(note)
 
@@ -263,7 +274,7 @@ class ReviewController:
         """Somebody recorded edits; those of others that touch this reviewer's frames are told."""
         here = [edit for edit in edits if edit.trial == self._trial()]
         for title, body in news(here, self.review, self.screen.reviewer.name or None, self.chosen):
-            self.notices.tell(title, body, "yellow")
+            self.notices.tell(title, body, important=True)
         self.show()
 
     def lanes(self, figures: Mapping[str, Any] | None) -> tuple[Lane, ...]:
@@ -291,18 +302,9 @@ class ReviewController:
         self.screen.shared.reviews.record(self._trial(), event, self.screen.reviewer.author())
         self.recorded += 1
 
-    def note(self) -> str:
-        """The note for the next edit; it stays in its box until that is recorded."""
-        return str(self.panel.note.value).strip()
-
     def note_went(self, note: str) -> None:
         """The edit is recorded: the box is empty again, unless something else was typed meanwhile."""
-
-        def empty() -> None:
-            if str(self.panel.note.value).strip() == note:
-                put(self.panel.note, "")
-
-        self.notices.between_words(empty)
+        self.notices.between_words(lambda: self.panel.drop_note(note))
 
     def _decide(self, event: type[AcceptProposal] | type[RejectProposal]) -> None:
         found = self.current
@@ -313,13 +315,14 @@ class ReviewController:
         after = [place_of(p) for p in self.proposals if p.state is State.OPEN]
         onward = next_stop(after, place_of(found), 1)
         if after:
-            self._go(onward or after[0])
+            self.go_to(onward or after[0])
             return
         self._stop = None
         self._select(Selection())
         self.notices.tell("All proposals are decided", "T finishes the trial and goes to the next.")
 
-    def _go(self, stop: Stop) -> None:
+    def go_to(self, stop: Stop) -> None:
+        """Select frames of a foot, and go to the first."""
         self._stop = stop
         self.screen.seek(stop[0])
         self._select(Selection(stop[0], stop[1]))

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import viser
 
+from addb_viewer.app.page.handles import put
 from addb_viewer.app.review.html import reasons_html
 from addb_viewer.app.review.talks import TalksPanel, build_talks
 from annotations.activities import ACTIVITIES
@@ -41,6 +42,16 @@ class ReviewPanel:
     label: viser.GuiButtonHandle
     talks: TalksPanel
     history: viser.GuiHtmlHandle
+
+    @property
+    def next_note(self) -> str:
+        """The note for the next edit; it stays in its box until that is recorded."""
+        return str(self.note.value).strip()
+
+    def drop_note(self, note: str) -> None:
+        """Empty the box, unless something else was typed into it."""
+        if self.next_note == note:
+            put(self.note, "")
 
 
 def build_review(gui: viser.GuiApi, tab: viser.GuiTabHandle, feet: tuple[str, ...]) -> ReviewPanel:

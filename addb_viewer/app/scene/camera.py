@@ -68,13 +68,18 @@ def distance_to_see(
     return float(needed.max())
 
 
-def fit(client: viser.ClientHandle, points: Float[np.ndarray, "points 3"]) -> None:
+def fit(client: viser.ClientHandle, points: Float[np.ndarray, "points 3"]) -> bool:
     """Bring all points into one browser's picture, seen from the present side.
 
     Args:
         client: the browser.
-        points: at least one [m].
+        points: of a person [m].
+
+    Returns:
+        Whether there is somebody: two points at least.
     """
+    if len(points) < 2:
+        return False
     center = 0.5 * (points.min(axis=0) + points.max(axis=0))
     camera = client.camera
     back = np.asarray(camera.position) - np.asarray(camera.look_at)
@@ -84,6 +89,7 @@ def fit(client: viser.ClientHandle, points: Float[np.ndarray, "points 3"]) -> No
     with client.atomic():
         camera.fov, camera.up_direction = FIELD_OF_VIEW, UP
         camera.position, camera.look_at = center + distance * back, center
+    return True
 
 
 def first_sight(server: viser.ViserServer) -> None:

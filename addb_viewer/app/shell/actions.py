@@ -1,18 +1,15 @@
-"""What keys, buttons, lists and the box "Go to" of one browser do."""
+"""What keys, buttons and lists of one browser do."""
 
-import re
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import viser
 
-from addb_viewer.app.page.handles import put
 from addb_viewer.app.review.panel import DECIDE, EDITS, FINISH, SUGGESTION
 from addb_viewer.app.scene import camera
 from addb_viewer.app.scene.camera import VIEWS
-from addb_viewer.app.shell import keys
+from addb_viewer.app.shell import go_to, keys
 from addb_viewer.app.shell.commands import Command
 from addb_viewer.app.shell.controls import MOVES, SPEED_NAMES
 from addb_viewer.app.shell.key_file import key_file
@@ -34,6 +31,7 @@ def connect(session: Session, commands: Sequence[Command]) -> None:
     _bind_controls(session)
     _bind_review(session)
     _bind_solve(session)
+    go_to.listen(session)
     s, help_page = session, keys.page_html(commands, str(key_file()))
     s.keys_page.content = help_page
     actions = {**actions_of(s), "help": lambda: _toggle_help(s, help_page)}
@@ -114,7 +112,7 @@ def _bind_controls(s: Session) -> None:
         lambda: s.open_trial(c.trial.value) if c.trial.value != s.shown else None,
     )
     on(c.frame, "Moving", partial(_scrub, s))
-    on(c.go_to, "Going there", partial(_go_to, s))
+    on(c.go_to, "Going there", lambda: go_to.go_to(s, c.go_to.value))
     on(c.speed, "Setting the speed", lambda: s.playback.play_at(SPEED_NAMES[c.speed.value]))
     for switch in c.show.switches:
         on(switch, "Showing", partial(_show_options, s))
@@ -177,70 +175,6 @@ def _bind_group(
     group.on_click(clicked)
 
 
-@dataclass(frozen=True)
-class GoTo:
-    """A frame."""
-
-    frame: int
-
-
-@dataclass(frozen=True)
-class Select:
-    """Frames start to end − 1."""
-
-    start: int
-    end: int
-
-
-@dataclass(frozen=True)
-class OpenRow:
-    """A row of the queue, from 0."""
-
-    row: int
-
-
-@dataclass(frozen=True)
-class Drop:
-    """Nothing is to be selected any more."""
-
-
-Entry = GoTo | Select | OpenRow | Drop
-
-
-def entry(text: str) -> Entry | None:
-    """What a text in the box asks for; None while it is not, or not yet, whole."""
-    text = text.strip()
-    if match := re.fullmatch(r"(\d{1,9})", text):
-        return GoTo(int(match[1]))
-    if match := re.fullmatch(r"(\d{1,9})\s*([-–:])\s*(\d{1,9})", text):
-        start, last = int(match[1]), int(match[3])
-        end = (
-            last if match[2] == ":" else last + 1
-        )  # with a colon as on the command line: the first frame after
-        return Select(start, end) if start < end else None
-    if match := re.fullmatch(r"#(\d{1,9})", text):
-        return OpenRow(int(match[1]))
-    if text == "-":
-        return Drop()
-    return None
-
-
-def _go_to(s: Session) -> None:
-    """Do what was written into the box; while it is not whole, nothing."""
-    match entry(s.controls.go_to.value):
-        case GoTo(frame):
-            s.review.drop(only_whole=True)
-            s.seek(frame)
-        case Drop():
-            put(s.controls.go_to, "")
-            s.review.drop(only_whole=True)
-        case Select(start, end):
-            s.review.select(start, end)
-            s.review.warm_up()
-        case OpenRow(row):
-            s.queue.open_row(row)
-
-
 def _escape(s: Session) -> None:
     """Esc: no to the question; where none is asked, the selection and what was told of failures go."""
     if s.questions.waits:
@@ -290,12 +224,8 @@ def _loop(s: Session) -> None:
 
 def _fit_view(s: Session) -> None:
     """V: the whole person in the picture, from the side that the camera is on."""
-    if s.replay is None:
-        return
-    points = s.scene.extent(s.frame)
-    if len(points) < 2:
+    if s.replay is not None and not camera.fit(s.client, s.scene.extent(s.frame)):
         raise ReviewError(f"nobody is seen on frame {s.frame}; go to another one")
-    camera.fit(s.client, points)
 
 
 def _scrub(s: Session) -> None:

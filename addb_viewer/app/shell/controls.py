@@ -1,16 +1,11 @@
 """The controls on the left: which trial, where in it, the banner, and tabs; and how wide all panels are."""
 
-import html
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import viser
 
-from addb_viewer.app.jobs.progress_html import task_words
 from addb_viewer.app.shell.fit_tab import FitTab
 from addb_viewer.app.shell.playback import SPEEDS
-from addb_viewer.app.style.html_pieces import boxed
-from addb_viewer.app.subjects.shared_subject import SharedSubject
 
 SPEED_NAMES = {f"{speed:g}×".replace("-", "−"): speed for speed in SPEEDS}
 TRAIL_LONGEST = 2.0  # [s]
@@ -18,8 +13,8 @@ MOVES = {"|◀": "first", "◀": "back_frame", "▶": "on_frame", "▶|": "last"
 CONTROLS_WIDTH = 320  # [pixel]
 NARROWEST, WIDEST = 400, 660  # [pixel] of the timeline
 OF_WINDOW = 0.34  # the timeline's share of it
-CHARTS, ABOVE, BELOW = 5, 190, 170  # usual charts; [pixel] of tabs and lanes above, of choosers below
-LOWEST, HIGHEST = 62, 150  # [pixel] of a chart
+CHARTS, BESIDE = 6, 560  # usual charts; [pixel] of tabs, choosers and the strip below
+LOWEST, HIGHEST = 46, 150  # [pixel] of a chart
 
 
 @dataclass(frozen=True)
@@ -75,21 +70,9 @@ class Controls:
     play: viser.GuiButtonHandle
     move: viser.GuiButtonGroupHandle
     speed: viser.GuiDropdownHandle[str]
-    banner: viser.GuiHtmlHandle
     fit: FitTab
     show: Show
     tabs: Tabs
-
-    def show_banner(self, content: str) -> None:
-        """Show it above the tabs; nothing where it is empty.
-
-        Args:
-            content: safe HTML.
-        """
-        if self.banner.content != content:
-            self.banner.content = content
-        if self.banner.visible != bool(content):
-            self.banner.visible = bool(content)
 
 
 def build_controls(gui: viser.GuiApi, views: tuple[str, ...], *, dark: bool) -> Controls:
@@ -106,7 +89,6 @@ def build_controls(gui: viser.GuiApi, views: tuple[str, ...], *, dark: bool) -> 
     play = gui.add_button("Play", icon=viser.Icon.PLAYER_PLAY, hint="Key Space")
     move = gui.add_button_group("Move", tuple(MOVES))
     speed = gui.add_dropdown("Speed", tuple(SPEED_NAMES), initial_value="1×")
-    banner = gui.add_html("", visible=False)
     tabs = gui.add_tab_group()
     review, queue = tabs.add_tab("Review"), tabs.add_tab("Queue")
     solve = tabs.add_tab("Solve")
@@ -120,7 +102,6 @@ def build_controls(gui: viser.GuiApi, views: tuple[str, ...], *, dark: bool) -> 
         play,
         move,
         speed,
-        banner,
         fit,
         show,
         Tabs(review, queue, solve),
@@ -173,30 +154,5 @@ def layout_for(client: viser.ClientHandle) -> Layout:
 def layout_of(width: int, height: int) -> Layout:
     """The layout for a window of so many pixels."""
     timeline = round(min(max(OF_WINDOW * width, NARROWEST), WIDEST))
-    chart = round((height - ABOVE - BELOW) / CHARTS) - 17
+    chart = round((height - BESIDE) / CHARTS) - 17
     return Layout(CONTROLS_WIDTH, timeline, min(max(chart, LOWEST), HIGHEST))
-
-
-def banner_html(shared: SharedSubject, others: Sequence[str]) -> str:
-    """The lines of the banner; empty where there is nothing to say.
-
-    Args:
-        shared: of the subject on the screen.
-        others: names of those on the same trial.
-    """
-    lines, new, progress = [], shared.fits.new, shared.jobs.progress
-    if others:
-        who = html.escape(" and ".join(others))
-        lines.append(f"<b>{who} {'is' if len(others) == 1 else 'are'} on this trial too.</b>")
-    if new is not None:
-        lines.append(
-            f"<b>Solve {new.number}, for {html.escape(new.by)}, is on the screen and waits</b>: keep it or "
-            "discard it, under Solve."
-        )
-    if progress is not None:
-        share = "" if progress.fraction is None else f", {100 * progress.fraction:.0f} %"
-        after = "".join(f"; then {task_words(task)}" for task in progress.waiting)
-        lines.append(f"{task_words(progress.task)}{share}{after}.")
-    elif shared.fits.shown.fit is None:
-        lines.append("No fit yet: G makes the first one, which is kept.")
-    return boxed("".join(f"<div>{line}</div>" for line in lines)) if lines else ""

@@ -20,11 +20,12 @@ from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.record.controller import RecordController
 from addb_viewer.app.review.controller import ReviewController
 from addb_viewer.app.review.panel import build_review
-from addb_viewer.app.scene.camera import VIEWS, look
+from addb_viewer.app.scene.camera import VIEWS, fit, look
 from addb_viewer.app.scene.legend import legend_html
 from addb_viewer.app.scene.scene import TrialScene, heading
 from addb_viewer.app.security.trial_address import TrialAddress
-from addb_viewer.app.shell.controls import banner_html, build_controls, layout_for, speed_name
+from addb_viewer.app.shell.bar import Bar
+from addb_viewer.app.shell.controls import build_controls, layout_for, speed_name
 from addb_viewer.app.shell.playback import Pace, Playback, Position
 from addb_viewer.app.shell.updates import Updates
 from addb_viewer.app.solve.controller import SolveController
@@ -63,8 +64,8 @@ class Session:
         """
         self.client, self.trials, self._shared = client, trials, shared
         self.people = trials.people
-        self.notices = Notices(client, pace.first)
-        self.memory, self.channel = memory, channel
+        self.memory, self.channel, self.bar = memory, channel, Bar(self)
+        self.notices = Notices(client, channel, pace.first)
         self.at_end: Callable[[], None] = lambda: None
         self.questions = Questions(client.gui, self.notices)
         self._drawing = threading.RLock()  # the scene belongs to one thread at a time
@@ -83,10 +84,10 @@ class Session:
         panel = gui.add_panel()
         self.timeline = TimelineController(
             gui,
-            panel.add_tab("Timeline", viser.Icon.CHART_LINE),
+            panel.add_tab("Curves", viser.Icon.CHART_LINE),
             self,
             self.layout.chart_height,
-            self._other_replay,
+            lambda: self.solving.other,
         )
         self.diagnosis = DiagnosisController(
             gui, panel.add_tab("Diagnosis", viser.Icon.STETHOSCOPE), self, self.notices
@@ -105,7 +106,7 @@ class Session:
         self.notices.unnamed = self.reviewer.ask
         self.queue = QueueController(gui, tabs.queue, trials, self, self.notices)
         self.finishing = Finishing(self, self.review, self.queue)
-        self.solving = SolveController(self, build_solve(gui, tabs.solve), self.notices)
+        self.solving: SolveController = SolveController(self, build_solve(gui, tabs.solve), self.notices)
         self.people.listen(self.page, self.updates)
         self.playback.start()
 
@@ -156,6 +157,7 @@ class Session:
         self.recording.show()
         self.explain()
         self.queue.show()
+        self.bar.show()
 
     def open(self, subject: str, trial: str | None) -> None:
         """Show a trial of any subject; None: its first one.
@@ -191,19 +193,17 @@ class Session:
             self.playback.open(replay.frames, replay.rate, frame)
             self.scene.show(replay, library.meshes)
             self._fill_panel(replay)
-            self.solving.show()
-            self._compare()
-            self.timeline.show()
+            self.compare_changed()
             self.review.open(self._shared.subject.foot_bodies)
             self.diagnosis.show_trial(replay)
             self.memory.place = (self._shared.name, name)
             self.people.go(self.page, self.memory.place)
-            self.queue.draw()
-            self.show_banner()
+            self.show_queue()
             self._shared.opened(name)
             self.review.warm_up()
             if not self._looked:  # later trials are seen from where the reviewer went
                 self.view("Reset")
+                fit(self.client, self.scene.extent(self.frame))
 
     def go_to(self, trial: str, frame: int) -> None:
         """Show a frame of a trial of this subject."""
@@ -233,12 +233,9 @@ class Session:
     def draw_lanes(self) -> None:
         """Show what has changed in the lanes."""
         if self._replay is not None:
-            self.timeline.draw_lanes(self.review.lanes(self.diagnosis.state.figures), self.review.chosen)
-
-    def show_banner(self) -> None:
-        """Put above the tabs what everybody at this trial should see."""
-        others = self.people.others(self.page).get(self.queue.here, ())
-        self.controls.show_banner(banner_html(self._shared, others))
+            lanes = self.review.lanes(self.diagnosis.state.figures)
+            self.timeline.draw_lanes(lanes, self.review.chosen)
+            self.bar.show_chips()
 
     def set_dark(self, dark: bool) -> None:
         """Turn the theme."""
@@ -249,7 +246,9 @@ class Session:
     def compare_changed(self) -> None:
         """The comparison was switched on or off, or is with another solve."""
         self.solving.show()
-        self._compare()
+        other, library = self.solving.other, self._shared.fits.compared
+        self.scene.compare(other.bodies if other else None, library.meshes if library else {})
+        self.playback.redraw()
         self.timeline.show()
 
     def show_edits(self, edits: Sequence[Edit], *, unreadable: bool) -> None:
@@ -263,7 +262,7 @@ class Session:
         """Show what is at work."""
         for tab in (self.solving, self.diagnosis, self.recording):
             tab.progressed(progress)
-        self.show_banner()
+        self.bar.show_work()
 
     def show_outcome(self, task: Task, outcome: Outcome) -> None:
         """Show what came of what was at work."""
@@ -272,12 +271,12 @@ class Session:
         self.explain()
         self.compare_changed()
         self.show_summary()
-        self.show_banner()
+        self.bar.show()
 
     def show_queue(self) -> None:
         """Show the queue, and who is where, as they are now."""
         self.queue.draw()
-        self.show_banner()
+        self.bar.show()
 
     def show_log(self) -> None:
         """Show whether the session is written down."""
@@ -298,7 +297,7 @@ class Session:
     def requeue(self, revision: int | None = None) -> None:
         """Show the queue with the rows of this subject read anew; arguments as for `TrialQueue.refresh`."""
         self.trials.refresh(self._shared.name, revision)
-        self.queue.draw()
+        self.show_queue()
 
     def show_fit(self) -> None:
         """Show the trial again, at the present frame, as the fit that is now on the screen has it."""
@@ -312,14 +311,6 @@ class Session:
         """Show the figures of the trial on the screen, as they are now."""
         if self._replay is not None:
             self.controls.fit.show(self._shared.fits.shown, self._replay)
-
-    def _other_replay(self) -> Replay | None:
-        return self.solving.other
-
-    def _compare(self) -> None:
-        other, library = self.solving.other, self._shared.fits.compared
-        self.scene.compare(other.bodies if other else None, library.meshes if library else {})
-        self.playback.redraw()
 
     def _fill_panel(self, replay: Replay) -> None:
         c = self.controls
@@ -354,3 +345,4 @@ class Session:
             self.review.moved()
             self.review.show_selection()
             self.timeline.select(self.review.chosen)
+            self.bar.show_chips()

@@ -81,7 +81,7 @@ class Updates:
 
     def told(self, title: str, body: str) -> None:
         """Something happened that all should know."""
-        self.session.notices.tell(title, body, "yellow")
+        self.session.notices.tell(title, body, important=True)
 
     def queue_changed(self) -> None:
         """Rows of the queue, or who is where, are others now."""

@@ -147,7 +147,7 @@ class SolveController:
         if task.doing != SOLVING:
             return
         if outcome.cancelled:
-            self.notices.tell("Cancelled", "Solving was cancelled; the fit is as it was.", "gray")
+            self.notices.tell("Cancelled", "Solving was cancelled; the fit is as it was.", important=True)
         elif not outcome.succeeded:
             self.notices.failed("Solving", outcome.error or "it ended without a word")
             return
@@ -206,7 +206,7 @@ def stop(screen: Screen) -> None:
         return
     dropped = shared.jobs.drop(author)
     if dropped is not None:
-        screen.notices.tell("Cancelled", f"{dropped.doing} does not wait any more.", "gray")
+        screen.notices.tell("Cancelled", f"{dropped.doing} does not wait any more.", important=True)
         return
     screen.questions.ask(
         f"Cancel what {by} has asked for?",

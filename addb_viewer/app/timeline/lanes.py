@@ -1,7 +1,7 @@
 """The lanes of the timeline: who stands where, which forces do not count, what is proposed and decided."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from addb_viewer.app.trial.proposals import Pending, State
 from addb_viewer.app.trial.replay import Replay
 from addb_viewer.diagnosis_vocabulary import ranges_of, title
 from annotations.events import Status
-from annotations.foot_names import foot_letter
+from annotations.foot_names import foot_letter, foot_words
 from annotations.reasons import key_of, reason_words
 from annotations.suggested_activity import SuggestedActivity
 from annotations.trial_review import TrialReview
@@ -21,6 +21,8 @@ from solver.contact.wrenches import DETECTION, RECORDING
 from solver.kinematics.label_faults.fault import EXCHANGED, LabelFault
 from solver.runs import runs
 
+CONTACT = 0.34  # share of a foot's lane, at its lower border
+DECIDED = 0.12  # likewise, at its upper one, of a proposal that is decided
 _NO_FORCE = "the recording has no force for the foot here"
 _UNDECIDED = "left out by detection, not decided by anybody yet"
 
@@ -36,7 +38,10 @@ class Block:
     color: Rgb
     hatched: bool = False  # not measured, or not decided by a person
     height: float = 1.0  # share of the lane's
+    bottom: float = 0.0  # likewise, below it
     outlined: bool = False  # the one that keys act on
+    foot: str | None = None  # that it is about; None: both, or none in particular
+    is_flag: bool = False  # of a person's, whose borders can be moved
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,7 @@ class Lane:
 
     label: str
     blocks: tuple[Block, ...]
+    foot: str | None = None  # whose it is; None: of the trial
 
 
 def lanes_of(
@@ -71,9 +77,19 @@ def lanes_of(
         chosen: the selected range.
     """
     feet = review.feet
-    lanes = [Lane(f"contact {foot_letter(foot)}", _contacts(replay, i)) for i, foot in enumerate(feet)]
-    lanes += [Lane(f"missing {foot_letter(foot)}", _missing(replay, review, foot)) for foot in feet]
-    lanes.append(Lane("proposed", tuple(_proposal(p, p is current) for p in proposals)))
+    lanes = [
+        Lane(
+            f"{foot_words(foot)} foot",
+            (
+                *_contacts(replay, i),
+                *_missing(replay, review, foot),
+                *(_proposal(p, p is current) for p in proposals if p.proposal.foot in (None, foot)),
+            ),
+            foot,
+        )
+        for i, foot in enumerate(feet)
+    ]
+    lanes += _usable(replay)
     activities = tuple(
         Block(
             a.start,
@@ -89,7 +105,7 @@ def lanes_of(
     lanes.append(Lane("reviewed", tuple(Block(a, b, "", "looked at", GREEN) for a, b in reviewed)))
     if replay.label_faults:
         lanes.append(Lane("labels", tuple(_label_fault(fault) for fault in replay.label_faults)))
-    lanes.append(Lane("causes", () if figures is None else _causes(figures, replay.name)))
+    lanes += [] if figures is None else _causes(figures, replay.name)
     return tuple(lanes)
 
 
@@ -110,6 +126,8 @@ def _contacts(replay: Replay, foot: int) -> tuple[Block, ...]:
             f"on the ground; a plate carries {100 * phase.loaded:.0f} % of it",
             color,
             hatched=not phase.is_measured,
+            height=CONTACT,
+            foot=replay.feet[phase.foot],
         )
         for phase in replay.forces.contacts
         if phase.foot == foot
@@ -128,6 +146,10 @@ def _missing(replay: Replay, review: TrialReview, foot: str) -> tuple[Block, ...
             ": ".join(filter(None, (reason_words(flag.reason), flag.author, flag.source, flag.note))),
             reason_color(flag.reason),
             hatched=flag.source in ("imported", "undecided proposal"),
+            height=1.0 - CONTACT,
+            bottom=CONTACT,
+            foot=flag.foot,
+            is_flag=flag in review.flags and flag.source not in ("imported", "undecided proposal"),
         )
         for flag in flags
         if flag.foot in (None, foot)
@@ -145,6 +167,9 @@ def _missing(replay: Replay, review: TrialReview, foot: str) -> tuple[Block, ...
             f"{reason_words(reason)}: {known[source]}",
             reason_color(reason),
             hatched=True,
+            height=1.0 - CONTACT,
+            bottom=CONTACT,
+            foot=of_foot,
         )
         for (start, end, of_foot, reason), source in zip(mask.reasons, mask.sources, strict=True)
         if of_foot in (None, foot) and source in known
@@ -156,15 +181,18 @@ def _proposal(pending: Pending, current: bool) -> Block:
     p = pending.proposal
     signs = {State.OPEN: "?", State.ACCEPTED: "✓", State.REJECTED: "✗"}
     foot = "all feet" if p.foot is None else foot_letter(p.foot)
+    open_ = pending.state is State.OPEN
     return Block(
         p.start,
         p.end,
         f"{signs[pending.state]}{key_of(p.reason)}",
         f"{reason_words(p.reason)}, {foot}, {sure_words(p.confidence)} sure; {pending.state}",
-        ORANGE if pending.state is State.OPEN else GREY,
+        ORANGE if open_ else GREY,
         hatched=pending.state is State.REJECTED,
-        height=0.35 + 0.65 * p.confidence,
+        height=(1.0 - CONTACT) * (0.6 + 0.4 * p.confidence) if open_ else DECIDED,
+        bottom=CONTACT if open_ else 1.0 - DECIDED,
         outlined=current,
+        foot=p.foot,
     )
 
 
@@ -187,10 +215,32 @@ def _label_fault(fault: LabelFault) -> Block:
     return Block(fault.start, fault.end, sign, fault.note, CAUSE, hatched=not exchanged, height=0.8)
 
 
-def _causes(figures: Mapping[str, Any], trial: str) -> tuple[Block, ...]:
-    return tuple(
-        Block(start, end, title(effect), title(effect), CAUSE, height=0.8)
-        for effect in figures["effects"]
-        for name, start, end in ranges_of(figures, effect)
-        if name == trial
-    )
+def _usable(replay: Replay) -> list[Lane]:
+    """Which frames the figures count, and why not the others."""
+    if replay.residual is None:
+        return []
+    used = np.asarray(replay.residual.used)
+    out = replay.forces.missing
+
+    def why(start: int, end: int) -> str:
+        reasons = dict.fromkeys(reason_words(reason) for a, b, _, reason in out if a < end and b > start)
+        return "does not count: " + ("; ".join(reasons) or "first or last frames, or force not known")
+
+    counted = [Block(int(a), int(b), "", "counts", GREEN) for a, b in runs(used)]
+    others = [Block(int(a), int(b), "", why(a, b), GREY, hatched=True) for a, b in runs(~used)]
+    return [Lane("usable", tuple(sorted((*counted, *others), key=lambda block: block.start)))]
+
+
+def _causes(figures: Mapping[str, Any], trial: str) -> list[Lane]:
+    """One for each cause that names a part of the trial; ranges of a cause that overlap are one block."""
+    lanes = []
+    for effect in figures["effects"]:
+        name, blocks = title(effect), list[Block]()
+        for start, end in sorted((a, b) for of, a, b in ranges_of(figures, effect) if of == trial):
+            if blocks and start <= blocks[-1].end:
+                blocks[-1] = replace(blocks[-1], end=max(end, blocks[-1].end))
+            else:
+                blocks.append(Block(start, end, name, name, CAUSE))
+        if blocks:
+            lanes.append(Lane("cause", tuple(blocks)))
+    return lanes

@@ -3,7 +3,7 @@
 import html
 
 from addb_viewer.app.style.html_pieces import ink
-from addb_viewer.app.timeline.chart_html import GUTTER, MARGIN, SMALL
+from addb_viewer.app.timeline.chart_html import GUTTER, MARGIN
 from addb_viewer.app.timeline.lanes import Block, Lane
 from addb_viewer.app.timeline.span import Span
 
@@ -13,20 +13,6 @@ LANE = 16  # [pixel] with the line between two
 def lanes_html(lanes: tuple[Lane, ...], span: Span) -> str:
     """All lanes; `LANE` pixels each."""
     return "".join(_lane_html(lane, span) for lane in lanes)
-
-
-def timeline_html(content: str, span: Span) -> str:
-    """A piece of the timeline that the page's script listens on.
-
-    Args:
-        content: safe HTML with `GUTTER` and `MARGIN` at its sides.
-        span: the frames shown.
-    """
-    return (
-        f"<div data-addb-timeline data-first='{span.first}' data-last='{span.last}' "
-        f"data-gutter='{GUTTER}' data-margin='{MARGIN}' style='position:relative;font-size:{SMALL};"
-        f"line-height:1.15;cursor:crosshair;user-select:none;touch-action:none'>{content}</div>"
-    )
 
 
 def _lane_html(lane: Lane, span: Span) -> str:

@@ -18,20 +18,3 @@ class Span:
         """Left border and width of frames start to end − 1 as shares; None where none of them is shown."""
         left, right = max(self.share(start - 0.5), 0.0), min(self.share(end - 0.5), 1.0)
         return (left, right - left) if right > left else None
-
-
-def span_around(frame: int, frames: int, shown: int | None) -> Span:
-    """The page of a trial that holds a frame.
-
-    Pages overlap by half, so that turning one keeps what was looked at.
-
-    Args:
-        frame: to be seen.
-        frames: of the trial.
-        shown: how many fit on a page; None for all.
-    """
-    if shown is None or shown >= frames:
-        return Span(0, max(frames - 1, 1))
-    half = max(shown // 2, 1)
-    first = min(max((frame - half // 2) // half * half, 0), frames - shown)
-    return Span(first, first + shown - 1)

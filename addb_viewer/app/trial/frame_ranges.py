@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from addb_viewer.app.trial.proposals import Pending, State
+from annotations.errors import ReviewError
 from annotations.events import (
     AcceptProposal,
     ClearActivity,
@@ -14,7 +15,7 @@ from annotations.events import (
     RejectProposal,
     SetActivity,
 )
-from annotations.trial_review import TrialReview
+from annotations.trial_review import FlaggedRange, TrialReview
 
 Stop = tuple[int, int, str | None]  # start, end, foot
 
@@ -55,6 +56,30 @@ def place_said(event: Event) -> Stop | None:
             return start, end, None
         case _:
             return None
+
+
+def moved_border(
+    flags: Sequence[FlaggedRange], place: Stop, to: tuple[int, int]
+) -> list[FlagRange | ClearRange]:
+    """What gives a flag another border: a longer one is flagged as a whole, what a shorter one leaves counts.
+
+    Args:
+        flags: of the trial.
+        place: of the one.
+        to: start and end that it has from now on.
+
+    Raises:
+        ReviewError: there is no such flag.
+    """
+    flag = next((f for f in flags if (f.start, f.end, f.foot) == place), None)
+    if flag is None:
+        raise ReviewError(f"there is no flag of frames {place[0]}–{place[1] - 1} any more")
+    events: list[FlagRange | ClearRange] = []
+    start, end = to
+    if start < flag.start or end > flag.end:
+        events.append(FlagRange(start, end, flag.reason, flag.foot, flag.note))
+    left = ((flag.start, min(start, flag.end)), (max(end, flag.start), flag.end))
+    return events + [ClearRange(a, b, flag.foot, "") for a, b in left if a < b]
 
 
 def order(stop: Stop) -> tuple[int, int, str]:

@@ -202,14 +202,12 @@ def open_page(browser):
         page.on("pageerror", lambda error: EVAL_PROBE not in str(error) and page.errors.append(str(error)))
         page.on("console", lambda said: _is_error(said) and page.errors.append(said.text))
         page.goto(f"http://127.0.0.1:{app.server.get_port()}")
-        page.wait_for_selector("canvas")
+        page.wait_for_selector("#root canvas")
         (client,) = _until(lambda: set(app.sessions) - before, "the session")
         page.session = app.sessions[client]
         _until(lambda: page.session.replay is not None, "the trial")
-        page.locator("[data-addb-cursor]").first.wait_for(state="attached")
-        if page.evaluate(SOFTWARE_RENDERED):
-            page.get_by_text("Software WebGL rendering detected").wait_for()
-        _close_notices(page)  # that hint lies over the buttons
+        _until(page.locator("#addb-bar b").first.text_content, "the bar")
+        page.evaluate("new Promise((done) => window.addb.on('keys', () => done(true)))")
         return page
 
     return opened
@@ -266,24 +264,12 @@ def until():
     return _until
 
 
-@pytest.fixture(scope="session")
-def close_notices():
-    """Closes the notifications of a page."""
-    return _close_notices
-
-
 def _until(condition, what="the browser to follow"):
     end = time.monotonic() + PATIENCE_S
     while not (value := condition()):
         assert time.monotonic() < end, f"waited in vain for {what}"
         time.sleep(0.05)
     return value
-
-
-def _close_notices(page):
-    buttons = ".mantine-Notification-closeButton"  # one may go by itself meanwhile, so not by the mouse
-    page.evaluate("buttons => document.querySelectorAll(buttons).forEach(b => b.click())", buttons)
-    _until(lambda: page.locator(buttons).count() == 0, "notifications to go")
 
 
 @pytest.fixture(scope="session")

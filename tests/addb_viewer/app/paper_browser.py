@@ -12,14 +12,22 @@ from websockets.sync.client import connect
 from tests.patience import PATIENCE_S
 
 
+def _texts(value):
+    """All texts in what JSON holds."""
+    if isinstance(value, str):
+        return [value]
+    inside = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return [text for each in inside for text in _texts(each)]
+
+
 class PaperBrowser:
-    """One connection to the app. What the server sent is in `commands`, `gui` and `notices`."""
+    """One connection to the app. What the server sent is in `commands` and `gui`."""
 
     def __init__(self, port, headers=None, name="Zoë", at=None):
         """The browser remembers name and place (subject and trial); None: it has never been here."""
         self.storage = {} if name is None else {"addb-viewer": json.dumps({"reviewer": name, "place": at})}
         self.questions = {}
-        self.commands, self.gui, self.notices = {}, {}, []
+        self.commands, self.gui, self.session = {}, {}, None
         self.messages = 0
         self._heard = threading.Condition()
         self._socket = connect(
@@ -76,14 +84,23 @@ class PaperBrowser:
             )
 
     def html(self):
-        """All texts on the page."""
+        """All texts on the page, those in the bar included."""
         with self._heard:
-            return " ".join(p["content"] for p in self.gui.values() if isinstance(p.get("content"), str))
+            texts = [p["content"] for p in self.gui.values() if isinstance(p.get("content"), str)]
+        return " ".join([*texts, *_texts(self._shown("bar"))])
+
+    @property
+    def notices(self):
+        """Title and text of all that was told, oldest first."""
+        return [(notice["title"], notice["body"]) for notice in self._shown("notices") or ()]
 
     def told(self, words):
-        """Whether a notification says this."""
-        with self._heard:
-            return any(words in f"{title} {body}" for title, body in self.notices)
+        """Whether a notice says this."""
+        return any(words in f"{title} {body}" for title, body in self.notices)
+
+    def _shown(self, kind):
+        """What the session shows over the channel of our own, to which this browser has no connection."""
+        return None if self.session is None else self.session.channel.shown(kind)
 
     def until(self, condition, what="the app"):
         end = time.monotonic() + PATIENCE_S
@@ -147,8 +164,6 @@ class PaperBrowser:
             self.questions.pop(message["uuid"], None)
         elif kind == "GuiRemoveMessage":
             self.gui.pop(message["uuid"], None)
-        elif kind == "NotificationShowMessage":
-            self.notices.append((message["props"]["title"], message["props"]["body"]))
         elif kind == "GuiUpdateMessage":
             self.gui.get(message["uuid"], {}).update(message["updates"])
         elif kind.startswith("Gui") and "props" in message:

@@ -74,10 +74,9 @@ def page(open_page, app):
 
 
 @pytest.fixture(autouse=True)
-def nothing_at_work(page, folder, close_notices, until):
+def nothing_at_work(page, folder, until):
     for name in ("slow", "broken"):
         (folder / name).unlink(missing_ok=True)
-    close_notices(page)
     yield
     page.session.shared.jobs.cancel()
     until(lambda: not page.session.shared.jobs.process.running)
@@ -108,12 +107,11 @@ def test_diagnosing_shows_progress_and_cancel_ends_it(page, folder, until):
     page.get_by_role("button", name="Diagnose", exact=True).wait_for()
 
 
-def test_a_failure_is_a_notification_with_its_cause(page, folder, close_notices):
+def test_a_failure_is_a_notification_with_its_cause(page, folder):
     (folder / "broken").touch()
     page.get_by_role("button", name="Diagnose", exact=True).click()
-    page.get_by_text("Diagnosing failed", exact=True).wait_for()
+    page.locator("#addb-notice").get_by_text("Diagnosing failed", exact=True).wait_for()
     page.get_by_text("walk.mot: line 7 is cut off").first.wait_for(state="attached")
-    close_notices(page)
 
 
 def test_the_answer_is_on_the_page_and_in_the_scene(page, folder, diagnosed, until):
@@ -154,12 +152,11 @@ def test_named_causes_can_be_hidden(page, folder, diagnosed, until):
     until(lambda: page.session.scene.causes.one_by_one[0].label.visible)
 
 
-def test_a_refused_decision_says_why(page, folder, diagnosed, close_notices):
+def test_a_refused_decision_says_why(page, folder, diagnosed):
     """The real `accept`, on a folder without recordings."""
     page.get_by_role("button", name="Accept").last.click()  # the first is the proposals'
     page.get_by_text("Accepting failed", exact=True).wait_for()
-    assert folder.name in page.locator(".mantine-Notification-root").first.inner_text()
-    close_notices(page)
+    assert folder.name in page.locator("#addb-notice").inner_text()
 
 
 def test_a_decision_is_echoed_with_its_author(page, folder, diagnosed):

@@ -45,7 +45,7 @@ def flags(review):
 
 
 def test_open_play_step_select_paint_undo_redo_accept_solve_compare_finish_next(  # noqa: PLR0915 (one loop)
-    folder, open_page, until, close_notices, stored
+    folder, open_page, until, stored
 ):
     app = start(folder, port=0)
     try:
@@ -109,7 +109,6 @@ def test_open_play_step_select_paint_undo_redo_accept_solve_compare_finish_next(
             session.notices._hand.submit(lambda: None).result(PATIENCE_S)
         assert presses < 30
         assert any(foot == "calcn_r" and start < 150 < end for start, end, foot, _ in flags(stored()))
-        close_notices(page)
 
         # detection had left them out already: a flag of one's own is something to solve
         page.keyboard.press("End")
@@ -135,7 +134,7 @@ def test_open_play_step_select_paint_undo_redo_accept_solve_compare_finish_next(
         page.keyboard.press("m")
         until(lambda: session.scene.other is not None)
         assert [s.state for s in stored_solves(folder / "results")] == [NEW]
-        page.get_by_role("button", name="Keep").click()
+        page.locator("#root").get_by_role("button", name="Keep", exact=True).click()
         until(lambda: session.shared.fits.new is None)
         assert {s.state for s in stored_solves(folder / "results")} == {KEPT, REPLACED}
         fit = json.loads((folder / "results" / "fit.json").read_text())

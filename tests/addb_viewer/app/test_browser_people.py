@@ -48,7 +48,7 @@ def test_the_name_is_typed_and_entered_and_the_key_before_is_obeyed(app, open_pa
         until(lambda: [f.author for f in stored().flags] == ["Zoë 1"])
         until(lambda: page.get_by_role("dialog").count() == 0, "the dialog to go")
         page.reload()
-        page.locator("[data-addb-cursor]").first.wait_for(state="attached")
+        page.locator("#addb-bar b").first.wait_for()
         page.get_by_text("Zoë 1").first.wait_for()
         assert page.errors == []
     finally:

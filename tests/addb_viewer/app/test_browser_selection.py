@@ -24,7 +24,7 @@ def test_escape_and_a_click_into_the_scene_drop_the_selection(app, open_page, un
         until(lambda: session.review.chosen is not None, "a selection")
 
     def click_into_the_scene():
-        place = page.locator("canvas").first.bounding_box()
+        place = page.locator("#root canvas").first.bounding_box()
         page.mouse.click(place["x"] + 0.45 * place["width"], place["y"] + 0.3 * place["height"])
 
     select()

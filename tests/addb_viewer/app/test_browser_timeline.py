@@ -29,11 +29,11 @@ def page(open_page, app):
 
 @pytest.fixture
 def lanes(page):
-    """Left border and width of the lanes' time axis, and a height inside them [pixel]."""
+    """Left border and width of the timeline's axis, and a height below the rows [pixel]."""
     box = page.locator("[data-addb-timeline]").first.bounding_box()
     timeline = page.locator("[data-addb-timeline]").first
     gutter, margin = (float(timeline.get_attribute(f"data-{side}")) for side in ("gutter", "margin"))
-    return box["x"] + gutter, box["width"] - gutter - margin, box["y"] + 40
+    return box["x"] + gutter, box["width"] - gutter - margin, box["y"] + box["height"] - 40
 
 
 def test_a_click_goes_to_the_frame_under_it_and_the_cursor_stands_there(page, lanes, until):
@@ -49,14 +49,6 @@ def left_of(page, what):
     """Where the cursor or the selection stands [pixel]; far off while the page just puts it elsewhere."""
     box = page.locator(f"[data-addb-{what}]").first.bounding_box()
     return box["x"] if box else -1e9
-
-
-def test_the_cursor_covers_lanes_and_charts_and_no_more(page):
-    lanes, charts = (page.locator("[data-addb-timeline]").nth(i).bounding_box() for i in (0, 1))
-    cursor = page.locator("[data-addb-cursor]").first.bounding_box()
-    assert cursor["y"] == pytest.approx(lanes["y"], abs=1.5)
-    bottom = charts["y"] + charts["height"]
-    assert bottom - 34 <= cursor["y"] + cursor["height"] <= bottom  # all but the time axis
 
 
 def test_a_drag_selects_and_a_key_paints_it(page, lanes, folder, until):
@@ -93,7 +85,7 @@ def test_backwards_and_beyond_the_border_it_is_the_same_range(page, lanes, until
 
 
 def test_a_click_on_a_proposal_and_on_a_row_of_the_queue_leads_there(page, until):
-    page.get_by_text("100–109").first.click()
+    page.locator("#root").get_by_text("100–109").first.click()
     until(lambda: page.session.frame == 100 and page.session.review.chosen == (100, 110))
     page.get_by_role("tab", name="Queue", exact=True).click()
     page.locator("[data-addb-go-to^='#']", has_text="run").click()
@@ -103,25 +95,44 @@ def test_a_click_on_a_proposal_and_on_a_row_of_the_queue_leads_there(page, until
     page.get_by_role("tab", name="Review", exact=True).click()
 
 
-def test_a_page_of_the_trial_turns_with_the_cursor(page, until):
-    session = page.session
-    session.timeline.drawn.zoom(100)
-    session.seek(0)
-    until(lambda: session.timeline.drawn.span.first == 0)
-    session.seek(150)
-    until(lambda: session.timeline.drawn.span.first <= 150 <= session.timeline.drawn.span.last)
-    timeline = page.locator("[data-addb-timeline]").first
-    until(lambda: timeline.get_attribute("data-last") == str(session.timeline.drawn.span.last))
-    session.timeline.drawn.zoom(None)
-    session.seek(0)
+def test_a_click_selects_a_bar_and_a_border_that_is_dragged_moves_its_flag(page, folder, until):
+    page.session.review.select(150, 160)
+    page.keyboard.press("5")
+    bar = page.locator(".addb-block[data-start='150']").first
+    bar.wait_for()
+    page.mouse.click(500, 100)  # into the scene: nothing is selected
+    until(lambda: page.session.review.chosen is None)
+    bar.click()
+    until(lambda: page.session.review.chosen == (150, 160))
+    box, edge = bar.bounding_box(), bar.locator("[data-side=end]").bounding_box()
+    page.mouse.move(edge["x"] + 3, edge["y"] + 4)
+    page.mouse.down()
+    page.mouse.move(edge["x"] + 3 + box["width"], edge["y"] + 4, steps=4)
+    page.mouse.up()
+    until(lambda: any(f.start == 150 and abs(f.end - 170) <= 1 for f in flags(folder)), "the longer flag")
+    page.locator(".addb-block[data-foot='calcn_l'][data-start='60'][data-end='120']").first.click()
+    until(lambda: (page.session.review.chosen, page.session.review.about) == ((60, 120), "calcn_l"))
 
 
-def test_without_the_scripts_the_box_does_the_same(app, open_page, until, monkeypatch):
-    monkeypatch.setattr(app.server.own, "head", "")
-    page = open_page(app)
-    box = page.locator("label:has-text('Go to')").locator("xpath=ancestor::*[.//input][1]//input").first
-    box.fill("120:140")
-    until(lambda: page.session.review.chosen == (120, 140))
-    box.fill("57")
-    until(lambda: page.session.frame == 57)
-    page.close()
+def flags(folder):
+    with open_log(folder) as log:
+        return log.review("walk", ("calcn_r", "calcn_l")).flags
+
+
+def test_the_wheel_zooms_around_the_pointer_and_the_charts_follow(page, lanes, until):
+    left, width, y = lanes
+    page.mouse.move(left + width / 2, y)
+    page.mouse.wheel(0, -800)
+    timeline = page.locator("[data-addb-timeline]")
+    shown = lambda: [int(timeline.get_attribute(f"data-{side}")) for side in ("first", "last")]  # noqa: E731
+    until(lambda: 0 < shown()[0] < 100 < shown()[1] < 199, "the zoom")
+    until(lambda: abs(page.session.timeline.drawn.span.first - shown()[0]) <= 1, "the charts")
+    first = shown()[0]
+    page.mouse.wheel(200, 0)
+    until(lambda: shown()[0] > first, "the pan")
+    page.mouse.move(left + width / 2 + 5, y)
+    until(lambda: "Residual force:" in page.locator("#addb-readout").inner_text(), "the read-out")
+    page.keyboard.press("End")
+    until(lambda: shown()[1] == 199, "the page with the cursor")
+    page.mouse.wheel(0, 3000)
+    until(lambda: shown() == [0, 199], "the whole trial")

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from addb_viewer.app.shell.actions import Select, entry
+from addb_viewer.app.shell.go_to import Select, entry
 from addb_viewer.evidence_words import plain
 from addb_viewer.plain_words import in_plain_words
 from addb_viewer.review_store import open_log

@@ -1,99 +1,297 @@
-// Clicks and drags on the timeline, and clicks on the lists, become a text in the box "Go to": "57" goes to a frame,
-// "120–179" selects frames, "#3" opens a row of the queue. Whoever types there gets the same.
-(() => {
-  const FEWEST_PIXELS = 4; // of a drag; less is a click
+// The timeline at the lower edge. Rows, curves and the trial come once; cursor, pointer, zoom, pan and drag stay here,
+// and only what was decided by them goes to the server: a frame, a range, another border of a flag.
+import { strip } from "./bar.js";
+import { drawCurves, titles, told } from "./curves.js";
+import { heightOf, rowOf } from "./rows.js";
 
-  const box = () => {
-    const label = [...document.querySelectorAll("label, p, div")].find(
-      (e) => e.childElementCount === 0 && e.textContent === "Go to",
-    );
-    for (let e = label, i = 0; e && i < 5; e = e.parentElement, i++) {
-      const input = e.querySelector?.("input");
-      if (input) return input;
-    }
-    return null;
-  };
-  const write = (text) => {
-    const input = box();
-    if (!input) return;
-    const set = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set;
-    for (const value of ["", text]) {
-      set.call(input, value);
-      input.dispatchEvent(new Event("input", { bubbles: true }));
-    }
-  };
-  const frameAt = (timeline, x) => {
-    const { first, last, gutter, margin } = timeline.dataset;
-    const place = timeline.getBoundingClientRect();
-    const width = place.width - gutter - margin;
-    const share = (x - place.left - gutter) / Math.max(width, 1);
-    const frame = Math.round(+first + share * (last - first));
-    return Math.min(Math.max(frame, +first), +last);
-  };
+const GUTTER = 96, MARGIN = 12, AXIS = 16, BAR = 30; // [pixel]; as in strip.css
+const FEWEST_PIXELS = 4; // of a drag; less is a click
+const FEWEST_FRAMES = 8; // that zoom leaves
+const TICK_PIXELS = 130;
 
-  let drag = null;
-  const mark = (x) => {
-    const place = drag.timeline.getBoundingClientRect();
-    const left = Math.min(drag.x, x), right = Math.max(drag.x, x);
-    Object.assign(drag.mark.style, {
-      left: `${left}px`, width: `${right - left}px`, top: `${place.top}px`, height: `${place.height}px`,
-    });
+const make = (id, parent, tag = "div") => {
+  const made = document.createElement(tag);
+  made.id = id;
+  parent.append(made);
+  return made;
+};
+const area = document.createElement("section");
+area.id = "addb-timeline";
+area.tabIndex = 0;
+area.setAttribute("aria-label", "Timeline: plus and minus zoom, the keys of the app move, select and flag");
+area.dataset.addbTimeline = "";
+Object.assign(area.dataset, { gutter: GUTTER, margin: MARGIN });
+strip.prepend(area);
+const grip = document.createElement("div");
+grip.id = "addb-grip";
+grip.title = "Drag: height of the timeline";
+strip.prepend(grip);
+const rowsBox = make("addb-rows", area);
+const canvas = make("addb-curves", area, "canvas");
+const over = make("addb-over", area);
+const selectionMark = make("addb-selection", over), pointerMark = make("addb-pointer", over), cursorMark = make("addb-cursor", over);
+cursorMark.dataset.addbCursor = "";
+selectionMark.dataset.addbSelection = "";
+const values = make("addb-values", area);
+const axis = make("addb-axis", area);
+const readout = make("addb-readout", strip);
+readout.hidden = pointerMark.hidden = selectionMark.hidden = true;
+
+let trial = null, rows = [], curves = [], selection = null, frame = 0;
+let span = { first: 0, last: 1 };
+let extra = Number(localStorage.getItem("addb-timeline-height")) || 0; // [pixel] of the curves, chosen by hand
+
+const width = () => Math.max(area.clientWidth - GUTTER - MARGIN, 1);
+const share = (at) => (at - span.first) / Math.max(span.last - span.first, 1e-6);
+const x = (at) => GUTTER + width() * share(at);
+const frameAt = (clientX, inside = true) => {
+  const at = span.first + ((clientX - area.getBoundingClientRect().left - GUTTER) / width()) * (span.last - span.first);
+  const low = inside ? Math.ceil(span.first) : 0, high = inside ? Math.floor(span.last) : trial.frames - 1;
+  return Math.min(Math.max(Math.round(at), low), high);
+};
+const rowsHeight = () => rows.reduce((sum, row) => sum + heightOf(row), 0);
+const place = () => ({
+  left: GUTTER,
+  width: width(),
+  top: rowsHeight() + 2,
+  height: Math.max(area.clientHeight - rowsHeight() - AXIS - 2, 0),
+});
+
+function layout() {
+  const usual = Math.min(Math.max((innerHeight - 440) * 0.13, 38), 110);
+  const wanted = rowsHeight() + (extra || curves.length * usual) + AXIS + 2;
+  const height = `${Math.round(BAR + Math.min(wanted, 0.6 * innerHeight))}px`, page = document.documentElement.style;
+  if (page.getPropertyValue("--addb-strip") !== height) {
+    page.setProperty("--addb-strip", height);
+    requestAnimationFrame(() => window.dispatchEvent(new Event("resize"))); // viser's panels measure themselves anew
+  }
+  draw();
+}
+
+function draw() {
+  if (!trial) return;
+  area.dataset.first = Math.ceil(span.first);
+  area.dataset.last = Math.floor(span.last);
+  for (const block of area.querySelectorAll(".addb-block")) put(block, +block.dataset.start, +block.dataset.end);
+  drawCurves(canvas, curves, place(), x, span);
+  drawAxis();
+  drawMarks();
+}
+
+function put(block, start, end) {
+  const left = share(start - 0.5), right = share(end - 0.5);
+  block.hidden = right <= 0 || left >= 1;
+  block.style.left = `${100 * Math.max(left, -0.01)}%`;
+  block.style.width = `${100 * (Math.min(right, 1.01) - Math.max(left, -0.01))}%`;
+}
+
+function drawAxis() {
+  const most = Math.max(width() / TICK_PIXELS, 1);
+  const step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000, 50000].find((s) => (span.last - span.first) / s <= most) ?? 100000;
+  const ticks = [];
+  for (let at = Math.ceil(span.first / step) * step; at <= span.last; at += step) {
+    const tick = document.createElement("span");
+    tick.textContent = `${at} · ${time(at)} s`;
+    const shift = x(at) < GUTTER + TICK_PIXELS / 2 ? 0 : x(at) > GUTTER + width() - TICK_PIXELS / 2 ? -100 : -50;
+    Object.assign(tick.style, { left: `${x(at)}px`, transform: `translateX(${shift}%)` });
+    ticks.push(tick);
+  }
+  axis.replaceChildren(...ticks);
+}
+
+const time = (at) => (trial.first_s + at / trial.rate).toFixed(2);
+
+function drawMarks() {
+  cursorMark.style.left = `${100 * share(frame)}%`;
+  selectionMark.hidden = !selection;
+  if (selection) put(selectionMark, ...selection);
+  values.replaceChildren(
+    ...titles(curves, place()).map(({ top, curve }) => {
+      const line = document.createElement("div"), title = document.createElement("span"), value = document.createElement("b");
+      title.textContent = `${curve.title} [${curve.unit}]${curve.bound_label ? `, dashed: ${curve.bound_label}` : ""}`;
+      value.textContent = `${told(curve.values[frame])} ${curve.unit}`;
+      line.className = "addb-title";
+      line.style.top = `${top}px`;
+      line.append(title, value);
+      return line;
+    }),
+  );
+}
+
+// What the server says.
+window.addb.on("trial", (told) => {
+  const same = trial?.trial === told.trial && trial.subject === told.subject && trial.frames === told.frames;
+  trial = told;
+  if (!same) {
+    span = { first: 0, last: Math.max(trial.frames - 1, 1) };
+    frame = 0;
+  }
+  layout();
+});
+window.addb.on("rows", (told) => {
+  rows = told;
+  rowsBox.replaceChildren(...rows.map(rowOf));
+  layout();
+});
+window.addb.on("curves", (told) => {
+  curves = told;
+  layout();
+});
+window.addb.on("selection", (told) => {
+  selection = told;
+  if (!drag) drawMarks();
+});
+window.addb.on("cursor", (told) => {
+  if (scrubbing) return;
+  frame = told;
+  if (trial && (frame < span.first || frame > span.last)) look(frame - 0.1 * (span.last - span.first));
+  else drawMarks();
+});
+
+// Zoom and pan.
+let telling = 0;
+function look(first, length = span.last - span.first) {
+  const whole = Math.max(trial.frames - 1, 1), shown = Math.min(Math.max(length, FEWEST_FRAMES), whole);
+  const from = Math.min(Math.max(first, 0), whole - shown);
+  span = { first: from, last: from + shown };
+  draw();
+  clearTimeout(telling);
+  telling = setTimeout(() => window.addb.send("span", [Math.round(span.first), Math.round(span.last)]), 200);
+}
+function zoom(factor, around) {
+  const length = span.last - span.first;
+  look(around - (around - span.first) * factor, length * factor);
+}
+area.addEventListener(
+  "wheel",
+  (event) => {
+    event.preventDefault();
+    if (!trial) return;
+    const length = span.last - span.first;
+    const sideways = event.shiftKey ? event.deltaY : event.deltaX;
+    if (Math.abs(sideways) > Math.abs(event.shiftKey ? 0 : event.deltaY)) look(span.first + (sideways / width()) * length);
+    else zoom(1.0015 ** event.deltaY, frameAt(event.clientX));
+  },
+  { passive: false },
+);
+window.addEventListener(
+  "keydown",
+  (event) => {
+    const typed = /^(INPUT|TEXTAREA|SELECT)$/.test(event.target.tagName);
+    const factor = { "+": 0.6, "-": 1 / 0.6 }[event.key];
+    if (!trial || typed || !factor || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    zoom(factor, frame);
+  },
+  true,
+);
+
+// Click, drag, borders.
+let drag = null, scrubbing = false;
+const ranged = (a, b) => [Math.min(a, b), Math.max(a, b) + 1];
+area.addEventListener("pointerdown", (event) => {
+  if (!trial || event.button > 1) return;
+  const at = frameAt(event.clientX);
+  const bar = event.target.closest(".addb-block");
+  drag = { x: event.clientX, frame: at, first: span.first, bar, kind: "range" };
+  if (event.button === 1) drag.kind = "pan";
+  else if (axis.contains(event.target)) drag.kind = "scrub";
+  else if (event.target.classList.contains("addb-edge")) drag.kind = event.target.dataset.side;
+  else if (selection && !bar) {
+    const near = (side) => Math.abs(x(side - 0.5) - (event.clientX - area.getBoundingClientRect().left)) < 5;
+    const [start, end] = selection;
+    if (near(start)) Object.assign(drag, { frame: end - 1 });
+    else if (near(end)) Object.assign(drag, { frame: start });
+  }
+  area.setPointerCapture(event.pointerId);
+  event.preventDefault();
+  document.activeElement?.blur?.();
+});
+area.addEventListener("pointermove", (event) => {
+  if (!trial) return;
+  const at = frameAt(event.clientX);
+  if (!drag) return point(event, at);
+  readout.hidden = true;
+  if (drag.kind === "pan") look(drag.first - ((event.clientX - drag.x) / width()) * (span.last - span.first));
+  else if (drag.kind === "scrub") scrub(at);
+  else if (drag.kind === "range") {
+    if (Math.abs(event.clientX - drag.x) < FEWEST_PIXELS) return;
+    selectionMark.hidden = false;
+    put(selectionMark, ...ranged(drag.frame, at));
+  } else put(drag.bar, ...bordered(drag, at));
+});
+const bordered = ({ bar, kind }, at) => {
+  const { start, end } = bar.block;
+  return kind === "start" ? [Math.min(at, end - 1), end] : [start, Math.max(at + 1, start + 1)];
+};
+let sent = 0;
+function scrub(at) {
+  scrubbing = true;
+  frame = at;
+  drawMarks();
+  if (performance.now() - sent < 30) return;
+  sent = performance.now();
+  window.addb.send("go_to", `${at}`);
+}
+area.addEventListener("pointerup", (event) => {
+  if (!drag) return;
+  const done = drag, at = frameAt(event.clientX), clicked = Math.abs(event.clientX - done.x) < FEWEST_PIXELS;
+  drag = null;
+  scrubbing = false;
+  if (done.kind === "pan") return;
+  if (done.kind === "scrub" || (clicked && !done.bar)) {
+    frame = at;
+    drawMarks();
+    window.addb.send("go_to", `${at}`);
+  } else if (clicked) {
+    const { start, end, foot } = done.bar.block;
+    if (done.bar.dataset.foot) window.addb.send("select", { start, end, foot });
+    else window.addb.send("go_to", `${start}:${end}`);
+  } else if (done.kind === "range") {
+    selection = ranged(done.frame, at);
+    drawMarks();
+    window.addb.send("go_to", selection.join(":"));
+  } else {
+    const { start, end, foot } = done.bar.block;
+    window.addb.send("border", { start, end, foot, to: bordered(done, at) });
+  }
+});
+area.addEventListener("pointercancel", () => {
+  drag = null;
+  scrubbing = false;
+  draw();
+});
+
+function point(event, at) {
+  const left = event.clientX - area.getBoundingClientRect().left;
+  const outside = left < GUTTER || left > area.clientWidth - MARGIN;
+  readout.hidden = pointerMark.hidden = outside;
+  if (outside) return;
+  pointerMark.style.left = `${100 * share(at)}%`;
+  const block = event.target.closest(".addb-block")?.block;
+  const lines = [`frame ${at} · ${time(at)} s`];
+  if (block) lines.push(`${block.start}–${block.end - 1}: ${block.told}`);
+  for (const curve of curves) lines.push(`${curve.title}: ${told(curve.values[at])} ${curve.unit}`);
+  readout.textContent = lines.join("\n");
+  const right = left > area.clientWidth / 2;
+  readout.style.left = right ? "auto" : `${left + 14}px`;
+  readout.style.right = right ? `${area.clientWidth - left + 14}px` : "auto";
+  readout.style.bottom = `${innerHeight - event.clientY + 10}px`;
+}
+area.addEventListener("pointerleave", () => (readout.hidden = pointerMark.hidden = true));
+
+grip.addEventListener("pointerdown", (event) => {
+  grip.setPointerCapture(event.pointerId);
+  const from = event.clientY, height = place().height;
+  grip.onpointermove = (moved) => {
+    extra = Math.max(height + from - moved.clientY, 30);
+    layout();
   };
-  const end = () => {
-    drag?.mark.remove();
-    drag = null;
+  grip.onpointerup = () => {
+    grip.onpointermove = grip.onpointerup = null;
+    localStorage.setItem("addb-timeline-height", String(Math.round(extra)));
   };
-  document.addEventListener(
-    "pointerdown",
-    (event) => {
-      const timeline = event.target.closest?.("[data-addb-timeline]");
-      if (!timeline || event.button !== 0) return;
-      const element = document.createElement("div");
-      element.style.cssText =
-        "position:fixed;z-index:9999;pointer-events:none;background:rgba(86,180,233,.3);width:0";
-      document.body.appendChild(element);
-      drag = { timeline, x: event.clientX, frame: frameAt(timeline, event.clientX), mark: element };
-      event.preventDefault();
-    },
-    true,
-  );
-  document.addEventListener("pointermove", (event) => drag && mark(event.clientX), true);
-  document.addEventListener("pointercancel", end, true);
-  document.addEventListener(
-    "pointerup",
-    (event) => {
-      if (!drag) return;
-      const { timeline, x, frame } = drag;
-      end();
-      document.activeElement?.blur?.();
-      const to = frameAt(timeline, event.clientX);
-      if (Math.abs(event.clientX - x) < FEWEST_PIXELS) write(`${frame}`);
-      else write(`${Math.min(frame, to)}–${Math.max(frame, to)}`);
-    },
-    true,
-  );
-  // A click into the scene that turns nothing drops the selection; while something is typed it only ends that.
-  let pressed = null;
-  document.addEventListener(
-    "pointerdown",
-    (event) => {
-      const typing = ["INPUT", "TEXTAREA"].includes(document.activeElement?.tagName);
-      const scene = event.button === 0 && event.target.tagName === "CANVAS" && !typing;
-      pressed = scene ? { x: event.clientX, y: event.clientY } : null;
-    },
-    true,
-  );
-  document.addEventListener(
-    "pointerup",
-    (event) => {
-      const moved = pressed && Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y);
-      if (pressed && moved < FEWEST_PIXELS) write("-");
-      pressed = null;
-    },
-    true,
-  );
-  document.addEventListener("click", (event) => {
-    const piece = event.target.closest?.("[data-addb-go-to]");
-    if (piece) write(piece.dataset.addbGoTo);
-  });
-})();
+});
+window.addEventListener("resize", layout);
+new MutationObserver(draw).observe(document.documentElement, { attributeFilter: ["data-mantine-color-scheme"] });

@@ -154,19 +154,19 @@ def test_who_is_on_a_trial_shows(app, open_queue):
 def test_while_a_browsers_queue_page_is_open_t_goes_through_what_it_shows(app, open_queue, enter):
     review = enter(app, trial=False)
     queue, browser = review.session.queue, review.session.reviewer.browser
-    assert [row.subject for row in queue._let_through()] == ["S1", "S1", "S2"]
+    assert [row.subject for row in queue.let_through()] == ["S1", "S1", "S2"]
     page = open_queue()
     page.say("order", text="another browser", places=[["S2", "walk"]])
     page.say("people")
     page.told("people")
-    assert len(queue._let_through()) == 3
+    assert len(queue.let_through()) == 3
     own = open_queue()
     own.say("order", text=browser, places=[["S2", "walk"], ["S1", "run"], ["S9", "gone"]])
     review.until(lambda: "as the queue's page shows them" in review.html())
-    assert [(row.subject, row.trial) for row in queue._let_through()] == [("S2", "walk"), ("S1", "run")]
+    assert [(row.subject, row.trial) for row in queue.let_through()] == [("S2", "walk"), ("S1", "run")]
     own.close()
     review.until(lambda: "worst first" in review.html())
-    assert len(queue._let_through()) == 3
+    assert len(queue.let_through()) == 3
 
 
 MALFORMED = [

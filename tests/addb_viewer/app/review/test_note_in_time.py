@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from addb_viewer.app.review import controller as review_desk
+from addb_viewer.app.review import panel as review_panel
 from addb_viewer.review_store import open_log
 
 
@@ -18,7 +18,7 @@ def app(tmp_path, make_replay, make_app):
 def test_a_note_typed_as_the_one_before_is_taken_away_stays(app, tmp_path, enter, monkeypatch):
     browser = enter(app)
     emptied = []
-    really_put = review_desk.put
+    really_put = review_panel.put
 
     def put(handle, value):
         """The page's words arrive between the look at the box and this, if they can arrive at all."""
@@ -29,7 +29,7 @@ def test_a_note_typed_as_the_one_before_is_taken_away_stays(app, tmp_path, enter
                 browser.until(lambda: handle.value == "second", "the note to arrive")
         really_put(handle, value)
 
-    monkeypatch.setattr(review_desk, "put", put)
+    monkeypatch.setattr(review_panel, "put", put)
     browser.put("Note", "first")
     for frames in ("20:30", "50:60"):
         start, end = map(int, frames.split(":"))

@@ -421,6 +421,11 @@ def test_what_u_took_back_is_selected(app, enter, stored):
     assert browser.session.frame == 120
 
 
+def failures_in_the_bar(browser):
+    """Those that were told and not sent away yet."""
+    return [n for n in browser.session.channel.shown("notices") if n["error"] and not n["gone"]]
+
+
 def test_a_failed_edit_keeps_its_note_and_escape_closes_what_was_told(app, enter, stored, monkeypatch):
     browser = enter(app)
     browser.put("Note", "seen on video")
@@ -438,9 +443,9 @@ def test_a_failed_edit_keeps_its_note_and_escape_closes_what_was_told(app, enter
         browser.press("Flag: force wrong")
         browser.until(lambda: browser.told("the review log is busy"))
         assert browser.session.review.panel.note.value == "seen on video"
-    assert browser.session.notices._failures
+    assert failures_in_the_bar(browser)
     browser.press("No, to the question")
-    browser.until(lambda: not browser.session.notices._failures)
+    browser.until(lambda: not failures_in_the_bar(browser))
     browser.press("Flag: force wrong")
     browser.until(lambda: [flag.note for flag in stored().flags] == ["seen on video"])
     browser.until(lambda: browser.session.review.panel.note.value == "")

@@ -5,8 +5,9 @@ import pytest
 
 from addb_viewer.app.review.html import history_html, proposals_html, ranges_html, selection_html, status_html
 from addb_viewer.app.timeline.lanes import lanes_of
-from addb_viewer.app.timeline.lanes_html import lanes_html, timeline_html
+from addb_viewer.app.timeline.lanes_html import lanes_html
 from addb_viewer.app.timeline.span import Span
+from addb_viewer.app.timeline.strip import rows_json
 from addb_viewer.app.trial.proposals import pending
 from annotations.events import AcceptProposal, ClearRange, Edit, FlagRange, Proposal, SetActivity
 from annotations.folding import folded
@@ -36,43 +37,71 @@ def lanes(make_replay):
 
 
 def test_contacts_stand_in_their_foots_lane_and_unmeasured_ones_are_hatched(lanes):
-    found = lanes()
-    (right,), (left,) = found["contact R"], found["contact L"]
+    right, left = (next(b for b in lanes()[f"{side} foot"] if b.bottom == 0) for side in ("right", "left"))
     assert (right.start, right.end, right.hatched) == (0, 60, False)
     assert (left.start, left.end, left.hatched, left.text) == (60, 120, True, "?")
 
 
 def test_what_detection_leaves_out_is_hatched_until_somebody_decides_about_it(lanes):
-    (alone,) = lanes()["missing L"]
+    (alone,) = left_out(lanes())
     assert alone.hatched
     assert "not decided by anybody" in alone.told
     decided = lanes(
         FlagRange(30, 50, "forceDiscrepancy", "calcn_l", "odd"), ClearRange(60, 70, "calcn_l", "seen")
     )
-    flag, rest = sorted(decided["missing L"], key=lambda block: block.start)
+    flag, rest = sorted(left_out(decided), key=lambda block: block.start)
     assert (rest.start, rest.end, rest.hatched) == (70, 80, True)
     assert (flag.start, flag.end, flag.text, flag.hatched) == (30, 50, "5", False)
     assert "Zoë" in flag.told
+    assert (flag.is_flag, rest.is_flag) == (True, False)
+
+
+def left_out(lanes, side="left"):
+    """Blocks of a foot's lane that say what the next solve leaves out."""
+    return [b for b in lanes[f"{side} foot"] if b.bottom > 0 and b.text[:1] not in "?✓✗"]
 
 
 def test_a_flag_of_both_feet_stands_in_both_lanes(lanes):
     found = lanes(FlagRange(30, 80, "manualReview"))
-    assert [b.start for b in found["missing R"]] == [b.start for b in found["missing L"]] == [30]
+    assert [b.start for b in left_out(found, "right")] == [b.start for b in left_out(found)] == [30]
 
 
 def test_proposals_are_as_high_as_they_are_sure_and_the_one_at_hand_is_outlined(lanes):
-    blocks = lanes()["proposed"]
-    assert [b.start for b in blocks] == [20, 60, 100]
-    assert blocks[0].outlined
-    assert blocks[1].height > blocks[2].height > blocks[0].height
+    right, left = proposed(lanes(), "right"), proposed(lanes(), "left")
+    assert [b.start for b in right] == [20, 100]  # the first is about both feet
+    assert [b.start for b in left] == [20, 60]
+    assert right[0].outlined
+    assert left[1].height > right[1].height > right[0].height
     accepted = AcceptProposal(Proposal(60, 80, "footContactDetectedButNoForce", "calcn_l"))
-    assert [b.text[0] for b in lanes(accepted)["proposed"]] == ["?", "✓", "?"]
+    assert [b.text[0] for b in proposed(lanes(accepted), "left")] == ["?", "✓"]
+
+
+def proposed(lanes, side):
+    """Blocks of a foot's lane that stand for proposals."""
+    return [b for b in lanes[f"{side} foot"] if b.bottom > 0 and b.text[:1] in ("?", "✓", "✗")]
+
+
+def test_every_frame_is_usable_or_says_why_not(lanes):
+    found = lanes()["usable"]
+    assert [(b.start, b.end, b.told.split(":")[0]) for b in found] == [
+        (0, 20, "does not count"),
+        (20, 200, "counts"),
+    ]
+
+
+def test_of_a_flag_alone_the_borders_can_be_dragged(make_replay):
+    replay, flag = make_replay(), FlagRange(30, 50, "forceDiscrepancy", "calcn_l", "odd")
+    review = folded("walk", edits(flag), FEET)
+    lanes = lanes_of(replay, review, reviewed=(), proposals=(), current=None, figures=None)
+    blocks = [block for row in rows_json(lanes) for block in row["blocks"] if block["flag"]]
+    assert [(b["start"], b["end"], b["foot"]) for b in blocks] == [(30, 50, "calcn_l")]
+    assert all(b["top"] >= 0 and b["top"] + b["height"] <= 1.001 for b in blocks)
 
 
 def test_causes_and_activities_have_their_lanes(lanes, effect, figures):
     named = figures(effect("external_contact", "pelvis", ((120, 140),), force_y_N=60.0))
     found = lanes(SetActivity(0, 200, "walk", "treadmill"), figures=named)
-    assert [(b.start, b.end) for b in found["causes"]] == [(120, 140)]
+    assert [(b.start, b.end) for b in found[next(reversed(found))]] == [(120, 140)]
     assert found["activity"][0].text == "treadmill"
 
 
@@ -126,7 +155,7 @@ def test_whatever_people_and_files_say_stays_text(make_replay):
         proposals = pending(forces.proposals, review, {})
         lanes = lanes_of(replay, review, reviewed=(), proposals=proposals, current=None, figures=None)
         page = [
-            timeline_html(lanes_html(lanes, Span(0, 199)), Span(0, 199)),
+            lanes_html(lanes, Span(0, 199)),
             ranges_html(review),
             status_html(review, 1, True),
             history_html(history),

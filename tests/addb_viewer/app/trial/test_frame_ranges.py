@@ -1,8 +1,14 @@
+from datetime import UTC, datetime
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from addb_viewer.app.trial.frame_ranges import Selection
+from addb_viewer.app.trial.frame_ranges import Selection, moved_border
+from annotations.errors import ReviewError
+from annotations.events import Edit, FlagRange
+from annotations.folding import folded
+from annotations.trial_review import FlaggedRange, Source
 
 
 def test_i_then_o_selects_both_frames():
@@ -45,3 +51,23 @@ def test_a_range_always_has_frames_and_lies_in_the_trial(keys, first, second, cu
 def test_the_borders_may_be_set_in_either_order():
     assert Selection().with_start(50).with_end(20).frames(5, 100) == (20, 51)
     assert Selection().with_end(20).with_start(50).frames(5, 100) == (20, 51)
+
+
+FLAG = FlaggedRange(20, 40, "calcn_r", "forceDiscrepancy", Source.PERSON, "Zoë", 1, "odd")
+
+
+@pytest.mark.parametrize("to", [(10, 40), (20, 60), (30, 40), (20, 25), (21, 22)])
+def test_a_dragged_border_gives_the_flag_the_frames_it_was_dragged_to(to):
+    asked = moved_border((FLAG,), (20, 40, "calcn_r"), to)
+    now = datetime(2026, 1, 1, tzinfo=UTC)
+    events = (FlagRange(20, 40, "forceDiscrepancy", "calcn_r", "odd"), *asked)
+    edits = [Edit(i, "walk", "Zoë", now, event) for i, event in enumerate(events, 1)]
+    assert [(f.start, f.end, f.note) for f in folded("walk", edits, ("calcn_r", "calcn_l")).flags] == [
+        (*to, "odd")
+    ]
+    assert len(asked) == 1 + (to == (21, 22))  # a border is one step of undo
+
+
+def test_a_flag_that_is_gone_cannot_be_dragged():
+    with pytest.raises(ReviewError, match="no flag of frames 20–39"):
+        moved_border((FLAG,), (20, 40, None), (20, 50))

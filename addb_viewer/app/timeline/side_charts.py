@@ -1,4 +1,4 @@
-"""The timeline: lanes and charts on one time axis, and over both a cursor that costs little to move."""
+"""Charts at the side on the timeline's axis, and over them a cursor that costs little to move."""
 
 import html
 import math
@@ -10,9 +10,7 @@ from jaxtyping import Float
 from addb_viewer.app.style.palette import VERMILION
 from addb_viewer.app.timeline.chart_html import AXIS, GUTTER, HEADING, MARGIN, SMALL, axis_html, chart_html
 from addb_viewer.app.timeline.charts import Chart, Line
-from addb_viewer.app.timeline.lanes import Lane
-from addb_viewer.app.timeline.lanes_html import LANE, lanes_html, timeline_html
-from addb_viewer.app.timeline.span import Span, span_around
+from addb_viewer.app.timeline.span import Span
 
 FEW = 3  # curves of which every value is written
 EDGE = 0.15  # share of the axis from which the cursor's label leans inwards
@@ -20,22 +18,19 @@ ABOUT_ZERO = 0.02  # share of the largest value
 CHART = 76  # [pixel] height of a plot unless told otherwise
 
 
-class Timeline:
-    """Owns three pieces of the page: lanes, charts below them, and the cursor that lies over both."""
+class SideCharts:
+    """Owns two pieces of the page: charts, and the cursor that lies over them."""
 
     def __init__(
         self, gui: viser.GuiApi, place: viser.GuiTabHandle | viser.GuiFolderHandle, chart_height: int = CHART
     ) -> None:
         self.height = chart_height
         with place:
-            self._lanes_html = gui.add_html("")
             self._charts_html = gui.add_html("")
             self._cursor_html = gui.add_html("")
         self._times: Float[np.ndarray, " frames"] = np.zeros(1)
-        self._lanes: tuple[Lane, ...] = ()
         self._charts: tuple[Chart, ...] = ()
         self._frame = 0
-        self._shown: int | None = None  # frames on a page; None: all
         self.span = Span(0, 1)
         self._selected: tuple[int, int] | None = None
 
@@ -48,22 +43,13 @@ class Timeline:
         """
         self._times, self._charts = times, charts
         self._frame = min(self._frame, len(times) - 1)
-        self.span = self._page()
-        self._draw_lanes()
+        self.span = Span(0, max(len(times) - 1, 1))
         self._draw_charts()
         self._draw_cursor()
 
-    def lanes(self, lanes: tuple[Lane, ...]) -> None:
-        """Show these lanes."""
-        self._lanes = lanes
-        self._draw_lanes()
-        self._draw_cursor()
-
     def cursor(self, frame: int) -> None:
-        """Move the cursor; turns the page where the frame is not on it."""
+        """Move the cursor."""
         self._frame = frame
-        if not self.span.first <= frame <= self.span.last:
-            self._turn()
         self._draw_cursor()
 
     def select(self, frames: tuple[int, int] | None) -> None:
@@ -72,43 +58,30 @@ class Timeline:
             self._selected = frames
             self._draw_cursor()
 
-    def zoom(self, shown: int | None) -> None:
-        """Show so many frames around the cursor; None for all."""
-        self._shown = shown
-        self._turn()
-        self._draw_cursor()
+    def zoom(self, span: Span) -> None:
+        """Show these frames."""
+        if span != self.span:
+            self.span = span
+            self._draw_charts()
+            self._draw_cursor()
 
     @property
     def pixels(self) -> int:
-        """Height of lanes and charts together."""
-        charts = len(self._charts) * (HEADING + self.height)
-        return len(self._lanes) * LANE + charts + (AXIS if self._charts else 0)
-
-    def _page(self) -> Span:
-        return span_around(self._frame, len(self._times), self._shown)
-
-    def _turn(self) -> None:
-        span = self._page()
-        if span != self.span:
-            self.span = span
-            self._draw_lanes()
-            self._draw_charts()
-
-    def _draw_lanes(self) -> None:
-        self._lanes_html.content = timeline_html(lanes_html(self._lanes, self.span), self.span)
+        """Height of the charts together."""
+        return len(self._charts) * (HEADING + self.height) + (AXIS if self._charts else 0)
 
     def _draw_charts(self) -> None:
         if not self._charts:
             self._charts_html.content = ""
             return
         content = "".join(chart_html(chart, self.span, self.height) for chart in self._charts)
-        self._charts_html.content = timeline_html(content + axis_html(self.span, self._times), self.span)
+        self._charts_html.content = _clickable(content + axis_html(self.span, self._times), self.span)
 
     def _draw_cursor(self) -> None:
         selected = "" if self._selected is None else self._selection()
         at = 100.0 * self.span.share(self._frame)
         line = (
-            f"<div data-addb-cursor style='position:absolute;left:{at:.3f}%;top:0;bottom:0;width:0;"
+            f"<div data-addb-chart-cursor style='position:absolute;left:{at:.3f}%;top:0;bottom:0;width:0;"
             f"border-left:1.5px solid {VERMILION.css}'></div>"
         )
         self._cursor_html.content = (
@@ -124,7 +97,7 @@ class Timeline:
         if block is None:
             return ""
         return (
-            f"<div data-addb-selection style='position:absolute;left:{100 * block[0]:.3f}%;"
+            f"<div style='position:absolute;left:{100 * block[0]:.3f}%;"
             f"width:{100 * block[1]:.3f}%;top:0;bottom:0;box-sizing:border-box;"
             "background:rgba(86,180,233,.22);border:solid rgb(0,114,178);border-width:0 1.5px'></div>"
         )
@@ -133,7 +106,7 @@ class Timeline:
         """The values at the cursor, at the right end of each chart's heading."""
         parts = []
         for i, chart in enumerate(self._charts):
-            top = -self.pixels + len(self._lanes) * LANE + i * (HEADING + self.height)
+            top = -self.pixels + i * (HEADING + self.height)
             values = " ".join(
                 f"<span style='color:{line.color.on_any_page}'>{_shown(line.values[self._frame])}</span>"
                 for line in telling(chart, self._frame)
@@ -159,6 +132,20 @@ class Timeline:
             f"<span style='position:absolute;left:{100 * share:.3f}%;transform:translateX({shift}%)'>"
             f"frame {self._frame} · {self._times[self._frame]:.3f} s</span></div>"
         )
+
+
+def _clickable(content: str, span: Span) -> str:
+    """A piece on which the page's script listens to clicks and drags.
+
+    Args:
+        content: safe HTML with `GUTTER` and `MARGIN` at its sides.
+        span: the frames shown.
+    """
+    return (
+        f"<div data-addb-charts data-first='{span.first}' data-last='{span.last}' "
+        f"data-gutter='{GUTTER}' data-margin='{MARGIN}' style='position:relative;font-size:{SMALL};"
+        f"line-height:1.15;cursor:crosshair;user-select:none;touch-action:none'>{content}</div>"
+    )
 
 
 def telling(chart: Chart, frame: int) -> list[Line]:

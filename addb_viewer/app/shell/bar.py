@@ -1,0 +1,175 @@
+"""The bar at the page's lower edge, as data: where one is, what the next key is about, solve and work."""
+
+import threading
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+from addb_viewer.app.jobs.fit_all import Fitting
+from addb_viewer.app.jobs.job_queue import TaskProgress
+from addb_viewer.app.page.screen import Screen
+from addb_viewer.app.queue.controller import QueueController
+from addb_viewer.app.queue.rows import Row
+from addb_viewer.app.queue.trial_queue import TrialQueue
+from addb_viewer.app.review.controller import ReviewController
+from addb_viewer.app.solve.comparison import changed_frames, torque_changes
+from addb_viewer.app.solve.controller import SolveController
+from addb_viewer.app.subjects.people import TrialPlace
+from addb_viewer.app.subjects.shared_subject import SharedSubject
+from addb_viewer.app.trial.forces_in_use import contact_words, contacts_at
+from addb_viewer.app.trial.proposals import still_open
+from addb_viewer.app.trial.replay import Replay
+from annotations.foot_names import foot_words
+from annotations.reasons import reason_words
+from annotations.wording import sure_words
+
+Chip = dict[str, Any]
+
+
+class Shown(Screen, Protocol):
+    """A session, as far as its bar tells of it."""
+
+    trials: TrialQueue
+    queue: QueueController
+    review: ReviewController
+    solving: SolveController
+
+
+class Bar:
+    """What the bar says; each part is replaced by itself."""
+
+    def __init__(self, session: Shown) -> None:
+        """Say nothing.
+
+        Args:
+            session: of the browser.
+        """
+        self._session, self._lock = session, threading.Lock()
+        self._parts: dict[str, Any] = {"place": "", "of": "", "open": None, "solve": None}
+        self._parts |= {"people": [], "chips": [], "work": []}
+
+    def show(self) -> None:
+        """Say what everybody at the trial on the screen should see; or at the subject, if none is."""
+        s = self._session
+        replay, others = s.replay, s.trials.people.others(s.page).get(s.queue.here, ())
+        fitted = replay is not None and replay.bodies is not None
+        self._say(
+            **place_json(
+                s.queue.here, s.queue.let_through(), still_open(s.review.proposals) if fitted else None
+            ),
+            people=people_json(others),
+            solve=solve_json(s.shared, replay, s.solving.other),
+        )
+        self.show_work()
+
+    def show_work(self) -> None:
+        """Say what is at work; before the first fit, whether one is."""
+        s = self._session
+        self._say(work=work_json(s.shared.jobs.progress, s.trials.fit_all.state))
+        if s.shared.fits.new is None:
+            self._say(solve=solve_json(s.shared, s.replay, None))
+
+    def show_chips(self) -> None:
+        """Say what the next key acts on."""
+        s = self._session
+        if s.replay is not None:
+            self._say(chips=chips_json(s.review, s.replay, s.frame))
+
+    def _say(self, **parts: Any) -> None:
+        """Say this from now on, beside all that was said before."""
+        with self._lock:
+            self._parts |= parts
+            self._session.channel.show("bar", self._parts)
+
+
+def place_json(here: TrialPlace, rows: Sequence[Row], proposals: int | None) -> dict[str, Any]:
+    """Which trial it is, the how manieth of the queue's filter, and how many proposals are open.
+
+    Args:
+        here: what is on the screen.
+        rows: that the queue's filter lets through.
+        proposals: open ones; None where nothing was fitted.
+    """
+    places = [(row.subject, row.trial) for row in rows if not row.error]
+    subject, trial = here
+    of = f"outside the {len(places)} shown" if trial else ""
+    if here in places:
+        of = f"{places.index(here) + 1} of {len(places)}"
+    open_ = None if proposals is None else f"{proposals or 'no'} proposal{'' if proposals == 1 else 's'} open"
+    place = " · ".join(name for name in (subject, trial) if name not in ("", "."))
+    return {"place": place, "of": of, "open": open_}
+
+
+def chips_json(review: ReviewController, replay: Replay, frame: int) -> list[Chip]:
+    """What the next key acts on: the range, and the proposal on it."""
+    chosen, about, found = review.chosen, review.about, review.current
+    foot = foot_words(about)
+    if chosen is not None:
+        seconds = (chosen[1] - chosen[0]) / replay.rate
+        text = f"frames {chosen[0]}–{chosen[1] - 1}, {foot} ({seconds:.2f} s)"
+    else:
+        text = contact_words(contacts_at(replay, frame, review.foot))
+    chips: list[Chip] = [{"text": text}]
+    if found is not None:
+        p = found.proposal
+        chips.append(
+            {
+                "text": f"{reason_words(p.reason)}?  {sure_words(p.confidence)} sure",
+                "keys": [["accept_proposal", "accept"], ["reject_proposal", "reject"]],
+            }
+        )
+    return chips
+
+
+def solve_json(shared: SharedSubject, replay: Replay | None, other: Replay | None) -> dict[str, Any] | None:
+    """The solve that waits, with its outcome in this trial; or that there is no fit yet."""
+    new = shared.fits.new
+    if new is None:
+        if shared.fits.shown.fit is None and shared.jobs.progress is None:
+            return {"text": "No fit yet", "keys": [["solve", "make the first one"]]}
+        return None
+    waits = f"solve {new.number}, for {new.by}, is on the screen and waits"
+    outcome = _outcome(shared, replay, other)
+    return {
+        "text": f"New solve {outcome} · {waits}" if outcome else f"S{waits[1:]}",
+        "keys": [["keep", "keep", "yes"], ["discard", "discard"], ["compare", "compare"]],
+    }
+
+
+def _outcome(shared: SharedSubject, replay: Replay | None, other: Replay | None) -> str:
+    compared = shared.fits.compared
+    if compared is None or replay is None:
+        return ""
+    was, now = (_residual(library.figures(replay.name)) for library in (compared, shared.fits.shown))
+    told = [f"{was} → {now} N"] if was and now else []
+    changes = () if other is None else torque_changes(other, replay, changed_frames(other, replay))
+    if changes:
+        largest = f"{changes[0].largest:+.0f}".replace("-", "−")
+        told.append(f"{changes[0].name} {largest} {changes[0].unit}")
+    return ", ".join(told)
+
+
+def _residual(figures: Mapping[str, Any]) -> str:
+    rms = (figures.get("linear_residual") or {}).get("rms_N")
+    return "" if rms is None else f"{rms:.1f}"
+
+
+def work_json(progress: TaskProgress | None, fitting: Fitting) -> list[dict[str, Any]]:
+    """Everything at work, with the share that is done; None where the work does not say."""
+    found: list[dict[str, Any]] = []
+    if progress is not None:
+        after = "".join(f"; then {task.words}" for task in progress.waiting)
+        text, seconds = f"{progress.task.words}{after}.", round(progress.seconds)
+        found.append({"text": text, "seconds": seconds, "share": progress.fraction})
+    if fitting.running:
+        done = fitting.fitted + len(fitting.failures)
+        share = (done + (fitting.fraction or 0.0)) / max(fitting.total, 1)
+        text = f"Fitted {done} of {fitting.total} that had no fit."
+        found.append({"text": text, "seconds": round(fitting.seconds), "share": share})
+    return found
+
+
+def people_json(others: Sequence[str]) -> list[str]:
+    """Who is on the same trial."""
+    if not others:
+        return []
+    return [f"{' and '.join(others)} {'is' if len(others) == 1 else 'are'} on this trial too."]
