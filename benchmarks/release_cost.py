@@ -321,6 +321,10 @@ def _missing(
     killed = sum(kill.happened for kill in kills.kills) if kills else 0
     if killed < KILLS:
         told.append(f"- {killed} of {KILLS} builds were killed.")
+    if kills is None or kills.one_more_worker_same is None:
+        told.append("- Releases of one and of two workers were not compared by this script.")
+    if kills is None or kills.again is None:
+        told.append("- No subject was changed to see what is done again.")
     if kills and not kills.right:
         told.append(
             "- Builds that were killed, or had other workers or a changed subject, differ as told above."

@@ -53,6 +53,11 @@ def test_killed_builds_are_told_by_victim_and_what_differs_is_not_hidden():
     assert "2 workers at a time: the same release." in told
     assert "9 of 10 builds were killed." in told
     assert "differ as told above" not in told
+    assert "were not compared" not in told
+    assert "No subject was changed" not in told
+    few = page([], Kills(3, 40, 20.0, 1, kills[:2]))
+    assert "were not compared" in few
+    assert "No subject was changed" in few
     for wrong in (
         Kills(3, 40, 20.0, 1, (Kill("worker", 1.0, True, False),)),
         Kills(3, 40, 20.0, 1, kills, False),
