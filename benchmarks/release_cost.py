@@ -268,16 +268,16 @@ def _kills(found: Kills) -> str:
     workers = f"{found.workers} worker{'' if found.workers == 1 else 's'}"
     lines = [
         f"Made by `python -m benchmarks.release_kills --out DIR/kills`: {found.subjects} small subjects, "
-        f'{workers}, {found.undisturbed_s:.0f} s when nothing disturbs. "The same" are the bytes of all '
-        f"{found.files} files, but for the build log.",
+        f"{workers}, {found.undisturbed_s:.0f} s when nothing disturbs; a build whose client was killed is "
+        "started again. The same is said where the bytes of every file are, but for the build log.",
         "",
     ]
     for victim in ("worker", "client"):
         own = [kill for kill in killed if kill.victim == victim]
         when = ", ".join(f"{kill.after_s:.1f}" for kill in own)
         lines.append(
-            f"- {victim} killed (signal 9) in {len(own)} builds, after {when or '–'} s; started again, "
-            f"{sum(kill.same for kill in own)} gave the same release."
+            f"- {victim} killed (signal 9) in {len(own)} builds, after {when or '–'} s; "
+            f"{sum(kill.same for kill in own)} ended in the same release."
         )
     if found.one_more_worker_same is not None:
         same = "the same" if found.one_more_worker_same else "another"

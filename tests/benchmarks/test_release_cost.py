@@ -47,7 +47,7 @@ def test_killed_builds_are_told_by_victim_and_what_differs_is_not_hidden():
     right = Kills(3, 40, 20.0, 1, kills, True, 1, True)
     told = page([], right)
     assert (
-        "worker killed (signal 9) in 5 builds, after 0.0, 2.0, 4.0, 6.0, 8.0 s; started again, 5 gave" in told
+        "worker killed (signal 9) in 5 builds, after 0.0, 2.0, 4.0, 6.0, 8.0 s; 5 ended in the same" in told
     )
     assert "client killed (signal 9) in 4 builds" in told
     assert "2 workers at a time: the same release." in told
