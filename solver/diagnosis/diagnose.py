@@ -23,6 +23,7 @@ from solver.diagnosis.witnesses.asking import asked
 from solver.diagnosis.witnesses.measured import measured
 from solver.diagnosis.witnesses.weighings import weighings
 from solver.diagnosis_settings import DiagnosisSettings
+from solver.dynamics.unmeasured_forces import FEWEST_FRAMES
 from solver.effects.catalogue import catalogue
 from solver.errors import FitError
 from solver.fit import Fit
@@ -155,7 +156,10 @@ def repaired_balance(
 def balance_of(fit: Fit, pairs: SceneAndPosterior, diagnosis: DiagnosisSettings) -> Balance:
     """The wrench balance of all trials of a fit that have forces."""
     if not pairs:
-        raise FitError(f"{fit.subject.folder}: no trial has forces; without them nothing can be diagnosed.")
+        raise FitError(
+            f"{fit.subject.folder}: no trial has forces and at least {FEWEST_FRAMES} frames; nothing can be "
+            "diagnosed."
+        )
     seconds = sum(scene.counts.sum() / scene.rate for scene, _ in pairs)
     hop_s = max(diagnosis.hop_s, 6 * seconds / diagnosis.most_rows)
     rows = [trial_rows(scene, posterior, diagnosis, hop_s) for scene, posterior in pairs]

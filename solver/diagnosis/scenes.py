@@ -18,6 +18,7 @@ from solver.dynamics.long_marker_posterior import LongMarkerPosterior, trial_pos
 from solver.dynamics.marker_posterior import MarkerPosterior
 from solver.dynamics.material_acceleration import material_accelerations
 from solver.dynamics.root_wrench import centre_of_mass_of
+from solver.dynamics.unmeasured_forces import FEWEST_FRAMES
 from solver.effects.scene import MarkerScene, PlateScene, Scene
 from solver.fit import Fit, TrialFit
 from solver.frames_at_once import by_frames
@@ -114,12 +115,12 @@ def scenes_of(
     settings: Settings,
     reviews: Mapping[str, ForceReview],
 ) -> SceneAndPosterior:
-    """All trials of a fit that have forces."""
+    """All trials of a fit that have forces, and frames enough for accelerations."""
     size = size_against_own_model(fit)
     pairs = [
         scene_of(trial, fit.skeleton, settings, flagged_by_people(trial, reviews))
         for trial in fit.trials
-        if trial.contacts is not None and trial.contacts.has_plates
+        if trial.contacts is not None and trial.contacts.has_plates and trial.motion.frames >= FEWEST_FRAMES
     ]
     weighed = fit.subject.mass_kg is not None
     return [

@@ -90,6 +90,12 @@ def test_motion_and_demand_do_not_come_from_the_forces(altered, seen):
     assert ratio == pytest.approx(0.5, abs=0.01)
 
 
+def test_a_trial_of_a_few_frames_is_no_scene(trial, short_scene):
+    short = replace(trial, motion=replace(trial.motion, q=trial.motion.q[:7]))
+    fit = Fit(Subject(Path("someone"), ()), short_scene.skeleton, (short,), 68.0, 1.72)
+    assert scenes_of(fit, SETTINGS, {}) == []
+
+
 def test_plates_are_named_in_order_and_keep_their_wrench(seen, trial, short_scene):
     assert [p.target for p in seen.plates] == [f"plate_{k + 1}" for k in range(len(seen.plates))]
     for plate, same, recorded in zip(seen.plates, short_scene.plates, trial.capture.plates, strict=True):
