@@ -16,6 +16,16 @@ READING = (
     "smaller ranges, lower peak speeds."
 )
 
+SHORTENED = {
+    "arm_flex": "shoulder flexion",
+    "arm_add": "shoulder adduction",
+    "arm_rot": "shoulder rotation",
+    "elbow_flex": "elbow flexion",
+    "pro_sup": "forearm pronation",
+    "wrist_flex": "wrist flexion",
+    "wrist_dev": "wrist deviation",
+}
+
 Figures = Mapping[str, Any]
 
 
@@ -88,7 +98,9 @@ def coordinate_in_words(name: str) -> str:
     """As people say it: hip_rotation_r is the right hip rotation."""
     stem, _, side = name.rpartition("_")
     words = {"r": "right ", "l": "left "}.get(side)
-    return f"{words}{stem.replace('_', ' ')}" if words and stem else name.replace("_", " ")
+    if words and stem:
+        return f"{words}{SHORTENED.get(stem, stem.replace('_', ' '))}"
+    return name.replace("_", " ")
 
 
 def signed(value: float, digits: int = 0) -> str:

@@ -1,6 +1,7 @@
 """The summary of a fit in the terminal: units in the heads, ✓ and ✗ where Hicks et al. 2015 set a bound."""
 
 import sys
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from io import StringIO
 from typing import Any
@@ -19,7 +20,7 @@ from solver.dynamics.thresholds import Thresholds
 _WIDTH_OF_A_PIPE = 120  # [characters] where no terminal says how wide it is
 _MOST_DECISIONS = 5  # lines: with what is withheld, noted, written and not used, a screen's end has ten
 _MOST_WITHHELD = 10  # lines
-_CUT = "… (--notes)"
+_CUT = " … (--notes)"
 _MASKS = {
     "review": "the review",
     "review.json": "the imported review.json",
@@ -137,8 +138,7 @@ def _withheld_at_worst(trials: Sequence[dict[str, Any]]) -> list[str]:
 
 def _cut(text: str, room: int) -> str:
     """Without its end where it is longer, and with a word on where that is."""
-    text = " ".join(text.split())
-    return text if len(text) <= room else text[: room - len(_CUT)].rstrip(" ,;:(") + _CUT
+    return textwrap.shorten(text, room, placeholder=_CUT)
 
 
 def print_withheld(figures: dict[str, Any], *, notes: bool = False) -> None:

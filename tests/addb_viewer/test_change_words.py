@@ -5,7 +5,14 @@ import re
 import pytest
 
 from addb_viewer.app.shell.fit_tab import change_html
-from addb_viewer.change_words import band_in_words, change_in_short, change_rows, change_sentence, signed
+from addb_viewer.change_words import (
+    band_in_words,
+    change_in_short,
+    change_rows,
+    change_sentence,
+    coordinate_in_words,
+    signed,
+)
 from addb_viewer.report.motion_part import changed_part
 
 
@@ -85,3 +92,15 @@ def test_names_from_files_are_text(change):
     spiteful = change | {"coordinates": [coordinate("<script>", 3.0)]}
     assert "<script>" not in change_html(spiteful)
     assert "<script>" not in changed_part([{"name": "<script>", "change": spiteful}])
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("hip_rotation_r", "right hip rotation"),
+        ("pro_sup_l", "left forearm pronation"),
+        ("lumbar_extension", "lumbar extension"),
+    ],
+)
+def test_coordinates_are_told_in_words(name, said):
+    assert coordinate_in_words(name) == said

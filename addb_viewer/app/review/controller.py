@@ -221,7 +221,9 @@ class ReviewController:
         found = next_stop(stops, here, direction)
         if found is None:
             where = "after" if direction > 0 else "before"
-            self.notices.tell("That was all", f"No open proposal and no flagged range {where} this frame.")
+            self.notices.tell(
+                "That was all", f"No open proposal and no flagged range {where} this frame of the trial."
+            )
             return
         self.go_to(found)
 

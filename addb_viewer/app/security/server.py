@@ -157,7 +157,7 @@ def _checked_requests(access: Access, own: OwnPages) -> Iterator[None]:
                 passed = file or process_request(connection, request)
                 if passed is None:
                     return None
-                response = own.with_head(passed)
+                response = file or own.with_head(passed)
             for name, value in extra:
                 response.headers[name] = value
             return response

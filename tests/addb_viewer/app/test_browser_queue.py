@@ -37,6 +37,7 @@ def queue(tmp_path, browser, make_replay, make_app):
 def test_a_trial_is_found_assigned_discussed_and_opened_at_a_frame(queue, until):
     rows = queue.locator("#space .row:not([hidden])")
     until(lambda: rows.count() == 2, "both trials")
+    assert queue.locator("#addb-strip").count() == 0  # that is of the review page
     assert SPITEFUL in rows.all_inner_texts()[0] + rows.all_inner_texts()[1]  # as text
     queue.keyboard.press("/")
     queue.keyboard.type("onerror")
