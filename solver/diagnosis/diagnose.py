@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from solver.capture.capture import Capture, Subject
+from solver.capture.capture import Capture, Subject, TrialFiles
 from solver.capture.subject import open_subject
 from solver.capture.trial import read_trial
 from solver.contact.force_review import ForceReview
@@ -132,6 +132,8 @@ def repaired_balance(
 
     Arguments and errors as in `diagnose`. The fit that comes along is that of the repaired markers.
     """
+    if not any(_may_have_forces(files) for files in subject.trials if trials is None or files.name in trials):
+        raise FitError(_no_forces(subject))
     alone = replace(
         settings,
         trajectory=replace(settings.trajectory, enabled=False),
@@ -156,10 +158,7 @@ def repaired_balance(
 def balance_of(fit: Fit, pairs: SceneAndPosterior, diagnosis: DiagnosisSettings) -> Balance:
     """The wrench balance of all trials of a fit that have forces."""
     if not pairs:
-        raise FitError(
-            f"{fit.subject.folder}: no trial has forces and at least {FEWEST_FRAMES} frames; nothing can be "
-            "diagnosed."
-        )
+        raise FitError(_no_forces(fit.subject))
     seconds = sum(scene.counts.sum() / scene.rate for scene, _ in pairs)
     hop_s = max(diagnosis.hop_s, 6 * seconds / diagnosis.most_rows)
     rows = [trial_rows(scene, posterior, diagnosis, hop_s) for scene, posterior in pairs]
@@ -167,6 +166,16 @@ def balance_of(fit: Fit, pairs: SceneAndPosterior, diagnosis: DiagnosisSettings)
     if not rows:
         raise FitError(f"{fit.subject.folder}: no frame has forces and markers; nothing can be diagnosed.")
     return Balance(rows, diagnosis)
+
+
+def _may_have_forces(files: TrialFiles) -> bool:
+    """Whether there are any, as far as one knows without reading: a TRC file holds markers alone."""
+    return files.forces is not None or files.markers.suffix.lower() != ".trc"
+
+
+def _no_forces(subject: Subject) -> str:
+    least = f"at least {FEWEST_FRAMES} frames"
+    return f"{subject.folder}: no trial has forces and {least}; nothing can be diagnosed."
 
 
 def diagnose_subject(folder: Path) -> dict[str, object]:
