@@ -163,7 +163,7 @@ def _off_the_list(balance: Balance, world: Held) -> OffTheList | None:
         cause.trial,
         cause.sentence.format(target=cause.target),
         cause.frames(balance.scenes, (), x),
-        likeliest.estimates(k, balance.scenes)["rms_force_N"].value,
+        world.told.size_N(balance.scenes),
         world.unknown_nats,
     )
 

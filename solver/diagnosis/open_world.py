@@ -14,6 +14,7 @@ from solver.diagnosis.terms import Solved, Term
 from solver.diagnosis.trail import Trail
 from solver.diagnosis.unexplained import Kept
 from solver.diagnosis_settings import DiagnosisSettings
+from solver.effects.scene import Scene
 
 FORCES = (BODY, EVENT)
 CLIMBED = 3  # of the unknown causes in a name's place, to the scales that suit them
@@ -26,6 +27,10 @@ class Unknown:
     cause: Outside
     log_evidence: float
     likeliest: Solved  # at the size of most evidence; the unknown is the last of its terms
+
+    def size_N(self, scenes: Sequence[Scene]) -> float:
+        """Root mean square of its force [N]."""
+        return self.likeliest.estimates(len(self.likeliest.terms) - 1, scenes)["rms_force_N"].value
 
 
 class OpenWorld:
@@ -168,20 +173,13 @@ def _told(
     settings = world.balance.settings
     odds = _log_odds(settings, names, len(unknown))
     least_N = settings.least_unknown_share * world.balance.scenes[0].weight_N
-    large = next((one for one in unknown if _size_N(world, one) >= least_N), None)
+    large = next((one for one in unknown if one.size_N(world.balance.scenes) >= least_N), None)
     if large is None:
         return None, -np.inf
     gain = large.log_evidence - solved.log_evidence + odds
     explained = max(0.0, solved.log_evidence - world.balance.solve([], near=solved.rung).log_evidence)
     least = settings.least_unknown_gain + settings.beside_unknown_share * explained
     return (large if large is unknown[0] and gain >= least else None), gain
-
-
-def _size_N(world: OpenWorld, one: Unknown) -> float:
-    """Root mean square of its force; of a moment, of the force that it stands for [N]."""
-    likeliest = one.likeliest
-    estimates = likeliest.estimates(len(likeliest.terms) - 1, world.balance.scenes)
-    return estimates["rms_force_N"].value
 
 
 def _log_odds(settings: DiagnosisSettings, names: int, unknown: int) -> float:
