@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from addb_viewer.dataset.amounts import counted
+from addb_viewer.amounts import counted
 from addb_viewer.dataset.receipts import MadeFile
 from addb_viewer.dataset.schema import ROOT_TABLES, SUBJECT_TABLES
 from addb_viewer.dataset.table import Column, Table

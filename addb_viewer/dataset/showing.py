@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 from typing import Any
 
-from addb_viewer.dataset.amounts import counted, lasting
+from addb_viewer.amounts import counted, lasting
 from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.reader import Release
 

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from addb_viewer.amounts import counted
 from addb_viewer.app.page.notices import IMPORTANT_S
 from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.queue.controller import QueueController
@@ -65,7 +66,7 @@ class Finishing:
     def finish_sure(self) -> None:
         """Shift T: the proposals of which detection is sure are accepted, then as T."""
         author, sure = self.screen.reviewer.author(), self._sure()
-        count = f"{len(sure)} proposal{'' if len(sure) == 1 else 's'}"
+        count = counted(len(sure), "proposal")
         first = f"Accepts {count} of at least {sure_words(self._least)}." if sure else ""
         if not self._may_go_on(SHIFT_T, self._doubts(self._unsure()), first):
             return

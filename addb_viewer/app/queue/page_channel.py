@@ -10,6 +10,7 @@ from typing import Any
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
+from addb_viewer.amounts import counted
 from addb_viewer.app.page.notices import log_error
 from addb_viewer.app.queue import page_words
 from addb_viewer.app.queue.batches import DIAGNOSE, EXPORT, FIT, Batches, formats
@@ -169,9 +170,7 @@ class Visitor:
                 return self._say(asked)
         kind = {"fit": FIT, "diagnose": DIAGNOSE, "export": EXPORT}[asked.what]
         count = batches.start(kind, asked.places, self._name, asked.text)
-        return [
-            {"kind": "told", "bad": False, "text": f"{count} subject{'' if count == 1 else 's'} in line."}
-        ]
+        return [{"kind": "told", "bad": False, "text": f"{counted(count, 'subject')} in line."}]
 
     def _order(self, asked: Asked) -> None:
         """From now on T goes through these trials, in this order, in this browser."""

@@ -4,6 +4,7 @@ import html
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from addb_viewer.amounts import counted
 from addb_viewer.app.style.html_pieces import boxed, clickable, range_words, swatch
 from addb_viewer.app.style.palette import Rgb, reason_color
 from addb_viewer.app.trial.disagreements import conflict_words
@@ -69,7 +70,7 @@ def status_html(review: TrialReview, still_open: int, stale: bool) -> str:
     """How far the review of the trial is."""
     by = f" · {html.escape(review.status_author)}" if review.status_author else ""
     note = f"<br>{html.escape(review.status_note)}" if review.status_note else ""
-    waiting = f"{still_open} proposal{'' if still_open == 1 else 's'} to decide" if still_open else ""
+    waiting = f"{counted(still_open, 'proposal')} to decide" if still_open else ""
     unreadable = "".join(f"<br>⚠ {html.escape(str(row))}." for row in review.unreadable)
     changed = "<br><b>The flags have changed since the solve on the screen: G solves again.</b>"
     return boxed(

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from addb_viewer.amounts import counted, lasting
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug
-from addb_viewer.dataset.amounts import counted, lasting
 
 if TYPE_CHECKING:
     from addb_viewer.dataset.build import Plan

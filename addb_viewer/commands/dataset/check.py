@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
+from addb_viewer.amounts import counted
 from addb_viewer.commands.errors import FAILED, errors_as_lines
 from addb_viewer.commands.options import Debug, JsonFile
-from addb_viewer.dataset.amounts import counted
 
 What = Annotated[
     Path, typer.Argument(metavar="RELEASE", help="Folder of a release, or a .b3d file.", exists=True)

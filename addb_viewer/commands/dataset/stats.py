@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 import typer
 
+from addb_viewer.amounts import counted, lasting
 from addb_viewer.commands.dataset.options import Release
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.commands.options import Debug
-from addb_viewer.dataset.amounts import counted, lasting
 from solver.errors import SolverError
 
 StatsOut = Annotated[

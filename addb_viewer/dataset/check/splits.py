@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from addb_viewer.dataset.amounts import counted
+from addb_viewer.amounts import counted
 from addb_viewer.dataset.check.duplicates import Pair
 from addb_viewer.dataset.check.finding import Finding, error, warning
 from addb_viewer.dataset.errors import ReleaseError

@@ -8,8 +8,8 @@ import statistics
 import pytest
 from typer.testing import CliRunner
 
+from addb_viewer.amounts import counted, lasting
 from addb_viewer.cli import app
-from addb_viewer.dataset.amounts import counted, lasting
 from addb_viewer.dataset.schema import TRIALS
 from addb_viewer.dataset.stats import paper
 from addb_viewer.dataset.stats.drawing import (
