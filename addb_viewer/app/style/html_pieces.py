@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from addb_viewer.app.style.palette import Rgb
 
 FIRST = ";opacity:.75"  # style of a table's first column
-LIGHT = 140.0  # brightness from which black is read better than white
 
 
 def boxed(content: str) -> str:
@@ -37,8 +36,8 @@ def swatch(color: Rgb, text: str = "") -> str:
     """A small square of a colour, with a sign on it: nobody has to tell colours apart."""
     return (
         "<span style='display:inline-block;min-width:1.1em;height:1.15em;line-height:1.15em;"
-        "text-align:center;font-weight:700;font-size:.9em;border:1px solid gray;"
-        f"background:{color.css};color:{ink(color)}'>"
+        "text-align:center;font-weight:700;font-size:.95em;border:1px solid gray;"
+        f"background:{color.css};color:{color.ink.css}'>"
         f"{html.escape(text)}</span>"
     )
 
@@ -60,8 +59,3 @@ def table(rows: Sequence[Sequence[str]], head: Sequence[str] = ()) -> str:
         for row in rows
     )
     return f"<table>{f'<tr>{heading}</tr>' if head else ''}{cells}</table>"
-
-
-def ink(color: Rgb) -> str:
-    """Black or white, whichever is read better on a colour."""
-    return "#000" if 0.299 * color.r + 0.587 * color.g + 0.114 * color.b > LIGHT else "#fff"

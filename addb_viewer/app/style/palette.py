@@ -11,6 +11,8 @@ from jaxtyping import Float, UInt8
 from annotations.reasons import key_of
 
 READABLE, PALER = 125.0, 0.4  # brightness that a dark page needs; share of white that is added below it
+LEGIBLE = 4.5  # contrast of small text with what lies behind it: WCAG 2.2, 1.4.3 (AA)
+SHADES = 20  # from a colour to black or white, of which the first legible one is taken
 
 
 class Rgb(NamedTuple):
@@ -36,6 +38,28 @@ class Rgb(NamedTuple):
         return f"light-dark({self.css}, {paler.css})"
 
     @property
+    def as_text(self) -> str:
+        """As a style sheet writes text: darker on a light page, paler on a dark one, until it is legible."""
+        if self == INK:
+            return self.on_any_page
+        return f"light-dark({_legible(self, BLACK, LIGHT_PAGE).css}, {_legible(self, WHITE, DARK_PAGE).css})"
+
+    @property
+    def ink(self) -> "Rgb":
+        """Black or white, whichever is read better on it."""
+        return max(BLACK, WHITE, key=self.contrast)
+
+    def contrast(self, other: "Rgb") -> float:
+        """From 1 (the same brightness) to 21 (black on white), as WCAG 2.2 defines it."""
+        darker, lighter = sorted((self._luminance, other._luminance))
+        return (lighter + 0.05) / (darker + 0.05)
+
+    @property
+    def _luminance(self) -> float:
+        r, g, b = (_intensity(c / 255) for c in self)
+        return 0.2126 * r + 0.7152 * g + 0.0722 * b  # ITU-R BT.709
+
+    @property
     def linear(self) -> "Rgb":
         """The same colour as light intensities: how viser's page takes the colours of arrows."""
         return Rgb(*(round(255 * _intensity(c / 255)) for c in self))
@@ -49,6 +73,18 @@ def _intensity(c: float) -> float:
     """SRGB's transfer function (IEC 61966-2-1)."""
     return c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4
 
+
+def _legible(color: Rgb, end: Rgb, page: Rgb) -> Rgb:
+    """The first shade on the way to black or white that is legible on a page."""
+    shades = (
+        Rgb(*(round(c + k / SHADES * (e - c)) for c, e in zip(color, end, strict=True)))
+        for k in range(SHADES + 1)
+    )
+    return next(shade for shade in shades if shade.contrast(page) >= LEGIBLE)
+
+
+BLACK, WHITE = Rgb(0, 0, 0), Rgb(255, 255, 255)
+LIGHT_PAGE, DARK_PAGE = WHITE, Rgb(36, 36, 36)  # viser's
 
 BLUE = Rgb(0, 114, 178)
 ORANGE = Rgb(230, 159, 0)

@@ -19,7 +19,7 @@ AXIS = 32  # [pixel] of the time axis below all charts
 MANY = 3  # names whose common beginning is left out
 MOST_POINTS = 900  # of a curve: more than pixels
 WIDTH, HEIGHT = 1000.0, 100.0  # of the drawing's own coordinates
-FAINT, SMALL = 0.13, ".68rem"
+FAINT, SMALL = 0.13, ".75rem"
 BEYOND = "▲"  # where a curve runs off the axis
 PAPER = "var(--mantine-color-body, var(--paper))"  # of the app's page, of a report
 EDGE = 0.06  # share of the axis in which signs lean inwards
@@ -143,8 +143,8 @@ def _mark(peak: Peak, share: float) -> str:
     shift = 0 if share < EDGE else -100 if share > 1 - EDGE else -50
     return (
         f"<div style='position:absolute;left:{100 * share:.2f}%;top:1px;transform:translateX({shift}%);"
-        f"font-size:.6rem;line-height:1;white-space:nowrap;padding:0 2px;background:{PAPER};"
-        f"color:{peak.line.color.on_any_page}'>"
+        f"line-height:1;white-space:nowrap;padding:0 2px;background:{PAPER};"
+        f"color:{peak.line.color.as_text}'>"
         f"{BEYOND} {number(peak.value, peak.value)}</div>"
     )
 

@@ -2,7 +2,6 @@
 
 import html
 
-from addb_viewer.app.style.html_pieces import ink
 from addb_viewer.app.timeline.chart_html import GUTTER, MARGIN
 from addb_viewer.app.timeline.lanes import Block, Lane
 from addb_viewer.app.timeline.span import Span
@@ -44,7 +43,7 @@ def _surface(block: Block) -> str:
     outline = "outline:2px solid currentColor;outline-offset:-2px;" if block.outlined else ""
     border = f"border:1px solid {block.color.css};"
     if not block.hatched:
-        return f"{outline}{border}background:{block.color.css};color:{ink(block.color)}"
+        return f"{outline}{border}background:{block.color.css};color:{block.color.ink.css}"
     strong, weak = block.color.faded(0.55), block.color.faded(0.15)
     stripes = f"repeating-linear-gradient(135deg,{strong} 0 3px,{weak} 3px 7px)"
     return f"{outline}{border}background:{stripes}"

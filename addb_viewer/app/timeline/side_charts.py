@@ -108,7 +108,7 @@ class SideCharts:
         for i, chart in enumerate(self._charts):
             top = -self.pixels + i * (HEADING + self.height)
             values = " ".join(
-                f"<span style='color:{line.color.on_any_page}'>{_shown(line.values[self._frame])}</span>"
+                f"<span style='color:{line.color.as_text}'>{_shown(line.values[self._frame])}</span>"
                 for line in telling(chart, self._frame)
             )
             parts.append(

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from addb_viewer.app.style.html_pieces import ink
 from addb_viewer.app.timeline.chart_range import value_range
 from addb_viewer.app.timeline.charts import Chart, Line
 from addb_viewer.app.timeline.lanes import Block, Lane
@@ -50,7 +49,7 @@ def _block_json(block: Block) -> dict[str, Any]:
         "text": block.text,
         "told": block.told,
         "color": block.color.css,
-        "ink": ink(block.color),
+        "ink": block.color.ink.css,
         "hatched": block.hatched,
         "top": round(1.0 - block.bottom - block.height, 3),
         "height": round(block.height, 3),

@@ -12,7 +12,7 @@ export function rowOf(row) {
   label.textContent = label.title = row.label;
   const blocks = document.createElement("div");
   blocks.className = "addb-blocks";
-  if (row.blocks.length) blocks.setAttribute("role", "list");
+  blocks.setAttribute("role", row.blocks.length ? "list" : "group");
   blocks.setAttribute("aria-label", row.label);
   blocks.append(...row.blocks.map((block) => blockOf(block, row)));
   line.append(label, blocks);

@@ -53,7 +53,10 @@ export class Table {
     box.setAttribute("aria-label", "Select all that are shown");
     box.addEventListener("change", () => this.on.all(box.checked));
     this.box = box;
-    head.append(box);
+    const first = make("div");
+    first.setAttribute("role", "columnheader");
+    first.append(box);
+    head.append(first);
     this.heads = new Map();
     for (const [column, label, figure] of COLUMNS) {
       const cell = make("div", figure ? "cell figure" : "cell");
@@ -84,8 +87,9 @@ export class Table {
 
   ordered(column, down) {
     for (const [name, [button, label]] of this.heads) {
-      if (name === column) button.setAttribute("aria-sort", down ? "descending" : "ascending");
-      else button.removeAttribute("aria-sort");
+      const cell = button.parentElement;
+      if (name === column) cell.setAttribute("aria-sort", down ? "descending" : "ascending");
+      else cell.removeAttribute("aria-sort");
       put(button, name === column ? `${label} ${down ? "↓" : "↑"}` : label);
     }
   }
@@ -128,7 +132,6 @@ export class Table {
     const element = make("div", "row"), cells = { box: make("input") };
     element.setAttribute("role", "row");
     cells.box.type = "checkbox";
-    element.append(cells.box);
     const cell = (name, kind = "cell") => {
       cells[name] = make("div", kind);
       cells[name].setAttribute("role", "cell");
@@ -136,6 +139,7 @@ export class Table {
       element.append(cells[name]);
       return cells[name];
     };
+    cell("tick", "").append(cells.box);
     cell("state", "cell state");
     cell("name", "cell two").append((cells.link = make("a", "strong")), (cells.subject = make("span", "quiet")));
     cell("strip").append((cells.canvas = make("canvas")));
