@@ -52,7 +52,7 @@ def app_latency_section(demo: Path) -> str:
     """
     with _running("serve", str(demo)) as (server, said):
         port, began = int(said), time.perf_counter()
-        browser = PaperBrowser(port)
+        browser = PaperBrowser(port, with_channel=True)
         try:
             _wait(browser, "frame 0 ·")
             opened = time.perf_counter() - began
@@ -90,31 +90,44 @@ def _times(browser: PaperBrowser, first: int) -> dict[str, list[float]]:
     browser.put("Go to", "5")
     _wait(browser, "frame 5 ·")
     for k in range(TIMES):
-        times["step"].append(_timed(browser, lambda: browser.press("One frame on"), f"frame {6 + k} ·"))
+        echo = f"frame {6 + k} ·"
+        times["step"].append(
+            _timed(browser, lambda: browser.press("One frame on"), _says(browser, echo), echo)
+        )
     for k in range(TIMES):
         frame = 20 + EVERY * k
-        times["seek"].append(_timed(browser, partial(browser.put, "Go to", str(frame)), f"frame {frame} ·"))
+        echo, go = f"frame {frame} ·", partial(browser.put, "Go to", str(frame))
+        times["seek"].append(_timed(browser, go, _says(browser, echo), echo))
     for k in range(TIMES):
         start, key = first + EVERY * k, ("Flag: force wrong", "Flag: moment wrong")[k % 2]
         browser.put("Go to", f"{start}:{start + LENGTH}")
         _wait(browser, f"Frames {start} to {start + LENGTH - 1}<")
         time.sleep(PAUSE_S)
-        echo = f"title='{start}–{start + LENGTH - 1}: {key.removeprefix('Flag: ')}: Zoë"
-        times["paint"].append(_timed(browser, partial(browser.press, key), echo))
+        painted = partial(_is_painted, browser, start, key.removeprefix("Flag: "))
+        times["paint"].append(_timed(browser, partial(browser.press, key), painted, key))
     return times
 
 
-def _timed(browser: PaperBrowser, act: Callable[[], None], echo: str) -> float:
+def _timed(browser: PaperBrowser, act: Callable[[], None], echoed: Callable[[], bool], what: str) -> float:
     start = time.perf_counter()
     act()
-    _wait(browser, echo)
+    browser.until(echoed, what)
     taken = time.perf_counter() - start
     time.sleep(PAUSE_S)
     return 1e3 * taken
 
 
 def _wait(browser: PaperBrowser, echo: str) -> None:
-    browser.until(lambda: echo in browser.html(), echo)
+    browser.until(_says(browser, echo), echo)
+
+
+def _says(browser: PaperBrowser, echo: str) -> Callable[[], bool]:
+    return lambda: echo in browser.html()
+
+
+def _is_painted(browser: PaperBrowser, start: int, reason: str) -> bool:
+    blocks = browser.row_blocks()
+    return any((a, b) == (start, start + LENGTH) and told.startswith(reason) for a, b, told in blocks)
 
 
 def _shown(times: Sequence[float]) -> str:

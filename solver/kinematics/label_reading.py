@@ -90,6 +90,8 @@ def read_labels(
     pinned = {**(pinned if holds else {}), **{label: name for label, name in of_word.items() if name}}
     wanted = [label for label in labels if of_word.get(label) != LEFT_OUT]
     looked_at = _only(recordings, wanted)
+    if not holds and len(wanted) < settings.unnamed.fewest_markers:
+        return ReadLabels(understood, {})
     if not holds:
         unlike = disagreeing(looked_at)
         if unlike is not None:

@@ -1,14 +1,17 @@
 """A browser without a picture: speaks the page's language, so that whole sessions are tested quickly."""
 
 import json
+import secrets
 import threading
 import time
 
 import msgspec
 import viser
 import zstandard
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
+from addb_viewer.app.page.channel import CONNECTION, PAGE_ITEM
 from tests.patience import PATIENCE_S
 
 
@@ -23,13 +26,19 @@ def _texts(value):
 class PaperBrowser:
     """One connection to the app. What the server sent is in `commands` and `gui`."""
 
-    def __init__(self, port, headers=None, name="Zoë", at=None):
-        """The browser remembers name and place (subject and trial); None: it has never been here."""
+    def __init__(self, port, headers=None, name="Zoë", at=None, *, with_channel=False):
+        """The browser remembers name and place (subject and trial); None: it has never been here.
+
+        With the page's own channel it hears what the session shows there from another process too.
+        """
         self.storage = {} if name is None else {"addb-viewer": json.dumps({"reviewer": name, "place": at})}
         self.questions = {}
         self.commands, self.gui, self.session = {}, {}, None
         self.messages = 0
         self._heard = threading.Condition()
+        self._port, self._page, self._told, self._closed = port, secrets.token_hex(16), {}, False
+        if with_channel:
+            self.storage[PAGE_ITEM] = json.dumps({"name": self._page, "query": ""})
         self._socket = connect(
             f"ws://127.0.0.1:{port}",
             subprotocols=[f"viser-v{viser.__version__}"],
@@ -41,6 +50,8 @@ class PaperBrowser:
         )
         self._thread = threading.Thread(target=self._listen, daemon=True)
         self._thread.start()
+        if with_channel:
+            threading.Thread(target=self._listen_to_channel, daemon=True).start()
         self._say(
             "ViewerCameraMessage",
             wxyz=(1.0, 0.0, 0.0, 0.0),
@@ -99,8 +110,13 @@ class PaperBrowser:
         return any(words in f"{title} {body}" for title, body in self.notices)
 
     def _shown(self, kind):
-        """What the session shows over the channel of our own, to which this browser has no connection."""
-        return None if self.session is None else self.session.channel.shown(kind)
+        """What the session shows over the channel of our own."""
+        return self._told.get(kind) if self.session is None else self.session.channel.shown(kind)
+
+    def row_blocks(self):
+        """Frames of the timeline's blocks, the last exclusive, and what they say under the pointer."""
+        rows = self._shown("rows") or ()
+        return [(block["start"], block["end"], block["told"]) for row in rows for block in row["blocks"]]
 
     def until(self, condition, what="the app"):
         end = time.monotonic() + PATIENCE_S
@@ -111,6 +127,7 @@ class PaperBrowser:
         return value
 
     def close(self):
+        self._closed = True
         self._socket.close()
         self._thread.join(PATIENCE_S)
 
@@ -142,6 +159,21 @@ class PaperBrowser:
                     self._heard.notify_all()
         except Exception:  # the connection ended
             return
+
+    def _listen_to_channel(self):
+        """The session knows this page a little later than the page the session: as a page does, ask again."""
+        while not self._closed:
+            with connect(f"ws://127.0.0.1:{self._port}{CONNECTION}", open_timeout=PATIENCE_S) as socket:
+                socket.send(self._page)
+                try:
+                    for text in socket:
+                        kind, value = json.loads(text)
+                        with self._heard:
+                            self._told[kind] = value
+                            self._heard.notify_all()
+                except ConnectionClosed:
+                    pass
+            time.sleep(0.5)
 
     def _hear(self, message):
         kind = message["type"]

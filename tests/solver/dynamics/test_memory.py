@@ -76,9 +76,9 @@ def lengthened(source, folder, times):
 
 @pytest.fixture(scope="module")
 def measured(real_data, tmp_path_factory):
-    """Bytes foretold and held by fits of 15 and of 45 seconds."""
+    """Bytes foretold and held by fits of 10 and of 30 seconds."""
     told = []
-    for times in (3, 9):
+    for times in (2, 6):
         folder = lengthened(real_data / FOLDER, tmp_path_factory.mktemp("long") / FOLDER, times)
         command = [sys.executable, "-c", SCRIPT, str(folder)]
         ran = subprocess.run(command, capture_output=True, text=True, check=False)
