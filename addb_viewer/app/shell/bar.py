@@ -18,6 +18,7 @@ from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.app.trial.forces_in_use import contact_words, contacts_at
 from addb_viewer.app.trial.proposals import still_open
 from addb_viewer.app.trial.replay import Replay
+from addb_viewer.change_words import coordinate_in_words
 from annotations.foot_names import foot_words
 from annotations.reasons import reason_words
 from annotations.wording import sure_words
@@ -127,10 +128,9 @@ def solve_json(shared: SharedSubject, replay: Replay | None, other: Replay | Non
         if shared.fits.shown.fit is None and shared.jobs.progress is None:
             return {"text": "No fit yet", "keys": [["solve", "make the first one"]]}
         return None
-    waits = f"solve {new.number}, for {new.by}, is on the screen and waits"
     outcome = _outcome(shared, replay, other)
     return {
-        "text": f"New solve {outcome} · {waits}" if outcome else f"S{waits[1:]}",
+        "text": f"New solve{f': {outcome}' if outcome else ''} · for {new.by}",
         "keys": [["keep", "keep", "yes"], ["discard", "discard"], ["compare", "compare"]],
     }
 
@@ -142,9 +142,9 @@ def _outcome(shared: SharedSubject, replay: Replay | None, other: Replay | None)
     was, now = (_residual(library.figures(replay.name)) for library in (compared, shared.fits.shown))
     told = [f"{was} → {now} N"] if was and now else []
     changes = () if other is None else torque_changes(other, replay, changed_frames(other, replay))
-    if changes:
+    if changes and abs(changes[0].largest) >= 0.5:  # whole numbers are told
         largest = f"{changes[0].largest:+.0f}".replace("-", "−")
-        told.append(f"{changes[0].name} {largest} {changes[0].unit}")
+        told.append(f"{coordinate_in_words(changes[0].name)} {largest} {changes[0].unit}")
     return ", ".join(told)
 
 

@@ -10,10 +10,10 @@ from addb_viewer.app.shell.playback import SPEEDS
 SPEED_NAMES = {f"{speed:g}×".replace("-", "−"): speed for speed in SPEEDS}
 TRAIL_LONGEST = 2.0  # [s]
 MOVES = {"|◀": "first", "◀": "back_frame", "▶": "on_frame", "▶|": "last"}  # button: action
-CONTROLS_WIDTH = 320  # [pixel]
-NARROWEST, WIDEST = 400, 660  # [pixel] of the timeline
+CONTROLS, CONTROLS_WIDTH = 0.3, 320  # the controls' share of a narrow window; [pixel] at most
+NARROWEST, WIDEST = 372, 660  # [pixel] of the timeline
 OF_WINDOW = 0.34  # the timeline's share of it
-CHARTS, BESIDE = 6, 560  # usual charts; [pixel] of tabs, choosers and the strip below
+CHARTS, BESIDE = 6, 584  # usual charts; [pixel] of tabs, choosers and the strip below
 LOWEST, HIGHEST = 46, 150  # [pixel] of a chart
 
 
@@ -155,4 +155,5 @@ def layout_of(width: int, height: int) -> Layout:
     """The layout for a window of so many pixels."""
     timeline = round(min(max(OF_WINDOW * width, NARROWEST), WIDEST))
     chart = round((height - BESIDE) / CHARTS) - 17
-    return Layout(CONTROLS_WIDTH, timeline, min(max(chart, LOWEST), HIGHEST))
+    controls = min(round(CONTROLS * width), CONTROLS_WIDTH)
+    return Layout(controls, timeline, min(max(chart, LOWEST), HIGHEST))

@@ -34,7 +34,8 @@ class FitTab:
         """Lay out the tab."""
         with tab:
             self.summary = gui.add_html("")
-            with gui.add_folder("What the fit to forces changed", expand_by_default=False):
+            self.of_change = gui.add_folder("What the fit to forces changed", expand_by_default=False)
+            with self.of_change:
                 self.change = gui.add_html("")
             with gui.add_folder("Notes"):
                 self.notes = gui.add_html("")
@@ -51,6 +52,7 @@ class FitTab:
         person = {k: v for k, v in (("mass_kg", mass), ("height_m", height)) if v is not None}
         figures = library.figures(replay.name)
         self.summary.content = summary_html(figures, person, replay)
+        self.of_change.visible = bool(figures)
         self.change.content = change_html(figures.get("change"))
         self.notes.content = notes_html((*library.notes, *replay.notes))
 

@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float
 
 from addb_viewer.app.style.palette import BLUE, GREY, OTHER_CURVE, PLATES, RESIDUAL, Rgb
 from addb_viewer.app.trial.replay import JointReplay, Replay
+from addb_viewer.change_words import coordinate_in_words
 from solver.summary import Thresholds
 
 BEFORE = "before"  # legend of the solve that is compared with
@@ -157,7 +158,13 @@ def _joint_chart(name: str, replay: Replay, other: Replay | None, what: str, ind
         lines.insert(
             0, _before(_of_joint(other.joints, what, other.joints.names.index(replay.joints.names[index])))
         )
-    return Chart(name, unit, tuple(lines))
+    return Chart(_in_words(replay.joints.names[index], name.rpartition(" ")[2]), unit, tuple(lines))
+
+
+def _in_words(coordinate: str, kind: str) -> str:
+    """As "Right knee torque" of knee_angle_r."""
+    words = f"{coordinate_in_words(coordinate).removesuffix(' angle')} {kind}"
+    return words[0].upper() + words[1:]
 
 
 def _of_joint(joints: JointReplay, what: str, index: int) -> Float[np.ndarray, " frames"]:

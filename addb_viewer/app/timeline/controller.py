@@ -58,6 +58,7 @@ class TimelineController:
         for handle in self.joints:
             if handle.options != (NO_JOINT, *names):
                 handle.options = (NO_JOINT, *names)
+            handle.visible = bool(names)
         self._choose_at_first(names)
         chosen = tuple(str(handle.value) for handle in self.joints)
         charts = charts_of(replay, self._compared(), chosen)

@@ -112,8 +112,8 @@ class SideCharts:
                 for line in telling(chart, self._frame)
             )
             parts.append(
-                f"<div style='position:absolute;right:{MARGIN}px;top:{top}px;height:{HEADING}px;"
-                f"padding:2px 0 0 6px;font-size:{SMALL};line-height:1.15;font-weight:700;"
+                f"<div style='position:absolute;right:0;top:{top}px;height:{HEADING}px;"
+                f"padding:2px {MARGIN}px 0 6px;font-size:{SMALL};line-height:1.15;font-weight:700;"
                 "font-variant-numeric:tabular-nums;"
                 "background:var(--mantine-color-body)'>"
                 f"{values}</div>"

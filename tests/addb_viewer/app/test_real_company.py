@@ -94,7 +94,7 @@ def test_solves_take_turns_and_anothers_is_discarded_after_a_question_only_and_t
     bo.until(lambda: bo.told("It waits its turn"), "the turn")
     zoe.until(lambda: [by for by, _ in states(walks_folder)][-2:] == ["Zoë", "Bo"], "both solves")
     for browser in (zoe, bo):
-        browser.until(lambda b=browser: "for Zoë, is on the screen and waits" in b.html(), "the banner")
+        browser.until(lambda b=browser: "· for Zoë" in b.html(), "the banner")
         browser.until(lambda b=browser: "New solve of Zoë and of Bo waits" in table(b), "the queue")
     bo.press("Discard the new solve")
     bo.until(lambda: bo.asked("Discard Zoë's solve"), "the question")

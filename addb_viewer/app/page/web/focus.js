@@ -24,7 +24,7 @@
     true,
   );
   document.addEventListener("click", (event) => {
-    if (byPointer() && event.target.closest?.("[role=option], input[type=checkbox], button")) releaseSoon();
+    if (byPointer() && event.target.closest?.("[role=option], [role=tab], input[type=checkbox], button")) releaseSoon();
   });
   document.addEventListener("keydown", (event) => {
     const typed = event.target instanceof HTMLInputElement && event.target.type !== "checkbox";

@@ -78,7 +78,7 @@ export class Table {
 
   legend() {
     const legend = make("span", "legend");
-    for (const [kind, words] of [["counts", "force counts"], ["open", "open"], ["decided", "decided"], ["conflict", "disagree"]]) {
+    for (const [kind, words] of [["counts", "counts"], ["open", "open"], ["decided", "decided"], ["conflict", "disagree"]]) {
       legend.append(make("i", kind), words);
     }
     legend.title = "Above: frames whose force counts. Below: proposals, higher the surer, and what people decided";

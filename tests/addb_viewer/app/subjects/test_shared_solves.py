@@ -91,7 +91,7 @@ def test_a_second_solve_waits_its_turn_and_then_for_the_decision_about_the_first
     zoe.press("Keep the new solve (so does Y)")
     bo.until(lambda: bo.told("Zoë has kept your solve 2"))
     bo.until(lambda: ("Bo", KEPT) in states(subject))
-    bo.until(lambda: "is on the screen and waits" not in bo.html(), "the banner")
+    bo.until(lambda: "· for Bo" not in bo.html(), "the banner")
 
 
 def test_ones_own_newer_solve_takes_the_place_of_ones_own(subject, small_fit, open_app, enter):
