@@ -184,6 +184,8 @@ def _told(
 
 def _log_odds(settings: DiagnosisSettings, names: int, unknown: int) -> float:
     """Of one unknown cause against one name, before the data: both shares are spread evenly."""
+    if names == 0:
+        return -np.inf
     outside = settings.outside_odds
     return float(np.log(outside / (1 - outside) * names / max(1, unknown)))
 

@@ -30,7 +30,7 @@ pytestmark = [pytest.mark.browser, pytest.mark.real, pytest.mark.timeout(900)]
 
 FEET = ("calcn_r", "calcn_l")
 NAMES = ("Zoë", "Bo")
-ROUNDS, MOST = 40, 200  # acts of both; on until every trial has been touched
+ROUNDS, MOST = 24, 200  # acts of both; on until every trial has been touched
 SURE = Settings().detection.confidence
 REASONS = {key.key: key.reason for key in REASON_KEYS}
 
