@@ -32,7 +32,7 @@ demo: setup
 
 test: setup
 	@scripts/chromium
-	$(ONE_THREAD) $(BIN)/python -m pytest -n $(WORKERS) -rs $(ARGS)
+	$(ONE_THREAD) $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -rs $(ARGS)
 
 lint: setup
 	$(BIN)/ruff check .
