@@ -154,6 +154,8 @@ def print_withheld(figures: dict[str, Any], *, notes: bool = False) -> None:
         lines.sort(key=lambda line: not line.style)
         left = len(lines) - _MOST_WITHHELD + 1
         lines = [*lines[:-left], Text(f"and {left} more on withheld forces (--notes)")]
+    if lines:
+        console.print("withheld forces in every layout judged; the error above is of the first one alone:")
     for line in lines:
         console.print(line, soft_wrap=True)
 

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from addb_viewer.cli import app
-from addb_viewer.summary_table import print_summary
+from addb_viewer.summary_table import print_summary, print_withheld
 from solver.errors import FitError
 from solver.results.store import load_fit
 from solver.summary import summary
@@ -30,6 +30,17 @@ def test_fit_keeps_the_results_and_prints_the_summary(command_line):
     assert "walk: plate 1 was not tared" not in run.stdout
     assert "note: walk: plate 1 was not tared" in command_line("fit", folder, "--notes").stdout
     assert run.stderr == ""
+
+
+def test_all_layouts_of_withheld_forces_are_told_apart_from_the_first(capsys):
+    missed = {"rms": 48.2, "markers_rms": 152.2, "markers_cutoffs_hz": [12.0, 15.0], "ratio": None}
+    blocks = {"pieces": 13, "layouts": 6, "frames": 147, "force": missed, "moment": missed}
+    print_withheld({"trials": [{"name": "run", "withheld": {"blocks": blocks}}]})
+    head, line = capsys.readouterr().out.splitlines()
+    assert "of the first one alone" in head
+    assert line.startswith("run: 13 blocks withheld in 6 layouts, 147 frames: errors 48.2 N")
+    print_withheld({"trials": [{"name": "run", "withheld": None}]})
+    assert capsys.readouterr().out == ""
 
 
 def test_json_is_the_contract(command_line, tmp_path):
