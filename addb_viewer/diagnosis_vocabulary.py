@@ -81,6 +81,11 @@ def title(effect: Mapping[str, Any]) -> str:
     return words.format(target=target_in_words(effect["target"]))
 
 
+def short_title(effect: Mapping[str, Any]) -> str:
+    """Its title without the model's name of what is told in words."""
+    return re.sub(r" \([^()]*\)$", "", title(effect))
+
+
 def target_in_words(target: str) -> str:
     """What a target is called, with the name in the files and the model where that differs."""
     if target in _OF_THEIR_OWN:

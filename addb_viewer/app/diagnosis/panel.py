@@ -1,6 +1,5 @@
 """The Diagnosis panel: verdict, causes, what they gain, and whether they become part of the model."""
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -22,7 +21,7 @@ from addb_viewer.app.scene.cause_pictures import Figures
 from addb_viewer.app.timeline.side_charts import SideCharts
 from addb_viewer.app.trial.replay import Replay
 from addb_viewer.detectable_words import what_would_be_found
-from addb_viewer.diagnosis_vocabulary import about, ranges_of, title
+from addb_viewer.diagnosis_vocabulary import about, ranges_of, short_title
 from addb_viewer.diagnosis_words import NOTES, cause, notes, what_remains
 from addb_viewer.extension_words import what_accepting_changes
 from addb_viewer.holding_up_words import what_it_gains
@@ -203,7 +202,7 @@ def by_key(trial: str, start: int, end: int, foot: str) -> str:
 
 def _heading(number: int, effect: Figures) -> str:
     """Number and name of a cause on one line, without the model's name of what is told in words."""
-    words = re.sub(r" \([^()]*\)$", "", title(effect))
+    words = short_title(effect)
     if len(words) > LONGEST_HEADING:
         words = words.split(": ")[0]
     return f"{number} · {words}"

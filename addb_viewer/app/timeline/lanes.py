@@ -10,7 +10,7 @@ from addb_viewer.app.style.palette import BLUE, CAUSE, GREEN, GREY, ORANGE, Rgb,
 from addb_viewer.app.trial.forces_in_use import mask_now
 from addb_viewer.app.trial.proposals import Pending, State
 from addb_viewer.app.trial.replay import Replay
-from addb_viewer.diagnosis_vocabulary import ranges_of, title
+from addb_viewer.diagnosis_vocabulary import ranges_of, short_title
 from annotations.events import Status
 from annotations.foot_names import foot_letter, foot_words
 from annotations.reasons import key_of, reason_words
@@ -235,7 +235,7 @@ def _causes(figures: Mapping[str, Any], trial: str) -> list[Lane]:
     """One for each cause that names a part of the trial; ranges of a cause that overlap are one block."""
     lanes = []
     for effect in figures["effects"]:
-        name, blocks = title(effect), list[Block]()
+        name, blocks = short_title(effect), list[Block]()
         for start, end in sorted((a, b) for of, a, b in ranges_of(figures, effect) if of == trial):
             if blocks and start <= blocks[-1].end:
                 blocks[-1] = replace(blocks[-1], end=max(end, blocks[-1].end))
