@@ -164,7 +164,14 @@ def balance_of(fit: Fit, pairs: SceneAndPosterior, diagnosis: DiagnosisSettings)
     rows = [trial_rows(scene, posterior, diagnosis, hop_s) for scene, posterior in pairs]
     rows = [r for r in rows if r.windows.count]
     if not rows:
-        raise FitError(f"{fit.subject.folder}: no frame has forces and markers; nothing can be diagnosed.")
+        frames = sum(len(scene.counts) for scene, _ in pairs)
+        counted = sum(int(scene.counts.sum()) for scene, _ in pairs)
+        raise FitError(
+            f"{fit.subject.folder}: {counted} of {frames} frames have markers and the forces of all feet, and "
+            "no stretch of them is long enough to judge; nothing can be diagnosed. Frames count where every "
+            "loaded foot stands on a plate that was recorded and nobody flagged them: see the notes of `fit` "
+            "and `addb-viewer flags`."
+        )
     return Balance(rows, diagnosis)
 
 

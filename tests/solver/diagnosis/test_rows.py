@@ -1,16 +1,20 @@
 """A trial's rows from a posterior of its markers."""
 
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from solver.diagnosis.diagnose import balance_of
 from solver.diagnosis.plate_noise import plates_noise
 from solver.diagnosis.rows import trial_rows
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.dynamics.marker_posterior import marker_posterior
 from solver.dynamics.root_wrench import centre_of_mass
 from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.errors import FitError
 from solver.simulate.ground_demand import GroundDemand
 from solver.skeleton.forward import ForwardKinematics
 
@@ -117,3 +121,11 @@ def test_ends_and_frames_that_do_not_count_are_in_no_window(rows):
     assert not np.isin([30, 31, 32], touched).any()
     assert rows.model_error.shape == rows.covariance.shape
     assert len(rows.nuisance) == len(rows.residual)
+
+
+def test_frames_that_are_too_few_or_too_scattered_are_refused_with_their_number(scene, posterior):
+    here_and_there = np.zeros(FRAMES, dtype=bool)
+    here_and_there[[10, 40]] = True
+    fit = SimpleNamespace(subject=SimpleNamespace(folder=Path("lab/S4")))
+    with pytest.raises(FitError, match=r"^lab/S4: 2 of 80 frames have markers and the forces of all feet"):
+        balance_of(fit, [(replace(scene, counts=here_and_there), posterior)], SETTINGS)
