@@ -161,14 +161,14 @@ def balance_of(fit: Fit, pairs: SceneAndPosterior, diagnosis: DiagnosisSettings)
         raise FitError(_no_forces(fit.subject))
     seconds = sum(scene.counts.sum() / scene.rate for scene, _ in pairs)
     hop_s = max(diagnosis.hop_s, 6 * seconds / diagnosis.most_rows)
-    rows = [trial_rows(scene, posterior, diagnosis, hop_s) for scene, posterior in pairs]
-    rows = [r for r in rows if r.windows.count]
+    each = [trial_rows(scene, posterior, diagnosis, hop_s) for scene, posterior in pairs]
+    rows = [trial for trial in each if trial is not None]
     if not rows:
         frames = sum(len(scene.counts) for scene, _ in pairs)
         counted = sum(int(scene.counts.sum()) for scene, _ in pairs)
         raise FitError(
-            f"{fit.subject.folder}: {counted} of {frames} frames have markers and the forces of all feet, and "
-            "no stretch of them is long enough to judge; nothing can be diagnosed. Frames count where every "
+            f"{fit.subject.folder}: {counted} of {frames} frames have markers and the forces of all feet, "
+            "and no stretch of them is long enough to judge; nothing can be diagnosed. Frames count where every "
             "loaded foot stands on a plate that was recorded and nobody flagged them: see the notes of `fit` "
             "and `addb-viewer flags`."
         )

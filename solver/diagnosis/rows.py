@@ -70,8 +70,8 @@ class TrialRows:
 
 def trial_rows(
     scene: Scene, posterior: MarkerPosterior | LongMarkerPosterior, settings: DiagnosisSettings, hop_s: float
-) -> TrialRows:
-    """One trial's rows and their covariance.
+) -> TrialRows | None:
+    """One trial's rows and their covariance; None where no window has frames that all count.
 
     Args:
         scene: made from the posterior's motion.
@@ -83,6 +83,8 @@ def trial_rows(
     ends = round(settings.end_s * scene.rate)
     counts[:ends] = counts[len(counts) - ends :] = False
     windows = windows_over(counts, scene.rate, settings.window_s, hop_s)
+    if not windows.count:
+        return None
     markers = posterior.wrench_covariance(scene.measured_ground, windows)
     noise = np.repeat([settings.force_noise_N, settings.moment_noise_Nm], 3)
     of_window = np.arange(windows.count)
