@@ -168,9 +168,9 @@ def balance_of(fit: Fit, pairs: SceneAndPosterior, diagnosis: DiagnosisSettings)
         counted = sum(int(scene.counts.sum()) for scene, _ in pairs)
         raise FitError(
             f"{fit.subject.folder}: {counted} of {frames} frames have markers and the forces of all feet, "
-            "and no stretch of them is long enough to judge; nothing can be diagnosed. Frames count where every "
-            "loaded foot stands on a plate that was recorded and nobody flagged them: see the notes of `fit` "
-            "and `addb-viewer flags`."
+            "and no stretch of them is long enough to judge; nothing can be diagnosed. Frames count where "
+            "every loaded foot stands on a plate that was recorded and nobody flagged them: see the notes of "
+            "`fit` and `addb-viewer flags`."
         )
     return Balance(rows, diagnosis)
 
