@@ -2,7 +2,7 @@
 
 Ten states, four sizes (the tablet's state has its own), both themes. The pages are those of the app on the
 demo's subject, fitted and diagnosed, on changed copies of it, and on a root of 500 trials made by hand. A
-picture that exists is not made again, nor is a folder, unless `--again` is said.
+picture that exists is made again with `--again` only; folders that exist are kept.
 """
 
 import argparse
