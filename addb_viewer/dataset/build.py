@@ -227,9 +227,13 @@ def _check_place(work: Path, plan: Plan) -> None:
         raise ReleaseError(writing_failed(work.parent, error)) from error
     if free < plan.bytes:
         raise ReleaseError(
-            f"{work.parent}: {free / 1e9:.2f} GB are free, the release needs about "
-            f"{plan.bytes / 1e9:.2f} GB. Make room, or give another --out."
+            f"{work.parent}: {_size(free)} are free, the release needs about {_size(plan.bytes)}. "
+            "Make room, or give another --out."
         )
+
+
+def _size(bytes_: int) -> str:
+    return f"{bytes_ / 1e9:.1f} GB" if bytes_ >= 1e9 else f"{bytes_ / 1e6:.1f} MB"
 
 
 def _without_old_parts(work: Path, keys: set[str]) -> None:
