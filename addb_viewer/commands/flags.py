@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from addb_viewer.commands.errors import errors_as_lines
-from addb_viewer.commands.options import Debug, JsonFile, SubjectFolder
+from addb_viewer.commands.options import Debug, JsonFile, SubjectFolder, replaceable
 from addb_viewer.commands.reviewing import described, tell_unreadable, unreadable_figures
 from addb_viewer.jobs.reviewing import capture_of, subject_in, trial_of
 from addb_viewer.review_store import has_log, open_log
@@ -20,7 +20,10 @@ from solver.capture.capture import Subject, TrialFiles
 
 OneTrial = Annotated[str | None, typer.Argument(metavar="[TRIAL]", help="This trial only.")]
 CsvFile = Annotated[
-    Path | None, typer.Option("--csv", metavar="FILE", help="Write the ranges as CSV.", dir_okay=False)
+    Path | None,
+    typer.Option(
+        "--csv", metavar="FILE", help="Write the ranges as CSV.", dir_okay=False, callback=replaceable
+    ),
 ]
 ReviewFolder = Annotated[
     Path | None,

@@ -22,6 +22,19 @@ def optional_subject_folder(subject: Path | None) -> Path | None:
     return None if subject is None else subject_folder_of(subject)
 
 
+KEPT_ENDINGS = (".c3d", ".trc", ".mot", ".sto", ".osim", ".b3d", ".toml", ".sqlite")
+KEPT_NAMES = ("_subject.json", "review.json")
+
+
+def replaceable(file: Path | None) -> Path | None:
+    """A file to write, unless that would replace a recording, a model, a description or a review."""
+    if file is None or not file.exists() or file.is_dir():
+        return file
+    if file.suffix.lower() in KEPT_ENDINGS or file.name in KEPT_NAMES or not file.is_file():
+        raise typer.BadParameter(f"{file} is there, and is never replaced. Name another file.")
+    return file
+
+
 Out = Annotated[
     Path | None,
     typer.Option("--out", metavar="DIR", help="Results folder; SUBJECT/results by default.", file_okay=False),
@@ -41,7 +54,13 @@ SettingsFile = Annotated[
 ]
 JsonFile = Annotated[
     Path | None,
-    typer.Option("--json", metavar="FILE", help="Write the figures to this file as JSON.", dir_okay=False),
+    typer.Option(
+        "--json",
+        metavar="FILE",
+        help="Write the figures to this file as JSON.",
+        dir_okay=False,
+        callback=replaceable,
+    ),
 ]
 MapFile = Annotated[
     Path | None,

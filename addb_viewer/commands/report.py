@@ -13,7 +13,7 @@ from addb_viewer.commands.errors import FAILED, errors_as_lines
 from addb_viewer.commands.fit import in_short
 from addb_viewer.commands.many import Work, done_to_all, options
 from addb_viewer.commands.many_subjects import Jobs
-from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, SettingsFile
+from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, SettingsFile, replaceable
 from addb_viewer.jobs.reporting import PAGE, reported
 from addb_viewer.jobs.solving import job_for
 from addb_viewer.jobs.subject_checks import check_folder
@@ -40,6 +40,7 @@ OutPlace = Annotated[
         "--out",
         metavar="PLACE",
         help="File to write, SUBJECT/results/report.html by default; of several subjects, a folder.",
+        callback=replaceable,
     ),
 ]
 TrialNames = Annotated[

@@ -1,12 +1,14 @@
 """One file to another, chosen by their endings. Nothing is overwritten, nothing lost in silence."""
 
+import re
 import shutil
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from solver.capture.atomic import draft_folder
-from solver.capture.disk_errors import writing_failed
+from solver.capture.atomic import DRAFT, draft_folder
+from solver.capture.disk_errors import ONLY_WRITING, writing_failed
 from solver.capture.file_names import distinct
 from solver.conversion.content import Content, Part, Trial
 from solver.conversion.formats import FOLDER, READERS, WRITERS, Writer
@@ -19,6 +21,7 @@ from solver.skeleton.osim import load_skeleton
 TABLES = (".mot", ".sto")
 LISTED = 6  # files in a message
 MARKER_FILES = (".c3d", ".trc")
+SET_FILES = (".osim", ".mot", ".sto", ".trc")  # what is read of a folder
 
 
 @dataclass(frozen=True)
@@ -59,7 +62,9 @@ def convert(
             f"{target}: cannot be made of {source.name}, which holds no {_listed(missing)}. "
             + _instead(missing, source, target)
         )
-    files, notes = _written(content, target, writer, overwrite)
+    read = _files_of(source, forces, model)
+    with _drafts_in_place(target):
+        files, notes = _written(content, target, writer, read, overwrite)
     return Converted(files, (*content.notes, *notes, *_losses(content, writer, target)))
 
 
@@ -116,8 +121,28 @@ def _chosen(content: Content, names: Collection[str]) -> Content:
     return content.of([trial for trial in content.trials if not names or trial.name in names])
 
 
+def _files_of(source: Path, forces: Path | None, model: Path | None) -> tuple[Path, ...]:
+    """The files that were read, none of which is replaced."""
+    of_set = source.iterdir() if source.is_dir() else ()
+    inside = [path for path in of_set if path.suffix.lower() in SET_FILES]
+    return (source, *inside, *(path for path in (forces, model) if path is not None))
+
+
+@contextmanager
+def _drafts_in_place(target: Path) -> Iterator[None]:
+    """Errors name the file that was wanted, not its draft; a full disk is the target's."""
+    try:
+        yield
+    except CaptureError as error:
+        raise CaptureError(re.sub(rf"{re.escape(DRAFT)}[^/\\]*[/\\]", "", str(error))) from error
+    except OSError as error:
+        if error.errno not in ONLY_WRITING:
+            raise
+        raise CaptureError(writing_failed(target, error)) from error
+
+
 def _written(
-    content: Content, target: Path, writer: Writer, overwrite: bool
+    content: Content, target: Path, writer: Writer, read: Collection[Path], overwrite: bool
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     """Written in a hidden folder beside the target first, so that a failure leaves no half of it."""
     is_folder = target.suffix == FOLDER
@@ -134,7 +159,7 @@ def _written(
             for trial, name in _names(content, target):
                 notes += writer.write(content.of([trial]), draft / name)
         made = sorted(path.relative_to(draft) for path in draft.rglob("*") if _is_content(path))
-        _refuse_to_replace([home / path for path in made], content, overwrite)
+        _refuse_to_replace([home / path for path in made], read, overwrite)
         for path in made:
             (home / path).parent.mkdir(parents=True, exist_ok=True)
             shutil.move(draft / path, home / path)
@@ -153,11 +178,14 @@ def _names(content: Content, target: Path) -> list[tuple[Trial, str]]:
     return [(trial, f"{target.stem}_{stems[trial.name]}{target.suffix}") for trial in content.trials]
 
 
-def _refuse_to_replace(paths: Sequence[Path], content: Content, overwrite: bool) -> None:
-    sources = {content.source.resolve()}
+def _refuse_to_replace(paths: Sequence[Path], read: Collection[Path], overwrite: bool) -> None:
+    sources = {path.resolve() for path in read}
     own = [path for path in paths if path.resolve() in sources]
     if own:
         raise CaptureError(f"{own[0]}: is what was to be converted, and stays as it is. Name another file.")
+    folders = [path for path in paths if path.is_dir()]
+    if folders:
+        raise CaptureError(f"{folders[0]}: is a folder. Name a file, or move the folder away.")
     there = [path.name for path in paths if path.exists()]
     if there and not overwrite:
         more = f" and {len(there) - LISTED} more" if len(there) > LISTED else ""

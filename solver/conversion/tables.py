@@ -6,6 +6,7 @@ those of another clock. Each table says in its metadata what its columns are, so
 
 import json
 from collections.abc import Sequence
+from glob import escape
 from pathlib import Path
 from typing import Any
 
@@ -58,7 +59,7 @@ def read_parquet(path: Path) -> Content:
         markers = Markers(tuple(about["markers"]), positions, about["rate_Hz"], about["start_time_s"])
     if about["coordinates"]:
         left.append(f"{len(about['coordinates'])} coordinates, whose model is not in the table")
-    others = sorted(path.parent.glob(f"{path.stem}{FORCES}*.parquet"))
+    others = sorted(path.parent.glob(f"{escape(path.stem)}{FORCES}*.parquet"))
     plates = tuple(plate for file in others for plate in _read_plates(file))
     return Content(path, (Trial(path.stem, markers, plates),), left_behind=tuple(left))
 
@@ -127,7 +128,9 @@ def _read(path: Path) -> tuple[pa.Table, dict[str, Any]]:
     try:
         table = pq.read_table(path)
     except (OSError, pa.ArrowInvalid) as error:
-        raise CaptureError(f"{path}: cannot be read as Parquet ({error}).") from error
+        raise CaptureError(
+            f"{path}: cannot be read as Parquet ({error}). Convert the recording that it was made of again."
+        ) from error
     metadata = table.schema.metadata or {}
     if ABOUT not in metadata:
         raise CaptureError(

@@ -132,3 +132,10 @@ def test_no_such_folder(opening, tmp_path):
     done = opening("report", tmp_path / "nowhere")
     assert done.exit_code == 1
     assert "no such folder" in done.stderr
+
+
+def test_a_page_replaces_no_recording(opening, tmp_path):
+    recording = tmp_path / "walk.c3d"
+    recording.write_text("measured")
+    assert opening("report", opening.subject.folder, "--out", recording).exit_code == 2
+    assert recording.read_text() == "measured"

@@ -357,3 +357,11 @@ def test_where_an_imported_review_decides_nothing_is_undecided(run, detected):
 def test_finishing_what_was_never_fitted_says_who_decides_then(run):
     said = run("mark", "run", "finished", "--author", "anna")
     assert "run: not fitted yet; what detection will leave out stays left out" in said
+
+
+@pytest.mark.parametrize("option", ["--csv", "--json"])
+def test_a_table_replaces_no_recording(run, folder, option):
+    recording = next(folder.rglob("*.trc"))
+    before = recording.read_bytes()
+    assert "Name another file" in run("flags", option, recording, status=2)
+    assert recording.read_bytes() == before

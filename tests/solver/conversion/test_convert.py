@@ -397,3 +397,31 @@ def test_a_file_of_the_dataset_becomes_an_opensim_set(real_data, tmp_path):
         com = RigidBodyModel(content.skeleton).centre_of_mass(motion.q)
         stored = np.array(trial.passes[-1].com_pos)[1:-1]  # the ends were left zero
         np.testing.assert_allclose(com[1:-1], stored, atol=0.002)
+
+
+def test_no_file_that_was_read_is_replaced(c3d_file, recording, tmp_path):
+    forces = tmp_path / "walk_grf.mot"
+    write_plates(forces, recording.plates)
+    before = forces.read_bytes()
+    with pytest.raises(CaptureError, match=r"walk_grf\.mot: is what was to be converted"):
+        convert(c3d_file, tmp_path / "walk.trc", forces=forces, overwrite=True)
+    assert forces.read_bytes() == before
+
+
+def test_a_folder_in_the_place_of_a_file_is_told(c3d_file, tmp_path):
+    (tmp_path / "out.trc").mkdir()
+    with pytest.raises(CaptureError, match=r"out\.trc: is a folder"):
+        convert(c3d_file, tmp_path / "out.trc", overwrite=True)
+    assert not list((tmp_path / "out.trc").iterdir())
+
+
+def test_plates_of_a_parquet_with_brackets_in_its_name_come_back(c3d_file, recording, tmp_path):
+    convert(c3d_file, tmp_path / "walk[1].parquet")
+    assert_same_plates(measured(tmp_path / "walk[1].parquet").plates, recording.plates)
+
+
+def test_an_error_names_the_file_that_was_wanted(recording, tmp_path):
+    write_plates(tmp_path / "forces.mot", recording.plates)
+    with pytest.raises(CaptureError) as told:
+        convert(tmp_path / "forces.mot", tmp_path / "out.b3d")
+    assert str(told.value).startswith(f"{tmp_path / 'out.b3d'}: ")
