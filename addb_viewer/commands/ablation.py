@@ -8,7 +8,14 @@ import typer
 from addb_viewer.commands.ablation_setup import Experiment, choices_of, experiment_on
 from addb_viewer.commands.ablation_table import Condition, as_json, print_conditions
 from addb_viewer.commands.errors import errors_as_lines
-from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, SettingsFile, SubjectFolder
+from addb_viewer.commands.options import (
+    Debug,
+    IgnoreReview,
+    JsonFile,
+    SettingsFile,
+    SubjectFolder,
+    replaceable,
+)
 from addb_viewer.commands.torque_figure import torque_figure
 from addb_viewer.jobs.solving import job_for
 from addb_viewer.terminal_progress import terminal_progress
@@ -39,7 +46,11 @@ Seed = Annotated[int, typer.Option("--seed", metavar="N", help="Of the random ch
 Figure = Annotated[
     Path | None,
     typer.Option(
-        "--figure", metavar="FILE", help="Draw the right knee's torque to this SVG file.", dir_okay=False
+        "--figure",
+        metavar="FILE",
+        help="Draw the right knee's torque to this SVG file.",
+        dir_okay=False,
+        callback=replaceable,
     ),
 ]
 

@@ -9,6 +9,7 @@ from addb_viewer.app.subjects.root_folder import RootFolder
 from addb_viewer.commands.errors import FAILED, STOPPED
 from addb_viewer.commands.many import Work, done_to_all, write_outcomes
 from addb_viewer.commands.many_table import Status, print_table
+from addb_viewer.commands.options import replaceable
 from solver.capture.b3d.places import subject_folder_of
 
 SubjectOrRoot = Annotated[
@@ -25,7 +26,11 @@ Jobs = Annotated[
 CsvFile = Annotated[
     Path | None,
     typer.Option(
-        "--csv", metavar="FILE", help="Of several subjects, write a line each as CSV.", dir_okay=False
+        "--csv",
+        metavar="FILE",
+        help="Of several subjects, write a line each as CSV.",
+        dir_okay=False,
+        callback=replaceable,
     ),
 ]
 

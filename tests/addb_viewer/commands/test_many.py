@@ -88,6 +88,15 @@ def test_options_are_typed_as_the_shell_has_them(tmp_path):
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("words", [("fit", "--csv"), ("ablation", "--figure"), ("diagnose", "--csv")])
+def test_no_table_and_no_figure_replaces_a_recording(root, words):
+    recording = root / "ben" / "walk.trc"
+    run = CliRunner().invoke(app, [words[0], str(root / "anna"), words[1], str(recording)])
+    assert run.exit_code == 2
+    assert "Name another file" in run.stderr
+    assert recording.read_text() == "never read"
+
+
 @pytest.mark.parametrize(("option", "value"), [("--csv", "all.csv"), ("--jobs", "2")])
 def test_one_subject_has_no_use_for_what_is_for_several(root, option, value):
     run = CliRunner().invoke(app, ["fit", str(root / "anna"), option, value])
