@@ -1,4 +1,4 @@
-"""Two people review ten trials of real recordings side by side; the disk is held against their keys."""
+"""Two people review six trials of real recordings side by side; the disk is held against their keys."""
 
 import shutil
 from collections import defaultdict
@@ -196,7 +196,8 @@ def test_what_two_people_press_is_on_the_disk_under_their_names_and_nothing_else
     ten_trials, tmp_path, open_page, until
 ):
     root = tmp_path / "root"
-    shutil.copytree(ten_trials, root)
+    for subject in sorted(ten_trials.iterdir())[:3]:
+        shutil.copytree(subject, root / subject.name)
     trials = {(s.name, f"part{n}") for s in root.iterdir() for n in (1, 2)}
     detected = {place: proposals_of(root, place) for place in trials}
     ledger, rng = Ledger(), np.random.default_rng(26)
@@ -218,7 +219,7 @@ def test_what_two_people_press_is_on_the_disk_under_their_names_and_nothing_else
         app.close()
 
     assert set(ledger.lines) == trials
-    assert len(trials) == 10
+    assert len(trials) == 6
     assert {author for lines in ledger.lines.values() for author, _ in lines} == set(NAMES)
     for place in sorted(trials):
         with open_log(root / place[0]) as log:
