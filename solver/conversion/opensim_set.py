@@ -11,6 +11,7 @@ Of a trial, only the motion must be there.
 """
 
 from collections.abc import Sequence
+from glob import escape
 from pathlib import Path
 
 import numpy as np
@@ -162,7 +163,7 @@ def _read_trial(
         found = read_trc(beside[".trc"], settings)
         markers, notes = found.markers, (*notes, *found.notes)
         used.add(beside[".trc"])
-    for file in sorted(path.parent.glob(f"{name}{PLATES}*.mot")):
+    for file in sorted(path.parent.glob(f"{escape(name)}{PLATES}*.mot")):
         read, said = plates_from_storage(
             read_storage(file), settings=settings.force_tables, clock_settings=settings.clock
         )

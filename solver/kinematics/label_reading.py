@@ -90,8 +90,6 @@ def read_labels(
     pinned = {**(pinned if holds else {}), **{label: name for label, name in of_word.items() if name}}
     wanted = [label for label in labels if of_word.get(label) != LEFT_OUT]
     looked_at = _only(recordings, wanted)
-    if not holds and len(wanted) < settings.unnamed.fewest_markers:
-        return ReadLabels(understood, {})
     if not holds:
         unlike = disagreeing(looked_at)
         if unlike is not None:
@@ -99,6 +97,8 @@ def read_labels(
                 f"The labels have no meaning, and differ between recordings: {unlike}. "
                 "Fit the trials one at a time, without a static trial, or name the labels in a marker map."
             )
+        if len(wanted) < settings.unnamed.fewest_markers:
+            return ReadLabels(understood, {})
     recognition = recognise(
         looked_at, pinned, search=not holds or len(unknown) > FEW * len(pinned), settings=settings
     )

@@ -13,7 +13,7 @@ from solver.capture.storage import read_storage, write_storage
 from solver.capture.trc import read_trc
 from solver.conversion.convert import convert
 from solver.conversion.formats import FOLDER, READERS, WRITERS
-from solver.conversion.opensim_set import read_opensim_set, write_plates
+from solver.conversion.opensim_set import PLATES, read_opensim_set, write_plates
 from solver.conversion.recordings import read_marker_file
 from solver.errors import CaptureError
 from solver.export.b3d.from_fit import fit_to_b3d
@@ -418,6 +418,15 @@ def test_a_folder_in_the_place_of_a_file_is_told(c3d_file, tmp_path):
 def test_plates_of_a_parquet_with_brackets_in_its_name_come_back(c3d_file, recording, tmp_path):
     convert(c3d_file, tmp_path / "walk[1].parquet")
     assert_same_plates(measured(tmp_path / "walk[1].parquet").plates, recording.plates)
+
+
+def test_plates_of_an_opensim_set_with_brackets_in_a_name_come_back(fit, recording, tmp_path):
+    export_opensim(fit, tmp_path / "set")
+    for file in (tmp_path / "set").glob("walk_*"):
+        file.rename(file.with_name(file.name.replace("walk", "walk[1]")))
+    write_plates(tmp_path / "set" / f"walk[1]{PLATES}.mot", recording.plates)
+    (trial,) = read_opensim_set(tmp_path / "set").trials
+    assert_same_plates(trial.plates, recording.plates)
 
 
 def test_an_error_names_the_file_that_was_wanted(recording, tmp_path):
