@@ -7,7 +7,6 @@ headless on this machine; a time ends when the browser has painted.
 
 import argparse
 import json
-import shutil
 import tempfile
 import time
 from pathlib import Path
@@ -21,6 +20,7 @@ from annotations.events import FlagRange, SetActivity, SetStatus, Status
 from annotations.work import Assign, Comment
 from solver.contact.proposals import Proposal
 from solver.results.codec import Encoder
+from tests.addb_viewer.chromium import installed
 
 TRIALS, FRAMES, RATE = 500, 400, 100
 PEOPLE = ("Anna", "Ben", "Chen")
@@ -109,8 +109,7 @@ def measured(root: Path) -> dict[str, float]:
     found = {"the app starts, all rows read": 1e3 * (time.perf_counter() - began)}
     try:
         with sync_playwright() as playwright:
-            chromium = shutil.which("chromium") or shutil.which("google-chrome")
-            browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
+            browser = playwright.chromium.launch(executable_path=installed(), args=FLAGS)
             page = browser.new_page(viewport={"width": 1920, "height": 1080})
             page.set_default_timeout(READY_MS)
             address = f"http://127.0.0.1:{app.server.get_port()}/queue"

@@ -6,7 +6,6 @@ picture that exists is made again with `--again` only; folders that exist are ke
 """
 
 import argparse
-import json
 import shutil
 import time
 from collections.abc import Iterator, Sequence
@@ -18,20 +17,14 @@ from playwright.sync_api import Browser, Page, sync_playwright
 from addb_viewer.app.app import ReviewApp, start
 from benchmarks.screens.folders import folder_of
 from benchmarks.screens.states import STATES, State
+from tests.addb_viewer.chromium import FLAGS, installed, remembering
 
 SIZES = ("1280x720", "1440x900", "1920x1080", "2560x1440")
 TABLET = "1024x768"
 THEMES = ("light", "dark")
-# The person's own browser draws with the graphics card; here Chromium draws all by itself.
-FLAGS = (
-    "--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle", "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader", "--disable-background-networking",
-)  # fmt: skip
 PATIENCE_MS = 180_000
 BETWEEN_LOOKS_MS = 500
 MOST_LOOKS = 12  # until two in a row are alike; a clock in the picture is never still
-REMEMBERED = """localStorage.getItem("viser-user:addb-viewer") ??
-localStorage.setItem("viser-user:addb-viewer", %s);"""
 
 
 def main() -> None:
@@ -51,8 +44,7 @@ def main() -> None:
     options.out.mkdir(parents=True, exist_ok=True)
     work = options.work or options.out / "subjects"
     with sync_playwright() as playwright:
-        chromium = shutil.which("chromium") or shutil.which("google-chrome")
-        browser = playwright.chromium.launch(executable_path=chromium, args=list(FLAGS))
+        browser = playwright.chromium.launch(executable_path=installed(), args=FLAGS)
         for state in (state for state in STATES if state.name in options.states):
             wanted = _wanted(state, options.out, options.sizes, options.themes, again=options.again)
             if wanted:
@@ -113,8 +105,7 @@ def _page(browser: Browser, address: str, size: str, theme: str, name: str) -> P
     width, height = map(int, size.split("x"))
     page = browser.new_context(viewport={"width": width, "height": height}).new_page()
     page.set_default_timeout(PATIENCE_MS)
-    memory = json.dumps({"reviewer": name, "dark": theme == "dark"})
-    page.add_init_script(REMEMBERED % json.dumps(memory))
+    page.add_init_script(remembering(name, dark=theme == "dark"))
     page.goto(address)
     if not address.endswith("/queue"):
         page.locator("#addb-bar b", has_text="walk").first.wait_for()

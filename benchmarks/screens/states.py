@@ -37,42 +37,34 @@ def seen(page: Page) -> None:
     page.keyboard.press("v")
 
 
-def unfitted(page: Page) -> None:
-    tab(page, "Fit")
-    seen(page)
+def on_tab(name: str, awaited: str | None = None) -> Enter:
+    """The person in the picture, with a tab open on which something is seen."""
+
+    def enter(page: Page) -> None:
+        tab(page, name)
+        if awaited is not None:
+            page.locator(awaited).first.wait_for()
+        seen(page)
+
+    return enter
+
+
+def to_a_proposal(page: Page) -> None:
+    page.keyboard.press("n")
+    page.locator("#addb-chips kbd").first.wait_for()
 
 
 def proposals(page: Page) -> None:
-    page.keyboard.press("n")
-    page.locator("#addb-chips kbd").first.wait_for()
+    to_a_proposal(page)
     seen(page)
 
 
 def solving(page: Page) -> None:
-    page.keyboard.press("n")
-    page.locator("#addb-chips kbd").first.wait_for()
+    to_a_proposal(page)
     page.keyboard.press("Backspace")
     tab(page, "Solve")
     page.keyboard.press("g")
     page.locator("#addb-bar progress").wait_for()
-    seen(page)
-
-
-def waiting(page: Page) -> None:
-    tab(page, "Solve")
-    page.locator("#addb-solve button").first.wait_for()
-    seen(page)
-
-
-def diagnosis(page: Page) -> None:
-    tab(page, "Diagnosis")
-    page.get_by_text("2 · ").first.wait_for()
-    seen(page)
-
-
-def curves(page: Page) -> None:
-    tab(page, "Curves")
-    page.locator("[data-addb-charts]").first.wait_for()
     seen(page)
 
 
@@ -85,13 +77,15 @@ def two_people(page: Page) -> None:
     seen(page)
 
 
+waiting = on_tab("Solve", "#addb-solve button")
+
 STATES = (
-    State("unfitted", "unfitted", unfitted),
+    State("unfitted", "unfitted", on_tab("Fit")),
     State("solving", "solving", solving),
     State("waiting-solve", "waiting", waiting),
     State("ten-proposals", "ten proposals", proposals),
-    State("diagnosis", "fitted", diagnosis),
-    State("curves", "fitted", curves),
+    State("diagnosis", "fitted", on_tab("Diagnosis", "text=2 · ")),
+    State("curves", "fitted", on_tab("Curves", "[data-addb-charts]")),
     State("queue-of-500", "queue", queue, path="/queue"),
     State("two-people", "two people", two_people, beside="Ben"),
     State("error", "waiting", waiting, failure=FAILURE),

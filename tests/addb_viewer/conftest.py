@@ -1,24 +1,15 @@
 """A real browser, one for all tests of the app and the report: two would not run beside each other."""
 
-import shutil
-
 import pytest
 
-FLAGS = [
-    "--no-sandbox",
-    "--disable-dev-shm-usage",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--disable-background-networking",
-]
+from tests.addb_viewer.chromium import FLAGS, installed
 
 
 @pytest.fixture(scope="session")
 def browser():
     """Debian's Chromium, headless, software rendering."""
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    chromium = installed()
     if chromium is None:
         pytest.skip("no Chromium on PATH (Debian: apt install chromium)")
     with playwright.sync_playwright() as p:

@@ -1,6 +1,5 @@
 """Replays and diagnoses made by hand, without any solver; and the app in a browser."""
 
-import json
 import shutil
 import time
 
@@ -28,11 +27,10 @@ from solver.contact.contact_phases import ContactPhase
 from solver.contact.proposals import Proposal
 from tests.addb_viewer.app.paper_browser import PaperBrowser
 from tests.addb_viewer.app.ten_trials import write_ten_trials, write_trials
+from tests.addb_viewer.chromium import remembering
 from tests.addb_viewer.made_up_residual import residual, size, trial
 from tests.patience import PATIENCE_MS, PATIENCE_S
 
-REMEMBERED = """localStorage.getItem("viser-user:addb-viewer") ??
-localStorage.setItem("viser-user:addb-viewer", %s);"""  # who is at the browser
 EVAL_PROBE = "Evaluating a string as JavaScript"  # by viser's sorter of splats, which the app does not draw
 SOFTWARE_RENDERED = """() => {
     const gl = document.createElement("canvas").getContext("webgl2");
@@ -197,7 +195,7 @@ def open_page(browser):
         page = browser.new_page(viewport={"width": size[0], "height": size[1]})  # a browser of its own
         page.set_default_timeout(PATIENCE_MS)
         if name is not None:
-            page.add_init_script(REMEMBERED % json.dumps(json.dumps({"reviewer": name})))
+            page.add_init_script(remembering(name))
         page.errors = []
         page.on("pageerror", lambda error: EVAL_PROBE not in str(error) and page.errors.append(str(error)))
         page.on("console", lambda said: _is_error(said) and page.errors.append(said.text))

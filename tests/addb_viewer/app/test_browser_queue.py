@@ -2,15 +2,12 @@
 
 import pytest
 
+from tests.addb_viewer.chromium import remembering
 from tests.patience import PATIENCE_MS
 
 pytestmark = pytest.mark.browser
 
 SPITEFUL = "<img src=x onerror='window.hacked=1'>"
-
-
-REMEMBERED = """localStorage.getItem("viser-user:addb-viewer") ??
-localStorage.setItem("viser-user:addb-viewer", '{"reviewer": "Zoë"}')"""
 
 
 @pytest.fixture
@@ -19,7 +16,7 @@ def queue(tmp_path, browser, make_replay, make_app):
     app = make_app(tmp_path, [make_replay(), make_replay(SPITEFUL, fitted=False)], login="Zoë")
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     page.set_default_timeout(PATIENCE_MS)
-    page.add_init_script(REMEMBERED)
+    page.add_init_script(remembering("Zoë"))
     page.app, page.errors = app, []
 
     def note(text):

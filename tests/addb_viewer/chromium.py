@@ -1,0 +1,31 @@
+"""Debian's Chromium, as tests and benchmarks start it, and who is remembered to sit before it."""
+
+import json
+import shutil
+
+# A person's own browser draws with the graphics card; here Chromium draws all by itself.
+FLAGS = [
+    "--no-sandbox",
+    "--disable-dev-shm-usage",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+]
+
+
+def installed():
+    """The program; None where there is none on PATH."""
+    return next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+
+
+def remembering(reviewer, **more):
+    """A page's first script: the browser remembers somebody, unless it remembers what a page told it.
+
+    Args:
+        reviewer: name of the person.
+        more: what else the app keeps in a browser, by its name there.
+    """
+    item = "viser-user:addb-viewer"
+    memory = json.dumps(json.dumps({"reviewer": reviewer, **more}))
+    return f'localStorage.getItem("{item}") ?? localStorage.setItem("{item}", {memory});'
