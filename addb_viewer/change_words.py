@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from addb_viewer.coordinate_words import coordinate_in_words
+
 MOST_NAMED = 2  # coordinates in the sentence
 LEAST = 0.05  # [° or mm] smaller changes round to nothing
 
@@ -15,16 +17,6 @@ READING = (
     "motion that was distorted to lower the residual shows here: a gain well below 1 where people move, "
     "smaller ranges, lower peak speeds."
 )
-
-SHORTENED = {
-    "arm_flex": "shoulder flexion",
-    "arm_add": "shoulder adduction",
-    "arm_rot": "shoulder rotation",
-    "elbow_flex": "elbow flexion",
-    "pro_sup": "forearm pronation",
-    "wrist_flex": "wrist flexion",
-    "wrist_dev": "wrist deviation",
-}
 
 Figures = Mapping[str, Any]
 
@@ -92,15 +84,6 @@ def band_in_words(band: Sequence[float | None]) -> str:
     """A frequency band, as 4–6 Hz."""
     low, high = band
     return f"above {low:g} Hz" if high is None else f"{low:g}–{high:g} Hz"
-
-
-def coordinate_in_words(name: str) -> str:
-    """As people say it: hip_rotation_r is the right hip rotation."""
-    stem, _, side = name.rpartition("_")
-    words = {"r": "right ", "l": "left "}.get(side)
-    if words and stem:
-        return f"{words}{SHORTENED.get(stem, stem.replace('_', ' '))}"
-    return name.replace("_", " ")
 
 
 def signed(value: float, digits: int = 0) -> str:

@@ -5,6 +5,7 @@ import html
 import json
 import secrets
 from collections.abc import Callable
+from typing import Any
 
 import viser
 
@@ -38,6 +39,8 @@ class BrowserMemory:
         self._place: tuple[str, str] | None = (
             (place[0], place[1]) if known and isinstance(place, list) else None
         )
+        curves = kept.get("curves")
+        self._curves: dict[str, Any] = curves if isinstance(curves, dict) else {}
         if not self._browser:
             self._browser = secrets.token_hex(8)
             self._keep()
@@ -79,12 +82,23 @@ class BrowserMemory:
             self._place = place
             self._keep()
 
+    @property
+    def curves(self) -> dict[str, Any]:
+        """What was chosen in the tab of curves, as the browser gave it; empty where nothing was."""
+        return self._curves
+
+    @curves.setter
+    def curves(self, curves: dict[str, Any]) -> None:
+        self._curves = curves
+        self._keep()
+
     def _keep(self) -> None:
         kept = {
             "reviewer": self._author,
             "browser": self._browser,
             "dark": self._dark,
             "place": self._place,
+            "curves": self._curves,
         }
         self._client.local_storage.set_item(ITEM, json.dumps(kept))
 

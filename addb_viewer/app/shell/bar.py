@@ -18,7 +18,7 @@ from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.app.trial.forces_in_use import contact_words, contacts_at
 from addb_viewer.app.trial.proposals import still_open
 from addb_viewer.app.trial.replay import Replay
-from addb_viewer.change_words import coordinate_in_words
+from addb_viewer.coordinate_words import coordinate_in_words
 from annotations.foot_names import foot_words
 from annotations.reasons import reason_words
 from annotations.wording import sure_words

@@ -13,10 +13,6 @@ MOVES = {"|◀": "first", "◀": "back_frame", "▶": "on_frame", "▶|": "last"
 CONTROLS, CONTROLS_WIDTH = 0.3, 320  # the controls' share of a narrow window; [pixel] at most
 NARROWEST, WIDEST = 372, 660  # [pixel] of the timeline
 OF_WINDOW = 0.34  # the timeline's share of it
-CHARTS, BESIDE = 6, 418  # usual charts; [pixel] of tabs, choosers and the strip below, its two curves aside
-STRIP_FROM, STRIP_SHARE = 440, 0.13  # [pixel] of a window; share of the rest that a curve of the strip has
-STRIP_LOWEST, STRIP_HIGHEST = 38, 110  # [pixel] of such a curve; all four as in page/web/timeline.js
-LOWEST, HIGHEST = 46, 150  # [pixel] of a chart
 
 
 @dataclass(frozen=True)
@@ -145,18 +141,14 @@ class Layout:
 
     controls_width: int
     timeline_width: int
-    chart_height: int
 
 
 def layout_for(client: viser.ClientHandle) -> Layout:
     """The layout for a window that has no panels yet."""
-    return layout_of(client.camera.image_width, client.camera.image_height)
+    return layout_of(client.camera.image_width)
 
 
-def layout_of(width: int, height: int) -> Layout:
-    """The layout for a window of so many pixels."""
+def layout_of(width: int) -> Layout:
+    """The layout for a window so many pixels wide."""
     timeline = round(min(max(OF_WINDOW * width, NARROWEST), WIDEST))
-    of_strip = min(max(STRIP_SHARE * (height - STRIP_FROM), STRIP_LOWEST), STRIP_HIGHEST)
-    chart = round((height - BESIDE - 2 * of_strip) / CHARTS) - 17
-    controls = min(round(CONTROLS * width), CONTROLS_WIDTH)
-    return Layout(controls, timeline, min(max(chart, LOWEST), HIGHEST))
+    return Layout(min(round(CONTROLS * width), CONTROLS_WIDTH), timeline)

@@ -13,10 +13,10 @@ from addb_viewer.change_words import (
     READING,
     band_in_words,
     change_sentence,
-    coordinate_in_words,
     largest_first,
     signed,
 )
+from addb_viewer.coordinate_words import coordinate_in_words
 from addb_viewer.note_kinds import NotesOfKind, by_kind
 from addb_viewer.plain_words import in_plain_words
 from addb_viewer.withheld_words import KINDS, QUANTITIES, cutoff_words, worse_words

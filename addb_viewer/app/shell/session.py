@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 import viser
 
+from addb_viewer.app.curves.controller import CurvesController
 from addb_viewer.app.diagnosis.controller import DiagnosisController
 from addb_viewer.app.jobs.job_queue import Task, TaskProgress
 from addb_viewer.app.jobs.worker_process import Outcome
@@ -82,13 +83,9 @@ class Session:
         gui.main_panel.dock_left()
         gui.main_panel.set_width(self.layout.controls_width)
         panel = gui.add_panel()
-        self.timeline = TimelineController(
-            gui,
-            panel.add_tab("Curves", viser.Icon.CHART_LINE),
-            self,
-            self.layout.chart_height,
-            lambda: self.solving.other,
-        )
+        self.timeline = TimelineController(self, lambda: self.solving.other)
+        curves_tab = panel.add_tab("Curves", viser.Icon.CHART_LINE)
+        self.curves = CurvesController(gui, curves_tab, self, memory, lambda: self.solving.other)
         self.diagnosis = DiagnosisController(
             gui, panel.add_tab("Diagnosis", viser.Icon.STETHOSCOPE), self, self.notices
         )
@@ -250,6 +247,7 @@ class Session:
         self.scene.compare(other.bodies if other else None, library.meshes if library else {})
         self.playback.redraw()
         self.timeline.show()
+        self.curves.show()
 
     def show_edits(self, edits: Sequence[Edit], *, unreadable: bool) -> None:
         """Show edits of the subject, by whomever; or that rows came that cannot be read."""

@@ -7,7 +7,7 @@ from typing import Any
 from addb_viewer.app.jobs.stored_solves import DISCARDED, KEPT, NEW, REPLACED, Solve
 from addb_viewer.app.solve.comparison import Comparison
 from addb_viewer.app.style.html_pieces import boxed, clickable, table
-from addb_viewer.change_words import coordinate_in_words
+from addb_viewer.coordinate_words import coordinate_in_words
 from solver.settings import by_name
 
 TEN = 10.0  # from which on a number has its two digits before the point

@@ -8,8 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from addb_viewer.app.style.palette import BLUE, GREY, OTHER_CURVE, PLATES, RESIDUAL, Rgb
-from addb_viewer.app.trial.replay import JointReplay, Replay
-from addb_viewer.change_words import coordinate_in_words
+from addb_viewer.app.trial.replay import Replay
 from solver.summary import Thresholds
 
 BEFORE = "before"  # legend of the solve that is compared with
@@ -53,31 +52,14 @@ class Chart:
         return f"{self.title} [{self.unit}]"
 
 
-def charts_of(replay: Replay, other: Replay | None = None, joints: tuple[str, ...] = ()) -> tuple[Chart, ...]:
-    """The charts that this trial has data for.
+def charts_of(replay: Replay, other: Replay | None = None) -> tuple[Chart, ...]:
+    """The charts of markers, plates and residuals that this trial has data for.
 
     Args:
         replay: the trial.
         other: the same trial as another solve has it, drawn behind.
-        joints: names from `joint_choices`.
     """
-    choices = {} if replay.joints is None else joint_choices(replay.joints)
-    return (
-        *_marker_chart(replay, other),
-        *_force_chart(replay),
-        *_residual_charts(replay, other),
-        *(_joint_chart(name, replay, other, *choices[name]) for name in joints if name in choices),
-    )
-
-
-def joint_choices(joints: JointReplay) -> dict[str, tuple[str, int]]:
-    """What can be chosen from a list: name in the list to what it shows and of which coordinate."""
-    found = {}
-    for i, (name, rotates) in enumerate(zip(joints.names, joints.rotates, strict=True)):
-        found[f"{name} {'angle' if rotates else 'position'}"] = ("position", i)
-        if joints.torque is not None:
-            found[f"{name} {'torque' if rotates else 'force'}"] = ("torque", i)
-    return found
+    return (*_marker_chart(replay, other), *_force_chart(replay), *_residual_charts(replay, other))
 
 
 def marker_rms(replay: Replay) -> Float[np.ndarray, " frames"]:
@@ -96,7 +78,7 @@ def _marker_chart(replay: Replay, other: Replay | None) -> Iterator[Chart]:
         return
     largest = np.where(known.any(axis=1), np.where(known, errors, 0.0).max(axis=1), np.nan)
     limits = Thresholds()
-    before = () if other is None else (_before(100.0 * marker_rms(other)),)
+    before = () if other is None else (before_line(100.0 * marker_rms(other)),)
     yield Chart(
         "Marker error",
         "cm",
@@ -143,39 +125,13 @@ def _residual_charts(replay: Replay, other: Replay | None) -> Iterator[Chart]:
             _limit(f"{100 * limits.angular_BWh:g} % BW·h", residual.moment_limit, replay.frames),
         ),
     ):
-        before = () if then is None else (_before(np.linalg.norm(then, axis=1)),)
+        before = () if then is None else (before_line(np.linalg.norm(then, axis=1)),)
         size = Line("size", np.linalg.norm(now, axis=1), RESIDUAL)
         yield Chart(title, unit, (*before, size, bound), shaded=~residual.used, runs_off=True)
 
 
-def _joint_chart(name: str, replay: Replay, other: Replay | None, what: str, index: int) -> Chart:
-    assert replay.joints is not None
-    rotates = replay.joints.rotates[index]
-    unit = ("°" if rotates else "m") if what == "position" else ("N·m" if rotates else "N")
-    label = "predicted" if what == "torque" and replay.joints.foretold else "now" if other else ""
-    lines = [Line(label, _of_joint(replay.joints, what, index), BLUE)]
-    if other is not None and other.joints is not None and replay.joints.names[index] in other.joints.names:
-        lines.insert(
-            0, _before(_of_joint(other.joints, what, other.joints.names.index(replay.joints.names[index])))
-        )
-    return Chart(_in_words(replay.joints.names[index], name.rpartition(" ")[2]), unit, tuple(lines))
-
-
-def _in_words(coordinate: str, kind: str) -> str:
-    """As "Right knee torque" of knee_angle_r."""
-    words = f"{coordinate_in_words(coordinate).removesuffix(' angle')} {kind}"
-    return words[0].upper() + words[1:]
-
-
-def _of_joint(joints: JointReplay, what: str, index: int) -> Float[np.ndarray, " frames"]:
-    if what == "torque":
-        assert joints.torque is not None
-        return joints.torque[:, index]
-    values = joints.position[:, index]
-    return np.degrees(values) if joints.rotates[index] else values
-
-
-def _before(values: Float[np.ndarray, " frames"]) -> Line:
+def before_line(values: Float[np.ndarray, " frames"]) -> Line:
+    """Of the solve that is compared with."""
     return Line(BEFORE, values, OTHER_CURVE, dotted=True)
 
 

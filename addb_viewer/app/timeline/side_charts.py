@@ -32,7 +32,6 @@ class SideCharts:
         self._charts: tuple[Chart, ...] = ()
         self._frame = 0
         self.span = Span(0, 1)
-        self._selected: tuple[int, int] | None = None
 
     def show(self, times: Float[np.ndarray, " frames"], charts: tuple[Chart, ...]) -> None:
         """Put another trial, or other charts, in place.
@@ -52,19 +51,6 @@ class SideCharts:
         self._frame = frame
         self._draw_cursor()
 
-    def select(self, frames: tuple[int, int] | None) -> None:
-        """Show which range keys act on; None for none."""
-        if frames != self._selected:
-            self._selected = frames
-            self._draw_cursor()
-
-    def zoom(self, span: Span) -> None:
-        """Show these frames."""
-        if span != self.span:
-            self.span = span
-            self._draw_charts()
-            self._draw_cursor()
-
     @property
     def pixels(self) -> int:
         """Height of the charts together."""
@@ -78,7 +64,6 @@ class SideCharts:
         self._charts_html.content = _clickable(content + axis_html(self.span, self._times), self.span)
 
     def _draw_cursor(self) -> None:
-        selected = "" if self._selected is None else self._selection()
         at = 100.0 * self.span.share(self._frame)
         line = (
             f"<div data-addb-chart-cursor style='position:absolute;left:{at:.3f}%;top:0;bottom:0;width:0;"
@@ -88,18 +73,7 @@ class SideCharts:
             "<div style='position:relative;height:0;pointer-events:none;z-index:1'>"
             f"<div style='position:absolute;left:{GUTTER}px;right:{MARGIN}px;top:-{self.pixels}px;"
             f"height:{self.pixels - (AXIS if self._charts else 0)}px'>"
-            f"{selected}{line}</div>{self._readouts()}</div>"
-        )
-
-    def _selection(self) -> str:
-        assert self._selected is not None
-        block = self.span.block(*self._selected)
-        if block is None:
-            return ""
-        return (
-            f"<div style='position:absolute;left:{100 * block[0]:.3f}%;"
-            f"width:{100 * block[1]:.3f}%;top:0;bottom:0;box-sizing:border-box;"
-            "background:rgba(86,180,233,.22);border:solid rgb(0,114,178);border-width:0 1.5px'></div>"
+            f"{line}</div>{self._readouts()}</div>"
         )
 
     def _readouts(self) -> str:

@@ -15,6 +15,7 @@ from annotations.foot_names import foot_words
 from solver.runs import runs
 
 DIGITS = 4  # of a curve's values
+ON_STRIP = ("Residual force", "Residual moment")  # charts that the strip has
 
 
 def trial_json(subject: str, replay: Replay) -> dict[str, Any]:

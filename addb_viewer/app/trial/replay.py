@@ -141,13 +141,17 @@ class ResidualReplay:
 
 @dataclass(frozen=True)
 class JointReplay:
-    """Generalized coordinates and the torques that move them."""
+    """Generalized coordinates, the torques that move them, and what these deliver."""
 
     names: tuple[str, ...]
     rotates: tuple[bool, ...]  # True: an angle and a torque; False: a displacement and a force
-    position: Float[np.ndarray, "frames dofs"]  # [rad or m]
+    position: Float[np.ndarray, "frames dofs"]  # [rad or m] of the motion that torques were computed on
     torque: Float[np.ndarray, "frames dofs"] | None = None  # [N·m or N]
     foretold: bool = False  # the torques rest on no measured force at all
+    speed: Float[np.ndarray, "frames dofs"] | None = None  # [rad/s or m/s]
+    power: Float[np.ndarray, "frames dofs"] | None = None  # [W] positive where the joint delivers work
+    limits: tuple[tuple[float, float], ...] = ()  # [rad or m] of each coordinate; empty: not known
+    of_root: frozenset[str] = frozenset()  # coordinates whose torque is the residual
 
 
 @dataclass(frozen=True)

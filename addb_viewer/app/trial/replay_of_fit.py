@@ -23,6 +23,7 @@ from solver.contact.contact_phases import contact_phases
 from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.dynamics.missing_wrench import inferred_wrenches
 from solver.fit import TrialFit
+from solver.gait.gait import joint_power
 from solver.settings import Settings, from_dict
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
@@ -73,7 +74,7 @@ def fitted_replay(
         feet=feet,
         bodies=_bodies(trial, skeleton, on_fit),
         residual=_residual(trial, person, on_fit),
-        joints=_joints(trial, skeleton, on_fit),
+        joints=joint_replay(trial, skeleton, bare.times),
         demanded=demanded_forces(trial, skeleton, on_fit.floats),
         forces=_force_use(trial, skeleton, from_dict(settings)),
         label_faults=trial.label_faults,
@@ -151,11 +152,28 @@ def _residual(trial: TrialFit, person: BodySize, on_fit: _Clock) -> ResidualRepl
     )
 
 
-def _joints(trial: TrialFit, skeleton: Skeleton, on_fit: _Clock) -> JointReplay:
-    torque = None if trial.dynamics is None else on_fit.floats(trial.dynamics.joint_torques)
-    rotates = tuple(coordinate.motion != "translation" for coordinate in skeleton.free_coordinates)
+def joint_replay(trial: TrialFit, skeleton: Skeleton, times: Float[np.ndarray, " frames"]) -> JointReplay:
+    """Coordinates, speeds, torques and powers of a fitted trial; NaN outside the fit.
+
+    Args:
+        trial: fitted.
+        skeleton: of the fit.
+        times: of the recording's frames [s].
+    """
+    motion = trial.motion if trial.dynamics is None else trial.dynamics.motion
+    floats = _Clock(times, motion.start_time, motion.rate, motion.frames).floats
+    power = joint_power(trial)
+    roots = [joint for joint in skeleton.joints if joint.parent < 0]
     return JointReplay(
-        skeleton.dofs, rotates, on_fit.floats(trial.motion.q), torque, foretold=trial.forces_foretold
+        skeleton.dofs,
+        tuple(coordinate.motion != "translation" for coordinate in skeleton.free_coordinates),
+        floats(motion.q),
+        None if trial.dynamics is None else floats(trial.dynamics.joint_torques),
+        foretold=trial.forces_foretold,
+        speed=floats(motion.velocity),
+        power=None if power is None else floats(power),
+        limits=tuple(coordinate.range for coordinate in skeleton.free_coordinates),
+        of_root=frozenset(axis.coordinate for joint in roots for axis in joint.axes if axis.coordinate),
     )
 
 

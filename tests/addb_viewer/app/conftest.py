@@ -65,16 +65,26 @@ def _replay(name="walk", frames=200, rate=100.0, *, fitted=True, plates=2):
         feet=("calcn_r", "calcn_l") if fitted else (),
         bodies=BodyReplay(("pelvis",), still, position, forward=forward) if fitted else None,
         residual=_residual(frames, position[:, 0]) if fitted else None,
-        joints=JointReplay(
-            ("pelvis_tx", "knee_r"),
-            (False, True),
-            np.stack([x, 0.5 * np.sin(6 * x)], axis=1),
-            np.stack([0 * x, 40 * np.cos(6 * x)], axis=1),
-        )
-        if fitted
-        else None,
+        joints=_joints(x) if fitted else None,
         forces=_forces(frames) if fitted else ForceUse(),
         notes=("plate 2 was not tared",),
+    )
+
+
+def _joints(x):
+    """Both knees swing, the left one half a swing later; their torques are in step with their speeds."""
+    right, left = 0.5 * np.sin(6 * x), -0.5 * np.sin(6 * x)
+    torque = np.stack([0 * x, 40 * np.cos(6 * x), -40 * np.cos(6 * x)], axis=1)
+    speed = np.stack([0 * x + 1.0, 3.0 * np.cos(6 * x), -3.0 * np.cos(6 * x)], axis=1)
+    return JointReplay(
+        ("pelvis_tx", "knee_angle_r", "knee_angle_l"),
+        (False, True, True),
+        np.stack([x, right, left], axis=1),
+        torque,
+        speed=speed,
+        power=torque * speed,
+        limits=((-5.0, 5.0), (0.0, 2.0), (0.0, 2.0)),
+        of_root=frozenset({"pelvis_tx"}),
     )
 
 

@@ -99,7 +99,7 @@ def test_a_solve_killed_with_its_app_leaves_the_fit_and_a_sound_history(subject)
         process, port = serving(subject)
         browser = PaperBrowser(port)
         try:
-            browser.until(lambda browser=browser: "data-addb-chart-cursor" in browser.html(), "a trial")
+            browser.until(lambda browser=browser: "data-addb-curves" in browser.html(), "a trial")
             note = f"so that there is something to solve, {k}"
             browser.put("Note", note)
             browser.put("Go to", f"{150 + 10 * k}:{155 + 10 * k}")

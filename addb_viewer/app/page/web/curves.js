@@ -1,14 +1,18 @@
 // Curves of the timeline: each over its bound, with what is not counted shaded, on one canvas.
 const TITLE = 15; // [pixel] above a curve
 
-const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-const resolved = (color) => {
-  const probe = document.createElement("i");
-  probe.style.color = color; // a colour may be one for light and one for dark pages
-  document.body.append(probe);
-  const found = getComputedStyle(probe).color;
-  probe.remove();
-  return found;
+export const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+const seen = new Map(); // a colour may be one for light and one for dark pages
+export const resolved = (color) => {
+  const name = `${document.documentElement.dataset.mantineColorScheme} ${color}`;
+  if (!seen.has(name)) {
+    const probe = document.createElement("i");
+    probe.style.color = color;
+    document.body.append(probe);
+    seen.set(name, getComputedStyle(probe).color);
+    probe.remove();
+  }
+  return seen.get(name);
 };
 export const told = (value) => {
   if (value === null || value === undefined) return "–";
@@ -73,7 +77,7 @@ function drawOne(pen, curve, { left, width, top, height }, x, span) {
 }
 
 /** Of several frames on one pixel column, the lowest and the highest: no peak is lost. */
-function trace(pen, values, x, y, span) {
+export function trace(pen, values, x, y, span) {
   const first = Math.max(Math.floor(span.first) - 1, 0), last = Math.min(Math.ceil(span.last) + 1, values.length - 1);
   let column = null, low = 0, high = 0, drawing = false;
   const flush = () => {

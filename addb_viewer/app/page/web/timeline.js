@@ -41,6 +41,11 @@ let trial = null, rows = [], curves = [], selection = null, frame = 0;
 let span = { first: 0, last: 1 };
 let extra = Number(localStorage.getItem("addb-timeline-height")) || 0; // [pixel] of the curves, chosen by hand
 
+const watchers = [];
+/** What else is drawn over these frames: called after each change of the frames shown, and of the marks over them. */
+export const watch = (drawn, marked) => watchers.push({ drawn, marked });
+export const view = () => ({ trial, span, frame, selection });
+
 const width = () => Math.max(area.clientWidth - GUTTER - MARGIN, 1);
 const share = (at) => (at - span.first) / Math.max(span.last - span.first, 1e-6);
 const x = (at) => GUTTER + width() * share(at);
@@ -75,6 +80,7 @@ function draw() {
   for (const block of area.querySelectorAll(".addb-block")) put(block, +block.dataset.start, +block.dataset.end);
   drawCurves(canvas, curves, place(), x, span);
   drawAxis();
+  for (const { drawn } of watchers) drawn();
   drawMarks();
 }
 
@@ -102,6 +108,7 @@ function drawAxis() {
 const time = (at) => (trial.first_s + at / trial.rate).toFixed(2);
 
 function drawMarks() {
+  for (const { marked } of watchers) marked();
   cursorMark.style.left = `${100 * share(frame)}%`;
   selectionMark.hidden = !selection;
   if (selection) put(selectionMark, ...selection);
@@ -149,16 +156,13 @@ window.addb.on("cursor", (told) => {
 });
 
 // Zoom and pan.
-let telling = 0;
-function look(first, length = span.last - span.first) {
+export function look(first, length = span.last - span.first) {
   const whole = Math.max(trial.frames - 1, 1), shown = Math.min(Math.max(length, FEWEST_FRAMES), whole);
   const from = Math.min(Math.max(first, 0), whole - shown);
   span = { first: from, last: from + shown };
   draw();
-  clearTimeout(telling);
-  telling = setTimeout(() => window.addb.send("span", [Math.round(span.first), Math.round(span.last)]), 200);
 }
-function zoom(factor, around) {
+export function zoom(factor, around) {
   const length = span.last - span.first;
   look(around - (around - span.first) * factor, length * factor);
 }

@@ -116,7 +116,7 @@ def test_a_log_on_the_command_line_survives_a_kill(tmp_path):
             port = int(re.search(r":(\d+) ", process.stdout.readline())[1])
             assert str(file) in process.stdout.readline()
             browser = PaperBrowser(port)
-            browser.until(lambda browser=browser: "data-addb-chart-cursor" in browser.html(), "a trial")
+            browser.until(lambda browser=browser: "data-addb-curves" in browser.html(), "a trial")
             for j in range(5):
                 note = f"edit {5 * k + j}"
                 browser.put("Note", note)
@@ -169,7 +169,7 @@ def test_a_log_is_whole_when_the_program_is_ended_kindly(tmp_path):
     )
     try:
         browser = PaperBrowser(int(re.search(r":(\d+) ", process.stdout.readline())[1]))
-        browser.until(lambda: "data-addb-chart-cursor" in browser.html(), "a trial")
+        browser.until(lambda: "data-addb-curves" in browser.html(), "a trial")
     finally:
         process.terminate()
         process.communicate(timeout=PATIENCE_S)

@@ -46,7 +46,7 @@ def test_torques_are_compared_near_the_edit(pair):
     found = compared(*pair, FIGURES, FIGURES)
     assert found.edited == ((100, 110),)
     knee = found.torques[0]
-    assert (knee.name, knee.unit) == ("knee_r", "N·m")
+    assert (knee.name, knee.unit) == ("knee_angle_r", "N·m")
     assert knee.largest == pytest.approx(5.0)
     near = 20 / 40  # frames with the change over those within 0.15 s
     assert knee.rms == pytest.approx(5.0 * np.sqrt(near), rel=1e-9)
@@ -60,7 +60,7 @@ def test_figures_stand_side_by_side_with_units(pair):
     assert not any(label == "Residual moment" for label, _, _ in found.rows)
     text = comparison_html(found, "before")
     assert "100–109" in text
-    assert "right knee: " in text
+    assert "right knee angle: " in text
 
 
 def test_reaching_around_frames():

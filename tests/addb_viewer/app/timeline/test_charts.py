@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addb_viewer.app.timeline.charts import charts_of, joint_choices
+from addb_viewer.app.timeline.charts import charts_of
 
 
 def test_a_fitted_trial_has_four_charts_with_units(make_replay):
@@ -41,17 +41,3 @@ def test_the_solve_that_is_compared_with_lies_behind(make_replay):
     for c in with_other:
         assert (c.lines[0].label == "before") is (c.title != "Vertical force"), c.title
     assert len(with_other) == 4
-
-
-def test_a_joint_shows_its_angle_in_degrees_and_its_torque(make_replay):
-    replay = make_replay()
-    assert list(joint_choices(replay.joints)) == [
-        "pelvis_tx position", "pelvis_tx force", "knee_r angle", "knee_r torque"
-    ]  # fmt: skip
-    angle, torque, position = charts_of(
-        replay, joints=("knee_r angle", "knee_r torque", "pelvis_tx position")
-    )[4:]
-    assert (angle.unit, torque.unit, position.unit) == ("°", "N·m", "m")
-    np.testing.assert_allclose(np.radians(angle.lines[0].values), replay.joints.position[:, 1])
-    np.testing.assert_array_equal(torque.lines[0].values, replay.joints.torque[:, 1])
-    assert len(charts_of(replay, joints=("nobody's angle",))) == 4

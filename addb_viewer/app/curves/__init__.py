@@ -1,0 +1,1 @@
+"""The tab of curves: any quantities, over time or by gait cycle."""

@@ -1,0 +1,97 @@
+// The search of curves: a box that finds quantities by their words, and what is chosen as chips that a click takes away.
+const MOST_FOUND = 60;
+const element = (tag, options = {}, ...children) => {
+  const made = Object.assign(document.createElement(tag), options);
+  made.append(...children);
+  return made;
+};
+
+/** Makes box, list and chips. changed: called with the ids that are to be shown, in their order. */
+export function makeChooser(changed) {
+  const box = element("input", { type: "search", id: "addb-curve-search", placeholder: "Add a curve: knee torque, hip angle …", autocomplete: "off" });
+  const list = element("ul", { id: "addb-curve-list", hidden: true });
+  const chips = element("div", { id: "addb-curve-chips" });
+  for (const [name, value] of Object.entries({
+    role: "combobox", "aria-label": "Add a curve", "aria-controls": list.id, "aria-expanded": "false", "aria-autocomplete": "list",
+  })) box.setAttribute(name, value);
+  list.setAttribute("role", "listbox");
+  list.setAttribute("aria-label", "Curves");
+  chips.setAttribute("role", "group");
+  chips.setAttribute("aria-label", "Curves that are shown");
+
+  let choices = [], chosen = [], at = 0, found = [];
+  const words = (id) => choices.find((choice) => choice.id === id)?.words;
+  const matches = ({ words, unit, also }) => {
+    const text = `${words} ${unit} ${also}`.toLowerCase();
+    return box.value.toLowerCase().split(/\s+/).every((part) => text.includes(part));
+  };
+  const tell = (ids) => {
+    chosen = ids;
+    draw();
+    changed(ids);
+  };
+  const toggle = (id) => tell(chosen.includes(id) ? chosen.filter((each) => each !== id) : [...chosen, id]);
+
+  function draw() {
+    chips.replaceChildren(
+      ...chosen.filter(words).map((id) => {
+        const chip = element("button", { className: "addb-curve-chip", title: "Take it away" }, words(id), element("span", { textContent: " ×" }));
+        chip.setAttribute("aria-label", `Take away ${words(id)}`);
+        chip.onclick = () => toggle(id);
+        return chip;
+      }),
+    );
+    if (list.hidden) return;
+    found = choices.filter(matches).slice(0, MOST_FOUND);
+    at = Math.min(at, Math.max(found.length - 1, 0));
+    list.replaceChildren(
+      ...found.map(({ id, words, unit }, i) => {
+        const option = element("li", { id: `addb-curve-${i}` }, element("span", { textContent: words }), element("small", { textContent: unit }));
+        option.setAttribute("role", "option");
+        option.setAttribute("aria-selected", String(chosen.includes(id)));
+        if (i === at) option.dataset.at = "";
+        option.onclick = (event) => {
+          event.stopPropagation(); // the box keeps the focus, for the next one
+          at = i;
+          toggle(id);
+        };
+        return option;
+      }),
+      ...(found.length ? [] : [element("li", { className: "none", textContent: "Nothing is called so." })]),
+    );
+    if (found.length) box.setAttribute("aria-activedescendant", `addb-curve-${at}`);
+    else box.removeAttribute("aria-activedescendant");
+    list.children[at]?.scrollIntoView({ block: "nearest" });
+  }
+  const open = (on) => {
+    list.hidden = !on;
+    box.setAttribute("aria-expanded", String(on));
+    draw();
+  };
+  list.onpointerdown = (event) => event.preventDefault();
+  box.onfocus = () => open(true);
+  box.onblur = () => open(false);
+  box.oninput = () => {
+    at = 0;
+    open(true);
+  };
+  box.onkeydown = (event) => {
+    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+    if (step) {
+      at = Math.min(Math.max(at + step, 0), Math.max(found.length - 1, 0));
+      draw();
+    } else if (event.key === "Enter" && found[at]) {
+      toggle(found[at].id);
+      box.select();
+    } else return;
+    event.preventDefault();
+    event.stopPropagation();
+  };
+  return {
+    parts: [box, list, chips],
+    show(told) {
+      [choices, chosen] = [told.choices, told.chosen];
+      draw();
+    },
+  };
+}

@@ -1,0 +1,102 @@
+"""What joints have over time, in words: angle, speed, torque and power, of both sides at once."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from jaxtyping import Float
+
+from addb_viewer.app.trial.replay import JointReplay
+from addb_viewer.coordinate_words import Coordinate, motion_in_words
+
+
+class Kind(StrEnum):
+    """What of a coordinate."""
+
+    POSITION = "angle"
+    SPEED = "speed"
+    TORQUE = "torque"
+    POWER = "power"
+
+    @property
+    def rests_on_forces(self) -> bool:
+        """Whether it means little on frames whose forces do not count."""
+        return self in (Kind.TORQUE, Kind.POWER)
+
+
+UNITS = {
+    Kind.POSITION: ("°", "m"),
+    Kind.SPEED: ("°/s", "m/s"),
+    Kind.TORQUE: ("N·m", "N"),
+    Kind.POWER: ("W", "W"),
+}  # of what rotates, and of what moves along
+TITLES = {
+    Kind.POSITION: ("angle", ""),
+    Kind.SPEED: ("speed", "speed"),
+    Kind.TORQUE: ("torque", "force"),
+    Kind.POWER: ("power", "power"),
+}
+ALSO = {
+    Kind.POSITION: "position kinematics",
+    Kind.SPEED: "velocity",
+    Kind.TORQUE: "moment",
+    Kind.POWER: "work",
+}  # other words by which people look for it
+
+
+@dataclass(frozen=True)
+class JointQuantity:
+    """One thing that can be shown, of all sides that the model has."""
+
+    id: str  # "knee_angle torque", whatever the model's range
+    words: str  # "Knee flexion torque"
+    unit: str
+    kind: Kind
+    columns: tuple[tuple[str, int], ...]  # right, left, or nothing; and which coordinate
+
+    def values(self, joints: JointReplay, column: int) -> Float[np.ndarray, " frames"]:
+        """In `unit`.
+
+        Args:
+            joints: of which it is a quantity.
+            column: of `columns`.
+        """
+        values = _values(joints, self.kind)
+        assert values is not None
+        return np.degrees(values[:, column]) if self.unit.startswith("°") else values[:, column]
+
+
+def quantities_of(joints: JointReplay) -> tuple[JointQuantity, ...]:
+    """All that can be shown, joint by joint in the model's order; the right side first.
+
+    Forces and torques of the root joint are left out: they are the residual.
+    """
+    stems: dict[str, list[tuple[str, int]]] = {}
+    for i, name in enumerate(joints.names):
+        stem, side = Coordinate.named(name)
+        stems.setdefault(stem, []).append((side, i))
+    return tuple(q for stem, columns in stems.items() for q in _of_stem(joints, stem, columns))
+
+
+def _of_stem(joints: JointReplay, stem: str, columns: list[tuple[str, int]]) -> Iterator[JointQuantity]:
+    columns = sorted(columns, key=lambda found: found[0] != "right")
+    first = columns[0][1]
+    name, turns = joints.names[first], 0 if joints.rotates[first] else 1
+    motion = motion_in_words(name, joints.limits[first] if joints.limits else None)
+    for kind in Kind:
+        if _values(joints, kind) is None or (kind.rests_on_forces and name in joints.of_root):
+            continue
+        called = TITLES[kind][turns]
+        words = motion if not called else f"{motion.removesuffix(' angle')} {called}"
+        capital = words[:1].upper() + words[1:]
+        yield JointQuantity(f"{stem} {kind}", capital, UNITS[kind][turns], kind, tuple(columns))
+
+
+def _values(joints: JointReplay, kind: Kind) -> Float[np.ndarray, "frames dofs"] | None:
+    return {
+        Kind.POSITION: joints.position,
+        Kind.SPEED: joints.speed,
+        Kind.TORQUE: joints.torque,
+        Kind.POWER: joints.power,
+    }[kind]

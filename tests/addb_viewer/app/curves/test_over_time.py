@@ -1,0 +1,67 @@
+"""Chosen quantities over time."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from addb_viewer.app.curves.over_time import AT_FIRST, OtherTrial, charts_json, choices_json
+
+
+def test_what_is_listed_can_be_charted_and_nothing_else(make_replay):
+    replay = make_replay()
+    listed = [choice["id"] for choice in choices_json(replay)]
+    assert listed[:2] == ["marker error", "vertical force"]
+    assert set(AT_FIRST) <= set(listed)
+    assert [chart["id"] for chart in charts_json(replay, None, (), (*listed, "nobody's angle"))] == listed
+    assert choices_json(make_replay(fitted=False, plates=0)) == []
+
+
+def test_a_chart_has_both_sides_gaps_and_shades_what_does_not_count(make_replay):
+    replay = make_replay()
+    replay.joints.torque[5] = np.nan
+    (chart,) = charts_json(replay, None, (), ("knee_angle torque",))
+    assert (chart["title"], chart["unit"], chart["shaded"]) == ("Knee flexion torque", "N·m", [[0, 20]])
+    right, left = chart["lines"]
+    assert (right["label"], left["label"]) == ("right", "left")
+    assert right["values"][5] is left["values"][5] is None
+    for line, values in ((right, replay.joints.torque[:, 1]), (left, replay.joints.torque[:, 2])):
+        drawn = np.array(line["values"], dtype=float)
+        np.testing.assert_allclose(drawn, values, atol=0.006)
+        assert chart["low"] < np.nanmin(values) < np.nanmax(values) < chart["high"]
+
+
+def test_a_peak_beyond_the_axis_is_marked_with_its_size(make_replay):
+    replay = make_replay()
+    replay.markers.measured[77, 1] += 3.0  # [m]
+    (chart,) = charts_json(replay, None, (), ("marker error",))
+    ((frame, value, _),) = chart["peaks"]
+    assert frame == 77
+    assert value > 280  # [cm]
+    assert chart["high"] < value
+    assert [line["style"] for line in chart["lines"]] == ["", "", "bound"]
+
+
+def test_the_solve_that_is_compared_with_and_other_trials_lie_behind(make_replay):
+    replay = make_replay()
+    moved = replace(replay, joints=replace(replay.joints, position=replay.joints.position + 0.1))
+    far = replace(replay.joints, position=replay.joints.position[:100] * 3)
+    chart = charts_json(replay, moved, [OtherTrial("run", 50.0, far)], ("knee_angle angle",))[0]
+    assert [(line["style"], line["trial"], line["label"]) for line in chart["lines"]] == [
+        ("trial", "run", "right"), ("trial", "run", "left"),
+        ("before", "", "before"), ("before", "", "before"), ("", "", "right"), ("", "", "left"),
+    ]  # fmt: skip
+    overlaid, _, before, _, own, _ = chart["lines"]
+    assert overlaid["step"] == 2.0  # frames of this trial
+    assert len(overlaid["values"]) == 100
+    assert overlaid["color"] == before["color"] == own["color"]
+    np.testing.assert_allclose(np.subtract(before["values"], own["values"]), np.degrees(0.1), atol=0.011)
+    assert chart["high"] >= max(overlaid["values"])
+
+
+def test_torques_that_rest_on_no_force_are_called_predicted(make_replay):
+    replay = make_replay()
+    replay = replace(replay, joints=replace(replay.joints, foretold=True), residual=None)
+    (torque, angle) = charts_json(replay, None, (), ("knee_angle torque", "knee_angle angle"))
+    assert [line["label"] for line in torque["lines"]] == ["right predicted", "left predicted"]
+    assert [line["label"] for line in angle["lines"]] == ["right", "left"]
+    assert torque["shaded"] == []

@@ -1,0 +1,63 @@
+"""The tab of curves in a real browser: searched, chosen, removed, remembered; by time and by gait cycle."""
+
+import pytest
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture(scope="module")
+def app(tmp_path_factory, make_replay, make_app):
+    app = make_app(tmp_path_factory.mktemp("subject"), [make_replay(), make_replay("run", 180)], login="Zoë")
+    yield app
+    app.close()
+
+
+@pytest.fixture(scope="module")
+def page(open_page, app):
+    page = open_page(app)
+    yield page
+    assert page.errors == []
+    page.close()
+
+
+def titles(page):
+    return page.locator("#addb-plots figcaption > b").all_text_contents()
+
+
+def test_a_curve_is_found_by_its_words_added_and_taken_away(page, until):
+    usual = ["Marker error [cm]", "Vertical force [N]", "Knee flexion angle [°]", "Knee flexion torque [N·m]"]
+    until(lambda: titles(page) == usual, "the usual curves")
+    search = page.get_by_role("combobox", name="Add a curve")
+    search.fill("knee velocity")
+    options = page.locator("#addb-curve-list [role=option]")
+    until(lambda: options.all_text_contents() == ["Knee flexion speed°/s"], "what is called so")
+    page.keyboard.press("Enter")
+    until(lambda: titles(page) == [*usual, "Knee flexion speed [°/s]"], "the new curve")
+    page.keyboard.press("Escape")
+    page.keyboard.press("k")  # the keys are the review's again, and nothing is typed
+    until(lambda: not page.locator("#addb-curve-list").is_visible())
+    assert search.input_value() == ""
+    page.get_by_role("button", name="Take away Marker error").click()
+    until(lambda: titles(page) == [*usual[1:], "Knee flexion speed [°/s]"], "without marker error")
+    page.get_by_role("button", name="Take away Knee flexion speed").click()
+    page.get_by_role("button", name="Take away Vertical force").click()
+    until(lambda: titles(page) == usual[2:], "what is left")
+
+
+def test_the_cursor_is_read_out_and_a_click_goes_to_its_frame(page, until):
+    plots = page.locator("#addb-plots").bounding_box()
+    left, width = plots["x"] + 46, plots["width"] - 46 - 10
+    page.mouse.click(left + width / 2, plots["y"] + 60)
+    until(lambda: abs(page.session.frame - 100) <= 1, "the frame")
+    page.mouse.move(500, 300)
+    angle = page.session.replay.joints.position[page.session.frame, 1] * 180 / 3.141592653589793
+    value = page.locator(".addb-plot-values span").first
+    until(
+        lambda: abs(float(value.text_content().replace("−", "-")) - angle) < 0.06, "the value at the cursor"
+    )
+
+
+def test_the_choice_is_remembered_by_the_browser(page, until):
+    page.reload()
+    page.wait_for_selector("#root canvas")
+    until(lambda: titles(page) == ["Knee flexion angle [°]", "Knee flexion torque [N·m]"], "what was chosen")
