@@ -79,7 +79,7 @@ class Balance:
 
     def rows_of(self, candidate: Candidate, eta: Eta) -> CandidateRows | None:
         """A candidate's rows at η, of the trials that it touches; None where it touches none."""
-        parts = [candidate.signature(t.scene, eta) for t in self.trials]
+        parts = [t.rows_of(candidate, eta) for t in self.trials]
         touched = [k for k, p in enumerate(parts) if p is not None]
         if not touched:
             return None
@@ -90,13 +90,12 @@ class Balance:
         has_fixed = any(p is not None and p.fixed is not None for p in some)
         fixed = np.zeros(len(columns)) if has_fixed else None
         for k in touched:
-            part, t = parts[k], self.trials[k]
+            part = parts[k]
             assert part is not None
             own = slice(int(self.start[k]) - span.start, int(self.start[k + 1]) - span.start)
-            if len(prior):
-                columns[own] = t.reduced(part.columns)
+            columns[own] = part.columns
             if fixed is not None and part.fixed is not None:
-                fixed[own] = t.reduced(part.fixed)
+                fixed[own] = part.fixed
         usual = usual_std(candidate, self.settings)
         return CandidateRows(candidate, eta, span, fixed, columns, prior, usual)
 

@@ -34,11 +34,11 @@ def laboratory_errors(
         for candidate in module.candidates(scenes) if std else ():
             if isinstance(candidate, Corrected) or candidate.place_odds:
                 continue  # undone already, or rarer than what every laboratory has
-            signatures = [candidate.signature(scene, ()) for scene in scenes]
-            width = next(s.columns.shape[2] for s in signatures if s is not None)
-            parts = [
-                np.zeros((len(t.residual), width)) if s is None else t.reduced(s.columns)
-                for t, s in zip(trials, signatures, strict=True)
+            parts = [t.rows_of(candidate, ()) for t in trials]
+            width = next(p.columns.shape[1] for p in parts if p is not None)
+            of_trials = [
+                np.zeros((len(t.residual), width)) if p is None else p.columns
+                for t, p in zip(trials, parts, strict=True)
             ]
-            found.append(std * np.concatenate(parts))
+            found.append(std * np.concatenate(of_trials))
     return np.concatenate(found, axis=1)

@@ -5,7 +5,7 @@ not: columns of the balance with a wide Gaussian prior and nothing else. Their f
 that a right name of few parameters wins, and the nearest of wrong names does not.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from solver.diagnosis.unknown_course import courses_of, force_columns, moment_columns
 from solver.effects.contact_windows import contact_windows
-from solver.effects.effect import Candidate, Estimate, Eta, Range, Signature
+from solver.effects.effect import Candidate, Estimate, Eta, InPieces, Range, Signature
 from solver.effects.plate_gain import demanded_of
 from solver.effects.scene import PlateScene, Scene, force_at
 from solver.effects.time_course import Stretch
@@ -69,11 +69,12 @@ class Outside(Candidate):
         return {"rms_force_N": Estimate(float(np.sqrt((force**2).sum(axis=1).mean())), 0.0)}
 
     def _force(self, scene: Scene, x: Float[np.ndarray, " parameters"]) -> Float[np.ndarray, "some 3"]:
-        signature = self.signature(scene, (SIZES[0],))
-        if signature is None:
-            return np.zeros((0, 3))
-        force = signature.columns[:, :3] @ x
-        return force[np.abs(signature.columns).max(axis=(1, 2)) > 0]
+        force, acts, first = np.zeros((scene.frames, 3)), np.zeros(scene.frames, dtype=bool), 0
+        for piece in self.pieces(scene, (SIZES[0],)):
+            force += piece.columns[:, :3] @ x[first : first + len(piece.prior_std)]
+            acts |= piece.columns.any(axis=(1, 2))
+            first += len(piece.prior_std)
+        return force[acts]
 
     def is_notable(self, estimates: dict[str, Estimate]) -> bool:
         """Always: it competes, whatever its size."""
@@ -87,23 +88,23 @@ class Outside(Candidate):
 
 
 @dataclass(frozen=True)
-class AnyWrench(Outside):
+class AnyWrench(Outside, InPieces):
     """A wrench about the centre of mass: steady, or of a course that changes within half a second."""
 
     knots_s: float | None = None  # None: steady
 
     sentence = "Something acts on the body that is on no list."
 
-    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+    def pieces(self, scene: Scene, eta: Eta) -> Iterator[Signature]:
         """Forces at the centre of mass and moments."""
-        if scene.name != self.trial:
-            return None
-        courses = np.ones((scene.frames, 1)) if self.knots_s is None else courses_of(scene, self.knots_s)
-        return _wrench_of_any(scene, courses, eta[0])
+        if scene.name == self.trial:
+            steady = np.ones((scene.frames, 1))
+            courses = steady if self.knots_s is None else courses_of(scene, self.knots_s)
+            yield from _wrench_of_any(scene, courses, eta[0])
 
 
 @dataclass(frozen=True)
-class AnyEvent(Outside):
+class AnyEvent(Outside, InPieces):
     """A wrench of any course that lasts a short while."""
 
     stretch: Stretch | None = None
@@ -111,11 +112,10 @@ class AnyEvent(Outside):
     kind = EVENT
     sentence = "Something acts for a moment that is on no list."
 
-    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+    def pieces(self, scene: Scene, eta: Eta) -> Iterator[Signature]:
         """Likewise, within its stretch."""
-        if self.stretch is None or scene.name != self.trial:
-            return None
-        return _wrench_of_any(scene, self.stretch.humps(EVENT_KNOTS_S), eta[0])
+        if self.stretch is not None and scene.name == self.trial:
+            yield from _wrench_of_any(scene, self.stretch.humps(EVENT_KNOTS_S), eta[0])
 
     def frames(
         self, scenes: Sequence[Scene], eta: Eta, x: Float[np.ndarray, " parameters"]
@@ -210,10 +210,14 @@ def outside_the_list(scenes: Sequence[Scene]) -> list[Outside]:
     return found
 
 
-def _wrench_of_any(scene: Scene, courses: Float[np.ndarray, "frames courses"], size: float) -> Signature:
-    moments = moment_columns(courses, LEVER_M)
-    stacked = np.concatenate([force_columns(scene.com_ground, courses), moments], axis=2)
-    return Signature(stacked, np.full(stacked.shape[2], size * scene.weight_N))
+def _wrench_of_any(
+    scene: Scene, courses: Float[np.ndarray, "frames courses"], size: float
+) -> Iterator[Signature]:
+    prior_std = np.full(courses.shape[1], size * scene.weight_N)
+    for axis in range(3):
+        yield Signature(force_columns(scene.com_ground, courses, axis), prior_std)
+    for axis in range(3):
+        yield Signature(moment_columns(courses, axis, LEVER_M), prior_std)
 
 
 def _plate_of(scene: Scene, target: str) -> PlateScene | None:

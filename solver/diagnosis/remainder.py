@@ -5,7 +5,7 @@ mass. Of all bodies the one is named whose line of action fits. It competes with
 scale; its freedom costs it evidence.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +20,7 @@ from solver.diagnosis.unknown_course import (
     strongest_frequency_Hz,
 )
 from solver.effects.about import About
-from solver.effects.effect import Candidate, Estimate, Eta, Signature
+from solver.effects.effect import Estimate, Eta, InPieces, Signature
 from solver.effects.scene import Scene
 from solver.skeleton.rotations import skew
 from solver.skeleton.skeleton import Body
@@ -36,7 +36,7 @@ LEAST_SHARE = 0.004  # of body mass; nothing tells lighter bodies apart from the
 
 
 @dataclass(frozen=True)
-class UnknownForce(Candidate):
+class UnknownForce(InPieces):
     """A force of any course on a body in one trial: at a known point, else near its centre of mass."""
 
     trial: str
@@ -55,19 +55,18 @@ class UnknownForce(Candidate):
         """Sizes of its changes [body weights]."""
         return tuple((share,) for share in FORCE_SHARES)
 
-    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+    def pieces(self, scene: Scene, eta: Eta) -> Iterator[Signature]:
         """Force splines at the point; without one, moments as far as `REACH` allows as well."""
         if scene.name != self.trial:
-            return None
+            return
         courses = courses_of(scene, self.knot_s, self.frequency_Hz)
-        along = [axis for axis, size in enumerate(self.directions) if size]
-        stacked = force_columns(self.place_ground(scene), courses, along)
+        each, place = np.full(courses.shape[1], eta[0] * scene.weight_N), self.place_ground(scene)
+        for axis, size in enumerate(self.directions):
+            if size:
+                yield Signature(force_columns(place, courses, axis), size * each)
         if self.point_body is None:
-            stacked = np.concatenate([stacked, moment_columns(courses, self.reach_m(scene))], axis=2)
-        each = np.ones(stacked.shape[2])
-        sizes = [size for size in self.directions if size]
-        each[: len(sizes) * courses.shape[1]] = np.repeat(sizes, courses.shape[1])
-        return Signature(stacked, eta[0] * scene.weight_N * each)
+            for axis in range(3):
+                yield Signature(moment_columns(courses, axis, self.reach_m(scene)), each)
 
     def estimates(
         self,
@@ -167,7 +166,7 @@ def _radius_of_gyration_m(body: Body) -> float:
 
 
 @dataclass(frozen=True)
-class UnknownMoment(Candidate):
+class UnknownMoment(InPieces):
     """A pure moment of any course in one trial; the balance of the whole body does not tell on which body."""
 
     trial: str
@@ -184,13 +183,13 @@ class UnknownMoment(Candidate):
         """Sizes of its changes [m, levers of body weight]."""
         return tuple((lever,) for lever in MOMENT_LEVERS_M)
 
-    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+    def pieces(self, scene: Scene, eta: Eta) -> Iterator[Signature]:
         """Moment splines."""
-        if scene.name != self.trial:
-            return None
-        courses = courses_of(scene, self.knot_s, self.frequency_Hz)
-        stacked = moment_columns(courses)
-        return Signature(stacked, np.full(stacked.shape[2], eta[0] * scene.weight_N))
+        if scene.name == self.trial:
+            courses = courses_of(scene, self.knot_s, self.frequency_Hz)
+            each = np.full(courses.shape[1], eta[0] * scene.weight_N)
+            for axis in range(3):
+                yield Signature(moment_columns(courses, axis), each)
 
     def estimates(
         self,

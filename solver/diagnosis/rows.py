@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from solver.diagnosis.model_errors import mass_change, model_error, nuisances, soft_tissue
 from solver.diagnosis.plate_noise import plates_noise
@@ -12,8 +12,18 @@ from solver.diagnosis_settings import DiagnosisSettings
 from solver.dynamics.long_marker_posterior import LongMarkerPosterior
 from solver.dynamics.marker_posterior import MarkerPosterior
 from solver.dynamics.windows import Windows, windows_over
+from solver.effects.effect import Candidate, Eta
 from solver.effects.scene import Scene
 from solver.skeleton.forward import cross
+
+
+@dataclass(frozen=True, eq=False)
+class SignatureRows:
+    """A candidate's signature among the rows of one trial."""
+
+    columns: Float[np.ndarray, "rows parameters"]
+    prior_std: Float[np.ndarray, " parameters"]
+    fixed: Float[np.ndarray, " rows"] | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,15 +42,39 @@ class TrialRows:
         self, wrench_ground: Float[np.ndarray, "frames 6 *columns"]
     ) -> Float[np.ndarray, "rows *columns"]:
         """Frame-by-frame wrenches about the ground origin as rows: window means about the centre of mass."""
-        moved = np.array(wrench_ground, dtype=float)
-        arm = self.scene.com_ground
+        used, windows = self._used
+        moved = np.asarray(wrench_ground, dtype=float)[used]
+        arm = self.scene.com_ground[used]
         if moved.ndim == 3:
             arm = arm[:, None]
             moved[:, 3:] -= cross(arm, moved[:, :3].transpose(0, 2, 1)).transpose(0, 2, 1)
         else:
             moved[:, 3:] -= cross(arm, moved[:, :3])
-        means = self.windows.means(moved)
+        means = windows.means(moved)
         return means.reshape(-1, *means.shape[2:])
+
+    @cached_property
+    def _used(self) -> tuple[Int[np.ndarray, " used"], Windows]:
+        """Frames of the windows, and these among them: in a long trial they lie far apart."""
+        inside = np.unique(self.windows.start[:, None] + np.arange(self.windows.length))
+        start = np.searchsorted(inside, self.windows.start)
+        return inside, Windows(len(inside), start, self.windows.weights)
+
+    def rows_of(self, candidate: Candidate, eta: Eta) -> "SignatureRows | None":
+        """A candidate's signature as rows, piece by piece; None where it does not touch the trial."""
+        parts, stds, fixed = [], [], None
+        for piece in candidate.pieces(self.scene, eta):
+            if len(piece.prior_std):
+                parts.append(self.reduced(piece.columns))
+                stds.append(piece.prior_std)
+            if piece.fixed is not None:
+                fixed = self.reduced(piece.fixed)
+        if not parts and fixed is None:
+            return None
+        nothing = np.zeros((len(self.residual), 0))
+        return SignatureRows(
+            np.concatenate([nothing, *parts], axis=1), np.concatenate([np.zeros(0), *stds]), fixed
+        )
 
     def touched_by(self, frames: Bool[np.ndarray, " frames"]) -> Bool[np.ndarray, " windows"]:
         """Windows in which some of these frames lie."""

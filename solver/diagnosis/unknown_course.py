@@ -4,11 +4,10 @@ A constant and changes that last six hundredths of a second and more, or an even
 shakes.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 from jaxtyping import Float
 from scipy.interpolate import BSpline
+from scipy.signal import zoom_fft
 
 from solver.effects.scene import Scene, force_at
 
@@ -50,28 +49,26 @@ def pieces_of(scene: Scene, knot_s: float) -> int:
 
 
 def force_columns(
-    point_ground: Float[np.ndarray, "frames 3"],
-    courses: Float[np.ndarray, "frames courses"],
-    axes: Sequence[int] = (0, 1, 2),
-) -> Float[np.ndarray, "frames 6 columns"]:
-    """Forces of these courses at a point [m], one axis after the other, about the ground origin."""
-    along = [force_at(np.eye(3)[axis], point_ground) for axis in axes]
-    return np.concatenate([wrench[:, :, None] * courses[:, None, :] for wrench in along], axis=2)
+    point_ground: Float[np.ndarray, "frames 3"], courses: Float[np.ndarray, "frames courses"], axis: int
+) -> Float[np.ndarray, "frames 6 courses"]:
+    """Forces of these courses at a point [m] along one axis, about the ground origin."""
+    along = force_at(np.eye(3)[axis], point_ground)
+    return np.asarray(along[:, :, None] * courses[:, None, :])
 
 
 def moment_columns(
-    courses: Float[np.ndarray, "frames courses"], lever_m: float = 1.0
-) -> Float[np.ndarray, "frames 6 columns"]:
-    """Moments of these courses, one axis after the other.
+    courses: Float[np.ndarray, "frames courses"], axis: int, lever_m: float = 1.0
+) -> Float[np.ndarray, "frames 6 courses"]:
+    """Moments of these courses about one axis.
 
     Args:
         courses: of a force on the lever.
+        axis: of the ground.
         lever_m: its length.
     """
-    columns = np.zeros((len(courses), 6, 3, courses.shape[1]))
-    for axis in range(3):
-        columns[:, 3 + axis, axis] = lever_m * courses
-    return columns.reshape(len(courses), 6, -1)
+    columns = np.zeros((len(courses), 6, courses.shape[1]))
+    columns[:, 3 + axis] = lever_m * courses
+    return columns
 
 
 def strongest_frequency_Hz(scene: Scene) -> float | None:
@@ -85,12 +82,13 @@ def strongest_frequency_Hz(scene: Scene) -> float | None:
     tried = np.arange(slowest_Hz, FASTEST_HZ, scene.rate / scene.frames / FINER)
     if not (scene.counts.any() and len(tried)):
         return None
-    waves = np.exp(-2j * np.pi * tried[:, None] * scene.times)
+    band_Hz = tried[0], tried[0] + len(tried) * scene.rate / scene.frames / FINER
 
     def power(force: Float[np.ndarray, "frames 3"]) -> Float[np.ndarray, " tried"]:
         changing = (force - force[scene.counts].mean(axis=0)) * scene.counts[:, None]
         tapered = changing * np.hanning(scene.frames)[:, None]  # or what is slow would ripple into the range
-        return np.asarray((np.abs(waves @ tapered) ** 2).sum(axis=1))
+        swings = zoom_fft(tapered, band_Hz, len(tried), fs=scene.rate, axis=0)
+        return np.asarray((np.abs(swings) ** 2).sum(axis=1))
 
     demanded = scene.demanded_ground[:, :3]
     missing, whole = power(demanded - scene.measured_ground[:, :3]), power(demanded)

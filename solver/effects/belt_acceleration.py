@@ -1,18 +1,20 @@
 """Belt acceleration: the support under the person speeds up and slows down, the cameras' frame with it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
 from solver.effects.about import About, AtFault, Course
-from solver.effects.effect import Candidate, Estimate, Eta, Range, Signature
+from solver.effects.effect import Candidate, Estimate, Eta, InPieces, Range, Signature
 from solver.effects.readings import Reading
 from solver.effects.scene import Scene, force_at
 from solver.effects.time_course import Stretch, stretch_of
 
 KNOTS_S = 0.08  # a belt's drive answers each foot's landing
+MOST_KNOTS = 1000  # of one trial: the balance has four hundred windows, which a finer course meets alone
+MOST_VALUES = 8_000_000  # of columns that are held at a time
 PRIOR_STD_M_PER_S2 = 0.5
 LEAST_M_PER_S2 = 0.15  # RMS; a good treadmill keeps below, and soft tissue looks like 0.12
 CONSTANT_SHARE = 0.1  # of the prior: 0.05 m/s² on average
@@ -40,7 +42,7 @@ ABOUT = About(
 
 
 @dataclass(frozen=True)
-class BeltAcceleration(Candidate):
+class BeltAcceleration(InPieces):
     """In the frame of a support that accelerates by a every particle feels −m a: −M a at the centre of mass.
 
     There is no moment about the centre of mass, which tells it from a contact. η is the direction of a, an
@@ -67,20 +69,25 @@ class BeltAcceleration(Candidate):
         """Nothing drives a belt across: whatever shakes a person sideways is another cause."""
         return abs(eta[0]) <= MOST_ASIDE
 
-    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+    def pieces(self, scene: Scene, eta: Eta) -> Iterator[Signature]:
         """Splines of a(t) in this trial; zero for those of other trials."""
         if scene.name not in {c.trial for c in self.courses}:
-            return None
+            return
         angle = progression(scene) + eta[0]
         whole = force_at(
             -scene.skeleton.mass * np.array([np.cos(angle), 0.0, -np.sin(angle)]), scene.com_ground
         )
-        splines = [
-            _courses(c) if c.trial == scene.name else np.zeros((scene.frames, _course_count(c)))
-            for c in self.courses
-        ]
-        columns = whole[:, :, None] * np.concatenate(splines, axis=1)[:, None]
-        return Signature(columns, np.full(columns.shape[2], PRIOR_STD_M_PER_S2))
+        each = max(1, MOST_VALUES // whole.size)
+        for c in self.courses:
+            courses = _Courses(c)
+            for first in range(0, courses.count, each):
+                some = slice(first, min(first + each, courses.count))
+                prior_std = np.full(some.stop - some.start, PRIOR_STD_M_PER_S2)
+                if c.trial == scene.name:
+                    columns = whole[:, :, None] * courses.some(some)[:, None]
+                else:
+                    columns = np.zeros((*whole.shape, len(prior_std)))
+                yield Signature(columns, prior_std)
 
     def estimates(
         self,
@@ -94,9 +101,9 @@ class BeltAcceleration(Candidate):
         gram, frames = np.zeros((len(x), len(x))), 0
         first = 0
         for c in self.courses:
-            own = slice(first, first + _course_count(c))
-            splines = _courses(c)
-            gram[own, own] = splines.T @ splines
+            courses = _Courses(c)
+            own = slice(first, first + courses.count)
+            gram[own, own] = courses.gram()
             first, frames = own.stop, frames + c.frames
         gram /= frames
         rms = float(np.sqrt(x @ gram @ x))
@@ -115,14 +122,29 @@ class BeltAcceleration(Candidate):
         return estimates["rms_m_per_s2"].value > LEAST_M_PER_S2
 
 
-def _courses(stretch: Stretch) -> Float[np.ndarray, "frames courses"]:
+class _Courses:
     """Splines of mean zero, and a small constant: nothing goes on speeding up in a laboratory."""
-    humps = stretch.humps(KNOTS_S)
-    return np.concatenate([humps - humps.mean(axis=0), np.full((len(humps), 1), CONSTANT_SHARE)], axis=1)
 
+    def __init__(self, stretch: Stretch) -> None:
+        self._humps = stretch.sparse_humps(max(KNOTS_S, stretch.seconds / MOST_KNOTS))
+        self._means = np.asarray(self._humps.mean(axis=0))
+        self.count = len(self._means) + 1
 
-def _course_count(stretch: Stretch) -> int:
-    return stretch.hump_count(KNOTS_S) + 1
+    def some(self, which: slice) -> Float[np.ndarray, "frames courses"]:
+        """Those of a range."""
+        courses = self._humps[:, which].toarray() - self._means[which]
+        if which.stop < self.count:
+            return np.asarray(courses)
+        return np.concatenate([courses, np.full((len(courses), 1), CONSTANT_SHARE)], axis=1)
+
+    def gram(self) -> Float[np.ndarray, "courses courses"]:
+        """Their products with each other, summed over frames: zero of the constant with the others."""
+        frames, n = self._humps.shape[0], self.count - 1
+        found = np.zeros((self.count, self.count))
+        found[:n, :n] = (self._humps.T @ self._humps).toarray()
+        found[:n, :n] -= frames * np.outer(self._means, self._means)
+        found[n, n] = frames * CONSTANT_SHARE**2
+        return found
 
 
 def progression(scene: Scene) -> float:

@@ -12,7 +12,7 @@ say about it stands there as well (`about`).
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,6 +39,18 @@ class Signature:
     columns: Float[np.ndarray, "frames 6 parameters"]
     prior_std: Float[np.ndarray, " parameters"]
     fixed: Float[np.ndarray, "frames 6"] | None = None
+
+    @staticmethod
+    def joined(pieces: "Iterable[Signature]") -> "Signature | None":
+        """Pieces of one signature side by side; None where there are none."""
+        some = list(pieces)
+        if not some:
+            return None
+        return Signature(
+            np.concatenate([p.columns for p in some], axis=2),
+            np.concatenate([p.prior_std for p in some]),
+            next((p.fixed for p in some if p.fixed is not None), None),
+        )
 
 
 @dataclass(frozen=True)
@@ -108,6 +120,15 @@ class Candidate(Described, ABC):
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
         """In one trial; None where the cause does not touch it."""
 
+    def pieces(self, scene: Scene, eta: Eta) -> Iterator[Signature]:
+        """The signature, some columns after others: a long trial's would fill the memory where they are many.
+
+        The fixed part comes with one of them.
+        """
+        whole = self.signature(scene, eta)
+        if whole is not None:
+            yield whole
+
     def unheard(self, scene: Scene, eta: Eta) -> Bool[np.ndarray, " frames"]:
         """Frames of which nothing is known once the recording is put right; none unless it says otherwise."""
         return np.zeros(scene.frames, dtype=bool)
@@ -154,6 +175,18 @@ class InTrials(Candidate):
 def all_and_each(scenes: Sequence[Scene]) -> list[str | None]:
     """Which trials such a cause may be in: all of them, and each alone where there are several."""
     return [None, *(s.name for s in scenes)] if len(scenes) > 1 else [None]
+
+
+class InPieces(Candidate):
+    """A cause of so many parameters that its columns are made some at a time."""
+
+    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+        """All pieces together."""
+        return Signature.joined(self.pieces(scene, eta))
+
+    @abstractmethod
+    def pieces(self, scene: Scene, eta: Eta) -> Iterator[Signature]:
+        """In one trial; nothing where the cause does not touch it."""
 
 
 class Corrected(Candidate):

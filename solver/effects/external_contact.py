@@ -1,6 +1,6 @@
 """External contact: something that nobody measures pushes or pulls at a segment."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 
 from solver.effects.about import About, AtFault, Course, Named
 from solver.effects.contact_windows import UP, contact_windows
-from solver.effects.effect import Candidate, Estimate, Eta, Range, Signature
+from solver.effects.effect import Candidate, Estimate, Eta, InPieces, Range, Signature
 from solver.effects.force_on_body import columns_at_point
 from solver.effects.limbs import BETWEEN_OTHERS_ODDS, inner_segments
 from solver.effects.pictures import Arrow, Steady
@@ -61,7 +61,7 @@ ABOUT = About(
 
 
 @dataclass(frozen=True)
-class ExternalContact(Candidate):
+class ExternalContact(InPieces):
     """In each window a free course of force at one point of the body.
 
     Each axis has a constant and splines about it, at the segment's centre of mass. The point's way d from
@@ -81,29 +81,26 @@ class ExternalContact(Candidate):
         """Hands reach, seats and rails meet trunk and thighs; what is between is touched in passing."""
         return BETWEEN_OTHERS_ODDS if self.between_others else 0.0
 
-    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+    def pieces(self, scene: Scene, eta: Eta) -> Iterator[Signature]:
         """Constants and splines of every window, then shifts of the point."""
         if scene.name not in {w.trial for w in self.windows}:
-            return None
+            return
         body = scene.skeleton.body_index(self.target)
         segment = scene.skeleton.bodies[body]
         place = scene.point_ground(body, segment.com_body)
-        blocks, prior = [], []
         eased = np.zeros((scene.frames, 1))
         for window, scale in zip(self.windows, self.scales_N, strict=True):
             courses = _courses(window)
+            columns = np.zeros((scene.frames, 6, 3 * courses.shape[1]))
             if window.trial == scene.name:
                 moving = [force_at(c[:, None] * axis, place) for axis in np.eye(3) for c in courses.T]
-                blocks.append(np.stack(moving, axis=-1))
+                columns = np.stack(moving, axis=-1)
                 eased += courses[:, :1]
-            else:
-                blocks.append(np.zeros((scene.frames, 6, 3 * courses.shape[1])))
-            prior.append(np.tile(scale * np.array([1.0, *([CHANGE_SHARE] * (courses.shape[1] - 1))]), 3))
+            shares = np.array([1.0, *([CHANGE_SHARE] * (courses.shape[1] - 1))])
+            yield Signature(columns, np.tile(scale * shares, 3))
         force = eased * _missing_ground(scene, dict(self.wrong_weights_N).get(scene.name, 0.0))[:, :3]
         shifts = columns_at_point(scene, body, segment.com_body, force)[:, :, 1:]
-        return Signature(
-            np.concatenate([*blocks, shifts], axis=2), np.concatenate([*prior, np.full(3, reach_m(segment))])
-        )
+        yield Signature(shifts, np.full(3, reach_m(segment)))
 
     def estimates(
         self,

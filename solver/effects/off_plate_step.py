@@ -1,13 +1,13 @@
 """Off-plate step: a foot stands on the ground where no plate measures it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from solver.effects.about import About, AtFault, Course, Mend, Named
-from solver.effects.effect import Candidate, Estimate, Eta, Range, Signature
+from solver.effects.effect import Candidate, Estimate, Eta, InPieces, Range, Signature
 from solver.effects.pictures import Arrow, Steady
 from solver.effects.readings import Reading
 from solver.effects.scene import Scene, force_at
@@ -50,7 +50,7 @@ ABOUT = About(
 
 
 @dataclass(frozen=True)
-class OffPlateStep(Candidate):
+class OffPlateStep(InPieces):
     """In each stance a free course of force through the foot's sole.
 
     The vertical force is shared between heel and tip, so that the centre of pressure lies between them as
@@ -62,19 +62,17 @@ class OffPlateStep(Candidate):
 
     about = ABOUT
 
-    def signature(self, scene: Scene, eta: Eta) -> Signature | None:
+    def pieces(self, scene: Scene, eta: Eta) -> Iterator[Signature]:
         """Columns of all stances one after another; zero for those of other trials."""
-        own = self._stretches
-        if scene.name not in {s.trial for s in own}:
-            return None
-        columns = [
-            _columns(scene, stance)
-            if stance.stretch.trial == scene.name
-            else np.zeros((scene.frames, 6, _count(stance.stretch)))
-            for stance in self.stances
-        ]
-        prior = [_prior_shares(s) for s in own]
-        return Signature(np.concatenate(columns, axis=2), scene.weight_N * np.concatenate(prior))
+        if scene.name not in {s.trial for s in self._stretches}:
+            return
+        for stance in self.stances:
+            columns = (
+                _columns(scene, stance)
+                if stance.stretch.trial == scene.name
+                else np.zeros((scene.frames, 6, _count(stance.stretch)))
+            )
+            yield Signature(columns, scene.weight_N * _prior_shares(stance.stretch))
 
     def estimates(
         self,
@@ -85,10 +83,12 @@ class OffPlateStep(Candidate):
         covariance: Float[np.ndarray, "parameters parameters"],
     ) -> dict[str, Estimate]:
         """force_y_N: mean vertical force; weight_share: of body weight; pressing_share: of the impulse."""
-        pressed = np.concatenate([vertical[inside] for _, vertical, inside in self._vertical(scenes)])
-        course, weight = pressed.mean(axis=0), scenes[0].weight_N
+        trials = {s.trial for s in self._stretches}
+        own, weight = [scene for scene in scenes if scene.name in trials], scenes[0].weight_N
+        inside = {scene.name: frames_of(self._stretches, scene) for scene in own}
+        course = self._vertical_sums(own) / sum(int(frames.sum()) for frames in inside.values())
         mean, std = float(course @ x), float(np.sqrt(course @ covariance @ course))
-        force = pressed @ x
+        force = np.concatenate([self._vertical(scene, x)[inside[scene.name]] for scene in own])
         pressing = force.clip(min=0).sum() / max(np.abs(force).sum(), np.finfo(float).tiny)
         return {
             "force_y_N": Estimate(mean, std),
@@ -106,7 +106,8 @@ class OffPlateStep(Candidate):
     ) -> tuple[Range, ...]:
         """Where the ground pressed, stance by stance."""
         weight, found = scenes[0].weight_N, []
-        force = {scene.name: vertical @ x for scene, vertical, _ in self._vertical(scenes)}
+        trials = {s.trial for s in self._stretches}
+        force = {scene.name: self._vertical(scene, x) for scene in scenes if scene.name in trials}
         for s in self._stretches:
             share = force[s.trial][s.start : s.end] / weight if s.trial in force else np.zeros(1)
             if share.mean() > LEAST_SHARE:
@@ -114,24 +115,27 @@ class OffPlateStep(Candidate):
                 found.append(Range(s.trial, s.start + first, s.start + last))
         return tuple(found)
 
-    def _vertical(
-        self, scenes: Sequence[Scene]
-    ) -> list[tuple[Scene, Float[np.ndarray, "frames parameters"], Bool[np.ndarray, " frames"]]]:
-        """The vertical force that each parameter makes, trial by trial, and the frames of stances."""
-        trials = {s.trial for s in self._stretches}
-        own = [scene for scene in scenes if scene.name in trials]
-        return [(c, self._vertical_in(c), frames_of(self._stretches, c)) for c in own]
-
-    def _vertical_in(self, scene: Scene) -> Float[np.ndarray, "frames parameters"]:
-        """Of the columns of `signature` those along the vertical: what presses on heel and tip."""
-        parts = []
+    def _vertical(self, scene: Scene, x: Float[np.ndarray, " parameters"]) -> Float[np.ndarray, " frames"]:
+        """The vertical force of all stances of a trial [N]: what presses on heel and tip."""
+        force, first = np.zeros(scene.frames), 0
         for stretch in self._stretches:
-            vertical = np.zeros((scene.frames, _count(stretch)))
             if stretch.trial == scene.name:
-                pressing = stretch.humps(KNOTS_S)
-                vertical[:, : 2 * pressing.shape[1]] = np.tile(pressing, 2)
-            parts.append(vertical)
-        return np.concatenate(parts, axis=1)
+                pressing = stretch.sparse_humps(KNOTS_S)
+                heel, tip = x[first:][: 2 * pressing.shape[1]].reshape(2, -1)
+                force[stretch.start : stretch.end] += pressing @ (heel + tip)
+            first += _count(stretch)
+        return force
+
+    def _vertical_sums(self, scenes: Sequence[Scene]) -> Float[np.ndarray, " parameters"]:
+        """The vertical force that a unit of each parameter makes, summed over the frames of these trials."""
+        sums = []
+        for stretch in self._stretches:
+            own = np.zeros(_count(stretch))
+            if stretch.trial in {scene.name for scene in scenes}:
+                pressing = np.asarray(stretch.sparse_humps(KNOTS_S).sum(axis=0))
+                own[: 2 * len(pressing)] = np.tile(pressing, 2)
+            sums.append(own)
+        return np.concatenate(sums)
 
     @property
     def _stretches(self) -> tuple[Stretch, ...]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy.interpolate import BSpline
+from scipy.sparse import csc_array
 
 from solver.effects.scene import Scene
 
@@ -43,13 +44,17 @@ class Stretch:
         Args:
             spacing_s: wanted from knot to knot [s]; it is made to fit.
         """
+        courses = np.zeros((self.frames, self.hump_count(spacing_s)))
+        courses[self.start : self.end] = self.sparse_humps(spacing_s).toarray()
+        return courses
+
+    def sparse_humps(self, spacing_s: float) -> csc_array:
+        """The same on its own frames alone, frames × humps: over minutes there are thousands."""
         pieces = self._pieces(spacing_s)
         knots = np.concatenate([np.zeros(DEGREE), np.arange(pieces + 1), np.full(DEGREE, pieces)])
         position = (np.arange(self.end - self.start) + 0.5) * pieces / (self.end - self.start)
-        whole = BSpline.design_matrix(position, knots, DEGREE).toarray()
-        courses = np.zeros((self.frames, self.hump_count(spacing_s)))
-        courses[self.start : self.end] = whole[:, int(self.begins) : whole.shape[1] - int(self.ends)]
-        return courses
+        whole = csc_array(BSpline.design_matrix(position, knots, DEGREE))
+        return whole[:, int(self.begins) : whole.shape[1] - int(self.ends)]
 
     def hump_count(self, spacing_s: float) -> int:
         """How many there are."""

@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 
 from solver.diagnosis.diagnose import balance_of
+from solver.diagnosis.outside_list import outside_the_list
 from solver.diagnosis.plate_noise import plates_noise
-from solver.diagnosis.rows import trial_rows
+from solver.diagnosis.remainder import unknown_forces
+from solver.diagnosis.rows import TrialRows, trial_rows
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.dynamics.marker_posterior import marker_posterior
 from solver.dynamics.root_wrench import centre_of_mass
 from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.dynamics.windows import windows_over
+from solver.effects.catalogue import catalogue
 from solver.errors import FitError
 from solver.simulate.ground_demand import GroundDemand
 from solver.skeleton.forward import ForwardKinematics
@@ -129,3 +133,32 @@ def test_frames_that_are_too_few_or_too_scattered_are_refused_with_their_number(
     fit = SimpleNamespace(subject=SimpleNamespace(folder=Path("lab/S4")))
     with pytest.raises(FitError, match=r"^lab/S4: 2 of 80 frames have markers and the forces of all feet"):
         balance_of(fit, [(replace(scene, counts=here_and_there), posterior)], SETTINGS)
+
+
+@pytest.mark.parametrize("hop_s", [0.03, 0.2])
+def test_a_signature_in_pieces_gives_the_rows_of_the_whole(short_scene, hop_s):
+    windows = windows_over(short_scene.counts, short_scene.rate, SETTINGS.window_s, hop_s)
+    nothing = np.zeros((0, 0))
+    rows = TrialRows(short_scene, windows, nothing, nothing, nothing, nothing, np.zeros(0))
+    found = [(c, e) for c in catalogue([short_scene]) for e in c.starts([short_scene])[:1]]
+    assert {"belt_acceleration", "clock_offset", "plate_gain", "segment_mass"} <= {c.id for c, _ in found}
+    found += [(c, c.starts([short_scene])[0]) for c in outside_the_list([short_scene])]
+    found += [(c, c.starts([short_scene])[0]) for c in unknown_forces([short_scene])[-2:]]
+    for candidate, eta in found:
+        whole, by_pieces = candidate.signature(short_scene, eta), rows.rows_of(candidate, eta)
+        if whole is None:
+            assert by_pieces is None
+            continue
+        np.testing.assert_allclose(by_pieces.columns, about_com(rows, whole.columns), atol=1e-9)
+        np.testing.assert_array_equal(by_pieces.prior_std, whole.prior_std)
+        if whole.fixed is not None:
+            fixed = about_com(rows, whole.fixed[:, :, None])[:, 0]
+            np.testing.assert_allclose(by_pieces.fixed, fixed, atol=1e-9)
+
+
+def about_com(rows, columns):
+    """Window means of wrenches, each moment about its frame's centre of mass, of all frames."""
+    force, moment = columns[:, :3].transpose(0, 2, 1), columns[:, 3:].transpose(0, 2, 1)
+    moment = moment - np.cross(rows.scene.com_ground[:, None], force)
+    means = rows.windows.means(np.concatenate([force, moment], axis=2).transpose(0, 2, 1))
+    return means.reshape(6 * rows.windows.count, columns.shape[2])

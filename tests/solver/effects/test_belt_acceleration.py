@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from solver.capture.capture import Capture
-from solver.effects.belt_acceleration import KNOTS_S, candidates, progression
+from solver.effects.belt_acceleration import KNOTS_S, MOST_KNOTS, MOST_VALUES, candidates, progression
+from solver.effects.time_course import DEGREE
 from solver.simulate.contacts import about_vertical
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, recorded_markers
@@ -99,3 +100,31 @@ def test_a_belt_does_not_go_on_speeding_up(scene):
     assert gained[:-1].max() < 1e-12
     assert gained[-1] > 0.9
     assert not candidate.admissible((np.pi / 2,))
+
+
+def test_its_size_is_that_of_the_force_over_the_mass(scene):
+    (candidate,) = candidates([scene])
+    columns = candidate.signature(scene, (0.0,)).columns
+    x = np.random.default_rng(5).normal(size=columns.shape[2])
+    force = columns[:, :3] @ x
+    rms = np.sqrt((force**2).sum(axis=1).mean()) / scene.skeleton.mass
+    found = candidate.estimates([scene], (0.0,), (0.0,), x, np.zeros((len(x), len(x))))
+    assert found["rms_m_per_s2"].value == pytest.approx(rms, rel=1e-9)
+
+
+def test_over_minutes_courses_are_longer_and_come_some_at_a_time(scene):
+    trial = walked_again(scene)
+    (candidate,) = candidates([trial])
+    pieces = list(candidate.pieces(trial, (0.0,)))
+    assert len(pieces) > 1
+    assert sum(len(p.prior_std) for p in pieces) == MOST_KNOTS + DEGREE + 1
+    assert max(p.columns.size for p in pieces) <= MOST_VALUES
+
+
+def walked_again(scene, times=40):
+    """The walk again and again: only what a belt looks at."""
+    return replace(
+        scene,
+        motion=replace(scene.motion, q=np.tile(scene.motion.q, (times, 1))),
+        com_ground=np.tile(scene.com_ground, (times, 1)),
+    )

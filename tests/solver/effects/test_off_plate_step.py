@@ -111,3 +111,19 @@ def test_stances_that_lack_all_are_also_tried_without_those_that_lack_some(walk,
     counts = [len(c.stances) for c in candidates([held_up]) if c.target == foot]
     assert len(counts) == 2
     assert counts[1] == 1 < counts[0]
+
+
+def test_its_size_is_the_mean_of_the_vertical_force_while_it_stands(walk, seen_of):
+    plates = plates_under(walk.contacts, (0.0, walk.scenario.duration), missed=(MISSED, MISSED + 1))
+    scene = seen_of(walk, measure(walk, plates, MARKERS, MeasurementSettings(), np.random.default_rng(3)))
+    both = candidates([scene])[2]
+    columns = both.signature(scene, ()).columns
+    x = np.random.default_rng(6).normal(size=columns.shape[2])
+    covariance = np.diag(np.arange(1.0, len(x) + 1))
+    standing = np.zeros(scene.frames, dtype=bool)
+    for stance in both.stances:
+        standing[stance.stretch.start : stance.stretch.end] = True
+    course = columns[standing, 1].mean(axis=0)
+    found = both.estimates([scene], (), (), x, covariance)["force_y_N"]
+    assert found.value == pytest.approx(course @ x, rel=1e-9)
+    assert found.std == pytest.approx(np.sqrt(course @ covariance @ course), rel=1e-9)
