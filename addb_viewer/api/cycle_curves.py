@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 from addb_viewer.api.fitted_trial import FittedTrial
 from addb_viewer.api.labelled import UnknownNameError
 from solver.gait.cycles import Cycle
+from solver.gait.stride_curves import stretched
 
 RESTS_ON_FORCES = ("torques", "powers", "forces", "moments", "residual_force", "residual_moment")
 
@@ -84,9 +85,9 @@ def curves(
         of = getattr(trial, series)
         if not of.names:
             continue
-        times = cycle.start_s + share * (cycle.end_s - cycle.start_s)
-        row = np.interp(times, trial.times, of[name])
+        row = stretched(cycle, trial.times, of[name], points)
         if measured_only and series in RESTS_ON_FORCES:
+            times = cycle.start_s + share * (cycle.end_s - cycle.start_s)
             row[~_between_used(trial, times)] = np.nan
         unit = of.units[of.names.index(name)]
         rows.append(row)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from addb_viewer.api.labelled import AXES, Series, Table
-from solver.export.tables import UNITS, trial_columns
+from solver.export.column_units import UNITS
+from solver.export.tables import trial_columns
 from solver.fit import TrialFit
 from solver.gait.gait import joint_power
 from solver.kinematics.motion import Motion

@@ -8,8 +8,9 @@ from typing import BinaryIO
 import pyarrow as pa
 
 from solver.capture.atomic import whole_file, write_whole
+from solver.export.cycle_tables import fit_curves, mean_table
 from solver.export.places import made
-from solver.fit import Fit
+from solver.fit import Fit, TrialFit
 from solver.gait.gait import Gait, gait_of
 from solver.gait.settings import GAIT
 from solver.settings import from_dict
@@ -38,11 +39,21 @@ CYCLE_COLUMNS = (
 
 def gaits_of(fit: Fit) -> dict[str, Gait]:
     """By trial, of those that show a stance."""
+    found = {trial.capture.name: trial_gait(fit, trial) for trial in fit.trials}
+    return {name: gait for name, gait in found.items() if gait is not None}
+
+
+def trial_gait(fit: Fit, trial: TrialFit) -> Gait | None:
+    """Of one trial; None where it shows no stance.
+
+    Args:
+        fit: of the subject.
+        trial: of the fit.
+    """
     if "conditioning" not in fit.settings:
-        return {}
-    conditioning = from_dict(fit.settings).conditioning
-    found = {trial.capture.name: gait_of(trial, fit.skeleton, GAIT, conditioning) for trial in fit.trials}
-    return {name: gait for name, gait in found.items() if gait is not None and gait.events}
+        return None
+    gait = gait_of(trial, fit.skeleton, GAIT, from_dict(fit.settings).conditioning)
+    return gait if gait is not None and gait.events else None
 
 
 def event_rows(gaits: dict[str, Gait]) -> list[Row]:
@@ -84,7 +95,7 @@ def cycle_rows(gaits: dict[str, Gait]) -> list[Row]:
 def export_gait(
     fit: Fit, folder: Path, suffix: str, write: Callable[[pa.Table, BinaryIO], object]
 ) -> list[Path]:
-    """Write gait/events, gait/cycles and gait/gait.json; nothing where no trial shows a stance.
+    """Write gait/events, gait/cycles, gait/curves and gait/gait.json; nothing where no trial shows a stance.
 
     Raises:
         FitError, CaptureError: the folder cannot be made, or not written to.
@@ -100,6 +111,12 @@ def export_gait(
             with whole_file(path) as file:
                 write(pa.Table.from_pylist(rows), file)
             written.append(path)
+    curves = fit_curves(fit, gaits)
+    if curves:
+        path = place / f"curves{suffix}"
+        with whole_file(path) as file:
+            write(mean_table(curves), file)
+        written.append(path)
     path = place / "gait.json"
     content = {"definitions": DEFINITIONS, **dict(tables)}
     write_whole(path, json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n")

@@ -13,6 +13,7 @@ from jaxtyping import Float
 from solver.capture.atomic import whole_file
 from solver.contact.wrenches import ContactWrenches, FrameMask
 from solver.dynamics.dynamics import Dynamics
+from solver.export.column_units import POWER, UNITS
 from solver.export.gait_tables import export_gait
 from solver.export.places import made, trial_stems
 from solver.fit import Fit, TrialFit
@@ -22,7 +23,6 @@ from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
 
 Columns = dict[str, np.ndarray]
-UNITS = {"rotation": ("rad", "moment_Nm"), "translation": ("m", "force_N")}
 CSV_OPTIONS = pa.csv.WriteOptions(quoting_style="needed")
 
 
@@ -96,7 +96,7 @@ def _of_dynamics(dynamics: Dynamics, skeleton: Skeleton) -> Columns:
 
 def _of_power(trial: TrialFit, skeleton: Skeleton) -> Columns:
     power = joint_power(trial)
-    names = [f"{c.name}_power_W" for c in skeleton.free_coordinates]
+    names = [f"{c.name}_{POWER}" for c in skeleton.free_coordinates]
     return {} if power is None else {name: power[:, i] for i, name in enumerate(names)}
 
 

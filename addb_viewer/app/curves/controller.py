@@ -1,17 +1,47 @@
 """The tab of curves of one browser: what is chosen there, and what the page draws of it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from enum import StrEnum
 from typing import Any
 
 import viser
 
+from addb_viewer.app.curves.by_cycle import CycledTrial, cycle_charts
+from addb_viewer.app.curves.csv_file import write_by_cycle, write_over_time
 from addb_viewer.app.curves.over_time import AT_FIRST, charts_json, choices_json
 from addb_viewer.app.page.reviewer import BrowserMemory
 from addb_viewer.app.page.screen import Screen
 from addb_viewer.app.trial.replay import Replay
 
 PLACE = "<div data-addb-curves></div>"  # where the page's script puts its charts
-MOST_CHOSEN, LONGEST = 60, 200  # charts at once; letters of a name
+FOLDER = "curves"  # in the results folder
+MOST_CHOSEN, LONGEST = 60, 200  # charts or trials at once; letters of a name
+
+
+class By(StrEnum):
+    """Over what curves are drawn."""
+
+    TIME = "time"
+    CYCLE = "cycle"
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What one browser shows as curves; it remembers that."""
+
+    chosen: tuple[str, ...] = AT_FIRST  # ids of quantities, in order
+    by: By = By.TIME
+    over: tuple[str, ...] = ()  # names of trials that are drawn over the one on the screen
+
+    @classmethod
+    def of(cls, said: object) -> "Choice":
+        """What a browser says or remembers; what in it means nothing is dropped."""
+        if not isinstance(said, dict):
+            return cls()
+        chosen = said.get("chosen")
+        by = By.CYCLE if said.get("by") == By.CYCLE else By.TIME
+        return cls(AT_FIRST if chosen is None else _names(chosen), by, _names(said.get("over")))
 
 
 class CurvesController:
@@ -40,34 +70,75 @@ class CurvesController:
         self.channel.on("curves", self._asked)
 
     @property
-    def chosen(self) -> tuple[str, ...]:
-        """Ids of what is shown, in order; of a browser that never chose, the usual ones."""
-        kept = self._memory.curves.get("chosen")
-        return AT_FIRST if kept is None else tuple(names_in(kept))
+    def choice(self) -> Choice:
+        """What is shown."""
+        return Choice.of(self._memory.curves)
 
     def show(self) -> None:
         """Draw the charts of the trial that is on the screen."""
         replay = self.screen.replay
         if replay is None:
             return
+        choice, library = self.choice, self.screen.shared.fits.shown
+        others = [name for name in library.trials if name != replay.name and library.is_fitted(name)]
         self._place.content = PLACE
-        choices = choices_json(replay)
-        self.channel.show("curve-choices", {"choices": choices, "chosen": list(self.chosen)})
-        self.channel.show("curve-charts", {"charts": charts_json(replay, self._compared(), (), self.chosen)})
+        told = {"choices": choices_json(replay), "trials": others, "cycles": replay.joints is not None}
+        self.channel.show("curve-choices", told | asdict(choice))
+        over = self._over(replay)
+        if choice.by is By.CYCLE and replay.joints is not None:
+            own, *cycled = self._cycled([replay.name, *over])
+            drawn = cycle_charts(own, cycled, choice.chosen) | {"by": By.CYCLE}
+        else:
+            curves = [found for name in over if (found := library.curves(name)) is not None]
+            charts = charts_json(replay, self._compared(), curves, choice.chosen)
+            drawn = {"charts": charts, "note": "", "by": By.TIME}
+        self.channel.show("curve-charts", drawn | {"over": over})
 
-    def _asked(self, wish: Any) -> None:
+    def write(self) -> None:
+        """Write what is shown as CSV into the results folder, in place of what was there.
+
+        Raises:
+            FitError, CaptureError: it cannot be written.
+        """
+        replay, choice, library = self.screen.replay, self.choice, self.screen.shared.fits.shown
+        if replay is None:
+            return
+        over, folder = self._over(replay), library.results / FOLDER
+        if choice.by is By.CYCLE:
+            file = folder / f"{library.stem(replay.name)}_by_cycle.csv"
+            written = write_by_cycle(self._cycled([replay.name, *over]), choice.chosen, file)
+        else:
+            trials = [(replay.name, replay), *((name, library.replay(name)) for name in over)]
+            written = [
+                write_over_time(of, choice.chosen, folder / f"{library.stem(name)}.csv")
+                for name, of in trials
+            ]
+        if written:
+            names = " and ".join(file.name for file in written)
+            self.screen.notices.tell("Written", f"{names}, in {library.results.name}/{FOLDER}")
+        else:
+            self.screen.notices.tell("Nothing to write", "no stride is shown", important=True)
+
+    def _over(self, replay: Replay) -> list[str]:
+        """The trials that lie over this one."""
+        library, over = self.screen.shared.fits.shown, self.choice.over
+        return [t for t in library.trials if t in over and t != replay.name and library.is_fitted(t)]
+
+    def _cycled(self, trials: Sequence[str]) -> list[CycledTrial]:
+        library = self.screen.shared.fits.shown
+        found = [(library.curves(trial), trial) for trial in trials]
+        return [CycledTrial(curves, library.gait(trial)) for curves, trial in found if curves is not None]
+
+    def _asked(self, said: Any) -> None:
         """The page wants something else to be shown."""
-        match wish:
-            case {"chosen": list(chosen)}:
-                kept = {"chosen": list(names_in(chosen))}
-                self.screen.notices.do("Charting", lambda: self._choose(kept))
+        choice = Choice.of(said)
+        self.screen.notices.do("Charting", lambda: self._choose(choice))
 
-    def _choose(self, wish: dict[str, Any]) -> None:
-        self._memory.curves = wish
+    def _choose(self, choice: Choice) -> None:
+        self._memory.curves = asdict(choice)
         self.show()
 
 
-def names_in(said: object) -> list[str]:
-    """The names in what a browser says or remembers; whatever else it says is dropped."""
-    names = said if isinstance(said, list) else []
-    return [name for name in names if isinstance(name, str) and len(name) <= LONGEST][:MOST_CHOSEN]
+def _names(said: object) -> tuple[str, ...]:
+    names = said if isinstance(said, list | tuple) else ()
+    return tuple(name for name in names if isinstance(name, str) and len(name) <= LONGEST)[:MOST_CHOSEN]

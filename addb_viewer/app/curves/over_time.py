@@ -1,7 +1,6 @@
 """Chosen quantities over time, as the page draws them."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,20 +12,12 @@ from addb_viewer.app.timeline.charts import BEFORE, Chart, Line, charts_of
 from addb_viewer.app.timeline.strip import ON_STRIP
 from addb_viewer.app.trial.joint_quantities import ALSO, JointQuantity, quantities_of
 from addb_viewer.app.trial.replay import JointReplay, Replay
+from addb_viewer.app.trial.trial_curves import TrialCurves
 from solver.runs import runs
 
 SIDE_COLORS = {"right": GREEN, "left": PURPLE, "": BLUE}  # as forces on the feet have them
 DIGITS = {"°": 2, "°/s": 1, "N·m": 2, "N": 1, "W": 1, "cm": 3, "m": 4, "m/s": 4}  # after the point
 AT_FIRST = ("marker error", "vertical force", "knee_angle angle", "knee_angle torque")
-
-
-@dataclass(frozen=True)
-class OtherTrial:
-    """A trial that is drawn over the one on the screen; both begin together."""
-
-    name: str
-    rate: float  # [Hz]
-    joints: JointReplay
 
 
 def choices_json(replay: Replay) -> list[dict[str, str]]:
@@ -42,14 +33,14 @@ def choices_json(replay: Replay) -> list[dict[str, str]]:
 
 
 def charts_json(
-    replay: Replay, before: Replay | None, others: Sequence[OtherTrial], chosen: Sequence[str]
+    replay: Replay, before: Replay | None, others: Sequence[TrialCurves], chosen: Sequence[str]
 ) -> list[dict[str, Any]]:
     """The chosen charts that this trial has data for, in the order of choice.
 
     Args:
         replay: the trial.
         before: the same trial as the solve that is compared with has it.
-        others: trials that are drawn over it.
+        others: trials that are drawn over it; all begin together.
         chosen: ids from `choices_json`.
     """
     plain = {chart.title.lower(): chart for chart in _other_charts(replay, before)}
@@ -87,7 +78,7 @@ def _joint_chart(quantity: JointQuantity, replay: Replay, before: Replay | None)
     return Chart(quantity.words, quantity.unit, tuple(lines), shaded)
 
 
-def _overlaid(name: str, others: Sequence[OtherTrial], rate: float) -> list[dict[str, Any]]:
+def _overlaid(name: str, others: Sequence[TrialCurves], rate: float) -> list[dict[str, Any]]:
     """The same quantity of other trials; `step` says how many frames of this trial one of theirs lasts."""
     drawn = []
     for other in others:

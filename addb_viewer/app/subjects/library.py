@@ -12,10 +12,14 @@ import trimesh
 from addb_viewer.app.subjects.root_folder import check_recorded, reading_of
 from addb_viewer.app.trial.replay import BodySize, Replay
 from addb_viewer.app.trial.replay_of_fit import fitted_replay, unfitted_replay
+from addb_viewer.app.trial.trial_curves import TrialCurves, trial_curves
 from solver.capture.capture import Capture, Subject, UnusedFile
 from solver.capture.subject import open_subject
 from solver.capture.trial import read_trial
-from solver.fit import Fit
+from solver.export.gait_tables import trial_gait
+from solver.export.places import file_stem, trial_stems
+from solver.fit import Fit, TrialFit
+from solver.gait.gait import Gait
 from solver.results.store import default_folder, has_fit, load_fit
 from solver.settings import settings_for
 from solver.skeleton.bones import body_meshes
@@ -34,6 +38,7 @@ class Library:
     notes: tuple[str, ...] = ()  # of the subject; a trial's own are in its replay
     kept: OrderedDict[str, Replay] = field(default_factory=OrderedDict)
     captures: dict[str, Capture] = field(default_factory=dict)  # of trials without a fit
+    gaits: dict[str, Gait | None] = field(default_factory=dict)  # of trials that somebody asked about
     results_folder: Path | None = None  # None: the default
     fit_folder: Path | None = None  # where the fit was read; None without one
     fit_time_ns: int = 0  # when it was written there: with the folder, which fit it is
@@ -70,15 +75,41 @@ class Library:
         Raises:
             CaptureError: its files cannot be read.
         """
-        if self.fit is not None:
-            for trial in self.fit.trials:
-                if trial.capture.name == name:
-                    return trial.capture
+        trial = self.fitted(name)
+        if trial is not None:
+            return trial.capture
         if name not in self.captures:
             files = next(t for t in self.subject.trials if t.name == name)
             reading = settings_for(self.subject.folder).reading
             self.captures[name] = read_trial(files, reading, mass_kg=self.subject.mass_kg)
         return self.captures[name]
+
+    def fitted(self, name: str) -> TrialFit | None:
+        """One trial of the fit; None where it has none."""
+        trials = () if self.fit is None else self.fit.trials
+        return next((trial for trial in trials if trial.capture.name == name), None)
+
+    def stem(self, name: str) -> str:
+        """What files of a trial are called."""
+        return file_stem(name) if self.fit is None else trial_stems(self.fit)[name]
+
+    def is_fitted(self, name: str) -> bool:
+        """Whether the fit has the trial."""
+        return self.fitted(name) is not None
+
+    def curves(self, name: str) -> TrialCurves | None:
+        """What can be drawn of a trial as curves; None where it is not fitted."""
+        trial = self.fitted(name)
+        return None if self.fit is None or trial is None else trial_curves(trial, self.fit.skeleton)
+
+    def gait(self, name: str) -> Gait | None:
+        """What a trial shows of gait; None where it shows no stance, or is not fitted."""
+        trial = self.fitted(name)
+        if self.fit is None or trial is None:
+            return None
+        if name not in self.gaits:
+            self.gaits[name] = trial_gait(self.fit, trial)
+        return self.gaits[name]
 
     def figures(self, name: str) -> dict[str, Any]:
         """The trial's part of the fit's summary; empty without a fit."""
@@ -88,11 +119,10 @@ class Library:
         return next((t for t in trials if t["name"] == name), {})
 
     def _load(self, name: str) -> Replay:
-        if self.fit is not None:
+        trial = self.fitted(name)
+        if self.fit is not None and trial is not None:
             person = BodySize(self.fit.mass_kg, self.fit.height_m)
-            for trial in self.fit.trials:
-                if trial.capture.name == name:
-                    return fitted_replay(trial, self.fit.skeleton, person, self.fit.settings)
+            return fitted_replay(trial, self.fit.skeleton, person, self.fit.settings)
         return unfitted_replay(self.capture(name))
 
 

@@ -21,6 +21,7 @@ from addb_viewer.app.trial.replay import (
     Replay,
     ResidualReplay,
 )
+from addb_viewer.app.trial.trial_curves import TrialCurves
 from addb_viewer.review_store import open_log
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
 from solver.contact.contact_phases import ContactPhase
@@ -137,7 +138,7 @@ class HandMadeLibrary(Library):
             file.markers.touch()
         super().__init__(Subject(folder, files), meshes={"pelvis": trimesh.creation.box((0.2, 0.2, 0.3))})
         self.replays = {replay.name: replay for replay in replays}
-        self.broken = {}
+        self.broken, self.strides = {}, {}
 
     @property
     def trials(self):
@@ -147,6 +148,16 @@ class HandMadeLibrary(Library):
         if name in self.broken:
             raise self.broken[name]
         return self.replays[name]
+
+    def is_fitted(self, name):
+        return name in self.replays and self.replays[name].joints is not None
+
+    def curves(self, name):
+        replay = self.replays[name]
+        return TrialCurves(name, replay.rate, replay.times, replay.joints, replay.residual.used)
+
+    def gait(self, name):
+        return self.strides.get(name)
 
     def capture(self, name):
         replay = self.replays[name]

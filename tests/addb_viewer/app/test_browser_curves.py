@@ -2,12 +2,20 @@
 
 import pytest
 
+from solver.gait.cycles import Cycle
+from solver.gait.gait import Gait
+
 pytestmark = pytest.mark.browser
 
 
 @pytest.fixture(scope="module")
 def app(tmp_path_factory, make_replay, make_app):
+    """Two walks, of which the first has two strides of the right foot and one of the left."""
     app = make_app(tmp_path_factory.mktemp("subject"), [make_replay(), make_replay("run", 180)], login="Zoë")
+    cycles = [Cycle(foot, s, s + 0.3, s + 0.5, 1.0, 0.5, 0.1) for foot, s in ((0, 2.3), (0, 2.8), (1, 2.6))]
+    library = app.subjects.subject(".").fits.shown
+    library.strides = {"walk": Gait(("calcn_r", "calcn_l"), (), tuple(cycles))}
+    library.strides["run"] = library.strides["walk"]
     yield app
     app.close()
 
@@ -57,7 +65,37 @@ def test_the_cursor_is_read_out_and_a_click_goes_to_its_frame(page, until):
     )
 
 
+def test_by_gait_cycle_strides_are_counted_read_out_and_lie_under_other_trials(page, until):
+    page.get_by_role("button", name="by gait cycle").click()
+    keys = page.locator("#addb-plots figcaption").first
+    until(lambda: "right, n = 2" in keys.text_content(), "the strides")
+    assert "left, n = 1" in keys.text_content()
+    plots = page.locator("#addb-plots").bounding_box()
+    left, width = plots["x"] + 46, plots["width"] - 46 - 10
+    page.mouse.move(left + width / 2, plots["y"] + 60)
+    until(lambda: "±" in page.locator(".addb-plot-values").first.text_content(), "mean and deviation")
+    page.mouse.click(left + width / 2, plots["y"] + 60)
+    until(lambda: page.session.frame in (55, 105), "half of a stride of the right foot")
+    page.get_by_role("button", name="Other trials").click()
+    page.get_by_role("checkbox", name="run").check()
+    until(
+        lambda: page.locator("#addb-curve-over").text_content().strip() == "run",
+        "the legend of the other trial",
+    )
+
+
+def test_what_is_shown_is_written_as_csv(page, app, until):
+    page.get_by_role("button", name="CSV").click()
+    folder = app.subjects.subject(".").results / "curves"
+    written = {"walk_by_cycle.csv", "walk_by_cycle_strides.csv"}
+    until(lambda: folder.is_dir() and {file.name for file in folder.iterdir()} == written, "the files")
+    page.get_by_text("walk_by_cycle.csv and walk_by_cycle_strides.csv").first.wait_for()
+    assert '"run","left"' in (folder / "walk_by_cycle.csv").read_text()
+
+
 def test_the_choice_is_remembered_by_the_browser(page, until):
     page.reload()
     page.wait_for_selector("#root canvas")
     until(lambda: titles(page) == ["Knee flexion angle [°]", "Knee flexion torque [N·m]"], "what was chosen")
+    assert page.get_by_role("button", name="by gait cycle").get_attribute("aria-pressed") == "true"
+    assert page.locator("#addb-curve-over").text_content().strip() == "run"

@@ -2,29 +2,32 @@
 // the tab, with a place for us in it that comes and goes.
 import { makeChooser } from "./chooser.js";
 import { told } from "./curves.js";
-import { dashOf, drawOverTime, GUTTER, MARGIN, niceTicks, tickText } from "./multiples.js";
+import { dashOf, drawByCycle, drawOverTime, GUTTER, MARGIN, niceTicks, tickText } from "./multiples.js";
+import { element, makeOptions } from "./options.js";
 import { view, watch, zoom } from "./timeline.js";
 
-const LOWEST = 58, HIGHEST = 170, HEADING = 19, AXIS = 20; // [pixel]
-const element = (tag, options = {}, ...children) => {
-  const made = Object.assign(document.createElement(tag), options);
-  made.append(...children);
-  return made;
-};
-let charts = [], pointer = null; // pointer: the frame under it; null: elsewhere
-const chooser = makeChooser((chosen) => window.addb.send("curves", { chosen }));
+const LOWEST = 46, HIGHEST = 170, HEADING = 19, AXIS = 20; // [pixel]
+let charts = [], cycles = null; // cycles: the strides of each foot [s], where charts are by gait cycle
+let pointer = null; // the frame, or the percent of the cycle, under it; null: elsewhere
+let choice = { chosen: [], by: "time", over: [] };
+const choose = (part) => window.addb.send("curves", { ...choice, ...part });
+const chooser = makeChooser((chosen) => choose({ chosen }));
+const options = makeOptions(choose);
+const note = element("p", { id: "addb-curve-note" });
 const plots = element("div", { id: "addb-plots" });
 const axis = element("div", { id: "addb-plots-axis" });
-const cursor = element("div", { id: "addb-plots-cursor" }), band = element("div", { id: "addb-plots-selection", hidden: true });
+const cursors = element("div", { id: "addb-plots-cursor" }), band = element("div", { id: "addb-plots-selection", hidden: true });
 const pointed = element("div", { id: "addb-plots-pointer", hidden: true });
-const area = element("div", { id: "addb-plots-area" }, plots, band, pointed, cursor, axis);
+const area = element("div", { id: "addb-plots-area" }, plots, band, pointed, cursors, axis);
 Object.assign(area.dataset, { gutter: GUTTER, margin: MARGIN });
-const root = element("section", { id: "addb-charts" }, ...chooser.parts, area);
+const root = element("section", { id: "addb-charts" }, ...chooser.parts, options.part, note, area);
 root.setAttribute("aria-label", "Curves");
 
 const width = () => Math.max(plots.clientWidth - GUTTER - MARGIN, 1);
-const share = (frame, { span }) => (frame - span.first) / Math.max(span.last - span.first, 1e-6);
-const x = (frame, now) => GUTTER + width() * share(frame, now);
+const shown = () => (cycles ? { first: 0, last: 100 } : view().span);
+const share = (at) => (at - shown().first) / Math.max(shown().last - shown().first, 1e-6);
+const x = (at) => GUTTER + width() * share(at);
+const dashes = (trial) => dashOf(options.numberOf(trial));
 
 /** As high as lets all of them be seen, within bounds. */
 function heightOfOne() {
@@ -41,79 +44,119 @@ function build() {
       const name = element("b", { textContent: `${chart.title} [${chart.unit}]` }), values = element("span", { className: "addb-plot-values" });
       const canvas = element("canvas");
       canvas.setAttribute("role", "img");
-      canvas.setAttribute("aria-label", `${chart.title} over time`);
-      return element("figure", {}, element("figcaption", {}, name, ...chart.lines.filter(isKeyed).map(key), values), canvas);
+      canvas.setAttribute("aria-label", `${chart.title} ${cycles ? "by gait cycle, mean and standard deviation" : "over time"}`);
+      const keys = chart.lines.filter(({ label, style, trial }) => label && style !== "before" && !trial).map(key);
+      return element("figure", {}, element("figcaption", {}, name, element("span", { className: "addb-plot-keys" }, ...keys), values), canvas);
     }),
   );
   draw();
 }
-const isKeyed = ({ label, style, trial }) => label && style !== "trial" && !trial;
-const key = ({ label, color, style }) => {
+const key = ({ label, color, style, count }) => {
   const sample = element("i", { className: `addb-key ${style}` });
   sample.style.borderColor = color;
-  return element("span", {}, sample, label);
+  const made = element("span", {}, sample, count === undefined ? label : `${label}, n = ${count}`);
+  if (count !== undefined) made.title = count === 1 ? "1 stride" : `${count} strides`;
+  return made;
 };
 
 function draw() {
-  const now = view();
-  if (!now.trial || !root.isConnected || !plots.clientWidth) return;
-  Object.assign(area.dataset, { addbCharts: "", first: Math.ceil(now.span.first), last: Math.floor(now.span.last) });
+  const { trial, span } = view();
+  if (!trial || !root.isConnected || !plots.clientWidth) return;
+  if (cycles) delete area.dataset.addbCharts;
+  else Object.assign(area.dataset, { addbCharts: "", first: Math.ceil(span.first), last: Math.floor(span.last) });
   const height = `${heightOfOne()}px`;
   charts.forEach((chart, i) => {
     const canvas = plots.children[i].querySelector("canvas");
     if (canvas.style.height !== height) canvas.style.height = height;
-    drawOverTime(canvas, chart, now.span, () => dashOf(0));
+    if (cycles) drawByCycle(canvas, chart, dashes);
+    else drawOverTime(canvas, chart, span, dashes);
   });
-  const second = (frame) => now.trial.first_s + frame / now.trial.rate;
-  const [start, end] = [second(now.span.first), second(now.span.last)];
+  const second = (frame) => trial.first_s + frame / trial.rate;
+  const [start, end] = cycles ? [0, 100] : [second(span.first), second(span.last)];
   axis.replaceChildren(
-    ...niceTicks(start, end, Math.max(width() / 90, 2)).map((time) => {
-      const tick = element("span", { textContent: tickText(time, end - start) });
-      tick.style.left = `${GUTTER + (width() * (time - start)) / (end - start)}px`;
+    ...niceTicks(start, end, Math.max(width() / 90, 2)).map((at) => {
+      const tick = element("span", { textContent: tickText(at, end - start) });
+      const share = (at - start) / (end - start);
+      tick.style.left = `${GUTTER + width() * share}px`;
+      if (share > 0.96) tick.style.transform = "translateX(-100%)";
       return tick;
     }),
-    element("span", { className: "addb-axis-name", textContent: "s" }),
+    element("span", { className: "addb-axis-name", textContent: cycles ? "%" : "s", title: cycles ? "of the stride" : "" }),
   );
+  axis.hidden = !charts.length;
   mark();
 }
 
+/** The percent of its stride that the cursor is at; null outside the strides of that foot. */
+function percentOf(side, frame) {
+  const { trial } = view(), time = trial.first_s + frame / trial.rate;
+  const stride = cycles[side].find(([start, end]) => start <= time && time < end);
+  return stride ? (100 * (time - stride[0])) / (stride[1] - stride[0]) : null;
+}
+
 function mark() {
-  const now = view();
-  if (!now.trial || !root.isConnected) return;
-  const at = share(now.frame, now);
-  cursor.hidden = at < 0 || at > 1 || !charts.length;
-  cursor.style.left = `${x(now.frame, now)}px`;
+  const { trial, frame, selection } = view();
+  if (!trial || !root.isConnected) return;
+  const places = cycles ? ["right", "left"].map((side) => [side, percentOf(side, frame)]) : [["", frame]];
+  cursors.replaceChildren(
+    ...places
+      .filter(([, at]) => at !== null && share(at) >= 0 && share(at) <= 1 && charts.length)
+      .map(([side, at]) => {
+        const line = element("i");
+        line.style.left = `${x(at)}px`;
+        line.style.borderColor = charts.flatMap(({ lines }) => lines).find(({ label }) => side && label === side)?.color ?? "";
+        return line;
+      }),
+  );
   pointed.hidden = pointer === null;
-  if (pointer !== null) pointed.style.left = `${x(pointer, now)}px`;
-  band.hidden = !now.selection || !charts.length;
-  if (now.selection) {
-    const [left, right] = now.selection.map((frame) => Math.min(Math.max(x(frame - 0.5, now), GUTTER), GUTTER + width()));
+  if (pointer !== null) pointed.style.left = `${x(pointer)}px`;
+  band.hidden = !selection || cycles || !charts.length;
+  if (!band.hidden) {
+    const [left, right] = selection.map((at) => Math.min(Math.max(x(at - 0.5), GUTTER), GUTTER + width()));
     Object.assign(band.style, { left: `${left}px`, width: `${Math.max(right - left, 0)}px` });
   }
-  const frame = pointer ?? now.frame;
-  charts.forEach((chart, i) => {
-    const values = plots.children[i]?.querySelector(".addb-plot-values");
-    values?.replaceChildren(
-      ...chart.lines.filter(({ style }) => style !== "bound").map((line) => {
-        const value = element("span", { textContent: told(line.values[Math.round(frame / line.step)]) });
-        value.style.color = line.ink;
-        return value;
-      }),
-    );
+  charts.forEach((chart, i) => plots.children[i]?.querySelector(".addb-plot-values").replaceChildren(...valuesOf(chart, frame)));
+}
+
+/** What stands at a chart's right: values under the pointer, else at the cursor. */
+function valuesOf(chart, frame) {
+  const lines = chart.lines.filter(({ style }) => style !== "bound" && style !== "trial");
+  return lines.flatMap((line) => {
+    const at = cycles ? (pointer ?? percentOf(line.label, frame)) : (pointer ?? frame);
+    if (at === null) return [];
+    const values = line.mean ?? line.values, spread = pointer !== null && line.std;
+    const value = element("span", { textContent: told(values[Math.round(at)]) + (spread ? ` ± ${told(line.std[Math.round(at)])}` : "") });
+    value.style.color = line.ink;
+    return [value];
   });
 }
 
 watch(draw, mark);
-window.addb.on("curve-choices", chooser.show);
+window.addb.on("curve-choices", (heard) => {
+  choice = { chosen: heard.chosen, by: heard.by, over: heard.over };
+  chooser.show(heard);
+  options.show(heard);
+});
 window.addb.on("curve-charts", (heard) => {
   charts = heard.charts;
+  cycles = heard.strides ?? null;
+  pointer = null;
+  note.textContent = heard.note;
+  options.drawn(heard.over);
   build();
 });
 area.addEventListener("pointermove", (event) => {
-  const now = view(), left = event.clientX - plots.getBoundingClientRect().left - GUTTER;
-  const inside = now.trial && charts.length && left >= 0 && left <= width();
-  pointer = inside ? Math.round(now.span.first + (left / width()) * (now.span.last - now.span.first)) : null;
+  const left = event.clientX - plots.getBoundingClientRect().left - GUTTER, { first, last } = shown();
+  const inside = view().trial && charts.length && left >= 0 && left <= width();
+  pointer = inside ? Math.round(first + (left / width()) * (last - first)) : null;
   mark();
+});
+area.addEventListener("click", () => {
+  if (!cycles || pointer === null) return;
+  const { trial, frame } = view(), time = trial.first_s + frame / trial.rate;
+  const strides = cycles.right.length ? cycles.right : cycles.left;
+  const [start, end] = strides.findLast(([begin]) => begin <= time) ?? strides[0] ?? [];
+  if (start !== undefined) window.addb.send("go_to", `${Math.round((start + (pointer / 100) * (end - start) - trial.first_s) * trial.rate)}`);
 });
 area.addEventListener("pointerleave", () => {
   pointer = null;
@@ -124,7 +167,7 @@ area.addEventListener(
   (event) => {
     if (!event.ctrlKey && !event.metaKey) return; // the panel scrolls
     event.preventDefault();
-    if (pointer !== null) zoom(1.0015 ** event.deltaY, pointer);
+    if (pointer !== null && !cycles) zoom(1.0015 ** event.deltaY, pointer);
   },
   { passive: false },
 );

@@ -1,10 +1,7 @@
 // The search of curves: a box that finds quantities by their words, and what is chosen as chips that a click takes away.
+import { element } from "./options.js";
+
 const MOST_FOUND = 60;
-const element = (tag, options = {}, ...children) => {
-  const made = Object.assign(document.createElement(tag), options);
-  made.append(...children);
-  return made;
-};
 
 /** Makes box, list and chips. changed: called with the ids that are to be shown, in their order. */
 export function makeChooser(changed) {

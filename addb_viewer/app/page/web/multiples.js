@@ -69,3 +69,48 @@ export function drawOverTime(canvas, chart, span, dashes) {
     pen.fillText(text, middle, 2);
   }
 }
+
+/** A chart over the gait cycle: single strides thin, mean and one standard deviation, and where the foot leaves the ground. */
+export function drawByCycle(canvas, chart, dashes) {
+  const { pen, y, width, height } = plot(canvas, chart);
+  const x = (percent) => GUTTER + (width * percent) / 100;
+  const path = (values) => {
+    values.forEach((value, percent) => pen.lineTo(x(percent), y(value)));
+  };
+  for (const { color, strides, foot_off: off, trial } of chart.lines) {
+    pen.strokeStyle = resolved(color);
+    pen.lineWidth = 0.7;
+    pen.globalAlpha = strides.length > 20 ? 0.25 : 0.45;
+    for (const stride of strides) {
+      pen.beginPath();
+      path(stride);
+      pen.stroke();
+    }
+    pen.globalAlpha = 1;
+    if (off === null || trial) continue;
+    pen.setLineDash([2, 3]);
+    pen.beginPath();
+    pen.moveTo(x(off), 1);
+    pen.lineTo(x(off), height);
+    pen.stroke();
+    pen.setLineDash([]);
+  }
+  for (const { color, mean, std, trial } of chart.lines) {
+    if (!std || trial) continue;
+    pen.fillStyle = resolved(color);
+    pen.globalAlpha = 0.22;
+    pen.beginPath();
+    path(mean.map((value, percent) => value + std[percent]));
+    mean.forEach((_, k) => pen.lineTo(x(100 - k), y(mean[100 - k] - std[100 - k])));
+    pen.fill();
+    pen.globalAlpha = 1;
+  }
+  for (const { color, mean, trial } of chart.lines) {
+    pen.strokeStyle = resolved(color);
+    pen.lineWidth = trial ? 1.3 : 2;
+    pen.setLineDash(trial ? dashes(trial) : []);
+    pen.beginPath();
+    path(mean);
+    pen.stroke();
+  }
+}

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from addb_viewer.app.curves.over_time import AT_FIRST, OtherTrial, charts_json, choices_json
+from addb_viewer.app.curves.over_time import AT_FIRST, charts_json, choices_json
+from addb_viewer.app.trial.trial_curves import TrialCurves
 
 
 def test_what_is_listed_can_be_charted_and_nothing_else(make_replay):
@@ -45,7 +46,8 @@ def test_the_solve_that_is_compared_with_and_other_trials_lie_behind(make_replay
     replay = make_replay()
     moved = replace(replay, joints=replace(replay.joints, position=replay.joints.position + 0.1))
     far = replace(replay.joints, position=replay.joints.position[:100] * 3)
-    chart = charts_json(replay, moved, [OtherTrial("run", 50.0, far)], ("knee_angle angle",))[0]
+    run = TrialCurves("run", 50.0, np.arange(100) / 50.0, far, np.ones(100, dtype=bool))
+    chart = charts_json(replay, moved, [run], ("knee_angle angle",))[0]
     assert [(line["style"], line["trial"], line["label"]) for line in chart["lines"]] == [
         ("trial", "run", "right"), ("trial", "run", "left"),
         ("before", "", "before"), ("before", "", "before"), ("", "", "right"), ("", "", "left"),
