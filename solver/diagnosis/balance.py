@@ -17,14 +17,14 @@ from jaxtyping import Float, Int
 from scipy.linalg import cho_solve, cholesky, solve_triangular
 
 from solver.diagnosis.covariances import Covariances
-from solver.diagnosis.laboratory import laboratory_errors, usual_std
 from solver.diagnosis.ladder import Ladder
 from solver.diagnosis.rows import TrialRows
 from solver.diagnosis.rungs import Basis, Rung, Seen, TrialsBasis
 from solver.diagnosis.terms import CandidateRows, Solved, Term, normal_equations
 from solver.diagnosis.witnesses.weighings import Weighings
 from solver.diagnosis_settings import DiagnosisSettings
-from solver.effects.effect import Candidate, Eta
+from solver.effects.catalogue import MODULES
+from solver.effects.effect import Candidate, Corrected, Eta
 from solver.effects.scene import Scene
 
 MANY_ROWS = 1200  # from which on turning them pays
@@ -211,3 +211,35 @@ class Balance:
             near: where the climb over the ladder begins; None: at the usual slack.
         """
         return self.ladder.best(lambda rung: self.solve_at(terms, rung), near)
+
+
+def usual_std(candidate: Candidate, settings: DiagnosisSettings) -> float:
+    """Size of a cause's parameters that is there in every laboratory; zero for causes that need not be."""
+    return dict(settings.laboratory).get(candidate.id, candidate.about.usual_std)
+
+
+def laboratory_errors(
+    trials: Sequence[TrialRows], settings: DiagnosisSettings
+) -> Float[np.ndarray, "rows columns"]:
+    """Of plates tared and placed as well as it is done with care, each column at one standard deviation.
+
+    A newton of shear that stays all through a quiet squat would else be evidence as strong as a fault's. The
+    columns are those of the causes themselves, one for each plate, shared by all trials; how far they go
+    stands beside the causes (`usual_std`), well below what anybody would act on.
+    """
+    scenes = [t.scene for t in trials]
+    rows = sum(len(t.residual) for t in trials)
+    found = [np.zeros((rows, 0))]
+    for module in MODULES:
+        std = dict(settings.laboratory).get(module.ABOUT.id, module.ABOUT.usual_std)
+        for candidate in module.candidates(scenes) if std else ():
+            if isinstance(candidate, Corrected) or candidate.place_odds:
+                continue  # undone already, or rarer than what every laboratory has
+            parts = [t.rows_of(candidate, ()) for t in trials]
+            width = next(p.columns.shape[1] for p in parts if p is not None)
+            of_trials = [
+                np.zeros((len(t.residual), width)) if p is None else p.columns
+                for t, p in zip(trials, parts, strict=True)
+            ]
+            found.append(std * np.concatenate(of_trials))
+    return np.concatenate(found, axis=1)

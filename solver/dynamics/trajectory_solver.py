@@ -8,8 +8,7 @@ from jaxtyping import Float
 
 from solver.dynamics.bordered_system import BorderedFactor, Gradient, Step, TrialGradient, TrialSystem
 from solver.dynamics.inertia_parameters import InertiaParameters, inertia_parameters
-from solver.dynamics.terms.extra_prior import ExtraPrior
-from solver.dynamics.terms.inertia_prior import InertiaPrior
+from solver.dynamics.terms.priors import ExtraPrior, InertiaPrior
 from solver.dynamics.terms.shared_parameters import SharedParameters
 from solver.dynamics.terms.term import SharedTerm
 from solver.dynamics.terms.trial_point import TrialPoint

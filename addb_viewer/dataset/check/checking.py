@@ -1,6 +1,6 @@
 """All checks of a release, one after the other."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,13 +8,15 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from addb_viewer.amounts import counted
 from addb_viewer.dataset.check import files, physics, plausible
 from addb_viewer.dataset.check.b3d_tables import b3d_table_findings
-from addb_viewer.dataset.check.duplicates import duplicate_findings, recording_in
-from addb_viewer.dataset.check.finding import Finding, Level
-from addb_viewer.dataset.check.splits import split_findings
+from addb_viewer.dataset.check.duplicates import Pair, duplicate_findings, recording_in
+from addb_viewer.dataset.check.finding import Finding, Level, error, warning
+from addb_viewer.dataset.errors import ReleaseError
 from addb_viewer.dataset.manifest_file import read_manifest
 from addb_viewer.dataset.same_recording import Recording, same_recordings
+from addb_viewer.dataset.split_files import FOLDER, read_split
 
 Told = Callable[[str], None]
 
@@ -82,3 +84,37 @@ def _trials(table: pa.Table) -> Iterator[tuple[str, pa.Table]]:
     starts = [0, *(np.flatnonzero(ids[1:] != ids[:-1]) + 1)] if len(ids) else []
     for start, end in zip(starts, [*starts[1:], len(ids)], strict=False):
         yield str(ids[start]), table.slice(start, end - start)
+
+
+def split_findings(release: Path, persons: dict[str, str], pairs: Sequence[Pair]) -> Iterator[Finding]:
+    """Every split of a release.
+
+    Args:
+        release: its folder.
+        persons: by trial_id.
+        pairs: of trials that show the same.
+    """
+    files = sorted((release / FOLDER).glob("*.parquet"))
+    for file in files:
+        where = file.relative_to(release).as_posix()
+        try:
+            split = read_split(file)
+        except ReleaseError as wrong:
+            yield error("splits", where, str(wrong).removeprefix(f"{file}: "))
+            continue
+        known = set(persons.values())
+        strange, lacking = sorted(set(split) - known), sorted(known - set(split))
+        if strange:
+            yield error("splits", where, f"{strange[0]} is not in the release")
+        if lacking:
+            are = "is" if len(lacking) == 1 else "are"
+            named = f"{counted(len(lacking), 'person')} {are} in none, {lacking[0]} for one"
+            yield warning("splits", where, named)
+        for one, other in pairs:
+            places = [split.get(persons[trial.trial_id]) for trial in (one, other)]
+            if places[0] != places[1]:
+                yield error(
+                    "splits",
+                    where,
+                    f"{one.trial_id} ({places[0]}) and {other.trial_id} ({places[1]}) are one recording",
+                )

@@ -4,27 +4,49 @@ import base64
 import html
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from addb_viewer.dataset.stats.gathering import EVERY, LOADED_N, MOST_POINTS, Frames
 from addb_viewer.dataset.stats.numbers import ANGULAR_BWH, HICKS_BWH, LINEAR_BW, Rows
-from addb_viewer.dataset.stats.paper import (
-    ANGULAR_BWH as PAPER_ANGULAR,
+
+
+@dataclass(frozen=True)
+class PaperSource:
+    """A row of the dataset paper's table 1 (Werling et al. 2024), beside which ours stands."""
+
+    source: str
+    subjects: int
+    total_hours: float
+    grf_hours: float
+
+
+PAPER_SOURCES = (
+    PaperSource("Lencioni et al. 2019", 50, 0.52, 0.37),
+    PaperSource("Carter et al. 2023", 50, 21.60, 19.80),
+    PaperSource("Santos et al. 2017", 49, 4.90, 4.90),
+    PaperSource("Camargo et al. 2021", 22, 19.87, 10.10),
+    PaperSource("Tan et al. 2023", 17, 4.40, 4.40),
+    PaperSource("Moore et al. 2015", 12, 6.22, 6.03),
+    PaperSource("Falisse et al. 2016", 11, 0.49, 0.10),
+    PaperSource("Hamner et al. 2013", 10, 0.02, 0.02),
+    PaperSource("Van der Zee et al. 2022", 10, 5.46, 5.31),
+    PaperSource("Uhlrich et al. 2023", 10, 0.24, 0.05),
+    PaperSource("Tan et al. 2022", 9, 3.73, 3.73),
+    PaperSource("Wang et al. 2023", 9, 1.84, 1.84),
+    PaperSource("Han et al. 2023", 7, 1.70, 0.52),
+    PaperSource("Fregly et al. 2012", 6, 0.14, 0.04),
+    PaperSource("Li et al. 2021", 1, 0.34, 0.34),
 )
-from addb_viewer.dataset.stats.paper import (
-    CLINICAL_HOURS,
-    CLINICAL_PERCENT_IN_TEXT,
-    PAPER_SOURCES,
-    PAPER_SUM,
-    SUPPORT_PERCENT,
-    clinical_percent,
-)
-from addb_viewer.dataset.stats.paper import (
-    LINEAR_BW as PAPER_LINEAR,
-)
-from addb_viewer.dataset.stats.paper import (
-    MARKER_CM as PAPER_MARKER,
-)
+PAPER_SUM = PaperSource("Sum", 273, 71.47, 57.55)  # as the paper prints it
+
+CLINICAL_HOURS, CLINICAL_PERCENT_IN_TEXT = 12.1, 21.2
+SUPPORT_PERCENT = {"single support": 53.4, "double support": 21.2, "flight": 25.4}
+PAPER_MARKER, PAPER_LINEAR, PAPER_ANGULAR = (
+    (2.17, 2.44),
+    (0.046, 0.027),
+    (0.11, 0.02),
+)  # [cm], [BW], [BW·h]: mean, SD
 
 FRAMES_WORDS = {
     Frames.PAPER: "frames of reviewed trials whose force counts, and in which detection finds no fault "
@@ -245,3 +267,8 @@ def _h(hours: float) -> str:
 
 def _n(value: float, digits: int) -> str:
     return "–" if math.isnan(value) else f"{value:.{digits}f}"
+
+
+def clinical_percent() -> float:
+    """What the paper's clinical hours are of its hours with forces [%]; its text says otherwise."""
+    return 100 * CLINICAL_HOURS / PAPER_SUM.grf_hours

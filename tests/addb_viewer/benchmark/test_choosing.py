@@ -1,9 +1,9 @@
 """What is chosen for a person is what does best on the others."""
 
 from addb_viewer.benchmark.averages import by_person
-from addb_viewer.benchmark.choosing import chosen_by_others
 from addb_viewer.benchmark.results import Result, Terms
 from addb_viewer.benchmark.scoring import Score
+from addb_viewer.benchmark.tables import chosen_by_others
 
 TERMS = Terms("r", "1", "s", ("test",), "unfitted", "scored")
 

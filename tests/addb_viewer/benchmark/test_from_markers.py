@@ -7,7 +7,7 @@ import pytest
 
 from addb_viewer.benchmark.errors import BenchmarkError
 from addb_viewer.benchmark.from_angles import FromAngles
-from addb_viewer.benchmark.from_markers import FromMarkers
+from addb_viewer.benchmark.predictors import FromMarkers
 from addb_viewer.benchmark.task import SeenMarkers
 from solver.skeleton.forward import marker_positions
 from tests.addb_viewer.benchmark.simulated_release import example

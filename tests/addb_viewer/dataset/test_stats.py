@@ -11,7 +11,6 @@ from typer.testing import CliRunner
 from addb_viewer.amounts import counted, lasting
 from addb_viewer.cli import app
 from addb_viewer.dataset.schema import TRIALS
-from addb_viewer.dataset.stats import paper
 from addb_viewer.dataset.stats.drawing import (
     activity_figure,
     contact_figure,
@@ -21,7 +20,7 @@ from addb_viewer.dataset.stats.drawing import (
     speed_length_figure,
 )
 from addb_viewer.dataset.stats.gathering import Frames, gathered
-from addb_viewer.dataset.stats.page import page
+from addb_viewer.dataset.stats.page import PAPER_SOURCES, PAPER_SUM, clinical_percent, page
 from addb_viewer.dataset.stats.writing import as_csv, stats_of
 from tests.addb_viewer.dataset.made_up_release import JOINTS, write, write_release
 
@@ -303,15 +302,15 @@ def test_figures_of_a_release_that_nobody_reviewed_show_all_frames(tmp_path):
 
 
 def test_the_papers_sources_sum_to_what_it_prints():
-    assert sum(s.subjects for s in paper.PAPER_SOURCES) == 273 == paper.PAPER_SUM.subjects
-    total = sum(s.total_hours for s in paper.PAPER_SOURCES)
-    forces = sum(s.grf_hours for s in paper.PAPER_SOURCES)
-    assert total == pytest.approx(71.47, abs=1e-9) == paper.PAPER_SUM.total_hours
-    assert forces == pytest.approx(57.55, abs=1e-9) == paper.PAPER_SUM.grf_hours
+    assert sum(s.subjects for s in PAPER_SOURCES) == 273 == PAPER_SUM.subjects
+    total = sum(s.total_hours for s in PAPER_SOURCES)
+    forces = sum(s.grf_hours for s in PAPER_SOURCES)
+    assert total == pytest.approx(71.47, abs=1e-9) == PAPER_SUM.total_hours
+    assert forces == pytest.approx(57.55, abs=1e-9) == PAPER_SUM.grf_hours
 
 
 def test_the_page_states_both_percentages_of_the_papers_clinical_hours(written):
-    assert round(paper.clinical_percent(), 1) == 21.0
+    assert round(clinical_percent(), 1) == 21.0
     told = (written[0] / "index.html").read_text()
     assert "21.2 %" in told
     assert "21.0 %" in told

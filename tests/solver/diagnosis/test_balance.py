@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from solver.diagnosis.balance import Balance
-from solver.diagnosis.laboratory import laboratory_errors
+from solver.diagnosis.balance import Balance, laboratory_errors
 from solver.diagnosis.rungs import Rung
 from solver.diagnosis.terms import Term
 from solver.diagnosis_settings import DiagnosisSettings

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.diagnose import causes_of
-from solver.diagnosis.heard import without_the_unheard
+from solver.diagnosis.diagnose import causes_of, without_the_unheard
 from solver.diagnosis.selection import select
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.clock_offset import ClockOffset

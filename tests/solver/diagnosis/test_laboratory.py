@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solver.diagnosis.laboratory import laboratory_errors, usual_std
+from solver.diagnosis.balance import laboratory_errors, usual_std
 from solver.diagnosis.selection import select
 from solver.diagnosis.terms import with_the_usual
 from solver.diagnosis_settings import DiagnosisSettings

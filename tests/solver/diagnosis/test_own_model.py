@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import norm
 
 from solver.capture.capture import Subject
-from solver.diagnosis.own_model import size_against_own_model
+from solver.diagnosis.scenes import size_against_own_model
 from solver.effects.capture_scale import OWN_MODEL_STD, PRIOR_STD, CaptureScale
 from solver.fit import Fit
 from solver.skeleton.default_body import default_skeleton

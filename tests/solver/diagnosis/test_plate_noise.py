@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.diagnosis.plate_noise import plate_noise, plates_noise
+from solver.diagnosis.rows import plate_noise, plates_noise
 from solver.dynamics.windows import windows_over
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import measure, plates_under

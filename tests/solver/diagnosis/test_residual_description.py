@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from solver.contact.wrenches import TWO_FEET
-from solver.diagnosis.balance import Balance
-from solver.diagnosis.laboratory import laboratory_errors
+from solver.diagnosis.balance import Balance, laboratory_errors
 from solver.diagnosis.residual_description import WORST_S, described
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.plate_gain import PlateGain

@@ -9,9 +9,8 @@ import pytest
 
 from solver.diagnosis.diagnose import balance_of
 from solver.diagnosis.outside_list import outside_the_list
-from solver.diagnosis.plate_noise import plates_noise
 from solver.diagnosis.remainder import unknown_forces
-from solver.diagnosis.rows import TrialRows, trial_rows
+from solver.diagnosis.rows import TrialRows, plates_noise, trial_rows
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.dynamics.marker_posterior import marker_posterior
 from solver.dynamics.root_wrench import centre_of_mass

@@ -2,7 +2,7 @@
 
 import pytest
 
-from solver.diagnosis.witnesses.accusing import accused_plates
+from solver.diagnosis.witnesses.asking import accused_plates
 from solver.diagnosis.witnesses.levels import WITNESS as LEVELS
 from solver.diagnosis.witnesses.statement import About, Statement
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from solver.dynamics.inertia_parameters import inertia_parameters, prior_std
-from solver.dynamics.terms.extra_prior import ExtraPrior
-from solver.dynamics.terms.inertia_prior import InertiaPrior
+from solver.dynamics.terms.priors import ExtraPrior, InertiaPrior
 from solver.dynamics.terms.shared_parameters import SharedParameters
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.dynamics.trial_data import ExtraParameters

@@ -1,4 +1,4 @@
-"""Prior of the inertias: what anthropometric tables say of segments, and a scale of the whole body."""
+"""Priors of what trials share: inertias, and the parameters of extra columns."""
 
 import numpy as np
 from jaxtyping import Float
@@ -6,10 +6,14 @@ from jaxtyping import Float
 from solver.dynamics.inertia_parameters import InertiaParameters, prior_std
 from solver.dynamics.terms.shared_parameters import SharedParameters
 from solver.dynamics.trajectory_settings import TrajectorySettings
+from solver.dynamics.trial_data import ExtraParameters
 
 
 class InertiaPrior:
-    """w Σ_k φ_k²/σ_k² + w_m (m(φ) − m⁰)²/σ_m², m the body's mass and m⁰ the skeleton's."""
+    """What anthropometric tables say of segments, and of the whole body's mass.
+
+    w Σ_k φ_k²/σ_k² + w_m (m(φ) − m⁰)²/σ_m², m the body's mass and m⁰ the skeleton's.
+    """
 
     def __init__(
         self,
@@ -65,3 +69,22 @@ class InertiaPrior:
             if group >= 0:
                 slope[10 * group : 10 * group + 10] += shared.by_phi[body, :, 3, 3]
         return slope
+
+
+class ExtraPrior:
+    """N(0, σ_k²) for each parameter of extra columns: Σ_k x_k²/σ_k²."""
+
+    def __init__(self, extra: ExtraParameters) -> None:
+        self.precision = extra.prior_std**-2.0
+
+    def cost(self, shared: SharedParameters) -> float:
+        """The sum."""
+        return float(self.precision @ shared.x**2)
+
+    def gradient(self, shared: SharedParameters) -> Float[np.ndarray, " shared"]:
+        """By x."""
+        return np.concatenate([np.zeros(shared.free_inertias), self.precision * shared.x])
+
+    def curvature(self, shared: SharedParameters) -> Float[np.ndarray, "shared shared"]:
+        """Constant."""
+        return np.diag(np.concatenate([np.zeros(shared.free_inertias), self.precision]))
