@@ -14,9 +14,8 @@ from addb_viewer.change_words import (
 )
 from addb_viewer.report.markup import Safe, element, joined, table
 from annotations.foot_names import foot_words
-from solver.export.gait_tables import gaits_of
-from solver.fit import Fit
 from solver.gait.cycles import Cycle
+from solver.gait.gait import Gait
 
 HEAD = ("Trial", "Foot", "Strides", "Cadence", "Speed", "Stride", "Step length", "Step width", "Stance")
 FINE = (
@@ -29,14 +28,14 @@ FINE = (
 )
 
 
-def strides_part(fit: Fit) -> Safe | None:
+def strides_part(gaits: Mapping[str, Gait]) -> Safe | None:
     """A row for each trial and foot; None where nobody takes a whole stride.
 
     Args:
-        fit: of the subject.
+        gaits: by trial.
     """
     rows = []
-    for name, gait in gaits_of(fit).items():
+    for name, gait in gaits.items():
         for foot, body in enumerate(gait.feet):
             own = [cycle for cycle in gait.cycles if cycle.foot == foot]
             if own:

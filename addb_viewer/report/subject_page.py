@@ -11,6 +11,7 @@ from addb_viewer.report.diagnosis_part import diagnosis_part
 from addb_viewer.report.floor import plates_of
 from addb_viewer.report.frames_table import frames_part
 from addb_viewer.report.in_short import in_short
+from addb_viewer.report.joints_part import joints_part
 from addb_viewer.report.made_of import recorded, repeat_part
 from addb_viewer.report.markup import Safe, data_script, element, joined, part, swatch
 from addb_viewer.report.moments import moments_of
@@ -30,12 +31,14 @@ from addb_viewer.report.timeline import timeline
 from addb_viewer.report.worst_markers import seek_link, worst_markers
 from addb_viewer.withheld_words import rest_words
 from solver.capture.atomic import write_whole
+from solver.export.gait_tables import gaits_of
 
 PARTS = (
     ("recorded", "What was recorded"),
     ("quality", "Quality"),
     ("frames", "Usable frames"),
     ("scene", "Scene"),
+    ("joints", "Joints over the gait cycle"),
     ("markers", "Worst markers"),
     ("diagnosis", "Diagnosis"),
     ("notes", "Notes"),
@@ -71,24 +74,29 @@ def write_report(report: SubjectReport, file: Path) -> Path:
 def subject_page(report: SubjectReport) -> str:
     """The page's HTML."""
     recording = report.recording
+    gaits, names = gaits_of(recording.fit), [record.replay.name for record in recording.trials]
     contents = {
-        "recorded": joined(filter(None, (recorded(recording), strides_part(recording.fit)))),
+        "recorded": joined(filter(None, (recorded(recording), strides_part(gaits)))),
         "quality": _quality(report),
         "frames": _frames(report),
         "scene": _scene(report),
+        "joints": joints_part(recording.fit, gaits, names),
         "markers": _markers(report),
         "diagnosis": diagnosis_part(report),
         "notes": _notes(report),
         "repeat": repeat_part(recording),
     }
+    shown = [(name, words, content) for name, words in PARTS if (content := contents[name]) is not None]
     version = recording.fit.provenance.get("addb-viewer", "")
     head = element(
         "header",
         element("h1", recording.subject),
         element("p", f"Report of {report.made:%Y-%m-%d %H:%M}, addb-viewer {version}", class_="made"),
-        element("nav", *(element("a", words, href=f"#{name}") for name, words in PARTS), aria_label="Parts"),
+        element(
+            "nav", *(element("a", words, href=f"#{name}") for name, words, _ in shown), aria_label="Parts"
+        ),
     )
-    parts = [part(name, words, contents[name]) for name, words in PARTS]
+    parts = [part(name, words, content) for name, words, content in shown]
     data = data_script("scene-data", scene_of(recording, report.kept))
     body = joined((head, element("main", in_short(report), *parts), data))
     return page_html(f"{recording.subject} — addb-viewer report", body, PLAYER)

@@ -1,6 +1,6 @@
 """Chosen quantities over the gait cycle, as the page draws them: each foot's strides and their mean."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -75,7 +75,7 @@ def _chart_json(quantity: JointQuantity, trial: CycledTrial, others: Sequence[Cy
             if len(curves.cycles):
                 line = _line_json(side, curves, quantity.unit, single=False)
                 lines.append(line | {"style": "trial", "trial": other.of.name})
-    low, high = _range([part for line in lines for part in _reach(line)])
+    low, high = axis_limits(part for line in lines for part in _reach(line))
     return {
         "id": quantity.id,
         "title": quantity.words,
@@ -111,10 +111,12 @@ def _reach(line: dict[str, Any]) -> Iterator[float]:
         yield from (float(values.min()), float(values.max()))
 
 
-def _range(reached: Sequence[float]) -> tuple[float, float]:
-    low, high = min((0.0, *reached)), max((0.0, *reached))
-    air = AIR * (high - low) or 1.0
-    return (low - air if low < 0 else 0.0), (high + air if high > 0 else 0.0)
+def axis_limits(reached: Iterable[float]) -> tuple[float, float]:
+    """An axis around zero and what is reached, with a little air; never without a length."""
+    found = [0.0, *reached]
+    low, high = min(found), max(found)
+    air = AIR * (high - low)
+    return (low - air if low < 0 else 0.0), (high + air if high > low else 1.0)
 
 
 def _note(trial: CycledTrial, drawn: Sequence[dict[str, Any]], over_time_only: int) -> str:

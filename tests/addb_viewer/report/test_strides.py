@@ -1,9 +1,13 @@
-"""Strides in the report."""
+"""Strides, and joints over them, in the report."""
+
+import re
 
 import pytest
 
+from addb_viewer.report.joints_part import joints_part
 from addb_viewer.report.motion_part import strides_part
 from solver.capture.subject import open_subject
+from solver.export.gait_tables import gaits_of
 from solver.pipeline import solve
 from solver.settings import Settings
 
@@ -13,13 +17,25 @@ def test_a_treadmill_walk_has_a_stride_of_the_right_foot(real_data):
     folder = real_data / "walk_gait2354_subject01"
     if not folder.is_dir():
         pytest.skip(f"{folder} is not there")
-    part = strides_part(solve(open_subject(folder), Settings()))
+    fit = solve(open_subject(folder), Settings())
+    gaits = gaits_of(fit)
+    part = strides_part(gaits)
     assert part is not None
     assert "<h3>Strides</h3>" in part
     assert "<td>right</td><td>1</td>" in part
     assert "m/s" in part
     assert "steps/min" in part
+    joints = joints_part(fit, gaits, ["walk1"])
+    assert re.findall(r"<figcaption><b>([^<]*)</b> ([^<]*)", joints) == [
+        (f"{motion} {kind}", f"[{unit}]")
+        for motion in ("Hip flexion", "Hip adduction", "Knee extension", "Ankle dorsiflexion")
+        for kind, unit in (("angle", "°"), ("torque", "N·m"), ("power", "W"))
+    ]
+    assert "right, 1 stride" in joints  # in this model the knee's angle is negative where it is flexed
+    assert not re.search(r"nan|_[rl]\b", joints)
+    assert joints_part(fit, gaits, ["another"]) is None
 
 
 def test_nobody_strides(small_fit):
-    assert strides_part(small_fit) is None
+    assert strides_part(gaits_of(small_fit)) is None
+    assert joints_part(small_fit, gaits_of(small_fit), ["walk"]) is None

@@ -47,8 +47,8 @@ def test_every_part_is_there_once_and_every_link_stays_in_the_page(report):
     page = subject_page(report)
     found = read(page)
     for name, words in PARTS:
-        assert page.count(f'id="{name}"') == 1
-        assert f"<h2>{words}</h2>" in page
+        there = int(name != "joints")  # nobody takes a stride
+        assert page.count(f'id="{name}"') == page.count(f"<h2>{words}</h2>") == there
     assert {link[1:] for link in found.links if link.startswith("#")} <= found.ids
     assert all(link.startswith(("#", "data:image/webp;base64,")) for link in found.links)
     assert page.count('class="still"') == 3

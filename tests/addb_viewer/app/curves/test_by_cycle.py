@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addb_viewer.app.curves.by_cycle import CycledTrial, cycle_charts
+from addb_viewer.app.curves.by_cycle import CycledTrial, axis_limits, cycle_charts
 from addb_viewer.app.trial.trial_curves import TrialCurves
 from solver.gait.cycles import Cycle
 from solver.gait.gait import Gait
@@ -79,3 +79,12 @@ def test_without_strides_that_is_said(walk):
     drawn = cycle_charts(replace(walk, gait=None), (), (ANGLE,))
     assert drawn["charts"] == []
     assert drawn["note"].startswith("No gait cycles: nobody walks or runs here")
+
+
+def test_an_axis_holds_zero_and_has_a_length():
+    assert axis_limits([]) == axis_limits([0.0, 0.0]) == (0.0, 1.0)
+    low, high = axis_limits([-3.0, -1.0])
+    assert low < -3.0
+    assert high == pytest.approx(0.0, abs=0.2)
+    low, high = axis_limits([2.0, 5.0])
+    assert (low, high > 5.0) == (0.0, True)

@@ -1,0 +1,132 @@
+"""Main joint angles, torques and powers over the gait cycle: each foot's mean and deviation, side by side."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from addb_viewer.app.curves.by_cycle import CycledTrial, axis_limits
+from addb_viewer.app.curves.over_time import SIDE_COLORS
+from addb_viewer.app.timeline.chart_html import HEIGHT, WIDTH, curve_path, nice_ticks, number
+from addb_viewer.app.trial.joint_quantities import JointQuantity, Kind
+from addb_viewer.app.trial.trial_curves import trial_curves
+from addb_viewer.report.markup import Safe, element, joined, swatch
+from solver.fit import Fit
+from solver.gait.gait import Gait
+from solver.gait.stride_curves import StrideCurves
+
+MAIN = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")  # rows, in models that have them
+KINDS = (Kind.POSITION, Kind.TORQUE, Kind.POWER)  # columns
+SHOWN = slice(None, None, 2)  # of the points: every second percent
+FINE = (
+    "From one contact of a foot (0 %) to its next (100 %): line, mean of the strides; band, one standard "
+    "deviation of the sample; upright line, mean foot-off. Torques are internal moments, positive in the "
+    "direction that the title names; power is positive where the joint delivers work. Torques and powers are "
+    "of strides whose frames all count."
+)
+Drawn = Sequence[tuple[str, StrideCurves]]  # by side
+
+
+def joints_part(fit: Fit, gaits: Mapping[str, Gait], trials: Sequence[str]) -> Safe | None:
+    """Charts of every trial with strides; None where nobody takes a whole stride.
+
+    Args:
+        fit: of the subject.
+        gaits: by trial.
+        trials: those that the report is about.
+    """
+    pieces: list[Safe] = []
+    for trial in fit.trials:
+        name = trial.capture.name
+        gait = gaits.get(name)
+        if name in trials and gait is not None and gait.cycles:
+            pieces += _trial(CycledTrial(trial_curves(trial, fit.skeleton), gait))
+    if not pieces:
+        return None
+    return joined((element("p", FINE, class_="fine"), *pieces))
+
+
+def _trial(trial: CycledTrial) -> list[Safe]:
+    quantities = trial.quantities()
+    rows = []
+    for stem in MAIN:
+        wanted = [quantities[f"{stem} {kind}"] for kind in KINDS if f"{stem} {kind}" in quantities]
+        charts = [_chart(quantity, list(trial.curves(quantity))) for quantity in wanted]
+        if charts:
+            rows.append(element("div", *charts, class_="joints"))
+    if not rows:
+        return []
+    heading = element("div", element("h3", trial.of.name), _counts(trial), rows[0], class_="together")
+    return [heading, *rows[1:]]
+
+
+def _counts(trial: CycledTrial) -> Safe:
+    """Which colour is which side, and of how many strides."""
+    told = []
+    for side in ("right", "left"):
+        count = len(trial.cycles(side))
+        words = f"{side}, {count} stride{'' if count == 1 else 's'}"
+        told.append(element("span", swatch(SIDE_COLORS[side]), Safe(" "), words))
+    return element("p", *told, class_="legend")
+
+
+def _chart(quantity: JointQuantity, curves: Drawn) -> Safe:
+    drawn = [(side, found) for side, found in curves if found.mean is not None]
+    title: list[str] = [element("b", quantity.words), f" [{quantity.unit}]"]
+    if not drawn:
+        words = element("p", "No stride whose frames all count.", class_="fine")
+        return element("figure", element("figcaption", *title), words)
+    if any(found.left_out for _, found in curves):
+        used = " and ".join(f"{len(found.cycles)} {side}" for side, found in curves)
+        title.append(element("small", f" of {used}"))
+    label = f"{quantity.words} over the gait cycle, mean and standard deviation"
+    plot = element("div", _plot(drawn), class_="plot", role="img", aria_label=label)
+    return element("figure", element("figcaption", *title), plot)
+
+
+def _plot(drawn: Drawn) -> Safe:
+    low, high = axis_limits(_reached(drawn))
+
+    def up(value: float) -> float:
+        return 100.0 * (1.0 - (value - low) / (high - low))
+
+    ticks = [tick for tick in nice_ticks(low, high, 4) if 4.0 <= up(tick) <= 97.0]
+    grid = "".join(
+        f"<path d='M0 {up(t):.1f}H{WIDTH:g}' class='{'zero' if t == 0 else 'grid'}'/>" for t in ticks
+    )
+    lines = "".join(_side(side, curves, low, high) for side, curves in drawn)
+    labels = "".join(f"<span style='top:{up(t):.1f}%'>{number(t, high - low)}</span>" for t in ticks)
+    percent = "".join(f"<i style='left:{p}%'>{p}</i>" for p in (0, 50, 100))
+    return Safe(
+        f"<svg viewBox='0 0 {WIDTH:g} {HEIGHT:g}' preserveAspectRatio='none' fill='none'>{grid}{lines}</svg>"
+        f"{labels}{percent}"
+    )
+
+
+def _side(side: str, curves: StrideCurves, low: float, high: float) -> str:
+    assert curves.mean is not None
+    mean, color = curves.mean[SHOWN], SIDE_COLORS[side].on_any_page
+    pen = f"style='stroke:{color}' vector-effect='non-scaling-stroke'"
+    band = off = ""
+    if curves.std is not None:
+        path = _band(mean - curves.std[SHOWN], mean + curves.std[SHOWN], low, high)
+        band = f"<path d='{path}' style='fill:{color}' fill-opacity='.2'/>"
+    if curves.foot_off_share is not None:
+        off = f"<path d='M{WIDTH * curves.foot_off_share:.0f} 0V{HEIGHT:g}' {pen} stroke-dasharray='2 3'/>"
+    return f"{band}{off}<path d='{curve_path(mean, low, high)}' {pen} stroke-width='1.6'/>"
+
+
+def _band(
+    lower: Float[np.ndarray, " points"], upper: Float[np.ndarray, " points"], low: float, high: float
+) -> str:
+    x = WIDTH * np.linspace(0.0, 1.0, len(lower))
+    around = np.concatenate([x, x[::-1]]), np.concatenate([upper, lower[::-1]])
+    y = HEIGHT * (1.0 - (around[1] - low) / (high - low))
+    return "M" + " ".join(f"{a:.0f} {b:.1f}" for a, b in zip(around[0], y, strict=True)) + "Z"
+
+
+def _reached(drawn: Drawn) -> Iterator[float]:
+    for _, curves in drawn:
+        assert curves.mean is not None
+        spread = 0.0 if curves.std is None else curves.std
+        yield from (float((curves.mean - spread).min()), float((curves.mean + spread).max()))
