@@ -11,10 +11,11 @@ FRAME = {"type": "integer", "description": "counted from 0"}
 TIME = {"type": "number", "description": "on the recording's clock [s]"}
 RANGE = {"type": "array", "items": {"type": "integer"}, "minItems": 2, "maxItems": 2}
 
-RESIDUAL, MARKER_ERROR, PLATES, FLAG, CAUSE = (
+RESIDUAL, MARKER_ERROR, PLATES, JOINTS, FLAG, CAUSE = (
     "addb.Residual",
     "addb.MarkerError",
     "addb.PlateForces",
+    "addb.Joints",
     "addb.Flag",
     "addb.Cause",
 )
@@ -78,6 +79,16 @@ SCHEMAS = {
                     },
                 },
             },
+        ),
+        _schema(
+            JOINTS,
+            "Angles of all joints, and torques of all but the root's, in words: right_knee_flexion_angle. "
+            "A torque is positive where its angle grows; `used` says whether the frame's forces count.",
+            frame=FRAME,
+            time_s=TIME,
+            used={"type": ["boolean", "null"]},
+            angles_deg={"type": "object", "additionalProperties": NUMBER},
+            torques_Nm={"type": "object", "additionalProperties": NUMBER},
         ),
         _schema(
             FLAG,

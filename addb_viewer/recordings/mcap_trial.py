@@ -5,7 +5,7 @@
 /TRIAL/bones, plates            foxglove.SceneUpdate, once
 /TRIAL/forces                   foxglove.SceneUpdate: arrows of every frame
 /TRIAL/log                      foxglove.Log: notes, flags, causes, edits
-/TRIAL/residual, marker_error, plate_forces, flags, causes, metrics    JSON
+/TRIAL/residual, marker_error, plate_forces, joints, flags, causes, metrics    JSON
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,6 +16,7 @@ import trimesh
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from jaxtyping import Float
 
+from addb_viewer.app.trial.joint_quantities import Kind, quantities_of
 from addb_viewer.app.trial.replay import Replay
 from addb_viewer.diagnosis_vocabulary import ranges_of
 from addb_viewer.recordings.drawing import marker_errors_of, nanoseconds, used_norm
@@ -29,7 +30,15 @@ from addb_viewer.recordings.mcap_scene import (
     stamp,
     transforms,
 )
-from addb_viewer.recordings.mcap_schemas import CAUSE, FLAG, MARKER_ERROR, METRICS, PLATES, RESIDUAL
+from addb_viewer.recordings.mcap_schemas import (
+    CAUSE,
+    FLAG,
+    JOINTS,
+    MARKER_ERROR,
+    METRICS,
+    PLATES,
+    RESIDUAL,
+)
 from addb_viewer.recordings.recording import TrialRecord, file_of
 
 DECIMALS = 6  # of JSON numbers in SI units: micrometres, micronewtons
@@ -108,6 +117,7 @@ def write_fit(
             file.message(topics.topic("model_markers"), time_ns, cloud)
             file.message(topics.topic("transforms"), time_ns, poses)
         _write_marker_errors(topics, record)
+        _write_joints(topics, replay)
     if replay.plates or replay.residual is not None:
         for time_ns, update in zip(times, force_arrows(replay, times), strict=True):
             file.message(topics.topic("forces"), time_ns, update)
@@ -185,6 +195,22 @@ def _write_marker_errors(topics: TrialTopics, record: TrialRecord) -> None:
             "before_rms_m": before[frame],
         }
         topics.file.record(topics.topic("marker_error"), time_ns, MARKER_ERROR, _when(topics, frame) | told)
+
+
+def _write_joints(topics: TrialTopics, replay: Replay) -> None:
+    joints = replay.joints
+    if joints is None:
+        return
+    told: dict[Kind, dict[str, list[Any]]] = {Kind.POSITION: {}, Kind.TORQUE: {}}
+    for quantity in quantities_of(joints):
+        if quantity.kind in told and quantity.unit in ("°", "N·m"):
+            for side, column in quantity.columns:
+                told[quantity.kind][quantity.named(side)] = _plain(quantity.values(joints, column))
+    for frame, time_ns in enumerate(topics.times_ns):
+        angles, torques = ({n: v[frame] for n, v in told[kind].items()} for kind in told)
+        used = None if replay.residual is None else bool(replay.residual.used[frame])
+        content = {"used": used, "angles_deg": angles, "torques_Nm": torques}
+        topics.file.record(topics.topic("joints"), time_ns, JOINTS, _when(topics, frame) | content)
 
 
 def _when(topics: TrialTopics, frame: int) -> dict[str, Any]:

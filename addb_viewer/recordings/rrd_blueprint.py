@@ -4,10 +4,19 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from addb_viewer.app.trial.replay import Replay
+from addb_viewer.app.trial.joint_quantities import SAGITTAL, Kind
+from addb_viewer.app.trial.replay import JointReplay, Replay
 from addb_viewer.recordings.recording import TrialRecord
 from addb_viewer.recordings.rrd_scene import BEFORE, SCENE
-from addb_viewer.recordings.rrd_series import FORCE, MARKERS, MOMENT, SERIES, VERTICAL
+from addb_viewer.recordings.rrd_series import (
+    FORCE,
+    MARKERS,
+    MOMENT,
+    SERIES,
+    VERTICAL,
+    joint_parts,
+    joint_quantities,
+)
 from addb_viewer.recordings.rrd_story import LANES, LOG, REPORT, SECONDS, SOLVER, SOLVER_STEP, SUMMARY
 from addb_viewer.recordings.rrd_stream import TIME, path
 
@@ -40,6 +49,9 @@ def blueprint_of(record: TrialRecord, *, several: bool) -> rrb.Blueprint:
         )
         for panel, name in CURVES.items()
     ]
+    shown: rrb.Vertical | rrb.Tabs = rrb.Vertical(*curves, name="Forces and errors")
+    if replay.joints is not None:
+        shown = rrb.Tabs(shown, rrb.Vertical(*_joints(replay.joints, together), name="Joints"), active_tab=0)
     words = rrb.Tabs(
         rrb.TextDocumentView(origin=path((SUMMARY,)), name="Figures"),
         rrb.TextLogView(
@@ -60,13 +72,25 @@ def blueprint_of(record: TrialRecord, *, several: bool) -> rrb.Blueprint:
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Vertical(rrb.Tabs(*scenes, active_tab=0), lanes, row_shares=[5, 3]),
-            rrb.Vertical(*curves, words, row_shares=[2, 2, 2, 2, 2]),
+            rrb.Vertical(shown, words, row_shares=[8, 2]),
             column_shares=[3, 2],
         ),
         rrb.BlueprintPanel(state="expanded" if several else "hidden"),
         rrb.SelectionPanel(state="hidden"),
         rrb.TimePanel(state="collapsed", timeline=TIME, loop_mode="all"),
     )
+
+
+def _joints(joints: JointReplay, together: rrb.TimeAxis) -> list[rrb.TimeSeriesView]:
+    """Angles and torques of hip, knee and ankle, where the model has these; others can be added."""
+    views = []
+    for kind, name in ((Kind.POSITION, "Joint angles [°]"), (Kind.TORQUE, "Joint torques [N·m]")):
+        own = [quantity for quantity in joint_quantities(joints) if quantity.kind is kind]
+        main = [quantity for quantity in own if quantity.stem in SAGITTAL] or own
+        if main:
+            contents = [f"+ {path(joint_parts(quantity))}" for quantity in main]
+            views.append(rrb.TimeSeriesView(origin="/", contents=contents, name=name, axis_x=together))
+    return views
 
 
 def _scene(replay: Replay, name: str, but: str | None = None) -> rrb.Spatial3DView:

@@ -1,9 +1,10 @@
-"""Curves over a trial in a rerun recording: residuals and marker errors with their thresholds, plate forces.
+"""Curves over a trial in a rerun recording: residuals, marker errors and thresholds, plate forces, joints.
 
 series/residual_force/after, before, threshold     [N]
 series/residual_moment/…                           [N·m] about the root joint's centre
 series/marker_error/…                              [cm] RMS and largest of each frame
 series/vertical_force/NAME                         [N] of each plate
+series/joint_angle/NAME, joint_torque/NAME         [°], [N·m] in words: knee_flexion_torque, both sides
 """
 
 from collections.abc import Sequence
@@ -13,7 +14,8 @@ import rerun as rr
 from jaxtyping import Float
 
 from addb_viewer.app.style.palette import BLUE, GREY, OTHER_SOLVE, PLATES, RESIDUAL, Rgb
-from addb_viewer.app.trial.replay import ResidualReplay
+from addb_viewer.app.trial.joint_quantities import JointQuantity, Kind, quantities_of
+from addb_viewer.app.trial.replay import JointReplay, ResidualReplay
 from addb_viewer.recordings.drawing import marker_errors_of, used_norm
 from addb_viewer.recordings.recording import TrialRecord
 from addb_viewer.recordings.rrd_scene import AFTER, BEFORE
@@ -22,8 +24,10 @@ from solver.dynamics.thresholds import Thresholds
 
 SERIES = "series"
 FORCE, MOMENT, MARKERS, VERTICAL = "residual_force", "residual_moment", "marker_error", "vertical_force"
+JOINTS = {Kind.POSITION: "joint_angle", Kind.TORQUE: "joint_torque"}
 THRESHOLD = "threshold"
 CENTIMETRES = 100.0  # in a metre
+PALE_LEFT = 0.5  # share of white in the colour of a left joint
 
 
 def write_series(stream: RrdStream, record: TrialRecord) -> None:
@@ -55,6 +59,19 @@ def write_series(stream: RrdStream, record: TrialRecord) -> None:
     for i, plate in enumerate(replay.plates):
         pen = _Pen(plate.name, PLATES[i % len(PLATES)], 1.5)
         _curve(stream, (SERIES, VERTICAL, plate.name), plate.force[:, 1], pen)
+    if replay.joints is not None:
+        _joints(stream, replay.joints)
+
+
+def joint_quantities(joints: JointReplay) -> list[JointQuantity]:
+    """Angles and torques of all joints."""
+    found = (q for q in quantities_of(joints) if q.kind in JOINTS)
+    return [quantity for quantity in found if quantity.unit in ("°", "N·m")]
+
+
+def joint_parts(quantity: JointQuantity) -> tuple[str, str, str]:
+    """Of which entity its curves are."""
+    return SERIES, JOINTS[quantity.kind], quantity.named("")
 
 
 class _Pen:
@@ -64,20 +81,40 @@ class _Pen:
         self.line = rr.SeriesLines(names=[name], colors=[list(color)], widths=[width])
 
 
+def _joints(stream: RrdStream, joints: JointReplay) -> None:
+    """A colour a joint; the left side is pale."""
+    quantities = joint_quantities(joints)
+    stems = list(dict.fromkeys(quantity.stem for quantity in quantities))
+    for quantity in quantities:
+        color = PLATES[stems.index(quantity.stem) % len(PLATES)]
+        pale = Rgb(*(round(c + PALE_LEFT * (255 - c)) for c in color))
+        names = [quantity.told(side) for side, _ in quantity.columns]
+        tints = [list(pale if side == "left" else color) for side, _ in quantity.columns]
+        values = np.stack([quantity.values(joints, column) for _, column in quantity.columns], axis=1)
+        line = rr.SeriesLines(names=names, colors=tints, widths=[1.5] * len(names))
+        _lines(stream, joint_parts(quantity), values, line)
+
+
 def _residual(stream: RrdStream, which: str, residual: ResidualReplay, pen: _Pen) -> None:
     _curve(stream, (SERIES, FORCE, which), used_norm(residual.force, residual), pen)
     _curve(stream, (SERIES, MOMENT, which), used_norm(residual.moment, residual), pen)
 
 
 def _curve(stream: RrdStream, parts: Sequence[str], values: Float[np.ndarray, " frames"], pen: _Pen) -> None:
-    """NaN is a gap: a row without a value ends the line."""
-    known = np.isfinite(values)
+    _lines(stream, parts, values[:, None], pen.line)
+
+
+def _lines(
+    stream: RrdStream, parts: Sequence[str], values: Float[np.ndarray, "frames lines"], look: rr.SeriesLines
+) -> None:
+    """NaN is a gap: a row without a value ends the lines."""
+    known = np.isfinite(values).all(axis=1)
     if not known.any():
         return
-    stream.static(parts, pen.line)
+    stream.static(parts, look)
     rows = np.flatnonzero(known | np.r_[False, known[:-1]])  # and the first one of each gap
-    columns = rr.Scalars.columns(scalars=values[rows][known[rows]])
-    stream.columns(parts, columns, frames=rows, lengths=known[rows].astype(int))
+    columns = rr.Scalars.columns(scalars=values[rows][known[rows]].ravel())
+    stream.columns(parts, columns, frames=rows, lengths=known[rows] * values.shape[1])
 
 
 def _threshold(stream: RrdStream, panel: str, limit: float) -> None:

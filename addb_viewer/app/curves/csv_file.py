@@ -12,7 +12,6 @@ from addb_viewer.app.curves.by_cycle import CycledTrial
 from addb_viewer.app.timeline.charts import charts_of
 from addb_viewer.app.trial.joint_quantities import JointQuantity, quantities_of
 from addb_viewer.app.trial.replay import JointReplay, Replay
-from addb_viewer.coordinate_words import Coordinate
 from solver.capture.atomic import whole_file
 from solver.export.cycle_tables import CycledCurve, mean_table, stride_table
 from solver.export.places import made
@@ -76,10 +75,9 @@ def write_by_cycle(trials: Sequence[CycledTrial], chosen: Sequence[str], file: P
 def _curves(trial: CycledTrial, chosen: Sequence[str]) -> Iterator[CycledCurve]:
     for quantity in trial.quantities().values():
         if quantity.id in chosen:
-            stem = Coordinate.named(trial.of.joints.names[quantity.columns[0][1]]).stem
             for side, curves in trial.curves(quantity):
                 if len(curves.cycles):
-                    yield CycledCurve(trial.of.name, side, f"{stem}_{_unit(quantity)}", curves)
+                    yield CycledCurve(trial.of.name, side, f"{quantity.stem}_{_unit(quantity)}", curves)
 
 
 def _unit(quantity: JointQuantity) -> str:

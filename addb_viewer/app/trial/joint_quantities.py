@@ -25,6 +25,7 @@ class Kind(StrEnum):
         return self in (Kind.TORQUE, Kind.POWER)
 
 
+SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")  # what a leg does in walking, first of all
 UNITS = {
     Kind.POSITION: ("°", "m"),
     Kind.SPEED: ("°/s", "m/s"),
@@ -54,6 +55,20 @@ class JointQuantity:
     unit: str
     kind: Kind
     columns: tuple[tuple[str, int], ...]  # right, left, or nothing; and which coordinate
+
+    @property
+    def stem(self) -> str:
+        """The model's name of the coordinate, without its side."""
+        return self.id.rpartition(" ")[0]
+
+    def told(self, side: str) -> str:
+        """Of one side, within a sentence: "right knee flexion torque"."""
+        words = f"{self.words[:1].lower()}{self.words[1:]}"
+        return f"{side} {words}" if side else words
+
+    def named(self, side: str) -> str:
+        """As a name in a file: right_knee_flexion_torque."""
+        return self.told(side).replace(" ", "_")
 
     def values(self, joints: JointReplay, column: int) -> Float[np.ndarray, " frames"]:
         """In `unit`.

@@ -143,6 +143,19 @@ def test_an_arrow_points_along_its_force_and_is_as_long(read, replay):
     assert shown > 30
 
 
+def test_joints_have_angles_and_torques_in_words(read, make_fit):
+    trial = make_fit("walk").trials[0]
+    knee = trial.motion.dofs.index("knee")
+    for frame, told in enumerate(read.messages["/walk/joints"]):
+        assert np.radians(told["angles_deg"]["knee_angle"]) == pytest.approx(
+            trial.dynamics.motion.q[frame, knee]
+        )
+        torque = trial.dynamics.joint_torques[frame, knee]
+        assert told["torques_Nm"] == {"knee_torque": pytest.approx(torque, abs=1e-6)}
+        assert told["used"] == trial.dynamics.used[frame]
+    assert len(read.messages["/walk/joints"]) == FRAMES
+
+
 def test_residuals_and_marker_errors(read, make_fit):
     trial = make_fit("walk").trials[0]
     for frame, told in enumerate(read.messages["/walk/residual"]):

@@ -147,6 +147,18 @@ def test_marker_errors_in_centimetres(read, make_fit):
         np.testing.assert_allclose(np.ravel(values), 100 * expected)
 
 
+def test_joints_have_angles_and_torques_in_words(read, make_fit):
+    trial = make_fit("walk").trials[0]
+    knee = trial.motion.dofs.index("knee")
+    angle = np.ravel(read.values("/series/joint_angle/knee_angle"))
+    np.testing.assert_allclose(np.radians(angle), trial.dynamics.motion.q[:, knee])
+    torque = np.ravel(read.values("/series/joint_torque/knee_torque"))
+    np.testing.assert_allclose(torque, trial.dynamics.joint_torques[:, knee])
+    places = {place for place, _ in read.rows if place.startswith("/series/joint")}
+    assert {place for place in places if "torque" in place} == {"/series/joint_torque/knee_torque"}
+    assert len(places) == 5  # the root turns about three axes; its torques are the residual
+
+
 def test_flags_causes_and_proposals_are_lanes(read, recording):
     def lane(name):
         place = f"/lanes/{name}"
