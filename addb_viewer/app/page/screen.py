@@ -10,6 +10,16 @@ from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.app.trial.replay import Replay
 
 
+class Loops(Protocol):
+    """What plays the trial."""
+
+    def show_loop(self, start: int, end: int, frame: int) -> None:
+        """Move the cursor, and after a moment play frames start to end − 1 again and again."""
+
+    def end_loop(self) -> None:
+        """Pause if a range is being played again and again."""
+
+
 class Screen(Protocol):
     """A session, as its tabs see it."""
 
@@ -17,6 +27,10 @@ class Screen(Protocol):
     notices: Notices
     questions: Questions
     reviewer: Reviewer
+
+    @property
+    def playback(self) -> Loops:
+        """What plays the trial."""
 
     @property
     def shared(self) -> SharedSubject:

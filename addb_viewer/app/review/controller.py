@@ -16,6 +16,7 @@ from addb_viewer.app.review.html import (
     suggested_html,
 )
 from addb_viewer.app.review.panel import ReviewPanel, feet_words
+from addb_viewer.app.review.steps import Steps
 from addb_viewer.app.review.talks import Talks
 from addb_viewer.app.review.what_if import WhatIfQuestions
 from addb_viewer.app.timeline.lanes import Lane, lanes_of, reviewed_ranges
@@ -25,22 +26,18 @@ from addb_viewer.app.trial.frame_ranges import (
     Selection,
     Stop,
     moved_border,
-    next_stop,
     place_of,
     place_said,
-    stops_of,
 )
 from addb_viewer.app.trial.proposals import Pending, State, pending, still_open
 from addb_viewer.force_reviews import left_undecided
 from annotations.errors import ReviewError
 from annotations.events import (
-    AcceptProposal,
     ClearRange,
     Edit,
     Event,
     FlagRange,
     Proposal,
-    RejectProposal,
     SetStatus,
     Status,
 )
@@ -57,13 +54,14 @@ class ReviewController:
         self.screen, self.panel, self.notices = screen, panel, notices
         self.asking = WhatIfQuestions(screen, panel.answer, notices)
         self.activities = ActivityLabels(self)
+        self.steps = Steps(self)
         self.talks = Talks(screen, panel.talks)
         self.foot: str | None = None
         self.selection = Selection()
         self.proposals: tuple[Pending, ...] = ()
         self.recorded = 0  # edits made here
         self._of = ("", "")  # subject and trial that the chosen foot is about
-        self._stop: Stop | None = None  # the proposal or range that N and P have led to
+        self.stop: Stop | None = None  # the proposal or range that N and P have led to
 
     @property
     def review(self) -> TrialReview:
@@ -73,8 +71,8 @@ class ReviewController:
     @property
     def about(self) -> str | None:
         """The foot that the next key is about: that of the proposal or flag at hand, else the chosen one."""
-        if self._stop is not None and (self.selection.start, self.selection.end) == self._stop[:2]:
-            return self._stop[2]
+        if self.stop is not None and (self.selection.start, self.selection.end) == self.stop[:2]:
+            return self.stop[2]
         return self.foot
 
     @property
@@ -96,7 +94,7 @@ class ReviewController:
 
     def open(self, feet: tuple[str, ...]) -> None:
         """Another trial is on the screen."""
-        self.selection, self._stop = Selection(), None
+        self.selection, self.stop = Selection(), None
         if self.panel.foot.options != feet_words(feet):
             self.panel.foot.options = feet_words(feet)
             self.foot = None
@@ -125,8 +123,11 @@ class ReviewController:
         """Put what keys are about on the screen."""
         replay = self.screen.replay
         if replay is not None:
+            chosen, about = self.chosen, self.about
+            most = None if chosen is None else replay.most_missing(*chosen, about)
+            contact = contact_words(self._contacts())
             self.panel.selection.content = selection_html(
-                self.chosen, self.about, replay.rate, contact_words(self._contacts()), self.current
+                chosen, about, replay.rate, contact, self.current, most_missing=most
             )
             put(self.panel.foot, foot_words(self.about))
             self.panel.suggested.content = suggested_html(
@@ -147,8 +148,8 @@ class ReviewController:
             only_whole: a range that has one border yet, and waits for the other, stays.
         """
         if not (only_whole and not self.selection.is_whole):
-            self._stop = None
-            self._select(Selection())
+            self.screen.playback.end_loop()
+            self.stop_at(None, Selection())
 
     def range_start(self) -> None:
         """I."""
@@ -166,15 +167,15 @@ class ReviewController:
         start, end = max(start, 0), min(end, replay.frames)
         if start >= end:
             raise ReviewError(f"no such frames; the trial has 0–{replay.frames - 1}")
-        self._stop = next((at for at in map(place_of, self.proposals) if at[:2] == (start, end)), None)
+        self.stop = next((at for at in map(place_of, self.proposals) if at[:2] == (start, end)), None)
         self.screen.seek(start)
         self._select(Selection(start, end))
 
     def set_foot(self, foot: str | None) -> None:
         """Flags are about this foot; None: both."""
         self.foot = foot
-        if self._stop is not None:
-            self._stop = (*self._stop[:2], foot)
+        if self.stop is not None:
+            self.stop = (*self.stop[:2], foot)
         put(self.panel.foot, foot_words(foot))
         self.show_selection()
 
@@ -204,6 +205,7 @@ class ReviewController:
                 self.record(FlagRange(start, end, reason, foot, note))
         self.note_went(note)
         if chosen is not None:
+            self.screen.playback.end_loop()
             self.selection = Selection(*chosen).spent(self.screen.frame)
             self.show_selection()
 
@@ -211,29 +213,8 @@ class ReviewController:
         """A border of a flag was dragged; arguments and errors as for `moved_border`."""
         for event in moved_border(self.review.flags, flag, to):
             self.record(event)
-        self._stop = (*to, flag[2])
+        self.stop = (*to, flag[2])
         self._select(Selection(*to))
-
-    def step(self, direction: int) -> None:
-        """N and P: the next or previous open proposal or flagged range."""
-        stops = stops_of(self.proposals, self.review)
-        here = self._stop if self._stop in stops else (self.screen.frame, -1, None)
-        found = next_stop(stops, here, direction)
-        if found is None:
-            where = "after" if direction > 0 else "before"
-            self.notices.tell(
-                "That was all", f"No open proposal and no flagged range {where} this frame of the trial."
-            )
-            return
-        self.go_to(found)
-
-    def accept(self) -> None:
-        """Enter."""
-        self._decide(AcceptProposal)
-
-    def reject(self) -> None:
-        """Backspace."""
-        self._decide(RejectProposal)
 
     def undo(self) -> None:
         """U: the last own edit of the trial."""
@@ -308,27 +289,17 @@ class ReviewController:
         """The edit is recorded: the box is empty again, unless something else was typed meanwhile."""
         self.notices.between_words(lambda: self.panel.drop_note(note))
 
-    def _decide(self, event: type[AcceptProposal] | type[RejectProposal]) -> None:
-        found = self.current
-        if found is None:
-            where = "here" if self.chosen is None else "on the selected frames"
-            raise ReviewError(f"no open proposal {where}; N goes to the next")
-        self.record(event(found.proposal))
-        after = [place_of(p) for p in self.proposals if p.state is State.OPEN]
-        onward = next_stop(after, place_of(found), 1)
-        if after:
-            self.go_to(onward or after[0])
-            return
-        self._stop = None
-        self._select(Selection())
-        self.notices.tell("All proposals are decided", "T finishes the trial and goes to the next.")
-
     def go_to(self, stop: Stop) -> None:
         """Select frames of a foot, and go to the first."""
-        self._stop = stop
         self.screen.seek(stop[0])
-        self._select(Selection(stop[0], stop[1]))
-        self.warm_up()
+        self.stop_at(stop, Selection(*stop[:2]))
+
+    def stop_at(self, stop: Stop | None, selection: Selection) -> None:
+        """Select frames; where they are a proposal's or a flag's, keys are about its foot."""
+        self.stop = stop
+        self._select(selection)
+        if stop is not None:
+            self.warm_up()
 
     def _select(self, selection: Selection) -> None:
         self.selection = selection

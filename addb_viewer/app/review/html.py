@@ -8,6 +8,7 @@ from addb_viewer.amounts import counted
 from addb_viewer.app.style.html_pieces import boxed, clickable, range_words, swatch
 from addb_viewer.app.style.palette import Rgb, reason_color
 from addb_viewer.app.trial.disagreements import conflict_words
+from addb_viewer.app.trial.missing_force import LargestMissing
 from addb_viewer.app.trial.proposals import Pending, State
 from addb_viewer.evidence_words import evidence_words
 from annotations.events import Edit
@@ -29,6 +30,8 @@ def selection_html(
     rate: float,
     contact: str,
     at_hand: Pending | None = None,
+    *,
+    most_missing: LargestMissing | None = None,
 ) -> str:
     """What the next key is about.
 
@@ -38,6 +41,7 @@ def selection_html(
         rate: of the trial [Hz].
         contact: in words, the contact that keys act on where nothing is selected.
         at_hand: the proposal that Enter and Backspace act on; None: on none.
+        most_missing: of the selected range; None where nobody knows.
     """
     if chosen is None:
         told = f"<b>Nothing selected.</b> Keys 1–9 and 0 act on {html.escape(contact)}"
@@ -51,7 +55,12 @@ def selection_html(
     return boxed(
         f"<b>Frames {start} to {end - 1}</b> · {count} frame{'s' * (count > 1)}, {count / rate:.2f} s · "
         f"{html.escape(foot_words(foot))}{'' if at_hand is None else ' · a proposal'}"
+        + (f"<br>{_missing_words(most_missing)}" if most_missing is not None else "")
     )
+
+
+def _missing_words(most: LargestMissing) -> str:
+    return f"Largest missing force {most.newtons:.0f} N, at frame {most.frame}"
 
 
 def reasons_html() -> str:

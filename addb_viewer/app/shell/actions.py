@@ -47,10 +47,10 @@ def actions_of(session: Session) -> Mapping[str, Action]:
         "range_end": _then(review.range_end, review.warm_up),
         **{f"flag_{key}": partial(review.paint, key) for key in (*(k.key for k in REASON_KEYS), "0")},
         "foot": review.next_foot,
-        "next": partial(review.step, 1),
-        "previous": partial(review.step, -1),
-        "accept_proposal": review.accept,
-        "reject_proposal": review.reject,
+        "next": review.steps.on,
+        "previous": review.steps.back,
+        "accept_proposal": review.steps.accept,
+        "reject_proposal": review.steps.reject,
         "undo": s.finishing.undo,
         "redo": review.redo,
         "what_if": review.what_if,
@@ -132,7 +132,7 @@ def _bind_review(s: Session) -> None:
         s,
         p.decide,
         "Deciding",
-        dict(zip(DECIDE, (review.accept, review.reject, lambda: review.step(1)), strict=True)),
+        dict(zip(DECIDE, (review.steps.accept, review.steps.reject, review.steps.on), strict=True)),
     )
     _bind_group(s, p.edits, "Undoing", dict(zip(EDITS, (s.finishing.undo, review.redo), strict=True)))
     second_look = partial(review.set_status, Status.SECOND_LOOK)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 SPEEDS = (-2.0, -1.0, -0.5, -0.25, 0.25, 0.5, 1.0, 2.0)  # J and L walk through them
 PICTURES_PER_SECOND = 30.0  # what a software-rendered browser and a slow line can still take
+HELD_S = 0.8  # before a loop runs on from the frame that it was begun to show
 PICTURES_OF_ALL = 300.0  # a second, of all browsers together: about half of one core
 LONGEST_WAIT_S = 0.05  # of a picture for a key: what a key asks for may take seconds
 
@@ -19,6 +20,7 @@ class Position:
     frame: int
     playing: bool
     speed: float
+    held: bool = False  # it will run on in a moment
 
 
 class Pace:
@@ -145,6 +147,21 @@ class Playback:
             else:
                 self._play(self._speed)
 
+    def show_loop(self, start: int, end: int, frame: int) -> None:
+        """Show a frame for a moment, then play frames start to end − 1, in which it is, again and again."""
+        with self._wake:
+            self.seek(frame)
+            if end - start > 1:
+                self._loop = start, end
+                self._play(self._speed)
+                self._started_at += HELD_S
+
+    def end_loop(self) -> None:
+        """Pause if a range is being played again and again."""
+        with self._wake:
+            if self._loop is not None:
+                self.pause()
+
     def loop(self, start: int, end: int) -> None:
         """Play frames start to end − 1 again and again; pause where that is being done."""
         with self._wake:
@@ -204,8 +221,10 @@ class Playback:
         self._wake.notify_all()
 
     def _position(self) -> Position:
+        held = False
         if self._playing:
             elapsed = self._clock() - self._started_at
+            held, elapsed = elapsed < 0, max(elapsed, 0.0)
             frame = self._started_frame + elapsed * self._rate * self._speed
             if self._loop is not None:
                 start, end = self._loop
@@ -213,7 +232,7 @@ class Playback:
             self._frame = min(max(frame, 0.0), float(self._frames - 1))
             if self._frame != frame:
                 self._playing = False
-        return Position(int(self._frame + 1e-6), self._playing, self._speed)
+        return Position(int(self._frame + 1e-6), self._playing, self._speed, held)
 
     def _run(self) -> None:
         shown: Position | None = None

@@ -337,7 +337,7 @@ class Session:
         if now - self.scrubbed_at > SCRUBBING or not 0 <= c.frame.value < replay.frames:
             put(c.frame, frame)
         self.diagnosis.cursor(frame)
-        if not position.playing:
+        if not position.playing or position.held:
             address = TrialAddress(self._shared.name, replay.name, frame)
             self.channel.show("address", str(address))
             self.review.moved()

@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float, Int, UInt8
 from scipy.spatial.transform import Rotation
 
 from addb_viewer.app.style.palette import UNSEEN, error_colors
+from addb_viewer.app.trial.missing_force import LargestMissing, MissingForce
 from annotations.suggested_activity import SuggestedActivity
 from solver.contact.contact_phases import ContactPhase
 from solver.contact.detection_settings import DetectionSettings
@@ -185,6 +186,7 @@ class Replay:
     residual: ResidualReplay | None = None
     joints: JointReplay | None = None
     demanded: tuple[DemandedForce, ...] = ()  # of feet whose force is missing
+    missing: MissingForce | None = None
     forces: ForceUse = field(default_factory=ForceUse)
     label_faults: tuple[LabelFault, ...] = ()  # repaired in the measured markers
     suggested: tuple[SuggestedActivity, ...] = ()  # what the person seems to do; nobody has said so
@@ -194,6 +196,18 @@ class Replay:
     def frames(self) -> int:
         """Number of frames."""
         return len(self.times)
+
+    def most_missing(self, start: int, end: int, foot: str | None) -> LargestMissing | None:
+        """Where most of a foot's force is missing of frames start to end − 1; None where nobody knows.
+
+        Args:
+            start: first frame.
+            end: the first frame after the range.
+            foot: its body; None: all feet together.
+        """
+        if self.missing is None or foot not in (None, *self.feet):
+            return None
+        return self.missing.largest(start, end, None if foot is None else self.feet.index(foot))
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 
+from addb_viewer.app.trial.missing_force import MissingForce, foretold_wrenches, missing_force_of
 from addb_viewer.app.trial.replay import (
     BodyReplay,
     BodySize,
@@ -21,7 +22,6 @@ from addb_viewer.suggested_activities import suggestions_of
 from solver.capture.capture import Capture, ForcePlate
 from solver.contact.contact_phases import contact_phases
 from solver.dynamics.inverse_dynamics import counted_wrenches
-from solver.dynamics.missing_wrench import inferred_wrenches
 from solver.fit import TrialFit
 from solver.gait.gait import joint_power
 from solver.settings import Settings, from_dict
@@ -58,6 +58,7 @@ def fitted_replay(
     on_fit = _Clock(bare.times, trial.motion.start_time, trial.motion.rate, trial.motion.frames)
     feet: tuple[str, ...] = ()
     plates, notes = bare.plates, bare.notes
+    foretold = foretold_wrenches(trial, skeleton)
     if trial.contacts is not None:
         notes = (*notes, *trial.contacts.notes)
         feet = trial.contacts.foot_bodies
@@ -75,7 +76,8 @@ def fitted_replay(
         bodies=_bodies(trial, skeleton, on_fit),
         residual=_residual(trial, person, on_fit),
         joints=joint_replay(trial, skeleton, bare.times),
-        demanded=demanded_forces(trial, skeleton, on_fit.floats),
+        demanded=demanded_forces(trial, skeleton, foretold, on_fit.floats),
+        missing=_missing(trial, foretold, on_fit),
         forces=_force_use(trial, skeleton, from_dict(settings)),
         label_faults=trial.label_faults,
         suggested=suggestions_of(trial, skeleton),
@@ -197,6 +199,13 @@ def _force_use(trial: TrialFit, skeleton: Skeleton, settings: Settings) -> Force
     return ForceUse(phases, mask.reasons, mask.source, trial.proposals, mask.sources, mask.counts, confidence)
 
 
+def _missing(
+    trial: TrialFit, foretold: Float[np.ndarray, "rows feet 6"] | None, on_fit: _Clock
+) -> MissingForce | None:
+    found = missing_force_of(trial, foretold)
+    return found and MissingForce(on_fit.floats(found.of_feet), on_fit.floats(found.of_all))
+
+
 FARTHEST_M = 0.25  # [m] from the foot's origin: about a foot's length; farther, the arrow starts at the foot
 SMALLEST_N = 20.0  # [N] upwards; below it the centre of pressure is noise
 
@@ -204,6 +213,7 @@ SMALLEST_N = 20.0  # [N] upwards; below it the centre of pressure is noise
 def demanded_forces(
     trial: TrialFit,
     skeleton: Skeleton,
+    wrenches: Float[np.ndarray, "rows feet 6"] | None,
     at_frames: Callable[[Float[np.ndarray, "rows 3"]], Float[np.ndarray, "frames 3"]],
 ) -> tuple[DemandedForce, ...]:
     """The forces of all feet that miss one on some frame; none without dynamics.
@@ -211,13 +221,11 @@ def demanded_forces(
     Args:
         trial: fitted.
         skeleton: of the fit.
+        wrenches: by `foretold_wrenches`.
         at_frames: from the fit's rows to the recording's frames.
     """
-    if trial.dynamics is None or trial.contacts is None or trial.mask is None or trial.mask.counts.all():
+    if wrenches is None or trial.contacts is None or trial.mask is None:
         return ()
-    wrenches = trial.dynamics.wrench_foretold_ground
-    if wrenches is None:  # a fit that kept none
-        wrenches = inferred_wrenches(skeleton, trial.dynamics, trial.contacts, trial.mask)
     p_ground_body = body_poses(skeleton, trial.motion.q)[1]
     found = []
     for i, foot in enumerate(trial.contacts.foot_bodies):

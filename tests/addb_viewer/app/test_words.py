@@ -26,9 +26,9 @@ NOT_SAID = {
 }
 RANGES = ((60, 80), (20, 30), (100, 110), (120, 140))  # of proposals and flags on the page
 STEPS = (
-    ("Next proposal or flagged range", 20),
-    ("Accept the proposal", 60),
-    ("Reject the proposal", 100),
+    ("Next proposal or flagged range", (20, 30)),
+    ("Accept the proposal", (60, 80)),
+    ("Reject the proposal", (100, 110)),
 )
 
 
@@ -78,9 +78,9 @@ def page(tmp_path, make_replay, make_app, enter, diagnosed):
 
 def test_no_page_says_what_only_programs_say(page):
     told = [said(page)]
-    for label, frame in STEPS:
+    for label, chosen in STEPS:
         page.press(label)
-        page.until(lambda frame=frame: page.session.frame == frame, label)
+        page.until(lambda chosen=chosen: page.session.review.chosen == chosen, label)
         told.append(said(page))
     page.press("Undo")
     page.until(lambda: page.told("Undone"))

@@ -3,7 +3,7 @@ import time
 
 import pytest
 
-from addb_viewer.app.shell.playback import LONGEST_WAIT_S, PICTURES_PER_SECOND, Pace, Playback
+from addb_viewer.app.shell.playback import HELD_S, LONGEST_WAIT_S, PICTURES_PER_SECOND, Pace, Playback
 from tests.patience import PATIENCE_S
 
 
@@ -133,6 +133,33 @@ def test_one_thread_draws_no_more_often_than_it_may():
     assert all(frame >= rate * (at - late_s) - 1 for frame, at in zip(frames[1:], at_s[:-1], strict=True))
     assert threads != {threading.get_ident()}
     assert len(threads) == 1
+
+
+def test_a_loop_shows_a_frame_for_a_moment_and_then_runs_until_it_is_ended(playback, clock):
+    playback.show_loop(20, 40, 33)
+    clock.now = 0.99 * HELD_S
+    assert (playback.position.frame, playback.position.held) == (33, True)
+    clock.now = HELD_S + 0.05
+    assert (playback.position.frame, playback.position.held) == (38, False)
+    clock.now = HELD_S + 0.10
+    assert playback.position.frame == 23
+    playback.end_loop()
+    clock.now += 1.0
+    assert (playback.position.frame, playback.position.playing) == (23, False)
+
+
+def test_another_loop_begins_at_its_own_frame_and_one_frame_is_no_loop(playback, clock):
+    playback.show_loop(20, 40, 33)
+    clock.now = HELD_S + 0.01
+    playback.show_loop(60, 80, 62)
+    assert playback.position.frame == 62
+    clock.now += HELD_S + 0.03
+    assert playback.position.frame == 65
+    playback.show_loop(90, 91, 90)
+    assert not playback.position.playing
+    playback.toggle()
+    playback.end_loop()
+    assert playback.position.playing, "what plays the whole trial is no loop"
 
 
 def test_many_wishes_end_at_the_last():

@@ -48,7 +48,7 @@ def test_a_key_hit_twice_is_one_t_and_old_words_are_said_again(app, enter, store
 def test_shift_t_says_what_stays_undecided_then_accepts_what_is_sure_and_u_goes_back(app, enter, stored):
     browser = enter(app)
     browser.press("Next proposal or flagged range")
-    browser.until(lambda: browser.session.frame == 20)
+    browser.until(lambda: browser.session.review.chosen == (20, 30))
     browser.press(SHIFT_T)
     browser.until(
         lambda: browser.told("Open proposals of which detection is not sure: 2. Their forces count.")
@@ -75,9 +75,9 @@ def test_shift_t_says_what_stays_undecided_then_accepts_what_is_sure_and_u_goes_
 
 def test_shift_t_finishes_at_once_where_all_that_is_open_is_sure(app, enter, stored):
     browser = enter(app)
-    for label, frame in (("Next proposal or flagged range", 20), ("Reject the proposal", 60)):
+    for label, at in (("Next proposal or flagged range", (20, 30)), ("Reject the proposal", (60, 80))):
         browser.press(label)
-        browser.until(lambda frame=frame: browser.session.frame == frame)
+        browser.until(lambda at=at: browser.session.review.chosen == at)
     browser.put("Go to", "100:110")
     browser.press("Clear: the force counts")
     browser.until(lambda: (100, 110) in [(c.start, c.end) for c in stored().cleared])

@@ -6,8 +6,10 @@ import threading
 import weakref
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from addb_viewer.app.trial.missing_force import MissingForce
 from addb_viewer.review_store import open_log
 from annotations.errors import ReviewError
 from annotations.events import FlagRange, SetStatus, Status
@@ -102,6 +104,38 @@ def test_i_and_o_select_and_a_digit_without_them_takes_the_contact(app, enter, s
     assert len(flags(stored())) == 2
 
 
+def test_n_shows_where_most_force_is_missing_and_plays_the_range_until_something_is_done(
+    tmp_path, make_replay, make_app, enter
+):
+    missing = np.zeros((200, 2))
+    missing[67, 1], missing[62, 0], missing[104, :] = 512.0, 900.0, np.nan
+    replay = replace(make_replay(), missing=MissingForce(missing, missing.sum(axis=1)))
+    app = make_app(tmp_path, [replay])
+    try:
+        browser = enter(app)
+        session = browser.session
+        browser.put("Go to", "59")
+        browser.until(lambda: session.frame == 59)
+        browser.press("Next proposal or flagged range")
+        browser.until(lambda: "Largest missing force 512 N, at frame 67" in browser.html())
+        browser.until(lambda: "/walk/67" in session.channel.shown("address"), "the frame in the address")
+        browser.until(lambda: session.playing and session.frame != 67, "the loop")
+        assert session.review.chosen == (60, 80)
+        browser.press("Flag: foot contact but no force")
+        browser.until(lambda: not session.playing, "the end of the loop")
+        browser.press("Flag: force wrong")  # painted again: the range is still at hand
+        browser.until(
+            lambda: [f.reason for f in session.review.review.flags if (f.start, f.end) == (60, 80)]
+            == ["forceDiscrepancy"]
+        )
+        browser.press("Next proposal or flagged range")
+        browser.until(lambda: session.review.chosen == (100, 110) and session.playing)
+        browser.press("No, to the question")
+        browser.until(lambda: session.review.chosen is None and not session.playing, "Esc")
+    finally:
+        app.close()
+
+
 def test_n_and_p_begin_where_the_cursor_is(app, enter):
     browser = enter(app)
     browser.put("Go to", "60")
@@ -117,12 +151,12 @@ def test_n_and_p_begin_where_the_cursor_is(app, enter):
 def test_proposals_are_gone_through_with_two_keys(app, enter, stored):
     browser = enter(app)
     browser.press("Next proposal or flagged range")
-    browser.until(lambda: browser.session.frame == 20)
+    browser.until(lambda: browser.session.review.chosen == (20, 30))
     assert browser.session.review.current.proposal.reason == "hasInputOutliers"
     browser.press("Reject the proposal")
-    browser.until(lambda: browser.session.frame == 60)
+    browser.until(lambda: browser.session.review.chosen == (60, 80))
     browser.press("Accept the proposal")
-    browser.until(lambda: browser.session.frame == 100)
+    browser.until(lambda: browser.session.review.chosen == (100, 110))
     browser.press("Accept the proposal")
     browser.until(lambda: browser.told("All proposals are decided"))
     review = stored()
