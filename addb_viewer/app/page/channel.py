@@ -37,7 +37,7 @@ LOG = logging.getLogger("addb_viewer")
 FILES, CONNECTION = "/addb", "/addb/page"
 PAGE_ITEM = "addb-viewer-page"  # of the browser's memory, as viser asks for it; the page itself answers
 PATIENCE_S = 20.0  # for the browser's answer; without it the page has no channel
-SCRIPTS = ("focus.js", "keys.js", "links.js", "bar.js", "timeline.js", "charts.js", "names.js")
+SCRIPTS = ("focus.js", "keys.js", "links.js", "bar.js", "timeline.js", "charts.js", "names.js", "scene.js")
 HEAD = "".join(
     (
         f"<script src='{FILES}/channel.js'></script>",  # before viser's script runs

@@ -1,15 +1,19 @@
 """Where people look from: three quarters, front, side and top of the person."""
 
+import asyncio
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import viser
 from jaxtyping import Float
+from scipy.spatial.transform import Rotation
 
 UP = np.array([0.0, 1.0, 0.0])
 FIELD_OF_VIEW = np.radians(40.0)  # vertical; wider bends limbs at the picture's edge
 DISTANCE = 3.3  # [m] a person fills the height
 MARGIN = 0.1  # of the picture, at each edge, around what is fitted into it
+RESTS_S = 0.25  # after its last word the camera stands still; while it moves it speaks every 0.05 s
 
 
 @dataclass(frozen=True)
@@ -90,6 +94,55 @@ def fit(client: viser.ClientHandle, points: Float[np.ndarray, "points 3"]) -> bo
         camera.fov, camera.up_direction = FIELD_OF_VIEW, UP
         camera.position, camera.look_at = center + distance * back, center
     return True
+
+
+@dataclass(frozen=True)
+class Eye:
+    """A camera: what it sees where."""
+
+    position: Float[np.ndarray, "3"]  # [m]
+    R_ground_eye: Float[np.ndarray, "3 3"]  # axes right, down and ahead
+    focal: float  # [px]
+    size: Float[np.ndarray, "2"]  # width and height of the picture [px]
+
+    def project(
+        self, points: Float[np.ndarray, "points 3"]
+    ) -> tuple[Float[np.ndarray, "points 2"], Float[np.ndarray, " points"]]:
+        """Where points are in the picture, from its upper left [px], and how far ahead [m]."""
+        seen = (points - self.position) @ self.R_ground_eye
+        depth = seen[:, 2]
+        ahead = np.where(depth > 0, depth, 1.0)
+        return 0.5 * self.size + self.focal * seen[:, :2] / ahead[:, None], depth
+
+    def point_at(self, place: Float[np.ndarray, "2"], depth: float) -> Float[np.ndarray, "3"]:
+        """The point that is seen there, so far ahead [m]: the inverse of `project`."""
+        across = (place - 0.5 * self.size) / self.focal * depth
+        return self.position + self.R_ground_eye @ np.array([*across, depth])
+
+
+def eye_of(camera: viser.CameraHandle, size: tuple[float, float] | None = None) -> Eye:
+    """The one of a browser.
+
+    Args:
+        camera: of the browser.
+        size: of the picture [px of the page]; None: as the camera says it, in pixels of the screen.
+    """
+    width, height = size or (camera.image_width, camera.image_height)
+    R = Rotation.from_quat(np.asarray(camera.wxyz)[[1, 2, 3, 0]]).as_matrix()
+    focal = 0.5 * height / np.tan(0.5 * camera.fov)
+    return Eye(np.asarray(camera.position, dtype=float), R, focal, np.array([width, height], dtype=float))
+
+
+def when_at_rest(client: viser.ClientHandle, then: Callable[[], None]) -> None:
+    """Call something, which returns at once, whenever the camera has moved and stands still again."""
+    waiting: list[asyncio.TimerHandle] = []
+
+    async def moved(_: viser.CameraHandle) -> None:
+        for one in waiting:
+            one.cancel()
+        waiting[:] = [asyncio.get_running_loop().call_later(RESTS_S, then)]
+
+    client.camera.on_update(moved)
 
 
 def first_sight(server: viser.ViserServer) -> None:

@@ -8,6 +8,7 @@ import viser
 from jaxtyping import Bool, Float
 
 from addb_viewer.app.scene.cause_pictures import Picture
+from addb_viewer.app.scene.labels import Label, add_label
 from addb_viewer.app.style.palette import CAUSE, CAUSE_SURFACE
 from addb_viewer.app.trial.replay import MarkerReplay
 
@@ -23,7 +24,6 @@ class CauseSizes:
     band: float = 0.012
     anchor: float = 0.05
     marker: float = 0.028
-    text: float = 0.05
     over_head: float = 1.95  # of labels without a place, above the ground
     line_height: float = 0.09  # from one label to the next
     text_width: float = 0.8  # nearer ones would overlap
@@ -51,6 +51,11 @@ class CauseNodes:
             for body in picture.bodies:
                 self.marked[body] = self.marked.get(body, np.zeros(len(path), dtype=bool)) | picture.acts
 
+    @property
+    def labels(self) -> list[Label]:
+        """Of all causes."""
+        return [cause.label for cause in self.one_by_one]
+
     def draw(self, frame: int, *, visible: bool) -> None:
         """Show one frame; labels without a place stand above the person, none over another."""
         free = self.path[frame] + np.array([0.0, CauseSizes().over_head, 0.0])
@@ -59,7 +64,7 @@ class CauseNodes:
             wanted = cause.draw(frame, free, visible=visible)
             if wanted is not None:
                 taken.append(_beside_others(wanted, taken))
-                cause.label.position = taken[-1]
+            cause.label.show(None if wanted is None else taken[-1])
 
     def marked_bodies(self, frame: int, *, visible: bool) -> set[int]:
         """Indices of the segments that a cause acts on."""
@@ -71,10 +76,7 @@ class _Cause:
 
     def __init__(self, scene: viser.SceneApi, name: str, picture: Picture, markers: MarkerReplay) -> None:
         self.picture, self.measured, sizes = picture, markers.measured, CauseSizes()
-        self.label = scene.add_label(
-            f"{name}/label", picture.label, visible=False, font_size_mode="scene",
-            font_scene_height=sizes.text, anchor="bottom-center",
-        )  # fmt: skip
+        self.label = add_label(scene, f"{name}/label", picture.label)
         self.arrow = _arrow(scene, f"{name}/force") if picture.force is not None else None
         self.ball = _ball(scene, f"{name}/ball", picture.radius, 0.75) if picture.radius else None
         self.band = _lines(scene, f"{name}/band", _NONE, sizes.band) if picture.anchor is not None else None
@@ -107,9 +109,9 @@ class _Cause:
         for marker, mark in zip(picture.markers, self.marks, strict=True):
             _put(mark, self.measured[frame, marker], acts)
         place = None if picture.place is None else picture.place[frame]
-        self.label.visible = acts and (place is None or bool(np.isfinite(place).all()))
-        tip = free if place is None else self._draw_at(place, frame, bool(self.label.visible))
-        return tip if self.label.visible else None
+        named = acts and (place is None or bool(np.isfinite(place).all()))
+        tip = free if place is None else self._draw_at(place, frame, named)
+        return tip if named else None
 
     def _draw_at(self, place: Float[np.ndarray, "3"], frame: int, acts: bool) -> Float[np.ndarray, "3"]:
         """What hangs at the place; where its label should stand."""

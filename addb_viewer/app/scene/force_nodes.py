@@ -6,6 +6,7 @@ import numpy as np
 import viser
 from jaxtyping import Float
 
+from addb_viewer.app.scene.labels import Label, add_label
 from addb_viewer.app.style.palette import GREY, RESIDUAL, TOTAL, UNASSIGNED, Rgb, foot_color
 from addb_viewer.app.trial.replay import PlateReplay, Replay, ResidualReplay
 
@@ -144,36 +145,41 @@ def _point(
         arrow.points = np.stack([start, start + sizes.metres_per_newton * force])[None].astype(np.float32)
 
 
-OUTLINE = 0.006  # [m]
-BETWEEN_NAMES = 0.35  # [m] two names nearer than this overlap on the screen
+OUTLINE = 0.010  # [m]
+SURFACE, ABOVE = 0.14, 0.002  # opacity of a plate; [m] over the floor's lines, which would shine through
+MOSTLY = 0.9  # of a plate's loaded frames: it serves that foot
 
 
 class PlateNodes:
-    """Outlines and names of the plates; a plate without known corners is named where its force acts."""
+    """Outlines in the colour of the foot that a plate serves, and names; one without corners has a name alone."""
 
-    def __init__(self, scene: viser.SceneApi, parent: str, plates: tuple[PlateReplay, ...]) -> None:
+    def __init__(
+        self, scene: viser.SceneApi, parent: str, plates: tuple[PlateReplay, ...], feet: tuple[str, ...]
+    ) -> None:
+        self.labels: list[Label] = []
         for i, plate in enumerate(plates):
-            edges = _edges(plate)
+            edges, foot = _edges(plate), served_foot(plate)
             if edges is not None:
-                scene.add_line_segments(f"{parent}/{i}/outline", edges, GREY, thickness=OUTLINE)
-        for i, place in name_places(plates).items():
-            scene.add_label(
-                f"{parent}/{i}/name", plates[i].name, position=place, font_size_mode="scene",
-                font_scene_height=0.04, anchor="top-center",
-            )  # fmt: skip
+                color = GREY if foot is None else foot_color(feet[foot], foot)
+                scene.add_line_segments(f"{parent}/{i}/outline", edges, color, thickness=OUTLINE)
+                scene.add_mesh_simple(
+                    f"{parent}/{i}/surface", edges[:, 0] + [0.0, ABOVE, 0.0], np.array([[0, 1, 2], [0, 2, 3]]),
+                    color=color, opacity=SURFACE, side="double", cast_shadow=False, receive_shadow=False,
+                )  # fmt: skip
+            place = name_place(plate)
+            if place is not None:
+                self.labels.append(
+                    add_label(scene, f"{parent}/{i}/name", plate.name, place, side=-1, stays=False)
+                )
 
 
-def name_places(plates: tuple[PlateReplay, ...]) -> dict[int, Float[np.ndarray, "3"]]:
-    """Where each plate's name stands [m], none over another; a plate that is nowhere has none."""
-    places: dict[int, Float[np.ndarray, "3"]] = {}
-    for i, plate in enumerate(plates):
-        place = _name_place(plate)
-        if place is None:
-            continue
-        while any(np.linalg.norm(place - other) < BETWEEN_NAMES for other in places.values()):
-            place = place + np.array([BETWEEN_NAMES, 0.0, 0.0])
-        places[i] = place
-    return places
+def served_foot(plate: PlateReplay) -> int | None:
+    """The foot that nearly all of the plate's load goes to, as an index; None where there is no such foot."""
+    loaded = np.linalg.norm(plate.force, axis=1) >= ForceSizes().smallest  # NaN is none
+    feet, frames = np.unique(plate.foot[loaded & (plate.foot >= 0)], return_counts=True)
+    if not len(feet) or frames.max() < MOSTLY * frames.sum():
+        return None
+    return int(feet[frames.argmax()])
 
 
 def _edges(plate: PlateReplay) -> Float[np.ndarray, "4 2 3"] | None:
@@ -183,8 +189,8 @@ def _edges(plate: PlateReplay) -> Float[np.ndarray, "4 2 3"] | None:
     return np.stack([plate.corners, np.roll(plate.corners, -1, axis=0)], axis=1)
 
 
-def _name_place(plate: PlateReplay) -> Float[np.ndarray, "3"] | None:
-    """On the edge farthest to the side, where feet and forces do not hide it."""
+def name_place(plate: PlateReplay) -> Float[np.ndarray, "3"] | None:
+    """On the edge farthest to the side, where feet and forces do not hide it [m]; None: it is nowhere."""
     edges = _edges(plate)
     if edges is not None:
         middles = edges.mean(axis=1)

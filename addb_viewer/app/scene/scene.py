@@ -7,9 +7,11 @@ import trimesh
 import viser
 from jaxtyping import Float
 
+from addb_viewer.app.scene.camera import Eye
 from addb_viewer.app.scene.cause_nodes import CauseNodes
 from addb_viewer.app.scene.cause_pictures import Figures, pictures
 from addb_viewer.app.scene.force_nodes import ForceNodes, PlateNodes
+from addb_viewer.app.scene.labels import settle
 from addb_viewer.app.scene.person_nodes import BodyNodes, MarkerNodes
 from addb_viewer.app.style.palette import OTHER_SOLVE
 from addb_viewer.app.trial.replay import BodyReplay, Replay
@@ -67,7 +69,7 @@ class TrialScene:
             self.bodies = (
                 BodyNodes(scene, f"{TRIAL}/bodies", replay.bodies, meshes) if replay.bodies else None
             )
-            self.plates = PlateNodes(scene, f"{TRIAL}/plates", replay.plates)
+            self.plates = PlateNodes(scene, f"{TRIAL}/plates", replay.plates, replay.feet)
             self.forces = ForceNodes(scene, f"{TRIAL}/forces", replay)
             self.path = followed_path(replay)
             self.anchor = np.zeros(3)
@@ -105,8 +107,13 @@ class TrialScene:
         markers = self.replay.markers
         self.causes = CauseNodes(self.server.scene, f"{TRIAL}/causes", drawn, self.path, markers)
 
-    def draw(self, frame: int) -> None:
-        """Move everything to one frame, in one message to every browser."""
+    def draw(self, frame: int, at_rest: Eye | None = None) -> None:
+        """Move everything to one frame, in one message to every browser.
+
+        Args:
+            frame: of the trial.
+            at_rest: the eye that looks at it, if nothing moves: labels are moved to where they are whole.
+        """
         if self.replay is None:
             return
         o = self.options
@@ -121,6 +128,8 @@ class TrialScene:
             self.causes.draw(frame, visible=o.causes)
             if o.follow:
                 self.lab.position = self.anchor - self.path[frame]
+            if at_rest is not None:
+                settle([*self.causes.labels, *self.plates.labels], at_rest, self.lab.position)
 
     def center(self, frame: int) -> Float[np.ndarray, "3"]:
         """The middle of the person as the cameras see it [m]: the pelvis, else half-way up the markers."""

@@ -9,6 +9,9 @@ from addb_viewer.app.shell.session import Session
 from addb_viewer.app.trial.frame_ranges import Stop
 
 
+LARGEST_PX = 1e5  # of a picture that a page tells
+
+
 @dataclass(frozen=True)
 class GoTo:
     """A frame."""
@@ -73,6 +76,14 @@ def listen(s: Session) -> None:
             case {"start": int(start), "end": int(end), "foot": str() | None as foot} if 0 <= start < end:
                 s.notices.obey("Selecting", lambda: s.review.go_to((start, end, foot)))
 
+    def resized(size: Any) -> None:
+        match size:
+            case [int() | float() as width, int() | float() as height] if s.picture != (width, height):
+                if 0 < width < LARGEST_PX and 0 < height < LARGEST_PX:
+                    s.picture = (width, height)
+                    s.playback.redraw()
+
+    s.channel.on("picture", resized)
     s.channel.on("go_to", went)
     s.channel.on("select", chosen)
     s.channel.on("border", moved)

@@ -21,7 +21,7 @@ from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.record.controller import RecordController
 from addb_viewer.app.review.controller import ReviewController
 from addb_viewer.app.review.panel import build_review
-from addb_viewer.app.scene.camera import VIEWS, fit, look
+from addb_viewer.app.scene.camera import VIEWS, eye_of, fit, look, when_at_rest
 from addb_viewer.app.scene.legend import legend_html
 from addb_viewer.app.scene.scene import TrialScene, heading
 from addb_viewer.app.security.trial_address import TrialAddress
@@ -74,10 +74,12 @@ class Session:
         self._replay: Replay | None = None
         self._looked = self._closed = False
         self._read_at = self.scrubbed_at = 0.0
+        self.picture: tuple[float, float] | None = None  # size of the scene in the page [px], where it says so
         client.gui.configure_theme(show_logo=False, show_share_button=False, dark_mode=self.memory.dark)
         self.scene = TrialScene(client)
         self.layout = layout_for(client)
         self.playback = Playback(self.notices.guard("Drawing", self._draw), pace=pace)
+        when_at_rest(client, self.playback.redraw)
         gui = client.gui
         self.controls = build_controls(gui, tuple(VIEWS), dark=self.memory.dark)
         gui.main_panel.dock_left()
@@ -200,7 +202,7 @@ class Session:
             self.review.warm_up()
             if not self._looked:  # later trials are seen from where the reviewer went
                 self.view("Reset")
-                fit(self.client, self.scene.extent(self.frame))
+            fit(self.client, self.scene.extent(self.frame))
 
     def go_to(self, trial: str, frame: int) -> None:
         """Show a frame of a trial of this subject."""
@@ -323,7 +325,7 @@ class Session:
             return
         frame = min(position.frame, replay.frames - 1)
         with self._drawing, self.client.atomic():
-            self.scene.draw(frame)
+            self.scene.draw(frame, None if position.playing else eye_of(self.client.camera, self.picture))
             self.timeline.cursor(frame)
             self._show_position(position, frame, replay)
 
@@ -338,8 +340,7 @@ class Session:
             put(c.frame, frame)
         self.diagnosis.cursor(frame)
         if not position.playing or position.held:
-            address = TrialAddress(self._shared.name, replay.name, frame)
-            self.channel.show("address", str(address))
+            self.channel.show("address", str(TrialAddress(self._shared.name, replay.name, frame)))
             self.review.moved()
             self.review.show_selection()
             self.timeline.select(self.review.chosen)

@@ -45,7 +45,11 @@ def page(folder, make_replay, make_app, open_page):
 
 @pytest.fixture
 def at(page, until):
-    return lambda frame: until(lambda: page.session.frame == frame, f"frame {frame}")
+    """The cursor is there, or a selection that begins there is being played."""
+    review = page.session.review
+    return lambda frame: until(
+        lambda: page.session.frame == frame or (review.chosen or (None,))[0] == frame, f"frame {frame}"
+    )
 
 
 @pytest.fixture

@@ -35,12 +35,12 @@ def test_an_arrow_stands_at_the_body_on_its_frames_and_the_bone_is_marked(scene,
     scene.draw(40)
     (cause,) = scene.causes.one_by_one
     assert cause.arrow.visible
-    assert cause.label.visible
+    assert cause.label.handle.visible
     np.testing.assert_allclose(cause.arrow.points[0], [[0.4, 1.0, 0.0], [0.6, 1.0, 0.0]], atol=1e-6)
     assert tuple(scene.bodies.handles[0].color) == CAUSE_SURFACE
     scene.draw(60)
     assert not cause.arrow.visible
-    assert not cause.label.visible
+    assert not cause.label.handle.visible
     assert tuple(scene.bodies.handles[0].color) == BONE
 
 
@@ -61,7 +61,7 @@ def test_labels_without_a_place_stand_below_one_another_above_the_person(scene, 
         figures(effect("clock_offset", "all", offset_s=0.01), effect("capture_scale", "all", scale=1.01))
     )
     scene.draw(100)
-    first, second = (cause.label.position for cause in scene.causes.one_by_one)
+    first, second = (cause.label.handle.position for cause in scene.causes.one_by_one)
     assert first[0] == second[0] == pytest.approx(1.0)
     assert abs(first[1] - second[1]) > 0.05
 
@@ -111,7 +111,7 @@ def test_they_come_with_every_trial_they_act_in(scene, make_replay, figures, pus
 def test_labels_of_causes_at_one_place_do_not_lie_over_another(scene, effect, figures):
     scene.explain(figures(*(effect("carried_mass", "pelvis", mass_kg=kg) for kg in (2.0, 3.0, 4.0))))
     scene.draw(0)
-    heights = sorted(cause.label.position[1] for cause in scene.causes.one_by_one)
+    heights = sorted(cause.label.handle.position[1] for cause in scene.causes.one_by_one)
     assert np.diff(heights).min() > 0.05
 
 
@@ -120,4 +120,4 @@ def test_a_force_that_would_hardly_be_seen_has_no_arrow(scene, effect, figures):
     scene.draw(0)
     (cause,) = scene.causes.one_by_one
     assert not cause.arrow.visible
-    assert cause.label.visible
+    assert cause.label.handle.visible

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from addb_viewer.app.scene.camera import DISTANCE, VIEWS, eye
-from addb_viewer.app.scene.force_nodes import BETWEEN_NAMES, name_places
+from addb_viewer.app.scene.force_nodes import name_place, served_foot
 from addb_viewer.app.scene.person_nodes import TRAIL_SEGMENTS, trail_rows
 from addb_viewer.app.scene.scene import TrialScene, followed_path, heading
 from addb_viewer.app.security.server import open_server
@@ -176,18 +176,21 @@ def test_feet_have_their_own_colours():
     assert foot_color("hoof", 0) != foot_color("hoof", 1)
 
 
-def test_names_of_plates_never_lie_over_one_another(make_replay):
-    plate = make_replay().plates[0]
-    without_corners = replace(plate, corners=None)
-    places = name_places((plate, plate, without_corners, without_corners))
-    assert len(places) == 4
-    distances = [np.linalg.norm(places[i] - places[j]) for i in places for j in places if i < j]
-    assert min(distances) >= BETWEEN_NAMES - 1e-9
-
-
 def test_an_unloaded_plate_without_corners_is_nowhere(make_replay):
     plate = make_replay().plates[0]
-    assert name_places((replace(plate, corners=None, force=np.zeros_like(plate.force)),)) == {}
+    assert name_place(replace(plate, corners=None, force=np.zeros_like(plate.force))) is None
+
+
+def test_a_plate_has_the_colour_of_the_foot_that_it_serves_and_none_where_two_share_it(scene, make_replay):
+    replay = make_replay()
+    first, second = replay.plates
+    assert [served_foot(plate) for plate in replay.plates] == [0, 1]
+    half = np.where(np.arange(replay.frames) < 30, 0, 1)
+    assert served_foot(replace(first, foot=half)) is None
+    assert served_foot(replace(first, foot=np.where(np.arange(replay.frames) < 57, 0, 1))) == 0
+    assert served_foot(replace(second, foot=np.full(replay.frames, -2))) is None
+    colors = [tuple(scene.server.scene.get_handle_by_name(f"/lab/trial/plates/{i}/surface").color) for i in (0, 1)]
+    assert colors == [GREEN, PURPLE]
 
 
 def test_measured_and_demanded_total_stand_at_the_centre_of_mass_and_differ_by_the_residual(
