@@ -3,9 +3,11 @@
 import html
 
 import numpy as np
+from jaxtyping import UInt8
 
 from addb_viewer.app.scene.cause_pictures import CAUSE_METRES_PER_NEWTON, LARGE_METRES_PER_NEWTON, LARGE_N
 from addb_viewer.app.scene.force_nodes import ForceSizes
+from addb_viewer.app.scene.tints import NONE, tint_words
 from addb_viewer.app.style.html_pieces import boxed
 from addb_viewer.app.style.palette import (
     CAUSE,
@@ -19,22 +21,29 @@ from addb_viewer.app.style.palette import (
     Rgb,
     error_colors,
     foot_color,
+    load_colors,
 )
 from addb_viewer.app.trial.replay import Replay
 from annotations.foot_names import foot_words
 
 
-def legend_html(replay: Replay, *, diagnosed: bool = False) -> str:
-    """What the colours in the scene mean; those of causes once there is a diagnosis."""
+def legend_html(replay: Replay, *, diagnosed: bool = False, tint: str = NONE) -> str:
+    """What the colours in the scene mean; those of causes once there is a diagnosis.
+
+    Args:
+        replay: the trial.
+        diagnosed: whether there is one.
+        tint: what the bones' colour says.
+    """
     parts = []
+    if words := tint_words(replay, tint):
+        what, low, high = words
+        parts.append(f"<div>{what}:</div>" + _ramp_html(low, load_colors(np.linspace(0.0, 1.0, 7)), high))
+    elif tint != NONE:
+        parts.append(f"<div>Bones have one colour: no {tint} is known in this trial.</div>")
     if replay.bodies is not None:
         ramp = error_colors(np.linspace(0.0, ERROR_FULL_SCALE, 5))
-        stops = ", ".join(Rgb(*color).css for color in ramp.tolist())
-        parts.append(
-            f"<div style='display:flex;align-items:center;gap:.5em'>marker error 0 "
-            f"<span style='flex:1;height:.7em;background:linear-gradient(to right, {stops})'></span> "
-            f"≥ {100 * ERROR_FULL_SCALE:g} cm</div>"
-        )
+        parts.append(_ramp_html("marker error 0", ramp, f"≥ {100 * ERROR_FULL_SCALE:g} cm"))
         parts.append(_swatches((("no model marker", NO_MODEL), ("lost marker", UNSEEN))))
     if replay.plates:
         feet = tuple((_foot(foot), foot_color(foot, i)) for i, foot in enumerate(replay.feet))
@@ -59,6 +68,15 @@ def legend_html(replay: Replay, *, diagnosed: bool = False) -> str:
         of_large = f"of a step's, and above {LARGE_N:.0f} N, {large:.0f} N"
         parts.append(f"<div>1 m of its arrow is {small:.0f} N; {of_large}</div>")
     return boxed("".join(parts))
+
+
+def _ramp_html(low: str, colors: UInt8[np.ndarray, "stops 3"], high: str) -> str:
+    stops = ", ".join(Rgb(*color).css for color in colors.tolist())
+    return (
+        f"<div style='display:flex;align-items:center;gap:.5em'>{low} "
+        f"<span style='flex:1;height:.7em;background:linear-gradient(to right, {stops})'></span> "
+        f"{high}</div>"
+    )
 
 
 def _foot(body: str) -> str:

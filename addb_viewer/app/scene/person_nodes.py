@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 import viser
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, UInt8
 from viser._messages import SetOrientationMessage, SetPositionMessage
 
 from addb_viewer.app.style.palette import BONE, CAUSE_SURFACE, GREY, NO_MODEL, Rgb
@@ -52,15 +52,32 @@ class BodyNodes:
             for index, name in enumerate(replay.names)
             if name in meshes
         }  # fmt: skip
-        self.marked: Set[int] = frozenset()
+        self.painted = dict.fromkeys(self.handles, color)
         self.see_through = False
 
-    def draw(self, frame: int, *, visible: bool, see_through: bool, marked: Set[int] = frozenset()) -> None:
-        """Show one frame; marked bodies in the colour of named causes."""
-        for index in self.marked ^ marked:
-            if index in self.handles:
-                self.handles[index].color = CAUSE_SURFACE if index in marked else self.color
-        self.marked = marked
+    def draw(
+        self,
+        frame: int,
+        *,
+        visible: bool,
+        see_through: bool,
+        marked: Set[int] = frozenset(),
+        tints: UInt8[np.ndarray, "bodies 3"] | None = None,
+    ) -> None:
+        """Show one frame.
+
+        Args:
+            frame: of the trial.
+            visible: False hides all.
+            see_through: so that what is inside shows.
+            marked: bodies in the colour of named causes.
+            tints: colours of the others; None: all have the same one.
+        """
+        for index, handle in self.handles.items():
+            color = self.color if tints is None else Rgb(*tints[index].tolist())
+            color = CAUSE_SURFACE if index in marked else color
+            if color != self.painted[index]:
+                handle.color = self.painted[index] = color
         if see_through != self.see_through:
             self.see_through = see_through
             for handle in self.handles.values():

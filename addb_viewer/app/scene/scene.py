@@ -5,14 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 import viser
-from jaxtyping import Float
+from jaxtyping import Float, UInt8
 
 from addb_viewer.app.scene.camera import Eye
 from addb_viewer.app.scene.cause_nodes import CauseNodes
 from addb_viewer.app.scene.cause_pictures import Figures, pictures
 from addb_viewer.app.scene.force_nodes import ForceNodes, PlateNodes
 from addb_viewer.app.scene.labels import settle
+from addb_viewer.app.scene.legend import legend_html
 from addb_viewer.app.scene.person_nodes import BodyNodes, MarkerNodes
+from addb_viewer.app.scene.tints import NONE, tints
 from addb_viewer.app.style.palette import OTHER_SOLVE
 from addb_viewer.app.trial.replay import BodyReplay, Replay
 
@@ -35,6 +37,7 @@ class SceneOptions:
     causes: bool = True
     other: bool = True  # the skeleton of the solve that this one is compared with
     follow: bool = True
+    tint: str = NONE  # what the bones' colour says: one of `TINTS`
 
 
 class TrialScene:
@@ -55,6 +58,7 @@ class TrialScene:
         self.replay: Replay | None = None
         self.figures: Figures | None = None
         self.other: BodyNodes | None = None
+        self._painted: tuple[str, UInt8[np.ndarray, "frames bodies 3"] | None] | None = None  # kind and colours
         self.path = np.zeros((1, 3))
         self.anchor = np.zeros(3)
 
@@ -64,7 +68,7 @@ class TrialScene:
         with self.server.atomic():
             scene.remove_by_name(TRIAL)
             scene.add_frame(TRIAL, show_axes=False)
-            self.replay, self.other = replay, None
+            self.replay, self.other, self._painted = replay, None, None
             self.markers = MarkerNodes(scene, f"{TRIAL}/markers", replay.markers, replay.rate)
             self.bodies = (
                 BodyNodes(scene, f"{TRIAL}/bodies", replay.bodies, meshes) if replay.bodies else None
@@ -121,7 +125,9 @@ class TrialScene:
             self.markers.draw(frame, with_model=o.model_markers, trail_seconds=o.trail_seconds)
             if self.bodies is not None:
                 marked = self.causes.marked_bodies(frame, visible=o.causes)
-                self.bodies.draw(frame, visible=o.bones, see_through=o.see_through, marked=marked)
+                self.bodies.draw(
+                    frame, visible=o.bones, see_through=o.see_through, marked=marked, tints=self._tints(frame)
+                )
             if self.other is not None:
                 self.other.draw(frame, visible=o.other, see_through=True)
             self.forces.draw(frame, forces=o.forces, residual=o.residual, demanded=o.demanded, total=o.total)
@@ -130,6 +136,20 @@ class TrialScene:
                 self.lab.position = self.anchor - self.path[frame]
             if at_rest is not None:
                 settle([*self.causes.labels, *self.plates.labels], at_rest, self.lab.position)
+
+    @property
+    def legend(self) -> str:
+        """What the colours mean, as a piece of the page."""
+        if self.replay is None:
+            return ""
+        return legend_html(self.replay, diagnosed=self.figures is not None, tint=self.options.tint)
+
+    def _tints(self, frame: int) -> UInt8[np.ndarray, "bodies 3"] | None:
+        assert self.replay is not None
+        if self._painted is None or self._painted[0] != self.options.tint:
+            self._painted = self.options.tint, tints(self.replay, self.options.tint)
+        colors = self._painted[1]
+        return None if colors is None else colors[frame]
 
     def center(self, frame: int) -> Float[np.ndarray, "3"]:
         """The middle of the person as the cameras see it [m]: the pelvis, else half-way up the markers."""

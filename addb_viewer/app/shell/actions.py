@@ -243,7 +243,9 @@ def _show_options(s: Session) -> None:
     )
     o.forces, o.demanded, o.residual = show.forces.value, show.demanded.value, show.residual.value
     o.total = show.total.value
+    o.tint = show.tint.value
     o.causes, o.trail_seconds = show.causes.value, float(show.trails.value)
+    show.legend.content = s.scene.legend
     s.playback.redraw()
 
 

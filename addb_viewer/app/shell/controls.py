@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import viser
 
+from addb_viewer.app.scene.tints import TINTS
 from addb_viewer.app.shell.fit_tab import FitTab
 from addb_viewer.app.shell.playback import SPEEDS
 
@@ -20,6 +21,7 @@ class Show:
     """What the scene shows."""
 
     bones: viser.GuiCheckboxHandle
+    tint: viser.GuiDropdownHandle[str]
     see_through: viser.GuiCheckboxHandle
     model_markers: viser.GuiCheckboxHandle
     forces: viser.GuiCheckboxHandle
@@ -38,6 +40,7 @@ class Show:
         """Those that change the picture."""
         return (
             self.bones,
+            self.tint,
             self.see_through,
             self.model_markers,
             self.forces,
@@ -110,6 +113,10 @@ def _show(gui: viser.GuiApi, views: tuple[str, ...], dark: bool) -> Show:
     view = gui.add_button_group("View", views)
     follow = gui.add_checkbox("Follow", True, hint="Keep the pelvis in the middle")
     bones = gui.add_checkbox("Bones", True)
+    tint = gui.add_dropdown(
+        "Bones show", TINTS, hint="Colour of the bones: torque at the joint above, as a share of the subject's "
+        "largest, or the residual force",
+    )  # fmt: skip
     see_through = gui.add_checkbox("See-through", False)
     model_markers = gui.add_checkbox("Model markers", True)
     forces = gui.add_checkbox("Forces", True)
@@ -125,7 +132,7 @@ def _show(gui: viser.GuiApi, views: tuple[str, ...], dark: bool) -> Show:
     dark_theme = gui.add_checkbox("Dark", dark, hint="Dark theme")
     legend = gui.add_html("")
     return Show(
-        bones, see_through, model_markers, forces, demanded, residual, total, causes, trails, legend, follow,
+        bones, tint, see_through, model_markers, forces, demanded, residual, total, causes, trails, legend, follow,
         view, dark_theme,
     )  # fmt: skip
 

@@ -22,7 +22,6 @@ from addb_viewer.app.record.controller import RecordController
 from addb_viewer.app.review.controller import ReviewController
 from addb_viewer.app.review.panel import build_review
 from addb_viewer.app.scene.camera import VIEWS, eye_of, fit, look, when_at_rest
-from addb_viewer.app.scene.legend import legend_html
 from addb_viewer.app.scene.scene import TrialScene, heading
 from addb_viewer.app.security.trial_address import TrialAddress
 from addb_viewer.app.shell.bar import Bar
@@ -223,9 +222,7 @@ class Session:
     def explain(self) -> None:
         """Draw the causes of the diagnosis that is kept."""
         self.scene.explain(self.diagnosis.state.figures)
-        if self._replay is not None:
-            diagnosed = self.scene.figures is not None
-            self.controls.show.legend.content = legend_html(self._replay, diagnosed=diagnosed)
+        self.controls.show.legend.content = self.scene.legend
         self.draw_lanes()
         self.playback.redraw()
 
@@ -317,7 +314,7 @@ class Session:
         c.frame.max = max(replay.frames - 1, 1)
         put(c.trial, replay.name)
         self.show_summary()
-        c.show.legend.content = legend_html(replay, diagnosed=self.scene.figures is not None)
+        c.show.legend.content = self.scene.legend
 
     def _draw(self, position: Position) -> None:
         replay = self._replay

@@ -140,6 +140,28 @@ def reason_color(reason: str) -> Rgb:
     return REASONS.get(key_of(reason), GREY)
 
 
+_LOAD_RAMP = np.array([BONE, ORANGE, VERMILION, (110, 30, 10)], dtype=float)  # darker with every step
+LOAD_STEPS = 24  # shades that are told apart; bones change their colour no more often
+
+
+def load_colors(share: Float[np.ndarray, "*bodies"]) -> UInt8[np.ndarray, "*bodies 3"]:
+    """From bone over orange and vermilion to dark brown; bone where nothing is known (NaN).
+
+    Args:
+        share: of the largest value.
+    """
+    return _along(_LOAD_RAMP, np.nan_to_num(share))
+
+
+def _along(
+    ramp: Float[np.ndarray, "stops 3"], share: Float[np.ndarray, "*points"]
+) -> UInt8[np.ndarray, "*points 3"]:
+    place = np.clip(share, 0.0, 1.0) * (len(ramp) - 1)
+    lower = np.minimum(place.astype(int), len(ramp) - 2)
+    part = (place - lower)[..., None]
+    return np.asarray(ramp[lower] * (1 - part) + ramp[lower + 1] * part).astype(np.uint8)
+
+
 def error_colors(errors: Float[np.ndarray, "*markers"]) -> UInt8[np.ndarray, "*markers 3"]:
     """Blue at no error over orange to vermilion at 4 cm; grey where there is no model marker (NaN).
 
@@ -147,8 +169,5 @@ def error_colors(errors: Float[np.ndarray, "*markers"]) -> UInt8[np.ndarray, "*m
         errors: distances between measured and model marker [m].
     """
     known = np.isfinite(errors)
-    place = np.clip(np.where(known, errors, 0.0) / ERROR_FULL_SCALE, 0.0, 1.0) * (len(_RAMP) - 1)
-    lower = np.minimum(place.astype(int), len(_RAMP) - 2)
-    part = (place - lower)[..., None]
-    colors = _RAMP[lower] * (1 - part) + _RAMP[lower + 1] * part
+    colors = _along(_RAMP, np.where(known, errors, 0.0) / ERROR_FULL_SCALE)
     return np.where(known[..., None], colors, np.array(NO_MODEL)).astype(np.uint8)

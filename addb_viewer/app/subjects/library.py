@@ -4,12 +4,14 @@ import threading
 from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import trimesh
 
 from addb_viewer.app.subjects.root_folder import check_recorded, reading_of
+from addb_viewer.app.trial.joint_loads import largest_joint_load
 from addb_viewer.app.trial.replay import BodySize, Replay
 from addb_viewer.app.trial.replay_of_fit import fitted_replay, unfitted_replay
 from addb_viewer.app.trial.trial_curves import TrialCurves, trial_curves
@@ -118,11 +120,16 @@ class Library:
         trials: Any = summary(self.fit)["trials"]
         return next((t for t in trials if t["name"] == name), {})
 
+    @cached_property
+    def _largest_torque(self) -> float | None:
+        return None if self.fit is None else largest_joint_load(self.fit.skeleton, self.fit.trials)
+
     def _load(self, name: str) -> Replay:
         trial = self.fitted(name)
         if self.fit is not None and trial is not None:
             person = BodySize(self.fit.mass_kg, self.fit.height_m)
-            return fitted_replay(trial, self.fit.skeleton, person, self.fit.settings)
+            settings, largest = self.fit.settings, self._largest_torque
+            return fitted_replay(trial, self.fit.skeleton, person, settings, largest_torque=largest)
         return unfitted_replay(self.capture(name))
 
 

@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float, Int, UInt8
 from scipy.spatial.transform import Rotation
 
 from addb_viewer.app.style.palette import UNSEEN, error_colors
+from addb_viewer.app.trial.joint_loads import JointLoads
 from addb_viewer.app.trial.missing_force import LargestMissing, MissingForce
 from annotations.suggested_activity import SuggestedActivity
 from solver.contact.contact_phases import ContactPhase
@@ -185,6 +186,7 @@ class Replay:
     bodies: BodyReplay | None = None
     residual: ResidualReplay | None = None
     joints: JointReplay | None = None
+    joint_loads: JointLoads | None = None
     demanded: tuple[DemandedForce, ...] = ()  # of feet whose force is missing
     missing: MissingForce | None = None
     forces: ForceUse = field(default_factory=ForceUse)

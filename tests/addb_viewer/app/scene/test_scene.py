@@ -10,8 +10,20 @@ from addb_viewer.app.scene.camera import DISTANCE, VIEWS, eye
 from addb_viewer.app.scene.force_nodes import name_place, served_foot
 from addb_viewer.app.scene.person_nodes import TRAIL_SEGMENTS, trail_rows
 from addb_viewer.app.scene.scene import TrialScene, followed_path, heading
+from addb_viewer.app.scene.tints import RESIDUAL, TORQUE
 from addb_viewer.app.security.server import open_server
-from addb_viewer.app.style.palette import GREEN, PURPLE, UNASSIGNED, UNSEEN, error_colors, foot_color
+from addb_viewer.app.style.palette import (
+    BONE,
+    CAUSE_SURFACE,
+    GREEN,
+    PURPLE,
+    UNASSIGNED,
+    UNSEEN,
+    error_colors,
+    foot_color,
+    load_colors,
+)
+from addb_viewer.app.trial.joint_loads import JointLoads
 from addb_viewer.app.trial.replay import held
 
 MESHES = {"pelvis": trimesh.creation.box((0.2, 0.2, 0.3))}
@@ -221,3 +233,29 @@ def test_bones_stand_where_the_fit_has_them_and_nowhere_else(scene, make_replay)
     scene.bodies.known[31] = False
     scene.draw(31)
     assert not bone.visible
+
+
+def test_bones_show_torque_or_residual_darker_the_larger_and_causes_stay_marked(scene, make_replay):
+    replay = make_replay()
+    loads = np.linspace(0.0, 40.0, replay.frames)[:, None]
+    loads[5] = np.nan
+    scene.show(replace(replay, joint_loads=JointLoads(loads, 80.0)), MESHES)
+    (bone,) = scene.bodies.handles.values()
+
+    def brightness(frame):
+        scene.draw(frame)
+        return sum(bone.color)
+
+    assert brightness(199) == sum(BONE), "colours are asked for"
+    scene.options.tint = TORQUE
+    assert brightness(0) == brightness(5) == sum(BONE)
+    assert brightness(0) > brightness(100) > brightness(199) > sum(load_colors(np.array(1.0)))
+    assert "80 N·m" in scene.legend
+    scene.options.tint = RESIDUAL  # 0 to 100 N, where 35 N is the limit
+    assert sum(BONE) > brightness(60) > brightness(199) == sum(load_colors(np.array(1.0)))
+    assert "≥ 70 N" in scene.legend
+    scene.bodies.draw(199, visible=True, see_through=False, marked={0}, tints=load_colors(np.array([1.0])))
+    assert tuple(bone.color) == CAUSE_SURFACE
+    scene.show(make_replay(fitted=False), MESHES)
+    scene.draw(0)
+    assert "no residual is known" in scene.legend

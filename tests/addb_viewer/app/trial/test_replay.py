@@ -64,12 +64,17 @@ def test_a_fit_brings_bodies_model_markers_residuals_and_limits(small_fit):
     assert replay.residual.moment_limit == pytest.approx(0.01 * 980.665 * 2.0)
     np.testing.assert_array_equal(replay.residual.used, [True, False, True, True])
     np.testing.assert_array_equal(replay.residual.force[:, 0], [3, 1000, 0, 0])
+    np.testing.assert_allclose(replay.missing.of_all, np.linalg.norm(replay.residual.force, axis=1))
+    assert replay.most_missing(0, 4, "thigh").frame == 1, "where the force does not count"
+    assert replay.most_missing(2, 4, None).newtons == pytest.approx(13.0)
+    assert np.isnan(replay.joint_loads.of_bodies).all(), "the root hangs from no joint"
     assert replay.notes == ("plate 1 was not tared",)
 
 
 def test_a_trial_without_forces_has_no_residual(small_fit):
     replay = fitted_replay(small_fit.trials[1], small_fit.skeleton, PERSON, small_fit.settings)
     assert replay.residual is None
+    assert replay.missing is replay.joint_loads is None
     assert replay.plates == ()
     assert replay.bodies is not None
 
