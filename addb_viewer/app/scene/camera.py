@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import viser
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.spatial.transform import Rotation
 
 UP = np.array([0.0, 1.0, 0.0])
@@ -113,6 +113,11 @@ class Eye:
         depth = seen[:, 2]
         ahead = np.where(depth > 0, depth, 1.0)
         return 0.5 * self.size + self.focal * seen[:, :2] / ahead[:, None], depth
+
+    def sees(self, points: Float[np.ndarray, "points 3"]) -> Bool[np.ndarray, " points"]:
+        """Whether they are in the picture."""
+        places, depth = self.project(points)
+        return (depth > 0) & ((places >= 0) & (places <= self.size)).all(axis=1)
 
     def point_at(self, place: Float[np.ndarray, "2"], depth: float) -> Float[np.ndarray, "3"]:
         """The point that is seen there, so far ahead [m]: the inverse of `project`."""

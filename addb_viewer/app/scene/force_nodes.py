@@ -147,11 +147,12 @@ def _point(
 
 OUTLINE = 0.010  # [m]
 SURFACE, ABOVE = 0.14, 0.002  # opacity of a plate; [m] over the floor's lines, which would shine through
+TWO_TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]])  # of four corners
 MOSTLY = 0.9  # of a plate's loaded frames: it serves that foot
 
 
 class PlateNodes:
-    """Outlines in the colour of the foot that a plate serves, and names; one without corners has a name alone."""
+    """Plates in the colour of the foot that they serve, and names; one without corners has a name alone."""
 
     def __init__(
         self, scene: viser.SceneApi, parent: str, plates: tuple[PlateReplay, ...], feet: tuple[str, ...]
@@ -160,17 +161,16 @@ class PlateNodes:
         for i, plate in enumerate(plates):
             edges, foot = _edges(plate), served_foot(plate)
             if edges is not None:
-                color = GREY if foot is None else foot_color(feet[foot], foot)
+                color = GREY if foot is None or foot >= len(feet) else foot_color(feet[foot], foot)
                 scene.add_line_segments(f"{parent}/{i}/outline", edges, color, thickness=OUTLINE)
                 scene.add_mesh_simple(
-                    f"{parent}/{i}/surface", edges[:, 0] + [0.0, ABOVE, 0.0], np.array([[0, 1, 2], [0, 2, 3]]),
-                    color=color, opacity=SURFACE, side="double", cast_shadow=False, receive_shadow=False,
+                    f"{parent}/{i}/surface", edges[:, 0] + [0.0, ABOVE, 0.0], TWO_TRIANGLES, color=color,
+                    opacity=SURFACE, side="double", cast_shadow=False, receive_shadow=False,
                 )  # fmt: skip
             place = name_place(plate)
             if place is not None:
-                self.labels.append(
-                    add_label(scene, f"{parent}/{i}/name", plate.name, place, side=-1, stays=False)
-                )
+                of = place[None] if edges is None else edges.reshape(-1, 3)
+                self.labels.append(add_label(scene, f"{parent}/{i}/name", plate.name, place, side=-1, of=of))
 
 
 def served_foot(plate: PlateReplay) -> int | None:

@@ -1,4 +1,4 @@
-"""Labels in the scene: as large everywhere, and, once the picture rests, whole, inside it and none over another."""
+"""Labels in the scene: equally large, and, once the picture rests, inside it and none over another."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -28,7 +28,9 @@ class Label:
 
     handle: viser.LabelHandle
     side: int  # 1 above its place, −1 below it
-    stays: bool  # whether it comes into the picture when its place has left it
+    of: (
+        Float[np.ndarray, "points 3"] | None
+    )  # [m] of which one has to be in the picture; None: it always shows
     place: Float[np.ndarray, "3"]  # [m]
     shift: Float[np.ndarray, "3"]  # [m]
 
@@ -62,7 +64,7 @@ def add_label(
     place: Float[np.ndarray, "3"] | None = None,
     *,
     side: int = 1,
-    stays: bool = True,
+    of: Float[np.ndarray, "points 3"] | None = None,
 ) -> Label:
     """A label of the scene; without a place it is hidden.
 
@@ -72,14 +74,15 @@ def add_label(
         text: one line.
         place: [m]
         side: 1 above the place, −1 below it.
-        stays: whether it comes into the picture when its place has left it.
+        of: what it names [m]: while none of these points is in the picture, the label is neither; None: it
+            always comes into the picture.
     """
     start = np.zeros(3) if place is None else place
     handle = scene.add_label(
         name, text, position=start, visible=place is not None, font_size_mode="screen",
         font_screen_scale=SCALE, anchor="center-center",
     )  # fmt: skip
-    return Label(handle, side, stays, start, np.zeros(3))
+    return Label(handle, side, of, start, np.zeros(3))
 
 
 def settle(labels: Iterable[Label], eye: Eye, offset: Float[np.ndarray, "3"]) -> None:
@@ -99,7 +102,7 @@ def settle(labels: Iterable[Label], eye: Eye, offset: Float[np.ndarray, "3"]) ->
         if depth <= 0:
             continue
         wanted = place - [0.0, label.side * (BESIDE_PX + 0.5 * LINE_PX)]
-        if not label.stays and _outside(_box(wanted, label.size), eye.size):
+        if label.of is not None and not eye.sees(label.of + offset).any():
             continue
         centre = free_place(wanted, label.size, taken, eye.size)
         taken.append(_box(centre, label.size))
@@ -137,7 +140,3 @@ def _box(centre: Float[np.ndarray, "2"], size: Float[np.ndarray, "2"]) -> Box:
 
 def _overlap(a: Box, b: Box) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
-
-
-def _outside(box: Box, picture: Float[np.ndarray, "2"]) -> bool:
-    return not _overlap(box, (0.0, 0.0, float(picture[0]), float(picture[1])))

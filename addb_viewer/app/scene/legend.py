@@ -49,7 +49,9 @@ def legend_html(replay: Replay, *, diagnosed: bool = False, tint: str = NONE) ->
         feet = tuple((_foot(foot), foot_color(foot, i)) for i, foot in enumerate(replay.feet))
         parts.append(_swatches((*feet, ("no foot assigned", UNASSIGNED))))
         if replay.feet and any(plate.corners is not None for plate in replay.plates):
-            parts.append("<div>plates: in the colour of the foot that they serve; grey: of none, or both</div>")
+            parts.append(
+                "<div>plates: in the colour of the foot that they serve; grey: of none, or both</div>"
+            )
         if replay.demanded:
             parts.append(
                 "<div>hollow arrow: force that the motion requires where a foot's force is missing</div>"

@@ -1,6 +1,6 @@
 """The 3-D scene of one trial. Everything hangs below one frame that glides along; cameras stand still."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import trimesh
@@ -13,6 +13,7 @@ from addb_viewer.app.scene.cause_pictures import Figures, pictures
 from addb_viewer.app.scene.force_nodes import ForceNodes, PlateNodes
 from addb_viewer.app.scene.labels import settle
 from addb_viewer.app.scene.legend import legend_html
+from addb_viewer.app.scene.measuring import Measuring
 from addb_viewer.app.scene.person_nodes import BodyNodes, MarkerNodes
 from addb_viewer.app.scene.tints import NONE, tints
 from addb_viewer.app.style.palette import OTHER_SOLVE
@@ -43,6 +44,8 @@ class SceneOptions:
 class TrialScene:
     """Owns all nodes of the scene of one browser; or, given the server, of one that all see."""
 
+    measuring: Measuring  # of the trial that is shown
+
     def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self.server = server
         self.options = SceneOptions()
@@ -58,13 +61,15 @@ class TrialScene:
         self.replay: Replay | None = None
         self.figures: Figures | None = None
         self.other: BodyNodes | None = None
-        self._painted: tuple[str, UInt8[np.ndarray, "frames bodies 3"] | None] | None = None  # kind and colours
+        self._painted: tuple[str, UInt8[np.ndarray, "frames bodies 3"] | None] | None = (
+            None  # kind and colours
+        )
         self.path = np.zeros((1, 3))
         self.anchor = np.zeros(3)
 
     def show(self, replay: Replay, meshes: dict[str, trimesh.Trimesh]) -> None:
         """Put another trial in place of the present one and draw its first frame."""
-        scene = self.server.scene
+        scene, measures = self.server.scene, self.replay is not None and self.measuring.on
         with self.server.atomic():
             scene.remove_by_name(TRIAL)
             scene.add_frame(TRIAL, show_axes=False)
@@ -75,6 +80,8 @@ class TrialScene:
             )
             self.plates = PlateNodes(scene, f"{TRIAL}/plates", replay.plates, replay.feet)
             self.forces = ForceNodes(scene, f"{TRIAL}/forces", replay)
+            self.measuring = Measuring(scene, f"{TRIAL}/measured", replay, meshes)
+            self.measuring.switch(measures)
             self.path = followed_path(replay)
             self.anchor = np.zeros(3)
             self._add_causes()
@@ -132,10 +139,16 @@ class TrialScene:
                 self.other.draw(frame, visible=o.other, see_through=True)
             self.forces.draw(frame, forces=o.forces, residual=o.residual, demanded=o.demanded, total=o.total)
             self.causes.draw(frame, visible=o.causes)
+            self.measuring.draw(frame)
             if o.follow:
                 self.lab.position = self.anchor - self.path[frame]
             if at_rest is not None:
-                settle([*self.causes.labels, *self.plates.labels], at_rest, self.lab.position)
+                labels = [self.measuring.label, *self.causes.labels, *self.plates.labels]
+                settle(labels, at_rest, self.lab.position)
+
+    def measure(self, frame: int, eye: Eye, place: Float[np.ndarray, "2"]) -> bool:
+        """Take a click of the measuring tool; arguments and result as for `Measuring.click`."""
+        return self.measuring.click(frame, replace(eye, position=eye.position - self.lab.position), place)
 
     @property
     def legend(self) -> str:

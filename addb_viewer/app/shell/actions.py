@@ -3,12 +3,16 @@
 import time
 from collections.abc import Mapping, Sequence
 from functools import partial
+from typing import Any
 
+import numpy as np
 import viser
 
+from addb_viewer.app.page.handles import put
 from addb_viewer.app.review.panel import DECIDE, EDITS, FINISH, SUGGESTION
 from addb_viewer.app.scene import camera
-from addb_viewer.app.scene.camera import VIEWS
+from addb_viewer.app.scene.camera import VIEWS, eye_of
+from addb_viewer.app.scene.measuring import HOW
 from addb_viewer.app.shell import go_to, keys
 from addb_viewer.app.shell.commands import Command
 from addb_viewer.app.shell.controls import MOVES, SPEED_NAMES
@@ -32,6 +36,9 @@ def connect(session: Session, commands: Sequence[Command]) -> None:
     _bind_review(session)
     _bind_solve(session)
     go_to.listen(session)
+    session.channel.on(
+        "pick", lambda place: session.notices.obey("Measuring", partial(_pick, session, place))
+    )
     s, help_page = session, keys.page_html(commands, str(key_file()))
     s.keys_page.content = help_page
     actions = {**actions_of(s), "help": lambda: _toggle_help(s, help_page)}
@@ -75,6 +82,7 @@ def actions_of(session: Session) -> Mapping[str, Action]:
         "view_person": partial(_fit_view, s),
         "yes": partial(_yes, s),
         "no": partial(_escape, s),
+        "measure": lambda: _measure(s, not s.scene.measuring.on),
         "rename": s.reviewer.ask,
         "theme": lambda: s.set_dark(not s.memory.dark),
     }
@@ -118,6 +126,7 @@ def _bind_controls(s: Session) -> None:
     for switch in c.show.switches:
         on(switch, "Showing", partial(_show_options, s))
     on(c.show.follow, "Following", partial(_follow, s))
+    on(c.show.measure, "Measuring", lambda: _measure(s, c.show.measure.value))
     on(c.show.dark, "Turning the theme", lambda: s.set_dark(c.show.dark.value))
     c.play.on_click(in_order("Playing", s.playback.toggle))
     _bind_group(s, c.move, "Moving", {name: moves[action] for name, action in MOVES.items()})
@@ -180,6 +189,8 @@ def _escape(s: Session) -> None:
     """Esc: no to the question; where none is asked, the selection and what was told of failures go."""
     if s.questions.waits:
         s.questions.no()
+    elif s.replay is not None and s.scene.measuring.on:
+        _measure(s, False)
     else:
         s.finishing.forget()
         s.notices.dismiss()
@@ -227,6 +238,27 @@ def _fit_view(s: Session) -> None:
     """V: the whole person in the picture, from the side that the camera is on."""
     if s.replay is not None and not camera.fit(s.client, s.scene.extent(s.frame)):
         raise ReviewError(f"nobody is seen on frame {s.frame}; go to another one")
+
+
+def _measure(s: Session, on: bool) -> None:
+    """D: clicks in the scene measure from now on, or no longer."""
+    if s.replay is None:
+        return
+    s.scene.measuring.switch(on)
+    put(s.controls.show.measure, on)
+    s.channel.show("measuring", on)
+    s.playback.redraw()
+
+
+def _pick(s: Session, place: Any) -> None:
+    """A click in the scene while it is measured in."""
+    match place:
+        case [int() | float() as x, int() | float() as y] if s.replay is not None and s.scene.measuring.on:
+            eye = eye_of(s.client.camera, s.picture)
+            if s.scene.measure(s.frame, eye, np.array([x, y], dtype=float)):
+                s.playback.redraw()
+            else:
+                s.notices.tell("Nothing is there", HOW)
 
 
 def _scrub(s: Session) -> None:

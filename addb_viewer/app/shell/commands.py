@@ -107,6 +107,7 @@ COMMANDS = (
     Command("View from the side", "view_side"),
     Command("View from the top", "view_top"),
     Command("Reset the view", "view_reset"),
+    Command("Measure in the scene, or no longer", "measure", ("D",)),
     Command("Dark or light", "theme"),
     Command("Change your name", "rename"),
     Command("Keys", "help", ("?",)),

@@ -33,6 +33,8 @@ class Show:
     legend: viser.GuiHtmlHandle
     follow: viser.GuiCheckboxHandle
     view: viser.GuiButtonGroupHandle
+    measure: viser.GuiCheckboxHandle
+    measured: viser.GuiHtmlHandle
     dark: viser.GuiCheckboxHandle
 
     @property
@@ -111,12 +113,11 @@ def build_controls(gui: viser.GuiApi, views: tuple[str, ...], *, dark: bool) -> 
 
 def _show(gui: viser.GuiApi, views: tuple[str, ...], dark: bool) -> Show:
     view = gui.add_button_group("View", views)
+    measure = gui.add_checkbox("Measure", False, hint="Distances and angles by clicks in the scene; key D")
+    measured = gui.add_html("")
     follow = gui.add_checkbox("Follow", True, hint="Keep the pelvis in the middle")
     bones = gui.add_checkbox("Bones", True)
-    tint = gui.add_dropdown(
-        "Bones show", TINTS, hint="Colour of the bones: torque at the joint above, as a share of the subject's "
-        "largest, or the residual force",
-    )  # fmt: skip
+    tint = gui.add_dropdown("Bones show", TINTS, hint="What their colour says; the legend has the scale")
     see_through = gui.add_checkbox("See-through", False)
     model_markers = gui.add_checkbox("Model markers", True)
     forces = gui.add_checkbox("Forces", True)
@@ -132,8 +133,8 @@ def _show(gui: viser.GuiApi, views: tuple[str, ...], dark: bool) -> Show:
     dark_theme = gui.add_checkbox("Dark", dark, hint="Dark theme")
     legend = gui.add_html("")
     return Show(
-        bones, tint, see_through, model_markers, forces, demanded, residual, total, causes, trails, legend, follow,
-        view, dark_theme,
+        bones, tint, see_through, model_markers, forces, demanded, residual, total, causes, trails, legend,
+        follow, view, measure, measured, dark_theme,
     )  # fmt: skip
 
 

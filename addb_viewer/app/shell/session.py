@@ -73,7 +73,9 @@ class Session:
         self._replay: Replay | None = None
         self._looked = self._closed = False
         self._read_at = self.scrubbed_at = 0.0
-        self.picture: tuple[float, float] | None = None  # size of the scene in the page [px], where it says so
+        self.picture: tuple[float, float] | None = (
+            None  # size of the scene in the page [px], where it says so
+        )
         client.gui.configure_theme(show_logo=False, show_share_button=False, dark_mode=self.memory.dark)
         self.scene = TrialScene(client)
         self.layout = layout_for(client)
@@ -330,12 +332,13 @@ class Session:
         c, now = self.controls, time.perf_counter()
         c.play.label = "Pause" if position.playing else "Play"
         put(c.speed, speed_name(position.speed))
-        if position.playing and now - self._read_at < READOUT_EVERY:
+        if position.playing and not position.held and now - self._read_at < READOUT_EVERY:
             return
         self._read_at = now
         if now - self.scrubbed_at > SCRUBBING or not 0 <= c.frame.value < replay.frames:
             put(c.frame, frame)
         self.diagnosis.cursor(frame)
+        c.show.measured.content = self.scene.measuring.told(frame)
         if not position.playing or position.held:
             self.channel.show("address", str(TrialAddress(self._shared.name, replay.name, frame)))
             self.review.moved()

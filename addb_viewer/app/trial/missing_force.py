@@ -1,4 +1,4 @@
-"""How much force is missing under each foot, frame by frame: what the motion requires less what was measured."""
+"""How much force is missing under each foot: what the motion requires less what was measured."""
 
 from dataclasses import dataclass
 
@@ -73,7 +73,9 @@ def foretold_wrenches(trial: TrialFit, skeleton: Skeleton) -> Float[np.ndarray, 
     if trial.dynamics is None or trial.contacts is None or trial.mask is None or trial.mask.counts.all():
         return None
     kept = trial.dynamics.wrench_foretold_ground
-    return kept if kept is not None else inferred_wrenches(skeleton, trial.dynamics, trial.contacts, trial.mask)
+    return (
+        kept if kept is not None else inferred_wrenches(skeleton, trial.dynamics, trial.contacts, trial.mask)
+    )
 
 
 def missing_force_of(

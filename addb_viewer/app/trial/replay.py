@@ -3,6 +3,7 @@
 Every array has one row a marker frame. Units are SI, the frame is the ground, y up; NaN means not measured.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -101,6 +102,14 @@ class PlateReplay:
 
 
 @dataclass(frozen=True)
+class JointCentre:
+    """Of the joint that a body hangs from."""
+
+    name: str  # the model's
+    center_body: Float[np.ndarray, "3"]  # [m]
+
+
+@dataclass(frozen=True)
 class BodyReplay:
     """Where the bodies are."""
 
@@ -110,6 +119,7 @@ class BodyReplay:
     root: int = 0  # index of the body that the camera follows
     forward: Float[np.ndarray, "frames 3"] | None = None  # unit; where the root body faces
     com_body: Float[np.ndarray, "bodies 3"] | None = None  # [m] centres of mass; None: the bodies' origins
+    joints: Mapping[int, JointCentre] = field(default_factory=dict)  # by the body's index; the root has none
 
     def point_ground(
         self, index: int, point_body: Float[np.ndarray, "3"] | None = None

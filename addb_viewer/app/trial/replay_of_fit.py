@@ -13,6 +13,7 @@ from addb_viewer.app.trial.replay import (
     BodySize,
     DemandedForce,
     ForceUse,
+    JointCentre,
     JointReplay,
     MarkerReplay,
     PlateReplay,
@@ -139,6 +140,11 @@ def _bodies(trial: TrialFit, skeleton: Skeleton, on_fit: _Clock) -> BodyReplay:
         root=root,
         forward=on_fit.floats(R_ground_body[:, root, :, 0]),
         com_body=np.stack([body.com_body for body in skeleton.bodies]),
+        joints={
+            body: JointCentre(joint.name, joint.p_child_frame)
+            for body, joint in enumerate(skeleton.joints)
+            if joint.parent >= 0
+        },
     )
 
 

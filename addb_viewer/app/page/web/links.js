@@ -50,7 +50,9 @@ document.addEventListener(
   },
   true,
 );
-// A click into the scene that turns nothing drops the selection; while something is typed it only ends that.
+// A click into the scene that turns nothing drops the selection, or measures; while something is typed it only ends that.
+let measuring = false;
+window.addb.on("measuring", (on) => (measuring = on));
 let pressed = null;
 document.addEventListener(
   "pointerdown",
@@ -65,7 +67,11 @@ document.addEventListener(
   "pointerup",
   (event) => {
     const moved = pressed && Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y);
-    if (pressed && moved < FEWEST_PIXELS) goTo("-");
+    if (pressed && moved < FEWEST_PIXELS) {
+      const { left, top } = event.target.getBoundingClientRect();
+      if (measuring) window.addb.send("pick", [event.clientX - left, event.clientY - top]);
+      else goTo("-");
+    }
     pressed = null;
   },
   true,

@@ -67,17 +67,21 @@ def test_a_label_that_has_room_stands_beside_its_place_and_goes_with_it(server):
     assert 300 - size[1] < up[1] < 300 < down[1] < 300 + size[1]
     was = np.array(above.handle.position)
     above.show(np.array([0.1, 0.2, 0.3]))
-    np.testing.assert_allclose(above.handle.position, was + [0.1, 0.2, 0.3])
+    np.testing.assert_allclose(above.handle.position, was + np.array([0.1, 0.2, 0.3]))
     above.show(None)
     assert not above.handle.visible
 
 
 def test_a_plate_that_is_out_of_the_picture_takes_its_name_with_it(server):
-    stays, goes = (add_label(server.scene, f"/n/{s}", "far", np.array([9.0, 0, 0]), stays=s) for s in (True, False))
+    far, origin = np.array([9.0, 0, 0]), np.zeros(3)
+    stays, goes, part = (
+        add_label(server.scene, f"/n/{i}", "far", far, of=of)
+        for i, of in enumerate((None, far[None], np.stack([far, origin])))
+    )
     behind = add_label(server.scene, "/n/behind", "behind", np.array([0.0, 0, -9.0]))
-    settle([stays, goes, behind], AHEAD, np.zeros(3))
-    assert inside(*boxes([stays])[0])
-    np.testing.assert_allclose(goes.handle.position, [9.0, 0, 0])
+    settle([stays, goes, part, behind], AHEAD, np.zeros(3))
+    assert all(inside(*box) for box in boxes([stays, part]))
+    np.testing.assert_allclose(goes.handle.position, far)
     np.testing.assert_allclose(behind.handle.position, [0, 0, -9.0])
 
 

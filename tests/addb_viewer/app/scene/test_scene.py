@@ -201,7 +201,9 @@ def test_a_plate_has_the_colour_of_the_foot_that_it_serves_and_none_where_two_sh
     assert served_foot(replace(first, foot=half)) is None
     assert served_foot(replace(first, foot=np.where(np.arange(replay.frames) < 57, 0, 1))) == 0
     assert served_foot(replace(second, foot=np.full(replay.frames, -2))) is None
-    colors = [tuple(scene.server.scene.get_handle_by_name(f"/lab/trial/plates/{i}/surface").color) for i in (0, 1)]
+    colors = [
+        tuple(scene.server.scene.get_handle_by_name(f"/lab/trial/plates/{i}/surface").color) for i in (0, 1)
+    ]
     assert colors == [GREEN, PURPLE]
 
 

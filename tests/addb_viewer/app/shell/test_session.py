@@ -125,8 +125,10 @@ def test_n_shows_where_most_force_is_missing_and_plays_the_range_until_something
         browser.until(lambda: not session.playing, "the end of the loop")
         browser.press("Flag: force wrong")  # painted again: the range is still at hand
         browser.until(
-            lambda: [f.reason for f in session.review.review.flags if (f.start, f.end) == (60, 80)]
-            == ["forceDiscrepancy"]
+            lambda: (
+                [f.reason for f in session.review.review.flags if (f.start, f.end) == (60, 80)]
+                == ["forceDiscrepancy"]
+            )
         )
         browser.press("Next proposal or flagged range")
         browser.until(lambda: session.review.chosen == (100, 110) and session.playing)
@@ -378,7 +380,7 @@ def test_an_edit_by_the_store_alone_updates_the_queue(app, enter):
 
 def test_what_cannot_be_drawn_is_told_and_the_next_frame_is(app, enter, monkeypatch):
     browser = enter(app)
-    monkeypatch.setattr(browser.session.scene, "draw", lambda frame: 1 / 0)
+    monkeypatch.setattr(browser.session.scene, "draw", lambda *frame: 1 / 0)
     browser.press("One frame on")
     browser.until(lambda: browser.told("Drawing failed division by zero"))
     monkeypatch.undo()

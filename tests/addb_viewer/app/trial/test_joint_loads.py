@@ -9,8 +9,8 @@ from solver.skeleton.default_body import default_skeleton
 def test_a_bone_has_the_torque_of_the_joint_that_it_hangs_from_and_the_root_none():
     body = default_skeleton()
     torques = np.zeros((2, len(body.dofs)))
-    set_ = dict(knee_angle_r=3.0, hip_flexion_l=-2.0, hip_adduction_l=1.0, hip_rotation_l=2.0, pelvis_tilt=50.0)
-    for name, value in set_.items():
+    hip = {"hip_flexion_l": -2.0, "hip_adduction_l": 1.0, "hip_rotation_l": 2.0}
+    for name, value in {"knee_angle_r": 3.0, "pelvis_tilt": 50.0, **hip}.items():
         torques[1, body.dofs.index(name)] = value
     sizes = joint_loads(body, torques)
     root = next(i for i, joint in enumerate(body.joints) if joint.parent < 0)

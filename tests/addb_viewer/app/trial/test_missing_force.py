@@ -26,9 +26,7 @@ def test_it_is_what_a_standing_person_weighs_less_what_plates_say():
 
 
 def test_a_foot_that_does_not_count_lacks_only_what_its_plate_did_not_measure():
-    found = missing_force(
-        upward(700), upward((0, 450)), upward((300, 120)), counts=np.array([(True, False)])
-    )
+    found = missing_force(upward(700), upward((0, 450)), upward((300, 120)), counts=np.array([(True, False)]))
     np.testing.assert_allclose(found.of_feet, [[50, 330]])  # the right one counts: 700 − 300 − 450 = −50
     np.testing.assert_allclose(found.of_all, [280])
 
@@ -40,4 +38,3 @@ def test_the_largest_is_of_the_range_and_the_foot_and_unknown_frames_are_none():
     assert found.largest(1, 4, 1) == LargestMissing(2, 8.0)
     assert found.largest(1, 4, None) == LargestMissing(3, 12.0)
     assert found.largest(1, 2, 0) is None
-

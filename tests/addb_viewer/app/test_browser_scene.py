@@ -1,0 +1,72 @@
+"""The scene in a real page: names of plates, measuring by clicks, bones that show torques."""
+
+import numpy as np
+import pytest
+
+from addb_viewer.app.scene.camera import eye_of
+from addb_viewer.app.scene.tints import RESIDUAL
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture
+def page(tmp_path, make_replay, make_app, open_page):
+    app = make_app(tmp_path, [make_replay(), make_replay("run", 180)], login="Zoë")
+    page = open_page(app)
+    yield page
+    assert page.errors == []
+    page.close()
+    app.close()
+
+
+def test_labels_are_in_the_picture_and_clicks_measure_what_is_seen(page, until):
+    session = page.session
+    canvas = page.locator("#root canvas").first.bounding_box()
+    until(lambda: session.picture == (canvas["width"], canvas["height"]), "the size of the picture")
+    page.wait_for_timeout(1000)  # the camera glides
+
+    def seen(point):
+        eye = eye_of(session.client.camera, session.picture)
+        (place,), _ = eye.project(np.array([point]) + session.scene.lab.position)
+        return place
+
+    for label in session.scene.plates.labels:
+        (x, y), (width, height) = seen(label.handle.position), label.size
+        assert width / 2 <= x <= canvas["width"] - width / 2
+        assert height / 2 <= y <= canvas["height"] - height / 2
+
+    def click(point):
+        x, y = seen(point)
+        page.mouse.click(canvas["x"] + x, canvas["y"] + y)
+
+    page.keyboard.press("n")
+    until(lambda: session.review.chosen is not None)
+    page.keyboard.press("Home")
+    page.keyboard.press("d")
+    until(lambda: session.controls.show.measure.value, "the tool")
+    page.get_by_role("tab", name="View", exact=True).click()
+    for count, point in enumerate(([0, 1.7, 0], [0.1, 0.05, 0.1]), start=1):
+        click(point)
+        until(lambda count=count: len(session.scene.measuring.spots) == count, "a click")
+    assert [spot.words for spot in session.scene.measuring.spots] == ["HEAD", "RTOE"]
+    page.get_by_text("1.656 m").wait_for()  # √(0.1² + 1.65² + 0.1²)
+    assert session.review.chosen is not None, "a click that measures drops no selection"
+    page.keyboard.press("Escape")
+    until(lambda: not session.scene.measuring.on, "the end of it")
+    assert not session.controls.show.measure.value
+
+    page.get_by_text("Bones show", exact=True).first.click()
+    page.get_by_role("option", name=RESIDUAL).click()
+    until(lambda: session.scene.options.tint == RESIDUAL)
+    page.get_by_text("2 times its limit").wait_for()
+
+
+def test_the_next_trial_has_the_person_in_the_picture(page, until):
+    session = page.session
+    page.wait_for_timeout(500)
+    page.mouse.move(640, 300)
+    page.mouse.wheel(0, -2000)
+    camera = session.client.camera
+    until(lambda: np.linalg.norm(np.subtract(camera.position, camera.look_at)) < 1.0, "the camera near by")
+    session.open_trial("run")
+    until(lambda: np.linalg.norm(np.subtract(camera.position, camera.look_at)) > 2.0, "the whole person")
