@@ -33,6 +33,7 @@ class Label:
     )  # [m] of which one has to be in the picture; None: it always shows
     place: Float[np.ndarray, "3"]  # [m]
     shift: Float[np.ndarray, "3"]  # [m]
+    on: bool  # whether it shows where there is something to be named in the picture
 
     @property
     def size(self) -> Float[np.ndarray, "2"]:
@@ -41,7 +42,7 @@ class Label:
 
     def show(self, place: Float[np.ndarray, "3"] | None) -> None:
         """Stand at a place [m]; None hides it."""
-        self.handle.visible = place is not None
+        self.on = self.handle.visible = place is not None
         if place is not None:
             self.place = place
             self._put(self.shift)
@@ -82,7 +83,7 @@ def add_label(
         name, text, position=start, visible=place is not None, font_size_mode="screen",
         font_screen_scale=SCALE, anchor="center-center",
     )  # fmt: skip
-    return Label(handle, side, of, start, np.zeros(3))
+    return Label(handle, side, of, start, np.zeros(3), place is not None)
 
 
 def settle(labels: Iterable[Label], eye: Eye, offset: Float[np.ndarray, "3"]) -> None:
@@ -93,17 +94,17 @@ def settle(labels: Iterable[Label], eye: Eye, offset: Float[np.ndarray, "3"]) ->
         eye: that looks at them.
         offset: of their parent in the ground frame [m].
     """
-    shown = [label for label in labels if label.handle.visible]
+    shown = [label for label in labels if label.on]
     if not shown:
         return
     places, depths = eye.project(np.stack([label.place for label in shown]) + offset)
     taken: list[Box] = []
     for label, place, depth in zip(shown, places, depths, strict=True):
-        if depth <= 0:
+        seen = depth > 0 and (label.of is None or bool(eye.sees(label.of + offset).any()))
+        label.handle.visible = seen
+        if not seen:
             continue
         wanted = place - [0.0, label.side * (BESIDE_PX + 0.5 * LINE_PX)]
-        if label.of is not None and not eye.sees(label.of + offset).any():
-            continue
         centre = free_place(wanted, label.size, taken, eye.size)
         taken.append(_box(centre, label.size))
         label.stand_at(eye.point_at(centre, float(depth)) - offset)

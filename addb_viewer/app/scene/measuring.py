@@ -47,7 +47,8 @@ class Measuring:
 
     def switch(self, on: bool) -> None:
         """Take clicks from now on, or forget what was measured."""
-        self.on, self.spots = on, []
+        if on != self.on:
+            self.on, self.spots = on, []
 
     @cached_property
     def _joints_and_corners(self) -> list[Spot]:

@@ -67,8 +67,8 @@ class TrialScene:
         self.path = np.zeros((1, 3))
         self.anchor = np.zeros(3)
 
-    def show(self, replay: Replay, meshes: dict[str, trimesh.Trimesh]) -> None:
-        """Put another trial in place of the present one and draw its first frame."""
+    def show(self, replay: Replay, meshes: dict[str, trimesh.Trimesh], frame: int = 0) -> None:
+        """Put another trial in place of the present one and draw a frame of it."""
         scene, measures = self.server.scene, self.replay is not None and self.measuring.on
         with self.server.atomic():
             scene.remove_by_name(TRIAL)
@@ -85,7 +85,7 @@ class TrialScene:
             self.path = followed_path(replay)
             self.anchor = np.zeros(3)
             self._add_causes()
-            self.draw(0)
+            self.draw(frame)
 
     def compare(self, bodies: BodyReplay | None, meshes: dict[str, trimesh.Trimesh]) -> None:
         """Draw another solve's skeleton into this one, see-through; None: no more.

@@ -191,7 +191,7 @@ class Session:
         with self._drawing:
             self._replay = replay
             self.playback.open(replay.frames, replay.rate, frame)
-            self.scene.show(replay, library.meshes)
+            self.scene.show(replay, library.meshes, self.frame)
             self._fill_panel(replay)
             self.compare_changed()
             self.review.open(self._shared.subject.foot_bodies)

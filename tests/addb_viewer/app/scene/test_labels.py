@@ -81,8 +81,10 @@ def test_a_plate_that_is_out_of_the_picture_takes_its_name_with_it(server):
     behind = add_label(server.scene, "/n/behind", "behind", np.array([0.0, 0, -9.0]))
     settle([stays, goes, part, behind], AHEAD, np.zeros(3))
     assert all(inside(*box) for box in boxes([stays, part]))
-    np.testing.assert_allclose(goes.handle.position, far)
-    np.testing.assert_allclose(behind.handle.position, [0, 0, -9.0])
+    assert not goes.handle.visible
+    assert not behind.handle.visible
+    settle([goes], Eye(np.array([9.0, 0, -4.0]), AHEAD.R_ground_eye, 700.0, PICTURE), np.zeros(3))
+    assert goes.handle.visible
 
 
 def test_where_there_is_no_room_a_label_is_inside_all_the_same():

@@ -76,10 +76,9 @@ def test_a_lost_marker_is_not_there_and_the_fourth_click_begins_anew(scene):
     for frame in (60, 55):
         assert scene.measure(frame, SIDEWAYS, at((0.01 * frame, 1.0, -0.1)))
     assert [found.words for found in scene.measuring.spots] == ["L", "R"], "L is lost; R is seen beside it"
-    scene.measuring.switch(True)
-    for name in "abcd":
+    for name in "bcde":
         scene.measuring.take(Spot(name, np.zeros((200, 3))))
-    assert [found.words for found in scene.measuring.spots] == ["d"]
+    assert [found.words for found in scene.measuring.spots] == ["c", "d", "e"]
     scene.measuring.switch(False)
     scene.draw(0)
     assert not scene.measuring.lines.visible

@@ -138,6 +138,14 @@ def test_n_shows_where_most_force_is_missing_and_plays_the_range_until_something
         app.close()
 
 
+def test_a_frame_that_an_address_names_has_the_person_in_the_middle(app, enter):
+    browser = enter(app)
+    session = browser.session
+    session.open_trial("run", 150)
+    np.testing.assert_allclose(session.scene.extent(150).mean(axis=0)[[0, 2]], 0.0, atol=0.2)
+    np.testing.assert_allclose(session.client.camera.look_at[[0, 2]], 0.0, atol=0.2)
+
+
 def test_n_and_p_begin_where_the_cursor_is(app, enter):
     browser = enter(app)
     browser.put("Go to", "60")
