@@ -22,6 +22,7 @@ import contextlib
 import json
 import logging
 import re
+import secrets
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -30,6 +31,7 @@ import viser
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
+from addb_viewer.app.security.file_parts import ServedFile
 from addb_viewer.app.security.own_pages import MOST_BYTES, OwnPages
 from addb_viewer.app.security.trial_address import TrialAddress, address_in
 
@@ -37,11 +39,24 @@ LOG = logging.getLogger("addb_viewer")
 FILES, CONNECTION = "/addb", "/addb/page"
 PAGE_ITEM = "addb-viewer-page"  # of the browser's memory, as viser asks for it; the page itself answers
 PATIENCE_S = 20.0  # for the browser's answer; without it the page has no channel
-SCRIPTS = ("focus.js", "keys.js", "links.js", "bar.js", "timeline.js", "charts.js", "names.js", "scene.js")
+SCRIPTS = (
+    "focus.js",
+    "keys.js",
+    "links.js",
+    "bar.js",
+    "timeline.js",
+    "charts.js",
+    "names.js",
+    "scene.js",
+    "video.js",
+)
 HEAD = "".join(
     (
         f"<script src='{FILES}/channel.js'></script>",  # before viser's script runs
-        *(f"<link rel='stylesheet' href='{FILES}/{name}'>" for name in ("strip.css", "charts.css")),
+        *(
+            f"<link rel='stylesheet' href='{FILES}/{name}'>"
+            for name in ("strip.css", "charts.css", "video.css")
+        ),
         *(f"<script type='module' src='{FILES}/{name}'></script>" for name in SCRIPTS),
     )
 )
@@ -52,8 +67,14 @@ Taken = Callable[[Any], None]
 class Channel:
     """What one page shows of ours, and what it asks for. All methods may be called from any thread."""
 
-    def __init__(self) -> None:
-        """Show nothing."""
+    def __init__(self, own: OwnPages | None = None) -> None:
+        """Show nothing.
+
+        Args:
+            own: pages of the server; None: there is none that could serve files.
+        """
+        self._own = own or OwnPages()
+        self._served: tuple[str, ServedFile | None] = ("", None)  # path and file
         self._lock = threading.Lock()
         self._shown: dict[str, str] = {}
         self._taken: dict[str, Taken] = {}
@@ -98,8 +119,25 @@ class Channel:
         if taken is not None:
             taken(value)
 
+    def serve_file(self, file: ServedFile | None) -> str:
+        """Let the page read a file, in place of the one before; None: none.
+
+        Returns:
+            The path at which it is, which cannot be guessed.
+        """
+        with self._lock:
+            path, before = self._served
+            if before != file:
+                self._own.served.pop(path, None)
+                path = "" if file is None else f"{FILES}/file/{secrets.token_hex(16)}"
+                self._served = path, file
+                if file is not None:
+                    self._own.served[path] = file
+        return path
+
     def end(self) -> None:
         """The session is over: the page has to ask for another one."""
+        self.serve_file(None)
         with self._lock:
             self._ended, wake = True, self._wake
         wake()
@@ -148,6 +186,7 @@ class Channels:
         Args:
             own: pages of the server.
         """
+        self._own = own
         self._of: dict[str, Channel] = {}
         self._lock = threading.Lock()
         own.add_folder("addb_viewer.app.page.web", FILES, "")
@@ -156,7 +195,7 @@ class Channels:
 
     def open(self, page: "Page") -> Channel:
         """The one of a page whose session begins: it shows nothing yet."""
-        channel = Channel()
+        channel = Channel(self._own)
         if page.name:
             with self._lock:
                 before, self._of[page.name] = self._of.get(page.name), channel

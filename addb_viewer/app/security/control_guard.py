@@ -65,8 +65,10 @@ def can_have(control: Any, value: object) -> bool:
             return isinstance(value, str) and value in control.options
         case viser.GuiTextHandle():
             return isinstance(value, str) and len(value) <= LONGEST_TEXT
-        case viser.GuiSliderHandle():
-            if isinstance(value, bool) or not isinstance(value, int | float):
+        case viser.GuiSliderHandle() | viser.GuiNumberHandle():
+            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
                 return False
-            return math.isfinite(value) and control.min <= value <= control.max
+            return not (control.min is not None and value < control.min) and not (
+                control.max is not None and value > control.max
+            )
     return False

@@ -14,6 +14,8 @@ from importlib import resources
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Response
 
+from addb_viewer.app.security.file_parts import ServedFile
+
 Handler = Callable[[ServerConnection], Awaitable[None]]
 KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 MOST_BYTES = 2**20  # of a message to one of these connections
@@ -25,6 +27,9 @@ class OwnPages:
 
     files: dict[str, tuple[str, bytes]] = field(default_factory=dict)  # kind and content
     connections: dict[str, Handler] = field(default_factory=dict)
+    served: dict[str, ServedFile] = field(
+        default_factory=dict
+    )  # of subjects, under names that cannot be guessed
     head: str = ""  # of viser's page, ahead of its own scripts: safe HTML
 
     def add_folder(self, package: str, at: str, page: str) -> None:
@@ -43,7 +48,7 @@ class OwnPages:
 
     def has(self, path: str) -> bool:
         """Whether a request for it, without anything behind a `?`, is answered here."""
-        return path in self.files
+        return path in self.files or path in self.served
 
     def answer(self, connection: ServerConnection, path: str) -> Response | None:
         """The file; None where it is none of ours."""

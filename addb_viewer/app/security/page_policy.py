@@ -59,6 +59,7 @@ def _policy(host: str) -> str:
             f"script-src 'self' {scripts} 'wasm-unsafe-eval'",
             "style-src 'self' 'unsafe-inline'",
             "img-src 'self' data: blob:",
+            "media-src 'self'",
             "font-src data:",
             f"connect-src 'self' {_sockets(host)}data: blob:",  # data: and blob: stay in the browser
             "worker-src blob:",

@@ -8,7 +8,7 @@ import logging
 import socket
 import threading
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterable, Iterator
 from typing import Any
 
 import viser
@@ -19,6 +19,7 @@ from websockets.http11 import Request, Response
 
 from addb_viewer.app.security import page_policy
 from addb_viewer.app.security.access import WILDCARDS, Access
+from addb_viewer.app.security.file_parts import ServedFile, answer_part
 from addb_viewer.app.security.own_pages import Handler, OwnPages
 from solver.errors import SolverError
 
@@ -141,7 +142,7 @@ def _checked_requests(access: Access, own: OwnPages) -> Iterator[None]:
     def guarded_serve(
         handler: Handler, *args: Any, process_request: Callable[..., Response | None], **options: Any
     ) -> Any:
-        def look(connection: ServerConnection, request: Request) -> Response | None:
+        def look(connection: ServerConnection, request: Request) -> Response | Awaitable[Response] | None:
             if any(len(request.headers.get_all(name)) > 1 for name in ("Host", "Origin", "Upgrade")):
                 return connection.respond(http.HTTPStatus.BAD_REQUEST, "A header stands there twice.\n")
             websocket = request.headers.get("Upgrade", "").lower() == "websocket"
@@ -149,6 +150,8 @@ def _checked_requests(access: Access, own: OwnPages) -> Iterator[None]:
             answer = access.answer(request.headers, request.path, port, websocket=websocket, own=own.has)
             ours = not websocket and own.has(request.path)
             extra = page_policy.headers(request.headers.get("Host", ""), own=ours)
+            if ours and answer is None and request.path in own.served:
+                return _part(connection, request, own.served[request.path], extra)
             if answer is not None:
                 response = connection.respond(answer.status, answer.text + "\n")
                 extra += answer.headers
@@ -170,6 +173,15 @@ def _checked_requests(access: Access, own: OwnPages) -> Iterator[None]:
         yield
     finally:
         websockets.asyncio.server.serve = serve  # type: ignore[misc]
+
+
+async def _part(
+    connection: ServerConnection, request: Request, served: ServedFile, extra: Iterable[tuple[str, str]]
+) -> Response:
+    response = await answer_part(connection, request, served)
+    for name, value in extra:
+        response.headers[name] = value
+    return response
 
 
 def _refuse_to_share(verbose: bool = True) -> None:

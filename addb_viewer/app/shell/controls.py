@@ -61,6 +61,7 @@ class Tabs:
     review: viser.GuiTabHandle
     queue: viser.GuiTabHandle
     solve: viser.GuiTabHandle
+    view: viser.GuiTabHandle
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,8 @@ def build_controls(gui: viser.GuiApi, views: tuple[str, ...], *, dark: bool) -> 
     tabs = gui.add_tab_group()
     review, queue = tabs.add_tab("Review"), tabs.add_tab("Queue")
     solve = tabs.add_tab("Solve")
-    with tabs.add_tab("View"):
+    view = tabs.add_tab("View")
+    with view:
         show = _show(gui, views, dark)
     fit = FitTab(gui, tabs.add_tab("Fit"))
     return Controls(
@@ -107,7 +109,7 @@ def build_controls(gui: viser.GuiApi, views: tuple[str, ...], *, dark: bool) -> 
         speed,
         fit,
         show,
-        Tabs(review, queue, solve),
+        Tabs(review, queue, solve, view),
     )
 
 

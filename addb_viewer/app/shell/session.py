@@ -33,6 +33,7 @@ from addb_viewer.app.solve.panel import build_solve
 from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.app.timeline.controller import TimelineController
 from addb_viewer.app.trial.replay import Replay
+from addb_viewer.app.video.controller import VideoController
 from annotations.events import Edit
 
 READOUT_EVERY = 0.1  # [s] while playing: slider and time
@@ -106,6 +107,7 @@ class Session:
         self.notices.unnamed = self.reviewer.ask
         self.queue = QueueController(gui, tabs.queue, trials, self, self.notices)
         self.finishing = Finishing(self, self.review, self.queue)
+        self.video = VideoController(gui, tabs.view, self, self.notices)
         self.solving: SolveController = SolveController(self, build_solve(gui, tabs.solve), self.notices)
         self.people.listen(self.page, self.updates)
         self.playback.start()
@@ -196,6 +198,7 @@ class Session:
             self.compare_changed()
             self.review.open(self._shared.subject.foot_bodies)
             self.diagnosis.show_trial(replay)
+            self.video.open()
             self.memory.place = (self._shared.name, name)
             self.people.go(self.page, self.memory.place)
             self.show_queue()
@@ -330,6 +333,7 @@ class Session:
 
     def _show_position(self, position: Position, frame: int, replay: Replay) -> None:
         c, now = self.controls, time.perf_counter()
+        self.channel.show("plays", position.speed if position.playing and not position.held else 0)
         c.play.label = "Pause" if position.playing else "Play"
         put(c.speed, speed_name(position.speed))
         if position.playing and not position.held and now - self._read_at < READOUT_EVERY:

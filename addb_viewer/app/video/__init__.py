@@ -1,0 +1,1 @@
+"""A video of the recording beside the scene."""
