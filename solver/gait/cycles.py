@@ -7,9 +7,12 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Float
 
+from solver.frames_at_once import by_frames
 from solver.gait.events import Stance
 from solver.gait.foot_motion import FootMotion
 from solver.gait.settings import GaitSettings
+
+WEIGHTLESS = 9.0  # windows beyond the nearest value: a weight of 1e-18, below what a number holds
 
 
 @dataclass(frozen=True)
@@ -129,7 +132,29 @@ def _belt(
             found.append(np.median(motion.sole[flat, stance.foot], axis=0))
     if not found:
         return motion.surface
-    distance = (motion.times[:, None] - np.array(at)) / settings.belt_window_s
-    nearest = distance**2 - (distance**2).min(axis=1, keepdims=True)
-    weight = np.exp(-nearest / 2)
-    return (weight @ np.array(found)) / weight.sum(axis=1, keepdims=True)
+    places, speeds = np.array(at), np.array(found)
+    return by_frames(lambda times: mean_nearby(times, places, speeds, settings.belt_window_s), motion.times)
+
+
+def mean_nearby(
+    times: Float[np.ndarray, " steps"],
+    at: Float[np.ndarray, " values"],
+    values: Float[np.ndarray, "values 2"],
+    window_s: float,
+) -> Float[np.ndarray, "steps 2"]:
+    """Means of what lies near in time; where nothing is near, the nearest.
+
+    Args:
+        times: ascending [s].
+        at: where the values are [s].
+        values: at these times.
+        window_s: standard deviation of the weights [s].
+    """
+    order = np.argsort(at)
+    at, values = at[order], values[order]
+    nearest = np.abs(times - at[np.searchsorted((at[1:] + at[:-1]) / 2, times)]).max()
+    reach = nearest + WEIGHTLESS * window_s
+    near = (at >= times[0] - reach) & (at <= times[-1] + reach)
+    distance = (times[:, None] - at[near]) / window_s
+    weight = np.exp(-(distance**2 - (distance**2).min(axis=1, keepdims=True)) / 2)
+    return (weight @ values[near]) / weight.sum(axis=1, keepdims=True)

@@ -49,16 +49,23 @@ class CycledTrial:
         return {quantity.id: quantity for quantity in quantities_of(self.of.joints)}
 
 
-def cycle_charts(trial: CycledTrial, others: Sequence[CycledTrial], chosen: Sequence[str]) -> dict[str, Any]:
+def cycle_charts(
+    trial: CycledTrial,
+    others: Sequence[CycledTrial],
+    chosen: Sequence[str],
+    before: CycledTrial | None = None,
+) -> dict[str, Any]:
     """The chosen charts, in the order of choice, and what to say where something is not there.
 
     Args:
         trial: on the screen.
         others: whose means are drawn over it.
         chosen: ids of quantities.
+        before: the trial as the solve that is compared with has it.
     """
     joints = trial.quantities()
-    drawn = [_chart_json(joints[name], trial, others) for name in dict.fromkeys(chosen) if name in joints]
+    behind = [("trial", other) for other in others] + ([("before", before)] if before else [])
+    drawn = [_chart_json(joints[name], trial, behind) for name in dict.fromkeys(chosen) if name in joints]
     return {
         "charts": [chart for chart in drawn if chart["lines"]],
         "note": _note(trial, drawn, sum(name not in joints for name in chosen)),
@@ -66,15 +73,17 @@ def cycle_charts(trial: CycledTrial, others: Sequence[CycledTrial], chosen: Sequ
     }
 
 
-def _chart_json(quantity: JointQuantity, trial: CycledTrial, others: Sequence[CycledTrial]) -> dict[str, Any]:
+def _chart_json(
+    quantity: JointQuantity, trial: CycledTrial, behind: Sequence[tuple[str, CycledTrial]]
+) -> dict[str, Any]:
     own = list(trial.curves(quantity))
     lines = [_line_json(side, curves, quantity.unit) for side, curves in own if len(curves.cycles)]
-    for other in others:
+    for style, other in behind:
         same = other.quantities().get(quantity.id)
         for side, curves in () if same is None else other.curves(same):
             if len(curves.cycles):
                 line = _line_json(side, curves, quantity.unit, single=False)
-                lines.append(line | {"style": "trial", "trial": other.of.name})
+                lines.append(line | {"style": style, "trial": other.of.name if style == "trial" else ""})
     low, high = axis_limits(part for line in lines for part in _reach(line))
     return {
         "id": quantity.id,

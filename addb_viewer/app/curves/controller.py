@@ -1,5 +1,6 @@
 """The tab of curves of one browser: what is chosen there, and what the page draws of it."""
 
+import threading
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from enum import StrEnum
@@ -7,14 +8,16 @@ from typing import Any
 
 import viser
 
-from addb_viewer.app.curves.by_cycle import CycledTrial, cycle_charts
+from addb_viewer.app.curves.by_cycle import SIDES, CycledTrial, cycle_charts
 from addb_viewer.app.curves.csv_file import write_by_cycle, write_over_time
 from addb_viewer.app.curves.over_time import AT_FIRST, charts_json, choices_json
 from addb_viewer.app.page.reviewer import BrowserMemory
 from addb_viewer.app.page.screen import Screen
+from addb_viewer.app.subjects.library import Library
 from addb_viewer.app.trial.replay import Replay
 
 PLACE = "<div data-addb-curves></div>"  # where the page's script puts its charts
+FINDING = "Finding the strides …"
 FOLDER = "curves"  # in the results folder
 MOST_CHOSEN, LONGEST = 60, 200  # charts or trials at once; letters of a name
 
@@ -86,8 +89,7 @@ class CurvesController:
         self.channel.show("curve-choices", told | asdict(choice))
         over = self._over(replay)
         if choice.by is By.CYCLE and replay.joints is not None:
-            own, *cycled = self._cycled([replay.name, *over])
-            drawn = cycle_charts(own, cycled, choice.chosen) | {"by": By.CYCLE}
+            drawn = self._by_cycle([replay.name, *over]) | {"by": By.CYCLE}
         else:
             curves = [found for name in over if (found := library.curves(name)) is not None]
             charts = charts_json(replay, self._compared(), curves, choice.chosen)
@@ -106,7 +108,7 @@ class CurvesController:
         over, folder = self._over(replay), library.results / FOLDER
         if choice.by is By.CYCLE:
             file = folder / f"{library.stem(replay.name)}_by_cycle.csv"
-            written = write_by_cycle(self._cycled([replay.name, *over]), choice.chosen, file)
+            written = write_by_cycle(_cycled(library, [replay.name, *over]), choice.chosen, file)
         else:
             trials = [(replay.name, replay), *((name, library.replay(name)) for name in over)]
             written = [
@@ -124,10 +126,24 @@ class CurvesController:
         library, over = self.screen.shared.fits.shown, self.choice.over
         return [t for t in library.trials if t in over and t != replay.name and library.is_fitted(t)]
 
-    def _cycled(self, trials: Sequence[str]) -> list[CycledTrial]:
-        library = self.screen.shared.fits.shown
-        found = [(library.curves(trial), trial) for trial in trials]
-        return [CycledTrial(curves, library.gait(trial)) for curves, trial in found if curves is not None]
+    def _by_cycle(self, trials: Sequence[str]) -> dict[str, Any]:
+        """Charts of the first trial; none while strides are looked for, which takes seconds in a long one."""
+        fits = self.screen.shared.fits
+        compared = None if self._compared() is None else fits.compared
+        wanted = [(fits.shown, name) for name in trials] + ([(compared, trials[0])] if compared else [])
+        unknown = [(library, name) for library, name in wanted if not library.knows_gait(name)]
+        if unknown:
+            guarded = self.screen.notices.guard("Finding strides", self._find)
+            threading.Thread(target=guarded, args=(unknown,), daemon=True).start()
+            return {"charts": [], "note": FINDING, "strides": {side: [] for side in SIDES}}
+        own, *others = _cycled(fits.shown, trials)
+        before = next(iter(_cycled(compared, trials[:1])), None) if compared else None
+        return cycle_charts(own, others, self.choice.chosen, before)
+
+    def _find(self, unknown: Sequence[tuple[Library, str]]) -> None:
+        for library, name in unknown:
+            library.gait(name)
+        self.screen.notices.do("Charting", self.show)
 
     def _asked(self, said: Any) -> None:
         """The page wants something else to be shown."""
@@ -137,6 +153,11 @@ class CurvesController:
     def _choose(self, choice: Choice) -> None:
         self._memory.curves = asdict(choice)
         self.show()
+
+
+def _cycled(library: Library, trials: Sequence[str]) -> list[CycledTrial]:
+    found = [(library.curves(trial), trial) for trial in trials]
+    return [CycledTrial(curves, library.gait(trial)) for curves, trial in found if curves is not None]
 
 
 def _names(said: object) -> tuple[str, ...]:

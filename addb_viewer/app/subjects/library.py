@@ -104,6 +104,10 @@ class Library:
         trial = self.fitted(name)
         return None if self.fit is None or trial is None else trial_curves(trial, self.fit.skeleton)
 
+    def knows_gait(self, name: str) -> bool:
+        """Whether `gait` tells it at once."""
+        return name in self.gaits or not self.is_fitted(name)
+
     def gait(self, name: str) -> Gait | None:
         """What a trial shows of gait; None where it shows no stance, or is not fitted."""
         trial = self.fitted(name)

@@ -157,7 +157,8 @@ class HandMadeLibrary(Library):
         return TrialCurves(name, replay.rate, replay.times, replay.joints, replay.residual.used)
 
     def gait(self, name):
-        return self.strides.get(name)
+        self.gaits[name] = self.strides.get(name)
+        return self.gaits[name]
 
     def capture(self, name):
         replay = self.replays[name]

@@ -4,7 +4,8 @@ import { css, resolved, told, trace } from "./curves.js";
 export const GUTTER = 46, MARGIN = 10; // [pixel] left and right of every axis
 const TICKS = 3; // about so many on an axis
 const DASHES = [[7, 4], [3, 3], [9, 3, 2, 3], [2, 5]]; // of trials that are drawn over this one
-export const dashOf = (number) => DASHES[number % DASHES.length];
+const BEFORE = [1.5, 2.5]; // of the solve that is compared with
+export const dashOf = (number) => DASHES[number % DASHES.length] ?? [];
 
 export function niceTicks(low, high, about) {
   const raw = (high - low) / about || 1, power = 10 ** Math.floor(Math.log10(raw));
@@ -53,7 +54,7 @@ export function drawOverTime(canvas, chart, span, dashes) {
   for (const { values, color, style, step, trial } of chart.lines) {
     pen.strokeStyle = resolved(color);
     pen.lineWidth = style ? 1.1 : 1.6;
-    pen.setLineDash({ bound: [5, 4], before: [1.5, 2.5], trial: dashes(trial) }[style] ?? []);
+    pen.setLineDash({ bound: [5, 4], before: BEFORE, trial: dashes(trial) }[style] ?? []);
     trace(pen, values, (at) => x(at * step), y, { first: span.first / step, last: span.last / step });
   }
   pen.setLineDash([]);
@@ -77,7 +78,7 @@ export function drawByCycle(canvas, chart, dashes) {
   const path = (values) => {
     values.forEach((value, percent) => pen.lineTo(x(percent), y(value)));
   };
-  for (const { color, strides, foot_off: off, trial } of chart.lines) {
+  for (const { color, strides, foot_off: off, style } of chart.lines) {
     pen.strokeStyle = resolved(color);
     pen.lineWidth = 0.7;
     pen.globalAlpha = strides.length > 20 ? 0.25 : 0.45;
@@ -87,7 +88,7 @@ export function drawByCycle(canvas, chart, dashes) {
       pen.stroke();
     }
     pen.globalAlpha = 1;
-    if (off === null || trial) continue;
+    if (off === null || style) continue;
     pen.setLineDash([2, 3]);
     pen.beginPath();
     pen.moveTo(x(off), 1);
@@ -95,8 +96,8 @@ export function drawByCycle(canvas, chart, dashes) {
     pen.stroke();
     pen.setLineDash([]);
   }
-  for (const { color, mean, std, trial } of chart.lines) {
-    if (!std || trial) continue;
+  for (const { color, mean, std, style } of chart.lines) {
+    if (!std || style) continue;
     pen.fillStyle = resolved(color);
     pen.globalAlpha = 0.22;
     pen.beginPath();
@@ -105,10 +106,10 @@ export function drawByCycle(canvas, chart, dashes) {
     pen.fill();
     pen.globalAlpha = 1;
   }
-  for (const { color, mean, trial } of chart.lines) {
+  for (const { color, mean, style, trial } of chart.lines) {
     pen.strokeStyle = resolved(color);
-    pen.lineWidth = trial ? 1.3 : 2;
-    pen.setLineDash(trial ? dashes(trial) : []);
+    pen.lineWidth = style ? 1.3 : 2;
+    pen.setLineDash({ before: BEFORE, trial: dashes(trial) }[style] ?? []);
     pen.beginPath();
     path(mean);
     pen.stroke();

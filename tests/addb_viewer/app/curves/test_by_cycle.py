@@ -75,6 +75,15 @@ def test_other_trials_lie_over_it_as_their_means(walk):
     np.testing.assert_allclose(other["mean"], chart["lines"][0]["strides"][0])
 
 
+def test_the_solve_that_is_compared_with_lies_behind_as_its_means(walk):
+    bent = replace(walk.of.joints, position=walk.of.joints.position + 0.1)
+    before = replace(walk, of=replace(walk.of, joints=bent))
+    (chart,) = cycle_charts(walk, (), (ANGLE,), before)["charts"]
+    own, was = ([line for line in chart["lines"] if line["style"] == style] for style in ("", "before"))
+    assert [line["label"] for line in was] == ["right", "left"]
+    np.testing.assert_allclose(np.subtract(was[0]["mean"], own[0]["mean"]), np.degrees(0.1), atol=0.02)
+
+
 def test_without_strides_that_is_said(walk):
     drawn = cycle_charts(replace(walk, gait=None), (), (ANGLE,))
     assert drawn["charts"] == []
