@@ -16,6 +16,13 @@ SHORTENED = {
 }
 MOTIONS = {"knee_angle": "knee flexion", "ankle_angle": "ankle dorsiflexion"}  # as OpenSim's models have them
 TURNED = {"knee_angle": "knee extension"}  # where most of the range is below zero, as in gait2392
+COMMON = (  # names of OpenSim's common models, without the side
+    *SHORTENED,
+    *MOTIONS,
+    *("hip_flexion", "hip_adduction", "hip_rotation", "subtalar_angle"),
+)
+TRUNK = r"pelvis_(?:tilt|list|rotation|t[xyz])|lumbar_(?:extension|bending|rotation)"
+NAMED = re.compile(rf"\b(?:(?:{'|'.join(COMMON)})_[rl]|{TRUNK})\b")
 PLACES = {"tx": "position x", "ty": "height", "tz": "position z"}
 
 
@@ -49,6 +56,16 @@ def motion_in_words(name: str, limits: tuple[float, float] | None = None) -> str
     if stem in TURNED and limits is not None and -limits[0] > limits[1]:
         return TURNED[stem]
     return MOTIONS.get(stem) or _plain(stem)
+
+
+def torque_in_words(name: str) -> str:
+    """What moves it: knee_angle_r has the right knee torque, hip_rotation_r the right hip rotation torque."""
+    return f"{coordinate_in_words(name).removesuffix(' angle')} torque"
+
+
+def coordinates_told(text: str) -> str:
+    """The text with words in place of the names of common models' coordinates."""
+    return NAMED.sub(lambda found: coordinate_in_words(found[0]), text)
 
 
 def _plain(stem: str) -> str:

@@ -1,7 +1,8 @@
-"""Texts of the solver as a reviewer reads them: bodies and reasons in words."""
+"""Texts of the solver as a reviewer reads them: bodies, coordinates and reasons in words."""
 
 import re
 
+from addb_viewer.coordinate_words import coordinates_told
 from addb_viewer.diagnosis_vocabulary import BODIES, part_in_words
 from annotations.reasons import REASONS, reason_words
 
@@ -13,5 +14,5 @@ _REASON = re.compile(rf"\b(?:{'|'.join(REASONS)})\b")
 
 def in_plain_words(text: str) -> str:
     """With "right foot" in place of calcn_r, and the keys' words in place of a format's reasons."""
-    text = _NAMED.sub(lambda found: part_in_words(found[0]), _ASIDE.sub("", text))
+    text = _NAMED.sub(lambda found: part_in_words(found[0]), _ASIDE.sub("", coordinates_told(text)))
     return _REASON.sub(lambda found: reason_words(found[0]), text)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from addb_viewer.coordinate_words import Coordinate, coordinate_in_words, motion_in_words
+from addb_viewer.coordinate_words import Coordinate, coordinate_in_words, motion_in_words, torque_in_words
 
 
 @pytest.mark.parametrize(
@@ -26,6 +26,11 @@ def test_what_grows_is_named_and_the_knees_range_tells_which_way_it_bends():
     assert motion_in_words("ankle_angle_l", (-1.6, 1.6)) == "ankle dorsiflexion"
     assert motion_in_words("hip_adduction_r", (-1.0, 0.4)) == "hip adduction"
     assert motion_in_words("pelvis_tx") == "pelvis position x"
+
+
+def test_a_torque_is_named_by_what_it_moves():
+    assert torque_in_words("knee_angle_r") == "right knee torque"
+    assert torque_in_words("hip_rotation_l") == "left hip rotation torque"
 
 
 def test_the_side_is_a_letter_at_the_end():

@@ -18,7 +18,7 @@ from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.app.trial.forces_in_use import contact_words, contacts_at
 from addb_viewer.app.trial.proposals import still_open
 from addb_viewer.app.trial.replay import Replay
-from addb_viewer.coordinate_words import coordinate_in_words
+from addb_viewer.coordinate_words import torque_in_words
 from annotations.foot_names import foot_words
 from annotations.reasons import reason_words
 from annotations.wording import sure_words
@@ -144,7 +144,7 @@ def _outcome(shared: SharedSubject, replay: Replay | None, other: Replay | None)
     changes = () if other is None else torque_changes(other, replay, changed_frames(other, replay))
     if changes and abs(changes[0].largest) >= 0.5:  # whole numbers are told
         largest = f"{changes[0].largest:+.0f}".replace("-", "−")
-        told.append(f"{coordinate_in_words(changes[0].name)} {largest} {changes[0].unit}")
+        told.append(f"{torque_in_words(changes[0].name)} {largest} {changes[0].unit}")
     return ", ".join(told)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from addb_viewer.app.jobs.stored_solves import DISCARDED, KEPT, NEW, REPLACED, Solve
 from addb_viewer.app.solve.comparison import Comparison
 from addb_viewer.app.style.html_pieces import boxed, clickable, table
-from addb_viewer.coordinate_words import coordinate_in_words
+from addb_viewer.coordinate_words import torque_in_words
 from solver.settings import by_name
 
 TEN = 10.0  # from which on a number has its two digits before the point
@@ -34,7 +34,7 @@ def comparison_html(found: Comparison, before: str) -> str:
     torques = "".join(
         clickable(
             str(change.frame),
-            f"<div style='padding:.05em .3em'>{html.escape(coordinate_in_words(change.name))}: "
+            f"<div style='padding:.05em .3em'>{html.escape(torque_in_words(change.name))}: "
             f"<b>{_two_digits(change.rms)} {change.unit}</b> RMS, "
             f"at most {_two_digits(change.largest, '+')} {change.unit} at frame {change.frame}</div>",
         )

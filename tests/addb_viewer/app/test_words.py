@@ -18,6 +18,7 @@ from solver.contact.proposals import Proposal as Detected
 
 NOT_SAID = {
     "a body as models name it": r"\b(calcn|tibia|femur|talus|toes)_[rl]\b",
+    "a coordinate as models name it": r"\b(\w+_(angle|flexion|rotation)_[rl]|pelvis_t[xyz])\b",
     "a reason as a format names it": "|".join(REASONS),
     "odds": r"log[ _]odds",
     "an exponent": r"\d[eE][+-]\d",
@@ -122,10 +123,11 @@ def test_no_page_says_what_only_programs_say(page):
         ("the right foot (calcn_r) slips", "the right foot slips"),
         ("calcn_l: forceDiscrepancy", "left foot: force wrong"),
         ("right thigh and left thigh (femur_r, femur_l)", "right thigh and left thigh"),
-        ("knee_angle_r stays", "knee_angle_r stays"),
+        ("knee_angle_r and pelvis_tx", "right knee angle and pelvis position x"),
+        ("knee_angle_r_beta is the model's", "knee_angle_r_beta is the model's"),
     ],
 )
-def test_names_of_bodies_and_reasons_become_words(text, words):
+def test_names_of_bodies_coordinates_and_reasons_become_words(text, words):
     assert in_plain_words(text) == words
 
 

@@ -60,7 +60,7 @@ def test_figures_stand_side_by_side_with_units(pair):
     assert not any(label == "Residual moment" for label, _, _ in found.rows)
     text = comparison_html(found, "before")
     assert "100–109" in text
-    assert "right knee angle: " in text
+    assert "right knee torque: " in text
 
 
 def test_reaching_around_frames():
