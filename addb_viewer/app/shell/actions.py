@@ -14,8 +14,9 @@ from addb_viewer.app.scene import camera
 from addb_viewer.app.scene.camera import VIEWS, eye_of
 from addb_viewer.app.scene.measuring import HOW
 from addb_viewer.app.shell import go_to, keys
+from addb_viewer.app.shell.capturing import Capturing
 from addb_viewer.app.shell.commands import Command
-from addb_viewer.app.shell.controls import MOVES, SPEED_NAMES
+from addb_viewer.app.shell.controls import MOVES, SAVE, SPEED_NAMES
 from addb_viewer.app.shell.key_file import key_file
 from addb_viewer.app.shell.keys import Action
 from addb_viewer.app.shell.session import Session
@@ -32,7 +33,10 @@ def connect(session: Session, commands: Sequence[Command]) -> None:
         session: of the browser.
         commands: with their keys.
     """
+    capturing = Capturing(session)
     _bind_controls(session)
+    saves = dict(zip(SAVE, (capturing.picture, capturing.clip), strict=True))
+    _bind_group(session, session.controls.show.save, "Saving", saves)
     _bind_review(session)
     _bind_solve(session)
     go_to.listen(session)
@@ -41,12 +45,17 @@ def connect(session: Session, commands: Sequence[Command]) -> None:
     )
     s, help_page = session, keys.page_html(commands, str(key_file()))
     s.keys_page.content = help_page
-    actions = {**actions_of(s), "help": lambda: _toggle_help(s, help_page)}
+    actions = {
+        **actions_of(s),
+        "picture": capturing.picture,
+        "clip": capturing.clip,
+        "help": lambda: _toggle_help(s, help_page),
+    }
     keys.register(s.client.gui, s.channel, commands, keys.Acting(actions, s.notices, s.questions))
 
 
 def actions_of(session: Session) -> Mapping[str, Action]:
-    """One for each command of `COMMANDS` but the help."""
+    """One for each command of `COMMANDS` but the help and what saves the scene."""
     s, review, solving = session, session.review, session.solving
     return {
         **moves_of(session),

@@ -108,6 +108,8 @@ COMMANDS = (
     Command("View from the top", "view_top"),
     Command("Reset the view", "view_reset"),
     Command("Measure in the scene, or no longer", "measure", ("D",)),
+    Command("Save a picture of the scene", "picture"),
+    Command("Save a clip of the selected frames, or end that", "clip"),
     Command("Dark or light", "theme"),
     Command("Change your name", "rename"),
     Command("Keys", "help", ("?",)),

@@ -11,6 +11,7 @@ from addb_viewer.app.shell.playback import SPEEDS
 SPEED_NAMES = {f"{speed:g}×".replace("-", "−"): speed for speed in SPEEDS}
 TRAIL_LONGEST = 2.0  # [s]
 MOVES = {"|◀": "first", "◀": "back_frame", "▶": "on_frame", "▶|": "last"}  # button: action
+SAVE = ("Picture", "Clip")
 CONTROLS, CONTROLS_WIDTH = 0.3, 320  # the controls' share of a narrow window; [pixel] at most
 NARROWEST, WIDEST = 372, 660  # [pixel] of the timeline
 OF_WINDOW = 0.34  # the timeline's share of it
@@ -35,6 +36,7 @@ class Show:
     view: viser.GuiButtonGroupHandle
     measure: viser.GuiCheckboxHandle
     measured: viser.GuiHtmlHandle
+    save: viser.GuiButtonGroupHandle
     dark: viser.GuiCheckboxHandle
 
     @property
@@ -117,6 +119,7 @@ def _show(gui: viser.GuiApi, views: tuple[str, ...], dark: bool) -> Show:
     view = gui.add_button_group("View", views)
     measure = gui.add_checkbox("Measure", False, hint="Distances and angles by clicks in the scene; key D")
     measured = gui.add_html("")
+    save = gui.add_button_group("Save", SAVE, hint="Of what the scene shows; a clip of the selected frames")
     follow = gui.add_checkbox("Follow", True, hint="Keep the pelvis in the middle")
     bones = gui.add_checkbox("Bones", True)
     tint = gui.add_dropdown("Bones show", TINTS, hint="What their colour says; the legend has the scale")
@@ -136,7 +139,7 @@ def _show(gui: viser.GuiApi, views: tuple[str, ...], dark: bool) -> Show:
     legend = gui.add_html("")
     return Show(
         bones, tint, see_through, model_markers, forces, demanded, residual, total, causes, trails, legend,
-        follow, view, measure, measured, dark_theme,
+        follow, view, measure, measured, save, dark_theme,
     )  # fmt: skip
 
 

@@ -69,7 +69,7 @@ class Session:
         self.notices = Notices(client, channel, pace.first)
         self.at_end: Callable[[], None] = lambda: None
         self.questions = Questions(client.gui, self.notices)
-        self._drawing = threading.RLock()  # the scene belongs to one thread at a time
+        self.drawing = threading.RLock()  # the scene belongs to one thread at a time
         self.updates = Updates(self, pace)
         self._replay: Replay | None = None
         self._looked = self._closed = False
@@ -190,7 +190,7 @@ class Session:
             if self.shown is not None:
                 put(self.controls.trial, self.shown)
             raise
-        with self._drawing:
+        with self.drawing:
             self._replay = replay
             self.playback.open(replay.frames, replay.rate, frame)
             self.scene.show(replay, library.meshes, self.frame)
@@ -326,7 +326,7 @@ class Session:
         if replay is None or self._closed:
             return
         frame = min(position.frame, replay.frames - 1)
-        with self._drawing, self.client.atomic():
+        with self.drawing, self.client.atomic():
             self.scene.draw(frame, None if position.playing else eye_of(self.client.camera, self.picture))
             self.timeline.cursor(frame)
             self._show_position(position, frame, replay)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from addb_viewer.app.scene.camera import eye_of
 from addb_viewer.app.scene.tints import RESIDUAL
@@ -59,6 +60,31 @@ def test_labels_are_in_the_picture_and_clicks_measure_what_is_seen(page, until):
     page.get_by_role("option", name=RESIDUAL).click()
     until(lambda: session.scene.options.tint == RESIDUAL)
     page.get_by_text("2 times its limit").wait_for()
+
+
+def test_a_picture_and_a_clip_are_sent_with_the_frames_that_were_asked_for(page, until):
+    session = page.session
+    page.get_by_role("tab", name="View", exact=True).click()
+    session.seek(50)
+    with page.expect_download() as picture:
+        page.get_by_role("button", name="Picture", exact=True).click()
+    assert picture.value.suggested_filename == "walk-50.png"
+    image = Image.open(picture.value.path())
+    assert image.size == tuple(2 * round(side) for side in session.picture)
+    assert image.getextrema()[3] == (0, 255), "the person stands on transparent ground"
+
+    session.review.select(20, 44)  # 0.24 s, of which a picture is taken every 0.04 s
+    drawn = []
+    draw = session.scene.draw
+    session.scene.draw = lambda frame, *rest: drawn.append(frame) or draw(frame, *rest)
+    with page.expect_download() as clip:
+        page.get_by_role("button", name="Clip", exact=True).click()
+    assert clip.value.suggested_filename == "walk-20-40.gif"
+    wanted = [20, 24, 28, 32, 36, 40]
+    assert wanted in [drawn[k : k + 6] for k in range(len(drawn))]
+    moving = Image.open(clip.value.path())
+    assert moving.n_frames == 6
+    assert moving.info["duration"] == 40
 
 
 def test_the_next_trial_has_the_person_in_the_picture(page, until):
