@@ -40,14 +40,27 @@ class BodyNodes:
         parent: str,
         replay: BodyReplay,
         meshes: dict[str, trimesh.Trimesh],
+        *,
         color: Rgb = BONE,
+        hull: float = 0.0,
     ) -> None:
+        """Draw nothing yet.
+
+        Args:
+            scene: of the browser.
+            parent: name of the node above them.
+            replay: where the bodies are.
+            meshes: by the bodies' names, in their axes [m].
+            color: of all bones.
+            hull: by which their surfaces lie farther out [m].
+        """
         self.replay, self.color = replay, color
         self.known = np.isfinite(replay.position).all(axis=2) & np.isfinite(replay.wxyz).all(axis=2)
         self.handles = {
             index: scene.add_mesh_simple(
-                f"{parent}/{index}", meshes[name].vertices, meshes[name].faces, color=color, side="double",
-                cast_shadow=False, receive_shadow=False,
+                f"{parent}/{index}", meshes[name].vertices + hull * meshes[name].vertex_normals,
+                meshes[name].faces, color=color, side="front" if hull else "double", cast_shadow=False,
+                receive_shadow=False,
             )
             for index, name in enumerate(replay.names)
             if name in meshes

@@ -20,6 +20,7 @@ from addb_viewer.app.style.palette import OTHER_SOLVE
 from addb_viewer.app.trial.replay import BodyReplay, Replay
 
 LAB, TRIAL = "/lab", "/lab/trial"
+HULL = 0.003  # [m] by which the other solve's bones lie around those of this one: equal surfaces flicker
 PELVIS_TO_MIDDLE = 0.93  # half of a standing person's height over the pelvis' (Winter 2009: 0.50 over 0.54)
 
 
@@ -98,7 +99,10 @@ class TrialScene:
             self.server.scene.remove_by_name(f"{TRIAL}/other")
             self.other = None
             if bodies is not None:
-                self.other = BodyNodes(self.server.scene, f"{TRIAL}/other", bodies, meshes, OTHER_SOLVE)
+                parent = f"{TRIAL}/other"
+                self.other = BodyNodes(
+                    self.server.scene, parent, bodies, meshes, color=OTHER_SOLVE, hull=HULL
+                )
 
     def explain(self, figures: Figures | None) -> None:
         """Draw the causes of a diagnosis from now on, in place of those of another; None for no diagnosis.
