@@ -24,6 +24,7 @@ class CycledTrial:
 
     of: TrialCurves
     gait: Gait | None  # None: no stances
+    per_kg: bool = False  # torques and powers for each kilogram of the person
 
     def cycles(self, side: str) -> tuple[Cycle, ...]:
         """The strides of a foot.
@@ -46,7 +47,7 @@ class CycledTrial:
 
     def quantities(self) -> dict[str, JointQuantity]:
         """By id."""
-        return {quantity.id: quantity for quantity in quantities_of(self.of.joints)}
+        return {quantity.id: quantity for quantity in quantities_of(self.of.joints, per_kg=self.per_kg)}
 
 
 def cycle_charts(
@@ -79,7 +80,7 @@ def _chart_json(
     own = list(trial.curves(quantity))
     lines = [_line_json(side, curves, quantity.unit) for side, curves in own if len(curves.cycles)]
     for style, other in behind:
-        same = other.quantities().get(quantity.id)
+        same = quantity.of(other.of.joints)
         for side, curves in () if same is None else other.curves(same):
             if len(curves.cycles):
                 line = _line_json(side, curves, quantity.unit, single=False)

@@ -36,6 +36,7 @@ class Choice:
     chosen: tuple[str, ...] = AT_FIRST  # ids of quantities, in order
     by: By = By.TIME
     over: tuple[str, ...] = ()  # names of trials that are drawn over the one on the screen
+    per_kg: bool = False  # torques and powers for each kilogram of the person
 
     @classmethod
     def of(cls, said: object) -> "Choice":
@@ -44,7 +45,8 @@ class Choice:
             return cls()
         chosen = said.get("chosen")
         by = By.CYCLE if said.get("by") == By.CYCLE else By.TIME
-        return cls(AT_FIRST if chosen is None else _names(chosen), by, _names(said.get("over")))
+        names = AT_FIRST if chosen is None else _names(chosen)
+        return cls(names, by, _names(said.get("over")), said.get("per_kg") is True)
 
 
 class CurvesController:
@@ -85,14 +87,18 @@ class CurvesController:
         choice, library = self.choice, self.screen.shared.fits.shown
         others = [name for name in library.trials if name != replay.name and library.is_fitted(name)]
         self._place.content = PLACE
-        told = {"choices": choices_json(replay), "trials": others, "cycles": replay.joints is not None}
+        told = {
+            "choices": choices_json(replay, per_kg=choice.per_kg),
+            "trials": others,
+            "cycles": replay.joints is not None,
+        }
         self.channel.show("curve-choices", told | asdict(choice))
         over = self._over(replay)
         if choice.by is By.CYCLE and replay.joints is not None:
             drawn = self._by_cycle([replay.name, *over]) | {"by": By.CYCLE}
         else:
             curves = [found for name in over if (found := library.curves(name)) is not None]
-            charts = charts_json(replay, self._compared(), curves, choice.chosen)
+            charts = charts_json(replay, self._compared(), curves, choice.chosen, per_kg=choice.per_kg)
             drawn = {"charts": charts, "note": "", "by": By.TIME}
         self.channel.show("curve-charts", drawn | {"over": over})
 
@@ -108,11 +114,13 @@ class CurvesController:
         over, folder = self._over(replay), library.results / FOLDER
         if choice.by is By.CYCLE:
             file = folder / f"{library.stem(replay.name)}_by_cycle.csv"
-            written = write_by_cycle(_cycled(library, [replay.name, *over]), choice.chosen, file)
+            written = write_by_cycle(
+                _cycled(library, [replay.name, *over], per_kg=choice.per_kg), choice.chosen, file
+            )
         else:
             trials = [(replay.name, replay), *((name, library.replay(name)) for name in over)]
             written = [
-                write_over_time(of, choice.chosen, folder / f"{library.stem(name)}.csv")
+                write_over_time(of, choice.chosen, folder / f"{library.stem(name)}.csv", per_kg=choice.per_kg)
                 for name, of in trials
             ]
         if written:
@@ -136,8 +144,9 @@ class CurvesController:
             guarded = self.screen.notices.guard("Finding strides", self._find)
             threading.Thread(target=guarded, args=(unknown,), daemon=True).start()
             return {"charts": [], "note": FINDING, "strides": {side: [] for side in SIDES}}
-        own, *others = _cycled(fits.shown, trials)
-        before = next(iter(_cycled(compared, trials[:1])), None) if compared else None
+        per_kg = self.choice.per_kg
+        own, *others = _cycled(fits.shown, trials, per_kg=per_kg)
+        before = next(iter(_cycled(compared, trials[:1], per_kg=per_kg)), None) if compared else None
         return cycle_charts(own, others, self.choice.chosen, before)
 
     def _find(self, unknown: Sequence[tuple[Library, str]]) -> None:
@@ -155,9 +164,9 @@ class CurvesController:
         self.show()
 
 
-def _cycled(library: Library, trials: Sequence[str]) -> list[CycledTrial]:
+def _cycled(library: Library, trials: Sequence[str], *, per_kg: bool) -> list[CycledTrial]:
     found = [(library.curves(trial), trial) for trial in trials]
-    return [CycledTrial(curves, library.gait(trial)) for curves, trial in found if curves is not None]
+    return [CycledTrial(curves, library.gait(trial), per_kg) for curves, trial in found if curves is not None]
 
 
 def _names(said: object) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ import pyarrow.csv
 
 from addb_viewer.app.curves.by_cycle import CycledTrial
 from addb_viewer.app.timeline.charts import charts_of
-from addb_viewer.app.trial.joint_quantities import JointQuantity, quantities_of
+from addb_viewer.app.trial.joint_quantities import PER_KG, JointQuantity, quantities_of
 from addb_viewer.app.trial.replay import JointReplay, Replay
 from solver.capture.atomic import whole_file
 from solver.export.cycle_tables import CycledCurve, mean_table, stride_table
@@ -21,13 +21,14 @@ CSV_OPTIONS = pa.csv.WriteOptions(quoting_style="needed")
 Columns = dict[str, np.ndarray]
 
 
-def write_over_time(replay: Replay, chosen: Sequence[str], file: Path) -> Path:
+def write_over_time(replay: Replay, chosen: Sequence[str], file: Path, *, per_kg: bool = False) -> Path:
     """Write a row a frame of the recording, a cell without a number empty.
 
     Args:
         replay: the trial.
         chosen: ids of what is shown.
         file: to write; its folder is made.
+        per_kg: torques and powers for each kilogram of the person.
 
     Raises:
         FitError, CaptureError: it cannot be written.
@@ -40,15 +41,17 @@ def write_over_time(replay: Replay, chosen: Sequence[str], file: Path) -> Path:
             lines = (line for line in chart.lines if line.is_own)
             columns |= {f"{_plain(chart.title, line.label)}_{chart.unit}": line.values for line in lines}
     if replay.joints is not None:
-        columns |= joint_columns(replay.joints, chosen)
+        columns |= _joint_columns(quantities_of(replay.joints, per_kg=per_kg), replay.joints, chosen)
     return _write(pa.table({k: pa.array(v, from_pandas=True) for k, v in columns.items()}), file)
 
 
-def joint_columns(joints: JointReplay, chosen: Sequence[str]) -> Columns:
-    """The chosen quantities, each named by its coordinate in the model: knee_angle_r_moment_Nm."""
+def _joint_columns(
+    quantities: Sequence[JointQuantity], joints: JointReplay, chosen: Sequence[str]
+) -> Columns:
+    """The chosen ones, each named by its coordinate in the model: knee_angle_r_moment_Nm."""
     return {
         f"{joints.names[column]}_{_unit(quantity)}": quantity.values(joints, column)
-        for quantity in quantities_of(joints)
+        for quantity in quantities
         if quantity.id in chosen
         for _, column in quantity.columns
     }
@@ -81,7 +84,8 @@ def _curves(trial: CycledTrial, chosen: Sequence[str]) -> Iterator[CycledCurve]:
 
 
 def _unit(quantity: JointQuantity) -> str:
-    return UNITS.get(quantity.unit, quantity.unit)
+    unit = quantity.unit.removesuffix(PER_KG)
+    return UNITS.get(unit, unit) + ("_kg" if unit != quantity.unit else "")
 
 
 def _plain(title: str, label: str) -> str:

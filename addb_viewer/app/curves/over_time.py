@@ -1,6 +1,6 @@
 """Chosen quantities over time, as the page draws them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from addb_viewer.app.timeline.chart_range import peaks_beyond, value_range
 from addb_viewer.app.timeline.charts import BEFORE, Chart, Line, charts_of
 from addb_viewer.app.timeline.strip import ON_STRIP
 from addb_viewer.app.trial.joint_quantities import ALSO, JointQuantity, quantities_of
-from addb_viewer.app.trial.replay import JointReplay, Replay
+from addb_viewer.app.trial.replay import Replay
 from addb_viewer.app.trial.trial_curves import TrialCurves
 from solver.runs import runs
 
@@ -20,20 +20,25 @@ DIGITS = {"°": 2, "°/s": 1, "N·m": 2, "N": 1, "W": 1, "cm": 3, "m": 4, "m/s":
 AT_FIRST = ("marker error", "vertical force", "knee_angle angle", "knee_angle torque")
 
 
-def choices_json(replay: Replay) -> list[dict[str, str]]:
+def choices_json(replay: Replay, *, per_kg: bool = False) -> list[dict[str, str]]:
     """What can be chosen of a trial: its words, unit, and other words by which people look for it."""
     found = [
         {"id": chart.title.lower(), "words": chart.title, "unit": chart.unit, "also": ""}
         for chart in _other_charts(replay, None)
     ]
-    for quantity in () if replay.joints is None else quantities_of(replay.joints):
+    for quantity in () if replay.joints is None else quantities_of(replay.joints, per_kg=per_kg):
         told = {"id": quantity.id, "words": quantity.words, "unit": quantity.unit}
         found.append(told | {"also": ALSO[quantity.kind]})
     return found
 
 
 def charts_json(
-    replay: Replay, before: Replay | None, others: Sequence[TrialCurves], chosen: Sequence[str]
+    replay: Replay,
+    before: Replay | None,
+    others: Sequence[TrialCurves],
+    chosen: Sequence[str],
+    *,
+    per_kg: bool = False,
 ) -> list[dict[str, Any]]:
     """The chosen charts that this trial has data for, in the order of choice.
 
@@ -42,16 +47,18 @@ def charts_json(
         before: the same trial as the solve that is compared with has it.
         others: trials that are drawn over it; all begin together.
         chosen: ids from `choices_json`.
+        per_kg: torques and powers for each kilogram of the person.
     """
     plain = {chart.title.lower(): chart for chart in _other_charts(replay, before)}
-    joints = {} if replay.joints is None else {q.id: q for q in quantities_of(replay.joints)}
+    own = () if replay.joints is None else quantities_of(replay.joints, per_kg=per_kg)
+    joints = {quantity.id: quantity for quantity in own}
     drawn = []
     for name in dict.fromkeys(chosen):
         if name in plain:
             drawn.append(_chart_json(name, plain[name], ()))
         elif name in joints:
             chart = _joint_chart(joints[name], replay, before)
-            drawn.append(_chart_json(name, chart, _overlaid(name, others, replay.rate)))
+            drawn.append(_chart_json(name, chart, _overlaid(joints[name], others, replay.rate)))
     return drawn
 
 
@@ -62,11 +69,11 @@ def _other_charts(replay: Replay, before: Replay | None) -> list[Chart]:
 def _joint_chart(quantity: JointQuantity, replay: Replay, before: Replay | None) -> Chart:
     assert replay.joints is not None
     lines = []
-    was = {} if before is None or before.joints is None else _by_id(before.joints)
-    if before is not None and before.joints is not None and quantity.id in was:
+    was = None if before is None or before.joints is None else quantity.of(before.joints)
+    if before is not None and before.joints is not None and was is not None:
         lines = [
-            Line(BEFORE, was[quantity.id].values(before.joints, column), SIDE_COLORS[side], dotted=True)
-            for side, column in was[quantity.id].columns
+            Line(BEFORE, was.values(before.joints, column), SIDE_COLORS[side], dotted=True)
+            for side, column in was.columns
         ]
     foretold = quantity.kind.rests_on_forces and replay.joints.foretold
     for side, column in quantity.columns:
@@ -78,20 +85,18 @@ def _joint_chart(quantity: JointQuantity, replay: Replay, before: Replay | None)
     return Chart(quantity.words, quantity.unit, tuple(lines), shaded)
 
 
-def _overlaid(name: str, others: Sequence[TrialCurves], rate: float) -> list[dict[str, Any]]:
+def _overlaid(quantity: JointQuantity, others: Sequence[TrialCurves], rate: float) -> list[dict[str, Any]]:
     """The same quantity of other trials; `step` says how many frames of this trial one of theirs lasts."""
     drawn = []
     for other in others:
-        quantity = _by_id(other.joints).get(name)
-        for side, column in quantity.columns if quantity else ():
-            assert quantity is not None
-            line = _line_json(side, SIDE_COLORS[side], quantity.values(other.joints, column), quantity.unit)
+        same = quantity.of(other.joints)
+        if same is None:
+            continue
+        for side, column in same.columns:
+            values = same.values(other.joints, column)
+            line = _line_json(side, SIDE_COLORS[side], values, quantity.unit)
             drawn.append(line | {"style": "trial", "trial": other.name, "step": rate / other.rate})
     return drawn
-
-
-def _by_id(joints: JointReplay) -> Mapping[str, JointQuantity]:
-    return {quantity.id: quantity for quantity in quantities_of(joints)}
 
 
 def _chart_json(name: str, chart: Chart, overlaid: Sequence[dict[str, Any]]) -> dict[str, Any]:

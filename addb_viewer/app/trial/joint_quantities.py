@@ -25,6 +25,7 @@ class Kind(StrEnum):
         return self in (Kind.TORQUE, Kind.POWER)
 
 
+PER_KG = "/kg"
 SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")  # what a leg does in walking, first of all
 UNITS = {
     Kind.POSITION: ("°", "m"),
@@ -55,6 +56,7 @@ class JointQuantity:
     unit: str
     kind: Kind
     columns: tuple[tuple[str, int], ...]  # right, left, or nothing; and which coordinate
+    divisor: float = 1.0  # of the values: the person's mass [kg], where the unit is per kg
 
     @property
     def stem(self) -> str:
@@ -70,6 +72,11 @@ class JointQuantity:
         """As a name in a file: right_knee_flexion_torque."""
         return self.told(side).replace(" ", "_")
 
+    def of(self, joints: JointReplay) -> "JointQuantity | None":
+        """The same of another trial, or of another solve; None where that has no such joint."""
+        found = quantities_of(joints, per_kg=self.unit.endswith(PER_KG))
+        return next((quantity for quantity in found if quantity.id == self.id), None)
+
     def values(self, joints: JointReplay, column: int) -> Float[np.ndarray, " frames"]:
         """In `unit`.
 
@@ -79,22 +86,30 @@ class JointQuantity:
         """
         values = _values(joints, self.kind)
         assert values is not None
-        return np.degrees(values[:, column]) if self.unit.startswith("°") else values[:, column]
+        of_one = values[:, column] / self.divisor
+        return np.degrees(of_one) if self.unit.startswith("°") else of_one
 
 
-def quantities_of(joints: JointReplay) -> tuple[JointQuantity, ...]:
+def quantities_of(joints: JointReplay, *, per_kg: bool = False) -> tuple[JointQuantity, ...]:
     """All that can be shown, joint by joint in the model's order; the right side first.
 
     Forces and torques of the root joint are left out: they are the residual.
+
+    Args:
+        joints: of a trial.
+        per_kg: torques, forces and powers for each kilogram of the person, where the mass is known.
     """
+    mass = joints.mass_kg if per_kg else None
     stems: dict[str, list[tuple[str, int]]] = {}
     for i, name in enumerate(joints.names):
         stem, side = Coordinate.named(name)
         stems.setdefault(stem, []).append((side, i))
-    return tuple(q for stem, columns in stems.items() for q in _of_stem(joints, stem, columns))
+    return tuple(q for stem, columns in stems.items() for q in _of_stem(joints, stem, columns, mass))
 
 
-def _of_stem(joints: JointReplay, stem: str, columns: list[tuple[str, int]]) -> Iterator[JointQuantity]:
+def _of_stem(
+    joints: JointReplay, stem: str, columns: list[tuple[str, int]], mass: float | None
+) -> Iterator[JointQuantity]:
     columns = sorted(columns, key=lambda found: found[0] != "right")
     first = columns[0][1]
     name, turns = joints.names[first], 0 if joints.rotates[first] else 1
@@ -105,7 +120,10 @@ def _of_stem(joints: JointReplay, stem: str, columns: list[tuple[str, int]]) -> 
         called = TITLES[kind][turns]
         words = motion if not called else f"{motion.removesuffix(' angle')} {called}"
         capital = words[:1].upper() + words[1:]
-        yield JointQuantity(f"{stem} {kind}", capital, UNITS[kind][turns], kind, tuple(columns))
+        unit, divisor = UNITS[kind][turns], 1.0
+        if mass is not None and kind.rests_on_forces:
+            unit, divisor = f"{unit}{PER_KG}", mass
+        yield JointQuantity(f"{stem} {kind}", capital, unit, kind, tuple(columns), divisor)
 
 
 def _values(joints: JointReplay, kind: Kind) -> Float[np.ndarray, "frames dofs"] | None:

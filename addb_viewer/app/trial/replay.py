@@ -164,6 +164,7 @@ class JointReplay:
     power: Float[np.ndarray, "frames dofs"] | None = None  # [W] positive where the joint delivers work
     limits: tuple[tuple[float, float], ...] = ()  # [rad or m] of each coordinate; empty: not known
     of_root: frozenset[str] = frozenset()  # coordinates whose torque is the residual
+    mass_kg: float | None = None  # of the person; None: not known
 
 
 @dataclass(frozen=True)

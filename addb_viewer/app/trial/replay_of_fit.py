@@ -190,6 +190,7 @@ def joint_replay(trial: TrialFit, skeleton: Skeleton, times: Float[np.ndarray, "
         power=None if power is None else floats(power),
         limits=tuple(coordinate.range for coordinate in skeleton.free_coordinates),
         of_root=frozenset(axis.coordinate for joint in roots for axis in joint.axes if axis.coordinate),
+        mass_kg=skeleton.mass,
     )
 
 

@@ -86,6 +86,7 @@ def _joints(x):
         power=torque * speed,
         limits=((-5.0, 5.0), (0.0, 2.0), (0.0, 2.0)),
         of_root=frozenset({"pelvis_tx"}),
+        mass_kg=80.0,
     )
 
 

@@ -76,6 +76,9 @@ def test_by_gait_cycle_strides_are_counted_read_out_and_lie_under_other_trials(p
     until(lambda: "±" in page.locator(".addb-plot-values").first.text_content(), "mean and deviation")
     page.mouse.click(left + width / 2, plots["y"] + 60)
     until(lambda: page.session.frame in (55, 105), "half of a stride of the right foot")
+    page.get_by_role("button", name="per kg").click()
+    until(lambda: titles(page)[1] == "Knee flexion torque [N·m/kg]", "torque for each kilogram")
+    page.get_by_role("button", name="per kg").click()
     page.get_by_role("button", name="Other trials").click()
     page.get_by_role("checkbox", name="run").check()
     until(

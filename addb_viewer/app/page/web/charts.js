@@ -9,7 +9,7 @@ import { view, watch, zoom } from "./timeline.js";
 const LOWEST = 46, HIGHEST = 170, HEADING = 19, AXIS = 20; // [pixel]
 let charts = [], cycles = null; // cycles: the strides of each foot [s], where charts are by gait cycle
 let pointer = null; // the frame, or the percent of the cycle, under it; null: elsewhere
-let choice = { chosen: [], by: "time", over: [] };
+let choice = { chosen: [], by: "time", over: [], per_kg: false };
 const choose = (part) => window.addb.send("curves", { ...choice, ...part });
 const chooser = makeChooser((chosen) => choose({ chosen }));
 const options = makeOptions(choose);
@@ -133,7 +133,7 @@ function valuesOf(chart, frame) {
 
 watch(draw, mark);
 window.addb.on("curve-choices", (heard) => {
-  choice = { chosen: heard.chosen, by: heard.by, over: heard.over };
+  choice = { chosen: heard.chosen, by: heard.by, over: heard.over, per_kg: heard.per_kg };
   chooser.show(heard);
   options.show(heard);
 });

@@ -25,6 +25,8 @@ export function makeOptions(choose) {
     opener.setAttribute("aria-expanded", String(!list.hidden));
   };
   opener.setAttribute("aria-expanded", "false");
+  const perKg = element("button", { textContent: "per kg", title: "Torques and powers for each kilogram of the person" });
+  perKg.onclick = () => choose({ per_kg: perKg.getAttribute("aria-pressed") !== "true" });
   const writer = element("button", { textContent: "CSV", title: "Write what is shown into results/curves" });
   writer.onclick = () => window.addb.send("do", "curves_csv");
   const legend = element("span", { id: "addb-curve-over" });
@@ -39,7 +41,7 @@ export function makeOptions(choose) {
       }),
     );
   return {
-    part: element("div", { id: "addb-curve-options" }, group, opener, writer, list, legend),
+    part: element("div", { id: "addb-curve-options" }, group, perKg, opener, writer, list, legend),
     numberOf: (name) => lying.indexOf(name),
     show(told) {
       [over, trials] = [told.over, told.trials];
@@ -48,6 +50,8 @@ export function makeOptions(choose) {
         button.disabled = !told.cycles && by === "cycle";
         button.title = button.disabled ? "Gait cycles need a fit" : "";
       }
+      perKg.setAttribute("aria-pressed", String(told.per_kg));
+      perKg.hidden = !told.cycles;
       opener.hidden = !trials.length;
       list.hidden ||= !trials.length;
       drawList();

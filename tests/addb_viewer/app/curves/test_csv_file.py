@@ -26,6 +26,10 @@ def test_over_time_a_row_a_frame_with_units_and_names(make_replay, tmp_path):
     assert rows[30]["knee_angle_r_deg"] == pytest.approx(np.degrees(0.5 * np.sin(6 * 0.3)))
     assert rows[7]["knee_angle_l_deg"] is None
     assert [row["used"] for row in rows].index(True) == 20
+    shared = write_over_time(replay, CHOSEN, tmp_path / "each.csv", per_kg=True)
+    each = pyarrow.csv.read_csv(shared).to_pylist()[30]
+    assert each["knee_angle_r_power_W_kg"] == pytest.approx(rows[30]["knee_angle_r_power_W"] / 80.0)
+    assert each["knee_angle_r_deg"] == rows[30]["knee_angle_r_deg"]
 
 
 def test_by_cycle_means_and_every_stride(make_replay, tmp_path):

@@ -35,3 +35,17 @@ def test_without_dynamics_there_are_angles_and_speeds_and_a_turned_knee_extends(
     assert {q.kind for q in found} == {Kind.POSITION, Kind.SPEED}
     assert [q.words for q in found][2:] == ["Knee extension angle", "Knee extension speed"]
     assert found[2].id == "knee_angle angle"  # what somebody chose stays chosen with another model
+
+
+def test_for_each_kilogram_torques_and_powers_are_shared_out_and_angles_stay(make_replay):
+    joints = make_replay().joints
+    plain, shared = quantities_of(joints), quantities_of(joints, per_kg=True)
+    for whole, each in zip(plain, shared, strict=True):
+        (_, column) = whole.columns[-1]
+        divisor = 80.0 if each.kind in (Kind.TORQUE, Kind.POWER) else 1.0
+        np.testing.assert_allclose(divisor * each.values(joints, column), whole.values(joints, column))
+    assert [q.unit for q in shared][2:] == ["°", "°/s", "N·m/kg", "W/kg"]
+    lighter = replace(joints, mass_kg=40.0)
+    assert shared[-1].of(lighter).divisor == 40.0
+    assert plain[-1].of(lighter).divisor == 1.0
+    assert quantities_of(replace(joints, mass_kg=None), per_kg=True)[-1].unit == "W"
