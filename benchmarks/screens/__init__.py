@@ -1,1 +1,1 @@
-"""Pictures of the app in ten states, at all sizes and in both themes."""
+"""Pictures of the app in several states, at all sizes and in both themes."""

@@ -1,4 +1,4 @@
-"""The ten states: which folder, which address, and what is pressed until it is seen."""
+"""The states: which folder, which address, and what is pressed until it is seen."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -77,6 +77,13 @@ def two_people(page: Page) -> None:
     seen(page)
 
 
+def by_cycle(page: Page) -> None:
+    tab(page, "Curves")
+    page.get_by_role("button", name="by gait cycle").click()
+    page.locator("#addb-plots figcaption", has_text="n = ").first.wait_for()
+    seen(page)
+
+
 waiting = on_tab("Solve", "#addb-solve button")
 
 STATES = (
@@ -86,6 +93,7 @@ STATES = (
     State("ten-proposals", "ten proposals", proposals),
     State("diagnosis", "fitted", on_tab("Diagnosis", "text=2 · ")),
     State("curves", "fitted", on_tab("Curves", "[data-addb-charts]")),
+    State("curves-by-gait-cycle", "fitted", by_cycle),
     State("queue-of-500", "queue", queue, path="/queue"),
     State("two-people", "two people", two_people, beside="Ben"),
     State("error", "waiting", waiting, failure=FAILURE),

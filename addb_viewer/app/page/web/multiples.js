@@ -2,7 +2,7 @@
 import { css, resolved, told, trace } from "./curves.js";
 
 export const GUTTER = 46, MARGIN = 10; // [pixel] left and right of every axis
-const TICKS = 3; // about so many on an axis
+const TICKS = 4; // about so many on an axis
 const DASHES = [[7, 4], [3, 3], [9, 3, 2, 3], [2, 5]]; // of trials that are drawn over this one
 const BEFORE = [1.5, 2.5]; // of the solve that is compared with
 export const dashOf = (number) => DASHES[number % DASHES.length] ?? [];
@@ -81,7 +81,7 @@ export function drawByCycle(canvas, chart, dashes) {
   for (const { color, strides, foot_off: off, style } of chart.lines) {
     pen.strokeStyle = resolved(color);
     pen.lineWidth = 0.7;
-    pen.globalAlpha = strides.length > 20 ? 0.25 : 0.45;
+    pen.globalAlpha = Math.min(0.45, Math.max(0.08, 5 / strides.length));
     for (const stride of strides) {
       pen.beginPath();
       path(stride);
