@@ -49,6 +49,7 @@ SCRIPTS = (
     "names.js",
     "scene.js",
     "video.js",
+    "film.js",
 )
 HEAD = "".join(
     (

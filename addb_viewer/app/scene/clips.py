@@ -9,16 +9,18 @@ from jaxtyping import UInt8
 from PIL import Image
 
 STEP_S = 0.04  # between two pictures of a clip: a GIF counts in hundredths of a second, so this is exact
-MOST = 750  # pictures of a clip: half a minute
+LONGEST_S = 30.0  # of a clip
+QUALITY = 95  # of JPEG's hundred
+FASTEST_HZ = 60.0  # pictures of a film: more than screens show are left out
 COLORS, SAMPLES = 255, 8  # of a clip; pictures of it that the colours are chosen by
 
 
 @dataclass(frozen=True)
 class Clip:
-    """Frames of a trial in the order in which they are shown, one each `STEP_S`."""
+    """Frames of a trial in the order in which they are shown."""
 
     frames: tuple[int, ...]
-    speed: float  # in units of real time
+    rate: float  # [Hz] of the pictures
 
 
 def clip_of(start: int, end: int, rate: float, speed: float) -> Clip:
@@ -33,13 +35,30 @@ def clip_of(start: int, end: int, rate: float, speed: float) -> Clip:
     step = STEP_S * abs(speed) * rate  # frames from one picture to the next
     count = int((end - 1 - start) / step + 1e-9) + 1
     frames = start + np.rint(np.arange(count) * step).astype(int)
-    return Clip(tuple(int(f) for f in (frames if speed > 0 else frames[::-1])), speed)
+    return Clip(tuple(int(f) for f in (frames if speed > 0 else frames[::-1])), 1 / STEP_S)
+
+
+def film_of(start: int, end: int, rate: float, speed: float) -> Clip:
+    """Every n-th frame of start to end − 1, n as small as screens can follow, so that times are exact.
+
+    Arguments as for `clip_of`.
+    """
+    every = int(np.ceil(rate * abs(speed) / FASTEST_HZ - 1e-9))
+    frames = range(start, end, every)
+    return Clip(tuple(frames if speed > 0 else reversed(frames)), rate * abs(speed) / every)
 
 
 def png(rgba: UInt8[np.ndarray, "height width 4"]) -> bytes:
     """One picture, on transparent ground."""
     stream = io.BytesIO()
     Image.fromarray(rgba, "RGBA").save(stream, "PNG", optimize=True)
+    return stream.getvalue()
+
+
+def jpeg(rgb: UInt8[np.ndarray, "height width 3"]) -> bytes:
+    """One picture of a film, before it is coded."""
+    stream = io.BytesIO()
+    Image.fromarray(rgb, "RGB").save(stream, "JPEG", quality=QUALITY)
     return stream.getvalue()
 
 

@@ -35,7 +35,7 @@ def connect(session: Session, commands: Sequence[Command]) -> None:
     """
     capturing = Capturing(session)
     _bind_controls(session)
-    saves = dict(zip(SAVE, (capturing.picture, capturing.clip), strict=True))
+    saves = dict(zip(SAVE, (capturing.picture, capturing.clip, capturing.film), strict=True))
     _bind_group(session, session.controls.show.save, "Saving", saves)
     _bind_review(session)
     _bind_solve(session)
@@ -49,6 +49,7 @@ def connect(session: Session, commands: Sequence[Command]) -> None:
         **actions_of(s),
         "picture": capturing.picture,
         "clip": capturing.clip,
+        "film": capturing.film,
         "help": lambda: _toggle_help(s, help_page),
     }
     keys.register(s.client.gui, s.channel, commands, keys.Acting(actions, s.notices, s.questions))

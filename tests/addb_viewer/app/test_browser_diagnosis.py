@@ -147,9 +147,9 @@ def test_named_causes_can_be_hidden(page, folder, diagnosed, until):
     page.get_by_role("tab", name="View", exact=True).click()
     page.get_by_text("Named causes", exact=True).click()
     until(lambda: not page.session.scene.options.causes)
-    until(lambda: not page.session.scene.causes.one_by_one[0].label.visible)
+    until(lambda: not page.session.scene.causes.one_by_one[0].label.handle.visible)
     page.get_by_text("Named causes", exact=True).click()
-    until(lambda: page.session.scene.causes.one_by_one[0].label.visible)
+    until(lambda: page.session.scene.causes.one_by_one[0].label.handle.visible)
 
 
 def test_a_refused_decision_says_why(page, folder, diagnosed):

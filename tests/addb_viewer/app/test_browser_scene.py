@@ -6,6 +6,8 @@ from PIL import Image
 
 from addb_viewer.app.scene.camera import eye_of
 from addb_viewer.app.scene.tints import RESIDUAL
+from addb_viewer.app.subjects.video_header import read_header
+from addb_viewer.app.subjects.videos import TrialVideo
 
 pytestmark = pytest.mark.browser
 
@@ -62,12 +64,12 @@ def test_labels_are_in_the_picture_and_clicks_measure_what_is_seen(page, until):
     page.get_by_text("2 times its limit").wait_for()
 
 
-def test_a_picture_and_a_clip_are_sent_with_the_frames_that_were_asked_for(page, until):
+def test_a_picture_a_clip_and_a_film_have_the_frames_that_were_asked_for(tmp_path, page):
     session = page.session
     page.get_by_role("tab", name="View", exact=True).click()
     session.seek(50)
     with page.expect_download() as picture:
-        page.get_by_role("button", name="Picture", exact=True).click()
+        page.get_by_role("button", name="PNG", exact=True).click()
     assert picture.value.suggested_filename == "walk-50.png"
     image = Image.open(picture.value.path())
     assert image.size == tuple(2 * round(side) for side in session.picture)
@@ -78,13 +80,26 @@ def test_a_picture_and_a_clip_are_sent_with_the_frames_that_were_asked_for(page,
     draw = session.scene.draw
     session.scene.draw = lambda frame, *rest: drawn.append(frame) or draw(frame, *rest)
     with page.expect_download() as clip:
-        page.get_by_role("button", name="Clip", exact=True).click()
+        page.get_by_role("button", name="GIF", exact=True).click()
     assert clip.value.suggested_filename == "walk-20-40.gif"
     wanted = [20, 24, 28, 32, 36, 40]
     assert wanted in [drawn[k : k + 6] for k in range(len(drawn))]
     moving = Image.open(clip.value.path())
     assert moving.n_frames == 6
     assert moving.info["duration"] == 40
+
+    with page.expect_download() as film:
+        page.get_by_role("button", name="MP4", exact=True).click()
+    assert film.value.suggested_filename == "walk-20-42.mp4"
+    file = tmp_path / "walk-20-42.mp4"
+    film.value.save_as(file)
+    assert read_header(file).rate == pytest.approx(50.0), "every second frame of 100 a second"
+    session.video.open()
+    session.video._fill(None)
+    session.video._show(TrialVideo("walk-20-42.mp4"))
+    page.wait_for_function(
+        "() => Math.abs(document.querySelector('#addb-video video').duration - 0.24) < 1e-3"
+    )
 
 
 def test_the_next_trial_has_the_person_in_the_picture(page, until):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from addb_viewer.app.scene.clips import STEP_S, clip_of, gif, png
+from addb_viewer.app.scene.clips import STEP_S, clip_of, film_of, gif, png
 
 
 @pytest.mark.parametrize(
@@ -22,7 +22,19 @@ def test_each_picture_is_the_frame_nearest_to_its_moment(rate, speed):
 
 
 def test_one_frame_is_one_picture():
-    assert clip_of(7, 8, 100.0, 1.0).frames == (7,)
+    assert clip_of(7, 8, 100.0, 1.0).frames == film_of(7, 8, 100.0, 1.0).frames == (7,)
+
+
+@pytest.mark.parametrize(
+    ("rate", "speed", "every"),
+    [(50.0, 1.0, 1), (60.0, 1.0, 1), (100.0, 1.0, 2), (100.0, 0.5, 1), (250.0, -2.0, 9)],
+)
+def test_a_film_has_every_nth_frame_for_exactly_its_time(rate, speed, every):
+    film = film_of(10, 110, rate, speed)
+    assert sorted(film.frames) == list(range(10, 110, every))
+    assert film.rate * every == pytest.approx(rate * abs(speed))
+    assert film.rate <= 60.0 < rate * abs(speed) / (every - 1 or 1e-9)
+    assert (film.frames[0] == 10) == (speed > 0)
 
 
 def test_a_gif_has_every_picture_for_its_time_and_repeats():

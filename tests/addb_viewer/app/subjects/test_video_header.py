@@ -4,10 +4,11 @@ import struct
 
 import pytest
 
+from addb_viewer.app.scene.mp4 import Coded
 from addb_viewer.app.subjects.video_header import VideoError, read_header
-from tests.addb_viewer.app.made_up_video import RATE, box, packed
+from tests.addb_viewer.app.made_up_video import RATE, packed
 
-PICTURES = [(b"picture", True), (b"another", False)]
+PICTURES = [Coded(b"picture", True), Coded(b"another", False)]
 
 
 def element(number, body, *, unknown=False):
@@ -38,10 +39,10 @@ def header(tmp_path):
     ("name", "content", "codec", "kind"),
     [
         ("a.mp4", packed(PICTURES), "VP9", "video/mp4"),
-        ("a.MOV", packed(PICTURES, b"avc1"), "H.264", "video/mp4"),
+        ("a.MOV", packed(PICTURES, "avc1"), "H.264", "video/mp4"),
         (
             "big.mp4",
-            struct.pack(">I4sQ", 1, b"mdat", 20) + b"1234" + packed(PICTURES, b"avc1"),
+            struct.pack(">I4sQ", 1, b"mdat", 20) + b"1234" + packed(PICTURES, "avc1"),
             "H.264",
             "video/mp4",
         ),
@@ -57,14 +58,14 @@ def test_what_browsers_play_is_found_with_its_rate(header, name, content, codec,
     ("name", "content", "words"),
     [
         ("a.avi", b"RIFF", "browsers play MP4, MOV and WebM"),
-        ("a.mp4", packed(PICTURES, b"hvc1"), "coded as H.265"),
-        ("a.mov", packed(PICTURES, b"apcn"), "coded as ProRes"),
+        ("a.mp4", packed(PICTURES, "hvc1"), "coded as H.265"),
+        ("a.mov", packed(PICTURES, "apcn"), "coded as ProRes"),
         ("a.webm", webm(b"V_AV1"), "coded as AV1"),
         ("a.webm", webm(kind=2), "header cannot be read"),
-        ("a.mp4", packed(PICTURES, handler=b"soun"), "header cannot be read"),
+        ("a.mp4", packed(PICTURES).replace(b"vide", b"soun"), "header cannot be read"),
         ("a.mp4", b"", "header cannot be read"),
         ("a.webm", b"\x1a\x45\xdf\xa3\x00", "header cannot be read"),
-        ("a.mp4", box(b"moov", struct.pack(">I4s", 2**31, b"trak")), "header cannot be read"),
+        ("a.mp4", struct.pack(">I4sI4s", 16, b"moov", 2**31, b"trak"), "header cannot be read"),
     ],
 )
 def test_what_they_do_not_play_is_refused_with_the_command_that_converts_it(header, name, content, words):
@@ -75,7 +76,7 @@ def test_what_they_do_not_play_is_refused_with_the_command_that_converts_it(head
 
 @pytest.mark.parametrize("cut", range(0, 700, 37))
 def test_a_file_that_is_cut_off_ends_in_words(tmp_path, cut):
-    for name, content in (("a.mp4", packed(PICTURES, b"hvc1")), ("a.webm", webm(b"V_AV1"))):
+    for name, content in (("a.mp4", packed(PICTURES, "hvc1")), ("a.webm", webm(b"V_AV1"))):
         (tmp_path / name).write_bytes(content[:cut])
         with pytest.raises(VideoError):
             read_header(tmp_path / name)
