@@ -52,6 +52,7 @@ def on_tab(name: str, awaited: str | None = None) -> Enter:
 def to_a_proposal(page: Page) -> None:
     page.keyboard.press("n")
     page.locator("#addb-chips kbd").first.wait_for()
+    page.keyboard.press("k")  # the picture is to be still
 
 
 def proposals(page: Page) -> None:

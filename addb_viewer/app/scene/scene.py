@@ -122,12 +122,12 @@ class TrialScene:
         markers = self.replay.markers
         self.causes = CauseNodes(self.server.scene, f"{TRIAL}/causes", drawn, self.path, markers)
 
-    def draw(self, frame: int, at_rest: Eye | None = None) -> None:
+    def draw(self, frame: int, eye: Eye | None = None) -> None:
         """Move everything to one frame, in one message to every browser.
 
         Args:
             frame: of the trial.
-            at_rest: the eye that looks at it, if nothing moves: labels are moved to where they are whole.
+            eye: that looks at it: labels are moved to where they are whole; None: they stay at their places.
         """
         if self.replay is None:
             return
@@ -146,9 +146,9 @@ class TrialScene:
             self.measuring.draw(frame)
             if o.follow:
                 self.lab.position = self.anchor - self.path[frame]
-            if at_rest is not None:
+            if eye is not None:
                 labels = [self.measuring.label, *self.causes.labels, *self.plates.labels]
-                settle(labels, at_rest, self.lab.position)
+                settle(labels, eye, self.lab.position)
 
     def measure(self, frame: int, eye: Eye, place: Float[np.ndarray, "2"]) -> bool:
         """Take a click of the measuring tool; arguments and result as for `Measuring.click`."""

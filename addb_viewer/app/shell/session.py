@@ -327,7 +327,7 @@ class Session:
             return
         frame = min(position.frame, replay.frames - 1)
         with self.drawing, self.client.atomic():
-            self.scene.draw(frame, None if position.playing else eye_of(self.client.camera, self.picture))
+            self.scene.draw(frame, eye_of(self.client.camera, self.picture))
             self.timeline.cursor(frame)
             self._show_position(position, frame, replay)
 
