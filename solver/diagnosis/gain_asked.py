@@ -23,9 +23,7 @@ def least_first_gain(candidate: Candidate, scale: float, settings: DiagnosisSett
         scale: of the model's errors beside it.
         settings: of the diagnosis.
     """
-    least = settings.least_gain - dict(settings.never_imitated).get(
-        candidate.id, candidate.about.less_at_first
-    )
+    least = settings.least_gain - dict(settings.never_imitated).get(candidate.id, candidate.less_at_first)
     return min(least, settings.quiet_least_gain) if scale <= settings.quiet_scale else least
 
 

@@ -128,9 +128,10 @@ def _standing(
     T grows with what the name explains, as what evidence gets wrong does: of 200 nats for a load, 11 more
     than for another mass do not make it certain. What is unknown counts as one: each alone at that T, many
     that explain little would outweigh a name; and the name's own odds do not count against it, since what
-    imitates it on sound recordings is off the list as well. Where something
-    unknown is there besides, the name may stand beside that, if it pays there. Where a foot is seen to stand
-    somewhere, the ground carries it: a force of another place and course is none in its place.
+    imitates it on sound recordings is off the list as well. Where something unknown is there besides, the
+    name may stand beside that, if it pays there. What is seen outside the balance, nothing in its place
+    explains: there it may stand beside any of them, for its rarity. Where a foot is seen to stand somewhere,
+    the ground carries it: a force of another place and course is none in its place.
     """
     balance, settings = world.balance, world.balance.settings
     candidate = one.contender.term.candidate
@@ -144,14 +145,17 @@ def _standing(
     odds = _log_odds(settings, names, len(every))
     unknown = [u for u in every if not (candidate.about.seen_standing and u.cause.kind in FORCES)]
     temper = settings.confidence_temper + settings.temper_share * max(0.0, gain)
-    listed = (np.array([0.0, *rivals]) - (gain - against)) / temper
-    own = gain + max(0.0, -against)
-    if beside:
-        more = beside[0].log_evidence - solved.log_evidence + odds
-        least = settings.least_further_gain + settings.beside_unknown_share * max(0.0, more)
-        own = max(own, own + more - least)
     together = logsumexp([u.log_evidence for u in unknown]) if unknown else -np.inf
-    off = (together - without.log_evidence + odds - own) / temper
+    off_the_list = together - without.log_evidence + odds
+    among, own = gain - against, gain
+    if against < 0:
+        also = np.array([*rivals, off_the_list]) + min(gain, 0.0) - against - candidate.about.odds_against
+        among = own = temper * logsumexp(np.array([gain - against, *also]) / temper)
+    elif beside:
+        more = beside[0].log_evidence - solved.log_evidence + odds
+        own += max(0.0, more - settings.least_further_gain - settings.beside_unknown_share * max(0.0, more))
+    listed = (np.array([0.0, *rivals]) - among) / temper
+    off = (off_the_list - own) / temper
     total = logsumexp([0.0, *listed, off])
     return Standing(
         confidence=float(np.exp(-total)),

@@ -121,6 +121,11 @@ class Described:
         return self.about.sentence
 
     @property
+    def less_at_first(self) -> float:
+        """What less is asked of it as first cause [nats]."""
+        return self.about.less_at_first
+
+    @property
     def remedy(self) -> str:
         """What to do about it in the laboratory; {target} is to be filled in."""
         return self.about.remedy

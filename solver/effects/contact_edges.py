@@ -20,6 +20,9 @@ REACH_S = 0.17  # of the window: sidelobes are 92 dB down, below what 20 Hz have
 NEAR_S = 0.06  # of an edge, within which the largest amplitude counts
 SOUND, SOUND_STD = -1.9, 0.65  # of the logarithm: 17 sound trials of twelve people, walks, runs, jumps
 FILTERED, FILTERED_STD = -5.2, 0.9  # of the same with cutoffs of 4 to 8 Hz
+FALL_OF_4_HZ = (4.0, -6.6)  # the mean of the same 18 stretches after a low-pass of 4 Hz, each pass
+FALL_BY_LOG = 2.45  # how it grows with the logarithm of the cutoff, from 4 to 8 Hz
+FALL_STD = 0.9  # from one of them to the next
 LEAST_NATS = -1.0
 TAILS_DOF = 8.0  # of Student's t: sound ones stray, too
 LEAST_N = 20.0
@@ -64,6 +67,17 @@ def filtered_nats(fall: float) -> float:
     """
     nats = log_t(fall - FILTERED, FILTERED_STD, TAILS_DOF) - log_t(fall - SOUND, SOUND_STD, TAILS_DOF)
     return max(nats, LEAST_NATS)
+
+
+def log_cutoff(fall: float) -> tuple[float, float] | None:
+    """What such a fall says of the logarithm of a filter's cutoff [Hz]; None where it speaks for none.
+
+    Returns:
+        Mean and standard deviation, which is the scatter between persons.
+    """
+    if filtered_nats(fall) <= 0:
+        return None
+    return float(np.log(FALL_OF_4_HZ[0]) + (fall - FALL_OF_4_HZ[1]) / FALL_BY_LOG), FALL_STD / FALL_BY_LOG
 
 
 def _amplitude(

@@ -1,6 +1,6 @@
-"""Filter mismatch: the forces were smoothed before they were exported, the markers were not."""
+"""Filter mismatch: the forces were smoothed before they were exported, the markers less, or as much."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 
 from solver.capture.conditioning import contact_samples
 from solver.effects.about import About
-from solver.effects.contact_edges import fall_off, filtered_nats, usual_fall_off
+from solver.effects.contact_edges import fall_off, filtered_nats, log_cutoff, usual_fall_off
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.readings import Reading
 from solver.effects.scene import PlateScene, Scene
@@ -23,17 +23,24 @@ LEAST_HARM_HZ = 18.0  # smoothing above takes off a tenth of what markers can te
 ORDER = 2  # of the single pass
 FITTED_PERIODS = 0.05  # over which value and slope at the end of a contact are read
 SURELY_LOADED = 1.5  # times the contact threshold: with less, many a program writes no point
+RATIO_STARTS = (1.0, 8.0)  # of the markers' cutoff to that of the forces: smoothed as much, or not at all
+PRIOR_LOG_RATIO, PRIOR_LOG_RATIO_STD = (
+    1.0,
+    1.0,
+)  # of it: from as much to next to nothing, each a deviation away
+UNTOLD_NATS = 2.0  # what two parameters that the data leave within their prior cost
 CUT_OFF_STD = 0.03  # of the cutoff: where files cut off a smoothed contact's ends; by hidden effects
 MOST_GAIN = 20.0  # of the inverse: a newton of noise within its band grows to that
 
 
 ABOUT = About(
     id="filter_mismatch",
-    title="forces smoothed more than the markers",
-    sentence=(
-        "The forces were smoothed before they were exported, more than the markers: impacts are blunted."
+    title="smoothed forces",
+    sentence="The forces were smoothed before they were exported: impacts are blunted.",
+    remedy=(
+        "Export the forces unfiltered. If they have to be smoothed, filter markers and forces with the same "
+        "cutoff, and take peaks and impacts from neither."
     ),
-    remedy=("Export the forces unfiltered, or filter markers and forces with the same cutoff."),
     told_apart_by="the same trial exported without a filter",
     branch="time/filter",
     odds_against=3.0,
@@ -44,14 +51,16 @@ ABOUT = About(
 
 @dataclass(frozen=True)
 class FilterMismatch(Candidate):
-    """The forces were low-passed (Butterworth, 2nd order, forwards and backwards), the markers were not.
+    """The forces were low-passed (Butterworth, 2nd order, forwards and backwards), the markers less.
 
-    η is the logarithm of the cutoff. The measured side is sharpened by H/(H² + ε²), H the filter's gain: by
-    1/H where that is small, by 20 at most, and by little beyond, where the signal is lost. Half of it comes
-    back where H = 1/40, at 15 Hz for a cutoff of 6. So it cannot pay by smoothing.
+    η is the logarithm of the cutoff, and, where the contacts' edges speak for a filter, that of the markers'
+    cutoff over it; elsewhere the markers are sharp. The measured side is sharpened by H/(H² + ε²), H the
+    filter's gain: by 1/H where that is small, by 20 at most, and by little beyond, where the signal is lost.
+    Half of it comes back where H = 1/40, at 15 Hz for a cutoff of 6. Then it is smoothed as the markers were,
+    never more than the forces: so it cannot pay by smoothing.
 
     The forces show a filter by themselves as well, in how steeply their spectrum falls where contacts begin
-    and end (`contact_edges.py`).
+    and end (`contact_edges.py`). Where the markers were smoothed as much, nothing else does.
     """
 
     fall: float | None = None  # of that spectrum; None where no contact begins or ends
@@ -63,30 +72,52 @@ class FilterMismatch(Candidate):
         """What the contacts' edges say for a filter; against one they say too little."""
         return 0.0 if self.fall is None else max(0.0, filtered_nats(self.fall))
 
+    @property
+    def less_at_first(self) -> float:
+        """Less where the edges speak: a cutoff and a ratio that the balance does not tell take some of it."""
+        return self.about.less_at_first + (UNTOLD_NATS if self._edges_speak else 0.0)
+
+    @property
+    def _edges_speak(self) -> bool:
+        return self.seen_elsewhere > 0
+
     def starts(self, scenes: Sequence[Scene]) -> tuple[Eta, ...]:
-        """Logarithms of cutoffs [Hz]."""
-        return tuple((float(np.log(cutoff)),) for cutoff in STARTS_HZ)
+        """Logarithms of cutoffs [Hz], with sharp markers and with markers that were smoothed as much."""
+        cutoffs = [float(np.log(cutoff)) for cutoff in STARTS_HZ]
+        if not self._edges_speak:
+            return tuple((cutoff,) for cutoff in cutoffs)
+        return tuple((cutoff, float(np.log(ratio))) for ratio in RATIO_STARTS for cutoff in cutoffs)
 
     def prior(self, scenes: Sequence[Scene]) -> tuple[tuple[float, float], ...]:
-        """Around the cutoffs in use."""
-        return ((float(np.log(PRIOR_HZ)), PRIOR_LOG_STD),)
+        """Around the cutoffs in use, and what the contacts' edges say of it."""
+        usual = float(np.log(PRIOR_HZ)), PRIOR_LOG_STD
+        told = None if self.fall is None else log_cutoff(self.fall)
+        if told is None:
+            return (usual,)
+        weights = np.array([usual[1], told[1]]) ** -2.0
+        mean = float(weights @ [usual[0], told[0]] / weights.sum())
+        return (mean, float(weights.sum() ** -0.5)), (PRIOR_LOG_RATIO, PRIOR_LOG_RATIO_STD)
 
     def steps(self) -> Eta:
-        """A tenth of the cutoff."""
-        return (0.1,)
+        """A tenth of the cutoff; a fifth of the ratio."""
+        return (0.1, 0.2) if self._edges_speak else (0.1,)
 
     def admissible(self, eta: Eta) -> bool:
-        """Within what filters of forces are set to."""
-        return bool(np.log(LOWEST_HZ) <= eta[0] <= np.log(HIGHEST_HZ))
+        """Within what filters of forces are set to, and the markers not smoothed more."""
+        within = np.log(LOWEST_HZ) <= eta[0] <= np.log(HIGHEST_HZ)
+        return bool(within and all(0 <= ratio <= np.log(RATIO_STARTS[-1]) for ratio in eta[1:]))
 
     def signature(self, scene: Scene, eta: Eta) -> Signature | None:
-        """The sharpened recording less the recording."""
+        """The sharpened recording, smoothed as the markers were, less the recording."""
         if not any(plate.loaded.any() for plate in scene.plates):
             return None
         cutoff_Hz = float(np.exp(eta[0]))
         fixed = -scene.measured_ground
         for plate in scene.plates:
-            fixed = fixed + np.nan_to_num(plate.at_frames(recorded_as_if_sharp(plate, cutoff_Hz)))
+            alike = recorded_as_if_sharp(plate, cutoff_Hz)
+            for log_ratio in eta[1:]:
+                alike = blunted(alike, plate.plate.rate, cutoff_Hz * float(np.exp(log_ratio)))
+            fixed = fixed + np.nan_to_num(plate.at_frames(alike))
         return Signature(np.zeros((scene.frames, 6, 0)), np.zeros(0), fixed)
 
     def estimates(
@@ -178,6 +209,21 @@ def with_tails(
     return whole
 
 
+def blunted(
+    values: Float[np.ndarray, "samples columns"], rate: float, cutoff_Hz: float
+) -> Float[np.ndarray, "samples columns"]:
+    """The zero-phase filter along the first axis; nothing where it lets pass all that is sampled.
+
+    Args:
+        values: one row a sample.
+        rate: of the samples [Hz].
+        cutoff_Hz: of the single pass [Hz].
+    """
+    if cutoff_Hz >= 0.5 * rate:
+        return values
+    return _through(values, rate, cutoff_Hz, lambda gain: gain)
+
+
 def sharpened(
     values: Float[np.ndarray, "samples columns"], rate: float, cutoff_Hz: float
 ) -> Float[np.ndarray, "samples columns"]:
@@ -188,14 +234,27 @@ def sharpened(
         rate: of the samples [Hz].
         cutoff_Hz: of the single pass [Hz].
     """
+
+    def inverse(gain: Float[np.ndarray, " frequencies"]) -> Float[np.ndarray, " frequencies"]:
+        bounded = gain / (gain**2 + (0.5 / MOST_GAIN) ** 2)
+        return np.asarray(bounded / bounded[0])
+
+    return _through(values, rate, cutoff_Hz, inverse)
+
+
+def _through(
+    values: Float[np.ndarray, "samples columns"],
+    rate: float,
+    cutoff_Hz: float,
+    made_of: Callable[[Float[np.ndarray, " frequencies"]], Float[np.ndarray, " frequencies"]],
+) -> Float[np.ndarray, "samples columns"]:
+    """Samples times something made of the filter's gain at each frequency."""
     reach = min(int(np.ceil(2 * rate / cutoff_Hz)), len(values) - 1)
     before = 2 * values[0] - values[reach:0:-1]
     after = 2 * values[-1] - values[-2 : -2 - reach : -1]
     extended = np.concatenate([before, values, after])
     gain = zero_phase_gain(np.fft.rfftfreq(len(extended), 1 / rate), rate, cutoff_Hz)
-    inverse = gain / (gain**2 + (0.5 / MOST_GAIN) ** 2)
-    inverse /= inverse[0]
-    spectrum = np.fft.rfft(extended, axis=0) * inverse[:, None]
+    spectrum = np.fft.rfft(extended, axis=0) * made_of(gain)[:, None]
     return np.fft.irfft(spectrum, len(extended), axis=0)[reach : reach + len(values)]
 
 

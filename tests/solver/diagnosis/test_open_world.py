@@ -145,3 +145,31 @@ def test_of_much_evidence_a_few_nats_more_make_no_name_certain(short_scene, draw
     share = (1 - standing.outside) / (1 + np.exp(-11.0 / (3.0 + 0.03 * one.gain)))
     assert standing.confidence == pytest.approx(share, abs=1e-3)
     assert standing.confidence < 0.97
+
+
+@dataclass(frozen=True, eq=False)
+class Rare(Course):
+    """Rare, and changes next to nothing; something else than the balance may show it."""
+
+    id = "rare"
+    about = About("rare", odds_against=3.0)
+    nats: float = 0.0
+
+    @property
+    def seen_elsewhere(self):
+        return self.nats
+
+
+@pytest.mark.parametrize(("nats", "kept"), [(0.0, False), (8.0, True)])
+def test_what_is_seen_elsewhere_stands_beside_an_unknown_that_does_not_explain_it(turned, nats, kept):
+    """A plate is turned, which is on no list; that explains nothing that was seen outside the balance."""
+    nothing = np.zeros((turned.scenes[0].frames, 6))
+    null, solved = turned.solve([]), turned.solve([turned.term(Rare("all", nothing, nats=nats), ())])
+    contender = Contender(solved.terms[0], solved, solved.log_evidence - null.log_evidence)
+    result = held(turned, Kept(solved, (Found(contender, 1.0, ()),), None), NAMES, Trail())
+    assert bool(result.found) == kept
+    assert result.told.cause.target == "plate_2"
+    if kept:
+        assert (
+            0.5 < result.standings[0].confidence < 1 / (1 + np.exp(-nats / turned.settings.confidence_temper))
+        )

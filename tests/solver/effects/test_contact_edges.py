@@ -6,7 +6,7 @@ from scipy.signal import butter, filtfilt, freqz
 
 from benchmarks.faults.editor.clocks import smoothed
 from benchmarks.faults.editor.sources import SOURCES
-from solver.effects.contact_edges import fall_off, filtered_nats, usual_fall_off
+from solver.effects.contact_edges import fall_off, filtered_nats, log_cutoff, usual_fall_off
 from solver.effects.filter_mismatch import FilterMismatch
 
 RATE = 500.0
@@ -56,13 +56,23 @@ def moving(real_data):
 def test_sound_recordings_speak_against_a_filter_and_smoothed_ones_for_it(moving):
     """Sound ones were looked at when the figures were set; smoothed ones were made by another program."""
     rng = np.random.default_rng(0)
-    spoken = []
+    spoken, told = [], []
     for recording in moving:
         assert filtered_nats(median_of(recording)) < 0
         edited, _ = smoothed(5.0)(recording, rng)
         spoken.append(filtered_nats(median_of(edited)))
+        told.append(log_cutoff(median_of(edited)))
     assert min(spoken) > 0
     assert np.median(spoken) > 5
+    log_Hz, std = np.array(told).T
+    away = (log_Hz - np.log(5.0 / (np.sqrt(2) - 1) ** 0.25)) / std
+    assert np.abs(away).max() < 2.5
+    assert abs(away.mean()) < 1.0
+
+
+def test_a_fall_that_speaks_for_no_filter_tells_no_cutoff():
+    assert log_cutoff(-1.9) is None
+    assert log_cutoff(-7.0)[0] < log_cutoff(-5.0)[0]
 
 
 def test_it_is_evidence_for_the_filter_and_none_against_it():

@@ -7,8 +7,14 @@ import pytest
 from scipy.optimize import minimize_scalar
 from scipy.signal import butter, filtfilt
 
+from benchmarks.faults.editor.clocks import smoothed as smoothed_files
+from benchmarks.faults.editor.files import write_folder
+from benchmarks.faults.editor.sources import SOURCES
+from solver.capture.subject import open_subject
+from solver.diagnosis.diagnose import diagnose
 from solver.effects.filter_mismatch import FilterMismatch, candidates, sharpened, with_tails
 from solver.filters import low_pass
+from solver.settings import Settings
 from solver.simulate.demo import MARKERS
 from solver.simulate.laboratory import MeasurementSettings, measure, plates_under
 
@@ -123,4 +129,39 @@ def test_estimates_bounds_and_the_practical_minimum(crisp, seen):
     assert not candidate.is_notable(candidate.estimates([scene], (np.log(22.0),), (0.1,), *nothing))
     assert all(candidate.admissible(eta) for eta in candidate.starts([scene]))
     assert not candidate.admissible((np.log(60.0),))
+    assert not candidate.admissible((np.log(6.0), -0.1)), "that would smooth the forces"
     assert candidates([replace(scene, plates=())]) == []
+
+
+def test_markers_that_were_smoothed_as_much_leave_the_forces_as_they_are(walk, seen):
+    """But for what rings outside contacts, which are set to zero: less than the markers' own error."""
+    plates = plates_under(walk.contacts, (0.0, walk.scenario.duration))
+    capture = measure(walk, plates, MARKERS, MeasurementSettings(), np.random.default_rng(2))
+    scene = seen(smoothed(capture, 6.0, threshold_N=0.0))
+    alike, sharper = (
+        FilterMismatch("all").signature(scene, eta).fixed[25:-25, :3]
+        for eta in ((np.log(6.0), 0.0), (np.log(6.0),))
+    )
+    assert np.sqrt((sharper**2).mean()) > 10.0
+    assert np.sqrt((alike**2).mean()) < 0.01 * scene.weight_N < np.sqrt((sharper**2).mean())
+
+
+def test_forces_and_markers_that_were_smoothed_alike_are_named_by_the_contacts_edges(real_data, tmp_path):
+    """The markers of this recording are smooth up to 6 Hz; its forces are smoothed here by SciPy."""
+    recording = next(s for s in SOURCES if s.name == "treadmill walk A").read(real_data)
+    write_folder(tmp_path, smoothed_files(5.0)(recording, np.random.default_rng(0))[0])
+    answer = diagnose(open_subject(tmp_path), Settings())
+    (named,) = answer.effects
+    assert named.id == "filter_mismatch"
+    stated = named.parameters["cutoff_Hz"]
+    assert abs(stated.value - 5.0 / (np.sqrt(2) - 1) ** 0.25) < 2 * stated.std
+    assert 0.5 < named.confidence < 0.97, "the edges alone do not make it certain"
+
+
+def test_smooth_markers_are_thought_of_where_the_edges_speak_for_a_filter(scene):
+    told, silent = FilterMismatch("all", fall=-6.0), FilterMismatch("all", fall=-2.0)
+    assert {len(eta) for eta in told.starts([scene])} == {2}
+    assert {len(eta) for eta in silent.starts([scene])} == {1}
+    for candidate in (told, silent):
+        assert len(candidate.prior([scene])) == len(candidate.steps()) == len(candidate.starts([scene])[0])
+    assert told.prior([scene])[0][0] < silent.prior([scene])[0][0]
