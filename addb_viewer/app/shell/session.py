@@ -72,8 +72,7 @@ class Session:
         self.drawing = threading.RLock()  # the scene belongs to one thread at a time
         self.updates = Updates(self, pace)
         self._replay: Replay | None = None
-        self._looked = self._closed = False
-        self._read_at = self.scrubbed_at = 0.0
+        self._looked, self._closed, self._read_at, self.scrubbed_at = False, False, 0.0, 0.0
         self.picture: tuple[float, float] | None = (
             None  # size of the scene in the page [px], where it says so
         )
