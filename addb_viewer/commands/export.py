@@ -13,13 +13,13 @@ from addb_viewer.jobs.solving import job_for, solved
 from addb_viewer.terminal_progress import terminal_progress
 
 To = Annotated[
-    Format,
+    list[Format],
     typer.Option(
         "--to",
         help="opensim: model, motion, torques, forces for OpenSim 4.6. "
         "b3d: the AddBiomechanics Dataset's format. csv, parquet: a table a trial. "
         "gltf: the moving skeleton, for Blender and browsers. mujoco: model and motion for MuJoCo. "
-        "c3d: recorded markers and plates with events, joint angles and moments.",
+        "c3d: recorded markers and plates with events, joint angles and moments. May be given several times.",
     ),
 ]
 
@@ -41,7 +41,7 @@ def export(
         root = several(subject)
         if root is not None:
             words = options(
-                to=to.value,
+                to=[form.value for form in dict.fromkeys(to)],
                 trial=trial,
                 settings=settings and settings.absolute(),
                 ignore_review=ignore_review,
@@ -55,11 +55,12 @@ def export(
         job = job_for(subject, out=out, trials=trial, settings_file=settings, ignore_review=ignore_review)
         with terminal_progress() as progress:
             fit = solved(job, progress=progress).fit
-        files, notes = exported(fit, to, job.results)
-        for path in files:
-            typer.echo(path)
-        for note in notes:
-            typer.echo(f"note: {note}")
+        for form in dict.fromkeys(to):
+            files, notes = exported(fit, form, job.results)
+            for path in files:
+                typer.echo(path)
+            for note in notes:
+                typer.echo(f"note: {note}")
 
 
 def _written(_: dict[str, Any], said: str) -> Row:

@@ -23,11 +23,11 @@ def optional_subject_folder(subject: Path | None) -> Path | None:
 
 
 KEPT_ENDINGS = (".c3d", ".trc", ".mot", ".sto", ".osim", ".b3d", ".toml", ".sqlite")
-KEPT_NAMES = ("_subject.json", "review.json")
+KEPT_NAMES = ("_subject.json", "review.json", "fit.json")
 
 
 def replaceable(file: Path | None) -> Path | None:
-    """A file to write, unless that would replace a recording, a model, a description or a review."""
+    """A file to write, unless that would replace a recording, a model, a description, a review or a fit."""
     if file is None or not file.exists() or file.is_dir():
         return file
     if file.suffix.lower() in KEPT_ENDINGS or file.name in KEPT_NAMES or not file.is_file():

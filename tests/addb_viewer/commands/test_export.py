@@ -89,3 +89,23 @@ def test_a_broken_fit_is_solved_again(command_line, exported):
     (folder / "results" / "solve-1" / "skeleton.json").write_text("{")
     assert command_line("export", folder, "--to", "opensim").exit_code == 0
     assert len(command_line.solves) == 2
+
+
+def test_several_formats_are_written_by_one_command(command_line):
+    folder = command_line.subject.folder
+    run = command_line("export", folder, "--to", "csv", "--to", "c3d", "--to", "csv")
+    assert run.exit_code == 0
+    named = run.stdout.splitlines()
+    for name in ("csv/walk.csv", "c3d/walk.c3d"):
+        assert named.count(str(folder / "results" / name)) == 1
+        assert (folder / "results" / name).stat().st_size > 0
+
+
+def test_figures_do_not_replace_the_kept_fit(command_line):
+    folder = command_line.subject.folder
+    assert command_line("export", folder, "--to", "csv").exit_code == 0
+    kept = folder / "results" / "fit.json"
+    before = kept.read_bytes()
+    run = command_line("fit", folder, "--json", kept)
+    assert run.exit_code == 2
+    assert kept.read_bytes() == before
