@@ -78,7 +78,7 @@ def test_the_page_shows_the_scene_and_the_plots(session, page):
     ):
         assert scene.get_handle_by_name(f"/lab/trial/{node}") is not None, node
     page.get_by_text("Residual moment [N·m]").wait_for()
-    page.get_by_text("time [s]").first.wait_for(state="attached")
+    page.get_by_text("Knee flexion torque [N·m]").wait_for()
     page.get_by_role("tab", name="Fit", exact=True).click()
     page.get_by_text("200 at 100 Hz").wait_for()
     page.get_by_role("tab", name="Review", exact=True).click()

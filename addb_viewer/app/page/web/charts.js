@@ -18,7 +18,8 @@ const plots = element("div", { id: "addb-plots" });
 const axis = element("div", { id: "addb-plots-axis" });
 const cursors = element("div", { id: "addb-plots-cursor" }), band = element("div", { id: "addb-plots-selection", hidden: true });
 const pointed = element("div", { id: "addb-plots-pointer", hidden: true });
-const area = element("div", { id: "addb-plots-area" }, plots, band, pointed, cursors, axis);
+const where = element("div", { id: "addb-plots-where" });
+const area = element("div", { id: "addb-plots-area" }, plots, band, pointed, cursors, axis, where);
 Object.assign(area.dataset, { gutter: GUTTER, margin: MARGIN });
 const root = element("section", { id: "addb-charts" }, ...chooser.parts, options.part, note, area);
 root.setAttribute("aria-label", "Curves");
@@ -108,6 +109,7 @@ function mark() {
         return line;
       }),
   );
+  tellWhere(trial, pointer ?? (cycles ? null : frame));
   pointed.hidden = pointer === null;
   if (pointer !== null) pointed.style.left = `${x(pointer)}px`;
   band.hidden = !selection || cycles || !charts.length;
@@ -116,6 +118,15 @@ function mark() {
     Object.assign(band.style, { left: `${left}px`, width: `${Math.max(right - left, 0)}px` });
   }
   charts.forEach((chart, i) => plots.children[i]?.querySelector(".addb-plot-values").replaceChildren(...valuesOf(chart, frame)));
+}
+
+/** Frame and time, or percent of the stride, under the pointer, else at the cursor; kept inside the axis. */
+function tellWhere(trial, at) {
+  where.hidden = at === null || share(at) < 0 || share(at) > 1 || !charts.length;
+  if (where.hidden) return;
+  where.textContent = cycles ? `${at} %` : `frame ${at} · ${(trial.first_s + at / trial.rate).toFixed(3)} s`;
+  where.style.left = `${x(at)}px`;
+  where.style.transform = `translateX(${share(at) < 0.15 ? 0 : share(at) > 0.85 ? -100 : -50}%)`;
 }
 
 /** What stands at a chart's right: values under the pointer, else at the cursor. */
