@@ -22,7 +22,7 @@ LAYOUTS = [
 ]
 HEAR = """() => {
     window.heard = [];
-    window.addb.send = (kind, action) => window.heard.push(action);
+    window.addb.send = (kind, action) => kind === "do" && window.heard.push(action);
     document.documentElement.addEventListener("keydown", () => window.heard.push(null));
 }"""  # the action that is asked for, or null where the key itself goes on to the page
 
