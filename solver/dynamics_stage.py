@@ -23,6 +23,7 @@ from solver.dynamics.trial_data import TrialData
 from solver.edit_stage import fitted_near_edit, settled_fit, small_edit
 from solver.fit import Groundwork, KinematicsOnly, SettledFit, TrialFit
 from solver.foretelling_stage import learnt_before, misses_a_force, sister_of, with_foretold
+from solver.freed_memory import give_back
 from solver.kinematics.marker_errors import marker_errors
 from solver.kinematics.marker_matching import MarkerMatch
 from solver.progress import Progress
@@ -83,6 +84,7 @@ def obeying_forces(
         edit = small_edit(members, told, groundwork, settings, extension)
         told = edit.told if edit is not None else told
         data = all_data(members, match, told, extension)
+        give_back()
         nominal, gain_notes = with_mass(skeleton, told.mass_kg), told.notes
         data = [
             started(trial, fits[i], nominal, settings)

@@ -48,11 +48,15 @@ def inverse_dynamics(
     wrenches = counted_wrenches(contacts.wrench_ground, mask)
     feet = [skeleton.body_index(name) for name in contacts.foot_bodies]
     moved = motion.without_derivatives()
-    torques = RigidBodyModel(skeleton).inverse_dynamics(
-        moved.q, moved.velocity, moved.acceleration, wrenches, feet
-    )
+    kinematics, rigid_bodies = ForwardKinematics(skeleton), RigidBodyModel(skeleton)
+
+    def of_joints(
+        q: np.ndarray, v: np.ndarray, a: np.ndarray, under: np.ndarray
+    ) -> Float[np.ndarray, "some dofs"]:
+        return rigid_bodies.inverse_dynamics(q, v, a, under, feet)
+
+    torques = by_frames(of_joints, moved.q, moved.velocity, moved.acceleration, wrenches)
     del moved
-    kinematics = ForwardKinematics(skeleton)
 
     def placed(
         q: Float[np.ndarray, "some dofs"], own: Float[np.ndarray, "some dofs"]
