@@ -68,8 +68,8 @@ def test_the_cursor_is_read_out_and_a_click_goes_to_its_frame(page, until):
 def test_by_gait_cycle_strides_are_counted_read_out_and_lie_under_other_trials(page, until):
     page.get_by_role("button", name="by gait cycle").click()
     keys = page.locator("#addb-plots figcaption").first
-    until(lambda: "right, n = 2" in keys.text_content(), "the strides")
-    assert "left, n = 1" in keys.text_content()
+    until(lambda: "right (2)" in keys.text_content(), "the strides")
+    assert "left (1)" in keys.text_content()
     plots = page.locator("#addb-plots").bounding_box()
     left, width = plots["x"] + 46, plots["width"] - 46 - 10
     page.mouse.move(left + width / 2, plots["y"] + 60)

@@ -55,7 +55,7 @@ function build() {
 const key = ({ label, color, style, count }) => {
   const sample = element("i", { className: `addb-key ${style}` });
   sample.style.borderColor = color;
-  const made = element("span", {}, sample, count === undefined ? label : `${label}, n = ${count}`);
+  const made = element("span", {}, sample, count === undefined ? label : `${label} (${count})`);
   if (count !== undefined) made.title = count === 1 ? "1 stride" : `${count} strides`;
   return made;
 };
