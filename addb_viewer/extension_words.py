@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from addb_viewer.coordinate_words import torque_in_words
 from addb_viewer.diagnosis_vocabulary import amounts, listed, title
 from addb_viewer.holding_up_words import before_and_after
 from addb_viewer.sections import Section
@@ -76,5 +77,5 @@ def _torques(change: Figures) -> str:
     for dof in change["most_changed"]:
         by, of = change["rms"][dof], change["before_rms"][dof]
         share = f" ({100 * by / of:.0f} %)" if of else ""
-        said.append(f"{dof} by {by:.1f} N·m{share}")
+        said.append(f"{torque_in_words(dof).removesuffix(' torque')} by {by:.1f} N·m{share}")
     return "; ".join(said)

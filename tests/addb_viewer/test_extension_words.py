@@ -33,7 +33,7 @@ def test_every_figure_is_there_before_and_after():
     assert rows["force"].startswith("41 → 12 N")
     assert "between 7.2 and 9.0" in rows["moment"]
     assert rows["markers"] == "12.1 → 12.0 mm"
-    assert rows["joint torques"] == ("hip_flexion_r by 12.3 N·m (31 %); ankle_angle_r by 3.0 N·m (10 %)")
+    assert rows["joint torques"] == ("right hip flexion by 12.3 N·m (31 %); right ankle by 3.0 N·m (10 %)")
     assert rows["causes"] == (
         "forces shifted in time against the markers: the forces come 12.0 ± 0.8 ms too late"
     )

@@ -62,7 +62,10 @@ def changed_frames(before: Replay, now: Replay) -> Bool[np.ndarray, " frames"]:
 def torque_changes(
     before: Replay, now: Replay, changed: Bool[np.ndarray, " frames"]
 ) -> tuple[TorqueChange, ...]:
-    """The joints whose torques changed most near the edit; over the whole trial where nothing was edited."""
+    """The joints whose torques changed most near the edit; over the whole trial where nothing was edited.
+
+    Of the root's coordinates nothing is told: theirs are the residual, which has its own line.
+    """
     if before.joints is None or now.joints is None:
         return ()
     if before.joints.torque is None or now.joints.torque is None or before.joints.names != now.joints.names:
@@ -72,7 +75,8 @@ def torque_changes(
     near &= np.isfinite(difference).all(axis=1)
     if not near.any():
         return ()
-    found = [_change(now, i, difference[:, i], near) for i in range(difference.shape[1])]
+    joints = [i for i, name in enumerate(now.joints.names) if name not in now.joints.of_root]
+    found = [_change(now, i, difference[:, i], near) for i in joints]
     return tuple(sorted(found, key=lambda change: -change.rms)[:MOST_JOINTS])
 
 

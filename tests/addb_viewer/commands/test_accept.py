@@ -128,7 +128,7 @@ def test_what_it_gains_is_told_and_kept_beside_the_decision(command_line, diagno
     assert run.exit_code == 0, run.output
     page = " ".join(run.stdout.split())
     assert "force 41 → 12 N" in page
-    assert "hip_flexion_r by 12.3 N·m (31 %)" in page
+    assert "right hip flexion by 12.3 N·m (31 %)" in page
     assert "the forces come 11 ± 2 ms too late" in page
     assert "reading the files puts it right in every fit: plate_bias (plate_1)" in page
     assert "its frames are flagged, and no fit uses them: off_plate_step (calcn_r)" in page

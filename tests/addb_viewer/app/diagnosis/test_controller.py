@@ -67,7 +67,7 @@ def test_what_accepting_gained_is_shown_with_the_decision(browser, accepted):
     accepted(browser.session.shared.results)
     tab.show()
     assert tab.panel.gain.visible
-    browser.until(lambda: "hip_flexion_r by 12.3" in browser.html())
+    browser.until(lambda: "right hip flexion by 12.3" in browser.html())
 
 
 def test_a_torn_diagnosis_is_told_and_the_app_goes_on(browser):

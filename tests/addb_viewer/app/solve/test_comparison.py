@@ -52,6 +52,11 @@ def test_torques_are_compared_near_the_edit(pair):
     assert knee.rms == pytest.approx(5.0 * np.sqrt(near), rel=1e-9)
 
 
+def test_what_moves_the_root_is_the_residual_and_no_joint_torque(pair):
+    before, now = (replace(r, joints=replace(r.joints, of_root=frozenset({"knee_angle_r"}))) for r in pair)
+    assert "knee_angle_r" not in [change.name for change in compared(before, now, FIGURES, FIGURES).torques]
+
+
 def test_figures_stand_side_by_side_with_units(pair):
     found = compared(*pair, FIGURES, FIGURES | {"linear_residual": {"rms_N": 9.0}})
     assert ("Residual force", "12.3 N", "9.0 N") in found.rows
