@@ -40,6 +40,15 @@ def stored(folder):
     return read
 
 
+def resting_box(locator):
+    """Where it lies once the page has put everything in its place."""
+    before = None
+    while (box := locator.bounding_box()) != before:
+        before = box
+        locator.page.wait_for_timeout(500)
+    return box
+
+
 def flags(review):
     return [(f.start, f.end, f.foot, f.reason) for f in review.flags]
 
@@ -63,7 +72,7 @@ def test_open_play_step_select_paint_undo_redo_accept_solve_compare_finish_next(
 
         # by drag
         timeline = page.locator("[data-addb-timeline]").first
-        box, last = timeline.bounding_box(), session.replay.frames - 1
+        box, last = resting_box(timeline), session.replay.frames - 1
         left = box["x"] + float(timeline.get_attribute("data-gutter"))
         width = box["x"] + box["width"] - float(timeline.get_attribute("data-margin")) - left
         page.mouse.move(left + width * 20 / last, box["y"] + 40)
