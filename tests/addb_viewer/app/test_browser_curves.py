@@ -65,7 +65,7 @@ def test_the_cursor_is_read_out_and_a_click_goes_to_its_frame(page, until):
     )
 
 
-def test_by_gait_cycle_strides_are_counted_read_out_and_lie_under_other_trials(page, until):
+def test_strides_are_counted_read_out_overlaid_written_and_remembered(page, app, until):
     page.get_by_role("button", name="by gait cycle").click()
     keys = page.locator("#addb-plots figcaption").first
     until(lambda: "right (2)" in keys.text_content(), "the strides")
@@ -86,8 +86,7 @@ def test_by_gait_cycle_strides_are_counted_read_out_and_lie_under_other_trials(p
         "the legend of the other trial",
     )
 
-
-def test_what_is_shown_is_written_as_csv(page, app, until):
+    # what is shown is written as CSV
     page.get_by_role("button", name="CSV").click()
     folder = app.subjects.subject(".").results / "curves"
     written = {"walk_by_cycle.csv", "walk_by_cycle_strides.csv"}
@@ -95,8 +94,7 @@ def test_what_is_shown_is_written_as_csv(page, app, until):
     page.get_by_text("walk_by_cycle.csv and walk_by_cycle_strides.csv").first.wait_for()
     assert '"run","left"' in (folder / "walk_by_cycle.csv").read_text()
 
-
-def test_the_choice_is_remembered_by_the_browser(page, until):
+    # the browser remembers the choice
     page.reload()
     page.wait_for_selector("#root canvas")
     until(lambda: titles(page) == ["Knee flexion angle [°]", "Knee flexion torque [N·m]"], "what was chosen")
