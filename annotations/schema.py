@@ -4,6 +4,8 @@ Only types that SQLite and PostgreSQL share: integers, text, JSON. Times are ISO
 the tables is in `annotations.migrations`; here they are as statements use them.
 """
 
+import threading
+
 from sqlalchemy import JSON, Column, Connection, Index, Integer, MetaData, String, Table, inspect, select
 
 from annotations.errors import ReviewError
@@ -12,6 +14,7 @@ VERSION = "0003"  # the last step of `annotations.migrations`
 VERSION_TABLE = "annotations_version"
 
 _METADATA = MetaData()
+_ONE_AT_A_TIME = threading.Lock()  # alembic keeps the connection of its steps in a global
 
 
 def _log(name: str, *indexes: Index) -> Table:
@@ -65,7 +68,8 @@ def migrate(connection: Connection) -> None:
         return
     config = Config(attributes={"connection": connection})
     config.set_main_option("script_location", "annotations:migrations")
-    command.upgrade(config, "head")
+    with _ONE_AT_A_TIME:
+        command.upgrade(config, "head")
 
 
 def _version(connection: Connection) -> str | None:
