@@ -1,25 +1,18 @@
-"""How long the app takes from a key to its echo, alone and with ten others playing while it solves.
+"""How long the app takes from a key to its echo: alone, beside four players, beside ten while it solves.
 
 The trial is the demo's walk over and over: 10 000 frames, 60 markers, bones, plates, residuals. The server,
-the ten players and the one whose keys are timed are three processes; a time ends when the message that holds
+the players and the one whose keys are timed are three processes; a time ends when the message that holds
 the echo has arrived and is decoded. What a real browser then takes to paint it is not in it.
 """
 
 import argparse
-import re
 import shutil
-import signal
-import subprocess
-import sys
 import tempfile
-import threading
 import time
 from collections.abc import Callable, Sequence
-from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from queue import Empty, Queue
 
 import numpy as np
 from jaxtyping import Float
@@ -29,14 +22,16 @@ from addb_viewer.app.queue.trial_queue import TrialQueue
 from addb_viewer.app.security.server import open_server
 from addb_viewer.app.subjects.library import Library, library_of
 from addb_viewer.app.trial.replay import MarkerReplay, Replay
+from benchmarks.processes import resident_megabytes, running, until_told_to_end
 from solver.capture.capture import Capture, Markers, Subject, TrialFiles
 from solver.capture.subject import open_subject
 from tests.addb_viewer.app.paper_browser import PaperBrowser
 
+MODULE = "benchmarks.app_latency"
 FRAMES, MARKERS, TRIALS = 10_000, 60, 10
+FEW = 4  # who play at once in a laboratory
 TIMES = 40  # of each act
 PAUSE_S = 0.05  # between two acts
-READY_S = 300.0  # for a process, on a busy machine
 SETTLE_S = 2.0  # until all play
 LENGTH = 40  # frames that are painted at once
 MORE_WALKS = 4  # in the subject that is solved meanwhile
@@ -50,26 +45,33 @@ def app_latency_section(demo: Path) -> str:
     Args:
         demo: folder of the demo subject with a kept fit; what is recorded goes into a folder beside it.
     """
-    with _running("serve", str(demo)) as (server, said):
+    with running(MODULE, "serve", str(demo)) as (server, said):
         port, began = int(said), time.perf_counter()
         browser = PaperBrowser(port, with_channel=True)
         try:
-            _wait(browser, "frame 0 ·")
+            _until_frame(browser, 0)
             opened = time.perf_counter() - began
             alone = _times(browser, 30)
-            one = _megabytes(server.pid)
-            with _running("play", str(port)):
+            one = resident_megabytes(server.pid)
+            with running(MODULE, "play", str(port), str(FEW)):
                 time.sleep(SETTLE_S)
-                shared = _times(browser, 5030)
+                beside_few = _times(browser, 5030)
+            with running(MODULE, "play", str(port), str(TRIALS), "--solve"):
+                time.sleep(SETTLE_S)
+                shared = _times(browser, 10)
                 if "so far" not in browser.html():
                     raise RuntimeError("the solve ended before all was timed; take a longer one")
                 rate = _pictures_a_second(port)
-                ten = _megabytes(server.pid)
+                ten = resident_megabytes(server.pid)
         finally:
             browser.close()
-    rows = "\n".join(f"| {act} | {_shown(alone[act])} | {_shown(shared[act])} |" for act in alone)
+    rows = "\n".join(
+        f"| {act} | {_shown(alone[act])} | {_shown(beside_few[act])} | {_shown(shared[act])} |"
+        for act in alone
+    )
     return (
-        "| median (95th percentile) [ms] | alone | ten play, one solve runs |\n|---|---|---|\n"
+        "| median (95th percentile) [ms] | alone | four play | ten play, one solve runs |\n"
+        "|---|---|---|---|\n"
         f"{rows}\n\n"
         f"The first picture of a trial is on its way {opened:.1f} s after a browser connects.\n"
         f"Each of the ten gets {rate:.0f} pictures a second. Memory of the server: {one:.0f} MB with one\n"
@@ -88,16 +90,14 @@ def _times(browser: PaperBrowser, first: int) -> dict[str, list[float]]:
     browser.until(lambda: "worst first" in browser.html(), "the page")
     times: dict[str, list[float]] = {"step": [], "seek": [], "paint": []}
     browser.put("Go to", "5")
-    _wait(browser, "frame 5 ·")
+    _until_frame(browser, 5)
     for k in range(TIMES):
-        echo = f"frame {6 + k} ·"
-        times["step"].append(
-            _timed(browser, lambda: browser.press("One frame on"), _says(browser, echo), echo)
-        )
+        there = partial(_is_on, browser, 6 + k)
+        times["step"].append(_timed(browser, lambda: browser.press("One frame on"), there, "the next frame"))
     for k in range(TIMES):
         frame = 20 + EVERY * k
-        echo, go = f"frame {frame} ·", partial(browser.put, "Go to", str(frame))
-        times["seek"].append(_timed(browser, go, _says(browser, echo), echo))
+        go, there = partial(browser.put, "Go to", str(frame)), partial(_is_on, browser, frame)
+        times["seek"].append(_timed(browser, go, there, f"frame {frame}"))
     for k in range(TIMES):
         start, key = first + EVERY * k, ("Flag: force wrong", "Flag: moment wrong")[k % 2]
         browser.put("Go to", f"{start}:{start + LENGTH}")
@@ -115,6 +115,14 @@ def _timed(browser: PaperBrowser, act: Callable[[], None], echoed: Callable[[], 
     taken = time.perf_counter() - start
     time.sleep(PAUSE_S)
     return 1e3 * taken
+
+
+def _until_frame(browser: PaperBrowser, frame: int) -> None:
+    browser.until(partial(_is_on, browser, frame), f"frame {frame}")
+
+
+def _is_on(browser: PaperBrowser, frame: int) -> bool:
+    return bool(browser.frame == frame)
 
 
 def _wait(browser: PaperBrowser, echo: str) -> None:
@@ -136,66 +144,18 @@ def _shown(times: Sequence[float]) -> str:
 
 def _pictures_a_second(port: int) -> float:
     """What one more player gets."""
-    browser = PaperBrowser(port)
+    browser = PaperBrowser(port, with_channel=True)
     try:
-        browser.until(lambda: "worst first" in browser.html(), "the page")
+        _until_frame(browser, 0)
         browser.press("Play or pause")
-        browser.until(lambda: _frame(browser) > 0, "playing")
+        browser.until(lambda: browser.frame > 0, "playing")
         seen, end = set(), time.monotonic() + SETTLE_S
         while time.monotonic() < end:
-            browser.until(lambda: _frame(browser) not in seen, "the next picture")
-            seen.add(_frame(browser))
+            browser.until(lambda: browser.frame not in seen, "the next picture")
+            seen.add(browser.frame)
         return len(seen) / SETTLE_S
     finally:
         browser.close()
-
-
-def _frame(browser: PaperBrowser) -> int:
-    found = re.search(r"frame (\d+) ·", browser.html())
-    return int(found[1]) if found else 0
-
-
-def _megabytes(process: int) -> float:
-    """Resident memory."""
-    status = Path(f"/proc/{process}/status").read_text(encoding="utf-8")
-    found = re.search(r"VmRSS:\s+(\d+) kB", status)
-    assert found is not None
-    return int(found[1]) / 1024
-
-
-@contextmanager
-def _running(*arguments: str):  # type: ignore[no-untyped-def]
-    """This module in a process of its own, and the first line that it says."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "benchmarks.app_latency", *arguments], stdout=subprocess.PIPE, text=True
-    )
-    try:
-        yield process, _first_line(process, " ".join(arguments))
-    finally:
-        process.terminate()  # not SIGINT, which whatever runs in a shell's background ignores
-        try:
-            process.communicate(timeout=30)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.communicate()
-
-
-def _first_line(process: "subprocess.Popen[str]", what: str) -> str:
-    """What a process says once it is ready.
-
-    Raises:
-        RuntimeError: it ended, or says nothing in time.
-    """
-    assert process.stdout is not None
-    lines, read = Queue[str](), process.stdout.readline
-    threading.Thread(target=lambda: lines.put(read()), daemon=True).start()
-    try:
-        line = lines.get(timeout=READY_S)
-    except Empty as error:
-        raise RuntimeError(f"{what}: not ready after {READY_S:g} s") from error
-    if not line:
-        raise RuntimeError(f"{what}: ended before it was ready; its last words stand above")
-    return line
 
 
 class LongLibrary(Library):
@@ -281,7 +241,7 @@ def _serve(demo: Path) -> None:
         app = ReviewApp(open_server(port=0), TrialQueue.of(library), login="Zoë")
         print(app.server.get_port(), flush=True)
         try:
-            _until_told_to_end()
+            until_told_to_end()
         finally:
             app.close()
 
@@ -293,17 +253,18 @@ def _copy_recordings(demo: Path, folder: Path) -> None:
         shutil.copytree(demo / "trials" / "walk", folder / "trials" / f"walk-{k}")
 
 
-def _play(port: int) -> None:
-    browsers = [PaperBrowser(port, name=f"player {k}") for k in range(TRIALS)]
+def _play(port: int, players: int, solve: bool) -> None:
+    browsers = [PaperBrowser(port, name=f"player {k}") for k in range(players)]
     for k, browser in enumerate(browsers):
         browser.until(lambda browser=browser: "worst first" in browser.html(), "the page")
         name = f"long walk {k + 1}"
         _go_to(browser, name)
-    browsers[0].press("Solve again")
+    if solve:
+        browsers[0].press("Solve again")
     for browser in browsers:
         browser.press("Play or pause")
     print("playing", flush=True)
-    _until_told_to_end()
+    until_told_to_end()
 
 
 def _go_to(browser: PaperBrowser, trial: str) -> None:
@@ -320,11 +281,6 @@ def _go_to(browser: PaperBrowser, trial: str) -> None:
     raise RuntimeError(f"{trial} was chosen ten times and does not open")
 
 
-def _until_told_to_end() -> None:
-    with suppress(KeyboardInterrupt):
-        signal.pause()
-
-
 def main() -> None:
     """Print the section, or be one of its processes."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.app_latency", description=__doc__)
@@ -332,12 +288,13 @@ def main() -> None:
         "what", help="folder of a fitted demo subject; the processes are called by this module"
     )
     parser.add_argument("argument", nargs="?")
+    parser.add_argument("players", nargs="?", type=int)
+    parser.add_argument("--solve", action="store_true")
     arguments = parser.parse_args()
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
     if arguments.what == "serve":
         _serve(Path(arguments.argument))
     elif arguments.what == "play":
-        _play(int(arguments.argument))
+        _play(int(arguments.argument), arguments.players, arguments.solve)
     else:
         print(app_latency_section(Path(arguments.what)))
 

@@ -197,6 +197,7 @@ class Reviewer:
     def __init__(self, app: ReviewApp, truth: Mapping[tuple[str, str], Ranges]) -> None:
         self.browser, self.truth = PaperBrowser(app.server.get_port(), name="Ada"), truth
         (self.session,) = self.browser.until(lambda: list(app.sessions.values()), "the page")
+        self.browser.session = self.session  # whose notices are read
         self.browser.until(lambda: self.session.replay is not None, "the trial")
         self.session.notices._hand.submit(lambda: None).result()  # after all of the entrance
         self.browser.until(lambda: "worst first" in self.browser.html(), "the queue")

@@ -101,6 +101,16 @@ class PaperBrowser:
         return " ".join([*texts, *_texts(self._shown("bar"))])
 
     @property
+    def frame(self):
+        """On which the cursor of the page stands; None before a trial is open."""
+        return self._shown("cursor")
+
+    @property
+    def bar(self):
+        """What the bar at the lower edge says, by part."""
+        return self._shown("bar") or {}
+
+    @property
     def notices(self):
         """Title and text of all that was told, oldest first."""
         return [(notice["title"], notice["body"]) for notice in self._shown("notices") or ()]
