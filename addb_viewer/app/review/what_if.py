@@ -66,9 +66,9 @@ class WhatIfQuestions:
         def ask() -> None:
             try:
                 told = what_if.ask(trial, present, instead)
-            except SolverError as error:
-                self.notices.error("Asking what if", error)
-                self.notices.do("Answering", lambda: self._show(number, ""))
+            except SolverError as failure:
+                error = failure  # Python forgets the other name
+                self.notices.do("Answering", lambda: self._tell_why_not(number, error))
                 return
             answer = what_if_html(told, words)
             self.notices.do("Answering", lambda: self._show(number, answer, words, what_if_words(told)))
@@ -79,6 +79,12 @@ class WhatIfQuestions:
         """What was asked is about another trial."""
         self._asked += 1
         self.answer.content = ""
+
+    def _tell_why_not(self, number: int, error: SolverError) -> None:
+        """Unless nobody waits for it any more: who left the trial has ended the worker."""
+        if number == self._asked:
+            self.answer.content = ""
+            self.notices.error("Asking what if", error)
 
     def _show(self, number: int, answer: str, words: str = "", in_short: str = "") -> None:
         if number != self._asked:

@@ -41,7 +41,7 @@ def solver():
 
 @pytest.fixture
 def browser(tmp_path, make_replay, make_app, enter, solver):
-    app = make_app(tmp_path, [make_replay()], login="Zoë")
+    app = make_app(tmp_path, [make_replay(), make_replay("run")], login="Zoë")
     app.subjects.loaded[0].what_if = solver
     yield enter(app)
     solver.go.set()
@@ -80,6 +80,17 @@ def test_a_failure_is_told_and_nothing_is_left_asking(browser, solver):
     solver.go.set()
     browser.until(lambda: browser.told("just been replaced"))
     browser.until(lambda: "asking the solver" not in browser.html())
+
+
+def test_a_failure_is_not_told_to_somebody_who_has_gone_on_to_another_trial(browser, solver):
+    solver.failure = SolverError("the what-if worker ended; ask again")
+    ask(browser, "20:40", solver)
+    browser.put("Trial", "run")
+    browser.until(lambda: browser.session.shown == "run", "the other trial")
+    solver.go.set()
+    browser.until(lambda: not any(thread.name == "what if" for thread in threading.enumerate()), "its end")
+    browser.session.notices._hand.submit(lambda: None).result(PATIENCE_S)
+    assert not browser.told("ask again")
 
 
 def test_what_cannot_be_asked_is_told(browser, solver):
