@@ -82,8 +82,9 @@ Median CPU time and size of what is written of one synthetic trial: 2000 frames 
 
 Server side: from a key that is sent to the echo that has arrived, on a trial of 10000 frames and 60 markers.
 A step of one frame, a frame typed into a box, forty frames flagged on top of all that were flagged before.
-*Four play*: four more browsers replay four such trials; *ten play*: ten, while a solve is at work, all on this machine.
-A step and a seek are over when the page has been told where the cursor stands, which it draws itself.
+*Four play*: four more browsers replay four such trials; *ten play*: ten, while a solve is at work, all
+on this machine. A step and a seek are over when the page has been told where the cursor stands, which it
+draws itself.
 
 {app_latency}
 """

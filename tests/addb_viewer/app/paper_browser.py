@@ -106,6 +106,11 @@ class PaperBrowser:
         return self._shown("cursor")
 
     @property
+    def trial(self):
+        """What the timeline knows of the trial on the screen; None before one is open."""
+        return self._shown("trial")
+
+    @property
     def bar(self):
         """What the bar at the lower edge says, by part."""
         return self._shown("bar") or {}
