@@ -81,7 +81,7 @@ def two_people(page: Page) -> None:
 def by_cycle(page: Page) -> None:
     tab(page, "Curves")
     page.get_by_role("button", name="by gait cycle").click()
-    page.locator("#addb-plots figcaption", has_text="n = ").first.wait_for()
+    page.locator("#addb-plots figcaption", has_text="right (").first.wait_for()
     seen(page)
 
 
