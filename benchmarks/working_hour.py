@@ -34,7 +34,8 @@ PEOPLE = ("Anna", "Ben", "Chen", "Dora")  # the last one has Chromium
 TIMES_OVER = 30  # each subject
 BETWEEN_KEYS_S = 1.0
 PLAYED_S = 6.0
-OPENED_S = 20.0  # for the next trial; then the key is pressed again
+OPENED_S = 3.0  # for the next trial; then the key is pressed again
+MOST_TIMES_T = 8
 SOLVED_EVERY_S = 600.0  # by each person
 SETTLED_S = 600.0  # from when on memory is to stay
 EVERY_S = 60.0
@@ -122,6 +123,10 @@ class Reviewer:
         """Whether a new solve waits."""
         raise NotImplementedError
 
+    def notices(self) -> list[str]:
+        """All that was told, oldest first."""
+        raise NotImplementedError
+
     def aside(self) -> None:
         """What is done besides, once a trial."""
 
@@ -153,13 +158,14 @@ class Reviewer:
             self.do("Solve again")
         if self.waits():
             self.do(choose.choice(("Keep the new solve (so does Y)", "Discard the new solve")))
-        for seconds in (READ_S + 1.0, OPENED_S, OPENED_S):  # the first T may only say what speaks against it
+        for _ in range(MOST_TIMES_T):  # the first one may only say what speaks against it
             self.do(T)
-            if self._until(lambda: self.place() != place, seconds):
+            if self._until(lambda: self.place() != place, READ_S + OPENED_S):
                 self.work.finished += 1
                 return
-            self.waits() and self.do("Discard the new solve")
-        raise RuntimeError(f"T does not leave {place}")
+            if self.waits():
+                self.do("Discard the new solve")
+        raise RuntimeError(f"T does not leave {place}: {self.notices()[-MOST_TIMES_T:]}")
 
     def _until(self, happened: Callable[[], bool], seconds: float) -> bool:
         end = time.monotonic() + seconds
@@ -191,6 +197,10 @@ class PaperReviewer(Reviewer):
     def waits(self) -> bool:
         """By the bar."""
         return str((self.browser.bar.get("solve") or {}).get("text", "")).startswith("New solve")
+
+    def notices(self) -> list[str]:
+        """Of the channel."""
+        return [f"{title}: {body}" for title, body in self.browser.notices]
 
     def work_on(self) -> None:
         """Until the hour is over."""
@@ -229,6 +239,10 @@ class ChromiumReviewer(Reviewer):
     def waits(self) -> bool:
         """By the bar."""
         return self.page.locator("#addb-bar").get_by_text("New solve").count() > 0
+
+    def notices(self) -> list[str]:
+        """The last one, beside the bar."""
+        return self.page.locator("#addb-notice").all_text_contents()
 
     def pause(self, seconds: float) -> None:
         """While the page lives on; and what is due every minute."""

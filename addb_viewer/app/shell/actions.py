@@ -228,8 +228,10 @@ def _toggle_help(s: Session, page: str) -> None:
 def _worst(s: Session) -> None:
     """W: to the frame with the largest residual of those that the figures count."""
     replay = s.replay
-    if replay is None or replay.residual is None or not replay.residual.used.any():
+    if replay is None or replay.residual is None:
         raise ReviewError("this needs a fit with forces; G solves")
+    if not replay.residual.used.any():
+        raise ReviewError("no frame of this trial counts: a force is missing or left out on each of them")
     found = worst_frame(replay.residual)
     s.review.drop(only_whole=True)
     s.seek(found.frame)
