@@ -1,6 +1,8 @@
 """Chosen quantities over time, as the page draws them."""
 
+import re
 from collections.abc import Sequence
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,7 @@ from solver.runs import runs
 
 SIDE_COLORS = {"right": GREEN, "left": PURPLE, "": BLUE}  # as forces on the feet have them
 DIGITS = {"°": 2, "°/s": 1, "N·m": 2, "N": 1, "W": 1, "cm": 3, "m": 4, "m/s": 4}  # after the point
+MANY_LINES = 4  # of a chart, whose names are shortened
 AT_FIRST = ("marker error", "vertical force", "knee_angle angle", "knee_angle torque")
 
 
@@ -105,6 +108,7 @@ def _chart_json(name: str, chart: Chart, overlaid: Sequence[dict[str, Any]]) -> 
     if others:
         low, high = min(low, *others), max(high, *others)
     peaks = peaks_beyond(chart, slice(None), high) if chart.runs_off else []
+    in_short = short_labels([line.label for line in chart.lines])
     return {
         "id": name,
         "title": chart.title,
@@ -116,11 +120,24 @@ def _chart_json(name: str, chart: Chart, overlaid: Sequence[dict[str, Any]]) -> 
         "lines": [
             *overlaid,
             *(
-                _line_json(line.label, line.color, line.values, chart.unit) | {"style": _style(line)}
-                for line in chart.lines
+                _line_json(line.label, line.color, line.values, chart.unit)
+                | {"style": _style(line), "short": short}
+                for line, short in zip(chart.lines, in_short, strict=True)
             ),
         ],
     }
+
+
+def short_labels(labels: Sequence[str]) -> list[str]:
+    """Without the words that all begin with, where many lines share the room of a heading.
+
+    Returns:
+        By line: "1" for "ground_force_1"; the labels themselves where they are few, or share no words.
+    """
+    alike = takewhile(lambda letters: len(set(letters)) == 1, zip(*labels, strict=False))
+    shared = re.sub(r"[^\W_]*$", "", "".join(letters[0] for letters in alike))  # whole words only
+    shorter = [label.removeprefix(shared) for label in labels]
+    return shorter if len(labels) >= MANY_LINES and all(shorter) else list(labels)
 
 
 def _style(line: Line) -> str:

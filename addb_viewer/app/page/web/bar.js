@@ -89,6 +89,7 @@ const drawNotice = () => {
     notice.title = text;
     notice.replaceChildren(...(shown ? [word(shown.title, true), word(`  ${shown.body}${more}`)] : []));
   }
+  notice.classList.toggle("above", notice.scrollWidth > notice.clientWidth);
   if (lives.length) timer = setTimeout(drawNotice, 500);
 };
 const drawList = () => {

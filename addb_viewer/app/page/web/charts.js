@@ -52,10 +52,11 @@ function build() {
   );
   draw();
 }
-const key = ({ label, color, style, count }) => {
+const key = ({ label, short, color, style, count }) => {
   const sample = element("i", { className: `addb-key ${style}` });
   sample.style.borderColor = color;
-  const made = element("span", {}, sample, count === undefined ? label : `${label} (${count})`);
+  const made = element("span", {}, sample, count === undefined ? (short ?? label) : `${label} (${count})`);
+  if (short !== undefined && short !== label) made.title = label;
   if (count !== undefined) made.title = count === 1 ? "1 stride" : `${count} strides`;
   return made;
 };

@@ -3,8 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
-from addb_viewer.app.curves.over_time import AT_FIRST, charts_json, choices_json
+from addb_viewer.app.curves.over_time import AT_FIRST, charts_json, choices_json, short_labels
 from addb_viewer.app.trial.trial_curves import TrialCurves
 
 
@@ -67,3 +68,18 @@ def test_torques_that_rest_on_no_force_are_called_predicted(make_replay):
     assert [line["label"] for line in torque["lines"]] == ["right predicted", "left predicted"]
     assert [line["label"] for line in angle["lines"]] == ["right", "left"]
     assert torque["shaded"] == []
+
+
+@pytest.mark.parametrize(
+    ("labels", "short"),
+    [
+        ([f"ground_force_{k}" for k in range(1, 9)], [str(k) for k in range(1, 9)]),
+        (["FP10", "FP11", "FP12", "FP13"], ["FP10", "FP11", "FP12", "FP13"]),
+        (["plate", "plate 1", "plate 2", "plate 3"], ["plate", "plate 1", "plate 2", "plate 3"]),
+        (["plate 1", "plate 2", "plate 3", "plate"], ["plate 1", "plate 2", "plate 3", "plate"]),
+        (["ground_force_1", "ground_force_2"], ["ground_force_1", "ground_force_2"]),
+        (["right", "left", "right foot", "left foot"], ["right", "left", "right foot", "left foot"]),
+    ],
+)
+def test_many_names_in_a_heading_lose_the_words_that_they_share(labels, short):
+    assert short_labels(labels) == short
