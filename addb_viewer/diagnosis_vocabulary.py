@@ -42,6 +42,16 @@ def about(effect: Mapping[str, Any]) -> About:
     return ABOUT.get(id, About(id))
 
 
+def leads_of(figures: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Causes that are likelier wrong than right: no names, but where to look; a kept old answer has none."""
+    return [effect for effect in figures["effects"] if effect.get("told_as") == "lead"]
+
+
+def names_of(figures: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """All others."""
+    return [effect for effect in figures["effects"] if effect.get("told_as") != "lead"]
+
+
 def ranges_of(figures: Mapping[str, Any], effect: Mapping[str, Any]) -> list[tuple[str, int, int]]:
     """Trial, first frame and the one after the last of each stretch on which a cause acts."""
     alone = effect.get("trial") or next(iter(figures.get("trials", ())), "")

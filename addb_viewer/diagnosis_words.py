@@ -14,7 +14,9 @@ from addb_viewer.diagnosis_vocabulary import (
     about,
     amounts,
     certainty,
+    leads_of,
     listed,
+    names_of,
     percent,
     ranges_of,
     rivals_of,
@@ -125,15 +127,15 @@ def notes(figures: Figures) -> Section:
 
 def verdict(figures: Figures) -> Section:
     """Sound, wrong and why, or wrong and nobody knows why; and whether the names are more than a lead."""
-    effects = figures["effects"]
-    one = len(effects) == 1
-    short = [_in_short(figures, effect) for effect in effects]
-    named = "; ".join(short if one else [f"({k}) {text}" for k, text in enumerate(short, start=1)])
+    effects, leads = names_of(figures), leads_of(figures)
+    one, named = len(effects) == 1, _numbered(figures, effects)
     of, lead = _recordings(figures), is_lead(figures)
     wrong = f"Something is {_how_surely(figures)}wrong with {of}"
     found = "one cause was found" if one else f"{len(effects)} causes were found"
     if figures["verdict"] == "clean":
         text = f"Nothing wrong was found in {of}."
+    elif figures["verdict"] == "explained" and not effects:
+        text = f"{wrong}, and no cause is likelier than all others together."
     elif figures["verdict"] == "explained" and lead:
         best = "one cause describes it best" if one else f"{len(effects)} causes together describe it best"
         text = f"{wrong}. Of all that were tried, {best}: {named}."
@@ -147,11 +149,24 @@ def verdict(figures: Figures) -> Section:
         )
     else:
         text = f"{wrong}, and no cause that this program knows accounts for it."
+    if leads:
+        also = "Besides, a" if effects else "A"
+        also += " lead" if len(leads) == 1 else " few leads"
+        text += f" {also}, likelier wrong than right: {_numbered(figures, leads)}."
     text += _how_likely(figures)
     whose = [_at_fault(figures)] if effects else []
     early = [ENDED_EARLY] if figures.get("ended_early") else []
     doubt = [_only_a_lead(figures)] if lead else []
     return Section("Verdict", (text, *whose, *early, *doubt, use(figures)))
+
+
+def _numbered(figures: Figures, effects: Sequence[Figures]) -> str:
+    """Causes in short, with the numbers that they have on the page where there are several."""
+    short = [_in_short(figures, effect) for effect in effects]
+    if len(short) == 1:
+        return short[0]
+    places = [k for k, one in enumerate(figures["effects"], start=1) if any(one is e for e in effects)]
+    return "; ".join(f"({k}) {text}" for k, text in zip(places, short, strict=True))
 
 
 def _how_likely(figures: Figures) -> str:
@@ -166,9 +181,10 @@ def _how_likely(figures: Figures) -> str:
 
 def _at_fault(figures: Figures) -> str:
     """Recording, model or movement; of a cause whose place another may take, either."""
-    effects = figures["effects"]
     groups: dict[str, list[int]] = {}
-    for k, effect in enumerate(effects, start=1):
+    for k, effect in enumerate(figures["effects"], start=1):
+        if effect in leads_of(figures):
+            continue
         others = rivals_of(figures, effect) if effect["confidence"] < CONFIDENT else ()
         faults = dict.fromkeys(about(one).at_fault for one in (effect, *others))
         groups.setdefault(", or else ".join(AT_FAULT[fault] for fault in faults), []).append(k)
@@ -187,7 +203,7 @@ def _how_surely(figures: Figures) -> str:
 
 
 def _only_a_lead(figures: Figures) -> str:
-    one = len(figures["effects"]) == 1
+    one = len(names_of(figures)) == 1
     taken = (
         f"{'It is a lead, not a finding' if one else 'They are leads, not findings'}: on withheld stretches "
     )
@@ -226,7 +242,8 @@ def cause(figures: Figures, k: int, to_flag: ToFlag = by_command) -> Section:
         rows.append(("could also be", _could_also_be(effect, rivals)))
         told_apart = dict.fromkeys(r["separate_by"] for r in rivals if r["separate_by"])
         rows.append(("to tell, record", "; or ".join(told_apart)))
-    heading = f"Cause {k + 1} of {len(figures['effects'])}: {title(effect)}"
+    kind = "Lead" if effect in leads_of(figures) else "Cause"
+    heading = f"{kind} {k + 1} of {len(figures['effects'])}: {title(effect)}"
     return Section(heading, rows=tuple(row for row in rows if row[1]))
 
 

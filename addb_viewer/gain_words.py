@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from addb_viewer.diagnosis_vocabulary import about
+from addb_viewer.diagnosis_vocabulary import about, names_of
 from addb_viewer.residual_words import in_markers, put_right
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.about import Course
@@ -57,6 +57,7 @@ def is_lead(figures: Figures) -> bool:
     told = changes(figures["gain"])
     if (
         not told
+        or not names_of(figures)
         or in_markers(figures)
         or put_right(figures)
         or now_and_then(figures)

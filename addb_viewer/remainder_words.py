@@ -7,7 +7,16 @@ from collections.abc import Mapping
 from typing import Any
 
 from addb_viewer.accepted_exchanges import cannot_be_accepted
-from addb_viewer.diagnosis_vocabulary import CONFIDENT, about, newtons, rivals_of, target_in_words, upward
+from addb_viewer.diagnosis_vocabulary import (
+    CONFIDENT,
+    about,
+    leads_of,
+    names_of,
+    newtons,
+    rivals_of,
+    target_in_words,
+    upward,
+)
 from addb_viewer.gain_words import is_lead, now_and_then, speeds_up
 from addb_viewer.residual_words import (
     WITHIN,
@@ -126,9 +135,14 @@ def what_next(figures: Figures) -> Section:
         )
     if slipped:
         lines.append("Correct the markers and diagnose again.")
-    if len(figures["effects"]) > apart:
+    if leads_of(figures):
+        lines.append(
+            "Look into what is only a lead by what stands there under 'what to do'. Beside named causes "
+            "`addb-viewer accept` leaves it out."
+        )
+    if len(names_of(figures)) > apart:
         lead = "First check what is only a lead, see above. If it is confirmed, " if is_lead(figures) else ""
-        if any(rivals_of(figures, e) and e["confidence"] < CONFIDENT for e in figures["effects"]):
+        if any(rivals_of(figures, e) and e["confidence"] < CONFIDENT for e in names_of(figures)):
             lead = (
                 f"{'Then' if unmeasured else 'First'} tell apart the causes that look alike here, see above. "
                 + ("Then check what is only a lead. " if lead else "")
@@ -140,7 +154,7 @@ def what_next(figures: Figures) -> Section:
             "`addb-viewer reject SUBJECT` undoes that. The files are not changed: other programs still read "
             "the fault from them."
         )
-    if slipped or len(figures["effects"]) > apart:
+    if slipped or len(names_of(figures)) > apart:
         lines.append(as_recorded)
     if figures["verdict"] == "unexplained":
         lines.append(f"Do not use {recording} for joint torques before the cause of what remains is known.")

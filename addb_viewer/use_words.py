@@ -11,6 +11,7 @@ from addb_viewer.diagnosis_vocabulary import (
     CONFIDENT,
     about,
     listed,
+    names_of,
     rivals_of,
     target_in_words,
     trials_of_causes,
@@ -56,7 +57,12 @@ def _use(figures: Figures) -> str:
             "as it is, since this program corrects the fault when it reads the files. The fault is still in "
             "the files: correct them for other programs."
         )
-    left = [effect for effect in figures["effects"] if not put_right_on_reading(effect)]
+    if not names_of(figures):
+        return (
+            "for joint angles as it is; for joint torques with care, before somebody has looked whether it "
+            "is what the lead says."
+        )
+    left = [effect for effect in names_of(figures) if not put_right_on_reading(effect)]
     of_markers = _near_markers([effect for effect in left if about(effect).in_markers])
     of_forces = [effect for effect in left if not about(effect).in_markers]
     if not of_forces:

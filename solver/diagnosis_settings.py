@@ -244,6 +244,12 @@ class DiagnosisSettings:
     least_confidence: float = setting(
         0.2, unit="", why="of a smaller gain; model errors of real recordings suit many causes equally badly"
     )
+    least_for_a_name: float = setting(
+        0.5,
+        unit="",
+        why="of confidence, with names of the same trace: what is likelier wrong than right is told "
+        "as a lead",
+    )
     same_trace: float = setting(
         0.9, unit="", why="cosine of what two causes explain, from which on they are told as one class"
     )

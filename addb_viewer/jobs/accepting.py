@@ -10,7 +10,7 @@ import numpy as np
 
 from addb_viewer.accepted_exchanges import cannot_be_accepted, exchanges_of
 from addb_viewer.accepted_extension import keep_gain
-from addb_viewer.diagnosis_vocabulary import ranges_of
+from addb_viewer.diagnosis_vocabulary import names_of, ranges_of
 from addb_viewer.jobs.solving import Job
 from addb_viewer.kept_diagnosis import kept
 from solver.diagnosis.accepting import extension_for
@@ -64,8 +64,7 @@ def accepted(
         FitError: a cause is not found again.
     """
     figures, made_of = _diagnosis(job)
-    if only is not None:
-        figures = _only(figures, only, job.results)
+    figures = _without_leads(figures) if only is None else _only(figures, only, job.results)
     causes, exchanges, left_out = _split(figures, job.results)
     if not causes:
         labels_alone = Extension((), np.zeros(0), np.zeros(0), exchanges=exchanges)
@@ -143,6 +142,11 @@ def _only(figures: dict[str, Any], wanted: Collection[tuple[str, str]], results:
             )
     effects = [effect for effect in figures["effects"] if (effect["id"], effect["target"]) in wanted]
     return {**figures, "effects": effects}
+
+
+def _without_leads(figures: dict[str, Any]) -> dict[str, Any]:
+    """The diagnosis without what is likelier wrong than right, where anything else is named."""
+    return {**figures, "effects": names_of(figures) or figures["effects"]}
 
 
 def _exchanges(exchanges: Sequence[Exchange]) -> list[dict[str, object]]:

@@ -15,7 +15,7 @@ LEAD = 0.9  # below it a name is a lead, not a finding
 SIZE_WITHIN = 0.3  # of the true size; or
 DEVIATIONS = 3.0  # of the stated ones
 OVERLAP = 0.5  # of the frames of an event
-FAULTED = ("right", "right_but_more", "class", "unexplained", "missed", "wrong", "failed")
+FAULTED = ("right", "right_but_more", "class", "lead", "unexplained", "missed", "wrong", "failed")
 UNTOUCHED = ("silent", "unexplained", "lead", "alarm", "failed")
 PASS_CUTOFF = (2**0.5 - 1) ** -0.25  # of each of two passes, over that at which both together are 3 dB
 STATED = {  # by a size of the truth: parameters that state it, what they say then, and their period
@@ -36,6 +36,7 @@ class Verdict:
     outcome: str  # one of FAULTED, or of UNTOUCHED where nothing was done
     named: tuple[str, ...]  # id, target and confidence
     very_sure_and_wrong: bool = False
+    leads: int = 0  # likelier wrong than right, and told so: no names
     seconds_cpu: float = float("nan")
 
 
@@ -46,15 +47,24 @@ def judged(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> Verdict:
     if figures is None:
         return Verdict(case, kind, "failed", (), seconds_cpu=seconds)
     found = figures["effects"]
-    named = tuple(f"{e['id']} {e['target']} {e['confidence']:.2f}" for e in found)
+    named = tuple(
+        f"{e['id']} {e['target']} {e['confidence']:.2f}{' (a lead)' if _is_lead(e) else ''}" for e in found
+    )
+    names = [e for e in found if not _is_lead(e)]
     if kind == CLEAN:
         worth = [1.0] * len(found)
         outcome = _of_clean(found, figures["verdict"])
     else:
         worth = [0.0 if _belongs(e, truth, NAMES[kind]) else 1.0 for e in found]
-        outcome = _of_faulted(found, worth, truth, figures)
+        of_names = [wrong for e, wrong in zip(found, worth, strict=True) if not _is_lead(e)]
+        outcome = _of_faulted(names, of_names, truth, figures)
     sure = any(wrong and e["confidence"] >= VERY_SURE for e, wrong in zip(found, worth, strict=True))
-    return Verdict(case, kind, outcome, named, sure, seconds)
+    return Verdict(case, kind, outcome, named, sure, len(found) - len(names), seconds)
+
+
+def _is_lead(effect: Mapping[str, Any]) -> bool:
+    """Whether the answer itself calls it likelier wrong than right; old answers call nothing so."""
+    return effect.get("told_as") == "lead"
 
 
 def _of_clean(found: Sequence[Mapping[str, Any]], verdict: str) -> str:
@@ -77,6 +87,8 @@ def _of_faulted(
         return "wrong"
     if found or _is_witnessed(truth, figures, names):
         return "class"
+    if figures["effects"]:
+        return "lead"
     return "unexplained" if figures["verdict"] == "unexplained" else "missed"
 
 

@@ -25,8 +25,8 @@ stretch, half the samples of force), or not at all. The program is asked as a pe
 `addb-viewer diagnose FOLDER --json FILE`. *Right*: the fault's name, at its place and within 30 % of its size
 or three stated deviations; or mended on reading, with a note that says so. *Class*: names that belong to
 the same place and kind only (`names.py`), or no name, and the loudest witness speaks for it. *Wrong*: any
-other name, and not the right one. *Very sure*: a confidence of 97 % or more. Rates come with their 95 %
-interval (Wilson).
+other name, and not the right one. A *lead* is no name: the answer itself calls it likelier wrong than
+right. *Very sure*: a confidence of 97 % or more. Rates come with their 95 % interval (Wilson).
 {note}
 ## All
 
@@ -148,7 +148,12 @@ def summary(verdicts: Sequence[Verdict]) -> str:
     rows = [
         ["faults: right", rate(said["right"], len(faulted))],
         ["faults: right, and another name with it", rate(said["right_but_more"], len(faulted))],
+        [
+            "faults: right, and a lead with it",
+            rate(sum(v.outcome == "right" and v.leads > 0 for v in faulted), len(faulted)),
+        ],
         ["faults: its class", rate(said["class"], len(faulted))],
+        ["faults: nothing but a lead", rate(said["lead"], len(faulted))],
         ["faults: unexplained", rate(said["unexplained"], len(faulted))],
         ["faults: missed", rate(said["missed"], len(faulted))],
         ["faults: wrong", rate(said["wrong"], len(faulted))],

@@ -8,8 +8,8 @@ from jaxtyping import Float
 
 from solver.diagnosis.balance import Balance
 from solver.diagnosis.chances import chances
-from solver.diagnosis.contenders import Contender, Found, confidence
-from solver.diagnosis.decisions import is_unexplained
+from solver.diagnosis.contenders import Contender, Found
+from solver.diagnosis.decisions import is_a_lead, is_unexplained
 from solver.diagnosis.diagnosis import (
     CLEAN,
     EXPLAINED,
@@ -81,7 +81,11 @@ def conclude(balance: Balance, selection: Selection, seen: SeenInMarkers = NOTHI
     return Diagnosis(
         verdict=verdict,
         effects=tuple(sorted(named, key=lambda e: -e.confidence)),
-        alternatives=tuple(a for f in found for a in _alternatives(balance, solved, f)),
+        alternatives=tuple(
+            a
+            for f, s in zip(found, world.standings, strict=True)
+            for a in _alternatives(balance, solved, f, s)
+        ),
         gain=gains,
         remaining=Remaining(
             linear_residual_N=after.rms()[0],
@@ -181,6 +185,8 @@ def _named(balance: Balance, solved: Solved, found: Found, standing: Standing) -
         parameters=estimates,
         confidence=standing.confidence,
         outside_the_list=standing.outside,
+        in_its_class=standing.in_its_class,
+        is_lead=is_a_lead(candidate, standing.in_its_class, balance.settings),
         frames=candidate.frames(balance.scenes, eta, x[: len(x) - len(term.tangent_mean)]),
         sentence=candidate.sentence.format(target=candidate.target),
         remedy=candidate.remedy.format(target=candidate.target),
@@ -230,11 +236,10 @@ def _of_markers(same: tuple[MarkerFinding, ...]) -> NamedEffect:
     )
 
 
-def _alternatives(balance: Balance, solved: Solved, one: Found) -> list[Alternative]:
+def _alternatives(balance: Balance, solved: Solved, one: Found, standing: Standing) -> list[Alternative]:
     """Rivals that do nearly as well in its place, beside all the other causes."""
-    named, listed, settings = one.contender.term, [], balance.settings
-    temper = settings.confidence_temper + settings.temper_share * max(0.0, one.contender.gain)
-    for rival in _likeliest(one, settings):
+    named, listed, shares = one.contender.term, [], {id(rival): share for rival, share in standing.rivals}
+    for rival in _likeliest(one, balance.settings):
         candidate = rival.term.candidate
         listed.append(
             Alternative(
@@ -244,7 +249,7 @@ def _alternatives(balance: Balance, solved: Solved, one: Found) -> list[Alternat
                 f"indistinguishable here: cosine {likeness(named, rival.term, solved):.2f}, log evidence "
                 f"{one.contender.gain - rival.gain:+.1f} in favour of the first",
                 candidate.told_apart_by or named.candidate.told_apart_by,
-                confidence(rival, (one.contender, *one.rivals), settings, temper),
+                shares.get(id(rival), float("nan")),
             )
         )
     return listed

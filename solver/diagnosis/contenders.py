@@ -45,27 +45,28 @@ def handicap(candidate: Candidate, settings: DiagnosisSettings) -> float:
     return -elsewhere if elsewhere > 0 else usual - elsewhere
 
 
-def confidence(
-    one: Contender, rivals: Sequence[Contender], settings: DiagnosisSettings, temper: float | None = None
-) -> float:
+def confidence(one: Contender, rivals: Sequence[Contender], settings: DiagnosisSettings) -> float:
     """Share of a cause among none and all that were tried in its place, on tempered log evidence and odds.
 
     Args:
         one: the cause.
         rivals: all of them.
         settings: of the diagnosis.
-        temper: by which evidence is divided [nats]; None for that of little evidence.
     """
-    temper = settings.confidence_temper if temper is None else temper
     others = [c.odds_gain(settings) for c in rivals if c.term.candidate.key != one.term.candidate.key]
     gains = np.array([0.0, *others]) - one.odds_gain(settings)
-    return float(1 / (1 + np.exp(np.clip(gains / temper, -50, 50)).sum()))
+    return float(1 / (1 + np.exp(np.clip(gains / settings.confidence_temper, -50, 50)).sum()))
 
 
 def overlap(one: Contender, other: Contender) -> float:
     """Absolute cosine between what two causes explain, whitened where the first fits best."""
-    own, others = (c.solved.explained(len(c.solved.terms) - 1, one.solved.rung) for c in (one, other))
+    own, others = (c.solved.explained(_place(c), one.solved.rung) for c in (one, other))
     return abs(cosine(own, others))
+
+
+def _place(one: Contender) -> int:
+    """Of the candidate among all that were fitted together."""
+    return next(k for k, term in enumerate(one.solved.terms) if term is one.term)
 
 
 def cosine(one: Float[np.ndarray, " rows"], other: Float[np.ndarray, " rows"]) -> float:

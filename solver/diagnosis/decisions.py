@@ -50,6 +50,7 @@ from solver.diagnosis.proposals import (
 )
 from solver.diagnosis.terms import Solved
 from solver.diagnosis_settings import DiagnosisSettings
+from solver.effects.effect import Candidate
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +122,19 @@ def is_unexplained(
         settings: of the diagnosis.
     """
     return left is not None or told is not None or solved.rung.scale > settings.unexplained_scale
+
+
+def is_a_lead(candidate: Candidate, in_its_class: float, settings: DiagnosisSettings) -> bool:
+    """Whether a name at the end is likelier wrong than right, whichever of its class it is.
+
+    A foot that the motion shows to stand is more than the balance's guess.
+
+    Args:
+        candidate: that is named.
+        in_its_class: how likely it is, with names that leave the same trace.
+        settings: of the diagnosis.
+    """
+    return not candidate.about.seen_standing and in_its_class < settings.least_for_a_name
 
 
 CHECKS: tuple[Check, ...] = (

@@ -29,6 +29,8 @@ class NamedEffect:
     heldout_gain_nats: float
     courses: tuple[ForceCourse, ...] = ()  # of a force that acts for a while
     outside_the_list: float = float("nan")  # how likely it is something that is on no list; nan: not asked
+    in_its_class: float = float("nan")  # confidence, and that of names of the same trace; nan: not asked
+    is_lead: bool = False  # less likely than all else together: no name, but where to look
 
 
 @dataclass(frozen=True)

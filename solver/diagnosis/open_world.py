@@ -7,7 +7,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from solver.diagnosis.balance import Balance
-from solver.diagnosis.contenders import Contender, Found, handicap
+from solver.diagnosis.contenders import Contender, Found, handicap, overlap
 from solver.diagnosis.outside_list import BODY, EVENT, SIZE_SHARES, SIZES, Outside, outside_the_list
 from solver.diagnosis.proposals import AgainstAnything
 from solver.diagnosis.terms import Solved, Term
@@ -17,6 +17,7 @@ from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.scene import Scene
 
 FORCES = (BODY, EVENT)
+LARGEST_CLASS = 3  # of names, as many as anybody can look into
 CLIMBED = 3  # of the unknown causes in a name's place, to the scales that suit them
 
 
@@ -71,10 +72,12 @@ class Standing:
     """A name among everything that may be in its place."""
 
     confidence: float
+    in_its_class: float  # its share, and those of the likeliest few that leave the same trace
     outside: float  # share of all that is on no list
     behind: float  # by how many T it is ahead of the name
     temper: float  # T [nats]
     strongest: Unknown | None  # of these
+    rivals: tuple[tuple[Contender, float], ...] = ()  # others that were tried in its place, and their shares
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +143,8 @@ def _standing(
     gain = solved.log_evidence - without.log_evidence
     against = handicap(candidate, settings)
     moved = gain - one.contender.gain  # since the rivals were tried
-    rivals = [r.odds_gain(settings) + moved for r in one.rivals if r.term.candidate.key != candidate.key]
+    others = [r for r in one.rivals if r.term.candidate.key != candidate.key]
+    rivals = [r.odds_gain(settings) + moved for r in others]
     every = world.beside(rest, solved)
     odds = _log_odds(settings, names, len(every))
     unknown = [u for u in every if not (candidate.about.seen_standing and u.cause.kind in FORCES)]
@@ -157,12 +161,19 @@ def _standing(
     listed = (np.array([0.0, *rivals]) - among) / temper
     off = (off_the_list - own) / temper
     total = logsumexp([0.0, *listed, off])
+    alike = sorted(
+        share
+        for share, other in zip(listed[1:], others, strict=True)
+        if overlap(one.contender, other) > settings.same_trace
+    )[1 - LARGEST_CLASS :]
     return Standing(
         confidence=float(np.exp(-total)),
+        in_its_class=float(np.exp(logsumexp([0.0, *alike]) - total)),
         outside=float(np.exp(off - total)),
         behind=float(off),
         temper=temper,
         strongest=unknown[0] if unknown else None,
+        rivals=tuple(zip(others, np.exp(listed[1:] - total).tolist(), strict=True)),
     )
 
 

@@ -108,7 +108,9 @@ def _effect(effect: NamedEffect, several: bool) -> dict[str, object]:
             n: {"value": _finite(e.value), "std": _finite(e.std)} for n, e in effect.parameters.items()
         },
         "confidence": effect.confidence,
+        "in_its_class": _finite(effect.in_its_class),
         "outside_the_list": _finite(effect.outside_the_list),
+        "told_as": "lead" if effect.is_lead else "name",
         "trial": trials[0] if len(trials) == 1 else None,
         "frames": [_range(r, several) for r in effect.frames],
         "sentence": effect.sentence,

@@ -204,6 +204,21 @@ def test_certainty_never_exceeds_the_figure():
     assert "one of 3 causes that come near" in certainty(0.5, 2)
 
 
+def test_what_is_likelier_wrong_than_right_is_told_as_a_lead():
+    guess = effect("plate_position", "plate_2", 0.35, shift_x_m=(0.02, 0.005)) | {"told_as": "lead"}
+    beside = said(figures(effects=[LATE, guess]))
+    assert "Besides, a lead, likelier wrong than right: wrong position of plate 2 [a guess]." in beside
+    assert "one cause accounts for it: forces shifted in time" in beside
+    assert "LEAD 2 OF 2: wrong position of plate 2" in beside
+    assert "At fault: the recording." in beside
+    assert "`addb-viewer accept` leaves it out" in beside
+    alone = said(figures(effects=[guess]))
+    assert "no cause is likelier than all others together. A lead, likelier wrong than right" in alone
+    assert "for joint torques with care, before somebody has looked" in alone
+    assert "At fault" not in alone
+    assert "accept SUBJECT` makes every later fit correct" not in alone
+
+
 def test_an_explained_recording():
     text = said(figures(effects=[LATE]))
     assert text.startswith(

@@ -52,6 +52,15 @@ def test_what_is_unexplained_is_neither_wrong_nor_missed():
     assert judged(PLATES_FAULT, answer(verdict="unexplained")).outcome == "unexplained"
 
 
+def test_a_lead_is_no_name():
+    right = effect("plate_gain", parameters={"gain_error": (-0.48, 0.02)})
+    lead = effect("elastic_tether", "torso", 0.3) | {"told_as": "lead"}
+    beside = judged(PLATES_FAULT, answer(right, lead))
+    assert (beside.outcome, beside.leads) == ("right", 1)
+    assert judged(PLATES_FAULT, answer(right | {"told_as": "lead"})).outcome == "lead"
+    assert judged(PLATES_FAULT, answer(right, lead | {"told_as": "name"})).outcome == "right_but_more"
+
+
 @pytest.mark.parametrize(("confidence", "sure"), [(0.98, True), (0.9, False)])
 def test_wrong_and_very_sure(confidence, sure):
     verdict = judged(PLATES_FAULT, answer(effect("elastic_tether", "torso", confidence)))

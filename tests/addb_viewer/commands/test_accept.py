@@ -121,6 +121,16 @@ def test_an_accepted_cause_reaches_the_next_fit(command_line, diagnosed, asked, 
     assert command_line.extensions[-1] is None
 
 
+def test_a_lead_is_accepted_only_where_nothing_else_is_named(command_line, diagnosed, asked):
+    folder = command_line.subject.folder
+    lead = CLOCK | {"id": "plate_position", "target": "plate_1", "told_as": "lead"}
+    for effects in ([CLOCK, lead], [lead]):
+        diagnosed(*effects)
+        run = command_line("accept", folder, "--author", "Anna")
+        assert run.exit_code == 0, run.output
+    assert [set(causes) for causes in asked] == [{("clock_offset", "all")}, {("plate_position", "plate_1")}]
+
+
 def test_what_it_gains_is_told_and_kept_beside_the_decision(command_line, diagnosed, asked, tmp_path):
     folder, answer = command_line.subject.folder, tmp_path / "gain.json"
     diagnosed(CLOCK)

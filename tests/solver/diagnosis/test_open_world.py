@@ -8,6 +8,7 @@ import pytest
 
 from solver.diagnosis.conclusion import conclude
 from solver.diagnosis.contenders import Contender, Found
+from solver.diagnosis.decisions import is_a_lead
 from solver.diagnosis.open_world import OpenWorld, held
 from solver.diagnosis.report import as_json
 from solver.diagnosis.selection import select
@@ -138,13 +139,36 @@ def test_of_much_evidence_a_few_nats_more_make_no_name_certain(short_scene, draw
     balance = balance_of_scenes(drawn(4, there, scale=0.3))
     null, solved = balance.solve([]), balance.solve([balance.term(Standing("calcn_r", there), ())])
     one = Contender(solved.terms[0], solved, solved.log_evidence - null.log_evidence)
-    other = balance.term(Standing("calcn_l", there), ())
-    names = Kept(solved, (Found(one, 1.0, (replace(one, term=other, gain=one.gain - 11.0),)),), None)
+    beside = balance.solve([balance.term(Standing("calcn_l", there), ())])
+    rival = Contender(beside.terms[0], beside, one.gain - 11.0)
+    names = Kept(solved, (Found(one, 1.0, (rival,)),), None)
     (standing,) = held(balance, names, NAMES, Trail()).standings
     assert one.gain > 150.0
     share = (1 - standing.outside) / (1 + np.exp(-11.0 / (3.0 + 0.03 * one.gain)))
     assert standing.confidence == pytest.approx(share, abs=1e-3)
     assert standing.confidence < 0.97
+
+
+@pytest.mark.parametrize("alike", [True, False])
+def test_what_is_likelier_wrong_than_right_is_a_lead_unless_it_is_one_class(
+    short_scene, drawn, balance_of_scenes, alike
+):
+    """Three explain as much. Where all leave one trace their class is likely; else each is a guess."""
+    up = np.tile([0.0, 20.0, 0.0], (short_scene.frames, 1))
+    there = np.concatenate([up, np.cross(short_scene.com_ground, up)], axis=1)
+    swinging = there * np.sin(12 * short_scene.times)[:, None]
+    balance = balance_of_scenes(drawn(4, there, scale=0.3))
+    null, solved = balance.solve([]), balance.solve([balance.term(Course("pelvis", there), ())])
+    one = Contender(solved.terms[0], solved, solved.log_evidence - null.log_evidence)
+    others = [balance.solve([balance.term(Course(b, there if alike else swinging), ())]) for b in ("a", "b")]
+    rivals = tuple(Contender(other.terms[0], other, one.gain) for other in others)
+    (standing,) = held(balance, Kept(solved, (Found(one, 1.0, rivals),), None), NAMES, Trail()).standings
+    assert standing.confidence == pytest.approx((1 - standing.outside) / 3, abs=0.01)
+    assert [share for _, share in standing.rivals] == pytest.approx([standing.confidence] * 2)
+    assert standing.in_its_class == pytest.approx((3 if alike else 1) * standing.confidence)
+    candidate = one.term.candidate
+    assert is_a_lead(candidate, standing.in_its_class, balance.settings) == (not alike)
+    assert not is_a_lead(Standing("calcn_r", there), standing.in_its_class, balance.settings)
 
 
 @dataclass(frozen=True, eq=False)
