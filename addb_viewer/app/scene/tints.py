@@ -27,17 +27,17 @@ def tint_words(replay: Replay, kind: str) -> tuple[str, str, str] | None:
     if _share(replay, kind) is None:
         return None
     if kind == TORQUE and replay.joint_loads is not None:
-        return "joint torque, on the bone beyond the joint", "0", f"{replay.joint_loads.largest:.0f} N·m"
+        return "joint torque, on the bone beyond the joint", "0", f"≥ {replay.joint_loads.large:.0f} N·m"
     assert replay.residual is not None
     return "residual force", "0", f"≥ {OVER * replay.residual.force_limit:.0f} N, {OVER:g} times its limit"
 
 
 def _share(replay: Replay, kind: str) -> Float[np.ndarray, "frames bodies"] | None:
-    """Of the largest value [0 to 1]; NaN where it is not known."""
+    """Of what has the last colour [0 to 1]; NaN where it is not known."""
     if replay.bodies is None:
         return None
-    if kind == TORQUE and replay.joint_loads is not None and replay.joint_loads.largest > 0:
-        return replay.joint_loads.of_bodies / replay.joint_loads.largest
+    if kind == TORQUE and replay.joint_loads is not None and replay.joint_loads.large > 0:
+        return np.minimum(replay.joint_loads.of_bodies / replay.joint_loads.large, 1.0)
     if kind == RESIDUAL and replay.residual is not None:
         size = np.linalg.norm(replay.residual.force, axis=1) / (OVER * replay.residual.force_limit)
         return np.repeat(np.minimum(size, 1.0)[:, None], len(replay.bodies.names), axis=1)

@@ -11,7 +11,7 @@ from typing import Any
 import trimesh
 
 from addb_viewer.app.subjects.root_folder import check_recorded, reading_of
-from addb_viewer.app.trial.joint_loads import largest_joint_load
+from addb_viewer.app.trial.joint_loads import large_joint_load
 from addb_viewer.app.trial.replay import BodySize, Replay
 from addb_viewer.app.trial.replay_of_fit import fitted_replay, unfitted_replay
 from addb_viewer.app.trial.trial_curves import TrialCurves, trial_curves
@@ -125,15 +125,15 @@ class Library:
         return next((t for t in trials if t["name"] == name), {})
 
     @cached_property
-    def _largest_torque(self) -> float | None:
-        return None if self.fit is None else largest_joint_load(self.fit.skeleton, self.fit.trials)
+    def _large_torque(self) -> float | None:
+        return None if self.fit is None else large_joint_load(self.fit.skeleton, self.fit.trials)
 
     def _load(self, name: str) -> Replay:
         trial = self.fitted(name)
         if self.fit is not None and trial is not None:
             person = BodySize(self.fit.mass_kg, self.fit.height_m)
-            settings, largest = self.fit.settings, self._largest_torque
-            return fitted_replay(trial, self.fit.skeleton, person, settings, largest_torque=largest)
+            settings, large = self.fit.settings, self._large_torque
+            return fitted_replay(trial, self.fit.skeleton, person, settings, large_torque=large)
         return unfitted_replay(self.capture(name))
 
 

@@ -1,4 +1,4 @@
-"""How large the torque is at the joint that each body hangs from, and the largest one of a subject."""
+"""How large the torque is at the joint that each body hangs from, and from where on it counts as large."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,13 +9,15 @@ from jaxtyping import Float
 from solver.fit import TrialFit
 from solver.skeleton.skeleton import Skeleton
 
+RARE = 0.02  # of the frames: what only they exceed has the last colour
+
 
 @dataclass(frozen=True)
 class JointLoads:
     """Of one trial."""
 
     of_bodies: Float[np.ndarray, "frames bodies"]  # [N·m] NaN where no joint turns it, or outside the fit
-    largest: float  # [N·m] of the subject, on any frame of any trial
+    large: float  # [N·m] of the subject: what the joint with most exceeds on one frame in fifty
 
 
 def joint_loads(
@@ -37,8 +39,15 @@ def joint_loads(
     return sizes
 
 
-def largest_joint_load(skeleton: Skeleton, trials: Sequence[TrialFit]) -> float:
-    """Of all trials [N·m]; 0 where no torque is known."""
-    found = [joint_loads(skeleton, t.dynamics.joint_torques) for t in trials if t.dynamics is not None]
-    known = [sizes[np.isfinite(sizes)].max(initial=0.0) for sizes in found]
-    return float(max(known, default=0.0))
+def large_joint_load(skeleton: Skeleton, trials: Sequence[TrialFit]) -> float:
+    """What the joint that carries most exceeds on one frame in fifty [N·m]; 0 where no torque is known.
+
+    A spike, and frames whose forces do not count, whose torques are not to be believed, set no scale.
+    """
+    most: list[np.ndarray] = []
+    for trial in trials:
+        if trial.dynamics is not None:
+            used = trial.dynamics.used if trial.dynamics.used.any() else slice(None)
+            loads = joint_loads(skeleton, trial.dynamics.joint_torques)[used]
+            most.append(np.nan_to_num(loads).max(axis=1, initial=0.0))
+    return float(np.quantile(np.concatenate(most), 1 - RARE)) if most else 0.0

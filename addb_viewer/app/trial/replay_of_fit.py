@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 
-from addb_viewer.app.trial.joint_loads import JointLoads, joint_loads, largest_joint_load
+from addb_viewer.app.trial.joint_loads import JointLoads, joint_loads, large_joint_load
 from addb_viewer.app.trial.missing_force import MissingForce, foretold_wrenches, missing_force_of
 from addb_viewer.app.trial.replay import (
     BodyReplay,
@@ -51,7 +51,7 @@ def fitted_replay(
     person: BodySize,
     settings: Mapping[str, object],
     *,
-    largest_torque: float | None = None,
+    large_torque: float | None = None,
 ) -> Replay:
     """A fitted trial; frames of the recording outside the fit stay without a skeleton (NaN).
 
@@ -60,7 +60,7 @@ def fitted_replay(
         skeleton: of the fit.
         person: whom residuals are measured against.
         settings: of the fit, as it keeps them.
-        largest_torque: of any joint in any trial [N·m]; None: only this trial is looked at.
+        large_torque: what the joint with most rarely exceeds, in any trial [N·m]; None: in this one.
     """
     bare = unfitted_replay(trial.capture)
     on_fit = _Clock(bare.times, trial.motion.start_time, trial.motion.rate, trial.motion.frames)
@@ -84,7 +84,7 @@ def fitted_replay(
         bodies=_bodies(trial, skeleton, on_fit),
         residual=_residual(trial, person, on_fit),
         joints=joint_replay(trial, skeleton, bare.times),
-        joint_loads=_joint_loads(trial, skeleton, on_fit, largest_torque),
+        joint_loads=_joint_loads(trial, skeleton, on_fit, large_torque),
         demanded=demanded_forces(trial, skeleton, foretold, on_fit.floats),
         missing=_missing(trial, foretold, on_fit),
         forces=_force_use(trial, skeleton, from_dict(settings)),
@@ -195,12 +195,12 @@ def joint_replay(trial: TrialFit, skeleton: Skeleton, times: Float[np.ndarray, "
 
 
 def _joint_loads(
-    trial: TrialFit, skeleton: Skeleton, on_fit: _Clock, largest: float | None
+    trial: TrialFit, skeleton: Skeleton, on_fit: _Clock, large: float | None
 ) -> JointLoads | None:
     if trial.dynamics is None:
         return None
     sizes = on_fit.floats(joint_loads(skeleton, trial.dynamics.joint_torques))
-    return JointLoads(sizes, largest_joint_load(skeleton, (trial,)) if largest is None else largest)
+    return JointLoads(sizes, large_joint_load(skeleton, (trial,)) if large is None else large)
 
 
 def _force_use(trial: TrialFit, skeleton: Skeleton, settings: Settings) -> ForceUse:
