@@ -37,7 +37,8 @@ def events_of(
 
     A jump that distances show is a slip, of the marker that they show. One that they should show and do not
     is none. Where they cannot tell, several at once, or the same marker twice, are the segment's or its
-    flesh's; one alone stays, less sure.
+    flesh's; one alone stays, less sure, unless the others move against one another by more than it: then
+    the pose that it seems to leave is not known so well.
 
     Args:
         scene: markers as they are by now, in which the jumps were found.
@@ -56,12 +57,17 @@ def events_of(
         shown = _once_each([slip for slip in told if slip is not None])
         if shown:
             slips += [s if _was_lost(s, lost, reach) else _less_sure(s) for s in shown]
-        elif len(event) == 1 and asked[0].foretold < CLEAR:
+        elif len(event) == 1 and asked[0].foretold < CLEAR and _stands_out(event[0], asked[0]):
             slips.append(_less_sure(event[0]))
         else:
             notes.append(_note(scene, event))
     lasting = [s for s in slips if sum(o.marker == s.marker for o in slips) == 1]
     return MarkerEvents(tuple(sorted(lasting, key=lambda slip: -slip.gain)), tuple(notes))
+
+
+def _stands_out(jump: MarkerSlip, asked: SegmentDistances) -> bool:
+    """Whether it moved by more than others of its segment against one another, as where arms are raised."""
+    return float(np.linalg.norm(jump.shift_body)) > asked.among_others_m
 
 
 def _shown(

@@ -30,6 +30,7 @@ class SegmentDistances:
     markers: Int[np.ndarray, " markers"]  # of the segment, those that are seen
     gains: Float[np.ndarray, " markers"]  # [nats] for a slip of each, over nothing that happened
     foretold: float  # [nats] that the distances would show for the slip that was asked about
+    among_others_m: float  # by how much distances that are not its own change at the instant, at most
 
     def gain(self, marker: int) -> float:
         """Of one marker's slip."""
@@ -61,7 +62,7 @@ def segment_distances(
     places = np.nanmedian(in_body, axis=0)
     pairs = list(combinations(range(len(own)), 2))
     if not pairs:
-        return SegmentDistances(own, np.zeros(len(own)), 0.0)
+        return SegmentDistances(own, np.zeros(len(own)), 0.0, 0.0)
     found = [_change(observed[:, own[i]], observed[:, own[k]], frame, scene.rate) for i, k in pairs]
     change, std = np.array(found).T
     ends = np.array(pairs)
@@ -73,7 +74,9 @@ def segment_distances(
         gains.append(_gain(change / std, sign[:, None] * along / std[:, None], sign != 0))
         if own[m] == marker:
             moved = np.linalg.norm(apart + sign[:, None] * shift_body, axis=1) - np.linalg.norm(apart, axis=1)
-    return SegmentDistances(own, np.array(gains), float(0.5 * ((moved / std) ** 2).sum()))
+    others = np.abs(change)[(own[ends] != marker).all(axis=1)]
+    foretold = float(0.5 * ((moved / std) ** 2).sum())
+    return SegmentDistances(own, np.array(gains), foretold, float(others.max(initial=0.0)))
 
 
 def _gain(
