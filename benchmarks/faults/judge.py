@@ -38,6 +38,7 @@ class Verdict:
     very_sure_and_wrong: bool = False
     leads: int = 0  # likelier wrong than right, and told so: no names
     seconds_cpu: float = float("nan")
+    as_a_class: bool = False  # right, since this recording cannot tell its members apart
 
 
 def judged(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> Verdict:

@@ -3,12 +3,14 @@
 import json
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from benchmarks.diagnosis.rates import rate, table
+from benchmarks.faults.distance import undecidable
 from benchmarks.faults.editor.kinds import CLEAN, KINDS
 from benchmarks.faults.editor.sources import SOURCES
 from benchmarks.faults.judge import FAULTED, UNTOUCHED, Verdict, judged, with_seconds
@@ -24,9 +26,11 @@ solver (`benchmarks/faults/editor`); or one that was changed without harm (axes 
 stretch, half the samples of force), or not at all. The program is asked as a person asks it:
 `addb-viewer diagnose FOLDER --json FILE`. *Right*: the fault's name, at its place and within 30 % of its size
 or three stated deviations; or mended on reading, with a note that says so. *Class*: names that belong to
-the same place and kind only (`names.py`), or no name, and the loudest witness speaks for it. *Wrong*: any
-other name, and not the right one. A *lead* is no name: the answer itself calls it likelier wrong than
-right. *Very sure*: a confidence of 97 % or more. Rates come with their 95 % interval (Wilson).
+the same place and kind only (`names.py`), or no name, and the loudest witness speaks for it; right where the
+answer lists at most three, the fault among them, and the recording tells no more (`distance.py`: D below
+5 nats, from the edit itself). *Wrong*: any other name, and not the right one. A *lead* is no name: the answer
+itself calls it likelier wrong than right. *Very sure*: a confidence of 97 % or more. Rates come with their
+95 % interval (Wilson).
 {note}
 ## All
 
@@ -81,7 +85,11 @@ def load(out: Path) -> list[Verdict]:
         answer = json.loads(path.read_text(encoding="utf-8"))
         if answer["diagnosis"] is not None:
             answer["diagnosis"] = with_seconds(answer["diagnosis"])
-        verdicts.append(judged(truth_of(out, path.stem), answer))
+        truth = truth_of(out, path.stem)
+        verdict = judged(truth, answer)
+        if verdict.outcome == "class" and undecidable(out, truth, answer["diagnosis"]):
+            verdict = replace(verdict, outcome="right", as_a_class=True)
+        verdicts.append(verdict)
     return verdicts
 
 
@@ -147,6 +155,7 @@ def summary(verdicts: Sequence[Verdict]) -> str:
     alarms = Counter(v.outcome for v in clean)
     rows = [
         ["faults: right", rate(said["right"], len(faulted))],
+        ["of them as a class that cannot be parted", rate(sum(v.as_a_class for v in faulted), len(faulted))],
         ["faults: right, and another name with it", rate(said["right_but_more"], len(faulted))],
         [
             "faults: right, and a lead with it",

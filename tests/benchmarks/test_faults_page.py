@@ -5,7 +5,7 @@ import json
 import pytest
 
 from benchmarks.faults import page as module
-from benchmarks.faults.page import page
+from benchmarks.faults.page import load, page
 
 TRUTH = {"kind": "other_mass", "source": "walk", "plate": None, "markers": [], "times_s": None, "size": {}}
 NAMED = {"id": "subject_mass", "target": "all", "confidence": 0.8, "parameters": {}, "frames": []}
@@ -29,6 +29,13 @@ def draw(tmp_path):
         return out
 
     return made
+
+
+@pytest.mark.parametrize(("told_apart", "outcome"), [(False, "right"), (True, "class")])
+def test_a_class_that_the_recording_cannot_part_is_right(draw, monkeypatch, told_apart, outcome):
+    monkeypatch.setattr(module, "undecidable", lambda out, truth, figures: not told_apart)
+    (verdict,) = load(draw("first", [NAMED | {"id": "carried_mass"}]))
+    assert (verdict.outcome, verdict.as_a_class) == (outcome, not told_apart)
 
 
 def test_another_draw_stands_after_the_first_with_its_code_and_note(draw, tmp_path, monkeypatch):
