@@ -15,6 +15,8 @@ LEAD = 0.9  # below it a name is a lead, not a finding
 SIZE_WITHIN = 0.3  # of the true size; or
 DEVIATIONS = 3.0  # of the stated ones
 OVERLAP = 0.5  # of the frames of an event
+TIMED = ("off_plate_step",)  # causes that are events
+ROUNDING = 1e-6
 FAULTED = ("right", "right_but_more", "class", "lead", "unexplained", "missed", "wrong", "failed")
 UNTOUCHED = ("silent", "unexplained", "lead", "alarm", "failed")
 PASS_CUTOFF = (2**0.5 - 1) ** -0.25  # of each of two passes, over that at which both together are 3 dB
@@ -37,7 +39,9 @@ class Verdict:
     named: tuple[str, ...]  # id, target and confidence
     very_sure_and_wrong: bool = False
     leads: int = 0  # likelier wrong than right, and told so: no names
+    beside: tuple[tuple[str, str], ...] = ()  # id and target of names that are not the fault's
     seconds_cpu: float = float("nan")
+    also_alone: bool = False  # these names its recording gets as well where nothing was done
     as_a_class: bool = False  # right, since this recording cannot tell its members apart
 
 
@@ -56,11 +60,13 @@ def judged(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> Verdict:
         worth = [1.0] * len(found)
         outcome = _of_clean(found, figures["verdict"])
     else:
-        worth = [0.0 if _belongs(e, truth, NAMES[kind]) else 1.0 for e in found]
+        others = figures.get("alternatives", ())
+        worth = [0.0 if _in_a_class(e, truth, NAMES[kind], others) else 1.0 for e in found]
         of_names = [wrong for e, wrong in zip(found, worth, strict=True) if not _is_lead(e)]
         outcome = _of_faulted(names, of_names, truth, figures)
     sure = any(wrong and e["confidence"] >= VERY_SURE for e, wrong in zip(found, worth, strict=True))
-    return Verdict(case, kind, outcome, named, sure, len(found) - len(names), seconds)
+    beside = [(e["id"], str(e["target"])) for e, w in zip(found, worth, strict=True) if w and e in names]
+    return Verdict(case, kind, outcome, named, sure, len(found) - len(names), tuple(beside), seconds)
 
 
 def _is_lead(effect: Mapping[str, Any]) -> bool:
@@ -120,13 +126,25 @@ def _belongs(effect: Mapping[str, Any], truth: Mapping[str, Any], names: Names) 
     return effect["id"] in (*names.right, *names.of_class) and _is_there(effect, truth)
 
 
+def _in_a_class(
+    effect: Mapping[str, Any], truth: Mapping[str, Any], names: Names, others: Sequence[Mapping[str, Any]]
+) -> bool:
+    """Likewise, or whether it is told as one class with a name that belongs."""
+    if _belongs(effect, truth, names):
+        return True
+    own, whole = effect["confidence"], effect.get("in_its_class") or 0.0
+    key = f"{effect['id']} {effect['target']}"
+    told = [a for a in others if a["instead_of"] == key and a["id"] not in TIMED]
+    return any(own + (a["confidence"] or 1.0) <= whole + ROUNDING and _belongs(a, truth, names) for a in told)
+
+
 def _is_there(effect: Mapping[str, Any], truth: Mapping[str, Any]) -> bool:
     target = set(str(effect["target"]).split("+"))
     if truth["plate"] is not None and "plate_" in str(effect["target"]):
         return f"plate_{truth['plate']}" in target
     if effect["id"] in MARKERS[:2] and truth["markers"]:
         return bool(target & set(truth["markers"]))
-    if effect["id"] == "off_plate_step":
+    if effect["id"] in TIMED:
         return _overlap(effect, truth) >= OVERLAP
     return True
 

@@ -79,7 +79,7 @@ Seed {seed}, {code}: {answered} of {planned} cases answered. {note}
 
 
 def load(out: Path) -> list[Verdict]:
-    """All cases that were answered."""
+    """All cases that were answered; names that a fault's recording gets left alone as well are marked."""
     verdicts = []
     for path in sorted((out / "results").glob("*.json")):
         answer = json.loads(path.read_text(encoding="utf-8"))
@@ -90,7 +90,12 @@ def load(out: Path) -> list[Verdict]:
         if verdict.outcome == "class" and undecidable(out, truth, answer["diagnosis"]):
             verdict = replace(verdict, outcome="right", as_a_class=True)
         verdicts.append(verdict)
-    return verdicts
+    sources = {v.case: truth_of(out, v.case)["source"] for v in verdicts}
+    alone = {(sources[v.case], name) for v in verdicts if v.kind == CLEAN for name in v.beside}
+    return [
+        replace(v, also_alone=bool(v.beside) and all((sources[v.case], name) in alone for name in v.beside))
+        for v in verdicts
+    ]
 
 
 def truth_of(out: Path, case: str) -> dict[str, Any]:
@@ -157,6 +162,10 @@ def summary(verdicts: Sequence[Verdict]) -> str:
         ["faults: right", rate(said["right"], len(faulted))],
         ["of them as a class that cannot be parted", rate(sum(v.as_a_class for v in faulted), len(faulted))],
         ["faults: right, and another name with it", rate(said["right_but_more"], len(faulted))],
+        [
+            "of them one that the recording gets left alone as well",
+            rate(sum(v.outcome == "right_but_more" and v.also_alone for v in faulted), len(faulted)),
+        ],
         [
             "faults: right, and a lead with it",
             rate(sum(v.outcome == "right" and v.leads > 0 for v in faulted), len(faulted)),

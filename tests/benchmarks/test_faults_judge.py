@@ -52,6 +52,18 @@ def test_what_is_unexplained_is_neither_wrong_nor_missed():
     assert judged(PLATES_FAULT, answer(verdict="unexplained")).outcome == "unexplained"
 
 
+@pytest.mark.parametrize(("share", "outcome"), [(0.3, "class"), (0.5, "wrong")])
+def test_one_class_with_the_name_of_the_right_plate_is_a_class(share, outcome):
+    """The share of the right plate is in that of the class, or the class is of others."""
+    said = effect("zero_level", "plate_2", 0.35) | {"in_its_class": 0.7, "told_as": "name"}
+    other = {"id": "zero_level", "target": "plate_1", "instead_of": "zero_level plate_2", "confidence": share}
+    answered = answer(said)
+    answered["diagnosis"]["alternatives"] = [other]
+    verdict = judged(PLATES_FAULT, answered)
+    assert verdict.outcome == outcome
+    assert bool(verdict.beside) == (outcome == "wrong")
+
+
 def test_a_lead_is_no_name():
     right = effect("plate_gain", parameters={"gain_error": (-0.48, 0.02)})
     lead = effect("elastic_tether", "torso", 0.3) | {"told_as": "lead"}

@@ -31,6 +31,18 @@ def draw(tmp_path):
     return made
 
 
+def test_a_name_that_the_recording_gets_left_alone_as_well_is_marked(draw):
+    out = draw("first", [NAMED, NAMED | {"id": "drag", "target": "torso"}])
+    assert [v.also_alone for v in load(out)] == [False]
+    truth = json.loads((out / "truth" / "case_000.json").read_text()) | {"case": "case_001", "kind": "clean"}
+    (out / "truth" / "case_001.json").write_text(json.dumps(truth))
+    for effects, marked in (([NAMED], False), ([NAMED | {"id": "drag", "target": "torso"}], True)):
+        answer = json.loads((out / "results" / "case_000.json").read_text())
+        answer["diagnosis"]["effects"] = effects
+        (out / "results" / "case_001.json").write_text(json.dumps(answer))
+        assert next(v for v in load(out) if v.case == "case_000").also_alone == marked
+
+
 @pytest.mark.parametrize(("told_apart", "outcome"), [(False, "right"), (True, "class")])
 def test_a_class_that_the_recording_cannot_part_is_right(draw, monkeypatch, told_apart, outcome):
     monkeypatch.setattr(module, "undecidable", lambda out, truth, figures: not told_apart)
