@@ -138,8 +138,10 @@ def _cause(figures: Figures, effect: Figures, gain: Sequence[float | None]) -> s
     ]
     spans = effect["frames"]
     some = " ".join(str(span) for span in spans[:4]) + (f" and {len(spans) - 4} more" * (len(spans) > 4))
+    lead = "a lead: " if effect["told_as"] == "lead" else ""
     return (
-        f"**{effect['id']} {effect['target']}** {values}; frames {some}; sure {effect['confidence']:.2f}, "
+        f"{lead}**{effect['id']} {effect['target']}** {values}; frames {some}; "
+        f"sure {effect['confidence']:.2f}, "
         f"{_rounded(gain[0], '.0f')} nats, withheld {_rounded(gain[1], '.0f')}"
         + (f"; or {', '.join(rivals)}" if rivals else "")
     )
