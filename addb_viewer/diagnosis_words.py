@@ -128,27 +128,7 @@ def notes(figures: Figures) -> Section:
 def verdict(figures: Figures) -> Section:
     """Sound, wrong and why, or wrong and nobody knows why; and whether the names are more than a lead."""
     effects, leads = names_of(figures), leads_of(figures)
-    one, named = len(effects) == 1, _numbered(figures, effects)
-    of, lead = _recordings(figures), is_lead(figures)
-    wrong = f"Something is {_how_surely(figures)}wrong with {of}"
-    found = "one cause was found" if one else f"{len(effects)} causes were found"
-    if figures["verdict"] == "clean":
-        text = f"Nothing wrong was found in {of}."
-    elif figures["verdict"] == "explained" and not effects:
-        text = f"{wrong}, and no cause is likelier than all others together."
-    elif figures["verdict"] == "explained" and lead:
-        best = "one cause describes it best" if one else f"{len(effects)} causes together describe it best"
-        text = f"{wrong}. Of all that were tried, {best}: {named}."
-    elif figures["verdict"] == "explained":
-        account = "one cause accounts for" if one else f"{len(effects)} causes together account for"
-        account += " it" if is_whole(figures) else " most of it" if explains_most(figures) else " much of it"
-        text = f"{wrong}, and {account}: {named}."
-    elif effects:
-        text = (
-            f"{wrong}; {found} ({named}), but that does not account for all of it. The rest is unexplained."
-        )
-    else:
-        text = f"{wrong}, and no cause that this program knows accounts for it."
+    text = _judged(figures, _numbered(figures, effects))
     if leads:
         also = "Besides, a" if effects else "A"
         also += " lead" if len(leads) == 1 else " few leads"
@@ -156,8 +136,41 @@ def verdict(figures: Figures) -> Section:
     text += _how_likely(figures)
     whose = [_at_fault(figures)] if effects else []
     early = [ENDED_EARLY] if figures.get("ended_early") else []
-    doubt = [_only_a_lead(figures)] if lead else []
+    doubt = [_only_a_lead(figures)] if is_lead(figures) else []
     return Section("Verdict", (text, *whose, *early, *doubt, use(figures)))
+
+
+def headline(figures: Figures) -> str:
+    """The verdict in a sentence, for where the causes stand below it.
+
+    Args:
+        figures: in the shape of `diagnose --json`.
+    """
+    doubt = " Take that as a lead, not as a finding." if is_lead(figures) else ""
+    return _judged(figures, "") + _how_likely(figures) + doubt
+
+
+def _judged(figures: Figures, named: str) -> str:
+    """Sound, wrong and why, or wrong and nobody knows why; with the causes in words, if there are any."""
+    effects = names_of(figures)
+    one, of, namely = len(effects) == 1, _recordings(figures), f": {named}" if named else ""
+    wrong = f"Something is {_how_surely(figures)}wrong with {of}"
+    if figures["verdict"] == "clean":
+        return f"Nothing wrong was found in {of}."
+    if figures["verdict"] == "explained" and not effects:
+        return f"{wrong}, and no cause is likelier than all others together."
+    if figures["verdict"] == "explained" and is_lead(figures):
+        best = "one cause describes it best" if one else f"{len(effects)} causes together describe it best"
+        return f"{wrong}. Of all that were tried, {best}{namely}."
+    if figures["verdict"] == "explained":
+        account = "one cause accounts for" if one else f"{len(effects)} causes together account for"
+        account += " it" if is_whole(figures) else " most of it" if explains_most(figures) else " much of it"
+        return f"{wrong}, and {account}{namely}."
+    if effects:
+        found = "one cause was found" if one else f"{len(effects)} causes were found"
+        within = f" ({named})" if named else ""
+        return f"{wrong}; {found}{within}, but that does not account for all of it. The rest is unexplained."
+    return f"{wrong}, and no cause that this program knows accounts for it."
 
 
 def _numbered(figures: Figures, effects: Sequence[Figures]) -> str:
@@ -284,7 +297,7 @@ def _in_short(figures: Figures, effect: Figures) -> str:
     rivals = rivals_of(figures, effect)
     if rivals and effect["confidence"] < CONFIDENT:
         named = [f"{title(effect)}{share(effect['confidence'])}"]
-        named += [f"{_instead_of(effect, rival)}{share(rival.get('confidence'))}" for rival in rivals]
+        named += [f"{instead_of(effect, rival)}{share(rival.get('confidence'))}" for rival in rivals]
         return " — or else ".join(named)
     return f"{title(effect)} [{certainty(effect['confidence'], len(rivals)).split(' (')[0].split(':')[0]}]"
 
@@ -292,14 +305,14 @@ def _in_short(figures: Figures, effect: Figures) -> str:
 def _could_also_be(effect: Figures, rivals: Sequence[Figures]) -> str:
     """The rivals, and what is left for causes that are not listed, where that is known and worth telling."""
     shares = [rival.get("confidence") for rival in rivals]
-    said = [f"{_instead_of(effect, r)}{share(of_r)}" for r, of_r in zip(rivals, shares, strict=True)]
+    said = [f"{instead_of(effect, r)}{share(of_r)}" for r, of_r in zip(rivals, shares, strict=True)]
     left = 1.0 - effect["confidence"] - sum(filter(None, shares))
     if all(shares) and left >= LEAST_ELSE:
         said.append(f"anything else{share(left)}")
     return "; ".join(said)
 
 
-def _instead_of(effect: Figures, rival: Figures) -> str:
+def instead_of(effect: Figures, rival: Figures) -> str:
     """A rival's title; of the same cause elsewhere only where."""
     return target_in_words(rival["target"]) if rival["id"] == effect["id"] else title(rival)
 

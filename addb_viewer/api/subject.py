@@ -112,7 +112,7 @@ class Subject(OpenedRecordings):
         """Make causes of the last diagnosis part of the model: later fits use them beside the forces.
 
         Args:
-            causes: those meant; None: all that the diagnosis names.
+            causes: those meant, what was decided about others stays; None: all that the diagnosis names.
             author: who decides; None: your login name.
             progress: as for `fit`.
 
@@ -127,18 +127,28 @@ class Subject(OpenedRecordings):
             done = accepted(job, by=author or login_name(), only=only, progress=told)
         return Acceptance(done.by, done.extension.sentence, done.told, done.left_out, done.file)
 
-    def reject(self, *, author: str | None = None) -> None:
-        """Decide against the causes of the last diagnosis: later fits use the recorded forces alone.
+    def reject(
+        self,
+        causes: Iterable[Cause] | None = None,
+        *,
+        author: str | None = None,
+        progress: Watcher = None,
+    ) -> None:
+        """Decide against causes of the last diagnosis: later fits use the recorded forces without them.
 
         Args:
+            causes: those meant, what was decided about others stays; None: all that the diagnosis names.
             author: who decides; None: your login name.
+            progress: as for `fit`; of use where others stay accepted, which are then fitted anew.
 
         Raises:
             SolverError: there is nothing to reject.
         """
         from addb_viewer.jobs.accepting import rejected  # noqa: PLC0415 (loads all causes)
 
-        rejected(self._job(without_extension=True), by=author or login_name())
+        only = None if causes is None else [cause.key for cause in causes]
+        with watched(progress) as told:
+            rejected(self._job(without_extension=True), by=author or login_name(), only=only, progress=told)
 
     def flag(
         self,

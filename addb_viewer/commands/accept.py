@@ -1,5 +1,9 @@
 """`addb-viewer accept` and `reject`: whether later fits are to use the causes that the diagnosis named."""
 
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
 import typer
 
 from addb_viewer.accepted_exchanges import exchange_in_words
@@ -9,14 +13,29 @@ from addb_viewer.commands.reviewing import Author, author_named
 from addb_viewer.extension_words import what_accepting_changes
 from addb_viewer.jobs.accepting import Accepted, accepted, rejected
 from addb_viewer.jobs.solving import job_for, last_fit
+from addb_viewer.kept_diagnosis import kept
 from addb_viewer.sections import as_text
 from addb_viewer.terminal_progress import terminal_progress
+from solver.dynamics.extension import Cause
 from solver.fit import Fit
+from solver.results.extension_log import ACCEPT
 from solver.results.store import write_json
+
+ALONE = "fits use the recorded forces alone"
+Causes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--cause",
+        metavar="ID[:TARGET]",
+        help="This cause alone, as `clock_offset:all`; may be given several times. What was decided about "
+        "others stays.",
+    ),
+]
 
 
 def accept(
     subject: SubjectFolder,
+    cause: Causes = None,
     out: Out = None,
     settings: SettingsFile = None,
     ignore_review: IgnoreReview = False,
@@ -37,7 +56,7 @@ def accept(
         )
         by = author_named(author)
         with terminal_progress() as progress:
-            done = accepted(job, by=by, progress=progress)
+            done = accepted(job, by=by, only=_meant(cause, job.results), progress=progress)
         if json is not None:
             write_json(json, done.told)
         if done.file is not None:
@@ -49,17 +68,44 @@ def accept(
 
 def reject(
     subject: SubjectFolder,
+    cause: Causes = None,
     out: Out = None,
     author: Author = None,
     debug: Debug = False,
 ) -> None:
-    """Reject the causes of the last diagnosis: from now on fits use the recorded forces alone."""
+    """Reject the causes of the last diagnosis: from now on fits use the recorded forces alone.
+
+    With `--cause` that one alone; others that are accepted stay so, and are fitted once more without it.
+    """
     with errors_as_lines(debug):
         job = job_for(subject, out=out, without_extension=True)
         by = author_named(author)
-        decision = rejected(job, by=by)
-        said = ", ".join(f"{c.id} ({c.target})" for c in decision.causes) or "the diagnosis"
-        typer.echo(f"rejected by {by}: {said}; fits use the recorded forces alone")
+        with terminal_progress() as progress:
+            decision = rejected(job, by=by, only=_meant(cause, job.results), progress=progress)
+        refused = decision.rejected if decision.kind == ACCEPT else decision.causes
+        rest = f"fits use {_listed(decision.causes)}" if decision.kind == ACCEPT else ALONE
+        typer.echo(f"rejected by {by}: {_listed(refused) or 'the diagnosis'}; {rest}")
+
+
+def _listed(causes: Sequence[Cause]) -> str:
+    return ", ".join(f"{cause.id} ({cause.target})" for cause in causes)
+
+
+def _meant(said: list[str] | None, results: Path) -> list[tuple[str, str]] | None:
+    """Ids and targets of the causes that somebody named; an id alone where only one cause has it."""
+    if not said:
+        return None
+    figures, _ = kept(results) or ({"effects": []}, {})
+    named = [(effect["id"], effect["target"]) for effect in figures["effects"]]
+    meant = []
+    for text in said:
+        id_, colon, target = text.partition(":")
+        found = [key for key in named if key[0] == id_ and (not colon or key[1] == target)]
+        if len(found) > 1:
+            listed = ", ".join(f"{one}:{of}" for one, of in found)
+            raise typer.BadParameter(f"'{text}' is several causes: {listed}", param_hint="--cause")
+        meant.append(found[0] if found else (id_, target))
+    return meant
 
 
 def _tell(done: Accepted, fit: Fit | None) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,7 @@ from solver.kinematics.label_faults.fault import Exchange
 from solver.progress import Progress, part, silent
 from solver.provenance import other_recordings, provenance_of, without_reviews
 from solver.results import extension_log
-from solver.results.extension_log import Decision
+from solver.results.extension_log import ACCEPT, REJECT, Decision
 from solver.results.store import check_place
 from solver.settings import as_dict
 
@@ -44,6 +45,15 @@ class Accepted:
     file: Path | None = None  # where the gain is kept; None where no fit was needed
 
 
+@dataclass(frozen=True)
+class Wanted:
+    """What is to be accepted, and what is rejected beside it."""
+
+    figures: dict[str, Any]  # in the shape of `diagnose --json`, with these causes alone
+    made_of: dict[str, str]
+    refused: tuple[Cause, ...] = ()
+
+
 def accepted(
     job: Job,
     *,
@@ -56,7 +66,8 @@ def accepted(
     Args:
         job: opened without what was accepted before.
         by: who decides.
-        only: id and target of the causes meant; None: all that the diagnosis names.
+        only: id and target of the causes meant, what was decided about others stays; None: all that the
+            diagnosis names.
         progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
 
     Raises:
@@ -64,11 +75,30 @@ def accepted(
         FitError: a cause is not found again.
     """
     figures, made_of = _diagnosis(job)
-    figures = _without_leads(figures) if only is None else _only(figures, only, job.results)
+    if only is None:
+        return _accepted(job, Wanted(_without_leads(figures), made_of), by, progress)
+    _split(_only(figures, only, job.results), job.results)  # something of what is meant can be accepted
+    held, refused_keys = _decided(figures, job.results)
+    refused = _causes(_only(figures, refused_keys - set(only), job.results))
+    wanted = Wanted(_only(figures, held | set(only), job.results), made_of, refused)
+    return _accepted(job, wanted, by, progress)
+
+
+def _accepted(job: Job, wanted: Wanted, by: str, progress: Progress) -> Accepted:
+    """Accept these causes, and none else."""
+    figures = wanted.figures
     causes, exchanges, left_out = _split(figures, job.results)
+    record = partial(
+        extension_log.accept,
+        job.results,
+        by=by,
+        made_of=wanted.made_of,
+        left_out=left_out,
+        rejected=wanted.refused,
+    )
     if not causes:
         labels_alone = Extension((), np.zeros(0), np.zeros(0), exchanges=exchanges)
-        extension_log.accept(job.results, labels_alone, by=by, made_of=made_of, left_out=left_out)
+        record(labels_alone)
         told: dict[str, Any] = {"causes": [], "exchanges": _exchanges(exchanges)}
         return Accepted(labels_alone, by, told, left_out)
     ranges = {(e["id"], e["target"]): [Range(*r) for r in ranges_of(figures, e)] for e in figures["effects"]}
@@ -87,28 +117,66 @@ def accepted(
         **extended_gain_json(gain),
     }
     extension = replace(found.extension, exchanges=exchanges)
-    decision = extension_log.accept(job.results, extension, by=by, made_of=made_of, left_out=left_out)
+    decision = record(extension)
     kept_in = keep_gain(told, decision, job.results)
     return Accepted(extension, by, told, left_out, found.undone, found.flagged, kept_in)
 
 
-def rejected(job: Job, *, by: str) -> Decision:
-    """Reject the causes of the last diagnosis: later fits use the recorded forces alone.
+def rejected(
+    job: Job,
+    *,
+    by: str,
+    only: Collection[tuple[str, str]] | None = None,
+    progress: Progress = silent,
+) -> Decision:
+    """Reject causes of the last diagnosis: later fits use the recorded forces alone, or with what else holds.
 
     Args:
         job: opened without what was accepted before.
         by: who decides.
+        only: id and target of the causes meant, what was decided about others stays; None: all that the
+            diagnosis names. Where others stay accepted beside one that no longer is, those are fitted anew.
+        progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
 
     Raises:
         ResultsError: there is nothing to reject.
+        FitError: a cause that stays accepted is not found again.
     """
     check_place(job.results)
-    found, held = kept(job.results), extension_log.accepted(job.results)
-    if found is None and held is None:
+    found, accepted_before = kept(job.results), extension_log.accepted(job.results)
+    if found is None and (accepted_before is None or only is not None):
         raise ResultsError(f"{job.results}: nothing to reject; no diagnosis is kept here.")
-    causes = held[1].causes if held else _causes(found[0] if found else {})
+    figures: dict[str, Any] = found[0] if found else {"effects": []}
+    if only is None:
+        causes = accepted_before[1].named if accepted_before else ()
+        known = {(cause.id, cause.target) for cause in causes}
+        causes += tuple(c for c in _causes(figures) if (c.id, c.target) not in known)
+        return _rejected(job, causes, by)
+    _only(figures, only, job.results)  # it names them
+    held, refused = _decided(figures, job.results)
+    causes = _causes(_only(figures, refused | set(only), job.results))
+    stay = held - set(only)
+    if not stay:
+        return _rejected(job, causes, by)
+    if stay == held:
+        return extension_log.reject_beside(job.results, causes, by=by)
+    figures, made_of = _diagnosis(job)
+    _accepted(job, Wanted(_only(figures, stay, job.results), made_of, causes), by, progress)
+    return extension_log.decisions(job.results)[-1]
+
+
+def _rejected(job: Job, causes: tuple[Cause, ...], by: str) -> Decision:
     made_of = without_reviews(provenance_of(job.subject, job.subject.trials))
     return extension_log.reject(job.results, causes, by=by, made_of=made_of)
+
+
+def _decided(figures: dict[str, Any], results: Path) -> tuple[set[tuple[str, str]], set[tuple[str, str]]]:
+    """Of the causes that a diagnosis names: those that are accepted, and those that are rejected."""
+    made = extension_log.decisions(results)
+    standing = made[-1].standing if made else {}
+    named = {(effect["id"], effect["target"]) for effect in figures["effects"]}
+    of = {kind: {key for key in named if standing.get(key) == kind} for kind in (ACCEPT, REJECT)}
+    return of[ACCEPT], of[REJECT]
 
 
 def _diagnosis(job: Job) -> tuple[dict[str, Any], dict[str, str]]:

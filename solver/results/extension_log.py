@@ -3,16 +3,17 @@
     results/extension_log.jsonl   one decision a line: accept or reject, which causes, by whom, when
     results/extension-2.npz       the wrenches that the second decision accepted
 
-The last decision holds. A line is on the disk after the wrenches that it names; one that a killed run left
-unfinished was never made.
+The last decision holds, whole: it names all causes that are accepted and all that are rejected, so that one
+about a single cause repeats what was decided about the others. A line is on the disk after the wrenches that
+it names; one that a killed run left unfinished was never made.
 """
 
 import errno
 import io
 import json
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -37,13 +38,45 @@ _TREE = "tree"
 class Decision:
     """What a person decided about the causes of a diagnosis."""
 
-    kind: str  # accept or reject
-    causes: tuple[Cause, ...]
+    kind: str  # accept: some are part of the model; reject: none is
+    causes: tuple[Cause, ...]  # of which it is true
     by: str
     when: datetime
     made_of: Mapping[str, str]  # provenance of the recordings, without anybody's decisions
     left_out: tuple[str, ...] = ()  # causes that cannot be part of an extension, "id target"
     wrenches: str | None = None  # the file that holds them
+    rejected: tuple[Cause, ...] = ()  # beside those that are accepted
+
+    @property
+    def standing(self) -> dict[tuple[str, str], str]:
+        """By id and target, whether a cause is accepted or rejected; nothing of others is decided."""
+        refused = dict.fromkeys(((cause.id, cause.target) for cause in self.rejected), REJECT)
+        return refused | dict.fromkeys(((cause.id, cause.target) for cause in self.causes), self.kind)
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Who accepted or rejected one cause, and when."""
+
+    kind: str
+    by: str
+    when: datetime
+
+
+def standings(made: Sequence[Decision]) -> dict[tuple[str, str], Standing]:
+    """By id and target, what holds about each cause, and who decided so first without another word since.
+
+    Args:
+        made: all decisions, the first one first.
+    """
+    held: dict[tuple[str, str], Standing] = {}
+    for decision in made:
+        new = Standing("", decision.by, decision.when)
+        held = {
+            key: held[key] if key in held and held[key].kind == kind else replace(new, kind=kind)
+            for key, kind in decision.standing.items()
+        }
+    return held
 
 
 def accept(
@@ -53,6 +86,7 @@ def accept(
     by: str,
     made_of: Mapping[str, str],
     left_out: tuple[str, ...] = (),
+    rejected: tuple[Cause, ...] = (),
 ) -> Decision:
     """Record that later solves are to use an extension.
 
@@ -62,6 +96,7 @@ def accept(
         by: who decides.
         made_of: provenance of the recordings that it was found in.
         left_out: causes of that diagnosis that are not in it.
+        rejected: causes that somebody decided against.
 
     Raises:
         ResultsError: the log cannot be read.
@@ -75,8 +110,9 @@ def accept(
         name = _next_name(results)
         with whole_file(results / name) as file:
             file.write(packed.getvalue())
+        now = datetime.now(UTC)
         return _appended(
-            results, Decision(ACCEPT, extension.named, by, datetime.now(UTC), made_of, left_out, name)
+            results, Decision(ACCEPT, extension.named, by, now, made_of, left_out, name, rejected)
         )
 
 
@@ -95,6 +131,23 @@ def reject(results: Path, causes: tuple[Cause, ...], *, by: str, made_of: Mappin
     with writing(results):
         decisions(results)
         return _appended(results, Decision(REJECT, causes, by, datetime.now(UTC), made_of))
+
+
+def reject_beside(results: Path, causes: tuple[Cause, ...], *, by: str) -> Decision:
+    """Record that causes are rejected, while later solves use the same extension as before.
+
+    Args:
+        results: the results folder, in which an extension is accepted.
+        causes: all that are rejected, in place of those that were.
+        by: who decides.
+
+    Raises:
+        ResultsError: the log cannot be read.
+    """
+    with writing(results):
+        last = decisions(results)[-1]
+        assert last.kind == ACCEPT
+        return _appended(results, replace(last, by=by, when=datetime.now(UTC), rejected=causes))
 
 
 def decisions(results: Path) -> tuple[Decision, ...]:
@@ -170,14 +223,8 @@ def _appended(results: Path, decision: Decision) -> Decision:
 def _plain(decision: Decision) -> dict[str, Any]:
     return {
         "decision": decision.kind,
-        "causes": [
-            {
-                "id": cause.id,
-                "target": cause.target,
-                "parameters": {n: {"value": v, "std": s} for n, (v, s) in cause.parameters.items()},
-            }
-            for cause in decision.causes
-        ],
+        "causes": _plain_causes(decision.causes),
+        "rejected": _plain_causes(decision.rejected),
         "left_out": list(decision.left_out),
         "by": decision.by,
         "when": decision.when.isoformat(timespec="seconds"),
@@ -186,19 +233,34 @@ def _plain(decision: Decision) -> dict[str, Any]:
     }
 
 
+def _plain_causes(causes: tuple[Cause, ...]) -> list[dict[str, Any]]:
+    return [
+        {
+            "id": cause.id,
+            "target": cause.target,
+            "parameters": {n: {"value": v, "std": s} for n, (v, s) in cause.parameters.items()},
+        }
+        for cause in causes
+    ]
+
+
+def _causes(plain: Sequence[Mapping[str, Any]]) -> tuple[Cause, ...]:
+    return tuple(
+        Cause(c["id"], c["target"], {n: (e["value"], e["std"]) for n, e in c["parameters"].items()})
+        for c in plain
+    )
+
+
 def _decision(line: Mapping[str, Any]) -> Decision:
     if line["decision"] not in {ACCEPT, REJECT}:
         raise ValueError(f"'{line['decision']}' is neither {ACCEPT} nor {REJECT}")
-    causes = tuple(
-        Cause(c["id"], c["target"], {n: (e["value"], e["std"]) for n, e in c["parameters"].items()})
-        for c in line["causes"]
-    )
     return Decision(
         line["decision"],
-        causes,
+        _causes(line["causes"]),
         line["by"],
         datetime.fromisoformat(line["when"]),
         line["made_of"],
         tuple(line["left_out"]),
         line["wrenches"],
+        _causes(line.get("rejected", ())),  # a line of an older version has none
     )

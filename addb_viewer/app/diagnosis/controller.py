@@ -1,20 +1,26 @@
 """The diagnosis as one browser shows it: what is kept, what is at work, and who decided what."""
 
 import threading
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import viser
 
+from addb_viewer.app.diagnosis.cards import flags_of, key_of_cause, picture_json, screen_json
 from addb_viewer.app.diagnosis.panel import Actions, DiagnosisPanel
 from addb_viewer.app.diagnosis.state import DiagnosisState, decision_in_words, read_state
 from addb_viewer.app.jobs.job_queue import Task, TaskProgress
 from addb_viewer.app.jobs.worker_process import Outcome
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
+from addb_viewer.app.scene.cause_pictures import Figures
 from addb_viewer.app.solve.controller import stop
 from addb_viewer.app.subjects.shared_subject import DIAGNOSING, RECORDING, SOLVING, WITHHOLDING
 from addb_viewer.app.trial.replay import Replay
+from addb_viewer.diagnosis_vocabulary import ranges_of, short_title
 from addb_viewer.diagnosis_words import verdict
 from solver.errors import SolverError
+from solver.results.extension_log import ACCEPT, REJECT
 
 OTHERS = (SOLVING, RECORDING, WITHHOLDING)  # told by other tabs
 ACCEPTING = "finding the causes once more, then fitting without and with them"
@@ -32,6 +38,7 @@ class DiagnosisController:
             notices,
         )
         self.state = DiagnosisState()
+        self.screen.channel.on("cause", self._asked)
         self.replay: Replay | None = None  # on the screen
         self.drawing = threading.Lock()  # of the panel
 
@@ -45,18 +52,19 @@ class DiagnosisController:
             self.notices.error("Reading the diagnosis", error)
         with self.drawing:
             self.panel.show(self.state, library.trials)
-            self.panel.show_trial(self.state.figures, self.replay)
             self._progress(self.screen.shared.jobs.progress)
+            self._draw_screen()
+        self._draw_picture()
 
     def show_trial(self, replay: Replay) -> None:
         """Show what was found in the trial that is now on the screen."""
-        with self.drawing:
-            self.replay = replay
-            self.panel.show_trial(self.state.figures, replay)
+        self.replay = replay
+        self._draw_picture()
 
-    def cursor(self, frame: int) -> None:
-        """Move the cursor of the charts."""
-        self.panel.charts.cursor(frame)
+    def show_reviews(self) -> None:
+        """Show whether the frames of causes are flagged."""
+        with self.drawing:
+            self._draw_screen()
 
     def diagnose(self) -> None:
         """Look at all trials together."""
@@ -64,11 +72,36 @@ class DiagnosisController:
 
     def accept(self) -> None:
         """Make the named causes part of later fits."""
-        self.screen.shared.decide("Accepting", "accept", ACCEPTING, self.screen.reviewer.author())
+        self.screen.shared.decide("Accepting", ["accept"], ACCEPTING, self.screen.reviewer.author())
 
     def reject(self) -> None:
         """Leave the named causes out of later fits."""
-        self.screen.shared.decide("Rejecting", "reject", "rejecting", self.screen.reviewer.author())
+        self.screen.shared.decide("Rejecting", ["reject"], "rejecting", self.screen.reviewer.author())
+
+    def decide_one(self, kind: str, effect: Figures) -> None:
+        """Accept or reject one cause; what was decided about others stays."""
+        doing, stage = {ACCEPT: ("Accepting", ACCEPTING), REJECT: ("Rejecting", "rejecting")}[kind]
+        command = [kind, f"--cause={effect['id']}:{effect['target']}"]
+        self.screen.shared.decide(doing, command, stage, self.screen.reviewer.author())
+
+    def flag(self, effect: Figures) -> None:
+        """Flag the frames of a cause, so that no fit uses them."""
+        assert self.state.figures is not None
+        shared, author = self.screen.shared, self.screen.reviewer.author()
+        flags = flags_of(self.state.figures, effect, shared.fits.shown.trials)
+        for trial, event in flags:
+            shared.reviews.record(trial, event, author)
+        trials = ", ".join(dict.fromkeys(trial for trial, _ in flags))
+        self.notices.tell("Flagged", f"{short_title(effect)}, in {trials}. U there takes it back; G solves.")
+
+    def go(self, effect: Figures) -> None:
+        """Go to the frame where a cause begins, in the trial on the screen if it acts there."""
+        assert self.state.figures is not None
+        known = self.screen.shared.fits.shown.trials
+        places = [p for p in sorted(ranges_of(self.state.figures, effect)) if p[0] in known]
+        here = [p for p in places if self.replay is not None and p[0] == self.replay.name]
+        for trial, start, _ in (here or places)[:1]:
+            self.screen.go_to(trial, start)
 
     def progressed(self, progress: TaskProgress) -> None:
         """Something is at work."""
@@ -78,7 +111,7 @@ class DiagnosisController:
     def ended(self, task: Task, outcome: Outcome) -> None:
         """Nothing is any more."""
         with self.drawing:
-            self.panel.working(None)
+            self._progress(None)
             if task.doing in OTHERS:
                 return
             self.panel.said(_ending(task, outcome))
@@ -99,10 +132,47 @@ class DiagnosisController:
     def _progress(self, progress: TaskProgress | None) -> None:
         self.panel.working(progress)
 
+    def _draw_screen(self) -> None:
+        shared = self.screen.shared
+        trials = shared.fits.shown.trials
+        reviews = {trial: shared.reviews.review(trial) for trial in self._flaggable()}
+        self.screen.channel.show("diagnosis", screen_json(self.state, trials, reviews))
+
+    def _flaggable(self) -> set[str]:
+        """Trials in which frames of causes can be flagged."""
+        figures, known = self.state.figures, self.screen.shared.fits.shown.trials
+        if figures is None:
+            return set()
+        return {trial for effect in figures["effects"] for trial, _ in flags_of(figures, effect, known)}
+
+    def _draw_picture(self) -> None:
+        self.screen.channel.show("diagnosis-picture", picture_json(self.state.figures, self.replay))
+
+    def _asked(self, said: Any) -> None:
+        """A button of a card: what it does, and the cause's key."""
+        match said:
+            case [str(does), str(key)] if does in CARD_ACTIONS:
+                doing, action = CARD_ACTIONS[does]
+                self.notices.obey(doing, lambda: self._act(action, key))
+
+    def _act(self, action: Callable[["DiagnosisController", Figures], None], key: str) -> None:
+        effects = self.state.figures["effects"] if self.state.figures is not None else ()
+        for effect in effects:
+            if key_of_cause(effect) == key:
+                action(self, effect)
+
     def _told_in_short(self, task: Task) -> str:
         if task.doing == DIAGNOSING and self.state.figures is not None:
             return " ".join(verdict(self.state.figures).lines)
         return decision_in_words(self.state)
+
+
+CARD_ACTIONS: Mapping[str, tuple[str, Callable[[DiagnosisController, Figures], None]]] = {
+    "accept": ("Accepting", lambda tab, effect: tab.decide_one(ACCEPT, effect)),
+    "reject": ("Rejecting", lambda tab, effect: tab.decide_one(REJECT, effect)),
+    "flag": ("Flagging", DiagnosisController.flag),
+    "go": ("Going there", DiagnosisController.go),
+}
 
 
 def _ending(task: Task, outcome: Outcome) -> str:

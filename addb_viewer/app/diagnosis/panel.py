@@ -12,17 +12,14 @@ from addb_viewer.app.diagnosis.html import (
     text_html,
     verdict_html,
 )
-from addb_viewer.app.diagnosis.residual_charts import residual_charts, worst_frame
 from addb_viewer.app.diagnosis.state import DiagnosisState, decision_in_words
 from addb_viewer.app.jobs.job_queue import TaskProgress
 from addb_viewer.app.jobs.progress_html import show_progress
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.scene.cause_pictures import Figures
-from addb_viewer.app.timeline.side_charts import SideCharts
-from addb_viewer.app.trial.replay import Replay
 from addb_viewer.detectable_words import what_would_be_found
 from addb_viewer.diagnosis_vocabulary import about, ranges_of, short_title
-from addb_viewer.diagnosis_words import NOTES, cause, notes, what_remains
+from addb_viewer.diagnosis_words import cause, notes, what_remains
 from addb_viewer.extension_words import what_accepting_changes
 from addb_viewer.holding_up_words import what_it_gains
 from addb_viewer.remainder_words import what_next
@@ -30,7 +27,7 @@ from addb_viewer.witness_words import what_the_files_say
 from annotations.foot_names import foot_words
 from annotations.reasons import key_of
 
-CHART_HEIGHT = 100  # [pixel]
+PLACE = "<div data-addb-diagnosis></div>"  # where the page's script puts verdict, cards and picture
 JUMPS_A_ROW = 3
 LONGEST_HEADING = 44  # characters that fit on a line
 
@@ -58,29 +55,28 @@ class DiagnosisPanel:
         notices: Notices,
     ) -> None:
         self.gui, self.actions, self.notices = gui, actions, notices
+        self.asked = False  # whether there is a diagnosis
         self.parts: list[Any] = []
-        self.worst: tuple[str, int] | None = None  # trial and first frame of its worst half second
         with tab:
             self.diagnose = gui.add_button("Diagnose", icon=viser.Icon.STETHOSCOPE, hint="Key X")
             self.cancel = gui.add_button("Cancel", icon=viser.Icon.X, visible=False, color="gray")
             self.bar = gui.add_progress_bar(0.0, visible=False, animated=True)
             self.status = gui.add_html("", visible=False)
-            self.verdict = gui.add_html("")
-            self.over_time = gui.add_folder("Residual over time", visible=False)
-            with self.over_time:
-                self.to_worst = gui.add_button(
-                    "Worst half second", icon=viser.Icon.TARGET, color="gray", hint="Go where it begins"
-                )
-            self.charts = SideCharts(gui, self.over_time, CHART_HEIGHT)
+            self.place = gui.add_html("")
+            self.verdict = gui.add_folder("The verdict in full", expand_by_default=False)
+            with self.verdict:
+                self.in_full = gui.add_html("")
             self.causes = gui.add_folder(None)
-            with gui.add_folder("Decision"):
+            with gui.add_folder("All causes together", expand_by_default=False):
                 self.echo = gui.add_html("")
                 self.gain = gui.add_html("", visible=False)
                 self.accept = gui.add_button(
-                    "Accept", icon=viser.Icon.CHECK, hint="Later fits use the named causes beside the forces"
+                    "Accept all",
+                    icon=viser.Icon.CHECK,
+                    hint="Later fits use all named causes beside the forces",
                 )
                 self.reject = gui.add_button(
-                    "Reject",
+                    "Reject all",
                     icon=viser.Icon.BAN,
                     color="gray",
                     hint="Later fits use the recorded forces alone",
@@ -89,7 +85,7 @@ class DiagnosisPanel:
                     "Solve again",
                     icon=viser.Icon.REFRESH,
                     color="gray",
-                    hint="With the decision above and the present flags",
+                    hint="With the decisions above and the present flags",
                 )
         for button, doing, action in (
             (self.diagnose, "Diagnosing", actions.diagnose),
@@ -97,7 +93,6 @@ class DiagnosisPanel:
             (self.accept, "Accepting", actions.accept),
             (self.reject, "Rejecting", actions.reject),
             (self.fit, "Fitting", actions.fit),
-            (self.to_worst, "Going there", self._go_to_worst),
         ):
             button.on_click(notices.in_order(doing, action))
 
@@ -108,8 +103,11 @@ class DiagnosisPanel:
             state: of the subject.
             trials: that one can go to.
         """
-        self.verdict.content = verdict_html(state.figures, state.changed)
-        self.diagnose.label = "Diagnose" if state.figures is None else "Diagnose again"
+        asked = state.figures is not None
+        self.place.content = PLACE if asked else verdict_html(None)
+        self.in_full.content = verdict_html(state.figures, state.changed) if asked else ""
+        self.verdict.visible, self.asked = asked, asked
+        self.diagnose.visible = not asked and not self.cancel.visible
         for part in self.parts:
             part.remove()
         self.parts = []
@@ -123,22 +121,11 @@ class DiagnosisPanel:
             self.gain.content = text_html(section.heading, bold=True) + gain_html(section)
         self.accept.disabled, self.reject.disabled = not state.acceptable, not state.rejectable
 
-    def show_trial(self, figures: Figures | None, replay: Replay | None) -> None:
-        """Show the residual over the time of a trial, where it was diagnosed."""
-        charts = () if figures is None or replay is None else residual_charts(figures, replay)
-        self.over_time.visible = bool(charts)
-        self.worst = None
-        if replay is not None:
-            self.over_time.label = f"Residual over time: {replay.name}"
-            self.charts.show(replay.times, charts)
-            if figures is not None and charts:
-                self.worst = replay.name, worst_frame(figures, replay.name)
-
     def working(self, progress: TaskProgress | None) -> None:
         """Show what is at work, and how far; None: nothing is."""
         busy = progress is not None
         self.cancel.visible = self.bar.visible = busy
-        self.diagnose.visible = not busy
+        self.diagnose.visible = not busy and not self.asked
         self.fit.visible = self.accept.visible = self.reject.visible = not busy
         self.status.visible = busy
         if progress is not None:
@@ -149,14 +136,10 @@ class DiagnosisPanel:
         self.status.visible = bool(text)
         self.status.content = text_html(text)
 
-    def _go_to_worst(self) -> None:
-        if self.worst is not None:
-            self.actions.go_to(*self.worst)
-
     def _add_causes(self, figures: Figures, trials: Sequence[str]) -> None:
         for k, effect in enumerate(figures["effects"]):
             section = cause(figures, k, by_key)
-            self.parts.append(folder := self.gui.add_folder(_heading(k + 1, effect)))
+            self.parts.append(folder := self._folder(_heading(k + 1, effect)))
             with folder:
                 self.gui.add_html(section_html(section, spread=bool(effect["parameters"])))
                 self._add_jumps(figures, effect, trials)
@@ -169,10 +152,13 @@ class DiagnosisPanel:
             (notes(figures), section_html),
         ):
             if section.lines or section.rows:
-                is_open = section.heading != NOTES
-                self.parts.append(folder := self.gui.add_folder(section.heading, expand_by_default=is_open))
+                self.parts.append(folder := self._folder(section.heading))
                 with folder:
                     self.gui.add_html(shown(section))
+
+    def _folder(self, heading: str) -> viser.GuiFolderHandle:
+        """What is folded until somebody wants to know it."""
+        return self.gui.add_folder(heading, expand_by_default=False)
 
     def _add_jumps(self, figures: Figures, effect: Figures, trials: Sequence[str]) -> None:
         """Buttons that lead to the frames of a cause that acts only there."""

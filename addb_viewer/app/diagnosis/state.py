@@ -1,7 +1,7 @@
 """A subject's diagnosis as the panel shows it: the kept answer, whether it still holds, who decided what."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -11,11 +11,10 @@ from addb_viewer.accepted_extension import kept_gain
 from addb_viewer.diagnosis_vocabulary import title
 from addb_viewer.kept_diagnosis import kept
 from solver.capture.capture import Subject
-from solver.dynamics.extension import Cause
 from solver.fit import Fit
 from solver.provenance import extension_in, other_recordings, provenance_of
 from solver.results import extension_log
-from solver.results.extension_log import ACCEPT, Decision
+from solver.results.extension_log import ACCEPT, Decision, Standing, standings
 
 
 class InFit(Enum):
@@ -35,6 +34,7 @@ class DiagnosisState:
     changed: tuple[str, ...] = ()  # recordings that are others than those it was made of
     decision: Decision | None = None  # the last one
     in_fit: InFit = InFit.NO_FIT
+    standings: Mapping[tuple[str, str], Standing] = field(default_factory=dict)  # by id and target of a cause
     gain: Mapping[str, Any] | None = None  # by the accepted causes, in the shape of `accept --json`
 
     @property
@@ -67,6 +67,7 @@ def read_state(subject: Subject, results: Path, fit: Fit | None) -> DiagnosisSta
     state = DiagnosisState(
         decision=decision,
         in_fit=_in_fit(results, fit),
+        standings=standings(made),
         gain=None if decision is None else kept_gain(decision, results),
     )
     found = kept(results)
@@ -94,36 +95,46 @@ def decision_in_words(state: DiagnosisState) -> str:
     decision = state.decision
     if decision is None:
         return ""
-    causes = ", ".join(_titles(decision.causes)) or "the diagnosis"
-    when = decision.when.astimezone()
-    said = [
-        f"{'Accepted' if decision.kind == ACCEPT else 'Rejected'} by {decision.by} "
-        f"on {when:%Y-%m-%d} at {when:%H:%M}: {causes}."
-    ]
+    groups: dict[Standing, list[tuple[str, str]]] = {}
+    for key, standing in state.standings.items():
+        groups.setdefault(standing, []).append(key)
+    if not groups:
+        groups = {Standing(decision.kind, decision.by, decision.when): []}
+    said = [_group_in_words(standing, keys) for standing, keys in groups.items()]
     if decision.left_out:
         said.append(f"Left out, because they lie in the markers alone: {', '.join(decision.left_out)}.")
-    said.append(_AFTER_ACCEPT[state.in_fit] if decision.kind == ACCEPT else _AFTER_REJECT[state.in_fit])
+    said.append(fit_in_words(state))
     if not _same_causes(state):
         said.append("That was about another diagnosis than the present one.")
     return " ".join(said)
 
 
+def fit_in_words(state: DiagnosisState) -> str:
+    """What the last decision means for the fit on the screen; empty where there is none."""
+    if state.decision is None:
+        return ""
+    return (_AFTER_ACCEPT if state.decision.kind == ACCEPT else _AFTER_REJECT)[state.in_fit]
+
+
+FIT_AGAIN = "fit again."
 _AFTER_ACCEPT = {
     InFit.NO_FIT: "The next fit uses it.",
-    InFit.NOTHING: "The fit on the screen does not use it yet: fit again.",
+    InFit.NOTHING: f"The fit on the screen does not use it yet: {FIT_AGAIN}",
     InFit.WHAT_HOLDS: "The fit on the screen uses it.",
-    InFit.AN_OLDER: "The fit on the screen still uses what was accepted before: fit again.",
+    InFit.AN_OLDER: f"The fit on the screen still uses what was accepted before: {FIT_AGAIN}",
 }
 _AFTER_REJECT = {
     InFit.NO_FIT: "The next fit uses the recorded forces alone.",
     InFit.NOTHING: "The fit on the screen uses the recorded forces alone.",
-    InFit.WHAT_HOLDS: "The fit on the screen still uses it: fit again.",
-    InFit.AN_OLDER: "The fit on the screen still uses what was accepted before: fit again.",
+    InFit.WHAT_HOLDS: f"The fit on the screen still uses it: {FIT_AGAIN}",
+    InFit.AN_OLDER: f"The fit on the screen still uses what was accepted before: {FIT_AGAIN}",
 }
 
 
-def _titles(causes: tuple[Cause, ...]) -> list[str]:
-    return [title({"id": cause.id, "target": cause.target}) for cause in causes]
+def _group_in_words(standing: Standing, keys: list[tuple[str, str]]) -> str:
+    causes = ", ".join(title({"id": id, "target": target}) for id, target in keys) or "the diagnosis"
+    when, did = standing.when.astimezone(), "Accepted" if standing.kind == ACCEPT else "Rejected"
+    return f"{did} by {standing.by} on {when:%Y-%m-%d} at {when:%H:%M}: {causes}."
 
 
 def _same_causes(state: DiagnosisState) -> bool:
@@ -131,4 +142,4 @@ def _same_causes(state: DiagnosisState) -> bool:
     if state.figures is None or state.decision is None:
         return True
     named = {(effect["id"], effect["target"]) for effect in state.figures["effects"]}
-    return {(cause.id, cause.target) for cause in state.decision.causes} <= named
+    return state.decision.standing.keys() <= named

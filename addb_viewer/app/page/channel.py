@@ -46,6 +46,7 @@ SCRIPTS = (
     "bar.js",
     "timeline.js",
     "charts.js",
+    "diagnosis.js",
     "names.js",
     "scene.js",
     "video.js",
@@ -56,7 +57,7 @@ HEAD = "".join(
         f"<script src='{FILES}/channel.js'></script>",  # before viser's script runs
         *(
             f"<link rel='stylesheet' href='{FILES}/{name}'>"
-            for name in ("strip.css", "charts.css", "video.css")
+            for name in ("strip.css", "charts.css", "diagnosis.css", "video.css")
         ),
         *(f"<script type='module' src='{FILES}/{name}'></script>" for name in SCRIPTS),
     )

@@ -256,6 +256,7 @@ class Session:
         """Show edits of the subject, by whomever; or that rows came that cannot be read."""
         if unreadable or any(edit.trial == self.shown for edit in edits):
             self.review.others_edited(edits)
+        self.diagnosis.show_reviews()
         revision = None if unreadable else max(edit.number for edit in edits)
         self.notices.do("Showing the queue", lambda: self.requeue(revision))
 
@@ -340,7 +341,6 @@ class Session:
         self._read_at = now
         if now - self.scrubbed_at > SCRUBBING or not 0 <= c.frame.value < replay.frames:
             put(c.frame, frame)
-        self.diagnosis.cursor(frame)
         c.show.measured.content = self.scene.measuring.told(frame)
         if not position.playing or position.held:
             self.channel.show("address", str(TrialAddress(self._shared.name, replay.name, frame)))

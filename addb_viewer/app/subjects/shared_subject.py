@@ -148,14 +148,14 @@ class SharedSubject:
         if task is not None and task.by != author:
             self._people.tell(task.by, f"{author} has cancelled what you asked for", f"{task.doing}.")
 
-    def decide(self, doing: str, command: str, stage: str, author: str) -> None:
-        """Accept or reject the causes that the diagnosis named.
+    def decide(self, doing: str, command: Sequence[str], stage: str, author: str) -> None:
+        """Accept or reject causes that the diagnosis named, as `accept` and `reject` of the command line do.
 
         Raises:
             BusyError: that waits its turn already.
         """
         folder, results = self._places()
-        arguments = (command, folder, "--out", results, "--author", author)
+        arguments = (*command, folder, "--out", results, "--author", author)
         self._start(Task(doing, stage, PROGRAM, arguments, author))
 
     def record(self, files: Sequence[Path], trial: str | None, author: str) -> None:

@@ -89,7 +89,7 @@ def diagnosed(page, until):
     if page.session.diagnosis.state.figures is None:
         page.get_by_role("button", name="Diagnose", exact=True).click()
     until(lambda: page.session.diagnosis.state.figures is not None)
-    page.get_by_text("1 · forces shifted in time against the markers").wait_for()
+    page.get_by_role("article", name="cause 1, forces shifted in time against the markers").wait_for()
 
 
 def test_diagnosing_shows_progress_and_cancel_ends_it(page, folder, until):
@@ -124,23 +124,45 @@ def test_the_answer_is_on_the_page_and_in_the_scene(page, folder, diagnosed, unt
         "Nobody has decided yet.",
     ):
         page.get_by_text(text).first.wait_for(state="attached")
+    page.locator("#addb-diagnosis").get_by_text(SPITEFUL).first.wait_for()
     until(lambda: len(page.session.scene.causes.one_by_one) == 3)
     assert page.session.client.scene.get_handle_by_name("/lab/trial/causes/1/force") is not None
 
 
 def test_a_click_on_frames_goes_there(page, folder, diagnosed, until):
-    page.get_by_role("button", name="170–179").click()
-    until(lambda: page.session.playback.position.frame == 170)
+    page.get_by_role("button", name="Go to cause 2").click()
+    until(lambda: page.session.playback.position.frame == 120)
     until(lambda: page.session.scene.causes.one_by_one[1].arrow.visible)
     page.session.playback.seek(150)
     until(lambda: not page.session.scene.causes.one_by_one[1].arrow.visible)
 
 
-def test_the_residual_over_time_leads_to_its_worst_half_second(page, folder, diagnosed, until):
-    page.get_by_text("Residual over time: walk").wait_for()
+def test_verdict_two_cards_and_the_picture_are_on_one_screen(page, folder, diagnosed, until):
+    """In the panel of a page of 1280 × 720, nothing scrolled; the picture leads to its frames."""
+    size = page.viewport_size
+    page.set_viewport_size({"width": 1280, "height": 720})
+    strip = page.locator("#addb-strip").bounding_box()["y"]
+    cards = page.locator("#addb-diagnosis article")
+    third = cards.nth(2).bounding_box()
+    cards.nth(2).evaluate("card => card.remove()")  # there are three
+    drawing = page.locator("#addb-before-after svg").last
+    until(lambda: (box := drawing.bounding_box()) and box["y"] + box["height"] <= strip)
+    assert third["height"] < 100
+    panel = page.locator("#addb-diagnosis")
+    assert panel.evaluate("of => of.scrollWidth <= of.clientWidth")
     page.session.playback.seek(0)
+    box = drawing.bounding_box()
+    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + 20)
+    until(lambda: abs(page.session.playback.position.frame - 100) <= 1)
     page.get_by_role("button", name="Worst half second").click()
     until(lambda: page.session.playback.position.frame == 120)
+    page.set_viewport_size(size)
+
+
+def test_a_button_flags_the_frames_of_a_cause(page, folder, diagnosed, until):
+    page.get_by_role("button", name="Flag these 2 ranges: cause 2").click()
+    until(lambda: len(page.session.shared.reviews.review("walk").flags) == 2)
+    page.get_by_text("✓ Flagged").wait_for()
 
 
 def test_named_causes_can_be_hidden(page, folder, diagnosed, until):
@@ -154,7 +176,8 @@ def test_named_causes_can_be_hidden(page, folder, diagnosed, until):
 
 def test_a_refused_decision_says_why(page, folder, diagnosed):
     """The real `accept`, on a folder without recordings."""
-    page.get_by_role("button", name="Accept").last.click()  # the first is the proposals'
+    page.get_by_role("tab", name="Diagnosis").click()
+    page.get_by_role("button", name="Accept cause 1").click()
     page.get_by_text("Accepting failed", exact=True).wait_for()
     assert folder.name in page.locator("#addb-notice").inner_text()
 
@@ -164,5 +187,9 @@ def test_a_decision_is_echoed_with_its_author(page, folder, diagnosed):
     accepted = Extension((late,), np.ones(1), np.zeros(1))
     extension_log.accept(page.session.shared.results, accepted, by="Zoë", made_of={})
     page.session.diagnosis.show()
-    page.get_by_text("Accepted by Zoë on").wait_for()
-    page.get_by_text("The next fit uses it.").wait_for()
+    page.locator("#addb-diagnosis .decided.accept").get_by_text("accepted by Zoë").wait_for()
+    page.locator("#addb-diagnosis header").get_by_text("The next fit uses it.").wait_for()
+    accept = page.get_by_role("button", name="Accept cause 1")
+    accept.wait_for()
+    assert accept.is_disabled()
+    assert page.get_by_role("button", name="Reject cause 1").is_enabled()

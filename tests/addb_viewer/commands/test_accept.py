@@ -1,7 +1,7 @@
 """`accept`, `reject`, and the fit after them; the diagnosis' own work is put aside."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,7 +13,7 @@ from addb_viewer.kept_diagnosis import keep
 from solver.dynamics.extension import BodyWrench, Cause, Extension, TrialExtension
 from solver.kinematics.label_faults.fault import Exchange
 from solver.provenance import provenance_of
-from solver.results.extension_log import decisions
+from solver.results.extension_log import decisions, standings
 from solver.settings import as_dict, settings_for
 
 CLOCK = {
@@ -22,6 +22,7 @@ CLOCK = {
     "parameters": {"offset_s": {"value": 0.01, "std": 0.001}},
     "frames": [[0, 100]],
 }
+LOAD = {"id": "carried_mass", "target": "torso", "parameters": {}, "frames": [[0, 100]]}
 SWAP = {"id": "marker_swap", "target": "LTOE+LMT5", "parameters": {}, "frames": [[40, 90]]}
 SLIP = {
     "id": "marker_slip",
@@ -73,15 +74,17 @@ class Found:
 
 @pytest.fixture
 def asked(monkeypatch, extension):
-    """The causes that the solver was asked for."""
+    """The causes that the solver was asked for; it finds them all."""
     causes = []
 
     def extension_for(subject, settings, wanted, **_):
         causes.append(wanted)
-        return Found(extension)
+        if [*wanted] == [("clock_offset", "all")]:
+            return Found(extension)
+        return Found(replace(extension, causes=tuple(Cause(*key, {}) for key in wanted)))
 
     def extended_fit(fit, of, settings, progress):
-        assert (fit, of) == ("of the markers", extension)
+        assert fit == "of the markers"
         progress("trajectories", 0.5)
         return SimpleNamespace(fit=SimpleNamespace(extra=np.array([0.011])))
 
@@ -252,3 +255,81 @@ def test_reject_needs_something_to_reject(command_line):
     run = command_line("reject", command_line.subject.folder, "--author", "Bo")
     assert run.exit_code == 1
     assert "nothing to reject" in run.output
+
+
+@pytest.fixture
+def decide(command_line):
+    """Accepts or rejects causes, one by one, and says what then holds."""
+    folder = command_line.subject.folder
+
+    def run(command, *causes, by="Anna"):
+        options = [f"--cause={cause}" for cause in causes]
+        done = command_line(command, folder, "--author", by, *options)
+        assert done.exit_code == 0, done.output
+        held = standings(decisions(folder / "results"))
+        return {key: (standing.kind, standing.by) for key, standing in held.items()}
+
+    return run
+
+
+def in_next_fit(command_line):
+    """The causes that the next fit has in its model."""
+    command_line("fit", command_line.subject.folder)
+    held = command_line.extensions[-1]
+    return set() if held is None else {cause.id for cause in held.named}
+
+
+def test_one_cause_is_accepted_alone_and_the_other_rejected(command_line, diagnosed, asked, decide):
+    diagnosed(CLOCK, LOAD)
+    clock, load = ("clock_offset", "all"), ("carried_mass", "torso")
+    assert decide("accept", "clock_offset") == {clock: ("accept", "Anna")}
+    assert in_next_fit(command_line) == {"clock_offset"}
+    assert decide("reject", "carried_mass:torso", by="Bo") == {
+        clock: ("accept", "Anna"),
+        load: ("reject", "Bo"),
+    }
+    assert [set(causes) for causes in asked] == [{clock}]  # nothing that holds has changed: no new fit of it
+    assert in_next_fit(command_line) == {"clock_offset"}
+
+
+def test_a_second_cause_is_accepted_beside_the_first_and_taken_out_again(
+    command_line, diagnosed, asked, decide
+):
+    diagnosed(CLOCK, LOAD)
+    decide("reject", "carried_mass")
+    assert in_next_fit(command_line) == set()
+    decide("accept", "clock_offset")
+    assert decide("accept", "carried_mass") == {
+        ("clock_offset", "all"): ("accept", "Anna"),
+        ("carried_mass", "torso"): ("accept", "Anna"),
+    }
+    assert set(asked[-1]) == {("clock_offset", "all"), ("carried_mass", "torso")}
+    assert in_next_fit(command_line) == {"clock_offset", "carried_mass"}
+    decide("reject", "clock_offset", by="Bo")
+    assert set(asked[-1]) == {("carried_mass", "torso")}  # the one that stays is fitted anew
+    assert in_next_fit(command_line) == {"carried_mass"}
+    decide("reject", "carried_mass", by="Bo")
+    assert in_next_fit(command_line) == set()
+
+
+def test_a_cause_that_is_not_named_is_refused_with_those_that_are(command_line, diagnosed, asked):
+    folder = command_line.subject.folder
+    diagnosed(CLOCK, LOAD)
+    for command in ("accept", "reject"):
+        run = command_line(command, folder, "--cause", "drag:torso")
+        assert run.exit_code == 1
+        assert "clock_offset (all), carried_mass (torso)" in " ".join(run.output.split())
+    diagnosed(LOAD, {**LOAD, "target": "hand_r"})
+    run = command_line("accept", folder, "--cause", "carried_mass")
+    assert run.exit_code == 2
+    assert not decisions(folder / "results")
+    assert not asked
+
+
+def test_a_slip_alone_is_not_accepted_beside_what_holds(command_line, diagnosed, asked, decide):
+    diagnosed(CLOCK, SLIP)
+    decide("accept", "clock_offset")
+    run = command_line("accept", command_line.subject.folder, "--cause", "marker_slip")
+    assert run.exit_code == 1
+    assert "correct the markers" in run.output
+    assert len(asked) == 1

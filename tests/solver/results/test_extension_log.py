@@ -1,3 +1,4 @@
+import json
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
@@ -5,7 +6,7 @@ import pytest
 
 from solver.dynamics.extension import BodyWrench, Cause, Extension, TrialExtension
 from solver.errors import ResultsError
-from solver.results.extension_log import FILE, accept, accepted, decisions, reject
+from solver.results.extension_log import FILE, accept, accepted, decisions, reject, reject_beside, standings
 
 CAUSES = (Cause("clock_offset", "all", {"offset_s": (0.01, 0.001)}), Cause("carried_mass", "torso", {}))
 MADE_OF = {"sha256 trials/walk/markers.trc": "abc", "mass_kg": "70.0"}
@@ -82,3 +83,31 @@ def test_missing_wrenches_are_named(tmp_path, extension):
 def test_fingerprints_tell_extensions_apart(extension):
     other = Extension(extension.causes, extension.prior_std, extension.x + 1e-9, extension.trials)
     assert other.fingerprint != extension.fingerprint
+
+
+def test_a_rejection_beside_what_is_accepted_changes_no_later_solve(tmp_path, extension):
+    clock, load = ((cause.id, cause.target) for cause in CAUSES)
+    first = Extension(CAUSES[:1], np.ones(1), np.ones(1))
+    accept(tmp_path, first, by="Anna", made_of=MADE_OF)
+    reject_beside(tmp_path, CAUSES[1:], by="Bo")
+    decision, held = accepted(tmp_path)
+    assert held.fingerprint == first.fingerprint
+    assert (decision.causes, decision.rejected, decision.made_of) == (CAUSES[:1], CAUSES[1:], MADE_OF)
+    told = standings(decisions(tmp_path))
+    assert {key: (s.kind, s.by) for key, s in told.items()} == {
+        clock: ("accept", "Anna"),
+        load: ("reject", "Bo"),
+    }
+    reject(tmp_path, CAUSES, by="Cy", made_of=MADE_OF)
+    told = standings(decisions(tmp_path))
+    assert {key: s.by for key, s in told.items()} == {clock: "Cy", load: "Bo"}  # Bo's word was so before
+
+
+def test_a_log_of_before_single_causes_were_decided_is_read(tmp_path, extension):
+    accept(tmp_path, extension, by="Anna", made_of=MADE_OF)
+    line = json.loads((tmp_path / FILE).read_text())
+    del line["rejected"]
+    (tmp_path / FILE).write_text(json.dumps(line) + "\n")
+    (decision,) = decisions(tmp_path)
+    assert decision.rejected == ()
+    assert decision.standing == {(cause.id, cause.target): "accept" for cause in CAUSES}

@@ -1,5 +1,6 @@
 """The Diagnosis tab without a browser: what is kept is shown, and decisions need a name."""
 
+import asyncio
 import json
 
 import numpy as np
@@ -43,22 +44,81 @@ def browser(app, enter):
     return enter(app)
 
 
+def say(browser, said):
+    """A word of the page's own about a cause, on a loop as where the channel hears it."""
+
+    async def hear():
+        browser.session.channel.take("cause", said)
+
+    asyncio.run(hear())
+
+
 def test_a_kept_diagnosis_is_there_when_the_app_opens(browser):
     panel = browser.session.diagnosis.panel
     browser.until(lambda: "Explained" in browser.html() and "named cause" in browser.html())
-    assert panel.diagnose.label == "Diagnose again"
+    assert not panel.diagnose.visible  # the page's own button diagnoses again
     assert not panel.accept.disabled
+    told = browser.session.channel.shown("diagnosis")
+    assert [card["title"] for card in told["cards"]] == ["forces shifted in time against the markers"]
     assert len(browser.session.scene.causes.one_by_one) == 1
 
 
-def test_the_residual_over_time_is_that_of_the_trial_on_the_screen(browser):
-    panel = browser.session.diagnosis.panel
-    assert panel.over_time.visible
-    browser.until(lambda: "with causes" in browser.html())
+def test_the_picture_is_that_of_the_trial_on_the_screen(browser):
+    def picture():
+        return browser.session.channel.shown("diagnosis-picture")
+
+    assert picture()["trial"] == "walk"
     browser.put("Trial", "run")
-    browser.until(lambda: not panel.over_time.visible)
+    browser.until(lambda: picture() is None)  # it was not diagnosed
     browser.put("Trial", "walk")
-    browser.until(lambda: panel.over_time.visible)
+    browser.until(lambda: picture() is not None)
+
+
+def test_frames_of_a_cause_are_flagged_by_one_button_and_undone_by_u(app, browser, effect, figures):
+    step = effect("off_plate_step", "calcn_r", ((120, 140),))
+    kept = figures(step, effect("clock_offset", "all", offset_s=0.01))
+    made_of = {"provenance": {}, "settings": {}}
+    results = browser.session.shared.results
+    (results / "diagnosis.json").write_text(json.dumps({**kept, "made_of": made_of}))
+    browser.session.diagnosis.show()
+
+    def cards():
+        return browser.session.channel.shown("diagnosis")["cards"]
+
+    first, second = cards()
+    assert first["flags"] == ["walk 120–139, right foot: not over a plate"]
+    assert second["flags"] == []  # it acts all the time
+    assert not first["flagged"]
+    say(browser, ["flag", first["key"]])
+    browser.until(lambda: cards()[0]["flagged"])
+    (flag,) = browser.session.shared.reviews.review("walk").flags
+    assert (flag.start, flag.end, flag.foot) == (120, 140, "calcn_r")
+    assert (flag.reason, flag.author) == ("notOverForcePlate", "Zoë")
+    browser.press("Undo")
+    browser.until(lambda: not cards()[0]["flagged"])
+
+
+def test_one_cause_is_decided_by_the_commands_own_words(browser, monkeypatch):
+    asked = []
+    monkeypatch.setattr(browser.session.shared, "_start", asked.append)
+    for does in ("accept", "reject"):
+        say(browser, [does, "clock_offset all"])
+        browser.until(lambda: asked)
+        task = asked.pop()
+        assert task.arguments[:2] == (does, "--cause=clock_offset:all")
+        assert task.arguments[-2:] == ("--author", "Zoë")
+
+
+@pytest.mark.parametrize(
+    "said", [None, "accept", ["accept"], ["accept", 1], ["solve", "clock_offset all"], ["accept", "drag all"]]
+)
+def test_what_the_page_does_not_have_on_its_cards_does_nothing(browser, monkeypatch, said):
+    asked = []
+    monkeypatch.setattr(browser.session.shared, "_start", asked.append)
+    say(browser, said)
+    say(browser, ["reject", "clock_offset all"])  # after it
+    browser.until(lambda: asked)
+    assert [task.arguments[0] for task in asked] == ["reject"]
 
 
 def test_what_accepting_gained_is_shown_with_the_decision(browser, accepted):

@@ -1,0 +1,213 @@
+"""The diagnosis on one screen, as the page's script draws it: verdict, one card a cause, before and after."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from addb_viewer.accepted_exchanges import cannot_be_accepted
+from addb_viewer.app.diagnosis.html import VERDICTS
+from addb_viewer.app.diagnosis.residual_charts import residual_charts, worst_frame
+from addb_viewer.app.diagnosis.state import FIT_AGAIN, DiagnosisState, fit_in_words
+from addb_viewer.app.scene.cause_pictures import Figures
+from addb_viewer.app.style.palette import GREY
+from addb_viewer.app.trial.replay import Replay
+from addb_viewer.diagnosis_vocabulary import (
+    about,
+    amounts,
+    certainty,
+    leads_of,
+    percent,
+    ranges_of,
+    rivals_of,
+    short_title,
+)
+from addb_viewer.diagnosis_words import headline, instead_of, when
+from addb_viewer.plain_words import in_plain_words
+from addb_viewer.use_words import use
+from annotations.events import FlagRange
+from annotations.foot_names import foot_named
+from annotations.reasons import reason_words
+from annotations.trial_review import TrialReview
+from solver.effects.about import Course, Mend
+from solver.results.extension_log import ACCEPT, REJECT, Standing
+
+SURE = 0.99  # from here on nobody cares for digits
+MOST_POINTS = 400  # of a curve: more than pixels
+FILES_ONLY = "It lies in the markers alone: no fit can take it in. Correct the markers."
+Reviews = Mapping[str, TrialReview]
+
+
+def key_of_cause(effect: Figures) -> str:
+    """Names a cause between page and server."""
+    return f"{effect['id']} {effect['target']}"
+
+
+def flags_of(figures: Figures, effect: Figures, trials: Sequence[str]) -> list[tuple[str, FlagRange]]:
+    """By trial, the flags that take a cause's frames out of all fits; none where it acts all the time.
+
+    Args:
+        figures: in the shape of `diagnose --json`.
+        effect: of `figures`.
+        trials: of the subject.
+    """
+    known = about(effect)
+    if known.mend is Mend.FLAGGED:
+        reason = "notOverForcePlate"
+        several = effect["target"].startswith("plate_") or "+" in effect["target"]
+        foot = None if several else effect["target"]
+    elif known.course is Course.NOW_AND_THEN:
+        reason, foot = "unmeasuredExternalForceDetected", None
+    else:
+        return []
+    found = sorted(ranges_of(figures, effect))
+    return [(trial, FlagRange(start, end, reason, foot)) for trial, start, end in found if trial in trials]
+
+
+def is_flagged(flags: Sequence[tuple[str, FlagRange]], reviews: Reviews) -> bool:
+    """Whether people have flagged all of these frames, for whatever reason."""
+    return all(_covered(flag, reviews[trial]) for trial, flag in flags if trial in reviews)
+
+
+def screen_json(state: DiagnosisState, trials: Sequence[str], reviews: Reviews) -> dict[str, Any] | None:
+    """Verdict and cards; None where nobody has asked yet.
+
+    Args:
+        state: of the subject.
+        trials: that one can go to.
+        reviews: of these trials.
+    """
+    figures = state.figures
+    if figures is None:
+        return None
+    sign, word, color = VERDICTS.get(figures["verdict"], ("?", figures["verdict"], GREY))
+    cards = [_card(state, figures, effect, trials, reviews) for effect in figures["effects"]]
+    in_fit = fit_in_words(state)
+    return {
+        "verdict": {"sign": sign, "word": word, "color": color.css, "ink": color.ink.css},
+        "text": in_plain_words(headline(figures)),
+        "use": in_plain_words(use(figures)),
+        "changed": list(state.changed),
+        "cards": cards,
+        "fit": in_fit,
+        "fit_again": in_fit.endswith(FIT_AGAIN),
+    }
+
+
+def picture_json(figures: Figures | None, replay: Replay | None) -> dict[str, Any] | None:
+    """Residual force and moment of a trial over time, before and after; None where it was not diagnosed."""
+    charts = () if figures is None or replay is None else residual_charts(figures, replay)
+    if figures is None or replay is None or not charts:
+        return None
+    return {
+        "trial": replay.name,
+        "last": len(replay.times) - 1,
+        "worst": worst_frame(figures, replay.name),
+        "charts": [
+            {
+                "title": chart.title,
+                "unit": chart.unit,
+                "lines": [
+                    {
+                        "label": line.label,
+                        "color": line.color.on_any_page,
+                        "text": line.color.as_text,
+                        "dashed": line.dashed,
+                        "rms": _rms(line.values),
+                        "values": _fewer(line.values),
+                    }
+                    for line in chart.lines
+                ],
+            }
+            for chart in charts
+        ],
+    }
+
+
+def _card(
+    state: DiagnosisState, figures: Figures, effect: Figures, trials: Sequence[str], reviews: Reviews
+) -> dict[str, Any]:
+    rivals = rivals_of(figures, effect)
+    flags = flags_of(figures, effect, trials)
+    standing = state.standings.get((effect["id"], effect["target"]))
+    can_be = not cannot_be_accepted(effect["id"])
+    timed = about(effect).at_certain_frames
+    sizes, places = amounts(effect), _places(figures, effect) if timed else []
+    return {
+        "key": key_of_cause(effect),
+        "title": short_title(effect),
+        "size": in_plain_words(" · ".join([*sizes[:1], *places])),
+        "sizes": in_plain_words("; ".join([*sizes, when(figures, effect)])),
+        "sure": _sure(figures, effect),
+        "certainty": certainty(effect["confidence"], len(rivals)),
+        "else": " · ".join(f"{instead_of(effect, r)}{_share(r)}" for r in rivals),
+        "todo": in_plain_words(effect.get("remedy", "")),
+        "decided": "" if standing is None else _decided(standing),
+        "standing": "" if standing is None else standing.kind,
+        "can_accept": can_be and not state.changed and (standing is None or standing.kind != ACCEPT),
+        "why_not": "" if can_be else FILES_ONLY,
+        "can_reject": standing is None or standing.kind != REJECT,
+        "flags": [_flag_words(trial, flag, len(set(trials))) for trial, flag in flags],
+        "flagged": bool(flags) and is_flagged(flags, reviews),
+        "goes": timed,
+    }
+
+
+def _places(figures: Figures, effect: Figures) -> list[str]:
+    """The first stretch of frames, and how many more there are."""
+    ranges = sorted(ranges_of(figures, effect))
+    more = f" and {len(ranges) - 1} more" if len(ranges) > 1 else ""
+    return [f"{trial} {start}–{end - 1}{more}" for trial, start, end in ranges[:1]]
+
+
+def _sure(figures: Figures, effect: Figures) -> str:
+    confidence = effect["confidence"]
+    if any(effect is lead for lead in leads_of(figures)):
+        return f"only a lead, {percent(confidence)}"
+    return f"{'> 99 %' if confidence > SURE else percent(confidence)} sure"
+
+
+def _share(rival: Figures) -> str:
+    share = rival.get("confidence")
+    return "" if share is None else f" {percent(share)}"
+
+
+def _decided(standing: Standing) -> str:
+    when_ = standing.when.astimezone()
+    said = "accepted" if standing.kind == ACCEPT else "rejected"
+    return f"{said} by {standing.by}, {when_:%Y-%m-%d %H:%M}"
+
+
+def _flag_words(trial: str, flag: FlagRange, of: int) -> str:
+    where = f"{trial} " if of > 1 else ""
+    return f"{where}{flag.start}–{flag.end - 1}, {foot_named(flag.foot)}: {reason_words(flag.reason)}"
+
+
+def _covered(flag: FlagRange, review: TrialReview) -> bool:
+    frames = np.arange(flag.start, flag.end)
+    out = np.zeros(len(frames), dtype=bool)
+    for start, end, foot, _ in review.missing_ranges:
+        if foot is None or foot == flag.foot:
+            out |= (frames >= start) & (frames < end)
+    return bool(out.all())
+
+
+def _rms(values: Float[np.ndarray, " frames"]) -> float | None:
+    known = values[np.isfinite(values)]
+    return round(float(np.sqrt(np.mean(known**2))), 2) if len(known) else None
+
+
+def _fewer(values: Float[np.ndarray, " frames"]) -> list[list[float] | None]:
+    """Frame and value; of many frames the highest of each few, so that no peak is lost."""
+    each = max(1, -(-len(values) // MOST_POINTS))
+    points: list[list[float] | None] = []
+    for start in range(0, len(values), each):
+        few = values[start : start + each]
+        known = np.isfinite(few)
+        if not known.any():
+            points.append(None)
+        else:
+            at = int(np.nanargmax(few))
+            points.append([start + at, round(float(few[at]), 2)])
+    return points
