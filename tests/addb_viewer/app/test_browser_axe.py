@@ -114,7 +114,7 @@ def failed_solve(page):
 
 def diagnosis(page):
     page.get_by_role("tab", name="Diagnosis").click()
-    page.get_by_text("1 · forces shifted in time").wait_for()
+    page.locator("#addb-diagnosis article").first.wait_for()
 
 
 def keys(page):
