@@ -175,6 +175,11 @@ def certainty(confidence: float, rivals: int) -> str:
     return f"a guess: less likely than all other causes together ({percent(confidence)})"
 
 
+def sureness(confidence: float) -> str:
+    """How sure a cause is, in per cent alone."""
+    return "> 99 %" if confidence > 0.99 else percent(confidence)  # nobody cares for more digits
+
+
 def share(confidence: float | None) -> str:
     """Of a rival, in brackets; nothing where nobody knows."""
     return "" if confidence is None else f" ({percent(confidence)})"

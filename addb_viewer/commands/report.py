@@ -14,7 +14,7 @@ from addb_viewer.commands.fit import in_short
 from addb_viewer.commands.many import Work, done_to_all, options
 from addb_viewer.commands.many_subjects import Jobs
 from addb_viewer.commands.options import Debug, IgnoreReview, JsonFile, SettingsFile, replaceable
-from addb_viewer.jobs.reporting import PAGE, reported
+from addb_viewer.jobs.reporting import ONE_PAGE, PAGE, reported
 from addb_viewer.jobs.solving import job_for
 from addb_viewer.jobs.subject_checks import check_folder
 from addb_viewer.recordings.recording import file_of
@@ -50,6 +50,9 @@ TrialNames = Annotated[
 Diagnose = Annotated[
     bool, typer.Option("--diagnose", help="Diagnose first where no diagnosis of this fit is kept.")
 ]
+OnePage = Annotated[
+    bool, typer.Option("--one-page", help="Write the form on one A4 page instead, results/one_page.html.")
+]
 
 
 @dataclass(frozen=True)
@@ -60,6 +63,12 @@ class _Wishes:
     diagnose: bool
     settings: Path | None
     ignore_review: bool
+    one_page: bool
+
+    @property
+    def page(self) -> str:
+        """The file's name in the results folder."""
+        return ONE_PAGE if self.one_page else PAGE
 
 
 def report(
@@ -67,6 +76,7 @@ def report(
     out: OutPlace = None,
     trial: TrialNames = None,
     diagnose: Diagnose = False,
+    one_page: OnePage = False,
     settings: SettingsFile = None,
     ignore_review: IgnoreReview = False,
     jobs: Jobs = 1,
@@ -83,7 +93,7 @@ def report(
         subject = subject_folder_of(subject)
         check_folder(subject)
         root = open_root(subject)
-        wishes = _Wishes(tuple(trial or ()), diagnose, settings, ignore_review)
+        wishes = _Wishes(tuple(trial or ()), diagnose, settings, ignore_review, one_page)
         if root.names == (".",):
             file, made = _one(subject, out, wishes)
             typer.echo(file)
@@ -110,6 +120,7 @@ def _one(folder: Path, file: Path | None, wishes: _Wishes) -> tuple[Path, Subjec
             as_recorded=partial(opened, without_extension=True) if wishes.diagnose else None,
             trials=wishes.trials,
             file=file,
+            one_page=wishes.one_page,
             progress=progress,
         )
 
@@ -130,7 +141,7 @@ def _each(root: RootFolder, out: Path | None, wishes: _Wishes) -> list[Entry]:
         made_folder(out)
     entries = []
     for name in root.names:
-        file = out / f"{file_of(name)}.html" if out else default_folder(root.path / name) / PAGE
+        file = out / f"{file_of(name)}.html" if out else default_folder(root.path / name) / wishes.page
         try:
             _, made = _one(root.path / name, file, wishes)
         except Cancelled:

@@ -10,12 +10,14 @@ from addb_viewer.jobs.subject_checks import check_trials
 from addb_viewer.kept_diagnosis import kept
 from addb_viewer.recordings.recording import recording_of
 from addb_viewer.report.content import DiagnosisShown, SubjectReport
+from addb_viewer.report.one_page import write_one_page
 from addb_viewer.report.subject_page import write_report
+from addb_viewer.review_store import whole_log
 from solver.fit import Fit
 from solver.progress import Progress, part, silent
 from solver.provenance import other_recordings, without_reviews
 
-PAGE = "report.html"
+PAGE, ONE_PAGE = "report.html", "one_page.html"
 SOLVED = 0.5  # share of the work before a diagnosis
 AGAIN = "`addb-viewer report SUBJECT --diagnose` makes it anew."
 
@@ -26,6 +28,7 @@ def reported(
     as_recorded: Callable[[], Job] | None = None,
     trials: Sequence[str] = (),
     file: Path | None = None,
+    one_page: bool = False,
     progress: Progress = silent,
 ) -> tuple[Path, SubjectReport]:
     """Solve where that is due, and write the page.
@@ -36,6 +39,7 @@ def reported(
             kept; None: don't diagnose.
         trials: those to report; empty for all.
         file: to write; None: in the results folder.
+        one_page: the form on one page instead.
         progress: told the stage and the fraction done; raise `Cancelled` in it to stop.
 
     Returns:
@@ -51,7 +55,9 @@ def reported(
     if as_recorded is not None and shown.figures is None:
         diagnosed(as_recorded(), part(progress, SOLVED, 1.0))
         shown = diagnosis_shown(fit, job.results)
-    return page_of(fit, job.results, file or job.results / PAGE, trials=trials, shown=shown)
+    place = file or job.results / (ONE_PAGE if one_page else PAGE)
+    write = write_one_page if one_page else write_report
+    return page_of(fit, job.results, place, trials=trials, shown=shown, write=write)
 
 
 def page_of(
@@ -61,6 +67,7 @@ def page_of(
     *,
     trials: Sequence[str] | None = None,
     shown: DiagnosisShown | None = None,
+    write: Callable[[SubjectReport, Path], Path] = write_report,
 ) -> tuple[Path, SubjectReport]:
     """Write the page about a fit; nothing is solved.
 
@@ -70,6 +77,7 @@ def page_of(
         file: to write; its folder must exist.
         trials: those to report; None or empty for all.
         shown: the diagnosis beside the fit; None: it is looked for.
+        write: the whole report, or the form on one page.
 
     Returns:
         The file, and what it was made of.
@@ -78,8 +86,9 @@ def page_of(
         SolverError: what is kept cannot be read, or the file not be written.
     """
     shown = shown or diagnosis_shown(fit, results)
-    made = SubjectReport(recording_of(fit, trials=trials, diagnosis=shown.figures), shown)
-    return write_report(made, file), made
+    edits = whole_log(fit.subject.folder).edits
+    made = SubjectReport(recording_of(fit, trials=trials, diagnosis=shown.figures, edits=edits), shown)
+    return write(made, file), made
 
 
 def diagnosis_shown(fit: Fit, results: Path) -> DiagnosisShown:
@@ -102,7 +111,7 @@ def diagnosis_shown(fit: Fit, results: Path) -> DiagnosisShown:
             absent=f"A diagnosis is kept, but since then these have changed: {', '.join(changed)}. {AGAIN}"
         )
     state = read_state(fit.subject, results, fit)
-    return DiagnosisShown(figures, "", decision_in_words(state), state.gain)
+    return DiagnosisShown(figures, "", decision_in_words(state), state.standings, state.gain)
 
 
 def _changed(fit: Fit, made_of: Mapping[str, Mapping], trials: list[str]) -> list[str]:

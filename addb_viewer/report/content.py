@@ -8,6 +8,7 @@ from typing import Any
 
 from addb_viewer.recordings.recording import Recording
 from addb_viewer.report.frames_kept import Kept, kept_frames
+from solver.results.extension_log import Standing
 
 
 @dataclass(frozen=True)
@@ -17,6 +18,7 @@ class DiagnosisShown:
     figures: Mapping[str, Any] | None = None  # in the shape of `diagnose --json`
     absent: str = "Nobody has asked for a diagnosis: `addb-viewer report SUBJECT --diagnose` makes one."
     decision: str = ""  # who accepted or rejected it
+    standings: Mapping[tuple[str, str], Standing] = field(default_factory=dict)  # by id and target of a cause
     gain: Mapping[str, Any] | None = None  # of an accepted one, in the shape of `accept --json`
 
 

@@ -1,6 +1,8 @@
 """What a reader must know before anything else: how much is usable, how good it is, what is wrong."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -122,7 +124,7 @@ def _frames(report: SubjectReport) -> Safe:
         places = [f"{frames_words(*r)} ({seconds_words(*r, times)})" for r in kept[0].ranges]
         lines.append(f"Usable: frames {listed(places)}.")
     names = [record.replay.name if len(kept) > 1 else "" for record in report.recording.trials]
-    strips = [_strip(name, of) for name, of in zip(names, kept, strict=True)]
+    strips = [_of_trial(name, of) for name, of in zip(names, kept, strict=True)]
     lines += strips[:MOST_STRIPS]
     if said := reasons(kept):
         lines.append("Left out:")
@@ -137,18 +139,22 @@ def _frames(report: SubjectReport) -> Safe:
     return _card(kind, frames_sentence(kept), lines)
 
 
-def _strip(trial: str, kept: Kept) -> Safe:
-    """The trial from left to right, with its usable stretches; named where there are several."""
+def _of_trial(name: str, kept: Kept) -> Safe:
+    """Its strip; named where there are several."""
+    if not name:
+        return strip(kept)
+    told = element("span", f"{name}: {kept.count} of {kept.frames}")
+    return element("div", told, strip(kept), class_="of-trial")
+
+
+def strip(kept: Kept) -> Safe:
+    """The trial from left to right, with its usable stretches."""
     percent = 100 / kept.frames
     blocks = "".join(
         f'<i style="left:{percent * start:.2f}%;width:{percent * (end - start):.2f}%"></i>'
         for start, end in kept.ranges
     )
-    drawn = element("div", Safe(blocks), class_="strip", title="usable stretches, from start to end")
-    if not trial:
-        return drawn
-    told = element("span", f"{trial}: {kept.count} of {kept.frames}")
-    return element("div", told, drawn, class_="of-trial")
+    return element("div", Safe(blocks), class_="strip", title="usable stretches, from start to end")
 
 
 def _bounds(report: SubjectReport) -> Safe:
@@ -182,14 +188,23 @@ def _changes(report: SubjectReport) -> list[str]:
 
 def _diagnosis(report: SubjectReport) -> Safe:
     figures = report.diagnosis.figures
+    kind, head = verdict_kind(figures)
+    return _card(kind, head, [report.diagnosis.absent] if figures is None else list(verdict(figures).lines))
+
+
+def verdict_kind(figures: Mapping[str, Any] | None) -> tuple[tuple[str, str], str]:
+    """How good the verdict is, and what it says in a few words.
+
+    Args:
+        figures: in the shape of `diagnose --json`; None: nobody asked.
+    """
     if figures is None:
-        return _card(PLAIN, "No diagnosis", [report.diagnosis.absent])
-    kind = {"clean": GOOD, "explained": DOUBT}.get(figures["verdict"], BAD)
-    head = {
-        "clean": "No fault found in the recordings",
-        "explained": "A fault in the recordings, with a named cause",
-    }.get(figures["verdict"], "A fault in the recordings that is not explained")
-    return _card(kind, head, list(verdict(figures).lines))
+        return PLAIN, "No diagnosis"
+    if figures["verdict"] == "clean":
+        return GOOD, "No fault found in the recordings"
+    if figures["verdict"] == "explained":
+        return DOUBT, "A fault in the recordings, with a named cause"
+    return BAD, "A fault in the recordings that is not explained"
 
 
 def _card(kind: tuple[str, str], head: str, lines: list[str]) -> Safe:

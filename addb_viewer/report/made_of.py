@@ -9,6 +9,7 @@ from addb_viewer.recordings.drawing import SMALLEST_N
 from addb_viewer.recordings.recording import Recording, TrialRecord
 from addb_viewer.report.markup import Safe, element, joined, pairs, table
 from solver.capture.capture import Subject
+from solver.fit import Fit
 from solver.settings import Settings, as_dict, as_toml, by_name, from_dict
 
 HASH = re.compile(r"[0-9a-f]{64}")
@@ -18,18 +19,21 @@ OF = "sha256 "
 def recorded(recording: Recording) -> Safe:
     """The person, the model and a row for each trial."""
     fit = recording.fit
-    entered = fit.subject.mass_kg
-    mass = f"{fit.mass_kg:.1f} kg fitted" + ("" if entered is None else f" ({entered:.1f} kg entered)")
-    height = f"{fit.height_m:.2f} m" + ("" if fit.subject.height_m is not None else " (not entered)")
     model = fit.subject.model.name if fit.subject.model else "the program's default full body"
     person = [
-        ("Mass", mass),
-        ("Height", height),
-        *_told(fit.subject),
+        *person_rows(fit),
         ("Model", f"{model}: {len(fit.skeleton.bodies)} bodies, {len(fit.skeleton.dofs)} degrees of freedom"),
     ]
     head = ("Trial", "Length", "Markers", "Seen", "Force plates, how long loaded", "Files")
     return joined((pairs(person), table(head, [_row(record, fit.subject) for record in recording.trials])))
+
+
+def person_rows(fit: Fit) -> list[tuple[str, str]]:
+    """What is known of the person."""
+    entered = fit.subject.mass_kg
+    mass = f"{fit.mass_kg:.1f} kg fitted" + ("" if entered is None else f" ({entered:.1f} kg entered)")
+    height = f"{fit.height_m:.2f} m" + ("" if fit.subject.height_m is not None else " (not entered)")
+    return [("Mass", mass), ("Height", height), *_told(fit.subject)]
 
 
 def _told(subject: Subject) -> list[tuple[str, str]]:

@@ -9,13 +9,16 @@ from importlib.resources import files
 from addb_viewer.report.markup import Safe, text
 
 
-def page_html(title: str, body: Safe, scripts: Sequence[str] = ()) -> str:
+def page_html(
+    title: str, body: Safe, scripts: Sequence[str] = (), styles: Sequence[str] = ("report.css",)
+) -> str:
     """A whole page.
 
     Args:
         title: of the window.
         body: what stands on it.
         scripts: names of this package's files; they run, and no other script does.
+        styles: likewise, the later ones over the earlier.
     """
     sources = [_read(name) for name in scripts]
     hashes = " ".join(f"'sha256-{_digest(source)}'" for source in sources) or "'none'"
@@ -29,7 +32,7 @@ def page_html(title: str, body: Safe, scripts: Sequence[str] = ()) -> str:
         f'<meta http-equiv="Content-Security-Policy" content="{html.escape(policy)}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         '<meta name="color-scheme" content="light dark"><meta name="referrer" content="no-referrer">'
-        f"<title>{text(title)}</title><style>{_read('report.css')}</style></head>\n"
+        f"<title>{text(title)}</title><style>{''.join(map(_read, styles))}</style></head>\n"
         f"<body>{body}{running}</body></html>\n"
     )
 

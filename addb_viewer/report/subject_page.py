@@ -155,8 +155,9 @@ def _frames(report: SubjectReport) -> Safe:
     pieces = []
     for index, (record, kept) in enumerate(zip(report.recording.trials, report.kept, strict=True)):
         pieces += [
-            element("h3", record.replay.name),
-            frames_part(record, kept, index),
+            element(
+                "div", element("h3", record.replay.name), frames_part(record, kept, index), class_="together"
+            ),
             element(
                 "figure",
                 element("figcaption", f"{OVER_TIME}{_compared(record)}", ON_CLICK),
@@ -194,7 +195,7 @@ def _scene(report: SubjectReport) -> Safe:
         if index == 0 and moments:
             first = moments[-1].frame
         heading = [element("h3", replay.name)] if len(recording.trials) > 1 else []
-        pieces += [*heading, element("div", *stills, class_="stills")]
+        pieces.append(element("div", *heading, element("div", *stills, class_="stills"), class_="together"))
     names = [record.replay.name for record in recording.trials]
     told = element("p", "The scene plays where this file is opened in a browser.", class_="only-print")
     return joined((player_html(names, first), told, _legend(), *pieces))
@@ -222,9 +223,8 @@ def _markers(report: SubjectReport) -> Safe:
     pieces: list[Safe] = []
     several = len(report.recording.trials) > 1
     for index, record in enumerate(report.recording.trials):
-        if several:
-            pieces.append(element("h3", record.replay.name))
-        pieces.append(worst_markers(record.replay, index))
+        heading = [element("h3", record.replay.name)] if several else []
+        pieces.append(element("div", *heading, worst_markers(record.replay, index), class_="together"))
     return joined(pieces)
 
 

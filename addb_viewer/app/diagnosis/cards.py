@@ -22,6 +22,7 @@ from addb_viewer.diagnosis_vocabulary import (
     ranges_of,
     rivals_of,
     short_title,
+    sureness,
 )
 from addb_viewer.diagnosis_words import headline, instead_of, when
 from addb_viewer.plain_words import in_plain_words
@@ -33,7 +34,6 @@ from annotations.trial_review import TrialReview
 from solver.effects.about import Course, Mend
 from solver.results.extension_log import ACCEPT, REJECT, Standing
 
-SURE = 0.99  # from here on nobody cares for digits
 MOST_POINTS = 400  # of a curve: more than pixels
 FILES_ONLY = "It lies in the markers alone: no fit can take it in. Correct the markers."
 Reviews = Mapping[str, TrialReview]
@@ -165,7 +165,7 @@ def _sure(figures: Figures, effect: Figures) -> str:
     confidence = effect["confidence"]
     if any(effect is lead for lead in leads_of(figures)):
         return f"only a lead, {percent(confidence)}"
-    return f"{'> 99 %' if confidence > SURE else percent(confidence)} sure"
+    return f"{sureness(confidence)} sure"
 
 
 def _share(rival: Figures) -> str:

@@ -1,0 +1,131 @@
+"""The form on one page: what it says, and that it is one page however much there is to say."""
+
+import re
+from dataclasses import replace
+from datetime import UTC, datetime
+
+import pytest
+
+from addb_viewer.recordings.recording import recording_of
+from addb_viewer.report.content import DiagnosisShown, SubjectReport
+from addb_viewer.report.one_page import MOST_CAUSES, MOST_TRIALS, one_page, write_one_page
+from addb_viewer.report.subject_page import write_report
+from annotations.events import Edit, FlagRange, SetStatus, Status
+from solver.results.extension_log import Standing
+from tests.patience import PATIENCE_MS
+
+NOW = datetime(2026, 2, 3, 4, 5, tzinfo=UTC)
+BOTTOM_PT, A_LINE_OR_TWO_PT = 18 / 25.4 * 72, 30.0  # margin of the report's page; below a heading
+
+
+def words(page):
+    return " ".join(re.sub("<[^>]*>", " ", page.split("<body>")[1]).split()).replace("\u00a0", " ")
+
+
+def shown(figures, *effects):
+    return DiagnosisShown(figures | {"effects": list(effects or figures["effects"])})
+
+
+@pytest.fixture
+def many(make_fit, diagnosis):
+    """Thirty trials with long names, of which the eighteenth is the worst, and six causes."""
+    fit = make_fit(*(f"trial {k:02d} with a name of some length, as laboratories like" for k in range(30)))
+    recording = recording_of(fit, diagnosis=diagnosis)
+    trials = list(recording.trials)
+    worst = dict(trials[17].figures)
+    worst["marker_max_m"], worst["hicks"] = 40.0, {**worst["hicks"], "marker_max": False}
+    trials[17] = replace(trials[17], figures=worst)
+    cause = diagnosis["effects"][0]
+    effects = [cause, *({**cause, "id": "carried_mass", "target": f"body_{k}_l"} for k in range(5))]
+    return SubjectReport(replace(recording, trials=tuple(trials)), shown(diagnosis, *effects))
+
+
+def test_it_has_subject_verdict_frames_figures_and_causes(report):
+    said = words(one_page(report))
+    for part in (
+        "Zoë",
+        "mass 40.0 kg fitted",
+        "34 of 40 frames are usable",
+        "the foot stands where no plate is",
+        "A fault in the recordings, with a named cause",
+        "forces shifted in time against the markers",
+        "the forces come 12 ± 2 ms too late",
+        "98 %",
+        "checked by",
+    ):
+        assert part in said
+
+
+def test_a_cause_has_who_decided_about_it(report):
+    standing = Standing("reject", "Ada", NOW)
+    diagnosis = replace(report.diagnosis, standings={("clock_offset", "all"): standing})
+    assert "rejected by Ada, 2026-02-03" in words(one_page(replace(report, diagnosis=diagnosis)))
+    assert "nobody yet" in words(one_page(report))
+
+
+def test_reviewers_are_named_with_what_they_finished(make_fit):
+    edits = (
+        Edit(1, "walk", "Ada", NOW, FlagRange(3, 6, "manualReview")),
+        Edit(2, "walk", "Ben", NOW, FlagRange(3, 8, "manualReview")),
+        Edit(3, "walk", "Ben", NOW, SetStatus(Status.FINISHED)),
+        Edit(4, "run", "Ada", NOW, FlagRange(3, 6, "manualReview")),
+    )
+    recording = recording_of(make_fit("walk", "run", "jump"), edits=edits)
+    said = words(one_page(SubjectReport(recording)))
+    assert "Ada: edited 2, finished 0 of 3 trials." in said
+    assert "Ben: edited 1, finished 1 of 3 trials." in said
+    assert "Nobody has reviewed 1 of the trials yet." in said
+
+
+def test_of_many_trials_the_worst_stand_there_and_the_totals(many):
+    page = one_page(many)
+    said, rows = words(page), re.findall(r'<th scope="row">([^<]*)', page)
+    assert rows[0].startswith("trial 17")
+    assert len(rows) == MOST_TRIALS + 1 + MOST_CAUSES + 1
+    assert f"The {MOST_TRIALS} worst of 30 trials" in said
+    assert "all 30 trials 1020 of 1200" in said
+    assert "29 of 30 ✓" in said  # largest marker error
+    assert f"and {6 - MOST_CAUSES} more" in said
+
+
+def test_names_from_files_stay_text(make_fit):
+    page = one_page(SubjectReport(recording_of(make_fit("<img src=x>"))))
+    assert "<img" not in page
+    assert "Nobody has reviewed it yet." in words(page)
+
+
+@pytest.fixture
+def printed(browser, tmp_path):
+    """Prints a page as a PDF, with where its headings lie; gives its bytes."""
+    pages = []
+
+    def print_(write, report):
+        page = browser.new_page()
+        pages.append(page)
+        page.set_default_timeout(PATIENCE_MS)
+        page.goto(write(report, tmp_path / "page.html").as_uri())
+        return page.pdf(prefer_css_page_size=True, outline=True, tagged=True)
+
+    yield print_
+    for page in pages:
+        page.close()
+
+
+def pages_of(pdf):
+    return len(re.findall(rb"/Type\s*/Page\b", pdf))
+
+
+@pytest.mark.browser
+def test_it_is_one_page_however_much_there_is_to_say(printed, many, report):
+    assert pages_of(printed(write_one_page, many)) == 1
+    assert pages_of(printed(write_one_page, report)) == 1
+
+
+@pytest.mark.browser
+def test_no_heading_of_the_report_is_alone_at_a_pages_foot(printed, make_fit, diagnosis):
+    recording = recording_of(make_fit("walk", "run", "jump"), diagnosis=diagnosis)
+    pdf = printed(write_report, SubjectReport(recording, shown(diagnosis)))
+    assert pages_of(pdf) > 1
+    heights = [float(y) for y in re.findall(rb"/Dest\s*\[\d+ 0 R\s*/XYZ [\d.]+ ([\d.]+)", pdf)]
+    assert len(heights) > 10
+    assert min(heights) > BOTTOM_PT + A_LINE_OR_TWO_PT
