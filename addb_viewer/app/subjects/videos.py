@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import threading
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -17,6 +18,7 @@ KEPT = "videos.json"  # in the subject's folder
 MS_A_MINUTE = 60_000.0
 SLOWEST, FASTEST = 0.01, 100.0  # seconds of video a second of the recording
 LARGEST_S, LARGEST_DRIFT = 86_400.0, 10_000.0  # offset [s] and drift [ms a minute] that are taken
+_ONE_WRITER = threading.Lock()
 
 
 @dataclass(frozen=True)
@@ -81,13 +83,13 @@ def keep_video(folder: Path, trial: str, video: TrialVideo | None) -> None:
     Raises:
         VideoError: what was kept cannot be read; it stays as it is.
     """
-    kept = {**_kept(folder)}
-    kept.pop(trial, None)
-    if video is not None:
-        kept[trial] = asdict(_checked(video))
-    write_whole(
-        folder / KEPT, json.dumps({"trials": kept}, indent=2, ensure_ascii=False, sort_keys=True) + "\n"
-    )
+    with _ONE_WRITER:  # people at other trials write the same file
+        kept = {**_kept(folder)}
+        kept.pop(trial, None)
+        if video is not None:
+            kept[trial] = asdict(_checked(video))
+        text = json.dumps({"trials": kept}, indent=2, ensure_ascii=False, sort_keys=True)
+        write_whole(folder / KEPT, text + "\n")
 
 
 def _kept(folder: Path) -> Mapping[str, Any]:

@@ -1,5 +1,7 @@
 """Which video goes with a trial, as kept with the subject."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import pytest
 
 from addb_viewer.app.subjects.video_header import VideoError
@@ -14,6 +16,13 @@ def test_what_is_kept_is_read_again_for_each_trial(tmp_path):
     keep_video(tmp_path, "run", None)
     assert kept_video(tmp_path, "run") is None
     assert kept_video(tmp_path, "walk/1") == video
+
+
+def test_what_people_say_of_several_trials_at_once_is_all_kept(tmp_path):
+    trials = [f"trial {k}" for k in range(40)]
+    with ThreadPoolExecutor(len(trials)) as people:
+        list(people.map(lambda trial: keep_video(tmp_path, trial, TrialVideo(f"{trial}.mp4")), trials))
+    assert [kept_video(tmp_path, trial) for trial in trials] == [TrialVideo(f"{t}.mp4") for t in trials]
 
 
 def test_its_clock_is_an_offset_a_rate_and_a_drift():
