@@ -9,8 +9,11 @@ cursor.
 """
 
 import argparse
+import faulthandler
 import random
 import shutil
+import signal
+import subprocess
 import tempfile
 import threading
 import time
@@ -79,6 +82,7 @@ class Minute:
 class Work:
     """What the four share."""
 
+    server: "subprocess.Popen[str]"
     ends_at: float  # by `time.monotonic`
     finished: int = 0
     acts: int = 0
@@ -148,7 +152,7 @@ class Reviewer:
             self.do(NEXT, choose.choice((ACCEPT, REJECT)))
         self.do("Play or pause")
         self.pause(PLAYED_S)
-        self.do("Stop", WORST, FLAG, *choose.choice(((UNDO,), (UNDO, REDO), ())))
+        self.do("Stop", WORST, FLAG, "No, to the question", *choose.choice(((UNDO,), (UNDO, REDO), ())))
         self.do(*["One frame on"] * 5, *["1 s on"] * 2, "First frame")
         if choose.random() < 0.2:
             self.do(NEXT, WHAT_IF)
@@ -163,8 +167,9 @@ class Reviewer:
             if self._until(lambda: self.place() != place, READ_S + OPENED_S):
                 self.work.finished += 1
                 return
-            if self.waits():
-                self.do("Discard the new solve")
+            self.do("No, to the question", *(["Discard the new solve"] if self.waits() else []))
+        self.work.server.send_signal(signal.SIGUSR1)
+        time.sleep(1.0)
         raise RuntimeError(f"T does not leave {place}: {self.notices()[-MOST_TIMES_T:]}")
 
     def _until(self, happened: Callable[[], bool], seconds: float) -> bool:
@@ -325,7 +330,7 @@ def worked(root: Path, seconds: float) -> tuple[Sequence[Minute], list[float]]:
         page.locator("#addb-rows .addb-row").first.wait_for()
         developer = page.context.new_cdp_session(page)
         developer.send("Performance.enable")
-        work = Work(time.monotonic() + seconds)
+        work = Work(server, time.monotonic() + seconds)
         papers = [PaperReviewer(work, k, port, name) for k, name in enumerate(PEOPLE[:-1])]
         threads = [threading.Thread(target=paper.work_on) for paper in papers]
         readings = Readings(server.pid, page, developer, work)
@@ -378,6 +383,7 @@ def main() -> None:
     parser.add_argument("--serve", action="store_true", help="be the server of the folder")
     given = parser.parse_args()
     if given.serve:
+        faulthandler.register(signal.SIGUSR1)  # says where each thread is
         app = start(given.root, port=0)
         print(app.server.get_port(), flush=True)
         try:
