@@ -15,7 +15,6 @@ from solver.results.extension_log import Standing
 from tests.patience import PATIENCE_MS
 
 NOW = datetime(2026, 2, 3, 4, 5, tzinfo=UTC)
-BOTTOM_PT, A_LINE_OR_TWO_PT = 18 / 25.4 * 72, 30.0  # margin of the report's page; below a heading
 
 
 def words(page):
@@ -96,7 +95,7 @@ def test_names_from_files_stay_text(make_fit):
 
 @pytest.fixture
 def printed(browser, tmp_path):
-    """Prints a page as a PDF, with where its headings lie; gives its bytes."""
+    """Prints a page; gives the PDF's bytes."""
     pages = []
 
     def print_(write, report):
@@ -104,7 +103,7 @@ def printed(browser, tmp_path):
         pages.append(page)
         page.set_default_timeout(PATIENCE_MS)
         page.goto(write(report, tmp_path / "page.html").as_uri())
-        return page.pdf(prefer_css_page_size=True, outline=True, tagged=True)
+        return page.pdf(prefer_css_page_size=True)
 
     yield print_
     for page in pages:
@@ -121,11 +120,33 @@ def test_it_is_one_page_however_much_there_is_to_say(printed, many, report):
     assert pages_of(printed(write_one_page, report)) == 1
 
 
+LONELY = """() => {
+    const column = (element) => Math.floor(element.getClientRects()[0].left / COLUMN);
+    const seen = (element) => (element.getClientRects()[0]?.height ?? 0) > 0;
+    const all = [...document.querySelectorAll("main *")].filter(seen);
+    const heading = (e) => /^H[234]$/.test(e.tagName);
+    const content = (e) => !heading(e) && !e.querySelector("h2, h3, h4");
+    const after = (e) => all.slice(all.indexOf(e) + 1).find((o) => !e.contains(o) && content(o));
+    const headings = all.filter((e) => heading(e) && after(e));
+    const alone = headings.filter((e) => column(e) !== column(after(e)));
+    return [headings.length, alone.map((e) => `${e.textContent} in ${e.closest("section").id}`)];
+}"""
+AS_PAGES = """
+    body { width: 680px; height: 990px; columns: 1; column-width: 680px; column-gap: 20px; column-fill: auto; }
+    html { scrollbar-width: none; }
+"""
+
+
 @pytest.mark.browser
-def test_no_heading_of_the_report_is_alone_at_a_pages_foot(printed, make_fit, diagnosis):
+def test_no_heading_of_the_printed_report_is_alone(browser, make_fit, diagnosis, tmp_path):
+    """Laid out in columns of a page's size, where the rules for breaks are those between pages."""
     recording = recording_of(make_fit("walk", "run", "jump"), diagnosis=diagnosis)
-    pdf = printed(write_report, SubjectReport(recording, shown(diagnosis)))
-    assert pages_of(pdf) > 1
-    heights = [float(y) for y in re.findall(rb"/Dest\s*\[\d+ 0 R\s*/XYZ [\d.]+ ([\d.]+)", pdf)]
-    assert len(heights) > 10
-    assert min(heights) > BOTTOM_PT + A_LINE_OR_TWO_PT
+    file = write_report(SubjectReport(recording, shown(diagnosis)), tmp_path / "report.html")
+    page = browser.new_page(viewport={"width": 794, "height": 990})
+    page.emulate_media(media="print")
+    page.goto(file.as_uri())
+    page.add_style_tag(content=AS_PAGES)
+    headings, alone = page.evaluate(LONELY.replace("COLUMN", "700"))
+    page.close()
+    assert headings > 20
+    assert alone == []
