@@ -132,7 +132,7 @@ LONELY = """() => {
     return [headings.length, alone.map((e) => `${e.textContent} in ${e.closest("section").id}`)];
 }"""
 AS_PAGES = """
-    body { width: 680px; height: 990px; columns: 1; column-width: 680px; column-gap: 20px; column-fill: auto; }
+    body { width: 680px; height: 990px; column-width: 680px; column-gap: 20px; column-fill: auto; }
     html { scrollbar-width: none; }
 """
 
