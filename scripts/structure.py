@@ -4,7 +4,7 @@ Counted are the modules of `solver`, `annotations` and `addb_viewer`, `__init__`
 a module is another module, or a package's `__init__`, of these three that names it in an import, wherever
 that stands, imports for type checkers included; tests, benchmarks and scripts are none. A module that nobody
 imports is started by its name. Lines are all lines of a file. A circle is a largest set of modules each of
-which reaches every other one by imports.
+which reaches every other one by imports. Below stand the figures of `scripts/constants.py`.
 """
 
 import argparse
@@ -12,6 +12,7 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping, Set
 from pathlib import Path
 
+import constants
 import grimp
 import numpy as np
 from scipy.sparse import coo_array
@@ -48,6 +49,8 @@ def main() -> int:
     print(f"Circles of imports: {len(circles)}")
     _print_all(" ".join(circle) for circle in circles)
     print("(python scripts/structure.py --help says how this is counted; --list names the short ones)")
+    constants.print_figures(listed=False)
+    print("(python scripts/constants.py --help says how this is counted; --list names what lacks support)")
     return 0
 
 

@@ -10,6 +10,7 @@ SCRIPT = Path(__file__).parents[1] / "scripts" / "structure.py"
 
 @pytest.fixture
 def structure(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(SCRIPT.parent))
     spec = importlib.util.spec_from_file_location("structure", SCRIPT)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
