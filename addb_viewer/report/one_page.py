@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from addb_viewer.diagnosis_vocabulary import amounts, leads_of, sureness, title
+from addb_viewer.diagnosis_vocabulary import amounts, leads_of, short_title, sureness
 from addb_viewer.diagnosis_words import headline
 from addb_viewer.recordings.recording import TrialRecord
 from addb_viewer.report.content import SubjectReport
@@ -194,7 +194,7 @@ def _causes(report: SubjectReport) -> Safe:
             decided,
         )
         rows.append(
-            element("tr", element("th", title(effect), scope="row"), *(element("td", c) for c in cells))
+            element("tr", element("th", short_title(effect), scope="row"), *(element("td", c) for c in cells))
         )
     more = len(figures["effects"]) - MOST_CAUSES
     if more > 0:
