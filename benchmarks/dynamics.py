@@ -13,9 +13,10 @@ from benchmarks.referee import referee
 from solver.export.opensim import export_opensim
 from solver.export.places import file_stem
 from solver.fit import Fit, TrialFit
+from solver.gravity import GRAVITY
 from solver.pipeline import solve
 from solver.settings import Settings
-from solver.summary import STANDARD_GRAVITY, summary
+from solver.summary import summary
 
 SLOW_CUTOFF_HZ = 6.0  # OpenSim's own habit, for comparison with plain inverse dynamics elsewhere
 
@@ -136,7 +137,7 @@ def _verdict(fit: Fit, trial: TrialFit, exported: Path) -> str:
     used = trial.dynamics.used[rows]
     theirs = verdict.residual_root[used]
     difference = theirs - trial.dynamics.residual_root[rows][used]
-    weight = fit.mass_kg * STANDARD_GRAVITY
+    weight = fit.mass_kg * GRAVITY
     return (
         f"{_rms(theirs[:, :3]):.1f} N, {_rms(theirs[:, 3:]):.1f} N·m; "
         f"{100 * _rms(difference[:, :3]) / weight:.3f} % BW, "

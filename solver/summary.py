@@ -13,12 +13,11 @@ from solver.dynamics.thresholds import Figures, Thresholds, verdicts
 from solver.dynamics.withheld_figures import AgainstMarkers, against_markers
 from solver.dynamics.withheld_layouts import BLOCKS, LAYOUTS, STEPS
 from solver.fit import Fit, TrialFit
+from solver.gravity import GRAVITY
 from solver.kinematics.label_faults.fault import LabelFault
 from solver.kinematics.marker_errors import MarkerErrors
 from solver.runs import runs
 from solver.skeleton.skeleton import Skeleton
-
-STANDARD_GRAVITY = 9.80665  # [m/s²] turns the fitted mass into one body weight (BW)
 
 HELDOUT_DUE = "the withheld blocks have not been predicted yet for the present flags"
 
@@ -32,7 +31,7 @@ def summary(fit: Fit, files: Sequence[str] = ()) -> dict[str, object]:
         fit: the solved subject.
         files: names of the files that hold it.
     """
-    body_weight = fit.mass_kg * STANDARD_GRAVITY
+    body_weight = fit.mass_kg * GRAVITY
     return {
         "subject": {
             "mass_kg": _number(fit.mass_kg),

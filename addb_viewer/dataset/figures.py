@@ -8,7 +8,7 @@ from jaxtyping import Float
 from addb_viewer.dataset.gridded_trial import GriddedTrial
 from addb_viewer.dataset.segments import Segment
 from solver.dynamics.thresholds import Figures, Thresholds, verdicts
-from solver.summary import STANDARD_GRAVITY
+from solver.gravity import GRAVITY
 
 Row = dict[str, Any]  # a row of a table: value by column, None for null
 
@@ -27,7 +27,7 @@ def measures(gridded: GriddedTrial, rows: Segment, mass_kg: float, height_m: flo
     distance = gridded.trial.marker_errors.distance[rows.rows]
     seen = distance[np.isfinite(distance)]
     residual = dynamics.residual_root[rows.rows][dynamics.used[rows.rows]]
-    weight = mass_kg * STANDARD_GRAVITY
+    weight = mass_kg * GRAVITY
     return {
         "marker_rms_m": _rms(seen) if len(seen) else None,
         "marker_max_m": float(seen.max()) if len(seen) else None,

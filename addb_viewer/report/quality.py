@@ -8,7 +8,7 @@ from addb_viewer.report.markup import Safe, bar, element, joined, table, verdict
 from addb_viewer.stored_words import stored_words
 from addb_viewer.withheld_words import KINDS, QUANTITIES, cutoff_words, worse_words
 from solver.dynamics.thresholds import Thresholds
-from solver.summary import STANDARD_GRAVITY
+from solver.gravity import GRAVITY
 
 LARGEST_MARKER = "Largest marker error"
 SOURCE = "Hicks et al. 2015 (10.1115/1.4029304)"
@@ -59,7 +59,7 @@ def judged_figures(figures: Mapping[str, Any]) -> tuple[Judged, ...]:
 
 def bounds_of(mass_kg: float, height_m: float) -> tuple[float, float]:
     """The bounds of a person's residual force [N] and moment [N·m]."""
-    limits, weight = Thresholds(), mass_kg * STANDARD_GRAVITY
+    limits, weight = Thresholds(), mass_kg * GRAVITY
     return limits.linear_BW * weight, limits.angular_BWh * weight * height_m
 
 

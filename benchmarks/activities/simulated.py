@@ -8,8 +8,8 @@ import numpy as np
 
 from benchmarks.activities.examples import Example
 from solver.gait.activity import Activity, Kind
+from solver.gravity import GRAVITY
 from solver.kinematics.motion import Motion
-from solver.simulate.contacts import GRAVITY
 from solver.simulate.person import Person, TrueBody, body_of
 from solver.simulate.treadmill import belt_under, on_treadmill
 from solver.simulate.trial import GRID, Scenario, simulate_trial

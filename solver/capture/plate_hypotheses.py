@@ -14,8 +14,7 @@ from jaxtyping import Float
 from scipy.special import ndtr
 
 from solver.capture.plate_sign_settings import PlateSignSettings
-
-GRAVITY = 9.80665  # [m/s²]
+from solver.gravity import GRAVITY
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from solver.effects.effect import Candidate, Estimate, Eta, InTrials, Signature,
 from solver.effects.pictures import Plates
 from solver.effects.readings import Reading, along
 from solver.effects.scene import PlateScene, Scene, force_at, loaded_plates
+from solver.gravity import GRAVITY
 
-GRAVITY = 9.80665  # [m/s²]
 PRIOR_KG = 6.0  # a chair, a box, a rucksack that was put down
 ASIDE_M = 0.25  # from the plate's middle: half its side
 MOST_ASIDE_M = 0.8  # farther off it stands on another plate, or nowhere

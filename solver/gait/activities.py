@@ -23,11 +23,11 @@ from solver.gait.activity_rules import kind_of, unlearnt
 from solver.gait.activity_settings import ACTIVITIES, ActivitySettings
 from solver.gait.body_motion import BodyMotion, body_motion
 from solver.gait.settings import GAIT, GaitSettings
+from solver.gravity import GRAVITY
 from solver.runs import runs
 from solver.skeleton.skeleton import Skeleton
 
 FEWEST_FRAMES = 10  # a spline and a filter need as many
-GRAVITY = 9.80665  # [m/s²]
 
 _NAMES = (
     (Activity.SIT_TO_STAND, r"sit.?(2|to).?stand|stand.?(2|to).?sit|\bsts|\bchair"),

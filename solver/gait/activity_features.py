@@ -8,8 +8,8 @@ from jaxtyping import Float
 
 from solver.gait.activity_settings import ActivitySettings
 from solver.gait.body_motion import BodyMotion
+from solver.gravity import GRAVITY
 
-GRAVITY = 9.80665  # [m/s²]
 NAMES = (
     "pace",  # over the surface, of √(g L); 0.7 where people begin to run
     "step rate",  # contacts of both feet, of 3 a second

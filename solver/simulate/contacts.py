@@ -8,7 +8,6 @@ from jaxtyping import Float
 
 from solver.simulate.sole import SIDES, Sole
 
-GRAVITY = 9.80665  # [m/s²]
 Course = Callable[[Float[np.ndarray, " times"]], Float[np.ndarray, " times"]]
 
 

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.simulate.contacts import GRAVITY, ContactPlan, Stance
+from solver.gravity import GRAVITY
+from solver.simulate.contacts import ContactPlan, Stance
 from solver.simulate.posture import STANDING
 from solver.simulate.sole import Sole
 from solver.simulate.trajectory_fit import Wish

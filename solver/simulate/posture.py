@@ -3,7 +3,8 @@
 import numpy as np
 from jaxtyping import Float
 
-from solver.simulate.contacts import GRAVITY, ContactPlan, Course, Stance
+from solver.gravity import GRAVITY
+from solver.simulate.contacts import ContactPlan, Course, Stance
 from solver.simulate.sole import Sole
 from solver.simulate.trajectory_fit import Wish
 from solver.skeleton.skeleton import Skeleton

@@ -26,10 +26,11 @@ from solver.contact.contact_phases import contact_phases
 from solver.dynamics.inverse_dynamics import counted_wrenches
 from solver.fit import TrialFit
 from solver.gait.gait import joint_power
+from solver.gravity import GRAVITY
 from solver.settings import Settings, from_dict
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
-from solver.summary import STANDARD_GRAVITY, Thresholds
+from solver.summary import Thresholds
 
 
 def unfitted_replay(capture: Capture) -> Replay:
@@ -151,7 +152,7 @@ def _bodies(trial: TrialFit, skeleton: Skeleton, on_fit: _Clock) -> BodyReplay:
 def _residual(trial: TrialFit, person: BodySize, on_fit: _Clock) -> ResidualReplay | None:
     if trial.dynamics is None or (trial.contacts is not None and not trial.contacts.has_plates):
         return None  # without a plate nothing was measured that anything could be left of
-    weight, limits = person.mass_kg * STANDARD_GRAVITY, Thresholds()
+    weight, limits = person.mass_kg * GRAVITY, Thresholds()
     residual = on_fit.floats(trial.dynamics.residual_root)
     counted = None
     if trial.contacts is not None and trial.mask is not None:

@@ -15,8 +15,8 @@ from addb_viewer.recordings.rrd_recording import write_rrd
 from solver.capture.atomic import DRAFT
 from solver.dynamics.thresholds import Thresholds
 from solver.errors import CaptureError
+from solver.gravity import GRAVITY
 from solver.skeleton.forward import body_poses
-from solver.summary import STANDARD_GRAVITY
 
 chunk = pytest.importorskip("rerun.chunk")
 FRAMES, RATE, START = 40, 50.0, 0.35
@@ -128,7 +128,7 @@ def test_residuals_are_those_of_the_fit_with_gaps_where_forces_do_not_count(read
 
 
 def test_bounds_are_those_of_hicks(read):
-    limits, weight = Thresholds(), 40.0 * STANDARD_GRAVITY
+    limits, weight = Thresholds(), 40.0 * GRAVITY
     expected = {
         "residual_force": limits.linear_BW * weight,
         "residual_moment": limits.angular_BWh * weight * 1.6,

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from solver.effects.gross_cause import with_samples
-from solver.effects.object_on_plate import GRAVITY, ObjectOnPlate, candidates
+from solver.effects.object_on_plate import ObjectOnPlate, candidates
+from solver.gravity import GRAVITY
 
 MASS_KG, ASIDE_M = 8.0, (0.12, -0.2)
 

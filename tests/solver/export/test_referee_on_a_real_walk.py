@@ -6,9 +6,9 @@ import pytest
 from benchmarks.referee import referee
 from solver.capture.subject import open_subject
 from solver.export.opensim import export_opensim
+from solver.gravity import GRAVITY
 from solver.pipeline import solve
 from solver.settings import Settings
-from solver.summary import STANDARD_GRAVITY
 
 pytestmark = [pytest.mark.opensim, pytest.mark.real]
 
@@ -25,7 +25,7 @@ def test_opensim_agrees_within_a_percent_of_body_weight(recording, real_data, tm
     (trial,) = fit.trials
     export_opensim(fit, tmp_path)
     verdict = referee(tmp_path, trial.capture.name)
-    dynamics, body_weight = trial.dynamics, fit.mass_kg * STANDARD_GRAVITY
+    dynamics, body_weight = trial.dynamics, fit.mass_kg * GRAVITY
     rows = np.round((verdict.times - dynamics.motion.times[0]) * dynamics.motion.rate).astype(int)
     used = dynamics.used[rows]
     assert used.sum() == dynamics.used.sum() > 100
