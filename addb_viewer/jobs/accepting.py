@@ -75,12 +75,14 @@ def accepted(
         FitError: a cause is not found again.
     """
     figures, made_of = _diagnosis(job)
+    held, refused = _decided(figures, job.results)
     if only is None:
-        return _accepted(job, Wanted(_without_leads(figures), made_of), by, progress)
-    _split(_only(figures, only, job.results), job.results)  # something of what is meant can be accepted
-    held, refused_keys = _decided(figures, job.results)
-    refused = _causes(_only(figures, refused_keys - set(only), job.results))
-    wanted = Wanted(_only(figures, held | set(only), job.results), made_of, refused)
+        chosen = _without_leads(figures)
+    else:
+        _split(_only(figures, only, job.results), job.results)  # something of what is meant can be accepted
+        chosen = _only(figures, held | set(only), job.results)
+    still = refused - {(effect["id"], effect["target"]) for effect in chosen["effects"]}
+    wanted = Wanted(chosen, made_of, _causes(_only(figures, still, job.results)))
     return _accepted(job, wanted, by, progress)
 
 

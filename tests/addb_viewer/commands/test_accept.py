@@ -312,6 +312,16 @@ def test_a_second_cause_is_accepted_beside_the_first_and_taken_out_again(
     assert in_next_fit(command_line) == set()
 
 
+def test_accepting_all_leaves_a_lead_rejected(command_line, diagnosed, asked, decide):
+    diagnosed(CLOCK, {**LOAD, "told_as": "lead"})
+    decide("reject", "carried_mass", by="Bo")
+    assert decide("accept") == {
+        ("clock_offset", "all"): ("accept", "Anna"),
+        ("carried_mass", "torso"): ("reject", "Bo"),
+    }
+    assert in_next_fit(command_line) == {"clock_offset"}
+
+
 def test_a_cause_that_is_not_named_is_refused_with_those_that_are(command_line, diagnosed, asked):
     folder = command_line.subject.folder
     diagnosed(CLOCK, LOAD)
