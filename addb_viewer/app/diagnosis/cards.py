@@ -32,7 +32,7 @@ from annotations.foot_names import foot_named
 from annotations.reasons import reason_words
 from annotations.trial_review import TrialReview
 from solver.effects.about import Course, Mend
-from solver.results.extension_log import ACCEPT, REJECT, Standing
+from solver.results.extension_log import ACCEPT, REJECT
 
 MOST_POINTS = 400  # of a curve: more than pixels
 FILES_ONLY = "It lies in the markers alone: no fit can take it in. Correct the markers."
@@ -143,7 +143,8 @@ def _card(
         "certainty": certainty(effect["confidence"], len(rivals)),
         "else": " · ".join(f"{instead_of(effect, r)}{_share(r)}" for r in rivals),
         "todo": in_plain_words(effect.get("remedy", "")),
-        "decided": "" if standing is None else _decided(standing),
+        "decided": "" if standing is None else f"{standing.kind}ed by {standing.by}",
+        "when": "" if standing is None else f"{standing.when.astimezone():%Y-%m-%d %H:%M}",
         "standing": "" if standing is None else standing.kind,
         "can_accept": can_be and not state.changed and (standing is None or standing.kind != ACCEPT),
         "why_not": "" if can_be else FILES_ONLY,
@@ -171,12 +172,6 @@ def _sure(figures: Figures, effect: Figures) -> str:
 def _share(rival: Figures) -> str:
     share = rival.get("confidence")
     return "" if share is None else f" {percent(share)}"
-
-
-def _decided(standing: Standing) -> str:
-    when_ = standing.when.astimezone()
-    said = "accepted" if standing.kind == ACCEPT else "rejected"
-    return f"{said} by {standing.by}, {when_:%Y-%m-%d %H:%M}"
 
 
 def _flag_words(trial: str, flag: FlagRange, of: int) -> str:

@@ -26,7 +26,7 @@ function verdict({ verdict: { sign, word, color, ink }, text, use, changed, fit,
   Object.assign(mark.style, { background: color, color: ink });
   const again = button("Diagnose again", () => window.addb.send("do", "diagnose"), { title: "Key X" });
   const solve = fit_again ? [button("Solve again", () => window.addb.send("do", "solve"), { title: "Key G" })] : [];
-  const head = element("h3", {}, mark, word, element("small", { textContent: fit, title: fit }), ...solve, again);
+  const head = element("h3", {}, mark, word, element("small", { textContent: fit_again ? "not in the fit" : fit, title: fit }), ...solve, again);
   const box = element("header", {}, head, ...line("text", text), ...line("text", use));
   box.style.borderColor = color;
   if (changed.length) box.append(...line("warn", `⚠ Out of date. Changed since: ${changed.join(", ")}. Diagnose again.`));
@@ -58,7 +58,7 @@ function card(of, i) {
       name: `Reject ${name}`,
     }),
   ];
-  const decided = element("span", { className: `decided ${of.standing}`, textContent: of.decided, title: of.decided });
+  const decided = element("span", { className: `decided ${of.standing}`, textContent: of.decided, title: `${of.decided}, ${of.when}` });
   const made = element(
     "article",
     {},
@@ -131,8 +131,9 @@ function draw() {
     window.addb.send("go_to", `${Math.round((picture.last * (event.clientX - box.left)) / box.width)}`);
   };
   const after = picture.charts[0].lines.length > 2;
-  const title = `Residual of ${picture.trial}${after ? ": as recorded → with the causes" : ""}`;
-  drawn.replaceChildren(element("h4", {}, element("b", { textContent: title, title: "Root mean square over time" }), worst), charts);
+  const title = `Residual of ${picture.trial}${after ? ", before → after" : ""}`;
+  const meaning = "Root mean squares. Before: as recorded; after: with the named causes; ordinary: what a good recording shows";
+  drawn.replaceChildren(element("h4", {}, element("b", { textContent: title, title: meaning }), worst), charts);
   mark();
 }
 const mark = () => {
