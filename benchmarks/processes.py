@@ -53,7 +53,8 @@ def until_told_to_end() -> None:
     """Wait; SIGTERM ends it as Ctrl+C does."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     with suppress(KeyboardInterrupt):
-        signal.pause()
+        while True:
+            signal.pause()  # other signals wake it as well
 
 
 def resident_megabytes(process: int) -> float:

@@ -38,7 +38,7 @@ TIMES_OVER = 30  # each subject
 BETWEEN_KEYS_S = 1.0
 PLAYED_S = 6.0
 OPENED_S = 3.0  # for the next trial; then the key is pressed again
-MOST_TIMES_T = 8
+MOST_TIMES_T = 15
 SOLVED_EVERY_S = 600.0  # by each person
 SETTLED_S = 600.0  # from when on memory is to stay
 EVERY_S = 60.0
@@ -162,12 +162,13 @@ class Reviewer:
             self.do("Solve again")
         if self.waits():
             self.do(choose.choice(("Keep the new solve (so does Y)", "Discard the new solve")))
-        for _ in range(MOST_TIMES_T):  # the first one may only say what speaks against it
+        for times in range(1, MOST_TIMES_T + 1):  # the first one may only say what speaks against it
             self.do(T)
             if self._until(lambda: self.place() != place, READ_S + OPENED_S):
                 self.work.finished += 1
                 return
-            self.do("No, to the question", *(["Discard the new solve"] if self.waits() else []))
+            if times % 3 == 0:  # a question may keep T away; no to it makes T say again what it said
+                self.do("No, to the question", *(["Discard the new solve"] if self.waits() else []))
         self.work.server.send_signal(signal.SIGUSR1)
         time.sleep(1.0)
         raise RuntimeError(f"T does not leave {place}: {self.notices()[-MOST_TIMES_T:]}")

@@ -5,11 +5,14 @@ functions and classes, and settings with a numeric default (`setting(…)` in a 
 module is stands in `scripts/constants.toml`: physical, numerical or tuned; a name that is not there is not
 sorted yet. A setting is tuned, since people may change it, unless the file says otherwise. A tuned one is
 supported where its reason names a page of `benchmarks/`, or the file's table `support` does and words that
-stand in it. A benchmark of the whole that never varied this number is no support.
+stand in it, or where `benchmarks/SETTINGS.md`, which varies every setting of a fit, says that it stands. The
+same page tells which decide nothing on its recordings. A benchmark of the whole that never varied this
+number is no support.
 """
 
 import argparse
 import ast
+import functools
 import re
 import sys
 import tomllib
@@ -22,9 +25,13 @@ ROOT = Path(__file__).parents[1]
 ROOM = "solver"
 PHYSICAL, NUMERICAL, TUNED = "physical", "numerical", "tuned"
 SUPPORTED, UNSUPPORTED, UNSORTED = "tuned, supported", "tuned, unsupported", "not sorted"
-COLUMNS = (PHYSICAL, NUMERICAL, SUPPORTED, UNSUPPORTED, UNSORTED)
+WITHOUT_EFFECT = "tuned, no effect"
+COLUMNS = (PHYSICAL, NUMERICAL, SUPPORTED, WITHOUT_EFFECT, UNSUPPORTED, UNSORTED)
+VARIED = "benchmarks/SETTINGS.md"
+BY_HEADING = {"Stands": SUPPORTED, "Decides nothing here": WITHOUT_EFFECT}
 SUPPORT = "support"  # a table of the register: "FILE NAME" = "benchmarks/PAGE.md: words"
 PAGE = re.compile(r"benchmarks/\w+\.md")
+ROW = re.compile(r"\| `[\w.]+` \| `(\w+\.\w+)` \|")
 
 
 @dataclass(frozen=True)
@@ -96,7 +103,21 @@ def kind_of(constant: Constant, known: Mapping[str, Mapping]) -> str:
     if kind != TUNED:
         return kind
     said = f"{constant.reason} {known.get(SUPPORT, {}).get(f'{constant.file} {constant.name}', '')}"
-    return SUPPORTED if any((ROOT / page).is_file() for page in PAGE.findall(said)) else UNSUPPORTED
+    if any((ROOT / page).is_file() for page in PAGE.findall(said)):
+        return SUPPORTED
+    return varied().get(constant.name, UNSUPPORTED) if constant.is_setting else UNSUPPORTED
+
+
+@functools.cache
+def varied() -> Mapping[str, str]:
+    """What the page of varied settings says of a setting, by its class and name."""
+    page, found, kind = ROOT / VARIED, {}, None
+    for line in page.read_text(encoding="utf-8").splitlines() if page.is_file() else ():
+        if line.startswith("## "):
+            kind = BY_HEADING.get(line.removeprefix("## ").partition(":")[0])
+        elif kind and (row := ROW.match(line)):
+            found[row[1]] = kind
+    return found
 
 
 def stale(known: Mapping[str, Mapping]) -> list[str]:

@@ -24,6 +24,17 @@ class OneSettings:
     named: str = setting("word", unit="", why="benchmarks/PAGE.md")
     shown: float = setting(2.0, unit="", why="chosen by halves")
     invented: float = setting(2.0, unit="", why="benchmarks/NONE.md")
+    best: float = setting(2.0, unit="", why="varied")
+    idle: float = setting(2.0, unit="", why="varied")
+    doubted: float = setting(2.0, unit="", why="varied")
+"""
+SETTINGS_PAGE = """
+## Decides nothing here: 1
+| `one.idle` | `OneSettings.idle` | x |
+## Stands: 1
+| `one.best` | `OneSettings.best` | x |
+## Asks for a look: 1
+| `one.doubted` | `OneSettings.doubted` | x |
 """
 REGISTER = """
 ["part/module.py"]
@@ -50,6 +61,7 @@ def made_up(constants, tmp_path, monkeypatch):
         "solver/part/module.py": MODULE,
         "scripts/constants.toml": REGISTER,
         "benchmarks/PAGE.md": "It is twice as good.",
+        "benchmarks/SETTINGS.md": SETTINGS_PAGE,
     }.items():
         (tmp_path / place).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / place).write_text(text)
@@ -72,6 +84,9 @@ def test_each_name_with_a_number_has_its_kind(made_up):
         "OneSettings.lonely": "tuned, unsupported",
         "OneSettings.shown": "tuned, supported",
         "OneSettings.invented": "tuned, unsupported",
+        "OneSettings.best": "tuned, supported",
+        "OneSettings.idle": "tuned, no effect",
+        "OneSettings.doubted": "tuned, unsupported",
     }
 
 
@@ -79,7 +94,7 @@ def test_they_are_counted_by_package(made_up, capsys):
     made_up.print_figures(listed=True)
     said = capsys.readouterr().out
     (row,) = (line.split() for line in said.splitlines() if line.startswith("  part "))
-    assert row == ["part", "1", "1", "2", "4", "1"]
+    assert row == ["part", "1", "1", "3", "1", "5", "1"]
     assert "not sorted:\n  part/module.py NEW\n" in said
 
 

@@ -1,0 +1,270 @@
+"""What a setting decides: every numeric one halved and doubled, judged by forces that the fit has not seen.
+
+`python -m benchmarks.settings_sweep run --out DIR` fits windows of three real recordings (over ground, on a
+treadmill, running) with one setting changed at a time, and keeps each answer as a line of a file: it picks up
+where it was stopped. `… page --out DIR --page benchmarks/SETTINGS.md` sorts the settings:
+
+- *decides nothing here*: with half and with double, angles differ by less than 0.05° (RMS), forces on
+  withheld blocks are missed by as much within 1 %, and as many frames count.
+- *stands*: something changes, and neither half nor double foretells withheld forces and moments better by
+  more than 2 %, on the mean of the recordings.
+- *asks for a look*: one of them does.
+
+A setting that files never need which are as clean as these (unnamed labels, broken tables, no plates) decides
+nothing here and may decide much elsewhere. The diagnosis' settings change no fit and are not in it.
+"""
+
+import argparse
+import json
+import shutil
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.recordings import data_folder
+from solver.capture.subject import open_subject
+from solver.errors import SolverError
+from solver.fit import Fit
+from solver.pipeline import solve
+from solver.settings import Settings, settings_from, tables
+from tests.addb_viewer.app.ten_trials import RECORDINGS, write_windows
+
+WINDOWS = {"steps": (1.3, 2.3), "belt": (0.5, 1.4), "runs": (0.7, 1.4)}  # [s]
+FACTORS = (0.5, 2.0)
+NOT_OF_A_FIT = "diagnosis"
+SAME_DEG, SAME_SHARE, BETTER_SHARE = 0.05, 0.01, 0.02
+ANSWERS = "answers.jsonl"
+NOTHING, STANDS, LOOK = "decides nothing here", "stands", "asks for a look"
+PAGE = """# What a setting decides: each halved and doubled
+
+Made by `python -m benchmarks.settings_sweep run | page`: windows of three real recordings are fitted with
+one setting changed at a time; {judged} of {planned} numeric settings of a fit have both answers. A row has,
+at half and at double, by how much more the forces and moments of withheld blocks are missed (mean of force
+and moment, and of the recordings), and the largest change of the angles (RMS). With the usual settings they
+are missed by {missed}.
+
+*Decides nothing here*: angles change by less than 0.05°, withheld forces by less than 1 %, and no frame more
+or less counts; files with faults, unnamed labels or no plates may need it all the same. *Stands*: neither
+half nor double foretells withheld forces better by more than 2 %. *Asks for a look*: one of them does, on
+these three windows.
+"""
+
+
+@dataclass(frozen=True)
+class Changed:
+    """One setting at another value."""
+
+    table: str  # as the TOML file names it
+    key: str
+    value: float
+    factor: float  # of the default
+
+    @property
+    def name(self) -> str:
+        """Of the setting."""
+        return f"{self.table}.{self.key}"
+
+    @property
+    def settings(self) -> Settings:
+        """All others as they are.
+
+        Raises:
+            SettingsError: the value is none that this setting takes.
+        """
+        table: dict[str, object] = {self.key: self.value}
+        first, *inner = self.table.split(".")
+        for name in reversed(inner):
+            table = {name: table}
+        return settings_from({first: table}, "the sweep")
+
+
+def changes() -> Iterator[Changed]:
+    """Half and double of every numeric setting of a fit that is not zero."""
+    for table, stage in tables(Settings()):
+        for field in fields(stage):
+            default = getattr(stage, field.name)
+            if table.split(".")[0] == NOT_OF_A_FIT or isinstance(default, bool) or not default:
+                continue
+            if isinstance(default, float):
+                yield from (Changed(table, field.name, default * factor, factor) for factor in FACTORS)
+            elif isinstance(default, int):
+                other = (max(1, default // 2), 2 * default)
+                pairs = zip(other, FACTORS, strict=True)
+                yield from (Changed(table, field.name, v, f) for v, f in pairs if v != default)
+
+
+def write_recordings(folder: Path) -> None:
+    """The windows, unless that has been done."""
+    for name, window in WINDOWS.items():
+        if not (folder / name / "subject.toml").exists():
+            shutil.rmtree(folder / name, ignore_errors=True)
+            recording = replace(RECORDINGS[name], windows=(window,))
+            write_windows(recording, data_folder() / recording.folder, folder / name)
+
+
+def figures(fit: Fit, usual: Fit | None) -> dict[str, float]:
+    """What came of a fit of one trial; angles against those with the usual settings [° RMS]."""
+    (trial,) = fit.trials
+    found = {"frames": 0.0, "force_N": float("nan"), "moment_Nm": float("nan"), "angles_deg": 0.0}
+    if trial.dynamics is not None:
+        found["frames"] = float(trial.dynamics.used.sum())
+    if trial.heldout is not None and trial.heldout.frames.any():
+        missed = trial.heldout.residual_root[trial.heldout.frames]
+        found["force_N"], found["moment_Nm"] = (
+            float(np.sqrt((part**2).sum(axis=1).mean())) for part in (missed[:, :3], missed[:, 3:])
+        )
+    if usual is not None:
+        turning = [c.motion != "translation" for c in fit.skeleton.free_coordinates]
+        (other,) = usual.trials
+        apart = (trial.motion.q - other.motion.q)[:, turning]
+        found["angles_deg"] = float(np.degrees(np.sqrt((apart**2).mean())))
+    return found
+
+
+def run(folder: Path) -> None:
+    """Answer what has no answer yet."""
+    write_recordings(folder)
+    answers, done = folder / ANSWERS, {(a["setting"], a["factor"]) for a in read(folder)}
+    usual = {name: solve(open_subject(folder / name), Settings()) for name in WINDOWS}
+    waiting = [change for change in changes() if (change.name, change.factor) not in done]
+    waiting.reverse()  # what every fit obeys comes before what reading odd files needs
+    with answers.open("a", encoding="utf-8") as file:
+        if ("usual", 1.0) not in done:
+            found = {name: figures(fit, None) for name, fit in usual.items()}
+            _add(file, {"setting": "usual", "factor": 1.0, "figures": found})
+        for number, change in enumerate(waiting, start=1):
+            answer: dict[str, object] = {"setting": change.name, "factor": change.factor}
+            try:
+                settings = change.settings
+                found = {
+                    name: figures(solve(open_subject(folder / name), settings), fit)
+                    for name, fit in usual.items()
+                }
+                _add(file, answer | {"figures": found})
+            except (SolverError, ValueError) as error:
+                _add(file, answer | {"refused": str(error)})
+            print(f"{number} of {len(waiting)}: {change.name} × {change.factor:g}", flush=True)
+
+
+def _add(file, answer: Mapping[str, object]) -> None:  # type: ignore[no-untyped-def]
+    file.write(json.dumps(answer) + "\n")
+    file.flush()
+
+
+def read(folder: Path) -> list[dict]:
+    """All answers so far."""
+    answers = folder / ANSWERS
+    lines = answers.read_text(encoding="utf-8").splitlines() if answers.exists() else []
+    return [json.loads(line) for line in lines]
+
+
+def sorted_settings(answers: list[dict]) -> dict[str, list[tuple[str, str]]]:
+    """Names of the settings by what was found of them, each with figures in words.
+
+    Returns:
+        Under `NOTHING`, `STANDS` and `LOOK`; a setting with one answer of two is left out.
+    """
+    usual = next(a["figures"] for a in answers if a["setting"] == "usual")
+    by_setting: dict[str, dict[float, dict]] = {}
+    for answer in answers:
+        if answer["setting"] != "usual":
+            by_setting.setdefault(answer["setting"], {})[answer["factor"]] = answer
+    found: dict[str, list[tuple[str, str]]] = {NOTHING: [], STANDS: [], LOOK: []}
+    planned = _factors_of_each()
+    for name, by_factor in sorted(by_setting.items()):
+        if set(by_factor) != planned[name]:
+            continue
+        effects = [_effect(factor, a, usual) for factor, a in sorted(by_factor.items()) if "figures" in a]
+        kind = NOTHING
+        if any(not effect.is_nothing for effect in effects):
+            kind = LOOK if any(effect.missed < -BETTER_SHARE for effect in effects) else STANDS
+        refused = [f"× {f:g}: refused" for f, a in sorted(by_factor.items()) if "refused" in a]
+        found[kind].append((name, "; ".join([*(effect.words for effect in effects), *refused])))
+    return found
+
+
+def _in_the_code(name: str) -> str:
+    table, _, key = name.rpartition(".")
+    return f"{type(dict(tables(Settings()))[table]).__name__}.{key}"
+
+
+def _factors_of_each() -> dict[str, set[float]]:
+    found: dict[str, set[float]] = {}
+    for change in changes():
+        found.setdefault(change.name, set()).add(change.factor)
+    return found
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Of one change, on all recordings."""
+
+    factor: float
+    missed: float  # share by which withheld forces and moments are missed by more, mean; negative: by less
+    largest: float  # the same of one recording, the one that changes most
+    angles_deg: float  # the largest change of a recording [° RMS]
+    frames: int  # by how many more, or fewer, count, of all recordings
+
+    @property
+    def is_nothing(self) -> bool:
+        """Whether it is too little to be seen."""
+        return self.angles_deg < SAME_DEG and abs(self.largest) < SAME_SHARE and self.frames == 0
+
+    @property
+    def words(self) -> str:
+        """For a table."""
+        frames = f", {self.frames:+d} frames" if self.frames else ""
+        return f"× {self.factor:g}: {100 * self.missed:+.1f} %, {self.angles_deg:.2f}°{frames}"
+
+
+def _effect(factor: float, answer: Mapping[str, dict], usual: Mapping[str, Mapping[str, float]]) -> Effect:
+    of = answer["figures"]
+    shares = []
+    for name, before in usual.items():
+        both = [of[name][key] / before[key] - 1 for key in ("force_N", "moment_Nm")]
+        shares.append(float(np.mean(both)))
+    frames = sum(of[name]["frames"] - before["frames"] for name, before in usual.items())
+    largest = max(shares, key=abs)
+    return Effect(
+        factor, float(np.mean(shares)), largest, max(f["angles_deg"] for f in of.values()), int(frames)
+    )
+
+
+def page(folder: Path) -> str:
+    """The tables."""
+    answers = read(folder)
+    usual = next(a["figures"] for a in answers if a["setting"] == "usual")
+    found = sorted_settings(answers)
+    judged = sum(map(len, found.values()))
+    missed = "; ".join(f"{name} {f['force_N']:.0f} N, {f['moment_Nm']:.1f} N·m" for name, f in usual.items())
+    lines = [PAGE.format(judged=judged, planned=len(_factors_of_each()), missed=missed)]
+    for kind, rows in found.items():
+        lines += [f"## {kind.capitalize()}: {len(rows)}", "", "| setting | in the code | half and double |"]
+        lines += ["|---|---|---|", *(f"| `{n}` | `{_in_the_code(n)}` | {w} |" for n, w in rows), ""]
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Answer, or write the page."""
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.settings_sweep", description=__doc__, formatter_class=raw
+    )
+    parser.add_argument("what", choices=("run", "page"))
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--page", type=Path)
+    given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
+    if given.what == "run":
+        run(given.out)
+        return
+    text = page(given.out)
+    print(text)
+    if given.page:
+        given.page.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,68 @@
+"""One setting at a time at half and double, and what is said of the answers."""
+
+from dataclasses import fields
+
+import pytest
+
+from benchmarks.settings_sweep import LOOK, NOTHING, STANDS, changes, sorted_settings
+from solver.settings import Settings, tables
+
+USUAL = {"frames": 60.0, "force_N": 20.0, "moment_Nm": 10.0, "angles_deg": 0.0}
+NAME = "trajectory.gain_std"
+
+
+def answers(name=NAME, half=None, double=None):
+    """Of two recordings, of which the second never changes."""
+    told = [{"setting": "usual", "factor": 1.0, "figures": {"a": USUAL, "b": USUAL}}]
+    for factor, of in ((0.5, half), (2.0, double)):
+        figures = {"a": {**USUAL, **(of or {})}, "b": USUAL}
+        told.append({"setting": name, "factor": factor, "figures": figures})
+    return told
+
+
+def test_each_change_leaves_all_other_settings_alone():
+    usual, all_changes = dict(tables(Settings())), list(changes())
+    for change in all_changes[:: len(all_changes) // 40]:
+        for table, stage in tables(change.settings):
+            for field in fields(stage):
+                value, before = getattr(stage, field.name), getattr(usual[table], field.name)
+                if (table, field.name) == (change.table, change.key):
+                    assert value == change.value != before
+                elif not hasattr(value, "__dataclass_fields__"):
+                    assert value == before
+
+
+def test_no_setting_of_the_diagnosis_is_varied_and_each_other_number_twice_or_once():
+    names = [change.name for change in changes()]
+    assert not [name for name in names if name.startswith("diagnosis")]
+    assert {names.count(name) for name in names} <= {1, 2}
+    assert NAME in names
+
+
+@pytest.mark.parametrize(
+    ("half", "double", "kind"),
+    [
+        ({}, {}, NOTHING),
+        ({"angles_deg": 0.04}, {"force_N": 20.1}, NOTHING),
+        ({"angles_deg": 0.2}, {}, STANDS),
+        ({"frames": 59.0}, {}, STANDS),
+        ({}, {"force_N": 26.0, "moment_Nm": 13.0}, STANDS),
+        ({"force_N": 19.0}, {}, STANDS),  # 5 % of one figure of one recording of two: 1.25 % of all
+        ({"force_N": 18.0, "moment_Nm": 9.0}, {"force_N": 30.0}, LOOK),
+    ],
+)
+def test_a_setting_stands_unless_half_or_double_is_better(half, double, kind):
+    found = sorted_settings(answers(half=half, double=double))
+    assert {k: [name for name, _ in rows] for k, rows in found.items() if rows} == {kind: [NAME]}
+
+
+def test_the_figures_are_told_and_what_is_refused():
+    told = answers(half={"force_N": 24.0, "moment_Nm": 12.0, "angles_deg": 0.31, "frames": 58.0})
+    told[2] = {"setting": NAME, "factor": 2.0, "refused": "at most 1"}
+    ((name, words),) = sorted_settings(told)[STANDS]
+    assert name == NAME
+    assert words == "× 0.5: +10.0 %, 0.31°, -2 frames; × 2: refused"
+
+
+def test_a_setting_with_one_answer_of_two_waits():
+    assert not any(sorted_settings(answers()[:2]).values())
