@@ -261,9 +261,9 @@ def main() -> None:
         run(given.out)
         return
     text = page(given.out)
-    print(text)
     if given.page:
         given.page.write_text(text, encoding="utf-8")
+    print(text)
 
 
 if __name__ == "__main__":
