@@ -25,6 +25,7 @@ from solver.torques_stage import filtered
 
 MARKERS_ALONE = "markers alone"  # the fit before forces were looked at
 PREVIOUS_FIT = "previous fit"
+ON_ONE_PAGE = " on one page.html"  # a report whose file is named so is the form
 
 
 @dataclass(frozen=True)

@@ -11,15 +11,15 @@ from addb_viewer.app.jobs.worker_process import Outcome
 from addb_viewer.app.page.handles import put
 from addb_viewer.app.page.notices import Notices
 from addb_viewer.app.page.screen import Screen
-from addb_viewer.app.record.panel import SHOWN, build_record, log_html, written_html
+from addb_viewer.app.record.panel import OPENED_WITH, SHOWN, build_record, log_html, written_html
 from addb_viewer.app.solve.controller import stop
 from addb_viewer.app.subjects.root_folder import leads_out
 from addb_viewer.app.subjects.shared_subject import RECORDING
-from addb_viewer.recordings.recording import file_of
+from addb_viewer.recordings.recording import ON_ONE_PAGE, file_of
 from solver.errors import SolverError
 
 FOLDER, SESSIONS = "recordings", "sessions"  # in the results folder
-KINDS = (".html", ".rrd", ".mcap")
+KINDS = (".html", ON_ONE_PAGE, ".rrd", ".mcap")  # of files that the buttons write, in their order
 
 
 class RecordController:
@@ -125,7 +125,9 @@ class RecordController:
 def _newest_first(folder: Path) -> list[Path]:
     if not folder.is_dir():
         return []
-    files = [file for file in folder.iterdir() if file.suffix in KINDS and not file.name.startswith(".")]
+    files = [
+        file for file in folder.iterdir() if file.suffix in OPENED_WITH and not file.name.startswith(".")
+    ]
     return sorted(
         (file for file in files if file.is_file()), key=lambda file: file.lstat().st_mtime, reverse=True
     )

@@ -20,6 +20,7 @@ class RecordPanel:
 
     trials: viser.GuiDropdownHandle[str]
     report: viser.GuiButtonHandle
+    one_page: viser.GuiButtonHandle
     rrd: viser.GuiButtonHandle
     mcap: viser.GuiButtonHandle
     cancel: viser.GuiButtonHandle
@@ -34,7 +35,7 @@ class RecordPanel:
     @property
     def writing(self) -> tuple[viser.GuiButtonHandle, ...]:
         """The buttons that write a file."""
-        return self.report, self.rrd, self.mcap
+        return self.report, self.one_page, self.rrd, self.mcap
 
 
 def build_record(gui: viser.GuiApi, tab: viser.GuiTabHandle) -> RecordPanel:
@@ -46,6 +47,11 @@ def build_record(gui: viser.GuiApi, tab: viser.GuiTabHandle) -> RecordPanel:
                 "Write a report (.html)",
                 icon=viser.Icon.REPORT,
                 hint="One page to hand over: usable frames, bounds, diagnosis, and the motion to play",
+            )
+            one_page = gui.add_button(
+                "Write the form on one page (.html)",
+                icon=viser.Icon.FILE_CHECK,
+                hint="One A4 page for a folder: what is usable, bounds, causes, who reviewed, a line to sign",
             )
             rrd = gui.add_button(
                 "Write for rerun (.rrd)",
@@ -73,7 +79,7 @@ def build_record(gui: viser.GuiApi, tab: viser.GuiTabHandle) -> RecordPanel:
             log = gui.add_checkbox("Write it", False, hint="For all who look at this subject")
             log_status = gui.add_html("")
     return RecordPanel(
-        trials, report, rrd, mcap, cancel, bar, status, written, which, download, log, log_status
+        trials, report, one_page, rrd, mcap, cancel, bar, status, written, which, download, log, log_status
     )
 
 

@@ -21,6 +21,7 @@ from addb_viewer.app.shell.key_file import key_file
 from addb_viewer.app.shell.keys import Action
 from addb_viewer.app.shell.session import Session
 from addb_viewer.app.trial.worst_frame import worst_frame
+from addb_viewer.recordings.recording import ON_ONE_PAGE
 from annotations.errors import ReviewError
 from annotations.events import Status
 from annotations.reasons import REASON_KEYS, reason_named
@@ -81,6 +82,7 @@ def actions_of(session: Session) -> Mapping[str, Action]:
         "finish": s.finishing.finish,
         "finish_sure": s.finishing.finish_sure,
         "report": partial(s.recording.write, ".html"),
+        "report_one_page": partial(s.recording.write, ON_ONE_PAGE),
         "record_rrd": partial(s.recording.write, ".rrd"),
         "record_mcap": partial(s.recording.write, ".mcap"),
         "curves_csv": s.curves.write,

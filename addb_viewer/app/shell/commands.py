@@ -98,6 +98,7 @@ COMMANDS = (
     Command("Accept the named causes", "accept"),
     Command("Reject the named causes", "reject"),
     Command("Write a report of the fit", "report"),
+    Command("Write the form on one page", "report_one_page"),
     Command("Record the fit for rerun", "record_rrd"),
     Command("Record the fit as MCAP", "record_mcap"),
     Command("Write the curves as CSV", "curves_csv"),

@@ -57,17 +57,21 @@ def test_the_fit_is_written_as_a_report_and_for_both_viewers_and_their_folder_is
     recordings = folder / "results" / "recordings"
     for label, kind in (
         ("Write a report of the fit", ".html"),
+        ("Write the form on one page", " on one page.html"),
         ("Record the fit for rerun", ".rrd"),
         ("Record the fit as MCAP", ".mcap"),
     ):
         browser.press(label)
         file = recordings / f"demo{kind}"
         browser.until(lambda file=file: browser.told(f"{file.name}: listed"), file.name)
-        assert file.stat().st_size > 100_000
+        assert file.stat().st_size > (10_000 if "one page" in kind else 100_000)
         browser.until(lambda file=file: file.name in browser.html(), "the list")
     page = (recordings / "demo.html").read_text(encoding="utf-8")
     assert "frames are usable" in page
     assert 'id="scene-data"' in page
+    form = (recordings / "demo on one page.html").read_text(encoding="utf-8")
+    assert "checked by" in form
+    assert "scene-data" not in form
     assert "/squat/transforms" in topics(recordings / "demo.mcap")
     browser.until(lambda: str(recordings) in browser.html())
 
