@@ -138,7 +138,7 @@ def _cause(figures: Figures, effect: Figures, gain: Sequence[float | None]) -> s
     ]
     spans = effect["frames"]
     some = " ".join(str(span) for span in spans[:4]) + (f" and {len(spans) - 4} more" * (len(spans) > 4))
-    lead = "a lead: " if effect["told_as"] == "lead" else ""
+    lead = "a lead: " if effect.get("told_as") == "lead" else ""
     return (
         f"{lead}**{effect['id']} {effect['target']}** {values}; frames {some}; "
         f"sure {effect['confidence']:.2f}, "

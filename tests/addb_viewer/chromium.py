@@ -29,3 +29,12 @@ def remembering(reviewer, **more):
     item = "viser-user:addb-viewer"
     memory = json.dumps(json.dumps({"reviewer": reviewer, **more}))
     return f'localStorage.getItem("{item}") ?? localStorage.setItem("{item}", {memory});'
+
+
+def resting_box(locator):
+    """Where something lies once the page has put everything in its place."""
+    before = None
+    while (box := locator.bounding_box()) != before or box is None:
+        before = box
+        locator.page.wait_for_timeout(500)
+    return box

@@ -4,6 +4,7 @@ import pytest
 
 from solver.gait.cycles import Cycle
 from solver.gait.gait import Gait
+from tests.addb_viewer.chromium import resting_box
 
 pytestmark = pytest.mark.browser
 
@@ -53,13 +54,14 @@ def test_a_curve_is_found_by_its_words_added_and_taken_away(page, until):
 
 
 def test_the_cursor_is_read_out_and_a_click_goes_to_its_frame(page, until):
-    plots = page.locator("#addb-plots").bounding_box()
+    plots = resting_box(page.locator("#addb-plots"))
     left, width = plots["x"] + 46, plots["width"] - 46 - 10
     page.mouse.click(left + width / 2, plots["y"] + 60)
     until(lambda: abs(page.session.frame - 100) <= 1, "the frame")
     page.mouse.move(500, 300)
     angle = page.session.replay.joints.position[page.session.frame, 1] * 180 / 3.141592653589793
-    value = page.locator(".addb-plot-values span").first
+    chart = page.locator("#addb-plots figure", has_text="Knee flexion angle")
+    value = chart.locator(".addb-plot-values span").first
     until(
         lambda: abs(float(value.text_content().replace("−", "-")) - angle) < 0.06, "the value at the cursor"
     )
@@ -70,7 +72,7 @@ def test_strides_are_counted_read_out_overlaid_written_and_remembered(page, app,
     keys = page.locator("#addb-plots figcaption").first
     until(lambda: "right (2)" in keys.text_content(), "the strides")
     assert "left (1)" in keys.text_content()
-    plots = page.locator("#addb-plots").bounding_box()
+    plots = resting_box(page.locator("#addb-plots"))
     left, width = plots["x"] + 46, plots["width"] - 46 - 10
     page.mouse.move(left + width / 2, plots["y"] + 60)
     until(lambda: "±" in page.locator(".addb-plot-values").first.text_content(), "mean and deviation")

@@ -14,6 +14,7 @@ from solver.pipeline import solve
 from solver.results.store import save_fit
 from solver.settings import Settings
 from solver.simulate.demo import write_demo_subject
+from tests.addb_viewer.chromium import resting_box
 from tests.patience import PATIENCE_S
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(900)]
@@ -38,15 +39,6 @@ def stored(folder):
             return log.review(trial, FEET)
 
     return read
-
-
-def resting_box(locator):
-    """Where it lies once the page has put everything in its place."""
-    before = None
-    while (box := locator.bounding_box()) != before:
-        before = box
-        locator.page.wait_for_timeout(500)
-    return box
 
 
 def flags(review):
