@@ -86,6 +86,7 @@ class Work:
     ends_at: float  # by `time.monotonic`
     finished: int = 0
     acts: int = 0
+    stuck: list[str] = field(default_factory=list)
     failed: list[BaseException] = field(default_factory=list)
 
     @property
@@ -134,6 +135,9 @@ class Reviewer:
     def aside(self) -> None:
         """What is done besides, once a trial."""
 
+    def begin_anew(self) -> None:
+        """What is done by somebody who is stuck."""
+
     def pause(self, seconds: float) -> None:
         """As long as a person takes."""
         time.sleep(seconds)
@@ -169,9 +173,10 @@ class Reviewer:
                 return
             if times % 3 == 0:  # a question may keep T away; no to it makes T say again what it said
                 self.do("No, to the question", *(["Discard the new solve"] if self.waits() else []))
+        self.work.stuck.append(f"T does not leave {place}: {self.notices()[-MOST_TIMES_T:]}")
+        print(self.work.stuck[-1], flush=True)
         self.work.server.send_signal(signal.SIGUSR1)
-        time.sleep(1.0)
-        raise RuntimeError(f"T does not leave {place}: {self.notices()[-MOST_TIMES_T:]}")
+        self.begin_anew()
 
     def _until(self, happened: Callable[[], bool], seconds: float) -> bool:
         end = time.monotonic() + seconds
@@ -249,6 +254,13 @@ class ChromiumReviewer(Reviewer):
     def notices(self) -> list[str]:
         """The last one, beside the bar."""
         return self.page.locator("#addb-notice").all_text_contents()
+
+    def begin_anew(self) -> None:
+        """With a page that is loaded again; a picture of the old one stays."""
+        self.page.screenshot(path=Path(tempfile.gettempdir()) / f"stuck-{len(self.work.stuck)}.png")
+        print(self.page.evaluate("document.activeElement.outerHTML.slice(0, 300)"), flush=True)
+        self.page.reload()
+        self.page.locator("#addb-rows .addb-row").first.wait_for()
 
     def pause(self, seconds: float) -> None:
         """While the page lives on; and what is due every minute."""
@@ -349,6 +361,7 @@ def worked(root: Path, seconds: float) -> tuple[Sequence[Minute], list[float]]:
         if work.failed:
             raise RuntimeError("somebody could not go on") from work.failed[0]
         found = readings.minutes, readings.cursor_ms()
+        print(f"{len(work.stuck)} times somebody was stuck", flush=True)
         browser.close()
     return found
 
