@@ -113,6 +113,7 @@ class ReviewApp:
         session.notices.do("Opening the subject", lambda: session.enter(trial, frame))
         if asked is not None:
             session.notices.do("Opening the address", lambda: _tell_if_elsewhere(session, asked))
+        session.notices.do("Reading ahead", session.queue.read_ahead)
 
     def _beginning(
         self, page: int, memory: BrowserMemory, asked: TrialAddress | None

@@ -141,6 +141,14 @@ class QueueController:
         subjects = dict.fromkeys(row.subject for row in waiting if row.figures is None)
         self.trials.fit_ahead(list(subjects), self.screen.reviewer.name)
 
+    def read_ahead(self) -> None:
+        """Have the trial that would be next read in the background, while this one is reviewed."""
+        rows = [row for row in self.let_through() if not self._left_to(row)]
+        others = self.trials.people.others(self.screen.page)
+        row = next_trial(rows, self.here, list(others))
+        if row is not None and row.figures is not None:
+            self.trials.subjects.read_ahead(row.subject, row.trial)
+
     def outside(self) -> int:
         """How many trials wait for a person that the filter does not let through."""
         waiting = len(to_review(self.trials.rows(), self.here))

@@ -187,6 +187,7 @@ class Finishing:
         except Exception:
             trials.people.go(screen.page, here)
             raise
+        self.queue.read_ahead()
 
     def _tell_end(self) -> None:
         taken, outside, tell = self.queue.taken(), self.queue.outside(), self.screen.notices.tell

@@ -44,12 +44,22 @@ class Library:
     results_folder: Path | None = None  # None: the default
     fit_folder: Path | None = None  # where the fit was read; None without one
     fit_time_ns: int = 0  # when it was written there: with the folder, which fit it is
+    summarized: tuple[Fit, Sequence[dict[str, Any]]] | None = None  # a fit, and the trials of its summary
     lock: threading.RLock = field(default_factory=threading.RLock)  # several browsers share one library
 
     @property
     def results(self) -> Path:
         """Where fit, diagnosis and decisions lie."""
         return self.results_folder or default_folder(self.subject.folder)
+
+    @property
+    def is_current(self) -> bool:
+        """Whether the kept fit is still the one that was read, or there still is none."""
+        try:
+            written_ns = (self.results / "fit.json").stat().st_mtime_ns
+        except OSError:
+            written_ns = 0
+        return written_ns == self.fit_time_ns
 
     @property
     def trials(self) -> tuple[str, ...]:
@@ -121,8 +131,11 @@ class Library:
         """The trial's part of the fit's summary; empty without a fit."""
         if self.fit is None:
             return {}
-        trials: Any = summary(self.fit)["trials"]
-        return next((t for t in trials if t["name"] == name), {})
+        with self.lock:
+            if self.summarized is None or self.summarized[0] is not self.fit:
+                trials: Any = summary(self.fit)["trials"]
+                self.summarized = self.fit, trials
+            return next((t for t in self.summarized[1] if t["name"] == name), {})
 
     @cached_property
     def _large_torque(self) -> float | None:

@@ -2,6 +2,8 @@
 
 import itertools
 import threading
+import time
+from collections import OrderedDict
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,6 +16,9 @@ from solver.capture.capture import Subject
 from solver.errors import ResultsError
 from solver.results.store import default_folder
 
+AHEAD_AFTER_S = 1.0  # the page that has just been shown comes first
+MOST_AHEAD = 4  # subjects that are read and nobody has come to yet
+OLDEST_AHEAD_S = 600.0  # what was read earlier is read again: its files may be others
 UNWATCHED = 1  # subjects kept in memory that nobody looks at: a page that is reloaded comes back at once
 
 
@@ -39,6 +44,8 @@ class OpenSubjects:
         self.read: Callable[[str], Subject] = root.subject
         self._lock = threading.RLock()
         self._loaded: dict[str, SharedSubject] = {}  # in the order in which somebody last went to them
+        self._closed = threading.Event()
+        self._ahead: OrderedDict[str, tuple[Library, float]] = OrderedDict()  # read, and when
 
     @classmethod
     def of(cls, library: Library) -> "OpenSubjects":
@@ -69,11 +76,44 @@ class OpenSubjects:
         with self._lock:
             shared = self._loaded.pop(name, None)
             if shared is None:
-                shared = SharedSubject(name, library_of(self.read(name), self.results), self.people)
+                library = self._read_already(name) or library_of(self.read(name), self.results)
+                shared = SharedSubject(name, library, self.people)
                 if self._log is not None:
                     shared.begin_log(self._log_file(name, self._log))
             self._loaded[name] = shared
         return shared
+
+    def read_ahead(self, name: str, trial: str) -> None:
+        """Have a subject and one of its trials read in the background: whoever goes there does not wait.
+
+        What is wrong with them is told to whoever goes there.
+        """
+        threading.Thread(
+            target=self._read_ahead, args=(name, trial), name=f"reading {name} ahead", daemon=True
+        ).start()
+
+    def _read_ahead(self, name: str, trial: str) -> None:
+        if self._closed.wait(AHEAD_AFTER_S):
+            return
+        with self._lock:
+            loaded = self._loaded.get(name)
+            library = self._read_already(name) if loaded is None else loaded.fits.shown
+        try:
+            library = library or library_of(self.read(name), self.results)
+            library.replay(trial)
+            library.figures(trial)
+        except Exception:  # told to whoever goes there
+            return
+        with self._lock:
+            if name not in self._loaded:
+                self._ahead[name] = library, time.monotonic()
+                while len(self._ahead) > MOST_AHEAD:
+                    self._ahead.popitem(last=False)
+
+    def _read_already(self, name: str) -> Library | None:
+        library, read_at = self._ahead.pop(name, (None, 0.0))
+        is_old = library is None or not library.is_current or time.monotonic() - read_at > OLDEST_AHEAD_S
+        return None if is_old else library
 
     def folders(self, name: str) -> tuple[Path, Path]:
         """Of a subject's recordings, and of its results."""
@@ -92,6 +132,7 @@ class OpenSubjects:
 
     def close(self) -> None:
         """Close all."""
+        self._closed.set()
         with self._lock:
             loaded, self._loaded = list(self._loaded.values()), {}
         for shared in loaded:
