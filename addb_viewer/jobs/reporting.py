@@ -10,8 +10,8 @@ from addb_viewer.jobs.subject_checks import check_trials
 from addb_viewer.kept_diagnosis import kept
 from addb_viewer.recordings.recording import recording_of
 from addb_viewer.report.content import DiagnosisShown, SubjectReport
-from addb_viewer.report.one_page import write_one_page
-from addb_viewer.report.subject_page import write_report
+from addb_viewer.report.one_page import one_page as form
+from addb_viewer.report.subject_page import subject_page, write_report
 from addb_viewer.review_store import whole_log
 from solver.fit import Fit
 from solver.progress import Progress, part, silent
@@ -56,8 +56,7 @@ def reported(
         diagnosed(as_recorded(), part(progress, SOLVED, 1.0))
         shown = diagnosis_shown(fit, job.results)
     place = file or job.results / (ONE_PAGE if one_page else PAGE)
-    write = write_one_page if one_page else write_report
-    return page_of(fit, job.results, place, trials=trials, shown=shown, write=write)
+    return page_of(fit, job.results, place, trials=trials, shown=shown, one_page=one_page)
 
 
 def page_of(
@@ -67,7 +66,7 @@ def page_of(
     *,
     trials: Sequence[str] | None = None,
     shown: DiagnosisShown | None = None,
-    write: Callable[[SubjectReport, Path], Path] = write_report,
+    one_page: bool = False,
 ) -> tuple[Path, SubjectReport]:
     """Write the page about a fit; nothing is solved.
 
@@ -77,7 +76,7 @@ def page_of(
         file: to write; its folder must exist.
         trials: those to report; None or empty for all.
         shown: the diagnosis beside the fit; None: it is looked for.
-        write: the whole report, or the form on one page.
+        one_page: the form on one page instead.
 
     Returns:
         The file, and what it was made of.
@@ -88,7 +87,7 @@ def page_of(
     shown = shown or diagnosis_shown(fit, results)
     edits = whole_log(fit.subject.folder).edits
     made = SubjectReport(recording_of(fit, trials=trials, diagnosis=shown.figures, edits=edits), shown)
-    return write(made, file), made
+    return write_report(made, file, page=form if one_page else subject_page), made
 
 
 def diagnosis_shown(fit: Fit, results: Path) -> DiagnosisShown:

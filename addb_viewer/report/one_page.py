@@ -1,7 +1,6 @@
 """The form on one A4 page: subject, verdict, usable frames, residuals, causes, who reviewed; for a folder."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from addb_viewer.diagnosis_vocabulary import amounts, leads_of, short_title, sureness
 from addb_viewer.diagnosis_words import headline
@@ -16,7 +15,6 @@ from addb_viewer.report.quality import SOURCE, Judged, judged_figures
 from addb_viewer.use_words import use
 from annotations.events import IMPORTED, Status
 from annotations.folding import folded
-from solver.capture.atomic import write_whole
 from solver.contact.wrenches import DETECTION, FILE, NOBODY, PERSON
 
 MOST_TRIALS, MOST_CAUSES, MOST_AMOUNTS = 12, 4, 2  # that fit on the page
@@ -27,23 +25,6 @@ DECIDED = {
     DETECTION: "detection, unconfirmed",
     NOBODY: "nobody",
 }
-
-
-def write_one_page(report: SubjectReport, file: Path) -> Path:
-    """Write the form in place of the file that was there; all of it or nothing.
-
-    Args:
-        report: of one trial or more.
-        file: its folder must exist.
-
-    Returns:
-        The file.
-
-    Raises:
-        CaptureError: the folder cannot be written to.
-    """
-    write_whole(file, one_page(report))
-    return file
 
 
 def one_page(report: SubjectReport) -> str:

@@ -1,6 +1,6 @@
 """The report of one subject: one file that opens offline, plays and prints."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from addb_viewer.app.style.palette import BLUE, GREEN, INK, ORANGE, PURPLE, RESIDUAL
@@ -54,23 +54,6 @@ PLAYER = ("player_numbers.js", "player_shapes.js", "player.js")  # in the order 
 SPEEDS = ("0.1", "0.25", "0.5", "1", "2")
 
 
-def write_report(report: SubjectReport, file: Path) -> Path:
-    """Write the report in place of the file that was there; all of it or nothing.
-
-    Args:
-        report: of one trial or more.
-        file: its folder must exist.
-
-    Returns:
-        The file.
-
-    Raises:
-        CaptureError: the folder cannot be written to.
-    """
-    write_whole(file, subject_page(report))
-    return file
-
-
 def subject_page(report: SubjectReport) -> str:
     """The page's HTML."""
     recording = report.recording
@@ -100,6 +83,26 @@ def subject_page(report: SubjectReport) -> str:
     data = data_script("scene-data", scene_of(recording, report.kept))
     body = joined((head, element("main", in_short(report), *parts), data))
     return page_html(f"{recording.subject} — addb-viewer report", body, PLAYER)
+
+
+def write_report(
+    report: SubjectReport, file: Path, page: Callable[[SubjectReport], str] = subject_page
+) -> Path:
+    """Write the report in place of the file that was there; all of it or nothing.
+
+    Args:
+        report: of one trial or more.
+        file: its folder must exist.
+        page: makes its HTML: the whole report, or the form on one page.
+
+    Returns:
+        The file.
+
+    Raises:
+        CaptureError: the folder cannot be written to.
+    """
+    write_whole(file, page(report))
+    return file
 
 
 def _quality(report: SubjectReport) -> Safe:

@@ -132,7 +132,7 @@ class QueueController:
 
     def offer(self) -> Row | None:
         """The trial to go on with by filter and order, offered to nobody else and nobody else's; or None."""
-        rows, here = [row for row in self.let_through() if not self._left_to(row)], self.here
+        rows, here = self._for_me(), self.here
         return self.trials.people.offer(self.screen.page, lambda taken: next_trial(rows, here, taken))
 
     def fit_ahead(self) -> None:
@@ -143,9 +143,7 @@ class QueueController:
 
     def read_ahead(self) -> None:
         """Have the trial that would be next read in the background, while this one is reviewed."""
-        rows = [row for row in self.let_through() if not self._left_to(row)]
-        others = self.trials.people.others(self.screen.page)
-        row = next_trial(rows, self.here, list(others))
+        row = next_trial(self._for_me(), self.here, self.trials.people.others(self.screen.page))
         if row is not None and row.figures is not None:
             self.trials.subjects.read_ahead(row.subject, row.trial)
 
@@ -174,6 +172,9 @@ class QueueController:
                 told.append(f"{row.trial} is for {self._left_to(row)}")
         more = len(told) - MOST_TAKEN
         return [*told[:MOST_TAKEN], f"{more} more"] if more > 0 else told
+
+    def _for_me(self) -> list[Row]:
+        return [row for row in self.let_through() if not self._left_to(row)]
 
     def _left_to(self, row: Row) -> str:
         return row.left_to(self.screen.reviewer.name, self.trials.people.names, time.time())

@@ -15,8 +15,6 @@ from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.jobs.reporting import page_of
 from addb_viewer.kept_diagnosis import kept
 from addb_viewer.recordings.recording import ON_ONE_PAGE, Recording, recording_of
-from addb_viewer.report.one_page import write_one_page
-from addb_viewer.report.subject_page import write_report
 from addb_viewer.review_store import whole_log
 from solver.capture.atomic import made_folder
 from solver.fit import Fit
@@ -57,8 +55,8 @@ def _arguments(arguments: Sequence[str]) -> argparse.Namespace:
 
 def _write(fit: Fit, asked: argparse.Namespace, file: Path) -> Path:
     if file.suffix == ".html":
-        write = write_one_page if file.name.endswith(ON_ONE_PAGE) else write_report
-        return page_of(fit, asked.results, file, trials=_trials(asked), write=write)[0]
+        is_form = file.name.endswith(ON_ONE_PAGE)
+        return page_of(fit, asked.results, file, trials=_trials(asked), one_page=is_form)[0]
     if file.suffix == ".mcap":
         from addb_viewer.recordings.mcap_recording import write_mcap  # noqa: PLC0415 (slow to load)
 

@@ -3,12 +3,13 @@
 import re
 from dataclasses import replace
 from datetime import UTC, datetime
+from functools import partial
 
 import pytest
 
 from addb_viewer.recordings.recording import recording_of
 from addb_viewer.report.content import DiagnosisShown, SubjectReport
-from addb_viewer.report.one_page import MOST_CAUSES, MOST_TRIALS, one_page, write_one_page
+from addb_viewer.report.one_page import MOST_CAUSES, MOST_TRIALS, one_page
 from addb_viewer.report.subject_page import write_report
 from annotations.events import Edit, FlagRange, SetStatus, Status
 from solver.results.extension_log import Standing
@@ -116,8 +117,9 @@ def pages_of(pdf):
 
 @pytest.mark.browser
 def test_it_is_one_page_however_much_there_is_to_say(printed, many, report):
-    assert pages_of(printed(write_one_page, many)) == 1
-    assert pages_of(printed(write_one_page, report)) == 1
+    form = partial(write_report, page=one_page)
+    assert pages_of(printed(form, many)) == 1
+    assert pages_of(printed(form, report)) == 1
 
 
 LONELY = """() => {
