@@ -5,9 +5,11 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float
 
+ORDER = 3  # of the single pass: as in the supplement of the paper on the dataset
+
 
 def low_pass(
-    values: Float[np.ndarray, "samples *columns"], rate: float, cutoff_Hz: float, order: int = 3
+    values: Float[np.ndarray, "samples *columns"], rate: float, cutoff_Hz: float, order: int = ORDER
 ) -> Float[np.ndarray, "samples *columns"]:
     """Zero-phase Butterworth low-pass along the first axis (filtered forwards and backwards).
 
@@ -18,7 +20,7 @@ def low_pass(
         values: one row a sample; no NaN.
         rate: [Hz].
         cutoff_Hz: corner of the single pass [Hz].
-        order: of the single pass (the paper's supplement: 3).
+        order: of the single pass.
     """
     padding = 3 * (2 * ((order + 1) // 2) + 1)
     if cutoff_Hz >= rate / 2 or values.shape[0] < 2:

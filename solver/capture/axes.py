@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from solver.capture.capture import ForcePlate, Markers
 from solver.errors import CaptureError
+from solver.plate_figures import FEWEST_JUDGED, JUDGED_N, UNTARED_SHARE
 from solver.settings_field import setting
 
 AXES = "xyz"
@@ -20,12 +21,14 @@ TRUNK = re.compile(r"head|hd$|sho|clav|ster?n|acro|acr$|c7|t10|asi|psi|sac|pelv|
 class AxesSettings:
     """What tells the vertical, and how much each sign of it weighs."""
 
-    loaded_N: float = setting(50.0, unit="N", why="the direction of smaller forces is noise")
+    loaded_N: float = setting(JUDGED_N, unit="N", why="the direction of smaller forces is noise")
     loaded_share: float = setting(
-        0.2, unit="", why="of the largest force: an untared plate's offset is no load"
+        UNTARED_SHARE, unit="", why="of the largest force: an untared plate's offset is no load"
     )
     flat_share: float = setting(0.98, unit="", why="of a plate's normal along one axis: level within 11°")
-    fewest_samples: int = setting(20, unit="", why="loaded samples that make the force's direction evidence")
+    fewest_samples: int = setting(
+        FEWEST_JUDGED, unit="", why="loaded samples that make the force's direction evidence"
+    )
     force_share: float = setting(
         0.85, unit="", why="of the squared force along one axis: friction stays below 40 % of the load"
     )

@@ -18,6 +18,7 @@ from solver.capture.platform_wrench import (
     wrench_on_surface,
 )
 from solver.errors import CaptureError
+from solver.plate_figures import CONTACT_N
 from solver.settings_field import setting
 
 CHANNELS_OF_TYPE = {1: 6, 2: 6, 3: 8, 4: 6}
@@ -31,7 +32,7 @@ class ForcePlatformSettings:
         50.0, unit="N", why="more than drift: on the FORCE_PLATFORM:ZERO frames somebody stood there"
     )
     centre_known_N: float = setting(
-        20.0, unit="N", why="below it centres of pressure are noise and are not reported"
+        CONTACT_N, unit="N", why="below it centres of pressure are noise and are not reported"
     )
     shortest_side_m: float = setting(0.1, unit="m", why="corners nearer to each other are garbage")
     longest_side_m: float = setting(6.0, unit="m", why="belts are shorter; corners farther apart are garbage")

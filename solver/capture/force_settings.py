@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from solver.filters import ORDER
+from solver.plate_figures import CONTACT_N, JUDGED_N, UNTARED_SHARE
 from solver.settings_field import setting
 
 
@@ -10,10 +12,10 @@ class ForceTableSettings:
     """How the columns of a force table (.mot, .sto) are judged."""
 
     loaded_N: float = setting(
-        50.0, unit="N", why="levers are judged above it: 5 N of noise are then 10 % of the force"
+        JUDGED_N, unit="N", why="levers are judged above it: 5 N of noise are then 10 % of the force"
     )
     centre_known_N: float = setting(
-        20.0, unit="N", why="below it centres of pressure are noise and are not reported"
+        CONTACT_N, unit="N", why="below it centres of pressure are noise and are not reported"
     )
     fewest_samples: int = setting(10, unit="samples", why="loaded ones that a judgement on moments needs")
     good_lever_m: float = setting(
@@ -57,9 +59,11 @@ class ConditioningSettings:
         below=1.0,
         why="of the markers' Nyquist frequency, that the cutoff stays below: noise folds beyond",
     )
-    order: int = setting(3, unit="", why="of the single pass; likewise the paper's")
+    order: int = setting(ORDER, unit="", why="of the single pass; likewise the paper's")
     threshold_N: float = setting(
-        20.0, unit="N", why="gait laboratories' usual contact threshold, four noise deviations of a treadmill"
+        CONTACT_N,
+        unit="N",
+        why="gait laboratories' usual contact threshold, four noise deviations of a treadmill",
     )
     shortest_contact_s: float = setting(
         0.03,
@@ -84,7 +88,7 @@ class ConditioningSettings:
         why="zero levels are some newtons; a foot at rest on the plate while sitting weighs more",
     )
     zero_share: float = setting(
-        0.2, unit="", why="a fifth of the plate's greatest force is a load, not a zero level"
+        UNTARED_SHARE, unit="", why="a fifth of the plate's greatest force is a load, not a zero level"
     )
     zero_noise_N: float = setting(
         10.0, unit="N", why="an unloaded plate stays this close to its level: amplifier noise, belt vibration"

@@ -18,6 +18,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from solver.capture.capture import ForcePlate, Markers
+from solver.plate_figures import JUDGED_N
 from solver.settings_field import setting
 
 
@@ -25,7 +26,7 @@ from solver.settings_field import setting
 class UnderFeetSettings:
     """What counts as a foot, a load and a hit; distances as in 25 recordings of ten laboratories."""
 
-    loaded_N: float = setting(50.0, unit="N", why="centres of pressure of smaller loads are noise")
+    loaded_N: float = setting(JUDGED_N, unit="N", why="centres of pressure of smaller loads are noise")
     loaded_share: float = setting(
         0.1, unit="", why="of the plate's largest load: an untared plate is no load"
     )

@@ -16,11 +16,11 @@ from solver.capture.plate_sign import PlateWitness, weigh_signs
 from solver.capture.plate_sign_settings import PLATE_SIGN, PlateSignSettings
 from solver.capture.vertical_momentum import vertical_momentum
 from solver.errors import CaptureError
+from solver.plate_figures import CONTACT_N
 from solver.runs import runs
 
 LOAD_N = 150.0  # [N] a step departs at least as far from the zero level; less may be one foot at rest
 LEVEL_STDS = 2.0  # by which a level that was held may lie off what weight and motion ask for
-CENTRE_KNOWN_N = 20.0  # [N] below it a centre of pressure is noise: gait laboratories' contact threshold
 POINT_LOST_N = 50.0  # [N] with less, programs write no centre of pressure, or one that digits do not hold
 
 
@@ -117,9 +117,9 @@ def levelled(
             )
         if changed is not plate and changed.point_ground is None:
             surface = surface_of(plate, conditioning)
-            changed = with_moments_bridged(changed, moments_lost(plate), surface, CENTRE_KNOWN_N)
+            changed = with_moments_bridged(changed, moments_lost(plate), surface, CONTACT_N)
             wrench = (changed.force_ground, changed.moment_ground)
-            known = changed.force_ground[:, 1] >= CENTRE_KNOWN_N
+            known = changed.force_ground[:, 1] >= CONTACT_N
             centre = centre_of_pressure(*wrench, surface)
             changed = replace(changed, cop_ground=np.where(known[:, None], centre, np.nan))
         settled.append(changed)

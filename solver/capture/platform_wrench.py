@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from solver.plate_figures import FEWEST_JUDGED, JUDGED_N, UNTARED_SHARE
 from solver.settings_field import setting
 
 MOMENT_UNITS = {
@@ -26,11 +27,11 @@ Wrench = tuple[Float[np.ndarray, "samples 3"], Float[np.ndarray, "samples 3"]]
 class PlatformUnitSettings:
     """How units of moments and centres of pressure are checked: the latter must lie on the plate."""
 
-    loaded_N: float = setting(50.0, unit="N", why="judged above: 5 N of noise are then 10 % of the force")
+    loaded_N: float = setting(JUDGED_N, unit="N", why="judged above: 5 N of noise are then 10 % of the force")
     loaded_share: float = setting(
-        0.2, unit="", why="of the largest force: an untared plate's offset is no load"
+        UNTARED_SHARE, unit="", why="of the largest force: an untared plate's offset is no load"
     )
-    fewest_samples: int = setting(20, unit="", why="loaded samples that a judgement needs")
+    fewest_samples: int = setting(FEWEST_JUDGED, unit="", why="loaded samples that a judgement needs")
     inside_margin: float = setting(
         1.25, unit="", why="of half a side: room for drift of the signals and misplaced corners"
     )

@@ -14,6 +14,7 @@ from jaxtyping import Float
 from solver.capture.axes import markers_y_up, vertical_axis
 from solver.capture.c3d import read_c3d_markers
 from solver.capture.capture import Markers
+from solver.capture.reading_settings import ForceFileSettings
 from solver.capture.trc import read_trc
 from solver.errors import CaptureError
 
@@ -23,7 +24,7 @@ ALIKE = 0.12  # of a marker's own deviation: filters and resampling stay below, 
 OF_MARKERS = 0.8  # that must be alike; some have gaps or were filled
 PLACES_M = 0.02  # between heights of a marker that stands still: two exports differ by rounding and filters
 FEWEST = 3  # markers that move
-OVERLAP = 0.5  # of the shorter recording
+OVERLAP = ForceFileSettings.least_overlap  # of the shorter recording
 
 
 def markers_of(path: Path) -> Markers | None:

@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from solver.contact.settings import SHORTEST_CONTACT_S, ContactSettings
+from solver.plate_figures import CONTACT_N
 from solver.settings_field import setting
 
 
@@ -74,7 +76,9 @@ class DetectionSettings:
         why="log odds against a contact's being measured in part: one in some hundred",
     )
     shortest_contact_s: float = setting(
-        0.05, unit="s", why="a sprinter's contact lasts 0.09 s; shorter ones say nothing of their share"
+        SHORTEST_CONTACT_S,
+        unit="s",
+        why="a sprinter's contact lasts 0.09 s; shorter ones say nothing of their share",
     )
     shortest_gap_s: float = setting(
         0.04, unit="s", why="shorter gaps don't end a contact: a flight lasts 0.08 s"
@@ -83,7 +87,7 @@ class DetectionSettings:
     point_noise_m: float = setting(0.04, unit="m", why="of soles and centres of mass in the model")
     half_sole_m: float = setting(0.05, unit="m", why="half a sole's width, round the line between two feet")
     least_pressing_N: float = setting(
-        20.0, unit="N", why="a smaller missing force has no centre of pressure to speak of"
+        CONTACT_N, unit="N", why="a smaller missing force has no centre of pressure to speak of"
     )
     strongest_place: float = setting(4.0, unit="", why="log odds that one moment's place can give")
     # ---- the motion of the soles
@@ -171,10 +175,10 @@ class DetectionSettings:
     suspect: float = setting(
         0.5, unit="", why="of the evidence that calls a contact wrong: from there on it is proposed"
     )
-    nobody_N: float = setting(20.0, unit="N", why="all plates together below it: nobody stands on them")
+    nobody_N: float = setting(CONTACT_N, unit="N", why="all plates together below it: nobody stands on them")
     # ---- what the plates themselves show
     fault_loaded_N: float = setting(
-        20.0, unit="N", why="gait laboratories' usual contact threshold; faults are looked for above it"
+        CONTACT_N, unit="N", why="gait laboratories' usual contact threshold; faults are looked for above it"
     )
     fault_confidence: float = setting(
         0.8, unit="", why="of such a proposal: the samples are plain, their effect on the fit is not"
@@ -182,7 +186,11 @@ class DetectionSettings:
     cop_outside_m: float = setting(
         0.07, unit="m", why="real centres of pressure leave the model's sole by 5 cm at most"
     )
-    cop_load: float = setting(0.2, unit="", why="of the peak force; below it a centre of pressure is noise")
+    cop_load: float = setting(
+        ContactSettings.full_weight_load,
+        unit="",
+        why="of the peak force; below it a centre of pressure is noise",
+    )
     cop_outside_s: float = setting(
         0.05, unit="s", why="for so long; landing and push-off may touch the limit"
     )

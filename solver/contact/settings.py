@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 from solver.settings_field import setting
 
+SHORTEST_CONTACT_S = 0.05  # shorter ones are noise; a sprinter's lasts 0.09 s
+
 
 @dataclass(frozen=True)
 class ContactSettings:
@@ -44,7 +46,10 @@ class ContactSettings:
         0.1, unit="s", why="of loaded frames from which a foot's height above the ground is learnt"
     )
     shortest_phase_s: float = setting(
-        0.05, unit="s", least=0.0, why="shorter touches are markers' noise; a sprinter's contact lasts 0.09 s"
+        SHORTEST_CONTACT_S,
+        unit="s",
+        least=0.0,
+        why="shorter touches are markers' noise; a sprinter's contact lasts 0.09 s",
     )
     shortest_gap_s: float = setting(
         0.03,

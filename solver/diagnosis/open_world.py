@@ -12,13 +12,12 @@ from solver.diagnosis.outside_list import BODY, EVENT, SIZE_SHARES, SIZES, Outsi
 from solver.diagnosis.proposals import AgainstAnything
 from solver.diagnosis.terms import Solved, Term
 from solver.diagnosis.trail import Trail
-from solver.diagnosis.unexplained import Kept
+from solver.diagnosis.unexplained import CLIMBED, Kept
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.scene import Scene
 
 FORCES = (BODY, EVENT)
 LARGEST_CLASS = 3  # of names, as many as anybody can look into
-CLIMBED = 3  # of the unknown causes in a name's place, to the scales that suit them
 
 
 @dataclass(frozen=True, eq=False)

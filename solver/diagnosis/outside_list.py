@@ -18,11 +18,11 @@ from solver.effects.plate_gain import demanded_of
 from solver.effects.scene import PlateScene, Scene, force_at
 from solver.effects.time_course import Stretch
 from solver.effects.trial_clocks import MOST_TRIALS
+from solver.plate_figures import HALF_SIDE_M
 
 SIZES = (0.01, 0.05, 0.2, 0.8)  # of body weight, or of what a plate bears: standard deviations
 SIZE_SHARES = (0.4, 0.3, 0.2, 0.1)  # how likely each is before the data
 LEVER_M = 0.3  # of an unknown moment about the centre of mass
-PLATE_LEVER_M = 0.25  # likewise at a plate: half its side
 COURSE_KNOTS_S = 0.5  # of what lasts
 EVENT_KNOTS_S = 0.06  # of what happens once
 LONGEST_EVENT_S = 1.5  # a longer one is a course
@@ -148,7 +148,7 @@ class AnyPlateFault(Outside):
         )  # about the centre
         on = plate.loaded.astype(float)
         size, weight = eta[0], scene.weight_N
-        unit = np.array([1.0, 1.0, 1.0, PLATE_LEVER_M, PLATE_LEVER_M, PLATE_LEVER_M])
+        unit = np.array([1.0, 1.0, 1.0, HALF_SIDE_M, HALF_SIDE_M, HALF_SIDE_M])
         columns, std = [], []
         for i in range(6):
             steady = np.zeros((scene.frames, 6))

@@ -20,6 +20,7 @@ from solver.diagnosis.unknown_course import (
     strongest_frequency_Hz,
 )
 from solver.effects.about import About
+from solver.effects.carried_mass import LIGHTEST_SHARE
 from solver.effects.effect import Estimate, Eta, InPieces, Signature
 from solver.effects.scene import Scene
 from solver.skeleton.rotations import skew
@@ -32,7 +33,6 @@ LEAST_RADIUS_M = 0.03
 OWN_BONUS = 0.3  # radii of gyration, in favour of the body in whose frame the point was found
 POINT_PULL = 0.1  # towards the centre of mass, where the moments say little
 LEAST_DIRECTION = 0.05  # of the strongest axis
-LEAST_SHARE = 0.004  # of body mass; nothing tells lighter bodies apart from their neighbours: toes
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ class UnknownForce(InPieces):
             return self.target
         place = self.place_ground(scene)
         distances = {}
-        for b in scene.skeleton.bodies_from_share(LEAST_SHARE):
+        for b in scene.skeleton.bodies_from_share(LIGHTEST_SHARE):
             body = scene.skeleton.bodies[b]
             away = np.linalg.norm(place - scene.point_ground(b, body.com_body), axis=1).mean()
             distances[body.name] = away / (LEAST_RADIUS_M + _radius_of_gyration_m(body))
@@ -228,7 +228,7 @@ def unknown_forces(scenes: Sequence[Scene]) -> list[Unknown]:
     """In each trial a force on each body that is heavy enough to be told apart, and a moment."""
     found: list[Unknown] = []
     for scene in scenes:
-        heavy = [scene.skeleton.body_names[b] for b in scene.skeleton.bodies_from_share(LEAST_SHARE)]
+        heavy = [scene.skeleton.body_names[b] for b in scene.skeleton.bodies_from_share(LIGHTEST_SHARE)]
         finest = {pieces_of(scene, knot_s): knot_s for knot_s in reversed(KNOTS_S)}
         courses: list[tuple[float, float | None]] = [(knot_s, None) for knot_s in reversed(finest.values())]
         if (swing_Hz := strongest_frequency_Hz(scene)) is not None:

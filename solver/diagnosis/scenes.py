@@ -21,6 +21,7 @@ from solver.dynamics.unmeasured_forces import FEWEST_FRAMES
 from solver.effects.scene import MarkerScene, PlateScene, Scene
 from solver.fit import Fit, TrialFit
 from solver.frames_at_once import by_frames
+from solver.kinematics.model_ownership import SAME_MASS
 from solver.settings import Settings
 from solver.skeleton.forward import ForwardKinematics, body_poses, marker_positions
 from solver.skeleton.skeleton import Skeleton
@@ -28,7 +29,6 @@ from solver.skeleton.subject_model import load_subject_model
 
 LONG_M = 0.2  # shorter segments are measured by too few markers
 FEWEST_SEGMENTS = 4
-SAME_MASS = 0.005  # relative: a model of a person weighs what was entered for them
 ALIKE = 0.0055  # standard deviation of log lengths, weighted with length, about their mean
 
 Posterior = MarkerPosterior | LongMarkerPosterior

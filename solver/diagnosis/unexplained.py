@@ -20,7 +20,7 @@ from solver.diagnosis.unknown_search import UnknownSearch
 from solver.effects.effect import Eta
 
 MOMENT_LEVER_M = 0.1  # by which a moment counts as a force
-CLIMBED = 3  # of unknown forces, to the scale that suits each
+CLIMBED = 3  # unknown causes, to the scale that suits each
 RESEMBLING = 0.5  # cosine, from which on a steady force is the named causes in other words
 
 

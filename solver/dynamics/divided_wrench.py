@@ -11,10 +11,10 @@ from jaxtyping import Bool, Float
 
 from solver.contact.sole import Sole, soles
 from solver.dynamics.root_wrench import centre_of_mass_of
+from solver.plate_figures import CONTACT_N
 from solver.skeleton.forward import body_poses, cross
 from solver.skeleton.skeleton import Skeleton
 
-LEAST_VERTICAL_N = 20.0  # below it a centre of pressure lies anywhere; as for the plates
 TOUCHING_M = 0.001  # nearer to a sole than this is on it
 LEAST_HEIGHT_M = 0.3  # of the centre of mass above a foot: lying people's legs do not carry them
 LEVEL = [0, 2]  # axes, y is up
@@ -205,7 +205,7 @@ def _centre_of_pressure(
 ) -> Float[np.ndarray, "frames 2"]:
     """Where the force acts at a height, x and z [m]: no moment about a level axis is left there."""
     force, moment = wrench_ground[:, :3], wrench_ground[:, 3:]
-    vertical = np.maximum(force[:, 1], LEAST_VERTICAL_N)
+    vertical = np.maximum(force[:, 1], CONTACT_N)
     x = (moment[:, 2] + height * force[:, 0]) / vertical
     z = (height * force[:, 2] - moment[:, 0]) / vertical
     return np.stack([x, z], axis=1)

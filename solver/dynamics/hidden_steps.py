@@ -5,9 +5,8 @@ from math import comb
 import numpy as np
 from jaxtyping import Bool
 
+from solver.contact.settings import SHORTEST_CONTACT_S
 from solver.runs import runs
-
-SHORTEST_STEP_S = 0.05  # shorter contacts are blips; a sprinter's lasts 0.09 s
 
 Step = tuple[int, int]  # first frame, and the first one after it
 
@@ -19,7 +18,7 @@ def steps_of(in_contact: Bool[np.ndarray, " frames"], rate: float) -> list[Step]
         in_contact: frames on which a plate carries the foot.
         rate: [Hz].
     """
-    return [(start, end) for start, end in runs(in_contact) if end - start >= SHORTEST_STEP_S * rate]
+    return [(start, end) for start, end in runs(in_contact) if end - start >= SHORTEST_CONTACT_S * rate]
 
 
 def every_third(steps: list[Step], repetitions: int) -> list[list[Step]]:

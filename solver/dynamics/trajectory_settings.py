@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from solver.kinematics.settings import KinematicsSettings
 from solver.settings_field import setting
 
 
@@ -31,7 +32,9 @@ class TrajectorySettings:
         "and a landing's residual alternates from knot to knot",
     )
     marker_robust_scale_m: float = setting(
-        0.06, unit="m", why="beyond it a marker loses influence (Cauchy loss), as in the kinematics"
+        KinematicsSettings.robust_scale_m,
+        unit="m",
+        why="beyond it a marker loses influence (Cauchy loss), as in the kinematics",
     )
     marker_error_lag_s: float = setting(
         0.05,

@@ -19,7 +19,7 @@ PRIOR_KG = 4.0  # a rucksack, a measuring unit, ankle weights
 REACH_M = 0.12  # from the segment's centre of mass to the load's
 SPREAD_M = 0.12  # of the load itself, and of its place, as radius of gyration
 LEAST_KG = 0.5  # shoes and clothes
-LEAST_STDS = 3.0  # else only the moments are seen, which a wrong centre of mass has as well
+LEAST_STDS = 3.0  # else only moments are seen, which a wrong centre of mass, or a plate's place, has as well
 FARTHEST_M = 0.8  # from the segment's origin: whatever is carried, lies on the body
 MOMENTS = ((0, 3), (1, 3), (2, 3), (0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # entries of J
 

@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.signal.windows import blackmanharris
 
+from solver.plate_figures import CONTACT_N
 from solver.runs import runs
 from solver.student import log_t
 
@@ -25,8 +26,7 @@ FALL_BY_LOG = 2.45  # how it grows with the logarithm of the cutoff, from 4 to 8
 FALL_STD = 0.9  # from one of them to the next
 LEAST_NATS = -1.0
 TAILS_DOF = 8.0  # of Student's t: sound ones stray, too
-LEAST_N = 20.0
-LEAST_S = 0.08  # a contact
+LEAST_S = 0.08  # of a contact that is judged
 LEAST_PEAK_N = 200.0  # likewise
 SEEN = 0.5  # share of an edge's frames that lie far enough from the ends
 
@@ -43,7 +43,7 @@ def fall_off(vertical_N: Float[np.ndarray, " samples"], rate: float) -> list[flo
         return []
     slow, quick = (_amplitude(vertical_N, rate, f_Hz) for f_Hz in (SLOW_HZ, QUICK_HZ))
     near, found = round(NEAR_S * rate), []
-    for start, end in runs(vertical_N > LEAST_N):
+    for start, end in runs(vertical_N > CONTACT_N):
         if end - start < LEAST_S * rate or vertical_N[start:end].max() < LEAST_PEAK_N:
             continue
         for edge in (start, end):

@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from solver.effects.about import About, AtFault, Named, Size
 from solver.effects.effect import Candidate, Estimate, Eta, InTrials, Signature, all_and_each
-from solver.effects.force_on_body import columns_at_centre, trunk_bodies
+from solver.effects.force_on_body import REACH_M, columns_at_centre, trunk_bodies
 from solver.effects.pictures import Arrow, Band
 from solver.effects.readings import NOT_TOLD, Place, Reading
 from solver.effects.scene import Scene
@@ -20,7 +20,6 @@ ANCHOR_STD_M = 3.0  # before the data: within the laboratory
 NEAREST_M = 0.05  # a band has a length
 TENSION_STD_N = 40.0
 STIFFNESS_STD_N_PER_M = 150.0
-REACH_M = 0.10  # from the segment's centre of mass to the belt's buckle
 LEAST_N = 10.0  # a slack band
 
 

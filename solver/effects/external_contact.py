@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.effects.about import About, AtFault, Course, Named
-from solver.effects.contact_windows import UP, contact_windows
+from solver.effects.contact_windows import HOP_S, INDEPENDENT_HOPS, UP, contact_windows
 from solver.effects.effect import Candidate, Estimate, Eta, InPieces, Range, Signature
 from solver.effects.force_on_body import columns_at_point
 from solver.effects.limbs import BETWEEN_OTHERS_ODDS, inner_segments
@@ -29,7 +29,7 @@ PRIOR_N = 60.0  # a hand on a rail; what the balance lacks where that is more
 CHANGE_SHARE = 0.5  # of the force's scale: how much its course differs from a constant
 LEAST_REACH_M = 0.05  # from a segment's centre of mass to where it is touched, beside its radius of gyration
 MOMENT_SHARE_M = 0.012  # error of the balance's moments over body weight, for finding the point
-INDEPENDENT_S = 0.1  # how long an error of the balance lasts
+INDEPENDENT_S = INDEPENDENT_HOPS * HOP_S  # how long an error of the balance lasts
 MOST_BODIES = 8
 MOST_ALONE = 4  # windows that are also tried without the others
 MOST_SHARE = 0.95  # of a trial, for a contact to be one that begins or ends in it

@@ -11,7 +11,17 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from solver.effects.about import About, Course, Mend, Named, Size
 from solver.effects.effect import Estimate, Range
-from solver.effects.marker_effect import MarkerFinding, PoseFree, near_angles, pose_free, seen_share
+from solver.effects.marker_effect import (
+    FEWEST_SEEN,
+    NOISE_M,
+    RESOLVED_M,
+    SHIFT_STD_M,
+    MarkerFinding,
+    PoseFree,
+    near_angles,
+    pose_free,
+    seen_share,
+)
 from solver.effects.pictures import Markers
 from solver.effects.readings import Reading
 from solver.effects.scene import Scene
@@ -21,19 +31,15 @@ SPANS_S = (0.0, 0.05, 0.15, 0.4)  # over which medians before and after must all
 END_S = 0.3  # nearer to an end, or to a longer gap, a slip looks like a disturbance that passes
 LONGEST_GAP_S = 0.1
 FEWEST_SAMPLES = 20
-FEWEST_SEEN = 0.5  # share of markers: with fewer the pose is too loose to judge one
 LEAST_HELD = 0.04  # information below which a direction is not known well enough
 LEAST_M = 0.007  # jumps in real recordings of sound markers that look like slips stay below 5 mm
 LEAST_GAIN = 20.0  # a trunk that deforms in a jump reaches 15
 OFTEN = 3.0  # the largest other jump of a trial is about three standard deviations of them
 AT_ONCE = 5.5  # the largest other change from one frame to the next, of theirs: a few frames are far worse
-RESOLVED_M = 0.001  # jumps below are within what cameras and filters do
 SAME_TIME_S = 0.05  # neighbours seem to jump with the marker that did
 MOST_SLIPS = 6
 ANGLE_STD_M = 0.03  # prior of how far flesh moves a marker per rad, and per rad² below
 SQUARE_STD_M = 0.02
-NOISE_M = 0.003  # of a tenth of a second, against these priors
-SHIFT_STD_M = 0.03
 
 AngleFit = Callable[[int | None], tuple[Float[np.ndarray, "samples axes"], Float[np.ndarray, " axes"]]]
 """From the sample of a step, or None, to what angles leave of a marker's place, and the step's size [m]."""

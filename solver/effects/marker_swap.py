@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 
 from solver.effects.about import About, Course, Mend, Named
 from solver.effects.effect import Range
-from solver.effects.marker_effect import MarkerFinding
+from solver.effects.marker_effect import TRUSTED_M, MarkerFinding
 from solver.effects.pictures import Markers
 from solver.effects.scene import Scene
 from solver.runs import runs
@@ -21,7 +21,6 @@ BETTER = 0.4  # exchanged, both have to land at most this share as far from wher
 LEAST_NOISE_M = 0.002
 ORDINARY = 0.95  # quantile of a marker's errors from frame to frame, taken for two standard deviations
 ON_SEGMENT_M = 0.02  # likewise, expected from the segment's pose after a longer gap
-ROBUST_M = 0.04  # a marker this far from the model counts half
 LEAST_GAIN = 10.0
 MOST_EDGES = 40
 
@@ -209,5 +208,5 @@ def _distance(
         error = error[np.isfinite(error).all(axis=1)]
         if anywhere and len(error):
             error = error - np.median(error, axis=0)
-        total += float(np.log1p((error**2).sum(axis=1) / ROBUST_M**2).sum())
+        total += float(np.log1p((error**2).sum(axis=1) / TRUSTED_M**2).sum())
     return total

@@ -8,18 +8,18 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.effects.about import About, AtFault, Named, Size
+from solver.effects.carried_mass import LEAST_STDS
 from solver.effects.effect import Candidate, Estimate, Eta, InTrials, Signature, all_and_each
 from solver.effects.pictures import Plates
 from solver.effects.readings import Reading, along
 from solver.effects.scene import PlateScene, Scene, force_at, loaded_plates
 from solver.gravity import GRAVITY
+from solver.plate_figures import HALF_SIDE_M
 
 PRIOR_KG = 6.0  # a chair, a box, a rucksack that was put down
-ASIDE_M = 0.25  # from the plate's middle: half its side
 MOST_ASIDE_M = 0.8  # farther off it stands on another plate, or nowhere
 LEAST_KG = 1.0  # a shoe
 ASIDE = ("aside_x_m", "aside_z_m")
-LEAST_STDS = 3.0  # else only moments are seen, which a plate's place has as well
 
 ABOUT = About(
     id="object_on_plate",
@@ -63,7 +63,7 @@ class ObjectOnPlate(InTrials):
         aside = [force_at(up, plate.centre_ground + axis) - middle for axis in np.eye(3)[[0, 2]]]
         newton = np.stack([middle, *aside], axis=1)
         weight_N = PRIOR_KG * GRAVITY
-        return Signature(-share[:, None, None] * newton, weight_N * np.array([1.0, ASIDE_M, ASIDE_M]))
+        return Signature(-share[:, None, None] * newton, weight_N * np.array([1.0, HALF_SIDE_M, HALF_SIDE_M]))
 
     def estimates(
         self,

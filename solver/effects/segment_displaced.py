@@ -13,8 +13,8 @@ from jaxtyping import Float
 from solver.effects.about import About, Course, Mend, Named, Size
 from solver.effects.effect import Estimate, Range
 from solver.effects.leaps import Leap
-from solver.effects.marker_effect import MarkerFinding
-from solver.effects.marker_slip import RESOLVED_M, MarkerSlip, UnusedMarkerSlip
+from solver.effects.marker_effect import RESOLVED_M, MarkerFinding
+from solver.effects.marker_slip import MarkerSlip, UnusedMarkerSlip
 from solver.effects.pictures import Segments
 from solver.effects.readings import Reading
 from solver.effects.scene import Scene

@@ -12,18 +12,16 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.spatial.transform import Rotation
 
-from solver.effects.marker_effect import projected_chunks, seen_share
+from solver.effects.marker_effect import FEWEST_SEEN, NOISE_M, projected_chunks, seen_share
 from solver.effects.scene import Scene
 
 FLESH = 0.3  # joints decide where a segment's markers should be, or nothing would be seen
 FEWEST_MARKERS = 2
 FEWEST_S = 0.8  # of frames that show the segment; shorter trials have no range of angles
-FEWEST_SEEN = 0.5
 LEAST_HELD = 0.5  # information of the segment's markers moved together, below which a direction is not judged
 LEAST_TURN_RAD = 0.03  # root mean square; joints that turn less tell nothing
 OWN_STD_M_PER_RAD = 0.05  # prior of the displacement that is judged
 OTHERS_STD_M_PER_RAD = 0.003  # of all others
-NOISE_M = 0.003
 TOGETHER_S = 0.2  # errors within are one
 LOOSE = 1e-9  # on constants, which have no prior
 

@@ -11,15 +11,14 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy.lib.stride_tricks import sliding_window_view
 
+from solver.effects.marker_effect import RESOLVED_M, SHIFT_STD_M
 from solver.effects.scene import Scene
 
 SPAN_S = 0.15  # of medians before and after
 APART_S = 0.3  # changes nearer to the instant are not usual ones
 AT_S = 0.03  # within which the instant is known
-LEAST_STD_M = 0.001  # what cameras and filters do
 FALLBACK_STD_M = 0.004  # of a trial too short to show usual changes
 FEWEST_USUAL = 5
-SHIFT_STD_M = 0.03  # prior of a slip
 FEWEST_SEEN = 0.5  # share of the frames
 
 
@@ -108,6 +107,6 @@ def _change(
     changes = medians[count : count + len(one_ground)] - medians[: len(one_ground)]
     away = np.abs(np.arange(len(changes)) - frame)
     usual = np.abs(changes[(away > APART_S * rate) & np.isfinite(changes)])
-    std = np.percentile(usual, 95) / 2 + LEAST_STD_M if len(usual) >= FEWEST_USUAL else FALLBACK_STD_M
+    std = np.percentile(usual, 95) / 2 + RESOLVED_M if len(usual) >= FEWEST_USUAL else FALLBACK_STD_M
     near = changes[(away <= max(1, round(AT_S * rate))) & np.isfinite(changes)]
     return (float(near[np.argmax(np.abs(near))]) if len(near) else 0.0), float(std)

@@ -18,11 +18,9 @@ from solver.contact.proposals import (
 )
 from solver.effects.scene import Scene
 from solver.effects.time_course import Stretch, joined, stretch_of
-from solver.filters import low_pass
 from solver.runs import runs
 
 EDGE_S = 0.04  # how early and late a sole's motion and a detection may see a contact
-SLOW_HZ = 6.0  # for telling which stances lack force
 SUSPECT_SHARE = 0.08  # of body weight, mean over a stance: worth trying
 SUSPECT_ONE_SIGNED = 0.7  # of its frames lack force
 GROSS_SHARE = 0.3  # of body weight, likewise: nothing else is looked for there
@@ -79,8 +77,7 @@ def unmeasured_stances(scenes: Sequence[Scene]) -> list[UnmeasuredStance]:
 
 def missing_force(scene: Scene) -> Float[np.ndarray, " frames"]:
     """Vertical force that the motion demands beyond what was recorded, low-passed [N]."""
-    difference = (scene.demanded_ground - scene.measured_ground)[:, [UP]]
-    return low_pass(difference, scene.rate, SLOW_HZ)[:, 0]
+    return scene.missing_ground[:, UP]
 
 
 def seems_to_stand(scene: Scene, foot: int) -> Bool[np.ndarray, " frames"]:

@@ -24,12 +24,12 @@ from solver.export.opensim_setup import write_external_loads, write_inverse_dyna
 from solver.export.places import made, trial_stems
 from solver.fit import Fit, TrialFit
 from solver.kinematics.motion import Motion
+from solver.plate_figures import CONTACT_N
 from solver.runs import runs
 from solver.skeleton.osim_writer import write_skeleton
 from solver.skeleton.skeleton import Coordinate, Skeleton
 
 AXES = "xyz"
-LEAST_VERTICAL_N = 20.0  # below it a centre of pressure lies anywhere; as for the plates
 
 
 def export_opensim(fit: Fit, folder: Path) -> list[Path]:
@@ -151,7 +151,7 @@ def _write_foretold(
         labels += [f"ground_force_{foot}_p{axis}" for axis in AXES]
         labels += [f"ground_torque_{foot}_{axis}" for axis in AXES]
         force, moment = wrenches[:, f, :3], wrenches[:, f, 3:]
-        loaded = force[:, 1] >= LEAST_VERTICAL_N
+        loaded = force[:, 1] >= CONTACT_N
         up = np.where(loaded, force[:, 1], 1.0)
         point = np.column_stack([moment[:, 2] / up, np.zeros(len(up)), -moment[:, 0] / up])
         point[~loaded] = 0.0

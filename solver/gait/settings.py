@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from solver.plate_figures import CONTACT_N
 from solver.settings_field import setting
 
 
@@ -12,7 +13,9 @@ class GaitSettings:
     Values "by recordings" were chosen on 15 walks and runs; benchmarks/GAIT.md judges them, on others too.
     """
 
-    threshold_N: float = setting(20.0, unit="N", why="vertical force of a contact; the field's usual bound")
+    threshold_N: float = setting(
+        CONTACT_N, unit="N", why="vertical force of a contact; the field's usual bound"
+    )
     shortest_contact_s: float = setting(
         0.06, unit="s", why="sprinters stand for 0.09 s, vibration is shorter"
     )

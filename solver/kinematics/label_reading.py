@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.capture import Markers
+from solver.capture.trajectory_joining import JoiningSettings
 from solver.errors import FitError
 from solver.kinematics.marker_matching import FEWEST_SHARED, LEFT_OUT, known_by_name
 from solver.kinematics.scale_prior import stature
@@ -35,8 +36,8 @@ _REGION = {  # the landmark that stands for "somewhere on this segment"
     "hand": "hand_cluster",
 }
 FRAMES = 60  # of each recording
-RIGID_M = 0.008  # deviation of a distance over time
-NEAR_M = 0.6  # two markers of one segment are not further apart
+RIGID_M = JoiningSettings.rigid_m  # deviation of a distance over time
+NEAR_M = JoiningSettings.reach_m  # two markers of one segment are not further apart
 SAME_M = 0.025  # skin and posture move distances within a segment by less
 FEWEST_PAIRS = 10  # rigid in both recordings; fewer tell nothing
 AGREE = 0.6  # of them, at least

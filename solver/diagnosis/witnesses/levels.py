@@ -4,10 +4,9 @@ from collections.abc import Sequence
 
 from solver.capture.plate_levels import plate_witnesses
 from solver.diagnosis.witnesses.measured import Measured
-from solver.diagnosis.witnesses.statement import About, Statement
+from solver.diagnosis.witnesses.statement import MOST_NATS, About, Statement
 
 WITNESS = "signs and zero levels"
-MOST_NATS = 50.0  # a program that set unloaded samples leaves no doubt; evidence elsewhere does
 
 
 def levels(trials: Sequence[Measured], entered_kg: float | None) -> list[Statement]:

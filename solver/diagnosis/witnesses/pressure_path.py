@@ -13,7 +13,7 @@ from jaxtyping import Float
 from solver.capture.capture import ForcePlate
 from solver.diagnosis.witnesses.measured import Measured
 from solver.diagnosis.witnesses.pressing_feet import PressingFoot, pressing_feet
-from solver.diagnosis.witnesses.statement import About, Statement, nats_of
+from solver.diagnosis.witnesses.statement import MOST_NATS, About, Statement, nats_of
 from solver.runs import runs
 
 WITNESS = "path of the pressure"
@@ -28,7 +28,6 @@ TURNS = {  # of x and z, seen from above
     "with x and z exchanged and turned round": np.array([[0.0, -1.0], [-1.0, 0.0]]),
 }
 FEWEST_FRAMES = 5  # of a stance
-MOST_NATS = 50.0
 BOTH_DOWN_M = 0.005  # a foot that swings is lifted by more, on average over the other's stance
 MOSTLY = 0.7  # of a stance, in which another plate is loaded too
 

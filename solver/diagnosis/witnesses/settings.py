@@ -6,6 +6,9 @@ Scatter of sound recordings was read from five people (`walk_rajagopal2015`, `ov
 
 from dataclasses import dataclass
 
+from solver.capture.body_lengths import BodyLengthSettings
+from solver.capture.loads_under_feet import UnderFeetSettings
+from solver.plate_figures import CONTACT_N
 from solver.settings_field import setting
 
 
@@ -32,7 +35,7 @@ class WitnessSettings:
     window_s: float = setting(
         0.12, unit="s", why="smoothing that heights and forces share: a quarter of a step's bounce"
     )
-    loaded_N: float = setting(20.0, unit="N", why="gait laboratories' contact threshold")
+    loaded_N: float = setting(CONTACT_N, unit="N", why="gait laboratories' contact threshold")
     missing_share: float = setting(
         0.25,
         unit="",
@@ -66,8 +69,12 @@ class WitnessSettings:
     standing_share: float = setting(0.6, unit="", why="of body weight: in walking the plates bear more")
     edge_s: float = setting(0.14, unit="s", why="double support: how long a weight passes to the next foot")
     most_lag_s: float = setting(0.2, unit="s", why="farther off, another step would fit as well")
-    foot_height_m: float = setting(0.16, unit="m", why="markers that come so near the lowest are on feet")
-    foot_length_m: float = setting(0.32, unit="m", why="markers that are farther apart are on two feet")
+    foot_height_m: float = setting(
+        UnderFeetSettings.foot_height_m, unit="m", why="markers that come so near the lowest are on feet"
+    )
+    foot_length_m: float = setting(
+        UnderFeetSettings.foot_length_m, unit="m", why="markers that are farther apart are on two feet"
+    )
     foot_rigid_m: float = setting(
         0.015, unit="m", why="by which distances on a foot scatter, toes that bend included"
     )
@@ -96,7 +103,9 @@ class WitnessSettings:
     exchange_usual: float = setting(0.7, unit="", why="half or double gain; pounds are 1.5")
     standing_s: float = setting(1.0, unit="s", why="on two plates, for an exchange between them")
     rigid_m: float = setting(
-        0.006, unit="m", why="by which distances on a segment scatter with flesh; joints let them vary more"
+        BodyLengthSettings.rigid_m,
+        unit="m",
+        why="by which distances on a segment scatter with flesh; joints let them vary more",
     )
     near_m: float = setting(0.3, unit="m", why="farther markers are on other segments")
     step_m: float = setting(

@@ -53,6 +53,7 @@ class Statement:
 
 
 SOUND_DOF = 8.0  # tails of what sound recordings show: real ones stray, some far
+MOST_NATS = 50.0  # samples that a program set leave no doubt at all; evidence elsewhere does
 FAULTY_DOF = 2.0  # and of the sizes of faults: some are huge
 
 

@@ -12,13 +12,13 @@ from solver.dynamics.foretelling.heading_frame import HeadingFrame
 from solver.dynamics.foretelling.settings import ForetellingSettings
 from solver.dynamics.inertia_parameters import demanded_wrench, pseudo_inertia
 from solver.dynamics.material_acceleration import material_accelerations
+from solver.filters import ORDER
 from solver.frames_at_once import by_frames
 from solver.kinematics.motion import Motion
 from solver.skeleton.forward import ForwardKinematics
 from solver.skeleton.skeleton import Skeleton
 
 KIND = "gains"
-FILTER_ORDER = 3
 FORCES = "forward force", "vertical force", "lateral force"
 
 
@@ -55,7 +55,7 @@ def smooth_demand(
         frame: of that motion.
         settings: the cut-off.
     """
-    smooth = motion.low_passed(settings.demand_cutoff_Hz, FILTER_ORDER)
+    smooth = motion.low_passed(settings.demand_cutoff_Hz, ORDER)
     return frame.from_ground(demanded_ground(skeleton, smooth))
 
 

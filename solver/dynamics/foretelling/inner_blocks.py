@@ -14,12 +14,12 @@ from jaxtyping import Bool, Float, Int
 
 from solver.dynamics.blind_steps import Blind, BlindSteps
 from solver.dynamics.foretelling.settings import ForetellingSettings
+from solver.dynamics.motion_change import ENDS_S
 from solver.dynamics.trajectory_settings import TrajectorySettings
 from solver.dynamics.trial_data import ExtraParameters, TrialData
 from solver.skeleton.skeleton import Skeleton
 
 INERTIAS = "inertias"  # freer ones: no columns, a weaker prior
-END_S = 0.1  # [s] of a trial at each end, where motions know nothing beyond; not judged
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ def _squares(
     """
     if not blocks:
         return np.zeros((0, len(missed), 2))
-    at, end = np.concatenate(blocks), round(END_S * trial.start.rate)
+    at, end = np.concatenate(blocks), round(ENDS_S * trial.start.rate)
     borders = np.cumsum([0, *(len(block) for block in blocks[:-1])])
     inside = (at >= end) & (at < len(trial.counts) - end)
     squares = (missed**2).reshape(*missed.shape[:2], 2, 3).sum(axis=3)

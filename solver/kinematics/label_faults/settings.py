@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from solver.capture.trajectory_joining import JoiningSettings
 from solver.settings_field import setting
 
 
@@ -21,7 +22,7 @@ class LabelRepairSettings:
         unit="m",
         why="likewise to the next body, where joints bend: used where the own body has too few",
     )
-    reach_m: float = setting(0.6, unit="m", why="no segment is longer")
+    reach_m: float = setting(JoiningSettings.reach_m, unit="m", why="no segment is longer")
     hold_m: float = setting(
         0.012,
         unit="m",

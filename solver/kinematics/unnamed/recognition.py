@@ -16,10 +16,10 @@ from solver.kinematics.unnamed.settings import NAMING, NamingSettings
 from solver.kinematics.unnamed.single_frame import lay_over
 from solver.kinematics.unnamed.whole_recording import Followed, follow, forwards, with_segments_scaled
 from solver.markers.atlas import Landmark
+from solver.markers.understanding import LEAST
 
 THINNED = 400  # frames of all recordings together that references and frames are chosen from
 FEWEST_POINTS = 6  # in a frame that starts the search
-LEAST = 0.02  # bodies less likely than this are no alternative worth a line
 
 
 @dataclass(frozen=True)

@@ -75,7 +75,9 @@ class UnnamedSettings:
     )
     pull_std_rad: float = setting(1.0, unit="rad", why="to the default posture")
     robust_m: float = setting(0.07, unit="m", why="beyond it a marker loses influence on the pose")
-    limit_std_rad: float = setting(0.09, unit="rad", why="5°: soft joint limits, as in the kinematics")
+    limit_std_rad: float = setting(
+        KinematicsSettings.limit_std_rad, unit="rad", why="5°: soft joint limits, as in the kinematics"
+    )
     walks_m: float = setting(0.5, unit="m", why="who travels further than that, mostly travels forwards")
     forwards_log_odds: float = setting(3.0, unit="nats", least=0.0, why="that who travels, travels forwards")
     rivals: int = setting(3, unit="", why="guesses that are scaled and compared at the end")
