@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import uniform_filter1d
+from scipy.spatial.distance import cdist
 
 from solver.filters import low_pass
 from solver.frames_at_once import FRAMES_AT_ONCE, by_frames
@@ -108,7 +109,7 @@ def _surface(
     samples, at = np.concatenate(pool), np.concatenate(when)
     thinned = slice(None, None, max(1, len(samples) // MOST_SAMPLES))
     samples, at = samples[thinned], at[thinned]
-    near = _kernel(np.linalg.norm(samples[:, None] - samples[None], axis=2) / settings.surface_spread_m_s)
+    near = _kernel(cdist(samples, samples) / settings.surface_spread_m_s)
     grid = np.arange(times[0], times[-1] + GRID_S, GRID_S)
     found = np.zeros((len(grid), 2))
     for k, time in enumerate(grid):

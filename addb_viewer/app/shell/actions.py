@@ -15,7 +15,7 @@ from addb_viewer.app.scene.camera import VIEWS, eye_of
 from addb_viewer.app.scene.measuring import HOW
 from addb_viewer.app.shell import go_to, keys
 from addb_viewer.app.shell.capturing import Capturing
-from addb_viewer.app.shell.commands import Command
+from addb_viewer.app.shell.commands import COMMANDS, Command
 from addb_viewer.app.shell.controls import MOVES, SAVE, SPEED_NAMES
 from addb_viewer.app.shell.key_file import key_file
 from addb_viewer.app.shell.keys import Action
@@ -105,12 +105,8 @@ def moves_of(session: Session) -> Mapping[str, Action]:
     p = session.playback
     return {
         "toggle": p.toggle,
-        "back_frame": lambda: p.step(-1),
-        "on_frame": lambda: p.step(1),
-        "back_tenth": lambda: p.step_seconds(-0.1),
-        "on_tenth": lambda: p.step_seconds(0.1),
-        "back_second": lambda: p.step_seconds(-1.0),
-        "on_second": lambda: p.step_seconds(1.0),
+        **{c.action: partial(p.step, c.step_frames) for c in COMMANDS if c.step_frames},
+        **{c.action: partial(p.step_seconds, c.step_s) for c in COMMANDS if c.step_s},
         "first": lambda: p.seek(0),
         "last": lambda: p.seek(p.frames - 1),
         "worst": partial(_worst, session),

@@ -48,6 +48,8 @@ class Command:
     action: str  # name in the table of actions that the app provides, and in the file of keys
     keys: tuple[str, ...] = ()  # as `key_name` writes them
     held: bool = False  # whether a key that is held down does it again and again
+    step_frames: int = 0  # by which the cursor moves
+    step_s: float = 0.0  # likewise, at least one frame
 
     @property
     def shown(self) -> str:
@@ -58,13 +60,13 @@ class Command:
 COMMANDS = (
     Command("Play or pause", "toggle", ("Space",)),
     Command("Loop the selected range", "loop", ("Shift+Space",)),
-    Command("One frame back", "back_frame", (",", "ArrowLeft"), held=True),
-    Command("One frame on", "on_frame", (".", "ArrowRight"), held=True),
+    Command("One frame back", "back_frame", (",", "ArrowLeft"), held=True, step_frames=-1),
+    Command("One frame on", "on_frame", (".", "ArrowRight"), held=True, step_frames=1),
     # Not Shift with comma and period: what those make differs between keyboards.
-    Command("0.1 s back", "back_tenth", ("Shift+PageUp", "Shift+ArrowLeft"), held=True),
-    Command("0.1 s on", "on_tenth", ("Shift+PageDown", "Shift+ArrowRight"), held=True),
-    Command("1 s back", "back_second", ("PageUp",), held=True),
-    Command("1 s on", "on_second", ("PageDown",), held=True),
+    Command("0.1 s back", "back_tenth", ("Shift+PageUp", "Shift+ArrowLeft"), held=True, step_s=-0.1),
+    Command("0.1 s on", "on_tenth", ("Shift+PageDown", "Shift+ArrowRight"), held=True, step_s=0.1),
+    Command("1 s back", "back_second", ("PageUp",), held=True, step_s=-1.0),
+    Command("1 s on", "on_second", ("PageDown",), held=True, step_s=1.0),
     Command("First frame", "first", ("Home",)),
     Command("Last frame", "last", ("End",)),
     Command("Worst frame that counts", "worst", ("W",)),

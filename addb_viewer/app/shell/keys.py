@@ -62,7 +62,14 @@ def register(gui: viser.GuiApi, channel: Channel, commands: Sequence[Command], a
             acting.notices.obey(*done[action])
 
     channel.on("do", asked)
-    channel.show("keys", {key: {"do": c.action, "held": c.held} for c in commands for key in c.keys})
+    channel.show("keys", {key: _told(c) for c in commands for key in c.keys})
+
+
+def _told(command: Command) -> dict[str, Any]:
+    """What the page knows of a key; of one that steps, by how much: its cursor need not wait."""
+    steps = {"frames": command.step_frames, "seconds": command.step_s}
+    told = {"do": command.action, "held": command.held}
+    return told | ({"steps": steps} if any(steps.values()) else {})
 
 
 def help_html(commands: Sequence[Command]) -> str:

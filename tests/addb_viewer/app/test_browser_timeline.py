@@ -45,6 +45,37 @@ def test_a_click_goes_to_the_frame_under_it_and_the_cursor_stands_there(page, la
         until(lambda shown=shown: abs(left_of(page, "cursor") - shown) < 2.0, f"the cursor at {shown}")
 
 
+COUNT = """() => {
+    const cursor = document.querySelector("[data-addb-cursor]");
+    window.places = [];
+    const note = () => window.places.push(parseFloat(cursor.style.left));
+    new MutationObserver(note).observe(cursor, { attributes: true, attributeFilter: ["style"] });
+}"""
+
+
+def test_the_cursor_goes_ahead_of_the_server_and_never_back(page, until):
+    def shown():
+        return round(1.99 * page.evaluate("parseFloat(document.getElementById('addb-cursor').style.left)"))
+
+    page.keyboard.press("Home")
+    until(lambda: page.session.frame == 0 and shown() == 0)
+    page.evaluate(COUNT)
+    for _ in range(6):
+        page.keyboard.press(".")
+    until(lambda: page.session.frame == 6)
+    until(lambda: shown() == 6)
+    places = page.evaluate("window.places")
+    assert places == sorted(places)
+    page.evaluate("window.toServer = window.addb.send; window.addb.send = () => {};")
+    page.keyboard.press(".")
+    assert shown() == 7  # at once
+    assert page.session.frame == 6
+    until(lambda: shown() == 6, "the server's frame, where it does not come along")
+    page.evaluate("window.addb.send = window.toServer;")
+    page.keyboard.press(".")
+    until(lambda: page.session.frame == 7 and shown() == 7)
+
+
 def left_of(page, what):
     """Where the cursor or the selection stands [pixel]; far off while the page just puts it elsewhere."""
     box = page.locator(f"[data-addb-{what}]").first.bounding_box()

@@ -4,6 +4,8 @@
 // A letter is the one that the keyboard prints, wherever it lies; where the layout has no Latin letters, the one that
 // lies there on an American keyboard. Of signs, as "?", it does not matter which keys make them. Digits of keyboards
 // that need Shift for them do without it.
+import { stepAhead } from "./timeline.js";
+
 {
   let commands = new Map();
   window.addb.on("keys", (table) => (commands = new Map(Object.entries(table))));
@@ -48,12 +50,14 @@
       if (!event.isTrusted || isTyped(event)) return;
       const name = names(event).find((each) => commands.has(each));
       if (!name || isTheWidgets(event, name)) return;
-      const { do: action, held } = commands.get(name);
+      const { do: action, held, steps } = commands.get(name);
       if (name !== "Escape") {
         event.preventDefault();
         event.stopImmediatePropagation();
       }
-      if (!event.repeat || held) window.addb.send("do", action);
+      if (event.repeat && !held) return;
+      window.addb.send("do", action);
+      if (steps) stepAhead(steps);
     },
     true,
   );

@@ -8,6 +8,7 @@ const GUTTER = 96, MARGIN = 12, AXIS = 16, BAR = 30; // [pixel]; as in strip.css
 const FEWEST_PIXELS = 4; // of a drag; less is a click
 const FEWEST_FRAMES = 8; // that zoom leaves
 const TICK_PIXELS = 130;
+const WAITED_MS = 2000; // for the server's word on a frame that the cursor went to ahead of it
 
 const make = (id, parent, tag = "div") => {
   const made = document.createElement(tag);
@@ -38,6 +39,7 @@ const readout = make("addb-readout", strip);
 readout.hidden = pointerMark.hidden = selectionMark.hidden = true;
 
 let trial = null, rows = [], curves = [], selection = null, frame = 0;
+let plays = false, said = 0, ahead = [], waiting = 0; // frames that the cursor went to ahead of the server, which has said one
 let span = { first: 0, last: 1 };
 let extra = Number(localStorage.getItem("addb-timeline-height")) || 0; // [pixel] of the curves, chosen by hand
 
@@ -132,6 +134,7 @@ window.addb.on("trial", (told) => {
   if (!same) {
     span = { first: 0, last: Math.max(trial.frames - 1, 1) };
     frame = 0;
+    ahead = [];
   }
   layout();
 });
@@ -148,12 +151,39 @@ window.addb.on("selection", (told) => {
   selection = told;
   if (!drag) drawMarks();
 });
+window.addb.on("plays", (speed) => (plays = speed !== 0));
 window.addb.on("cursor", (told) => {
+  said = told;
   if (scrubbing) return;
-  frame = told;
+  const behind = ahead.indexOf(told);
+  if (behind >= 0 && behind < ahead.length - 1) ahead.splice(0, behind + 1);
+  else obey();
+});
+
+// A key that steps moves the cursor at once. What the server then says of steps that lie behind is passed over; where it
+// says another frame, or nothing, it is right.
+export function stepAhead({ frames, seconds }) {
+  if (!trial || plays || scrubbing) return;
+  const by = frames || Math.sign(seconds) * Math.max(1, Math.round(Math.abs(seconds) * trial.rate));
+  goAhead(Math.min(Math.max(frame + by, 0), trial.frames - 1));
+}
+function goAhead(to) {
+  if (to === frame) return;
+  ahead.push(to);
+  clearTimeout(waiting);
+  waiting = setTimeout(obey, WAITED_MS);
+  moveTo(to);
+}
+function obey() {
+  clearTimeout(waiting);
+  ahead = [];
+  if (!scrubbing) moveTo(said);
+}
+function moveTo(to) {
+  frame = to;
   if (trial && (frame < span.first || frame > span.last)) look(frame - 0.1 * (span.last - span.first));
   else drawMarks();
-});
+}
 
 // Zoom and pan.
 export function look(first, length = span.last - span.first) {
@@ -245,8 +275,7 @@ area.addEventListener("pointerup", (event) => {
   scrubbing = false;
   if (done.kind === "pan") return;
   if (done.kind === "scrub" || (clicked && !done.bar)) {
-    frame = at;
-    drawMarks();
+    goAhead(at);
     window.addb.send("go_to", `${at}`);
   } else if (clicked) {
     const { start, end, foot } = done.bar.block;
