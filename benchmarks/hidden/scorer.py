@@ -14,6 +14,8 @@ from benchmarks.hidden.classes import CAUSES, NONE, SOMETHING_ELSE
 from benchmarks.hidden.submission import Answer
 
 VERY_SURE = 0.97
+SURE = 0.9
+NAMED = 0.5  # what is likelier wrong than right is a hint, and no name
 FLOOR = 1e-4  # a probability below counts as this in the log score: one answer cannot cost more than 9.2 nats
 BINS = 10  # of equal width, of the calibration error
 RESAMPLES = 2000
@@ -39,10 +41,14 @@ class Judged:
         """Whether the likeliest name is right."""
         return self.outcome == "right"
 
+    def names_wrongly(self, at_least: float) -> bool:
+        """A cause named with so much and more that is not there."""
+        return self.confidence >= at_least and self.outcome in ("family", "wrong")
+
     @property
     def very_sure_and_wrong(self) -> bool:
         """A cause named with 97 % and more that is not there."""
-        return self.confidence >= VERY_SURE and self.outcome in ("family", "wrong")
+        return self.names_wrongly(VERY_SURE)
 
     @property
     def very_sure_of_nothing_and_wrong(self) -> bool:
@@ -95,11 +101,18 @@ def figures(judged: Sequence[Judged]) -> list[tuple[str, str]]:
     """Every figure with its 95 % interval: Wilson's for rates, bootstrap over cases for the others."""
     inside, outside, clean = (_of(judged, group) for group in (INSIDE, OUTSIDE, CLEAN))
     named = [near for j in judged for near in j.parameters]
+    sure = [j for j in inside if j.confidence >= SURE and j.outcome in ("right", "family", "wrong")]
     rows = [
         *[(f"inside the list: {o}", _rate(inside, lambda j, o=o: j.outcome == o)) for o in OUTCOMES],
+        ("inside the list: right, of names with 90 % and more", _rate(sure, lambda j: j.right)),
         ("outside the list: right", _rate(outside, lambda j: j.right)),
         ("outside the list: a wrong cause named", _rate(outside, lambda j: j.outcome == "wrong")),
+        (
+            "outside the list: a wrong cause with 90 % and more",
+            _rate(outside, lambda j: j.names_wrongly(SURE)),
+        ),
         ("clean: any alarm", _rate(clean, lambda j: not j.right)),
+        ("clean: a cause named with 50 % and more", _rate(clean, lambda j: j.names_wrongly(NAMED))),
         ("very sure of a cause, and wrong", _rate(judged, lambda j: j.very_sure_and_wrong)),
         ("very sure of nothing, and wrong", _rate(judged, lambda j: j.very_sure_of_nothing_and_wrong)),
         ("calibration error", _bootstrap(judged, _calibration_of)),

@@ -63,6 +63,29 @@ def test_what_an_answer_is_worth(said, outcome):
     assert not judged_as({said: 0.96, "drag": 0.04}).very_sure_and_wrong
 
 
+def test_what_is_likelier_wrong_than_right_is_no_name():
+    hint, name, sure = (
+        judged_as({"drag": p, NONE: 0.09, "plate_gain": 0.91 - p}, group=group, accepted=(accepted,))
+        for p, group, accepted in (
+            (0.48, "clean", NONE),
+            (0.52, "clean", NONE),
+            (0.91, "outside", SOMETHING_ELSE),
+        )
+    )
+    rows = dict(figures([hint, name, sure]))
+    assert rows["clean: any alarm"].endswith("(2/2)")
+    assert rows["clean: a cause named with 50 % and more"].endswith("(1/2)")
+    assert rows["outside the list: a wrong cause with 90 % and more"].endswith("(1/1)")
+
+
+def test_how_often_a_sure_name_is_right():
+    judged = [
+        judged_as({said: p, NONE: 1 - p})
+        for said, p in (("clock_offset", 0.9), ("drag", 0.95), ("drag", 0.8))
+    ]
+    assert dict(figures(judged))["inside the list: right, of names with 90 % and more"].endswith("(1/2)")
+
+
 def test_an_effect_of_thirty_sizes_may_be_called_by_its_name_or_not_on_the_list():
     accepted = ("clock_offset", SOMETHING_ELSE)
     judged = judged_as(
