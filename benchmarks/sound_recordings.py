@@ -1,0 +1,266 @@
+"""Figures of the solver that were read from sound recordings: remade, beside what is used.
+
+`python -m benchmarks.sound_recordings` reads plates and markers, fits nothing, and writes
+SOUND_RECORDINGS.md. A level stands if it is remade within the scatter that is used with it, a scatter or a
+slope within a factor of 1.5. Scatters of witnesses are robust (1.48 times the median size): they are scales
+of Student's t, and not all of these recordings are sound in every way.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.signal import butter, filtfilt
+
+from benchmarks.faults.editor.sources import SOURCES, Source
+from benchmarks.recordings import data_folder
+from benchmarks.truth.recorded import ACTIVITY
+from solver.capture.capture import ForcePlate, Markers
+from solver.capture.conditioning import gaps_filled
+from solver.capture.plate_sign_settings import PLATE_SIGN
+from solver.capture.subject import open_subject
+from solver.capture.trial import read_trial
+from solver.capture.vertical_momentum import vertical_momentum
+from solver.diagnosis.witnesses import rigid_distances
+from solver.diagnosis.witnesses.asking import asked
+from solver.diagnosis.witnesses.measured import Measured
+from solver.diagnosis.witnesses.settings import WITNESSES
+from solver.diagnosis.witnesses.statement import Statement
+from solver.effects import contact_edges
+from solver.gravity import GRAVITY
+from solver.settings import Settings
+
+PAGE = Path(__file__).with_name("SOUND_RECORDINGS.md")
+CUTOFFS_HZ = (4.0, 5.0, 6.0, 7.0, 8.0)  # of smoothed forces, each pass
+STRIKES = ("walk", "run", "sprint", "jump")  # contacts that begin and end
+FACTOR = 1.5  # by which a scatter may be remade otherwise
+ROBUST = 1.4826  # standard deviations of a Gaussian in its median size
+STILL_M_PER_S2 = 0.5  # a trunk that is accelerated less tells of nothing but noise
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One number of the solver, and the same remade."""
+
+    name: str
+    used: float
+    remade: float
+    of: int  # trials, or what each tells
+    what: str
+    within: float | None = None  # of a level: the scatter that is used with it
+
+    @property
+    def stands(self) -> bool:
+        """Whether it is about what sound recordings show."""
+        if self.within is not None:
+            return abs(self.remade - self.used) < self.within
+        return bool(1 / FACTOR < self.remade / self.used < FACTOR)
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """The trials of a person whose activity is known."""
+
+    activities: dict[str, str]
+    trials: list[Measured]
+    mass_kg: float | None
+
+
+def recorded() -> Iterator[Recorded]:
+    """All of the bench, folder by folder."""
+    reading = Settings().reading
+    for folder, activities in ACTIVITY.items():
+        subject = open_subject(data_folder() / folder)
+        chosen = [files for files in subject.trials if files.name in activities]
+        trials = [Measured(read_trial(files, reading), reading) for files in chosen]
+        yield Recorded(activities, trials, subject.mass_kg)
+
+
+def of_edges(people: Sequence[Recorded]) -> list[Figure]:
+    """How steeply forces fall off where contacts begin and end, as they are and smoothed."""
+    found = np.array(
+        [
+            falls
+            for person in people
+            for trial in person.trials
+            if person.activities[trial.capture.name] in STRIKES and (falls := _falls(trial))
+        ]
+    )
+    sound, smoothed = found[:, 0], found[:, 1:]
+    slope = np.polyfit(np.log(CUTOFFS_HZ), smoothed.mean(axis=0), 1)[0]
+    used, count = contact_edges, len(found)
+    used_Hz, of_4_Hz = used.FALL_OF_4_HZ
+    assert used_Hz == CUTOFFS_HZ[0]
+    scatter = float(smoothed.std(axis=0, ddof=1).mean())
+    return [
+        Figure("SOUND", used.SOUND, sound.mean(), count, "of forces as they are", used.SOUND_STD),
+        Figure("SOUND_STD", used.SOUND_STD, sound.std(ddof=1), count, "from trial to trial"),
+        Figure("FILTERED", used.FILTERED, smoothed.mean(), count, "smoothed at 4 to 8 Hz", used.FILTERED_STD),
+        Figure("FILTERED_STD", used.FILTERED_STD, smoothed.std(ddof=1), count, "of all of these"),
+        Figure(
+            "FALL_OF_4_HZ",
+            of_4_Hz,
+            smoothed[:, 0].mean(),
+            count,
+            "smoothed at 4 Hz, each pass",
+            used.FALL_STD,
+        ),
+        Figure("FALL_BY_LOG", used.FALL_BY_LOG, slope, count, "more for e times the cutoff"),
+        Figure("FALL_STD", used.FALL_STD, scatter, count, "between trials, at one cutoff"),
+    ]
+
+
+def _falls(trial: Measured) -> list[float]:
+    """The usual one as recorded and at each cutoff; none where no contact begins or ends."""
+    plates = [gaps_filled(plate, trial.reading.conditioning)[0] for plate in trial.capture.plates]
+    found = []
+    for cutoff_Hz in (None, *CUTOFFS_HZ):
+        edges: list[float] = []
+        for plate in plates:
+            vertical = plate.force_ground[:, 1]
+            if cutoff_Hz is not None:
+                b, a = butter(2, cutoff_Hz, fs=plate.rate)
+                vertical = filtfilt(b, a, vertical)
+            edges += contact_edges.fall_off(vertical, plate.rate)
+        usual = contact_edges.usual_fall_off(edges)
+        if usual is None:
+            return []
+        found.append(usual)
+    return found
+
+
+def of_witnesses(people: Sequence[Recorded]) -> list[Figure]:
+    """What the witnesses of a diagnosis measure, in walks and runs where time or weight matters."""
+    said = [(person, one) for person in people for one in asked(person.trials, person.mass_kg)]
+    all_trials = [one for _, one in said]
+    moving = [one for person, one in said if person.activities.get(one.trial or "") in ("walk", "run")]
+    masses = [
+        float(np.log(one.figures["carried_kg"] / one.figures["entered_kg"]))
+        for one in moving
+        if "entered_kg" in one.figures
+    ]
+    alone = [ratio for one in moving for ratio in _between_plates(one)]
+    lags = np.array(_told(moving, "lag", "lag_s")) + WITNESSES.lag_bias_s  # the witness takes its own off
+    paths = _told(all_trials, "path of the pressure", "scatter_m")
+    places = _told(all_trials, "path of the pressure", "off_m")
+    lengths = _told(all_trials, "rigid distances", "scatter")
+    used, bias_s = WITNESSES, float(np.median(lags))
+    return [
+        _scatter("mass_scatter", used.mass_scatter, masses, "carried over entered mass, logarithm"),
+        _scatter("plates_scatter", used.plates_scatter, alone, "mass on one plate over that on the others"),
+        Figure("lag_bias_s", used.lag_bias_s, bias_s, len(lags), "forces after motion", used.lag_scatter_s),
+        _scatter("lag_scatter_s", used.lag_scatter_s, lags - bias_s, "about that"),
+        Figure(
+            "path_scatter_m",
+            used.path_scatter_m,
+            float(np.median(paths)),
+            len(paths),
+            "pressure about the pressing markers, each plate's root mean square",
+        ),
+        _scatter("place_scatter_m", used.place_scatter_m, places, "middle of the stances on a plate"),
+        _scatter(
+            "BETWEEN_SCATTER",
+            rigid_distances.BETWEEN_SCATTER,
+            lengths,
+            "lengths from trial to trial, logarithm",
+        ),
+    ]
+
+
+def _told(said: Sequence[Statement], witness: str, figure: str) -> list[float]:
+    return [one.figures[figure] for one in said if one.witness == witness and figure in one.figures]
+
+
+def _between_plates(said: Statement) -> Iterator[float]:
+    """Of masses that plates carry alone, each over the median of the others, logarithm."""
+    masses = {plate: kg for plate, kg in said.figures.items() if plate.startswith("plate_")}
+    for plate, kg in masses.items() if said.witness == "weight" else ():
+        yield float(np.log(kg / np.median([other for name, other in masses.items() if name != plate])))
+
+
+def _scatter(name: str, used: float, found: Sequence[float] | np.ndarray, what: str) -> Figure:
+    """About nothing, robustly."""
+    return Figure(name, used, ROBUST * float(np.median(np.abs(found))), len(found), what)
+
+
+def of_trunk() -> list[Figure]:
+    """How the centre of mass moves with the trunk's markers, where all contacts are on plates."""
+    found = [fitted for source in SOURCES if (fitted := _trunk(source)) is not None]
+    shares = np.array([share for share, _ in found])
+    errors = np.concatenate([of for _, of in found])
+    used = PLATE_SIGN
+    return [
+        Figure(
+            "trunk_share",
+            used.trunk_share,
+            shares.mean(),
+            len(shares),
+            "its acceleration over the trunk's",
+            used.trunk_spread,
+        ),
+        Figure("trunk_spread", used.trunk_spread, shares.std(ddof=1), len(shares), "between recordings"),
+        Figure(
+            "acceleration_share",
+            used.acceleration_share,
+            float(np.quantile(errors, 2 / 3)),
+            len(errors),
+            "error over the size nearby, of which two thirds of the samples stay below",
+        ),
+    ]
+
+
+def _trunk(source: Source) -> tuple[float, np.ndarray] | None:
+    """Share, and each sample's error over the acceleration's size nearby; none where nobody moves."""
+    trial = source.read(data_folder()).trials[0]
+    plates = [
+        ForcePlate(f"plate {k}", p.force, p.moment, p.pressure, trial.force_rate, float(trial.force_times[0]))
+        for k, p in enumerate(trial.plates)
+    ]
+    markers = Markers(trial.labels, trial.positions, trial.rate, float(trial.times[0]))
+    seen = vertical_momentum(plates, markers)
+    total = seen.readings_N.sum(axis=1)
+    known = np.isfinite(total + seen.acceleration)
+    trunk, total = seen.acceleration[known], total[known]
+    if trunk.std() < STILL_M_PER_S2:
+        return None
+    design = np.stack([np.full(len(trunk), GRAVITY), trunk], axis=1)
+    mass, moved = np.linalg.lstsq(design, total, rcond=None)[0]
+    error = total / mass - GRAVITY - moved / mass * trunk
+    return float(moved / mass), np.abs(error) / seen.agitation[known]
+
+
+def page(sections: Sequence[tuple[str, Sequence[Figure]]]) -> str:
+    """A table a section."""
+    lines = [
+        "# What sound recordings show",
+        "",
+        "Made by `python -m benchmarks.sound_recordings`: numbers of the solver that were read from sound",
+        "recordings, remade from those of the bench without any fit. A level stands if it is remade within",
+        f"the scatter used with it, a scatter or a slope within a factor of {FACTOR:g}. Scatters of",
+        "witnesses are robust: not all of these recordings are sound in every way.",
+    ]
+    for title, figures in sections:
+        lines += ["", f"## {title}", ""]
+        lines += ["| figure | | used | remade | of | |", "|---|---|---:|---:|---:|---|"]
+        lines += [
+            f"| `{one.name}` | {'stands' if one.stands else 'asks for a look'} | {one.used:.3g} | "
+            f"{one.remade:.3g} | {one.of} | {one.what} |"
+            for one in figures
+        ]
+    return "\n".join([*lines, ""])
+
+
+def main() -> None:
+    """Write the page."""
+    people = list(recorded())
+    sections = [
+        ("Edges of contacts (`solver/effects/contact_edges.py`)", of_edges(people)),
+        ("Witnesses of a diagnosis (`solver/diagnosis/witnesses`)", of_witnesses(people)),
+        ("The trunk for the centre of mass (`solver/capture/plate_sign_settings.py`)", of_trunk()),
+    ]
+    PAGE.write_text(page(sections), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
