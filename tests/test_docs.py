@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from addb_viewer.app.shell.commands import COMMANDS
-from solver.effects.catalogue import IDS, MARKER_IDS
 from solver.settings import Settings, as_toml, tables
 
 PROJECT = Path(__file__).resolve().parent.parent
@@ -78,15 +77,6 @@ def test_every_setting_is_printed_with_its_unit_and_reason(stage):
         assert len(reason.split()) >= 3, f"[{stage}] {setting.name}: '{reason}' is no reason"
         assert reason in printed[setting.name]
         assert not unit or f"[{unit}]" in printed[setting.name]
-
-
-def test_the_catalogue_of_causes_is_the_one_on_its_page():
-    rows = [
-        line for line in section("docs/diagnosis.md", "The catalogue").splitlines() if line.startswith("| `")
-    ]
-    told = [re.split(r"(?<!\\)\|", row)[1:-1] for row in rows]
-    assert [row[0].strip(" `") for row in told] == [*IDS, *MARKER_IDS]
-    assert all(len(row) == 4 and row[2].strip() for row in told)
 
 
 def test_the_map_leads_to_every_page():

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.faults.editor.kinds import CLEAN
-from benchmarks.faults.names import MARKERS, NAMES, Names
+from benchmarks.faults.names import NAMES, Names
 
 VERY_SURE = 0.97  # what the page calls very sure begins no lower
 LEAD = 0.9  # below it a name is a lead, not a finding
@@ -16,6 +16,7 @@ SIZE_WITHIN = 0.3  # of the true size; or
 DEVIATIONS = 3.0  # of the stated ones
 OVERLAP = 0.5  # of the frames of an event
 TIMED = ("off_plate_step",)  # causes that are events
+OF_ONE_MARKER = ("marker_slip", "marker_swap")
 ROUNDING = 1e-6
 FAULTED = ("right", "right_but_more", "class", "lead", "unexplained", "missed", "wrong", "failed")
 UNTOUCHED = ("silent", "unexplained", "lead", "alarm", "failed")
@@ -142,7 +143,7 @@ def _is_there(effect: Mapping[str, Any], truth: Mapping[str, Any]) -> bool:
     target = set(str(effect["target"]).split("+"))
     if truth["plate"] is not None and "plate_" in str(effect["target"]):
         return f"plate_{truth['plate']}" in target
-    if effect["id"] in MARKERS[:2] and truth["markers"]:
+    if effect["id"] in OF_ONE_MARKER and truth["markers"]:
         return bool(target & set(truth["markers"]))
     if effect["id"] in TIMED:
         return _overlap(effect, truth) >= OVERLAP

@@ -2,11 +2,13 @@
 
 Where no name is given, a witness that speaks for the fault's class, louder than all others, tells the class.
 
-A class holds what nobody could tell from the fault by this recording or would act on in the same way. Ids are
-those of the catalogue; an entry that is added later for one of these faults is added here as well.
+A class holds what nobody could tell from the fault by this recording or would act on in the same way: the ids
+of a branch of the catalogue. A cause that is added for one of these faults is added to what is right.
 """
 
 from dataclasses import dataclass
+
+from solver.effects.catalogue import ABOUT, MARKER_IDS
 
 
 @dataclass(frozen=True)
@@ -19,23 +21,15 @@ class Names:
     witnessed: tuple[str, ...] = ()  # classes that a witness may speak for instead of a name
 
 
-PLATE = (
-    "plate_gain",
-    "plate_bias",
-    "plate_position",
-    "plate_yaw",
-    "plate_turn",
-    "plate_mirror",
-    "plate_units",
-    "plate_swap",
-    "plate_exchange",
-    "axis_convention",
-    "zero_level",
-    "plate_sign",
-)
-CLOCK = ("clock_offset", "trial_clocks", "plate_clock", "sample_rate", "filter_mismatch")
-WEIGHT = ("body_weight_support", "subject_mass", "carried_mass", "segment_mass")
-MARKERS = ("marker_slip", "marker_swap", "segment_displaced", "soft_tissue")
+def _in_branch(trunk: str) -> tuple[str, ...]:
+    return tuple(id for id, about in ABOUT.items() if about.branch.startswith(f"{trunk}/"))
+
+
+OF_ALL_PLATES = ("gravity_tilt",)  # nobody could take it for a fault of one plate
+PLATE = (*(id for id in _in_branch("plate") if id not in OF_ALL_PLATES), "plate_sign")
+CLOCK = _in_branch("time")
+WEIGHT = tuple(id for id, about in ABOUT.items() if about.weight)
+MARKERS = MARKER_IDS
 ZERO = "{plate}: its zero level is off.*; taken off"
 
 GEOMETRY = ("plate_turned_or_mirrored", "plate_place")

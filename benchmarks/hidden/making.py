@@ -12,12 +12,12 @@ import numpy as np
 from jaxtyping import Float
 
 from benchmarks.hidden.classes import NONE, SOMETHING_ELSE
-from benchmarks.hidden.drawing import CLEAN, INSIDE, OUTSIDE, PublicCase, fits, names_of, plan_public
+from benchmarks.hidden.drawing import CLEAN, IDS, INSIDE, OUTSIDE, PublicCase, fits, names_of, plan_public
 from benchmarks.hidden.sealing import kept_salts, write_listing
 from solver.capture.atomic import write_whole
 from solver.capture.capture import Capture
 from solver.skeleton.forward import cross
-from tests.hidden_effects.hider.cases import IDS, CasePlan, made
+from tests.hidden_effects.hider.cases import CasePlan, made
 from tests.hidden_effects.hider.drawing import NoPlaceError
 from tests.hidden_effects.hider.files import Recording, write_recording
 from tests.hidden_effects.hider.hidden import Hidden, Truth

@@ -55,6 +55,15 @@ class Named(Enum):
 
 
 @dataclass(frozen=True)
+class Entry:
+    """Its row in the catalogue of the documentation, in Markdown."""
+
+    target: str = ""  # what may be named: `plate_k`, a body, markers
+    happened: str = ""  # best as an equation between what was recorded and what is true
+    parameters: str = ""  # names of what `estimates` tells
+
+
+@dataclass(frozen=True)
 class Size:
     """How large a parameter is where the cause is there, counted from no effect, in the parameter's unit."""
 
@@ -70,6 +79,7 @@ class About:
     """One cause of the catalogue."""
 
     id: str
+    entry: Entry = Entry()
     title: str = ""  # a few words; {target} is filled in
     sentence: str = ""  # what it means, for people; {target} is filled in
     remedy: str = ""  # what to do about it in the laboratory

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.effects.about import About
+from solver.effects.about import About, Entry
 from solver.effects.changed_force import points_ground
 from solver.effects.effect import Candidate
 from solver.effects.gross_cause import GrossCause, with_samples
@@ -23,6 +23,11 @@ TRUE_FROM_RECORDED = {
 
 ABOUT = About(
     id="axis_convention",
+    entry=Entry(
+        "`x`, `y`, `z`, `xz`",
+        "a force component has the wrong sign (`y`: x and z have), or x and z are exchanged",
+        "",
+    ),
     title="wrong axes of the forces: {target}",
     sentence=(
         "The axes of all plates' forces are not those of the markers ({target}); centres of pressure "

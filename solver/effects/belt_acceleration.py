@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About, AtFault, Course
+from solver.effects.about import About, AtFault, Course, Entry
 from solver.effects.effect import Candidate, Estimate, Eta, InPieces, Range, Signature
 from solver.effects.readings import Reading
 from solver.effects.scene import Scene, force_at
@@ -25,6 +25,7 @@ FEWEST_M = 0.3  # a person who travels less than that in a trial has no directio
 
 ABOUT = About(
     id="belt_acceleration",
+    entry=Entry("`all`", "belt or platform accelerates", "`rms_m_per_s2`"),
     title="a belt or platform that accelerates, if there was one",
     sentence=("If the person walked or stood on a belt or platform: it speeds up and slows down."),
     remedy=(

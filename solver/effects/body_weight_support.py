@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About, AtFault, Named, Size, Weight
+from solver.effects.about import About, AtFault, Entry, Named, Size, Weight
 from solver.effects.effect import Candidate, Estimate, Eta, InTrials, Signature, all_and_each
 from solver.effects.force_on_body import columns_at_centre, prior_with_reach, trunk_bodies
 from solver.effects.pictures import Arrow, Steady
@@ -20,6 +20,7 @@ MOST_SHARE = 0.8  # of body weight; with more, nobody stands
 
 ABOUT = About(
     id="body_weight_support",
+    entry=Entry("body", "a constant force upward", "`force_N`"),
     title="an unmeasured support: {target}",
     sentence="A harness or a hand carries {target} with a constant force.",
     remedy="Record the support's load cell, or enter its setting.",

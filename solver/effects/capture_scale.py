@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About
+from solver.effects.about import About, Entry
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.readings import Reading
 from solver.effects.scene import Scene
@@ -20,6 +20,7 @@ LEAST = 0.003  # a wand made with care: 1.5 mm over half a metre
 
 ABOUT = About(
     id="capture_scale",
+    entry=Entry("`all`", "recorded marker = scale × true", "`scale`"),
     title="wrong scale of the camera calibration",
     sentence="All distances between markers are too large or too small by a constant factor.",
     remedy="Calibrate the cameras with a wand whose length was measured.",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About, AtFault, Named, Size, Weight
+from solver.effects.about import About, AtFault, Entry, Named, Size, Weight
 from solver.effects.demanded_by_inertia import demanded_by_changes
 from solver.effects.effect import Candidate, Estimate, Eta, InTrials, Signature, all_and_each
 from solver.effects.limbs import BETWEEN_OTHERS_ODDS, inner_arm_segments
@@ -26,6 +26,11 @@ MOMENTS = ((0, 3), (1, 3), (2, 3), (0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2
 
 ABOUT = About(
     id="carried_mass",
+    entry=Entry(
+        "body",
+        "a load that the model lacks, its centre in the body's frame",
+        "`mass_kg`, `offset_x_m`, `offset_y_m`, `offset_z_m`",
+    ),
     title="a load that is not in the model: {target}",
     sentence="A load that is not in the model is carried on {target}.",
     remedy=(

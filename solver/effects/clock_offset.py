@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.effects.about import About, Size
+from solver.effects.about import About, Entry, Size
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.readings import Reading
 from solver.effects.scene import Scene
@@ -20,6 +20,7 @@ FARTHEST_S = 0.3
 
 ABOUT = About(
     id="clock_offset",
+    entry=Entry("`all`", "recorded force(t) = true force(t − offset); positive: late", "`offset_s`"),
     title="forces shifted in time against the markers",
     sentence="Forces and markers are shifted in time: the forces come too late or too early.",
     remedy=(

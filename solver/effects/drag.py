@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
-from solver.effects.about import About, AtFault, Named, Size
+from solver.effects.about import About, AtFault, Entry, Named, Size
 from solver.effects.effect import Candidate, Estimate, Eta, InTrials, Signature, all_and_each
 from solver.effects.force_on_body import columns_at_centre, prior_with_reach, trunk_bodies
 from solver.effects.pictures import AgainstMotion, Arrow
@@ -22,6 +22,11 @@ SLOWEST_M_PER_S = 1e-6  # keeps powers of the speed finite
 
 ABOUT = About(
     id="drag",
+    entry=Entry(
+        "body",
+        "a force against the motion, growing with a power of speed",
+        "`b_Ns_per_m` (at 1 m/s), `mean_force_N`, `exponent`",
+    ),
     title="a drag or tow: {target}",
     sentence="Something brakes {target}, the more the faster it moves.",
     remedy="Record the towing force, or repeat the trial without it.",

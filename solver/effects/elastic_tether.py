@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About, AtFault, Named, Size
+from solver.effects.about import About, AtFault, Entry, Named, Size
 from solver.effects.effect import Candidate, Estimate, Eta, InTrials, Signature, all_and_each
 from solver.effects.force_on_body import REACH_M, columns_at_centre, trunk_bodies
 from solver.effects.pictures import Arrow, Band
@@ -25,6 +25,11 @@ LEAST_N = 10.0  # a slack band
 
 ABOUT = About(
     id="elastic_tether",
+    entry=Entry(
+        "body",
+        "an elastic band to a fixed point",
+        "`stiffness_N_per_m`, `mean_force_N`, `anchor_x_m`, `anchor_y_m`, `anchor_z_m`, `rest_length_m`",
+    ),
     title="an elastic band: {target}",
     sentence="An elastic band pulls {target} towards a fixed point.",
     remedy="Put a load cell into the band, or take it off.",

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.effects.about import About, AtFault, Course, Named
+from solver.effects.about import About, AtFault, Course, Entry, Named
 from solver.effects.contact_windows import HOP_S, INDEPENDENT_HOPS, UP, contact_windows
 from solver.effects.effect import Candidate, Estimate, Eta, InPieces, Range, Signature
 from solver.effects.force_on_body import columns_at_point
@@ -41,6 +41,14 @@ Missing = Mapping[str, Float[np.ndarray, "frames 6"]]  # by trial: what the bala
 
 ABOUT = About(
     id="external_contact",
+    entry=Entry(
+        "body",
+        "something pushes or pulls for a while",
+        (
+            "`force_x_N`, `force_y_N`, `force_z_N` (mean, on the person), `point_x_m`, `point_y_m`, "
+            "`point_z_m` (in the body)"
+        ),
+    ),
     title="an unmeasured contact: {target}",
     sentence=("Something that no plate measures pushes or pulls at {target}: a seat, a rail, a hand."),
     remedy=("Look at the video for what touches the person there, keep it away, or put a sensor on it."),

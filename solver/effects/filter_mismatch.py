@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.conditioning import contact_samples
-from solver.effects.about import About
+from solver.effects.about import About, Entry
 from solver.effects.contact_edges import fall_off, filtered_nats, log_cutoff, usual_fall_off
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.readings import Reading
@@ -35,6 +35,11 @@ MOST_GAIN = 20.0  # of the inverse: a newton of noise within its band grows to t
 
 ABOUT = About(
     id="filter_mismatch",
+    entry=Entry(
+        "`all`",
+        "forces were low-passed (2nd order, zero phase), markers less or as much",
+        "`cutoff_Hz` (of each pass)",
+    ),
     title="smoothed forces",
     sentence="The forces were smoothed before they were exported: impacts are blunted.",
     remedy=(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About
+from solver.effects.about import About, Entry
 from solver.effects.changed_force import wrench_change
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.readings import Reading
@@ -20,6 +20,11 @@ TILTS = ("tilt_x_deg", "tilt_z_deg")
 
 ABOUT = About(
     id="gravity_tilt",
+    entry=Entry(
+        "`all`",
+        "force vectors turned by a small rotation about x and z",
+        "`tilt_x_deg`, `tilt_z_deg`",
+    ),
     title="tilted force vectors",
     sentence="All forces are tilted: the vertical of the force plates is not that of the cameras.",
     remedy=(

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy.lib.stride_tricks import sliding_window_view
 
-from solver.effects.about import About, Course, Mend, Named, Size
+from solver.effects.about import About, Course, Entry, Mend, Named, Size
 from solver.effects.effect import Estimate, Range
 from solver.effects.marker_effect import (
     FEWEST_SEEN,
@@ -47,6 +47,11 @@ AngleFit = Callable[[int | None], tuple[Float[np.ndarray, "samples axes"], Float
 
 ABOUT = About(
     id="marker_slip",
+    entry=Entry(
+        "marker",
+        "from a moment on the marker sits elsewhere on its segment",
+        "`shift_m`, `time_s`, `shift_x_m`, `shift_y_m`, `shift_z_m`",
+    ),
     title="a marker that moved on its segment: {target}",
     sentence="Marker {target} has moved on its segment during the trial and stayed there.",
     remedy=(

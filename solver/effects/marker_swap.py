@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.effects.about import About, Course, Mend, Named
+from solver.effects.about import About, Course, Entry, Mend, Named
 from solver.effects.effect import Range
 from solver.effects.marker_effect import TRUSTED_M, MarkerFinding
 from solver.effects.pictures import Markers
@@ -27,6 +27,7 @@ MOST_EDGES = 40
 
 ABOUT = About(
     id="marker_swap",
+    entry=Entry("markers", "two labels exchanged for a while", ""),
     title="swapped markers: {target}",
     sentence="Two markers carry each other's names: {target}.",
     remedy="Exchange the two labels on these frames in the tracking software.",

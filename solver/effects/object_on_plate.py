@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About, AtFault, Named, Size
+from solver.effects.about import About, AtFault, Entry, Named, Size
 from solver.effects.carried_mass import LEAST_STDS
 from solver.effects.effect import Candidate, Estimate, Eta, InTrials, Signature, all_and_each
 from solver.effects.pictures import Plates
@@ -23,6 +23,11 @@ ASIDE = ("aside_x_m", "aside_z_m")
 
 ABOUT = About(
     id="object_on_plate",
+    entry=Entry(
+        "`plate_k`",
+        "something stands on the plate all the time, also while the foot is away",
+        "`mass_kg`, `aside_x_m`, `aside_z_m` (from the plate's middle)",
+    ),
     title="an object on {target}",
     sentence="Something stands on {target} all the time and is measured with the person.",
     remedy="Take it off the plate and record again, or weigh it and take its weight off this plate's forces.",

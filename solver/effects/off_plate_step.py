@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About, AtFault, Course, Mend, Named
+from solver.effects.about import About, AtFault, Course, Entry, Mend, Named
 from solver.effects.effect import Candidate, Estimate, Eta, InPieces, Range, Signature
 from solver.effects.pictures import Arrow, Steady
 from solver.effects.readings import Reading
@@ -31,6 +31,11 @@ UP = 1  # y, among the components of a force
 
 ABOUT = About(
     id="off_plate_step",
+    entry=Entry(
+        "foot",
+        "a foot stands where no plate measures it",
+        "`force_y_N` (mean), `weight_share` (of body weight)",
+    ),
     title="a step that no plate measured: {target}",
     sentence="No plate measures the force under {target}: no plate is there, or it recorded nothing.",
     remedy="Flag these frames, or repeat the trial with every step on a plate.",

@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float
 from solver.capture.capture import ForcePlate
 from solver.capture.conditioning import contact_samples, gaps_filled
 from solver.capture.zero_level import unloaded_stretches
-from solver.effects.about import About, Named, Size
+from solver.effects.about import About, Entry, Named, Size
 from solver.effects.effect import Candidate, Corrected, Estimate, Eta, Signature
 from solver.effects.pictures import Plates
 from solver.effects.readings import Reading, along
@@ -31,6 +31,11 @@ BIASES = ("bias_x_N", "bias_y_N", "bias_z_N")
 
 ABOUT = About(
     id="plate_bias",
+    entry=Entry(
+        "`plate_k`",
+        "a constant force added at the plate's centre",
+        "`bias_x_N`, `bias_y_N`, `bias_z_N`",
+    ),
     title="constant error in the force of {target}",
     sentence="{target} adds a constant force to what it measures.",
     remedy=("Tare the plate right before each recording, with nobody on it, and let its amplifier warm up."),
@@ -49,7 +54,6 @@ ABOUT = About(
             which=("much", "little"),
         ),
         *along("bias_{}_N", "it reads {{amount}} too far towards {{which}}", "N", axes="xz"),
-        *along("bias_{}_N_per_s", "drifting by {{amount}} towards {{which}}", "N/s"),
     ),
     picture=Plates(),
 )

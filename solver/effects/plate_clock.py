@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool
 
-from solver.effects.about import About, Named, Size
+from solver.effects.about import About, Entry, Named, Size
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.pictures import Plates
@@ -17,6 +17,7 @@ LEAST_S = 0.004  # amplifiers of one kind delay alike
 
 ABOUT = About(
     id="plate_clock",
+    entry=Entry("`plate_k`", "recorded force(t) = true force(t − offset), of one plate alone", "`offset_s`"),
     title="forces of {target} shifted in time against the other plates",
     sentence="The forces of {target} alone come too late or too early.",
     remedy=(

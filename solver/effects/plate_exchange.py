@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About, Named
+from solver.effects.about import About, Entry, Named
 from solver.effects.effect import Candidate, Eta, Signature
 from solver.effects.gross_cause import with_samples
 from solver.effects.pictures import Plates
@@ -18,6 +18,7 @@ from solver.skeleton.forward import cross
 
 ABOUT = About(
     id="plate_exchange",
+    entry=Entry("`plate_a+plate_b`", "two plates in each other's place, forces and centres of pressure", ""),
     title="{target} in each other's place",
     sentence="Each of two plates stands in the other's place in the files ({target}): forces and pressures.",
     remedy=(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About, Named, Size
+from solver.effects.about import About, Entry, Named, Size
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.pictures import Plates
 from solver.effects.readings import Reading
@@ -20,6 +20,7 @@ MOST_LEFT = 0.5  # of the plate's force
 
 ABOUT = About(
     id="plate_gain",
+    entry=Entry("`plate_k`", "recorded = (1 + gain error) × true, force and moment", "`gain_error`"),
     title="wrong gain of {target}",
     sentence="{target} reads too much or too little by a constant factor.",
     remedy=("Put a known weight on the plate at several places and correct its calibration matrix."),

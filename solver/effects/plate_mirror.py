@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About, Named
+from solver.effects.about import About, Entry, Named
 from solver.effects.effect import Candidate, Estimate
 from solver.effects.pictures import Plates
 from solver.effects.readings import Reading
@@ -22,6 +22,11 @@ MIRRORS = {
 
 ABOUT = About(
     id="plate_mirror",
+    entry=Entry(
+        "`plate_k`",
+        "one horizontal axis of force and pressure reversed about the plate's middle",
+        "`mirrored_axis_deg` (from x towards z)",
+    ),
     title="{target} mirrored",
     sentence="One horizontal axis of {target} points the other way in the files, for force and pressure.",
     remedy=(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About, Named, Size
+from solver.effects.about import About, Entry, Named, Size
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.pictures import Plates
 from solver.effects.readings import along
@@ -22,6 +22,7 @@ SHIFTS = ("shift_x_m", "shift_z_m")
 
 ABOUT = About(
     id="plate_position",
+    entry=Entry("`plate_k`", "recorded − true centre of pressure", "`shift_x_m`, `shift_z_m`"),
     title="wrong position of {target}",
     sentence="{target} is not exactly where the files place it.",
     remedy=(

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About, Named
+from solver.effects.about import About, Entry, Named
 from solver.effects.changed_force import points_ground
 from solver.effects.effect import Candidate
 from solver.effects.gross_cause import GrossCause, with_samples
@@ -17,6 +17,7 @@ from solver.effects.scene import PlateScene, Scene, force_at
 
 ABOUT = About(
     id="plate_swap",
+    entry=Entry("`plate_a+plate_b`", "forces of two plates exchanged, centres of pressure not", ""),
     title="forces of {target} exchanged",
     sentence="The forces of two plates are exchanged ({target}).",
     remedy=("Check which amplifier channel belongs to which plate, and the order of plates in the export."),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About, Named
+from solver.effects.about import About, Entry, Named
 from solver.effects.effect import Candidate, Estimate
 from solver.effects.pictures import Plates
 from solver.effects.readings import Reading
@@ -17,6 +17,14 @@ TURNS_DEG = (90, 180, -90)
 
 ABOUT = About(
     id="plate_turn",
+    entry=Entry(
+        "`plate_k`",
+        (
+            "recorded force, moment and pressure turned by a quarter or a half about the vertical through "
+            "the plate's middle"
+        ),
+        "`turn_deg`",
+    ),
     title="{target} turned by 90° or 180°",
     sentence="In the files the axes of {target} are turned by 90° or 180° about the vertical.",
     remedy=(

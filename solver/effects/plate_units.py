@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About, Named
+from solver.effects.about import About, Entry, Named
 from solver.effects.effect import Candidate, Estimate
 from solver.effects.pictures import Plates
 from solver.effects.readings import Reading
@@ -21,6 +21,11 @@ FACTORS = (1 / 9.80665, 1 / 4.448222, 0.25, 0.5, 2.0, 4.0, 4.448222, 9.80665)
 
 ABOUT = About(
     id="plate_units",
+    entry=Entry(
+        "`plate_k`",
+        "recorded = factor × true: kilograms, pounds, a range of the amplifier",
+        "`factor`",
+    ),
     title="wrong units of {target}",
     sentence="{target} reads a multiple of the true force: other units, or a wrong range of its amplifier.",
     remedy=(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About, Named
+from solver.effects.about import About, Entry, Named
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.pictures import Plates
 from solver.effects.readings import Reading
@@ -22,6 +22,11 @@ UP = np.array([0.0, 1.0, 0.0])
 
 ABOUT = About(
     id="plate_yaw",
+    entry=Entry(
+        "`plate_k`",
+        "recorded force and centre of pressure turned about the vertical through the plate's centre",
+        "`yaw_deg`",
+    ),
     title="{target} turned about the vertical",
     sentence="{target} is turned about the vertical relative to the axes in the files.",
     remedy="Measure the plate's corners again and check their order in the files.",

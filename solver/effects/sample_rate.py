@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.effects.about import About
+from solver.effects.about import About, Entry
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.readings import Reading
 from solver.effects.scene import Scene
@@ -22,6 +22,7 @@ MOST_STARTS = 30  # on each side of zero
 
 ABOUT = About(
     id="sample_rate",
+    entry=Entry("`all`", "recorded force time = (1 + stretch) × true time", "`stretch`"),
     title="forces with a wrong sampling rate",
     sentence=(
         "The forces were sampled at another rate than the files say: they drift away from the markers."

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About, Course, Mend, Named, Size
+from solver.effects.about import About, Course, Entry, Mend, Named, Size
 from solver.effects.effect import Estimate, Range
 from solver.effects.leaps import Leap
 from solver.effects.marker_effect import RESOLVED_M, MarkerFinding
@@ -23,6 +23,11 @@ TOGETHER_S = 0.1  # slips within are one event
 
 ABOUT = About(
     id="segment_displaced",
+    entry=Entry(
+        "bodies",
+        "from a moment on several markers of neighbouring segments sit elsewhere, together",
+        "`shift_m` (mean), `time_s`",
+    ),
     title="several markers that moved together: {target}",
     sentence="At one moment several markers of {target} moved together over the body and stayed there.",
     remedy=(

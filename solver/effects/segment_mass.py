@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About, AtFault, Named, Size, Weight
+from solver.effects.about import About, AtFault, Entry, Named, Size, Weight
 from solver.effects.demanded_by_inertia import demanded_by_bodies
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.pictures import Segments
@@ -28,6 +28,7 @@ ONE_SIDED_ODDS = 2.0  # [nats] against one of a pair
 
 ABOUT = About(
     id="segment_mass",
+    entry=Entry("bodies", "true mass = factor × mass in the model", "`mass_factor`"),
     title="wrong segment mass: {target}",
     sentence="{target}: the masses of these segments differ from those in the model.",
     remedy=("Scale the segments' masses to the person: a scan, or tables for the person's build."),

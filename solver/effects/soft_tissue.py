@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About, AtFault, Mend, Named
+from solver.effects.about import About, AtFault, Entry, Mend, Named
 from solver.effects.effect import Estimate, Range
 from solver.effects.marker_effect import MarkerFinding
 from solver.effects.pictures import Segments
@@ -26,6 +26,14 @@ MOST_SEGMENTS = 2
 
 ABOUT = About(
     id="soft_tissue",
+    entry=Entry(
+        "body",
+        (
+            "the segment's markers slide over the bone with the angles of the near joints, more than flesh "
+            "usually does"
+        ),
+        "`rms_m`",
+    ),
     title="markers that slide over the bone: {target}",
     sentence=(
         "Soft tissue: the markers of {target} move together over the bone as the neighbouring joints turn."

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About, AtFault, Size, Weight
+from solver.effects.about import About, AtFault, Entry, Size, Weight
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.readings import Reading
 from solver.effects.scene import Scene, force_at
@@ -18,6 +18,7 @@ MOST = 0.35  # relative: other adults; beyond, forces are missing, or are given 
 
 ABOUT = About(
     id="subject_mass",
+    entry=Entry("`all`", "true mass = factor × entered mass", "`mass_factor`"),
     title="wrong body mass",
     sentence="The person's mass differs from the entered one.",
     remedy="Weigh the person with everything they wear, and enter that mass.",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.effects.about import About, Size
+from solver.effects.about import About, Entry, Size
 from solver.effects.clock_offset import FARTHEST_S, LEAST_S, STARTS_S
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.readings import OF_EACH_TRIAL, Reading
@@ -18,6 +18,11 @@ TARGET = "each trial"
 
 ABOUT = About(
     id="trial_clocks",
+    entry=Entry(
+        "`each trial`",
+        "recorded force(t) = true force(t − offset), in each of two or three trials by another offset",
+        "`offset_s TRIAL`",
+    ),
     title="forces shifted in time by another amount in each trial",
     sentence="Forces and markers were started apart: the forces come too late or too early by another time "
     "in each trial.",

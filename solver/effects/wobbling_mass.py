@@ -9,7 +9,7 @@ from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
-from solver.effects.about import About, AtFault, Named
+from solver.effects.about import About, AtFault, Entry, Named
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.pictures import Ball
 from solver.effects.readings import Reading
@@ -31,6 +31,11 @@ TRANSIENT_M_PER_S2 = 1.5  # a push that could have set it swinging before the re
 
 ABOUT = About(
     id="wobbling_mass",
+    entry=Entry(
+        "body",
+        "a share of the segment hangs on a spring and a damper",
+        "`mass_kg`, `frequency_Hz`, `damping_ratio`",
+    ),
     title="wobbling soft tissue: {target}",
     sentence="Soft tissue of {target} swings on its own, and the markers do not show it.",
     remedy="Strap it, or state which share of the segment swings, and at which frequency.",

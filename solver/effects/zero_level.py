@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from solver.effects.about import About, Named, Size
+from solver.effects.about import About, Entry, Named, Size
 from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.pictures import Plates
 from solver.effects.readings import Reading, along
@@ -25,6 +25,11 @@ MOMENTS = tuple(f"moment_{axis}_Nm" for axis in "xyz")
 
 ABOUT = About(
     id="zero_level",
+    entry=Entry(
+        "`plate_k`",
+        "not tared, or under load: a constant force and moment (about the plate's middle) in all it reads",
+        "`force_x_N`, `force_y_N`, `force_z_N`, `moment_x_Nm`, `moment_y_Nm`, `moment_z_Nm`",
+    ),
     title="wrong zero level of {target}",
     sentence="{target} was not tared, or something stood on it when it was: a constant is in all it reads.",
     remedy="Tare the plate with nobody on it, or take off what it reads while it is empty.",

@@ -41,8 +41,8 @@ def judged_as(probabilities, **about):
     return judge(truth(**about), Answer(probabilities))
 
 
-def test_every_hidden_cause_has_a_name():
-    assert set(CAUSES) == {*IDS, NONE, SOMETHING_ELSE}
+def test_every_name_of_the_public_list_can_be_hidden():
+    assert set(CAUSES) - {NONE, SOMETHING_ELSE} <= set(IDS)
 
 
 @pytest.mark.parametrize(

@@ -12,11 +12,9 @@ import pytest
 from benchmarks.diagnosis.judge import judged
 from tests.hidden_effects.conftest import short_plan
 from tests.hidden_effects.hider import plates
-from tests.hidden_effects.hider.cases import OVERGROUND_ONLY, made, one_case
-from tests.hidden_effects.hider.draw_measurement import MEASUREMENT
+from tests.hidden_effects.hider.cases import IDS, OVERGROUND_ONLY, made, one_case
 from tests.hidden_effects.hider.files import write_recording
 from tests.hidden_effects.hider.hidden import UNSIZED
-from tests.hidden_effects.hider.physical import PHYSICAL
 
 diagnose = pytest.importorskip(
     "solver.diagnosis.diagnose", reason="solver.diagnosis is not there yet: nothing looks for hidden effects"
@@ -28,7 +26,32 @@ GROSS = (
     5.0  # stated standard deviations, or half the value: a parameter beyond is not the one that was hidden
 )
 FAR = ("capture_scale",)  # seen only where markers move away from the laboratory's origin, beside the plates
-SINGLE = [*MEASUREMENT, *PHYSICAL]
+SINGLE = (  # the place is the seed: a new one goes to the end, so that the others keep their cases
+    "clock_offset",
+    "sample_rate",
+    "filter_mismatch",
+    "plate_gain",
+    "plate_bias",
+    "plate_position",
+    "plate_yaw",
+    "plate_swap",
+    "axis_convention",
+    "gravity_tilt",
+    "off_plate_step",
+    "subject_mass",
+    "marker_slip",
+    "marker_swap",
+    "capture_scale",
+    "soft_tissue",
+    "external_contact",
+    "body_weight_support",
+    "elastic_tether",
+    "drag",
+    "belt_acceleration",
+    "carried_mass",
+    "segment_mass",
+    "wobbling_mass",
+)
 PAIRS = [("clock_offset", "external_contact"), ("plate_gain", "marker_slip")]
 UNKNOWN = ["unknown_torque", "unknown_periodic_on_head"]
 CLEAN = [
@@ -54,6 +77,10 @@ def answer(tmp_path_factory):
         return looked_at(tmp_path_factory.mktemp(name), recording, truth)
 
     return run
+
+
+def test_all_that_can_be_hidden_is_looked_for():
+    assert sorted(SINGLE) == sorted(IDS), "a new id goes to the end of SINGLE"
 
 
 @pytest.mark.parametrize("id", SINGLE)
