@@ -21,7 +21,8 @@ def test_the_page_has_the_tables_that_the_code_makes():
     tables = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(tables)
     page = tables.PAGE.read_text(encoding="utf-8")
-    assert tables.renewed(page) == page, "run `python scripts/diagnosis_tables.py`; it writes them"
+    up_to_date = tables.renewed(page) == page
+    assert up_to_date, "docs/diagnosis.md lags behind the catalogue: run `python scripts/diagnosis_tables.py`"
 
 
 @pytest.mark.parametrize("one", ABOUT.values(), ids=lambda one: one.id)
@@ -29,7 +30,8 @@ def test_everything_is_said_of_each_cause(one):
     words = ("title", "sentence", "remedy", "told_apart_by", "branch")
     said = {name: getattr(one, name) for name in words}
     said |= {"entry.target": one.entry.target, "entry.happened": one.entry.happened}
-    assert [name for name, text in said.items() if not text] == [], f"ABOUT of {one.id} lacks these"
+    lacking = [name for name, text in said.items() if not text]
+    assert not lacking, f"ABOUT of {one.id} lacks {', '.join(lacking)}"
     assert all(s.usual < s.rare < s.most and s.why for s in one.sizes)
 
 

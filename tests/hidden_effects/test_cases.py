@@ -25,7 +25,8 @@ def test_the_hider_knows_nothing_of_the_finder():
 
 
 def test_every_id_has_a_reference_size():
-    assert set(IDS) == set(REFERENCE_SIZE), "sizes stand in hider/hidden.py, in the catalogue's unit"
+    unsized = sorted(set(IDS) ^ set(REFERENCE_SIZE))
+    assert not unsized, f"REFERENCE_SIZE in hider/hidden.py and what can be hidden differ by {unsized}"
 
 
 @pytest.mark.parametrize("id", list(MEASUREMENT))
@@ -92,10 +93,11 @@ def test_a_benchmark_holds_its_share_of_clean_pairs_and_unknown_ones():
     kinds = [p.kind for p in plans]
     assert len(plans) == 300
     assert kinds.count("clean") == 150
-    assert kinds.count("single") >= 4 * len(IDS)
     assert min(kinds.count("pair"), kinds.count("unknown")) >= 25
     singles = [p.ids[0] for p in plans if p.kind == "single"]
-    assert {singles.count(id) for id in IDS} <= {4, 5}
+    each = len(singles) // len(IDS)
+    assert each > 1
+    assert {singles.count(id) for id in IDS} <= {each, each + 1}
     clean = [p.world for p in plans if p.kind == "clean"]
     assert len(set(clean)) >= 50
     assert {w.activity for w in clean} == {"walk", "squat", "stand"}
