@@ -24,7 +24,7 @@ from solver.diagnosis.terms import CandidateRows, Solved, Term, normal_equations
 from solver.diagnosis.witnesses.weighings import Weighings
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.effects.catalogue import MODULES
-from solver.effects.effect import Candidate, Corrected, Eta
+from solver.effects.effect import NO_PATHS, Candidate, Corrected, Eta, Paths
 from solver.effects.scene import Scene
 
 MANY_ROWS = 1200  # from which on turning them pays
@@ -54,6 +54,7 @@ class Balance:
         self.rungs = self.ladder.rungs
         self.accused: frozenset[str] = frozenset()
         self.weighings = Weighings()
+        self.paths: Paths = NO_PATHS
         self.evaluations = 0.0  # rows fitted so far
 
     @property
@@ -61,15 +62,16 @@ class Balance:
         """Whether a search has had as many evaluations as it may have."""
         return self.evaluations >= self.settings.most_evaluations
 
-    def witnessed(self, accused: Collection[str], weighings: Weighings) -> "Balance":
+    def witnessed(self, accused: Collection[str], weighings: Weighings, paths: Paths = NO_PATHS) -> "Balance":
         """The same, with what witnesses say of it.
 
         Args:
             accused: plates that are grossly wrong: nothing else is named beside that.
             weighings: of the person on each plate, which refute other units.
+            paths: what each plate's path of pressure says of its turns.
         """
         other = copy(self)
-        other.accused, other.weighings = frozenset(accused), weighings
+        other.accused, other.weighings, other.paths = frozenset(accused), weighings, paths
         return other
 
     @property

@@ -3,6 +3,7 @@
 A check answers with its figure, the limit, and the reason.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from solver.diagnosis.proposals import (
     AgainstAnything,
     AllInPlace,
     BesideUnknown,
+    Key,
     Paired,
     Proposal,
     Remainder,
@@ -47,9 +49,8 @@ class Decision:
 def witnessed(p: Proposal) -> Decision:
     """Whether it is about the plates that witnesses accuse, if any, and the person's weight allows for it."""
     accused = p.balance.accused
-    targets = {part for _, target in p.keys for part in target.split("+")}
     plates = " and ".join(sorted(accused))
-    if accused and not accused & targets:
+    if not about_the_accused(p.keys, p.balance):
         reason = f"the files by themselves accuse {plates}: nothing else can be told before that"
         return Decision(WITNESSED, False, None, None, reason)
     claimed, beside = _factors(p.solved), _factors(p.without)
@@ -62,6 +63,12 @@ def witnessed(p: Proposal) -> Decision:
     return Decision(
         WITNESSED, True, None, None, reason if accused else "the files by themselves accuse no plate"
     )
+
+
+def about_the_accused(keys: Iterable[Key], balance: Balance) -> bool:
+    """Whether one of these causes is about a plate that the files accuse; they may accuse none."""
+    accused = balance.accused
+    return not accused or any(not accused.isdisjoint(target.split("+")) for _, target in keys)
 
 
 def _factors(solved: Solved) -> dict[str, float]:

@@ -22,6 +22,7 @@ from solver.diagnosis.checks import (
     STANDS_ALONE,
     WITNESSED,
     Decision,
+    about_the_accused,
     beats_the_unknown,
     decided,
     holds_up,
@@ -97,7 +98,7 @@ def decide(proposal: Proposal) -> Verdict:
 
 
 def tenable(balance: Balance, contenders: Sequence[Contender], without: Solved) -> tuple[Contender, ...]:
-    """Those that, large or small, may be what is wrong: possible, and of a body of the entered mass.
+    """Those that, large or small, may be what is wrong: possible, of a body of the entered mass, not refuted.
 
     Args:
         balance: of all trials.
@@ -106,7 +107,11 @@ def tenable(balance: Balance, contenders: Sequence[Contender], without: Solved) 
     """
     proposals = [Proposal(balance, c, without) for c in contenders]
     return tuple(
-        p.contender for p in proposals if possible(p).passed and strain_needed(p) <= most_strain_asked(p)
+        p.contender
+        for p in proposals
+        if possible(p).passed
+        and about_the_accused(p.keys, balance)
+        and strain_needed(p) <= most_strain_asked(p)
     )
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from solver.diagnosis.scenes import SceneAndPosterior
 from solver.diagnosis.selection import Selection, select
 from solver.diagnosis.witnesses.asking import accused_plates, asked
 from solver.diagnosis.witnesses.measured import measured
+from solver.diagnosis.witnesses.pressure_path import turns_by_path
 from solver.diagnosis.witnesses.weighings import weighings
 from solver.diagnosis_settings import DiagnosisSettings
 from solver.dynamics.unmeasured_forces import FEWEST_FRAMES
@@ -70,7 +72,11 @@ def diagnose(
     seen_by_witnesses = measured(_as_recorded(fit, settings), settings.reading)
     witnesses = asked(seen_by_witnesses, subject.mass_kg)
     seen = as_distances_tell(seen, witnesses, balance.scenes)
-    balance = balance.witnessed(accused_plates(witnesses), weighings(seen_by_witnesses, subject.mass_kg))
+    balance = balance.witnessed(
+        accused_plates(witnesses),
+        weighings(seen_by_witnesses, subject.mass_kg),
+        turns_by_path(seen_by_witnesses),
+    )
     answer = answered(balance, seen, part(progress, FITTED, 1.0))
     return replace(answer, notes=(*all_notes(fit), *seen.notes), witnesses=witnesses)
 
@@ -87,7 +93,7 @@ def answered(balance: Balance, seen: SeenInMarkers, progress: Progress = silent)
     answer = conclude(balance, selection, seen)
     if answer.verdict != CLEAN:
         return answer
-    candidates = catalogue(balance.scenes)
+    candidates = catalogue(balance.scenes, balance.paths)
     return replace(answer, detectable=detectable(balance, selection.null, candidates))
 
 
@@ -104,13 +110,14 @@ def causes_of(balance: Balance, progress: Progress = silent) -> tuple[Balance, S
     Sought anew where the right clock leaves frames without a recording, in the balance without these. Clocks
     that are not named there were those frames' doing: they are asked for no more, and give theirs back.
     """
-    selection = select(balance, catalogue(balance.scenes), progress, catalogue)
+    candidates_of = partial(catalogue, paths=balance.paths)
+    selection = select(balance, candidates_of(balance.scenes), progress, candidates_of)
     shifting = [f for f in selection.found if shifts_time(f, balance)]
     while shifting and not selection.ended_early:
         heard = without_the_unheard(balance, shifting)
         if heard is None:
             break
-        again = select(heard, catalogue(heard.scenes), progress, catalogue)
+        again = select(heard, candidates_of(heard.scenes), progress, candidates_of)
         named = {f.contender.term.candidate.key for f in again.found}
         still = [f for f in shifting if f.contender.term.candidate.key in named]
         if len(still) == len(shifting):
@@ -215,7 +222,7 @@ def without_the_unheard(balance: Balance, found: Sequence[Found]) -> Balance | N
         return None
     if not all(t.windows.count for t in trials):
         return None
-    heard = Balance(trials, balance.settings).witnessed(balance.accused, balance.weighings)
+    heard = Balance(trials, balance.settings).witnessed(balance.accused, balance.weighings, balance.paths)
     heard.evaluations = balance.evaluations
     return heard
 

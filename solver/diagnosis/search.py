@@ -6,7 +6,7 @@ from itertools import combinations, islice
 import numpy as np
 
 from solver.diagnosis.balance import Balance
-from solver.diagnosis.checks import DECIDED
+from solver.diagnosis.checks import DECIDED, about_the_accused
 from solver.diagnosis.contenders import Contender, Found, handicap, overlap
 from solver.diagnosis.decisions import tenable
 from solver.diagnosis.heldout import blocks
@@ -138,7 +138,9 @@ class Search:
         """The best next cause, or the best two together."""
         contenders = self._contenders(self.terms, self.solved)
         likely = tenable(self.balance, contenders, self.solved)
-        inadmissible: set[int] = set()
+        inadmissible = {
+            id(c) for c in contenders if not about_the_accused([c.term.candidate.key], self.balance)
+        }
         for one in contenders:
             proposal = Added(self.balance, one, self.solved, self.blocks, tuple(self.found), likely)
             verdict = self.trail.put(proposal)

@@ -39,7 +39,7 @@ from solver.effects import (
     zero_level,
 )
 from solver.effects.about import About
-from solver.effects.effect import Candidate
+from solver.effects.effect import NO_PATHS, Candidate, Paths
 from solver.effects.scene import Scene
 
 MODULES: tuple[ModuleType, ...] = (
@@ -79,9 +79,11 @@ IDS = tuple(id for id, about in ABOUT.items() if not about.in_markers)
 MARKER_IDS = tuple(id for id, about in ABOUT.items() if about.in_markers)
 
 
-def catalogue(scenes: Sequence[Scene]) -> list[Candidate]:
-    """Candidates on the wrench balance; causes that markers show are found before (`MARKER_IDS`)."""
-    found: list[Candidate] = []
-    for module in MODULES:
-        found += module.candidates(scenes)
-    return found
+def catalogue(scenes: Sequence[Scene], paths: Paths = NO_PATHS) -> list[Candidate]:
+    """Candidates on the wrench balance; causes that markers show are found before (`MARKER_IDS`).
+
+    Args:
+        scenes: of the subject's trials.
+        paths: what each plate's path of pressure says of its turns.
+    """
+    return [cause.heard(paths) for module in MODULES for cause in module.candidates(scenes)]

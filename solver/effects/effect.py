@@ -12,8 +12,9 @@ say about it stands there as well (`about`).
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -22,6 +23,9 @@ from solver.effects.about import Described
 from solver.effects.scene import Scene
 
 Eta = tuple[float, ...]  # values of the parameters that do not act linearly
+Turn = tuple[int, ...]  # a turn or mirror of x and z seen from above, its matrix row by row
+Paths = Mapping[str, Mapping[Turn, float]]  # by plate: how much better its pressures go with the foot [nats]
+NO_PATHS: Paths = {}
 
 
 @dataclass(frozen=True)
@@ -81,6 +85,10 @@ class Candidate(Described, ABC):
     def seen_elsewhere(self) -> float:
         """Log evidence for or against it from outside the wrench balance [nats]."""
         return 0.0
+
+    def heard(self, paths: Paths) -> Self:
+        """The same, knowing what each plate's path of pressure says by itself."""
+        return self
 
     @property
     def key(self) -> tuple[str, str]:

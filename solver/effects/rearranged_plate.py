@@ -2,13 +2,14 @@
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 from jaxtyping import Float
 
 from solver.dynamics.root_wrench import about_point
-from solver.effects.effect import Estimate, Eta, Signature
+from solver.effects.effect import Estimate, Eta, Paths, Signature, Turn
 from solver.effects.gross_cause import GrossCause, with_samples
 from solver.effects.scene import PlateScene, Scene
 from solver.skeleton.forward import cross
@@ -17,9 +18,26 @@ KNOWN_MIDDLE_M = 0.02  # how far the middle may be from that of the corners in t
 UNKNOWN_MIDDLE_M = 0.1  # or from that of the pressures, where the files have no corners
 
 
+def turn_of(R: Float[np.ndarray, "2 2"]) -> Turn:
+    """The name of a turn or mirror of x and z by quarters."""
+    return tuple(int(entry) for entry in np.round(R).ravel())
+
+
 @dataclass(frozen=True)
 class RearrangedPlate(GrossCause):
     """One plate moved as a whole about a middle that is known more or less."""
+
+    path_nats: float = field(default=0.0, kw_only=True)
+
+    @property
+    def seen_elsewhere(self) -> float:
+        """How much better the plate's pressures follow the foot with it, without any model of the body."""
+        return self.path_nats
+
+    def heard(self, paths: Paths) -> Self:
+        """With what the path says of this turn or mirror."""
+        turn = turn_of(self.R_true_recorded[np.ix_([0, 2], [0, 2])])
+        return replace(self, path_nats=paths.get(self.target, {}).get(turn, 0.0))
 
     @property
     @abstractmethod

@@ -13,12 +13,16 @@ from jaxtyping import Float
 from solver.capture.capture import ForcePlate
 from solver.diagnosis.witnesses.measured import Measured
 from solver.diagnosis.witnesses.pressing_feet import PressingFoot, pressing_feet
+from solver.diagnosis.witnesses.settings import WITNESSES, WitnessSettings
 from solver.diagnosis.witnesses.statement import MOST_NATS, About, Statement, nats_of
+from solver.effects.effect import Turn
+from solver.effects.rearranged_plate import turn_of
 from solver.runs import runs
 
 WITNESS = "path of the pressure"
+AS_IT_IS = "as it is"
 TURNS = {  # of x and z, seen from above
-    "as it is": np.array([[1.0, 0.0], [0.0, 1.0]]),
+    AS_IT_IS: np.array([[1.0, 0.0], [0.0, 1.0]]),
     "turned by a quarter": np.array([[0.0, 1.0], [-1.0, 0.0]]),
     "turned by half": np.array([[-1.0, 0.0], [0.0, -1.0]]),
     "turned by three quarters": np.array([[0.0, -1.0], [1.0, 0.0]]),
@@ -42,35 +46,68 @@ class _Stance:
 
 def pressure_path(trials: Sequence[Measured]) -> list[Statement]:
     """Each plate over all trials that loaded it."""
+    return [_of_plate(trials[0], k + 1, stances) for k, stances in _all_stances(trials).items()]
+
+
+def turns_by_path(
+    trials: Sequence[Measured], settings: WitnessSettings = WITNESSES
+) -> dict[str, dict[Turn, float]]:
+    """By plate, how much better its pressures go with the foot under each turn than as they are [nats].
+
+    The best of them is held to what refutes, and the others keep their distance from it, down to as much
+    against them: beside the balance, which has the same pressures in its moments, this is to decide between
+    turns and what else may be wrong with a plate, and not alone.
+    """
+    most, told = settings.refuting_nats, {}
+    for k, stances in _all_stances(trials).items():
+        errors, _ = _errors(stances)
+        gains = {name: _worth(settings) * (errors[AS_IT_IS] - error) for name, error in errors.items()}
+        over = max(0.0, max(gains.values()) - most)
+        told[f"plate_{k + 1}"] = {
+            turn_of(TURNS[name]): max(-most, gain - over) for name, gain in gains.items()
+        }
+    return told
+
+
+def _all_stances(trials: Sequence[Measured]) -> dict[int, list[_Stance]]:
+    """By plate, counted from 0, of all trials that loaded it."""
     count = max((len(t.capture.plates) for t in trials), default=0)
     feet = [pressing_feet(t.capture.markers, t.settings) for t in trials]
-    said = []
+    found: dict[int, list[_Stance]] = {}
     for k in range(count):
-        stances: list[_Stance] = []
         for trial, seen in zip(trials, feet, strict=True):
             if k < len(trial.capture.plates) and seen:
-                stances += _stances(trial, k, seen)
-        if stances:
-            said.append(_of_plate(trials[0], k + 1, stances))
-    return said
+                found.setdefault(k, []).extend(_stances(trial, k, seen))
+    return {k: stances for k, stances in found.items() if stances}
 
 
-def _of_plate(trial: Measured, number: int, stances: Sequence[_Stance]) -> Statement:
-    settings = trial.settings
+def _errors(stances: Sequence[_Stance]) -> tuple[dict[str, float], dict[str, Float[np.ndarray, "2"]]]:
+    """Under each turn: squared distances of foot and pressure about their mean [m²], and that mean [m]."""
     errors, shifts = {}, {}
     for name, R in TURNS.items():
         moved = [s.foot - s.pressure @ R.T for s in stances]
         shift = np.mean([m.mean(axis=0) for m in moved], axis=0)
         errors[name] = float(sum(((m - shift) ** 2).sum(axis=1).mean() for m in moved))
         shifts[name] = shift
-    worth = settings.path_worth / (2 * settings.path_scatter_m**2)
+    return errors, shifts
+
+
+def _worth(settings: WitnessSettings) -> float:
+    """Of a square metre [nats]."""
+    return settings.path_worth / (2 * settings.path_scatter_m**2)
+
+
+def _of_plate(trial: Measured, number: int, stances: Sequence[_Stance]) -> Statement:
+    settings = trial.settings
+    errors, shifts = _errors(stances)
+    worth = _worth(settings)
     best = min(errors, key=lambda name: errors[name])
-    others = min(error for name, error in errors.items() if name != "as it is")
-    turned = float(np.clip(worth * (errors["as it is"] - others), -MOST_NATS, MOST_NATS))
-    off = float(np.linalg.norm(shifts["as it is"]))
+    others = min(error for name, error in errors.items() if name != AS_IT_IS)
+    turned = float(np.clip(worth * (errors[AS_IT_IS] - others), -MOST_NATS, MOST_NATS))
+    off = float(np.linalg.norm(shifts[AS_IT_IS]))
     std = settings.path_scatter_m / np.sqrt(settings.path_worth * len(stances))
     place = nats_of(off, std, settings.place_scatter_m, settings.place_usual_m)
-    scatter = np.sqrt(errors["as it is"] / len(stances))
+    scatter = np.sqrt(errors[AS_IT_IS] / len(stances))
     told = f"{100 * off:.0f} cm off the foot on average, scattering by {100 * scatter:.0f} cm"
     if turned > settings.told_nats:
         rest = np.sqrt(errors[best] / len(stances))
@@ -81,7 +118,7 @@ def _of_plate(trial: Measured, number: int, stances: Sequence[_Stance]) -> State
         f"plate {number}: its pressure is {told} ({len(stances)} {stood}; normal: 4 cm off, scattering "
         "by 5).",
         {About.PLATE_TURN: turned, About.PLATE_PLACE: place},
-        {"off_m": off, "off_x_m": float(-shifts["as it is"][0]), "off_z_m": float(-shifts["as it is"][1])}
+        {"off_m": off, "off_x_m": float(-shifts[AS_IT_IS][0]), "off_z_m": float(-shifts[AS_IT_IS][1])}
         | {"scatter_m": float(scatter)},
         target=f"plate_{number}",
     )

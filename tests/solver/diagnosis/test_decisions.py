@@ -7,7 +7,7 @@ import pytest
 
 from solver.diagnosis.balance import Balance
 from solver.diagnosis.contenders import Contender, Found
-from solver.diagnosis.decisions import CHECKS
+from solver.diagnosis.decisions import CHECKS, tenable
 from solver.diagnosis.gain_asked import least_first_gain, loose_ends
 from solver.diagnosis.heldout import blocks, heldout_gain
 from solver.diagnosis.proposals import Kept
@@ -257,6 +257,24 @@ def test_while_witnesses_accuse_a_plate_only_causes_of_that_plate_are_named(
     wrong = 0.15 * short_scene.plates[0].wrench_ground
     balance = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS).witnessed(accused, Weighings())
     assert (named(select(balance, [Course("plate", wrong)])) == [("course", "plate")]) == named_still
+
+
+@pytest.mark.parametrize(("accused", "rivals"), [((), {"body"}), (("plate",), set())])
+def test_while_a_plate_is_accused_other_causes_are_no_rivals_of_its_own(short_scene, drawn, accused, rivals):
+    """They may be there besides; in its place they would leave what the files say by themselves."""
+    wrong = 0.15 * short_scene.plates[0].wrench_ground
+    causes = [Course("plate", wrong), Course("body", wrong + np.roll(wrong, 20, axis=0))]
+    balance = Balance([trial_rows_of(drawn(4, wrong))], SETTINGS).witnessed(accused, Weighings())
+    (found,) = select(balance, causes).found
+    assert found.contender.term.candidate.target == "plate"
+    assert {r.term.candidate.target for r in found.rivals} == rivals
+    likely = tenable(balance, [found.contender, balance_contender(balance, causes[1])], balance.solve([]))
+    assert {c.term.candidate.target for c in likely} == {"plate"} | rivals
+
+
+def balance_contender(balance, cause):
+    solved = balance.solve([balance.term(cause, ())])
+    return Contender(solved.terms[0], solved, solved.log_evidence - balance.solve([]).log_evidence)
 
 
 @dataclass(frozen=True, eq=False)

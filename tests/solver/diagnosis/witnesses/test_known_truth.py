@@ -10,10 +10,13 @@ from solver.capture.reading_settings import READING
 from solver.diagnosis.witnesses.asking import asked
 from solver.diagnosis.witnesses.lag import lag_of
 from solver.diagnosis.witnesses.measured import GRAVITY, measured
+from solver.diagnosis.witnesses.pressure_path import turns_by_path
 from solver.diagnosis.witnesses.settings import WITNESSES
 from solver.diagnosis.witnesses.statement import About, nats_of
 from solver.diagnosis.witnesses.weighings import weighings
 from solver.diagnosis.witnesses.weight import carried_kg, carried_mass
+from solver.effects.plate_mirror import MIRRORS, PlateMirror
+from solver.effects.plate_turn import TURNS_DEG, PlateTurn
 
 MASS_KG = 70.0
 FEET = {  # x and z of heel and toe markers; their middle is where the foot presses
@@ -257,3 +260,44 @@ def test_evidence_grows_with_the_figure_and_falls_with_its_doubt():
     assert sizes[0] < 0 < sizes[-1]
     assert nats_of(5.0, 3.0, 1.0, 10.0) < nats_of(5.0, 0.0, 1.0, 10.0)
     assert nats_of(-5.0, 0.5, 1.0, 10.0) == nats_of(5.0, 0.5, 1.0, 10.0)
+
+
+def gliding_person(recorded=lambda x, z: (x, z)):
+    """The right foot glides over its plate while it bears; its pressures are filed as `recorded` says."""
+    whole = standing_person()
+    times = np.arange(whole.plates[0].samples) / FORCE_RATE
+    x, z = 0.05 * np.sin(1.1 * times), 0.08 * times - 0.16
+    positions = whole.markers.positions_ground.copy()
+    every = round(FORCE_RATE / RATE)
+    for foot in range(2):  # its heel and toe
+        positions[:, foot, 0] += x[::every]
+        positions[:, foot, 2] += z[::every]
+    one = whole.plates[0]
+    filed_x, filed_z = recorded(x, z)
+    centre = one.cop_ground + np.stack([filed_x, 0 * x, filed_z], axis=1)
+    moved = changed(whole, 0, cop_ground=centre, moment_ground=np.cross(centre, one.force_ground))
+    return replace(moved, markers=Markers(whole.markers.names, positions, RATE))
+
+
+def path_says(causes, recorded):
+    told = turns_by_path(measured([gliding_person(recorded)], READING))
+    return [cause.heard(told).seen_elsewhere for cause in causes]
+
+
+REARRANGED = [*(PlateTurn("plate_1", d) for d in TURNS_DEG), *(PlateMirror("plate_1", a) for a in MIRRORS)]
+
+
+@pytest.mark.parametrize("turn_deg", TURNS_DEG)
+def test_the_path_tells_which_turn_is_right(turn_deg):
+    c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))  # about y, which points up
+    nats = path_says(REARRANGED, lambda x, z: (c * x + s * z, c * z - s * x))
+    right = nats.pop(TURNS_DEG.index(turn_deg))
+    assert right == pytest.approx(WITNESSES.refuting_nats)
+    assert max(nats) < right - 5
+
+
+def test_a_path_that_goes_with_the_foot_speaks_against_every_turn():
+    assert max(path_says(REARRANGED, lambda x, z: (x, z))) < 0
+    assert path_says(
+        [PlateTurn("plate_2", 90), PlateTurn("plate_9", 90)], lambda x, z: (x, z)
+    ) == pytest.approx([0, 0])
