@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool
 
-from solver.diagnosis.witnesses.measured import GRAVITY, Measured
+from solver.diagnosis.witnesses.measured import Measured
 from solver.diagnosis.witnesses.statement import About, Statement, nats_of
+from solver.gravity import GRAVITY
 
 WITNESS = "lag"
 COARSE_S, STEP_S = 0.01, 0.002  # a step lasts ten times as long: there is one best lag nearby

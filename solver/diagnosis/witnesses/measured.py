@@ -13,9 +13,9 @@ from solver.capture.conditioning import at_nearest_samples, gaps_filled
 from solver.capture.reading_settings import ReadingSettings
 from solver.capture.resampling import covered, resample
 from solver.diagnosis.witnesses.settings import WITNESSES, WitnessSettings
+from solver.gravity import GRAVITY
 from solver.runs import runs
 
-GRAVITY = 9.80665  # [m/s²]
 # Heights of ankle, knee and hip as shares of the highest marker's, and what lies below, between and above
 # weighs of body mass (Winter 2009, tables 4.1 and fig. 4.1); hands hang at the hip and count as trunk.
 BANDS = (0.06, 0.28, 0.55)

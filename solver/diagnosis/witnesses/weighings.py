@@ -12,9 +12,10 @@ import numpy as np
 from jaxtyping import Bool
 
 from solver.diagnosis.witnesses.exchange import Exchange, exchange_of
-from solver.diagnosis.witnesses.measured import GRAVITY, Measured, may_hide
+from solver.diagnosis.witnesses.measured import Measured, may_hide
 from solver.diagnosis.witnesses.settings import WITNESSES, WitnessSettings
 from solver.diagnosis.witnesses.statement import SOUND_DOF
+from solver.gravity import GRAVITY
 from solver.runs import runs
 from solver.student import log_t
 

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from solver.diagnosis.witnesses.measured import GRAVITY, Measured, may_hide
+from solver.diagnosis.witnesses.measured import Measured, may_hide
 from solver.diagnosis.witnesses.settings import WitnessSettings
 from solver.diagnosis.witnesses.statement import About, Statement, nats_of
 from solver.diagnosis.witnesses.weighings import LEAST_KG
+from solver.gravity import GRAVITY
 from solver.runs import runs
 
 WITNESS = "weight"

@@ -9,7 +9,7 @@ from solver.capture.capture import Capture, ForcePlate, Markers
 from solver.capture.reading_settings import READING
 from solver.diagnosis.witnesses.asking import asked
 from solver.diagnosis.witnesses.lag import lag_of
-from solver.diagnosis.witnesses.measured import GRAVITY, measured
+from solver.diagnosis.witnesses.measured import measured
 from solver.diagnosis.witnesses.pressure_path import turns_by_path
 from solver.diagnosis.witnesses.settings import WITNESSES
 from solver.diagnosis.witnesses.statement import About, nats_of
@@ -17,6 +17,7 @@ from solver.diagnosis.witnesses.weighings import weighings
 from solver.diagnosis.witnesses.weight import carried_kg, carried_mass
 from solver.effects.plate_mirror import MIRRORS, PlateMirror
 from solver.effects.plate_turn import TURNS_DEG, PlateTurn
+from solver.gravity import GRAVITY
 
 MASS_KG = 70.0
 FEET = {  # x and z of heel and toe markers; their middle is where the foot presses
