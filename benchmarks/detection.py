@@ -117,7 +117,7 @@ class Case:
 
     def proposed(self, plates: Sequence[ForcePlate]) -> Bool[np.ndarray, "frames feet"]:
         """Per foot: frames that detection is sure enough of."""
-        contacts = self._assigned(self._conditioned(plates))
+        contacts = self.assigned(plates)
         proposals = self.proposals(plates, contacts)
         sure = Settings().detection.confidence
         return missing_force(proposals, contacts.foot_bodies, contacts.frames, sure)
@@ -126,14 +126,14 @@ class Case:
         self, plates: Sequence[ForcePlate], contacts: ContactWrenches | None = None
     ) -> tuple[Proposal, ...]:
         """What detection says of other forces."""
-        contacts = contacts or self._assigned(self._conditioned(plates))
-        skeleton = self._with_mass_from(contacts)
+        contacts = contacts or self.assigned(plates)
+        skeleton = self.with_mass_from(contacts)
         return detect(
             skeleton,
             self.trial.motion,
             contacts,
             plates,
-            tracked=self._tracked,
+            tracked=self.tracked,
             settings=Settings().detection,
         )
 
@@ -148,6 +148,10 @@ class Case:
     def _conditioned(self, plates: Sequence[ForcePlate]) -> list[ConditionedPlate]:
         return [condition(plate, self.trial.motion.times) for plate in plates]
 
+    def assigned(self, plates: Sequence[ForcePlate]) -> ContactWrenches:
+        """Forces by feet."""
+        return self._assigned(self._conditioned(plates))
+
     def _assigned(self, conditioned: list[ConditionedPlate]) -> ContactWrenches:
         return assign(
             conditioned,
@@ -158,18 +162,19 @@ class Case:
             settings=Settings().contact,
         )
 
-    def _with_mass_from(self, contacts: ContactWrenches) -> Skeleton:
+    def with_mass_from(self, contacts: ContactWrenches) -> Skeleton:
         """With the mass that a fit of these forces would use."""
         skeleton = self.fit.skeleton
         if self.fit.subject.mass_kg is not None:
             return skeleton
-        mask = frame_mask(contacts, self._tracked)
+        mask = frame_mask(contacts, self.tracked)
         data = com_data(skeleton, self.trial.motion, contacts, mask)
         estimate = mass_from_forces([data], Settings().com)
         return skeleton if estimate is None else with_mass(skeleton, estimate.mass_kg)
 
     @property
-    def _tracked(self) -> Bool[np.ndarray, " frames"]:
+    def tracked(self) -> Bool[np.ndarray, " frames"]:
+        """Frames that show enough markers."""
         return self.trial.marker_errors.seen_share >= Settings().kinematics.fewest_seen_share
 
 

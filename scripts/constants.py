@@ -5,9 +5,9 @@ functions and classes, and settings with a numeric default (`setting(…)` in a 
 module is stands in `scripts/constants.toml`: physical, numerical or tuned; a name that is not there is not
 sorted yet. A setting is tuned, since people may change it, unless the file says otherwise. A tuned one is
 supported where its reason names a page of `benchmarks/`, or the file's table `support` does and words that
-stand in it, or where `benchmarks/SETTINGS.md`, which varies every setting of a fit, says that it stands. The
-same page tells which decide nothing on its recordings. A benchmark of the whole that never varied this
-number is no support.
+stand in it, or where a page on which settings are halved and doubled (`benchmarks/SETTINGS.md` and its like)
+says that it stands. The same pages tell which decide nothing on their recordings. A benchmark of the whole
+that never varied this number is no support.
 """
 
 import argparse
@@ -27,8 +27,9 @@ PHYSICAL, NUMERICAL, TUNED = "physical", "numerical", "tuned"
 SUPPORTED, UNSUPPORTED, UNSORTED = "tuned, supported", "tuned, unsupported", "not sorted"
 WITHOUT_EFFECT = "tuned, no effect"
 COLUMNS = (PHYSICAL, NUMERICAL, SUPPORTED, WITHOUT_EFFECT, UNSUPPORTED, UNSORTED)
-VARIED = "benchmarks/SETTINGS.md"
-BY_HEADING = {"Stands": SUPPORTED, "Decides nothing here": WITHOUT_EFFECT}
+VARIED = [f"benchmarks/{of}SETTINGS.md" for of in ("", "DETECTION_", "GAIT_", "READING_")]
+BY_HEADING = {"Stands": SUPPORTED, "Asks for a look": UNSUPPORTED, "Decides nothing here": WITHOUT_EFFECT}
+FIRST = (UNSUPPORTED, SUPPORTED, WITHOUT_EFFECT)  # of what several pages say
 SUPPORT = "support"  # a table of the register: "FILE NAME" = "benchmarks/PAGE.md: words"
 PAGE = re.compile(r"benchmarks/\w+\.md")
 ROW = re.compile(r"\| `[\w.]+` \| `(\w+\.\w+)` \|")
@@ -110,13 +111,15 @@ def kind_of(constant: Constant, known: Mapping[str, Mapping]) -> str:
 
 @functools.cache
 def varied() -> Mapping[str, str]:
-    """What the page of varied settings says of a setting, by its class and name."""
-    page, found, kind = ROOT / VARIED, {}, None
-    for line in page.read_text(encoding="utf-8").splitlines() if page.is_file() else ():
-        if line.startswith("## "):
-            kind = BY_HEADING.get(line.removeprefix("## ").partition(":")[0])
-        elif kind and (row := ROW.match(line)):
-            found[row[1]] = kind
+    """What the pages of varied settings say of a setting, by its class and name."""
+    found: dict[str, str] = {}
+    for page in (ROOT / name for name in VARIED):
+        kind = None
+        for line in page.read_text(encoding="utf-8").splitlines() if page.is_file() else ():
+            if line.startswith("## "):
+                kind = BY_HEADING.get(line.removeprefix("## ").partition(":")[0])
+            elif kind and (row := ROW.match(line)):
+                found[row[1]] = min(kind, found.get(row[1], kind), key=FIRST.index)
     return found
 
 

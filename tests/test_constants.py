@@ -27,14 +27,22 @@ class OneSettings:
     best: float = setting(2.0, unit="", why="varied")
     idle: float = setting(2.0, unit="", why="varied")
     doubted: float = setting(2.0, unit="", why="varied")
+    elsewhere: float = setting(2.0, unit="", why="varied, and asks for a look on another page")
 """
 SETTINGS_PAGE = """
 ## Decides nothing here: 1
 | `one.idle` | `OneSettings.idle` | x |
+| `one.elsewhere` | `OneSettings.elsewhere` | x |
 ## Stands: 1
 | `one.best` | `OneSettings.best` | x |
 ## Asks for a look: 1
 | `one.doubted` | `OneSettings.doubted` | x |
+"""
+OTHER_PAGE = """
+## Decides nothing here: 1
+| `one.best` | `OneSettings.best` | x |
+## Asks for a look: 1
+| `one.elsewhere` | `OneSettings.elsewhere` | x |
 """
 REGISTER = """
 ["part/module.py"]
@@ -62,6 +70,7 @@ def made_up(constants, tmp_path, monkeypatch):
         "scripts/constants.toml": REGISTER,
         "benchmarks/PAGE.md": "It is twice as good.",
         "benchmarks/SETTINGS.md": SETTINGS_PAGE,
+        "benchmarks/GAIT_SETTINGS.md": OTHER_PAGE,
     }.items():
         (tmp_path / place).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / place).write_text(text)
@@ -87,6 +96,7 @@ def test_each_name_with_a_number_has_its_kind(made_up):
         "OneSettings.best": "tuned, supported",
         "OneSettings.idle": "tuned, no effect",
         "OneSettings.doubted": "tuned, unsupported",
+        "OneSettings.elsewhere": "tuned, unsupported",
     }
 
 
@@ -94,7 +104,7 @@ def test_they_are_counted_by_package(made_up, capsys):
     made_up.print_figures(listed=True)
     said = capsys.readouterr().out
     (row,) = (line.split() for line in said.splitlines() if line.startswith("  part "))
-    assert row == ["part", "1", "1", "3", "1", "5", "1"]
+    assert row == ["part", "1", "1", "3", "1", "6", "1"]
     assert "not sorted:\n  part/module.py NEW\n" in said
 
 

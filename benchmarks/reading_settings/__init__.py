@@ -1,0 +1,1 @@
+"""What settings of reading decide, on recordings that are changed beforehand."""

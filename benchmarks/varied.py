@@ -1,0 +1,149 @@
+"""Settings halved and doubled where the right answer is known: what each of them decides, in words."""
+
+import json
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+FACTORS = (0.5, 2.0)
+SAME_SHARE, BETTER_SHARE = 0.001, 0.02
+NOTHING, STANDS, LOOK = "Decides nothing here", "Stands", "Asks for a look"
+RULES = """*Decides nothing here*: with neither do 0.1 % of the answers change, and as many are wrong within
+2 %. *Stands*: something changes, and neither makes fewer answers wrong by more than 2 % of those that are.
+*Asks for a look*: one of them does."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What came of one value of one setting."""
+
+    setting: str  # "DetectionSettings.confidence"
+    factor: float
+    wrong: float  # share of what was asked
+    changed: float  # share of what is answered otherwise than with the usual settings
+    of: int = 0  # answers
+
+
+Variation = tuple[str, float, Any]
+"""Name, factor, and the settings with it."""
+
+
+def variations(usual: Any, left_out: tuple[str, ...] = ()) -> Iterator[Variation]:
+    """The usual ones, then half and double of every number that is not zero.
+
+    Args:
+        usual: a frozen dataclass of settings.
+        left_out: how the names of those begin that the cases cannot show.
+    """
+    kind = type(usual).__name__
+    yield kind, 1.0, usual
+    for one in fields(usual):
+        value = getattr(usual, one.name)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not value:
+            continue
+        if one.name.startswith(left_out):
+            continue
+        for factor in FACTORS:
+            other = factor * value if isinstance(value, float) else max(1, int(factor * value))
+            yield f"{kind}.{one.name}", factor, replace(usual, **{one.name: other})
+
+
+class Case(Protocol):
+    """Something that settings answer questions about, of which the right answers are known."""
+
+    @property
+    def truth(self) -> Sequence[object]: ...
+
+    def answers(self, settings: Any) -> Sequence[object]: ...
+
+
+class Questions:
+    """All cases of one table of settings."""
+
+    def __init__(
+        self, usual: Any, cases: Callable[[], Iterable[Case]], left_out: tuple[str, ...] = ()
+    ) -> None:
+        self.usual, self.left_out = usual, left_out
+        self._make = cases
+
+    @cached_property
+    def cases(self) -> tuple[Case, ...]:
+        """Made when they are first asked for."""
+        return tuple(self._make())
+
+    @cached_property
+    def _usually(self) -> list[Sequence[object]]:
+        return [case.answers(self.usual) for case in self.cases]
+
+    def answer(self, variation: Variation) -> Answer:
+        """Of one value: the share of answers that are wrong, and that are others than usual."""
+        name, factor, settings = variation
+        told = [case.answers(settings) for case in self.cases]
+        every = [
+            (one != right, one != before)
+            for case, of_case, usually in zip(self.cases, told, self._usually, strict=True)
+            for one, right, before in zip(of_case, case.truth, usually, strict=True)
+        ]
+        wrong, changed = np.mean(every, axis=0)
+        return Answer(name, factor, float(wrong), float(changed), len(every))
+
+
+def asked(file: Path, waiting: Iterator[Variation], answer: Callable[[Variation], Answer]) -> list[Answer]:
+    """All answers; those that the file has are not asked again, and new ones are added to it."""
+    kept = [Answer(**json.loads(line)) for line in file.read_text().splitlines()] if file.exists() else []
+    known = {(one.setting, one.factor) for one in kept}
+    file.parent.mkdir(parents=True, exist_ok=True)
+    for variation in waiting:
+        if variation[:2] in known:
+            continue
+        kept.append(answer(variation))
+        with file.open("a", encoding="utf-8") as lines:
+            lines.write(json.dumps(asdict(kept[-1])) + "\n")
+        print(kept[-1], flush=True)
+    return kept
+
+
+def verdict(half: Answer, double: Answer, usual: Answer) -> str:
+    """Under which heading a setting stands."""
+    other = [usual.wrong - half.wrong, usual.wrong - double.wrong]  # fewer, or more where negative
+    least = BETTER_SHARE * usual.wrong
+    if max(half.changed, double.changed) < SAME_SHARE and max(map(abs, other)) <= least:
+        return NOTHING
+    return LOOK if max(other) > least else STANDS
+
+
+def usual_of(answers: Sequence[Answer]) -> dict[str, Answer]:
+    """What is wrong with the usual settings, by their class."""
+    return {one.setting: one for one in answers if "." not in one.setting}
+
+
+def tables(answers: Sequence[Answer], table_of: dict[str, str]) -> list[str]:
+    """Lines of a page: the settings under their headings, in the order of their names.
+
+    Args:
+        answers: of the usual settings, and of half and double of each.
+        table_of: how a TOML file names each class's table.
+    """
+    usual = usual_of(answers)
+    by_name: dict[str, dict[float, Answer]] = {}
+    for one in answers:
+        if "." in one.setting:
+            by_name.setdefault(one.setting, {})[one.factor] = one
+    lines: list[str] = []
+    for heading in (NOTHING, STANDS, LOOK):
+        rows = []
+        for name, both in sorted(by_name.items()):
+            kind, _, key = name.partition(".")
+            if len(both) == len(FACTORS) and verdict(*(both[f] for f in FACTORS), usual[kind]) == heading:
+                told = "; ".join(
+                    f"× {f:g}: {100 * both[f].wrong:.2f} %, {100 * both[f].changed:.2f} % otherwise"
+                    for f in FACTORS
+                )
+                rows.append(f"| `{table_of[kind]}.{key}` | `{name}` | {told} |")
+        lines += [f"## {heading}: {len(rows)}", "", "| setting | in the code | half and double |"]
+        lines += ["|---|---|---|", *rows, ""]
+    return lines

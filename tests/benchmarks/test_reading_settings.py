@@ -1,0 +1,47 @@
+"""Recordings that are changed beforehand: made-up ones get the answers that they were made for."""
+
+import numpy as np
+
+from benchmarks.reading_settings.axes import WAYS_UP, Turned
+from benchmarks.reading_settings.zeros import Beginning
+from benchmarks.varied import Answer, Questions
+from solver.capture.axes import AxesSettings
+from solver.capture.capture import ForcePlate, Markers
+from solver.capture.edge_zeros import EdgeZeroSettings
+
+
+class Odd:
+    """Asked whether a number is odd, by settings that say how many to add."""
+
+    def __init__(self, number):
+        self.number, self.truth = number, (number % 2 == 1, True)
+
+    def answers(self, settings):
+        return ((self.number + settings) % 2 == 1, settings == 0)
+
+
+def test_questions_count_what_is_wrong_and_what_changes():
+    questions = Questions(0, lambda: map(Odd, range(4)))
+    assert questions.answer(("Some", 1.0, 0)) == Answer("Some", 1.0, 0.0, 0.0, 8)
+    assert questions.answer(("Some.one", 2.0, 1)) == Answer("Some.one", 2.0, 1.0, 1.0, 8)
+    assert questions.answer(("Some.two", 2.0, 2)) == Answer("Some.two", 2.0, 0.5, 0.5, 8)
+
+
+def test_a_body_in_other_axes_is_asked_for_the_axis_that_points_up():
+    rng = np.random.default_rng(0)
+    body = rng.uniform([-0.2, 0.0, -0.2], [0.2, 1.8, 0.2], size=(50, 12, 3))
+    for up in WAYS_UP:
+        markers = Markers(tuple(f"M{k}" for k in range(12)), body @ up.R_ground_lab, 100.0)
+        plates = (np.tile([0.0, 700.0, 0.0], (50, 1)) @ up.R_ground_lab,)
+        case = Turned(up, markers, plates, ())
+        assert case.answers(AxesSettings())[0][0] == case.truth[0][0]
+
+
+def test_zeros_before_a_load_are_counted():
+    force = np.tile([0.0, 700.0, 0.0], (100, 1))
+    force[:7] = 0.0
+    plate = ForcePlate("p", force, np.zeros((100, 3)), np.zeros((100, 3)), 100.0)
+    assert Beginning(plate, (7,)).answers(EdgeZeroSettings()) == (7,)
+    landing = np.linspace([0.0, -300.0, 0.0], [0.0, 700.0, 0.0], 100).clip(0.0)
+    plate = ForcePlate("p", landing, np.zeros((100, 3)), np.zeros((100, 3)), 100.0)
+    assert Beginning(plate, (0,)).answers(EdgeZeroSettings()) == (0,)
