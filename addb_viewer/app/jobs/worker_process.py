@@ -12,12 +12,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import IO
 
+from addb_viewer.app.jobs.turns import Turns
 from addb_viewer.own_packages import own_process
 
 LOWEST = 19  # of 19: what nobody waits for
 NICE = 10  # of 19: the less, the sooner it gets the processor; the app itself has 0
 CANCELLED = 143  # exit status, as shells count it
 PATIENCE_S = 5.0  # for a process that was told to end
+TURNS = Turns()
 
 
 @dataclass(frozen=True)
@@ -48,8 +50,13 @@ def end_in_order() -> None:
 class WorkerProcess:
     """At most one command at a time. Both callbacks come from a thread of its own."""
 
-    def __init__(self, progress: Callable[[str, float], None], ended: Callable[[Outcome], None]) -> None:
-        self._progress, self._ended = progress, ended
+    def __init__(
+        self,
+        progress: Callable[[str, float], None],
+        ended: Callable[[Outcome], None],
+        turns: Turns = TURNS,
+    ) -> None:
+        self._progress, self._ended, self._turns = progress, ended, turns
         self._lock = threading.Lock()
         self._process: subprocess.Popen[str] | None = None
         self._cancelled = False
@@ -75,6 +82,8 @@ class WorkerProcess:
                 text=True,
                 encoding="utf-8",
                 errors="replace",
+                env=self._turns.environment,
+                pass_fds=self._turns.open_files,
             )
             process = self._process
             give_way(process.pid)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import typer
 
+from addb_viewer.app.jobs.turns import wait_for_turn
 from addb_viewer.app.jobs.worker_process import print_progress
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.jobs.diagnosing import diagnosed
@@ -16,6 +17,7 @@ def main() -> int:
     folder, results = map(Path, sys.argv[1:])
     try:
         with errors_as_lines(debug=False):
+            wait_for_turn(print_progress)
             diagnosed(job_for(folder, out=results), print_progress)
     except typer.Exit as ending:
         return ending.exit_code

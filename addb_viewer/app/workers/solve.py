@@ -11,6 +11,7 @@ from pathlib import Path
 import typer
 
 from addb_viewer.app.jobs.stored_solves import add
+from addb_viewer.app.jobs.turns import wait_for_turn
 from addb_viewer.app.jobs.worker_process import end_in_order, print_progress
 from addb_viewer.commands.errors import errors_as_lines
 from addb_viewer.jobs.solving import computed, job_for, last_fit
@@ -23,6 +24,7 @@ def main() -> int:
     folder, results, author = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3]
     try:
         with errors_as_lines(debug=False):
+            wait_for_turn(print_progress)
             began = time.monotonic()
             job = job_for(folder, out=results)
             check_place(results)

@@ -5,6 +5,7 @@ import threading
 
 import pytest
 
+from addb_viewer.app.jobs.turns import WAITING, Turns
 from addb_viewer.app.jobs.worker_process import WorkerProcess
 from tests.patience import FOR_EVER_S, PATIENCE_S
 
@@ -16,6 +17,14 @@ TALKER = """
         print("{ not progress")
         print(progress_line("found", 1.0))
         print("all is well")
+    elif sys.argv[1] == "turn":
+        from addb_viewer.app.jobs.turns import wait_for_turn
+        from addb_viewer.app.jobs.worker_process import print_progress
+        wait_for_turn(print_progress)
+        print_progress("at work", 0.5)
+        sys.stdout.flush()
+        while len(sys.argv) > 2:
+            time.sleep(FOR_EVER_S)
     elif sys.argv[1] == "fail":
         print("a warning", file=sys.stderr)
         print("addb-viewer: no trial has forces", file=sys.stderr)
@@ -35,10 +44,10 @@ TALKER = """
 
 
 class Listener:
-    def __init__(self):
+    def __init__(self, *turns):
         self.progress, self.outcomes = [], []
         self.told, self.ended = threading.Event(), threading.Event()
-        self.work = WorkerProcess(self._told, self._ended)
+        self.work = WorkerProcess(self._told, self._ended, *turns)
 
     def _told(self, stage, fraction):
         self.progress.append((stage, fraction))
@@ -93,3 +102,35 @@ def test_one_at_a_time_and_cancel_ends_it_soon_with_nothing_left_behind(listener
     assert listener.work.start("talker", ["talk"])
     assert listener.ended.wait(PATIENCE_S)
     assert not listener.outcomes[-1].cancelled
+
+
+def test_only_so_many_are_at_work_and_the_next_begins_when_one_has_ended(listener, until):
+    """However that ends: here it is killed."""
+    turns = Turns(2)
+    people = [Listener(turns) for _ in range(3)]
+    for person in people:
+        person.work.start("talker", ["turn", "for ever"])
+    at_work = lambda: [p for p in people if ("at work", 0.5) in p.progress]  # noqa: E731
+    until(lambda: len(at_work()) == 2 and sum(bool(p.progress) for p in people) == 3)
+    (waits,) = (p for p in people if p not in at_work())
+    assert waits.progress == [(WAITING, -1.0)]
+    at_work()[0].work.cancel()
+    until(lambda: ("at work", 0.5) in waits.progress)
+    for person in people:
+        person.work.cancel()
+
+
+def test_who_waits_can_be_cancelled_and_holds_nobody_up(listener, until):
+    turns = Turns(1)
+    first, second, third = (Listener(turns) for _ in range(3))
+    first.work.start("talker", ["turn", "for ever"])
+    until(lambda: first.progress)
+    second.work.start("talker", ["turn"])
+    until(lambda: second.progress)
+    second.work.cancel()
+    assert second.ended.wait(PATIENCE_S)
+    assert second.outcomes[0].cancelled
+    first.work.cancel()
+    third.work.start("talker", ["turn"])
+    assert third.ended.wait(PATIENCE_S)
+    assert third.outcomes[0].succeeded
