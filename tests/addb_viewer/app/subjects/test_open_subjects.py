@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from addb_viewer.app.jobs.job_queue import Task
 from addb_viewer.app.subjects import open_subjects
 from addb_viewer.app.subjects.library import library_of
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
@@ -111,3 +112,26 @@ def test_what_cannot_be_read_is_told_to_who_comes_and_to_nobody_before(subjects)
     ahead(subjects, "Ben")
     with pytest.raises(CaptureError, match="line 3"):
         subjects.subject("Ben")
+
+
+def asleep(by):
+    """Work of some minutes; somebody waits for it, or nobody does."""
+    return Task("Sleeping", "starting", "tests.addb_viewer.app.stub_sleeper", (), by=by, yields=not by)
+
+
+@pytest.mark.parametrize(("by", "left"), [("", ["Ben", "Chen"]), ("Zoë", ["Anna", "Ben", "Chen"])])
+def test_subjects_whose_work_nobody_waits_for_do_not_pile_up(subjects, monkeypatch, by, left):
+    monkeypatch.setattr(open_subjects, "AT_WORK", 2)
+    opened = [subjects.subject(name) for name in NAMES]
+    for shared in opened:
+        shared.jobs.start(asleep(by))
+    assert all(shared.jobs.busy for shared in opened)
+    subjects.close_unwatched()
+    assert [shared.name for shared in subjects.loaded] == left
+
+
+def test_of_subjects_at_rest_the_last_one_stays(subjects):
+    for name in NAMES:
+        subjects.subject(name)
+    subjects.close_unwatched()
+    assert [shared.name for shared in subjects.loaded] == ["Chen"]
