@@ -14,22 +14,27 @@ PUBLIC_NAME = {
 
 
 def answer_of(diagnosis: Mapping[str, Any]) -> dict[str, Any]:
-    """The public answer. What is named first keeps its confidence; the others share the rest."""
+    """The public answer: every name has the chance that is stated for it.
+
+    Those that are stated seldom sum to one, since a name's many rivals are not all listed: what is left is
+    shared by the names that are not.
+    """
     effects = diagnosis["effects"]
     if not effects:
         return {"probabilities": _of_none(diagnosis)}
     first = effects[0]
-    weights: dict[str, float] = {}
+    named, rest = public(first["id"]), 1.0 - first["confidence"]
+    others = {SOMETHING_ELSE: first["outside_the_list"] or 0.0}
     for entry in (*effects[1:], *diagnosis["alternatives"]):
         name = public(entry["id"])
-        weights[name] = weights.get(name, 0.0) + (entry["confidence"] or 0.0)
-    outside = first["outside_the_list"] or 0.0
-    weights[SOMETHING_ELSE] = weights.get(SOMETHING_ELSE, 0.0) + outside
-    rest = 1.0 - first["confidence"]
-    total = sum(weights.values())
-    shared = {n: rest * w / total for n, w in weights.items()} if total else {SOMETHING_ELSE: rest}
-    name = public(first["id"])
-    probabilities = shared | {name: shared.get(name, 0.0) + first["confidence"]}
+        others[name] = others.get(name, 0.0) + (entry["confidence"] or 0.0)
+    stated_for_others = sum(others.values())
+    if stated_for_others > rest:
+        others = {name: chance * rest / stated_for_others for name, chance in others.items()}
+    unlisted = [name for name in CAUSES if name not in (named, *others)]
+    left = max(0.0, rest - stated_for_others) / len(unlisted)
+    probabilities = dict.fromkeys(unlisted, left) | others
+    probabilities[named] = probabilities.get(named, 0.0) + first["confidence"]
     stated = {n: v["value"] for n, v in first["parameters"].items() if v["value"] is not None}
     return {"probabilities": probabilities, "parameters": stated}
 
