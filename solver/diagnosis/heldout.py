@@ -81,13 +81,14 @@ def block_scores(
         some: rows of each block, all that lie between its first and its last.
         guards: windows at both ends of each block whose errors are not counted.
     """
-    W, left = beside(terms, rung).by_rows
+    others = beside(terms, rung)
     density, errors = [], []
     for own in some:
-        Q_own = rung.precision_at(slice(int(own[0]), int(own[-1]) + 1)) - W[own] @ W[own].T
+        W, left = others.by_rows(own), others.left_by_rows[own]
+        Q_own = rung.precision_at(slice(int(own[0]), int(own[-1]) + 1)) - W @ W.T
         L = np.linalg.cholesky(Q_own)
-        error = cho_solve((L, True), left[own])
-        density.append(float(np.log(np.diag(L)).sum() - 0.5 * left[own] @ error))
+        error = cho_solve((L, True), left)
+        density.append(float(np.log(np.diag(L)).sum() - 0.5 * left @ error))
         by_window = error.reshape(-1, 6)
         errors.append(by_window[guards : len(by_window) - guards])
     return BlockScores(np.array(density), tuple(errors))
@@ -119,7 +120,12 @@ def heldout_gain(
     """
 
     def score(terms: Sequence[Term], rung: Rung) -> float:
-        return float(block_scores(balance, terms, rung, some).log_density.sum())
+        """Kept: many causes are held against the same ones."""
+
+        def whole() -> float:
+            return float(block_scores(balance, terms, rung, some).log_density.sum())
+
+        return balance.basis.kept.get(whole, "withheld", rung, some, *terms)
 
     with_it, own = score(after.terms, after.rung), score(before.terms, before.rung)
     same = own if before.rung is after.rung else score(before.terms, after.rung)

@@ -26,7 +26,7 @@ from solver.diagnosis.covariances import Covariances
 from solver.diagnosis.memory import Memory
 
 ALL = slice(None)
-MOST_KEPT_BYTES = 400e6  # of what rungs are made of, and of what terms and places look like there
+MOST_KEPT_BYTES = 1000e6  # of what rungs are made of, and of what terms and places look like there
 LEAST_SHARED = 1e-10  # of the variance of a direction, that shared columns add to it: rounding
 
 

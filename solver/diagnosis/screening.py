@@ -14,7 +14,7 @@ from functools import cached_property
 from heapq import heapify, heappop, heappush
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from scipy.linalg import cho_factor, solve_triangular
 
 from solver.diagnosis.balance import Balance
@@ -111,33 +111,66 @@ def beside(accepted: Sequence[Term], rung: Rung) -> "Beside":
 
 
 class Beside:
-    """The residual's precision with accepted causes integrated out, at one rung: P − W Wᵀ, in the basis."""
+    """The residual's precision with accepted causes integrated out, at one rung: P − W Wᵀ, in the basis.
+
+    Each further cause adds columns to W and leaves those of the causes before it, which are kept: many sets
+    begin with the same causes.
+    """
 
     def __init__(self, accepted: Sequence[Term], rung: Rung) -> None:
-        parts = [t.within(rung.basis) for t in accepted]
-        r = rung.residual - sum((fixed for fixed, _ in parts if fixed is not None), np.zeros(1))
         self.rung = rung
-        self.W: Float[np.ndarray, "rows accepted"] = np.zeros((len(r), 0))
-        self.Pr: Float[np.ndarray, " rows"] = rung.weighted(r)  # what accepted causes leave of it, weighted
-        some = [t for t in accepted if t.columns.shape[1]]
-        if some:
-            B = np.concatenate([t.within(rung.basis)[1] * t.prior_std for t in some], axis=1)
-            PB = np.concatenate([t.weighted(rung) for t in some], axis=1)
+        self._before: tuple[Beside, ...] = ()  # of fewer causes each, none first
+        self._left = rung.residual  # less what is fixed
+        self.own: Float[np.ndarray, "rows own"] = np.zeros((len(rung.residual), 0))  # columns of the last
+        self.Pr: Float[np.ndarray, " rows"] = np.zeros(0)  # what accepted causes leave, weighted
+        if not accepted:
+            self.Pr = rung.weighted(rung.residual)
+            return
+        before, term = beside(accepted[:-1], rung), accepted[-1]
+        self._before, self._left, self.Pr = before.each, before._left, before.Pr
+        fixed, columns = term.within(rung.basis)
+        if fixed is not None:
+            self._left = self._left - fixed
+            self.Pr = self.Pr - before._without(rung.weighted(fixed), fixed)
+        if columns.shape[1]:
+            B = columns * term.prior_std
+            PB = before._without(term.weighted(rung), B)
             M = B.T @ PB
             M[np.arange(len(M)), np.arange(len(M))] += 1.0
             factor = cho_factor(M, lower=True, check_finite=False)[0]
-            self.W = solve_triangular(factor, PB.T, lower=True, check_finite=False).T
-            self.Pr = self.Pr - self.W @ (self.W.T @ r)
+            self.own = solve_triangular(factor, PB.T, lower=True, check_finite=False).T
+            self.Pr = self.Pr - self.own @ (self.own.T @ self._left)
+
+    @property
+    def each(self) -> tuple["Beside", ...]:
+        """Those with fewer causes, and this one: all their columns together are W."""
+        return (*self._before, self)
+
+    def _without(
+        self, weighted: Float[np.ndarray, "rows *some"], columns: Float[np.ndarray, "rows *some"]
+    ) -> Float[np.ndarray, "rows *some"]:
+        """(P − W Wᵀ) columns, of P columns."""
+        for one in self.each:
+            weighted = weighted - one.own @ (one.own.T @ columns)
+        return weighted
 
     @property
     def nbytes(self) -> int:
         """That it takes, by rows as well."""
-        return 2 * (self.W.nbytes + self.Pr.nbytes)
+        return 2 * (self.own.nbytes + self.Pr.nbytes)
 
     @cached_property
-    def by_rows(self) -> tuple[Float[np.ndarray, "rows accepted"], Float[np.ndarray, " rows"]]:
-        """W and what is left, weighted, of the balance's rows."""
-        return self.rung.basis.rows(self.W), self.rung.basis.rows(self.Pr)
+    def _own_by_rows(self) -> Float[np.ndarray, "rows own"]:
+        return self.rung.basis.rows(self.own)
+
+    @cached_property
+    def left_by_rows(self) -> Float[np.ndarray, " rows"]:
+        """What is left, weighted, of the balance's rows."""
+        return self.rung.basis.rows(self.Pr)
+
+    def by_rows(self, some: slice | Int[np.ndarray, " some"]) -> Float[np.ndarray, "some accepted"]:
+        """W of some of the balance's rows."""
+        return np.concatenate([one._own_by_rows[some] for one in self.each], axis=1)
 
     def gain(self, rows: CandidateRows) -> Gained:
         """What a candidate adds.
@@ -146,19 +179,31 @@ class Beside:
             rows: of one that is not among the accepted ones.
         """
         alone = Stack.of([rows], self.rung.basis)
-        return self.gains(alone, alone.products(self.rung))[0]
+        across = np.concatenate([alone.times(one.own[alone.span]) for one in self.each], axis=2)
+        return self.gains(alone, alone.products(self.rung), across)[0]
 
-    def gains(self, stack: Stack, products: Products) -> list[Gained]:
+    def across(self, stack: Stack) -> Float[np.ndarray, "candidates parameters accepted"]:
+        """Columnsᵀ W of a stack that will be asked for again; kept for each accepted cause."""
+        return np.concatenate([one._own_across(stack) for one in self.each], axis=2)
+
+    def _own_across(self, stack: Stack) -> Float[np.ndarray, "candidates parameters own"]:
+        kept = self.rung.basis.kept
+        return kept.get(lambda: stack.times(self.own[stack.span]), "across", stack, self)
+
+    def gains(
+        self, stack: Stack, products: Products, CW: Float[np.ndarray, "candidates parameters accepted"]
+    ) -> list[Gained]:
         """Likewise of each of a stack.
 
         Args:
             stack: of candidates that are not among the accepted ones.
             products: of its rows at this rung.
+            CW: its columnsᵀ W.
         """
-        W, Pr, std = self.W[stack.span], self.Pr[stack.span], stack.prior_std
-        CW, CPr, gain = stack.times(W), stack.times(Pr), np.zeros(len(std))
+        Pr, std = self.Pr[stack.span], stack.prior_std
+        CPr, gain = stack.times(Pr), np.zeros(len(std))
         if stack.fixed is not None:
-            fW = stack.fixed @ W
+            fW = np.concatenate([stack.fixed @ one.own[stack.span] for one in self.each], axis=1)
             gain = stack.fixed @ Pr - 0.5 * (products.fPf - _each_squared(fW, fW))
             CPr = CPr - products.CPf + (CW @ fW[:, :, None])[:, :, 0]
         S = (products.CPC - CW @ CW.transpose(0, 2, 1)) * (std[:, :, None] * std[:, None, :])
@@ -191,6 +236,7 @@ class Screen:
         self._starts = [places for places in self._starts if places]
         self._stacks = [(places, self._stacked(places)) for places in alike.values()]
         self._products: dict[int, list[Products]] = {}  # by rung
+        self._terms: dict[int, Term] = {}  # by rows, which are kept
 
     def best(self, rung: Rung, accepted: Sequence[Term] = ()) -> Iterator[Screened]:
         """Candidates that touch a trial, beside accepted causes, by what they gain over their odds.
@@ -229,6 +275,12 @@ class Screen:
                 told.add(candidate.key)
                 yield one
 
+    def term(self, rows: CandidateRows) -> Term:
+        """Rows of a candidate among those of all trials; always the same term, whose products are kept."""
+        if id(rows) not in self._terms:
+            self._terms[id(rows)] = self._balance.spread(rows)
+        return self._terms[id(rows)]
+
     def _gained(self, rung: Rung, accepted: Sequence[Term]) -> list[Gained]:
         """At every start."""
         others = beside(accepted, rung)
@@ -236,7 +288,7 @@ class Screen:
             self._products[id(rung)] = [stack.products(rung) for _, stack in self._stacks]
         found: dict[int, Gained] = {}
         for (places, stack), products in zip(self._stacks, self._products[id(rung)], strict=True):
-            found.update(zip(places, others.gains(stack, products), strict=True))
+            found.update(zip(places, others.gains(stack, products, others.across(stack)), strict=True))
         return [found[place] for place in range(len(self._rows))]
 
     def _tried(self, rows: CandidateRows, gained: Gained) -> Screened:

@@ -266,7 +266,7 @@ class Search:
         for rung in rungs:
             for one in islice(self.screen.by_name(rung, accepted), settings.refitted):
                 if one.rows.candidate.key not in chosen:
-                    chosen[one.rows.candidate.key] = balance.spread(one.rows)
+                    chosen[one.rows.candidate.key] = self.screen.term(one.rows)
         contenders = []
         refitted = [refined(balance, term, accepted, current.rung) for term in chosen.values()]
         balance.see_ahead(refitted, accepted, current.rung)

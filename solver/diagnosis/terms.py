@@ -112,6 +112,7 @@ class Solved:
     _estimates: dict[int, dict[str, Estimate]] = field(
         default_factory=dict, init=False
     )  # a copy makes its own
+    _covariances: dict[int, Float[np.ndarray, "own own"]] = field(default_factory=dict, init=False)
 
     @cached_property
     def left(self) -> Float[np.ndarray, " rows"]:
@@ -128,13 +129,6 @@ class Solved:
             if term.fixed is not None:
                 residual = residual - term.fixed
         return residual
-
-    @cached_property
-    def covariance(self) -> Float[np.ndarray, "parameters parameters"]:
-        """Of x."""
-        inverse = solve_triangular(self.root, np.eye(len(self.root)), lower=True, check_finite=False)
-        inverse *= self.std
-        return inverse.T @ inverse
 
     def estimates(self, k: int, scenes: Sequence[Scene]) -> dict[str, Estimate]:
         """The catalogue's parameters of the k-th term, with what every laboratory has of them."""
@@ -168,7 +162,12 @@ class Solved:
     def of(self, k: int) -> tuple[Float[np.ndarray, " own"], Float[np.ndarray, "own own"]]:
         """Parameters of the k-th term and their covariance."""
         own = self._own(k)
-        return self.x[own], self.covariance[own, own]
+        if k not in self._covariances:
+            below = self.root[own.start :, own.start :]  # what is above of its inverse's columns is zero
+            unit = np.eye(len(below), own.stop - own.start)
+            inverse = solve_triangular(below, unit, lower=True, check_finite=False) * self.std[own]
+            self._covariances[k] = inverse.T @ inverse
+        return self.x[own], self._covariances[k]
 
     def _own(self, k: int) -> slice:
         """Of the k-th term among all parameters."""

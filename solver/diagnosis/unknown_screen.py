@@ -104,8 +104,8 @@ class UnknownScreen:
             products = rung.basis.kept.get(lambda: self._products(located, rung), "products", located, rung)
         else:  # hardly ever asked for again
             products = self._products(located, rung)
-        of_accepted, left = (part[located.courses.span] for part in beside.by_rows)
-        seen = located.times(np.column_stack([of_accepted, left]))
+        span = located.courses.span
+        seen = located.times(np.column_stack([beside.by_rows(span), beside.left_by_rows[span]]))
         return [self._at_its_size(located, c, products, seen) for c in candidates]
 
     def _at_its_size(

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
+import solver.diagnosis.heldout
 from solver.diagnosis.balance import Balance
 from solver.diagnosis.heldout import BlockScores, block_scores, blocks, heldout_gain, short_blocks
 from solver.diagnosis_settings import DiagnosisSettings
@@ -102,3 +103,21 @@ def test_a_cause_is_not_refused_since_without_it_everything_seems_farther_off(ba
     assert gain.best == max(gain.own_scales, gain.same_scales)
     at_one_scale = heldout_gain(balance, some, balance.solve_at([], sharp), balance.solve_at([term], sharp))
     assert at_one_scale.own_scales == at_one_scale.same_scales == gain.same_scales
+
+
+def test_what_others_foretell_alone_is_reckoned_once(balance, monkeypatch):
+    asked = []
+
+    def counted(balance, terms, *others):
+        asked.append(len(terms))
+        return block_scores(balance, terms, *others)
+
+    monkeypatch.setattr(solver.diagnosis.heldout, "block_scores", counted)
+    rung, some = balance.rungs[6], blocks(balance)
+    gains = []
+    for offset_s in (0.03, 0.03, 0.02):
+        term = balance.term(ClockOffset("all"), (offset_s,))
+        gain = heldout_gain(balance, some, balance.solve_at([], rung), balance.solve_at([term], rung))
+        gains.append(gain.own_scales)
+    assert asked == [1, 0, 1, 1]
+    assert gains[0] == gains[1] != gains[2]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.diagnosis.contenders import handicap
-from solver.diagnosis.screening import Screen
+from solver.diagnosis.screening import Screen, Stack
 from solver.effects.catalogue import catalogue
 from solver.effects.clock_offset import ClockOffset
 from solver.effects.effect import Corrected
@@ -31,7 +31,15 @@ def screen(wrong, everything):
     return Screen(wrong, everything)
 
 
-@pytest.mark.parametrize("accepted", [[], [PlateGain("plate_1")], [PlateGain("plate_1"), ClockOffset("all")]])
+@pytest.mark.parametrize(
+    "accepted",
+    [
+        [],
+        [PlateGain("plate_1")],
+        [PlateGain("plate_1"), ClockOffset("all")],
+        [ClockOffset("all"), PlateGain("plate_1"), PlateGain("plate_2")],
+    ],
+)
 def test_each_gain_is_that_of_the_whole_solve(screen, wrong, everything, accepted):
     rung = wrong.rungs[4]
     terms = [wrong.term(c, c.starts(wrong.scenes)[0]) for c in accepted]
@@ -43,6 +51,30 @@ def test_each_gain_is_that_of_the_whole_solve(screen, wrong, everything, accepte
         assert one.gain == pytest.approx(whole.log_evidence - without, abs=1e-5)
         notable = one.rows.candidate.is_notable(whole.estimates(len(terms), wrong.scenes))
         assert one.notable == notable
+
+
+def test_what_a_set_begins_with_is_kept_for_the_next(screen, wrong, monkeypatch):
+    """Beside a further cause only its own columns are multiplied with the catalogue's."""
+    rung, asked = wrong.rungs[7], []
+    times = Stack.times
+    monkeypatch.setattr(Stack, "times", lambda s, w: asked.append(w.shape[1:]) or times(s, w))
+    first, second = (wrong.term(PlateGain(f"plate_{k}"), ()) for k in (1, 2))
+    list(screen.best(rung, [first]))
+    asked.clear()
+    list(screen.best(rung, [first, second]))
+    stacks = asked.count(())  # each with what is left
+    assert stacks > 1
+    assert [shape for shape in asked if shape] == [(1,)] * stacks
+
+
+def test_rows_without_a_search_are_always_the_same_term(screen, wrong):
+    rung = wrong.rungs[4]
+    (one,) = (s for s in screen.best(rung) if s.rows.candidate == PlateGain("plate_2"))
+    beside = screen.best(rung, [wrong.term(PlateGain("plate_1"), ())])
+    (again,) = (s for s in beside if s.rows.candidate == PlateGain("plate_2"))
+    term = screen.term(one.rows)
+    assert screen.term(again.rows) is term
+    np.testing.assert_array_equal(term.columns, wrong.term(PlateGain("plate_2"), ()).columns)
 
 
 def test_the_best_comes_first_and_what_is_accepted_is_left_out(screen, wrong):
