@@ -3,7 +3,7 @@
 import { makeChooser } from "./chooser.js";
 import { told } from "./curves.js";
 import { dashOf, drawByCycle, drawOverTime, GUTTER, MARGIN, niceTicks, tickText } from "./multiples.js";
-import { element, makeOptions } from "./options.js";
+import { element, keepIn, makeOptions } from "./options.js";
 import { view, watch, zoom } from "./timeline.js";
 
 const LOWEST = 46, HIGHEST = 170, HEADING = 19, AXIS = 20; // [pixel]
@@ -186,11 +186,4 @@ area.addEventListener(
 new ResizeObserver(draw).observe(plots);
 window.addEventListener("resize", draw);
 new MutationObserver(draw).observe(document.documentElement, { attributeFilter: ["data-mantine-color-scheme"] });
-const settle = () => {
-  const place = document.querySelector("[data-addb-curves]");
-  if (!place || place.contains(root)) return;
-  place.append(root);
-  draw();
-};
-new MutationObserver(settle).observe(document.body, { childList: true, subtree: true });
-settle();
+keepIn("[data-addb-curves]", root, draw);

@@ -1,6 +1,6 @@
 // The tab "Diagnosis" on one screen: verdict, one card a cause, before and after. viser makes the tab, with a place
 // for us in it that comes and goes. Everything that is shown is set as text.
-import { element } from "./options.js";
+import { element, keepIn } from "./options.js";
 
 const WIDE = 400, HIGH = 60; // of a curve's own coordinates
 const SVG = "http://www.w3.org/2000/svg";
@@ -155,9 +155,4 @@ window.addb.on("cursor", (now) => {
   frame = now;
   mark();
 });
-const settle = () => {
-  const place = document.querySelector("[data-addb-diagnosis]");
-  if (place && !place.contains(root)) place.append(root);
-};
-new MutationObserver(settle).observe(document.body, { childList: true, subtree: true });
-settle();
+keepIn("[data-addb-diagnosis]", root);

@@ -7,6 +7,18 @@ export const element = (tag, options = {}, ...children) => {
   return made;
 };
 
+/** Puts something of ours into the place that viser's page has for it, and again whenever it makes that anew. */
+export const keepIn = (place, own, placed = () => {}) => {
+  const settle = () => {
+    const found = document.querySelector(place);
+    if (!found || found.contains(own)) return;
+    found.append(own);
+    placed();
+  };
+  new MutationObserver(settle).observe(document.body, { childList: true, subtree: true });
+  settle();
+};
+
 /** Makes the row of switches. choose: called with what was chosen, {by} or {over}. */
 export function makeOptions(choose) {
   const switches = Object.entries({ time: "over time", cycle: "by gait cycle" }).map(([by, words]) => {
