@@ -33,7 +33,7 @@ ANSWERS = "detection.jsonl"
 LONG = ("overground_camargo2021_AB06", "c3d_lab_trials/lasem_FAILT01", "walk_treadmill_stepwidth")
 QUIET = ("squats1",)  # two feet that stand all along
 CHOSEN = [r for r in (*WHOLE, *PARTS) if r.folder not in LONG and r.trial not in QUIET]
-OF_FAULTS = ("fault_", "cop_", "clipped", "held_", "spike", "dropout")  # of plates
+OF_FAULTS = ("fault_", "cop_", "clipped_", "held_", "spike", "spike_", "dropout", "dropout_")  # of plates
 NOT_SHOWN = ("jump_", "elsewhere_odds", "nobody_N", "sure_odds")  # markers that jump, chairs, how sure
 INTRODUCTION = """# What a setting of detection decides: each halved and doubled
 

@@ -37,7 +37,7 @@ def variations(usual: Any, left_out: tuple[str, ...] = ()) -> Iterator[Variation
 
     Args:
         usual: a frozen dataclass of settings.
-        left_out: how the names of those begin that the cases cannot show.
+        left_out: names that the cases cannot show; those that begin with one where it ends in "_".
     """
     kind = type(usual).__name__
     yield kind, 1.0, usual
@@ -45,7 +45,7 @@ def variations(usual: Any, left_out: tuple[str, ...] = ()) -> Iterator[Variation
         value = getattr(usual, one.name)
         if isinstance(value, bool) or not isinstance(value, int | float) or not value:
             continue
-        if one.name.startswith(left_out):
+        if any(one.name == name or (name[-1] == "_" and one.name.startswith(name)) for name in left_out):
             continue
         for factor in FACTORS:
             other = factor * value if isinstance(value, float) else max(1, int(factor * value))
