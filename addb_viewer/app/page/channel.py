@@ -54,7 +54,7 @@ SCRIPTS = (
 )
 HEAD = "".join(
     (
-        f"<script src='{FILES}/channel.js'></script>",  # before viser's script runs
+        *(f"<script src='{FILES}/{name}.js'></script>" for name in ("channel", "redraws")),  # before viser's
         *(
             f"<link rel='stylesheet' href='{FILES}/{name}'>"
             for name in ("strip.css", "charts.css", "diagnosis.css", "video.css")
