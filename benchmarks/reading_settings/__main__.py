@@ -2,9 +2,9 @@
 
     python -m benchmarks.reading_settings --out DIR
 
-The recordings of the bench are turned, miswired, begun with zeros, spoilt and stripped of their units (a
-module each, which says how), and read with one setting changed at a time. Answers are kept as lines of a file
-in DIR: it picks up where it was stopped, then writes READING_SETTINGS.md.
+The recordings of the bench are turned, miswired, paired with other forces, begun with zeros, spoilt and
+stripped of their units (a module each, which says how), and read with one setting changed at a time. Answers
+are kept as lines of a file in DIR: it picks up where it was stopped, then writes READING_SETTINGS.md.
 """
 
 import argparse
@@ -12,6 +12,7 @@ from pathlib import Path
 
 from benchmarks.reading_settings.axes import turned
 from benchmarks.reading_settings.cleaning import thrown
+from benchmarks.reading_settings.pairs import pairs
 from benchmarks.reading_settings.signs import miswired
 from benchmarks.reading_settings.units import unsaid
 from benchmarks.reading_settings.zeros import beginnings
@@ -19,6 +20,7 @@ from benchmarks.varied import RULES, Answer, Questions, asked, tables, usual_of,
 from solver.capture.axes import AxesSettings
 from solver.capture.edge_zeros import EdgeZeroSettings
 from solver.capture.length_units import LengthUnitSettings
+from solver.capture.loads_under_feet import UnderFeetSettings
 from solver.capture.marker_cleaning import MarkerCleaningSettings
 from solver.capture.plate_sign_settings import PlateSignSettings
 
@@ -32,12 +34,14 @@ QUESTIONS = {
     ),
     "axes": Questions(AxesSettings(), turned, left_out=("screen_weight", "flat_share", "plate_weight")),
     "plate_signs": Questions(PlateSignSettings(), miswired),
+    "under_feet": Questions(UnderFeetSettings(), pairs, left_out=("contradiction", "samples", "sparse_")),
 }  # by the table of a TOML file
 ASKED = {
     "length_units": "which unit a file is in that does not say so",
     "edge_zeros": "how many rows at a plate's beginning were not measured: zeros before a load or a landing",
     "cleaning": "which frames of a marker are wrong, of markers thrown off for a frame or four, and others",
     "axes": "which axis points up, upright and lying, with and without plates and names",
+    "under_feet": "whether markers and forces are of one recording, and of one moment",
     "plate_signs": "of each plate whether it counts the other way round, and whether it was tared",
 }
 INTRODUCTION = """# What settings of reading decide: each halved and doubled
