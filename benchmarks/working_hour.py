@@ -109,8 +109,9 @@ def copies(root: Path, times_over: int) -> Iterator[Path]:
 class Reviewer:
     """One who works by command, in a browser of either kind."""
 
-    def __init__(self, work: Work, seed: int) -> None:
+    def __init__(self, work: Work, seed: int, name: str) -> None:
         self.work, self.random, self.solved_at = work, random.Random(seed), time.monotonic()
+        self.name = name
 
     def press(self, label: str) -> None:
         """One key."""
@@ -125,7 +126,7 @@ class Reviewer:
         raise NotImplementedError
 
     def waits(self) -> bool:
-        """Whether a new solve waits."""
+        """Whether a new solve of one's own waits; about others' the app asks whether that is meant."""
         raise NotImplementedError
 
     def notices(self) -> list[str]:
@@ -189,7 +190,7 @@ class PaperReviewer(Reviewer):
     """Without a picture."""
 
     def __init__(self, work: Work, seed: int, port: int, name: str) -> None:
-        super().__init__(work, seed)
+        super().__init__(work, seed, name)
         self.browser = PaperBrowser(port, name=name, with_channel=True)
         self.browser.until(self.place, "the first trial")
 
@@ -207,7 +208,8 @@ class PaperReviewer(Reviewer):
 
     def waits(self) -> bool:
         """By the bar."""
-        return str((self.browser.bar.get("solve") or {}).get("text", "")).startswith("New solve")
+        told = str((self.browser.bar.get("solve") or {}).get("text", ""))
+        return told.startswith("New solve") and told.endswith(f"for {self.name}")
 
     def notices(self) -> list[str]:
         """Of the channel."""
@@ -230,7 +232,7 @@ class ChromiumReviewer(Reviewer):
     def __init__(
         self, work: Work, seed: int, page: Page, keys: dict[str, str], every: Callable[[], None]
     ) -> None:
-        super().__init__(work, seed)
+        super().__init__(work, seed, PEOPLE[-1])
         self.page, self._keys, self._every = page, keys, every
         self._tab = 0
 
@@ -249,7 +251,7 @@ class ChromiumReviewer(Reviewer):
 
     def waits(self) -> bool:
         """By the bar."""
-        return self.page.locator("#addb-bar").get_by_text("New solve").count() > 0
+        return self.page.locator("#addb-bar").get_by_text(f"for {self.name}").count() > 0
 
     def notices(self) -> list[str]:
         """The last one, beside the bar."""

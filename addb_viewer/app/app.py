@@ -1,7 +1,6 @@
 """The review app: a server, the subjects of its root, and a session for every browser."""
 
 import contextlib
-import ctypes
 import getpass
 import os
 import signal
@@ -30,14 +29,13 @@ from addb_viewer.app.shell.commands import COMMANDS, Command
 from addb_viewer.app.shell.key_file import chosen_commands
 from addb_viewer.app.shell.playback import Pace
 from addb_viewer.app.shell.session import Session
+from addb_viewer.app.subjects.memory import keep_little
 from addb_viewer.app.subjects.open_subjects import OpenSubjects
 from addb_viewer.app.subjects.root_folder import open_root
 from addb_viewer.app.subjects.shared_subject import SharedSubject
 from solver.errors import SolverError
 
 SWITCH_S = 0.001  # after which a busy thread lets another one in: so long a key waits for a picture
-M_MMAP_THRESHOLD, M_ARENA_MAX = -3, -8  # of mallopt, in glibc's malloc.h
-LARGE_BYTES, HEAPS = 2**18, 2
 
 
 class ReviewApp:
@@ -64,7 +62,7 @@ class ReviewApp:
             commands: what keys do.
         """
         sys.setswitchinterval(SWITCH_S)
-        _give_memory_back()
+        keep_little()
         self.server, self.queue, self.access = server, trials, access or Access.of("127.0.0.1")
         self.subjects = trials.subjects
         self.pace, self.channels, self._commands = Pace(), Channels(server.own), commands
@@ -229,17 +227,6 @@ def serve(
 
 def _until_interrupted() -> None:
     threading.Event().wait()
-
-
-def _give_memory_back() -> None:
-    """Have arrays of trials that were closed go back to the system, where C's library can be told so.
-
-    Left to itself it keeps what is freed, for every thread a heap of its own.
-    """
-    with contextlib.suppress(OSError, TypeError, AttributeError):  # not glibc
-        tell = ctypes.CDLL(None).mallopt
-        tell(M_MMAP_THRESHOLD, LARGE_BYTES)
-        tell(M_ARENA_MAX, HEAPS)
 
 
 def _login_name() -> str:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from addb_viewer.app.subjects.library import Library, library_of
+from addb_viewer.app.subjects.memory import give_back
 from addb_viewer.app.subjects.people import People
 from addb_viewer.app.subjects.root_folder import RootFolder
 from addb_viewer.app.subjects.shared_subject import SharedSubject
@@ -132,6 +133,8 @@ class OpenSubjects:
             gone = [self._loaded.pop(name) for name in (*resting[:-UNWATCHED], *at_work[:-AT_WORK])]
         for shared in gone:
             shared.close()
+        if gone:
+            give_back()
 
     def close(self) -> None:
         """Close all."""
