@@ -297,6 +297,7 @@ class Readings:
 
     def __init__(self, server: int, page: Page, developer: CDPSession, work: Work) -> None:
         self.minutes: list[Minute] = []
+        self.cursor_ms: list[float] = []  # from a key to the painted cursor
         self._server, self._page, self._developer, self._work = server, page, developer, work
         self._began = self._due = time.monotonic()
 
@@ -308,6 +309,7 @@ class Readings:
         for _ in range(STEPS):
             self._page.keyboard.press(".")
             self._page.wait_for_timeout(300)
+        self.cursor_ms += self._page.evaluate("window.cursorTimes.splice(0)")
         self._developer.send("HeapProfiler.collectGarbage")
         values = self._developer.send("Performance.getMetrics")["metrics"]
         heap = next(value["value"] for value in values if value["name"] == "JSHeapUsedSize") / 1e6
@@ -316,10 +318,6 @@ class Readings:
         self.minutes.append(minute)
         print(f"{at / 60:5.1f} min: server {minute.server_mb:.0f} MB, page {heap:.1f} MB, "
               f"{minute.finished} trials finished, {self._work.acts} acts", flush=True)  # fmt: skip
-
-    def cursor_ms(self) -> list[float]:
-        """From a key to the painted cursor."""
-        return list(self._page.evaluate("window.cursorTimes"))
 
 
 def worked(root: Path, seconds: float) -> tuple[Sequence[Minute], list[float]]:
@@ -362,7 +360,7 @@ def worked(root: Path, seconds: float) -> tuple[Sequence[Minute], list[float]]:
             thread.join()
         if work.failed:
             raise RuntimeError("somebody could not go on") from work.failed[0]
-        found = readings.minutes, readings.cursor_ms()
+        found = readings.minutes, readings.cursor_ms
         print(f"{len(work.stuck)} times somebody was stuck", flush=True)
         browser.close()
     return found
