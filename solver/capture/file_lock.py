@@ -6,6 +6,7 @@ Where there are none, as on some network shares and on Windows, `taken` says so,
 
 import errno
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 try:
@@ -34,16 +35,33 @@ def taken(handle: int, patience_s: float = 0.0) -> bool | None:
         return None
     end = time.monotonic() + patience_s
     while True:
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            if error.errno not in _HELD_BY_ANOTHER:
-                return None
-            if time.monotonic() >= end:
-                return False
-            time.sleep(AGAIN_S)
-        else:
-            return True
+        held = _held(lambda: fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB))
+        if held is not False or time.monotonic() >= end:
+            return held
+        time.sleep(AGAIN_S)
+
+
+def byte_taken(handle: int, place: int) -> bool | None:
+    """Lock one byte of an open file for this process alone, among processes that have inherited the file.
+
+    Args:
+        handle: open for writing.
+        place: of the byte; it need not be there.
+
+    Returns:
+        As for `taken`.
+    """
+    if fcntl is None:
+        return None
+    return _held(lambda: fcntl.lockf(handle, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, place))
+
+
+def _held(lock: Callable[[], None]) -> bool | None:
+    try:
+        lock()
+    except OSError as error:
+        return False if error.errno in _HELD_BY_ANOTHER else None
+    return True
 
 
 def abandoned(path: Path) -> bool:

@@ -5,23 +5,16 @@ has locked a byte is at work, all others wait; what a process had locked is free
 system without such locks has no limit.
 """
 
-import importlib
 import os
 import tempfile
 import time
 from collections.abc import Callable
-from contextlib import suppress
-from typing import Any
+
+from solver.capture.file_lock import HAS_LOCKS, byte_taken
 
 GIVEN = "ADDB_VIEWER_TURNS"  # in a process's environment: the open file's number, and how many may be at work
 LOOK_EVERY_S = 0.3
 WAITING = "waiting for other subjects' work"
-
-
-def _locks() -> Any:
-    with suppress(ImportError):
-        return importlib.import_module("fcntl")
-    return None
 
 
 class Turns:
@@ -33,7 +26,7 @@ class Turns:
         Args:
             most: how many may be at once; None: as many as there are processors for this one.
         """
-        self._file = tempfile.TemporaryFile() if _locks() else None  # noqa: SIM115 (open as long as the app)
+        self._file = tempfile.TemporaryFile() if HAS_LOCKS else None  # noqa: SIM115 (open as long as the app)
         self._most = most or processors()
 
     @property
@@ -68,9 +61,5 @@ def wait_for_turn(progress: Callable[[str, float], None]) -> None:
 
 
 def _takes_one(file: int, most: int) -> bool:
-    locks = _locks()
-    for k in range(most):
-        with suppress(OSError):  # somebody has it
-            locks.lockf(file, locks.LOCK_EX | locks.LOCK_NB, 1, k)
-            return True
-    return False
+    """Also where there are no locks."""
+    return any(byte_taken(file, k) is not False for k in range(most))

@@ -8,13 +8,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 from addb_viewer.app.subjects.library import Library, library_of
-from addb_viewer.app.subjects.memory import give_back
 from addb_viewer.app.subjects.people import People
 from addb_viewer.app.subjects.root_folder import RootFolder
 from addb_viewer.app.subjects.shared_subject import SharedSubject
 from addb_viewer.recordings.recording import file_of
 from solver.capture.capture import Subject
 from solver.errors import ResultsError
+from solver.freed_memory import give_back
 from solver.results.store import default_folder
 
 AHEAD_AFTER_S = 1.0  # the page that has just been shown comes first
@@ -134,7 +134,7 @@ class OpenSubjects:
         for shared in gone:
             shared.close()
         if gone:
-            give_back()
+            threading.Thread(target=give_back, name="giving memory back", daemon=True).start()
 
     def close(self) -> None:
         """Close all."""

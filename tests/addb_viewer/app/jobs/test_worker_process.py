@@ -1,11 +1,12 @@
 """Commands in a process of their own."""
 
+import errno
 import textwrap
 import threading
 
 import pytest
 
-from addb_viewer.app.jobs.turns import WAITING, Turns
+from addb_viewer.app.jobs.turns import GIVEN, WAITING, Turns, wait_for_turn
 from addb_viewer.app.jobs.worker_process import WorkerProcess
 from tests.patience import FOR_EVER_S, PATIENCE_S
 
@@ -134,3 +135,14 @@ def test_who_waits_can_be_cancelled_and_holds_nobody_up(listener, until):
     third.work.start("talker", ["turn"])
     assert third.ended.wait(PATIENCE_S)
     assert third.outcomes[0].succeeded
+
+
+def test_where_there_are_no_locks_nobody_waits(monkeypatch):
+    def no_locks(*_):
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    turns, told = Turns(1), []
+    monkeypatch.setattr("fcntl.lockf", no_locks)
+    monkeypatch.setenv(GIVEN, turns.environment[GIVEN])
+    wait_for_turn(lambda *said: told.append(said))
+    assert told == []
