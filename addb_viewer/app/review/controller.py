@@ -246,8 +246,10 @@ class ReviewController:
         return left_undecided(self.review, forces.proposals, replay.frames, forces.confidence, made_of)
 
     def warm_up(self) -> None:
-        """Make the first answer to "what if" come soon."""
-        self.asking.warm_up(self.review)
+        """Make the first answer to "what if" come soon, should the person stay at the selected range."""
+        chosen = self.chosen
+        if chosen is not None:
+            self.asking.warm_up(self.review, lambda: self.chosen == chosen)
 
     def what_if(self) -> None:
         """The residual if the selected frames counted, or no longer did."""

@@ -1,7 +1,9 @@
 """Asking from one browser what a range is worth, while its keys go on."""
 
+import contextlib
 import html
 import threading
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +23,8 @@ from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.wrenches import FrameMask
 from solver.errors import SolverError
 
+RESTS_S = 1.5  # who stays at a range that long may ask about it; who decides and goes on does not
+
 
 class WhatIfQuestions:
     """One question at a time: the last one asked is the one that is answered on the screen."""
@@ -28,16 +32,37 @@ class WhatIfQuestions:
     def __init__(self, screen: Screen, answer: viser.GuiHtmlHandle, notices: Notices) -> None:
         self.screen, self.answer, self.notices = screen, answer, notices
         self._asked = 0
+        self._resting: threading.Timer | None = None
 
-    def warm_up(self, review: TrialReview) -> None:
-        """Make the answer come soon, if it is asked for; never waits.
+    def warm_up(self, review: TrialReview, still_here: Callable[[], bool]) -> None:
+        """Make the answer come soon, if the person stays where they are for `RESTS_S`; never waits.
+
+        Until then nothing is at work: where several people go through many trials, their processors are for
+        the pages.
 
         Args:
             review: of the trial on the screen.
+            still_here: whether what could be asked about is still selected; called from another thread.
         """
-        replay, shared = self.screen.replay, self.screen.shared
-        if shared.fits.shown.fit is not None and replay is not None and replay.residual is not None:
-            shared.what_if.warm(replay.name, force_review(review))
+        replay, what_if = self.screen.replay, self.screen.shared.what_if
+        if replay is None or replay.residual is None:
+            return
+        trial = replay.name
+
+        def warm() -> None:
+            with contextlib.suppress(SolverError):  # the subject has been closed, or has another fit
+                if still_here():
+                    what_if.warm(trial, force_review(review))
+
+        self.rest_no_more()
+        self._resting = threading.Timer(RESTS_S, warm)
+        self._resting.daemon = True
+        self._resting.start()
+
+    def rest_no_more(self) -> None:
+        """The person has gone on, or has left."""
+        if self._resting is not None:
+            self._resting.cancel()
 
     def ask(self, review: TrialReview, chosen: tuple[int, int] | None, foot: str | None) -> None:
         """The residual if the selected frames counted, or no longer did.
@@ -77,6 +102,7 @@ class WhatIfQuestions:
 
     def forget(self) -> None:
         """What was asked is about another trial."""
+        self.rest_no_more()
         self._asked += 1
         self.answer.content = ""
 

@@ -202,7 +202,6 @@ class Session:
             self.people.go(self.page, self.memory.place)
             self.show_queue()
             self._shared.opened(name)
-            self.review.warm_up()
             if not self._looked:  # later trials are seen from where the reviewer went
                 self.view("Reset")
             fit(self.client, self.scene.extent(self.frame))
@@ -293,6 +292,7 @@ class Session:
         self.people.leave(self.page)
         self.notices.close()
         self.playback.stop()
+        self.review.asking.rest_no_more()
         self.at_end()
         self.trials.subjects.close_unwatched()
 

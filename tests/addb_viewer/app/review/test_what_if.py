@@ -16,9 +16,12 @@ class SlowSolver:
 
     def __init__(self):
         self.asked, self.go = [], threading.Event()
+        self.warmed = []
         self.failure = None
 
-    def warm(self, trial, present): ...
+    def warm(self, trial, present):
+        self.warmed.append(trial)
+
     def close(self): ...
 
     def ask(self, trial, present, instead):
@@ -101,3 +104,29 @@ def test_what_cannot_be_asked_is_told(browser, solver):
     browser.press("What if this range were flipped")
     browser.until(lambda: browser.told("this needs a fit with forces"))
     assert solver.asked == []
+
+
+def test_the_solver_is_made_ready_for_who_stays_at_a_range_not_for_who_goes_on(browser, solver):
+    resting = browser.session.review.asking
+    browser.put("Go to", "20:40")
+    browser.until(lambda: resting._resting is not None, "the first range")
+    first = resting._resting
+    browser.put("Go to", "50:60")
+    browser.until(lambda: resting._resting is not first, "the second range")
+    second = resting._resting
+    browser.put("Trial", "run")
+    browser.until(lambda: browser.session.shown == "run", "the other trial")
+    for timer in (first, second):
+        timer.join(PATIENCE_S)
+    assert solver.warmed == []
+    browser.put("Go to", "20:40")
+    browser.until(lambda: solver.warmed == ["run"], "the solver at work")
+
+
+def test_the_solver_is_not_made_ready_once_the_page_is_closed(browser, solver):
+    browser.put("Go to", "20:40")
+    browser.until(lambda: browser.session.review.asking._resting is not None, "the range")
+    timer = browser.session.review.asking._resting
+    browser.session.close()
+    timer.join(PATIENCE_S)
+    assert solver.warmed == []
