@@ -52,11 +52,14 @@ TABS = ("Review", "Solve", "Curves", "Diagnosis", "Review")
 CURSOR = """(() => {
     window.cursorTimes = [];
     let pressed = null;
-    const note = (event) => { if (event.key === ".") pressed = event.timeStamp; };
-    window.addEventListener("keydown", note, true);
     const watch = () => {
         const cursor = document.querySelector("[data-addb-cursor]");
         if (!cursor) return setTimeout(watch, 200);
+        const note = (event) => {
+            const atEnd = cursor.style.left === "100%";
+            if (event.key === "." && !atEnd) pressed = event.timeStamp;
+        };
+        window.addEventListener("keydown", note, true);
         new MutationObserver(() => {
             if (pressed === null) return;
             const began = pressed;
@@ -65,7 +68,7 @@ CURSOR = """(() => {
         }).observe(cursor, { attributes: true, attributeFilter: ["style"] });
     };
     watch();
-})();"""  # from a key to the picture with the cursor moved [ms]
+})();"""  # from a key that steps to the picture with the cursor moved [ms]; the last frame has no next one
 
 
 @dataclass
