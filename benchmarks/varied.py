@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -92,18 +93,26 @@ class Questions:
         return Answer(name, factor, float(wrong), float(changed), len(every))
 
 
-def asked(file: Path, waiting: Iterator[Variation], answer: Callable[[Variation], Answer]) -> list[Answer]:
-    """All answers; those that the file has are not asked again, and new ones are added to it."""
+def asked(
+    file: Path, waiting: Iterable[Variation], answer: Callable[[Variation], Answer], workers: int = 1
+) -> list[Answer]:
+    """All answers; those that the file has are not asked again, and new ones are added to it.
+
+    Args:
+        file: a line an answer.
+        waiting: what is to be asked.
+        answer: of one.
+        workers: threads that ask at once.
+    """
     kept = [Answer(**json.loads(line)) for line in file.read_text().splitlines()] if file.exists() else []
     known = {(one.setting, one.factor) for one in kept}
     file.parent.mkdir(parents=True, exist_ok=True)
-    for variation in waiting:
-        if variation[:2] in known:
-            continue
-        kept.append(answer(variation))
-        with file.open("a", encoding="utf-8") as lines:
-            lines.write(json.dumps(asdict(kept[-1])) + "\n")
-        print(kept[-1], flush=True)
+    with ThreadPoolExecutor(workers) as pool:
+        for new in pool.map(answer, (one for one in waiting if one[:2] not in known)):
+            kept.append(new)
+            with file.open("a", encoding="utf-8") as lines:
+                lines.write(json.dumps(asdict(new)) + "\n")
+            print(new, flush=True)
     return kept
 
 

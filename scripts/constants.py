@@ -5,7 +5,7 @@ functions and classes, and settings with a numeric default (`setting(…)` in a 
 module is stands in `scripts/constants.toml`: physical, numerical or tuned; a name that is not there is not
 sorted yet. A setting is tuned, since people may change it, unless the file says otherwise. A tuned one is
 supported where its reason names a page of `benchmarks/`, or the file's table `support` does and words that
-stand in it, or where a page on which settings are halved and doubled (`benchmarks/SETTINGS.md` and its like)
+stand in it, or where a page on which numbers are halved and doubled (`benchmarks/SETTINGS.md` and its like)
 says that it stands. The same pages tell which decide nothing on their recordings. A benchmark of the whole
 that never varied this number is no support.
 """
@@ -27,12 +27,15 @@ PHYSICAL, NUMERICAL, TUNED = "physical", "numerical", "tuned"
 SUPPORTED, UNSUPPORTED, UNSORTED = "tuned, supported", "tuned, unsupported", "not sorted"
 WITHOUT_EFFECT = "tuned, no effect"
 COLUMNS = (PHYSICAL, NUMERICAL, SUPPORTED, WITHOUT_EFFECT, UNSUPPORTED, UNSORTED)
-VARIED = [f"benchmarks/{of}SETTINGS.md" for of in ("", "DETECTION_", "GAIT_", "READING_")]
+VARIED = [
+    *(f"benchmarks/{of}SETTINGS.md" for of in ("", "DETECTION_", "GAIT_", "READING_")),
+    "benchmarks/DIAGNOSIS_CONSTANTS.md",
+]
 BY_HEADING = {"Stands": SUPPORTED, "Asks for a look": UNSUPPORTED, "Decides nothing here": WITHOUT_EFFECT}
 FIRST = (UNSUPPORTED, SUPPORTED, WITHOUT_EFFECT)  # of what several pages say
 SUPPORT = "support"  # a table of the register: "FILE NAME" = "benchmarks/PAGE.md: words"
 PAGE = re.compile(r"benchmarks/\w+\.md")
-ROW = re.compile(r"\| `[\w.]+` \| `(\w+\.\w+)` \|")
+ROW = re.compile(r"\| `([\w./]+)` \| `([\w.]+)` \|")
 
 
 @dataclass(frozen=True)
@@ -106,12 +109,13 @@ def kind_of(constant: Constant, known: Mapping[str, Mapping]) -> str:
     said = f"{constant.reason} {known.get(SUPPORT, {}).get(f'{constant.file} {constant.name}', '')}"
     if any((ROOT / page).is_file() for page in PAGE.findall(said)):
         return SUPPORTED
-    return varied().get(constant.name, UNSUPPORTED) if constant.is_setting else UNSUPPORTED
+    name = constant.name if constant.is_setting else f"{constant.file} {constant.name}"
+    return varied().get(name, UNSUPPORTED)
 
 
 @functools.cache
 def varied() -> Mapping[str, str]:
-    """What the pages of varied settings say of a setting, by its class and name."""
+    """What the pages of varied numbers say of a setting, by class and name, or of a constant, by its file."""
     found: dict[str, str] = {}
     for page in (ROOT / name for name in VARIED):
         kind = None
@@ -119,7 +123,8 @@ def varied() -> Mapping[str, str]:
             if line.startswith("## "):
                 kind = BY_HEADING.get(line.removeprefix("## ").partition(":")[0])
             elif kind and (row := ROW.match(line)):
-                found[row[1]] = min(kind, found.get(row[1], kind), key=FIRST.index)
+                name = f"{row[1]} {row[2]}" if row[1].endswith(".py") else row[2]
+                found[name] = min(kind, found.get(name, kind), key=FIRST.index)
     return found
 
 

@@ -10,6 +10,7 @@ MODULE = """
 GRAVITY = 9.8
 WORDS, YES = "no number", True
 FIRST, SECOND = 1, 2
+WELL, IDLE = 1.0, 2.0
 TABLE: dict[str, float] = {"a": 1.0}
 NEW = -3
 
@@ -44,11 +45,18 @@ OTHER_PAGE = """
 ## Asks for a look: 1
 | `one.elsewhere` | `OneSettings.elsewhere` | x |
 """
+CONSTANTS_PAGE = """
+## Decides nothing here: 2
+| `part/module.py` | `IDLE` | x |
+| `other/module.py` | `SECOND` | x |
+## Stands: 1
+| `part/module.py` | `WELL` | x |
+"""
 REGISTER = """
 ["part/module.py"]
 physical = ["GRAVITY"]
 numerical = ["FIRST"]
-tuned = ["SECOND", "TABLE"]
+tuned = ["SECOND", "TABLE", "WELL", "IDLE"]
 [support]
 "part/module.py OneSettings.shown" = "benchmarks/PAGE.md: twice as good"
 """
@@ -71,6 +79,7 @@ def made_up(constants, tmp_path, monkeypatch):
         "benchmarks/PAGE.md": "It is twice as good.",
         "benchmarks/SETTINGS.md": SETTINGS_PAGE,
         "benchmarks/GAIT_SETTINGS.md": OTHER_PAGE,
+        "benchmarks/DIAGNOSIS_CONSTANTS.md": CONSTANTS_PAGE,
     }.items():
         (tmp_path / place).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / place).write_text(text)
@@ -88,6 +97,8 @@ def test_each_name_with_a_number_has_its_kind(made_up):
         "FIRST": "numerical",
         "SECOND": "tuned, unsupported",
         "TABLE": "tuned, unsupported",
+        "WELL": "tuned, supported",
+        "IDLE": "tuned, no effect",
         "NEW": "not sorted",
         "OneSettings.judged": "tuned, supported",
         "OneSettings.lonely": "tuned, unsupported",
@@ -104,7 +115,7 @@ def test_they_are_counted_by_package(made_up, capsys):
     made_up.print_figures(listed=True)
     said = capsys.readouterr().out
     (row,) = (line.split() for line in said.splitlines() if line.startswith("  part "))
-    assert row == ["part", "1", "1", "3", "1", "6", "1"]
+    assert row == ["part", "1", "1", "4", "2", "6", "1"]
     assert "not sorted:\n  part/module.py NEW\n" in said
 
 

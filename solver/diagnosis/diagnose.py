@@ -1,7 +1,7 @@
 """The whole diagnosis of a subject as one readable function."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -23,7 +23,7 @@ from solver.diagnosis.rows import TrialRows, trial_rows
 from solver.diagnosis.scenes import SceneAndPosterior
 from solver.diagnosis.selection import Selection, select
 from solver.diagnosis.witnesses.asking import accused_plates, asked
-from solver.diagnosis.witnesses.measured import measured
+from solver.diagnosis.witnesses.measured import Measured, measured
 from solver.diagnosis.witnesses.pressure_path import turns_by_path
 from solver.diagnosis.witnesses.weighings import weighings
 from solver.diagnosis_settings import DiagnosisSettings
@@ -62,23 +62,50 @@ def diagnose(
         FitError: no trial has forces.
         SolverError: a file, the model or the data cannot be used.
     """
+    found = looked_at(
+        subject, settings, trials=trials, reviews=reviews or {}, progress=part(progress, 0.0, FITTED)
+    )
+    return diagnosis_from(found, part(progress, FITTED, 1.0))
+
+
+@dataclass(frozen=True, eq=False)
+class LookedAt:
+    """What a diagnosis rests on: the balance, and what is known without it."""
+
+    balance: Balance  # of all trials, markers repaired
+    seen: SeenInMarkers
+    fit: Fit  # of the repaired markers
+    measured: Sequence[Measured]  # for witnesses, who see markers before any repair
+    entered_mass_kg: float | None
+
+
+def looked_at(
+    subject: Subject,
+    settings: Settings,
+    *,
+    trials: Sequence[str] | None,
+    reviews: Mapping[str, ForceReview],
+    progress: Progress,
+) -> LookedAt:
+    """All of a diagnosis that comes before its search; arguments and errors as in `diagnose`."""
     balance, seen, fit = repaired_balance(
-        subject,
-        settings,
-        trials=trials,
-        reviews=reviews or {},
-        progress=part(progress, 0.0, FITTED),
+        subject, settings, trials=trials, reviews=reviews, progress=progress
     )
-    seen_by_witnesses = measured(_as_recorded(fit, settings), settings.reading)
-    witnesses = asked(seen_by_witnesses, subject.mass_kg)
-    seen = as_distances_tell(seen, witnesses, balance.scenes)
-    balance = balance.witnessed(
+    trials_measured = measured(_as_recorded(fit, settings), settings.reading)
+    return LookedAt(balance, seen, fit, trials_measured, subject.mass_kg)
+
+
+def diagnosis_from(found: LookedAt, progress: Progress = silent) -> Diagnosis:
+    """What is said of all that."""
+    witnesses = asked(found.measured, found.entered_mass_kg)
+    seen = as_distances_tell(found.seen, witnesses, found.balance.scenes)
+    balance = found.balance.witnessed(
         accused_plates(witnesses),
-        weighings(seen_by_witnesses, subject.mass_kg),
-        turns_by_path(seen_by_witnesses),
+        weighings(found.measured, found.entered_mass_kg),
+        turns_by_path(found.measured),
     )
-    answer = answered(balance, seen, part(progress, FITTED, 1.0))
-    return replace(answer, notes=(*all_notes(fit), *seen.notes), witnesses=witnesses)
+    answer = answered(balance, seen, progress)
+    return replace(answer, notes=(*all_notes(found.fit), *seen.notes), witnesses=witnesses)
 
 
 def answered(balance: Balance, seen: SeenInMarkers, progress: Progress = silent) -> Diagnosis:
@@ -98,7 +125,7 @@ def answered(balance: Balance, seen: SeenInMarkers, progress: Progress = silent)
 
 
 def _as_recorded(fit: Fit, settings: Settings) -> list[Capture]:
-    """The fitted trials once more as their files hold them: witnesses see markers before any repair."""
+    """The fitted trials once more as their files hold them."""
     fitted = {trial.capture.name for trial in fit.trials}
     wanted = [files for files in fit.subject.trials if files.name in fitted]
     return [read_trial(files, settings.reading, fit.subject.mass_kg) for files in wanted]

@@ -1,0 +1,261 @@
+"""What a constant of the diagnosis decides: each halved and doubled, judged by effects hidden in simulations.
+
+    python -m benchmarks.diagnosis_constants --out DIR
+
+Cases of the public benchmark's kind, of a draw of their own, with one effect of the list each, with what is
+on no list, or with nothing. A constant of an effect's file is asked about the cases in which that effect is
+hidden, or is told with 1 % and more, and about some of the others; all other constants about a choice of
+each kind. What comes before the search (the fit) is kept where a constant has no part in it. Answers are
+kept as lines of a file in DIR: it picks up where it was stopped, then writes DIAGNOSIS_CONSTANTS.md.
+"""
+
+import argparse
+import functools
+import importlib.util
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from benchmarks.hidden.classes import SOMETHING_ELSE
+from benchmarks.hidden.making import make
+from benchmarks.hidden.rows.ours import public
+from benchmarks.hidden.scorer import CLEAN, INSIDE, OUTSIDE, read_truths
+from benchmarks.rewriting import ROOM, Number
+from benchmarks.varied import FACTORS, Answer, asked
+from solver.capture.atomic import write_whole
+from solver.diagnosis_settings import DiagnosisSettings
+
+MODULE = "benchmarks.diagnosis_constants"
+PAGE = Path(__file__).with_name("DIAGNOSIS_CONSTANTS.md")
+ROOMS = ("effects/", "diagnosis/")
+SETTINGS = "diagnosis_settings.py"
+COUNT, SEED = 120, 20261201
+OTHERS = {INSIDE: 3, OUTSIDE: 2, CLEAN: 2}  # asked about each constant of an effect, beside its own cases
+CHOICE = {INSIDE: 12, OUTSIDE: 4, CLEAN: 4}  # asked about any other
+KEPT_CASES = {INSIDE: COUNT // 3, OUTSIDE: 8, CLEAN: 8}
+TOLD = 0.01  # an effect with that chance has a say in a case
+SAME, BETTER = 0.005, 0.02  # of a probability; of the mean probability of what is right
+BEFORE = (  # have a part in what comes before the search
+    "effects/marker_", "effects/segment_dis", "effects/leaps", "effects/soft_tissue", "diagnosis/witnesses/",
+    "diagnosis/marker_causes", "diagnosis/rows", "diagnosis/scenes",
+)  # fmt: skip
+BEFORE_SETTINGS = (
+    "window_s", "hop_s", "most_rows", "end_s", "force_noise_N", "moment_noise_Nm", "model_", "slack",
+)  # fmt: skip
+LIMIT_S = 900.0
+NOTHING, STANDS, LOOK, REFUSED = "Decides nothing here", "Stands", "Asks for a look", "Cannot be so"
+INTRODUCTION = """# What a constant of the diagnosis decides: each halved and doubled
+
+Made by `python -m benchmarks.diagnosis_constants`: {cases} cases with one effect of the list each, one that
+is on no list, or none. A constant of an effect's file was asked about its own cases and seven others, any
+other about twenty. Of a cause's entry (`ABOUT`) the odds and sizes are changed together. A row has, at half
+and at double, how much more probability the right name gets (mean of the cases), and in how many cases the
+answer is another one.
+
+*Decides nothing here*: no probability changes by more than {same:g} %. *Stands*: some do, and neither gives
+the right names {better:g} % more. *Asks for a look*: one of them does, on few cases. *Cannot be so*: with
+neither there was an answer.
+"""
+
+
+@dataclass(frozen=True)
+class Question:
+    """One constant at another value, and the cases that it is asked about."""
+
+    number: Number | None  # None: a setting, or as usual
+    setting: str | None
+    factor: float
+    cases: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """As the answers' file has it."""
+        return self.setting or (f"{self.number.file} {self.number.name}" if self.number else "usual")
+
+    @property
+    def from_the_files(self) -> bool:
+        """Whether what comes before the search has to be made anew."""
+        if self.number is not None:
+            return self.number.file.startswith(BEFORE)
+        return self.setting is not None and self.setting.split(".")[1].startswith(BEFORE_SETTINGS)
+
+
+class Cases:
+    """What was made, and what is told of it usually."""
+
+    def __init__(self, out: Path) -> None:
+        self.out = out
+        make(out / "cases", out / "truth", COUNT, SEED)
+        self.truths = read_truths(out / "truth")
+        of = {group: [c for c, t in self.truths.items() if t["group"] == group] for group in KEPT_CASES}
+        self.of = {group: tuple(cases[: KEPT_CASES[group]]) for group, cases in of.items()}
+        self.all = tuple(sorted(sum(self.of.values(), ())))
+
+    @functools.cached_property
+    def usual(self) -> Mapping[str, Mapping[str, float]]:
+        """Probabilities by case; asked once."""
+        file = self.out / "usual.json"
+        if not file.exists():
+            found = told(self.out, Question(None, None, 1.0, self.all))
+            write_whole(file, json.dumps(found) + "\n")
+        return json.loads(file.read_text(encoding="utf-8"))
+
+    def chosen(self, effects: Sequence[str], some: Mapping[str, int]) -> tuple[str, ...]:
+        """Those of some effects, and as many of each group as asked for, evenly spread."""
+        own = [c for c in self.all if self._has(c, effects)]
+        others = [
+            cases[k]
+            for group, cases in self.of.items()
+            for k in np.linspace(0, len(cases) - 1, some[group]).astype(int)
+        ]
+        return tuple(sorted({*own, *others}))
+
+    def _has(self, case: str, effects: Sequence[str]) -> bool:
+        hidden = [effect["id"] for effect in self.truths[case]["effects"]]
+        said = {name for name, chance in self.usual[case].items() if chance >= TOLD}
+        return any(e in hidden or (public(e) in said and public(e) != SOMETHING_ELSE) for e in effects)
+
+    def right(self, answers: Mapping[str, Mapping[str, float]]) -> float:
+        """The mean probability of what is right."""
+        each = [sum(of.get(n, 0.0) for n in self.truths[c]["accepted"]) for c, of in answers.items()]
+        return float(np.mean(each))
+
+
+def questions(cases: Cases) -> Iterator[Question]:
+    """Half and double of every tuned constant, effects first."""
+    register = _register()
+    known = register.register()
+    numbers = [
+        Number(one.file, one.name)
+        for one in register.constants()
+        if not one.is_setting
+        and one.file.startswith(ROOMS)
+        and one.name in known.get(one.file, {}).get("tuned", ())
+    ]
+    for number in sorted(numbers, key=lambda n: (not n.file.startswith("effects/"), n.file, n.name)):
+        own = _effects_of(number.file)
+        which = cases.chosen(own, OTHERS) if own else cases.chosen((), CHOICE)
+        yield from (Question(number, None, factor, which) for factor in FACTORS)
+    for one in fields(DiagnosisSettings):
+        value = getattr(DiagnosisSettings(), one.name)
+        if isinstance(value, int | float) and not isinstance(value, bool) and value:
+            name = f"DiagnosisSettings.{one.name}"
+            yield from (Question(None, name, f, cases.chosen((), CHOICE)) for f in FACTORS)
+
+
+def _register() -> ModuleType:
+    spec = importlib.util.spec_from_file_location(
+        "constants_register", Path(__file__).parents[1] / "scripts" / "constants.py"
+    )
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def _effects_of(file: str) -> tuple[str, ...]:
+    """The causes whose entry stands in a file."""
+    text = (ROOM / file).read_text(encoding="utf-8")
+    return tuple(part.split('"', 1)[0] for part in text.split('ABOUT = About(\n    id="')[1:])
+
+
+def told(out: Path, question: Question) -> dict[str, dict[str, float]]:
+    """Probabilities by case, in a process of its own; none where that value cannot be."""
+    asks = {
+        "number": None if question.number is None else [question.number.file, question.number.name],
+        "setting": question.setting,
+        "factor": question.factor,
+        "cases": question.cases,
+        "from_the_files": question.from_the_files,
+    }
+    command = [sys.executable, "-m", f"{MODULE}_asked", str(out), json.dumps(asks)]
+    with tempfile.TemporaryFile("w+") as errors:
+        done = subprocess.run(
+            command, stdout=subprocess.PIPE, stderr=errors, text=True, timeout=LIMIT_S, check=False
+        )
+        if done.returncode:
+            errors.seek(0)
+            print(question.name, question.factor, errors.read()[-300:], flush=True)
+            return {}
+    return dict(json.loads(done.stdout.splitlines()[-1]))
+
+
+def answered(cases: Cases, question: Question) -> Answer:
+    """The probability that is missing of what is right, against usual; and what is answered otherwise."""
+    try:
+        found = told(cases.out, question)
+    except subprocess.TimeoutExpired:
+        found = {}
+    if not found:
+        return Answer(question.name, question.factor, float("nan"), float("nan"))
+    before = {case: cases.usual[case] for case in found}
+    changed = [
+        max(abs(now.get(name, 0.0) - before[case].get(name, 0.0)) for name in {*now, *before[case]}) > SAME
+        for case, now in found.items()
+    ]
+    lost = cases.right(before) - cases.right(found)
+    return Answer(question.name, question.factor, lost, float(np.mean(changed)), len(found))
+
+
+def heading(half: Answer, double: Answer) -> str:
+    """Under which a constant stands."""
+    both = [one for one in (half, double) if one.of]
+    if not both:
+        return REFUSED
+    if len(both) == 2 and not any(one.changed for one in both):
+        return NOTHING
+    return LOOK if min(one.wrong for one in both) < -BETTER else STANDS
+
+
+def page(answers: Sequence[Answer], count: int) -> str:
+    """The whole page."""
+    by_name: dict[str, dict[float, Answer]] = {}
+    for one in answers:
+        by_name.setdefault(one.setting, {})[one.factor] = one
+    lines = [INTRODUCTION.format(cases=count, same=100 * SAME, better=100 * BETTER)]
+    for kind in (NOTHING, STANDS, LOOK, REFUSED):
+        rows = [
+            f"| {_place(name)} | {'; '.join(_words(both[f]) for f in FACTORS)} |"
+            for name, both in sorted(by_name.items())
+            if len(both) == len(FACTORS) and heading(*(both[f] for f in FACTORS)) == kind
+        ]
+        lines += [f"## {kind}: {len(rows)}", "", "| file or table | in the code | half and double |"]
+        lines += ["|---|---|---|", *rows, ""]
+    return "\n".join(lines)
+
+
+def _place(name: str) -> str:
+    file, _, constant = name.rpartition(" ")
+    return f"`{file}` | `{constant}`" if file else f"`diagnosis.{name.split('.')[1]}` | `{name}`"
+
+
+def _words(one: Answer) -> str:
+    if not one.of:
+        return f"× {one.factor:g}: no answer"
+    return f"× {one.factor:g}: {-100 * one.wrong:+.1f} %, {one.changed * one.of:.0f} of {one.of} otherwise"
+
+
+def main() -> None:
+    """Ask what has no answer yet, and write the page."""
+    parser = argparse.ArgumentParser(prog=f"python -m {MODULE}", description=__doc__)
+    parser.add_argument("--out", type=Path, required=True, help="folder of cases and answers")
+    parser.add_argument("--workers", type=int, default=1, help="processes at once")
+    given: Any = parser.parse_args()
+    cases = Cases(given.out)
+    variations = ((q.name, q.factor, q) for q in questions(cases))
+    answers = asked(given.out / "answers.jsonl", variations, lambda v: answered(cases, v[2]), given.workers)
+    PAGE.write_text(page(answers, len(cases.all)), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

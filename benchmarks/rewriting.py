@@ -1,0 +1,109 @@
+"""One number of a module of the solver at another value, from the moment at which the module is read.
+
+Whatever is made of it there (other constants, defaults, what other modules import) is made of the new value,
+which a value that is put into a module later would not give. So it is asked in a process of its own.
+"""
+
+import ast
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+from importlib.machinery import ModuleSpec, SourceFileLoader
+from importlib.util import spec_from_file_location
+from pathlib import Path
+from types import CodeType, ModuleType
+from typing import Any, TypeGuard
+
+import numpy as np
+
+ROOM = Path(__file__).parents[1] / "solver"
+KEPT_OF_A_CAUSE = ("readings", "asked_up_to")  # how sizes are told, and up to which
+
+
+@dataclass(frozen=True)
+class Number:
+    """A constant at the top of a module, by its file below `solver`."""
+
+    file: str
+    name: str
+
+    @property
+    def module(self) -> str:
+        """As it is imported."""
+        return ".".join(["solver", *Path(self.file).with_suffix("").parts])
+
+
+def scaled(value: Any, factor: float) -> Any:
+    """Every number in it times a factor: whole ones stay whole, and at least 1; truths and words stay."""
+    match value:
+        case bool() | str() | None:
+            return value
+        case int():
+            return value if value == 0 else int(np.sign(value)) * max(1, round(abs(value) * factor))
+        case float() | np.ndarray():
+            return value * factor
+        case tuple() | list() | set() | frozenset():
+            return type(value)(scaled(one, factor) for one in value)
+        case dict():
+            return {key: scaled(one, factor) for key, one in value.items()}
+    if is_dataclass(value) and not isinstance(value, type):
+        names = [f.name for f in fields(value) if f.init and f.name not in KEPT_OF_A_CAUSE]
+        return replace(value, **{name: scaled(getattr(value, name), factor) for name in names})
+    return value
+
+
+def set_otherwise(number: Number, factor: float) -> None:
+    """From now on the module is read with that number times the factor.
+
+    Raises:
+        RuntimeError: the module has been read already.
+    """
+    if number.module in sys.modules:
+        raise RuntimeError(f"{number.module} has been read; ask in a process of its own")
+    sys.meta_path.insert(0, _Finder(number, factor))
+
+
+class _Finder:
+    def __init__(self, number: Number, factor: float) -> None:
+        self.number, self.factor = number, factor
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        if fullname != self.number.module:
+            return None
+        file = str(ROOM / self.number.file)
+        return spec_from_file_location(
+            fullname, file, loader=_Loader(fullname, file, self.number, self.factor)
+        )
+
+
+class _Loader(SourceFileLoader):
+    def __init__(self, fullname: str, path: str, number: Number, factor: float) -> None:
+        super().__init__(fullname, path)
+        self.number, self.factor = number, factor
+
+    def get_code(self, fullname: str) -> CodeType:
+        """Never from the cache, and never into it."""
+        tree = ast.parse(self.get_data(self.path), self.path)
+        for node in tree.body:
+            if _names(node, self.number.name):
+                node.value = _times(self.factor, node.value)
+                break
+        else:
+            raise RuntimeError(f"{self.number.file} has no {self.number.name}")
+        return compile(ast.fix_missing_locations(tree), self.path, "exec", dont_inherit=True)
+
+
+def _times(factor: float, value: ast.expr) -> ast.expr:
+    call = ast.parse(f"__import__({__name__!r}, fromlist=['scaled']).scaled(0, {factor!r})", mode="eval").body
+    assert isinstance(call, ast.Call)
+    call.args[0] = value
+    return ast.copy_location(call, value)
+
+
+def _names(node: ast.stmt, name: str) -> TypeGuard[ast.Assign | ast.AnnAssign]:
+    targets = node.targets if isinstance(node, ast.Assign) else []
+    if isinstance(node, ast.AnnAssign) and node.value is not None:
+        targets = [node.target]
+    return any(isinstance(target, ast.Name) and target.id == name for target in targets)

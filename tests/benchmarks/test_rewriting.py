@@ -1,0 +1,74 @@
+"""A constant at another value from when its module is read: also in what is made of it elsewhere."""
+
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.rewriting import Number, scaled, set_otherwise
+from solver.effects import plate_gain, segment_displaced
+
+
+@dataclass(frozen=True)
+class Sizes:
+    word: str
+    least_m: float
+    frames: int
+    enabled: bool = True
+
+
+def test_every_number_is_scaled_and_nothing_else():
+    assert scaled(0.5, 2.0) == 1.0
+    assert (scaled(5, 0.5), scaled(1, 0.5), scaled(-4, 2.0), scaled(0, 2.0)) == (2, 1, -8, 0)
+    assert scaled(("of", 1.5, {"a": [2.0, True]}, None), 2.0) == ("of", 3.0, {"a": [4.0, True]}, None)
+    assert scaled(frozenset({3.0}), 0.5) == frozenset({1.5})
+    np.testing.assert_array_equal(scaled(np.array([1.0, 2.0]), 2.0), [2.0, 4.0])
+    assert scaled(Sizes("foot", 0.1, 3), 2.0) == Sizes("foot", 0.2, 6)
+
+
+def test_of_a_cause_odds_and_sizes_change_and_the_way_it_is_told_does_not():
+    usual = plate_gain.ABOUT
+    other = scaled(usual, 2.0)
+    assert other.odds_against == 2 * usual.odds_against
+    assert [size.rare for size in other.sizes] == [2 * size.rare for size in usual.sizes]
+    assert (other.readings, other.title, other.id) == (usual.readings, usual.title, usual.id)
+
+
+def printed(script: str) -> list[str]:
+    root = Path(__file__).parents[2]
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=root, capture_output=True, text=True, check=True
+    )
+    return done.stdout.split()
+
+
+def test_everybody_who_knows_a_constant_has_the_new_value_in_that_process_alone():
+    usual = segment_displaced.TOGETHER_S
+    asks = """
+from solver.diagnosis import marker_causes
+from solver.effects import plate_gain, segment_displaced
+print(segment_displaced.TOGETHER_S, marker_causes.TOGETHER_S)
+print(plate_gain.PlateGain.about.odds_against)
+"""
+    changed = printed(
+        "from benchmarks.rewriting import Number, set_otherwise\n"
+        "set_otherwise(Number('effects/segment_displaced.py', 'TOGETHER_S'), 2.0)\n"
+        "set_otherwise(Number('effects/plate_gain.py', 'ABOUT'), 0.5)" + asks
+    )
+    odds = plate_gain.ABOUT.odds_against
+    assert [float(word) for word in changed] == [2 * usual, 2 * usual, odds / 2]
+    assert [float(word) for word in printed(asks)] == [usual, usual, odds]
+
+
+def test_a_module_that_has_been_read_is_refused_and_so_is_a_name_that_it_lacks():
+    with pytest.raises(RuntimeError, match="has been read"):
+        set_otherwise(Number("effects/plate_gain.py", "LEAST"), 2.0)
+    told = printed(
+        "from benchmarks.rewriting import Number, set_otherwise\n"
+        "set_otherwise(Number('effects/drag.py', 'NO_SUCH'), 2.0)\n"
+        "try:\n    import solver.effects.drag\nexcept RuntimeError as error:\n    print(error)"
+    )
+    assert " ".join(told) == "effects/drag.py has no NO_SUCH"
