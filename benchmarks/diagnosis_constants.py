@@ -11,32 +11,33 @@ kept as lines of a file in DIR: it picks up where it was stopped, then writes DI
 
 import argparse
 import functools
-import importlib.util
 import json
-import subprocess
-import sys
-import tempfile
+import pickle
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from benchmarks.hidden.classes import SOMETHING_ELSE
 from benchmarks.hidden.making import make
-from benchmarks.hidden.rows.ours import public
+from benchmarks.hidden.rows.ours import answer_of, public
 from benchmarks.hidden.scorer import CLEAN, INSIDE, OUTSIDE, read_truths
-from benchmarks.rewriting import ROOM, Number
+from benchmarks.register import tuned_numbers
+from benchmarks.rewriting import ROOM, NoAnswerError, Number, answer_with, scaled
 from benchmarks.varied import FACTORS, Answer, asked
 from solver.capture.atomic import write_whole
+from solver.capture.subject import open_subject
+from solver.diagnosis.balance import Balance
+from solver.diagnosis.diagnose import diagnosis_from, looked_at
+from solver.diagnosis.report import as_json
 from solver.diagnosis_settings import DiagnosisSettings
+from solver.progress import silent
+from solver.settings import settings_for
 
 MODULE = "benchmarks.diagnosis_constants"
 PAGE = Path(__file__).with_name("DIAGNOSIS_CONSTANTS.md")
-ROOMS = ("effects/", "diagnosis/")
-SETTINGS = "diagnosis_settings.py"
 COUNT, SEED = 120, 20261201
 OTHERS = {INSIDE: 3, OUTSIDE: 2, CLEAN: 2}  # asked about each constant of an effect, beside its own cases
 CHOICE = {INSIDE: 12, OUTSIDE: 4, CLEAN: 4}  # asked about any other
@@ -50,7 +51,6 @@ BEFORE = (  # have a part in what comes before the search
 BEFORE_SETTINGS = (
     "window_s", "hop_s", "most_rows", "end_s", "force_noise_N", "moment_noise_Nm", "model_", "slack",
 )  # fmt: skip
-LIMIT_S = 900.0
 NOTHING, STANDS, LOOK, REFUSED = "Decides nothing here", "Stands", "Asks for a look", "Cannot be so"
 INTRODUCTION = """# What a constant of the diagnosis decides: each halved and doubled
 
@@ -131,16 +131,7 @@ class Cases:
 
 def questions(cases: Cases) -> Iterator[Question]:
     """Half and double of every tuned constant, effects first."""
-    register = _register()
-    known = register.register()
-    numbers = [
-        Number(one.file, one.name)
-        for one in register.constants()
-        if not one.is_setting
-        and one.file.startswith(ROOMS)
-        and one.name in known.get(one.file, {}).get("tuned", ())
-    ]
-    for number in sorted(numbers, key=lambda n: (not n.file.startswith("effects/"), n.file, n.name)):
+    for number in (*tuned_numbers(("effects/",)), *tuned_numbers(("diagnosis/",))):
         own = _effects_of(number.file)
         which = cases.chosen(own, OTHERS) if own else cases.chosen((), CHOICE)
         yield from (Question(number, None, factor, which) for factor in FACTORS)
@@ -151,18 +142,6 @@ def questions(cases: Cases) -> Iterator[Question]:
             yield from (Question(None, name, f, cases.chosen((), CHOICE)) for f in FACTORS)
 
 
-def _register() -> ModuleType:
-    spec = importlib.util.spec_from_file_location(
-        "constants_register", Path(__file__).parents[1] / "scripts" / "constants.py"
-    )
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
 def _effects_of(file: str) -> tuple[str, ...]:
     """The causes whose entry stands in a file."""
     text = (ROOM / file).read_text(encoding="utf-8")
@@ -170,33 +149,57 @@ def _effects_of(file: str) -> tuple[str, ...]:
 
 
 def told(out: Path, question: Question) -> dict[str, dict[str, float]]:
-    """Probabilities by case, in a process of its own; none where that value cannot be."""
-    asks = {
-        "number": None if question.number is None else [question.number.file, question.number.name],
-        "setting": question.setting,
-        "factor": question.factor,
-        "cases": question.cases,
-        "from_the_files": question.from_the_files,
-    }
-    command = [sys.executable, "-m", f"{MODULE}_asked", str(out), json.dumps(asks)]
-    with tempfile.TemporaryFile("w+") as errors:
-        done = subprocess.run(
-            command, stdout=subprocess.PIPE, stderr=errors, text=True, timeout=LIMIT_S, check=False
-        )
-        if done.returncode:
-            errors.seek(0)
-            print(question.name, question.factor, errors.read()[-300:], flush=True)
-            return {}
-    return dict(json.loads(done.stdout.splitlines()[-1]))
+    """Probabilities by case.
+
+    Raises:
+        NoAnswerError: that value cannot be.
+    """
+    asks = {"out": str(out), "cases": question.cases, "anew": question.from_the_files}
+    if question.setting is not None:
+        asks |= {"setting": question.setting.split(".")[1], "factor": question.factor}
+    return dict(answer_with(question.number, question.factor, probabilities, asks))
+
+
+def probabilities(
+    out: str, cases: Sequence[str], *, anew: bool, setting: str | None = None, factor: float = 1.0
+) -> dict[str, dict[str, float]]:
+    """By case, in this process.
+
+    Args:
+        out: folder of the cases.
+        cases: their names.
+        anew: make what comes before the search anew; else it is taken, or kept, where it lies.
+        setting: of the diagnosis, which is another one.
+        factor: times its value.
+    """
+    return {case: _probabilities(Path(out), case, anew, setting, factor) for case in cases}
+
+
+def _probabilities(out: Path, case: str, anew: bool, setting: str | None, factor: float) -> dict[str, float]:
+    folder, kept = out / "cases" / case, out / "kept" / f"{case}.pickle"
+    settings = settings_for(folder)
+    if setting is not None:
+        value = scaled(getattr(settings.diagnosis, setting), factor)
+        settings = replace(settings, diagnosis=replace(settings.diagnosis, **{setting: value}))
+    if kept.exists() and not anew:
+        found = pickle.loads(kept.read_bytes())
+        if setting is not None:
+            found = replace(found, balance=Balance(found.balance.trials, settings.diagnosis))
+    else:
+        subject = open_subject(folder, settings.reading)
+        found = looked_at(subject, settings, trials=None, reviews={}, progress=silent)
+        if not anew:
+            kept.parent.mkdir(exist_ok=True)
+            kept.write_bytes(pickle.dumps(found))
+    return dict(answer_of(as_json(diagnosis_from(found)))["probabilities"])
 
 
 def answered(cases: Cases, question: Question) -> Answer:
     """The probability that is missing of what is right, against usual; and what is answered otherwise."""
     try:
         found = told(cases.out, question)
-    except subprocess.TimeoutExpired:
-        found = {}
-    if not found:
+    except NoAnswerError as error:
+        print(f"{question.name} × {question.factor:g}: {error}", flush=True)
         return Answer(question.name, question.factor, float("nan"), float("nan"))
     before = {case: cases.usual[case] for case in found}
     changed = [

@@ -1,12 +1,18 @@
 """One number of a module of the solver at another value, from the moment at which the module is read.
 
 Whatever is made of it there (other constants, defaults, what other modules import) is made of the new value,
-which a value that is put into a module later would not give. So it is asked in a process of its own.
+which a value that is put into a module later would not give. So it is asked in a process of its own:
+`answer_with` calls a function of a benchmark there.
 """
 
+import argparse
 import ast
+import importlib
+import json
+import subprocess
 import sys
-from collections.abc import Sequence
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from importlib.machinery import ModuleSpec, SourceFileLoader
 from importlib.util import spec_from_file_location
@@ -16,7 +22,9 @@ from typing import Any, TypeGuard
 
 import numpy as np
 
+MODULE = "benchmarks.rewriting"
 ROOM = Path(__file__).parents[1] / "solver"
+LIMIT_S = 1800.0
 KEPT_OF_A_CAUSE = ("readings", "asked_up_to")  # how sizes are told, and up to which
 
 
@@ -63,6 +71,51 @@ def set_otherwise(number: Number, factor: float) -> None:
     sys.meta_path.insert(0, _Finder(number, factor))
 
 
+class NoAnswerError(Exception):
+    """With that value there is none; the message says why."""
+
+
+def answer_with(
+    number: Number | None, factor: float, function: Callable[..., Any], arguments: Mapping[str, Any]
+) -> Any:
+    """What a function says in a process in which a number is another one.
+
+    Args:
+        number: the constant; None: all as usual.
+        factor: times its value.
+        function: at the top of a module of `benchmarks`.
+        arguments: of it, and like its answer such as JSON has them.
+
+    Raises:
+        NoAnswerError: it fails, or takes more than half an hour.
+    """
+    command = [
+        sys.executable,
+        "-m",
+        MODULE,
+        f"{function.__module__}:{function.__name__}",
+        json.dumps(arguments),
+    ]
+    if number is not None:
+        command += ["--number", number.file, number.name, "--factor", str(factor)]
+    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as errors:
+        try:
+            done = subprocess.run(
+                command, stdout=subprocess.PIPE, stderr=errors, text=True, timeout=LIMIT_S, check=False
+            )
+        except subprocess.TimeoutExpired as error:
+            raise NoAnswerError(f"it takes more than {LIMIT_S:.0f} s") from error
+        if done.returncode:
+            errors.seek(0)
+            raise NoAnswerError((errors.read().strip().splitlines() or ["it ended"])[-1])
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def _module_of(function: Callable[..., Any]) -> str:
+    run_as_a_script = sys.modules["__main__"].__spec__ if function.__module__ == "__main__" else None
+    return run_as_a_script.name if run_as_a_script else function.__module__
+
+
 class _Finder:
     def __init__(self, number: Number, factor: float) -> None:
         self.number, self.factor = number, factor
@@ -96,7 +149,7 @@ class _Loader(SourceFileLoader):
 
 
 def _times(factor: float, value: ast.expr) -> ast.expr:
-    call = ast.parse(f"__import__({__name__!r}, fromlist=['scaled']).scaled(0, {factor!r})", mode="eval").body
+    call = ast.parse(f"__import__({MODULE!r}, fromlist=['scaled']).scaled(0, {factor!r})", mode="eval").body
     assert isinstance(call, ast.Call)
     call.args[0] = value
     return ast.copy_location(call, value)
@@ -107,3 +160,22 @@ def _names(node: ast.stmt, name: str) -> TypeGuard[ast.Assign | ast.AnnAssign]:
     if isinstance(node, ast.AnnAssign) and node.value is not None:
         targets = [node.target]
     return any(isinstance(target, ast.Name) and target.id == name for target in targets)
+
+
+def main() -> None:
+    """Be the process of `answer_with`."""
+    parser = argparse.ArgumentParser(prog=f"python -m {MODULE}", description=__doc__)
+    parser.add_argument("function")
+    parser.add_argument("arguments")
+    parser.add_argument("--number", nargs=2)
+    parser.add_argument("--factor", type=float, default=1.0)
+    given = parser.parse_args()
+    if given.number:
+        set_otherwise(Number(*given.number), given.factor)
+    module, _, name = given.function.partition(":")
+    function = getattr(importlib.import_module(module), name)
+    print(json.dumps(function(**json.loads(given.arguments))))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,8 +1,9 @@
 """What a setting decides: every numeric one halved and doubled, judged by forces that the fit has not seen.
 
 `python -m benchmarks.settings_sweep run --out DIR` fits windows of three real recordings (over ground, on a
-treadmill, running) with one setting changed at a time, and keeps each answer as a line of a file: it picks up
-where it was stopped. `… page --out DIR --page benchmarks/SETTINGS.md` sorts the settings:
+treadmill, running) with one setting changed at a time, or one constant of a module that a fit uses, and keeps
+each answer as a line of a file: it picks up where it was stopped. `… page --out DIR --page
+benchmarks/SETTINGS.md` sorts what has been answered:
 
 - *decides nothing here*: with half and with double, angles differ by less than 0.05° (RMS), forces on
   withheld blocks are missed by as much within 1 %, and as many frames count.
@@ -10,22 +11,28 @@ where it was stopped. `… page --out DIR --page benchmarks/SETTINGS.md` sorts t
   more than 2 %, on the mean of the recordings.
 - *asks for a look*: one of them does.
 
-A setting that files never need which are as clean as these (unnamed labels, broken tables, no plates) decides
-nothing here and may decide much elsewhere. The diagnosis' settings change no fit and are not in it.
+What files never need which are as clean as these (unnamed labels, broken tables, no plates) decides nothing
+here and may decide much elsewhere. The diagnosis' numbers change no fit and are not in it: see
+`benchmarks.diagnosis_constants`.
 """
 
 import argparse
 import json
 import shutil
 from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from benchmarks.recordings import data_folder
+from benchmarks.register import tuned_numbers
+from benchmarks.rewriting import NoAnswerError, Number, answer_with
 from solver.capture.subject import open_subject
-from solver.errors import SolverError
 from solver.fit import Fit
 from solver.pipeline import solve
 from solver.settings import Settings, settings_from, tables
@@ -34,13 +41,15 @@ from tests.addb_viewer.app.ten_trials import RECORDINGS, write_windows
 WINDOWS = {"steps": (1.3, 2.3), "belt": (0.5, 1.4), "runs": (0.7, 1.4)}  # [s]
 FACTORS = (0.5, 2.0)
 NOT_OF_A_FIT = "diagnosis"
+ROOMS_OF_A_FIT = ("capture/", "contact/", "dynamics/", "kinematics/", "markers/", "skeleton/")
 SAME_DEG, SAME_SHARE, BETTER_SHARE = 0.05, 0.01, 0.02
-ANSWERS = "answers.jsonl"
+ANSWERS, USUAL = "answers.jsonl", "usual.npz"
 NOTHING, STANDS, LOOK = "decides nothing here", "stands", "asks for a look"
 PAGE = """# What a setting decides: each halved and doubled
 
 Made by `python -m benchmarks.settings_sweep run | page`: windows of three real recordings are fitted with
-one setting changed at a time; {judged} of {planned} numeric settings of a fit have both answers. A row has,
+one number changed at a time; {judged} of {planned} numeric settings of a fit, and constants of the modules
+that it uses, have both answers. A row has,
 at half and at double, by how much more the forces and moments of withheld blocks are missed (mean of force
 and moment, and of the recordings), and the largest change of the angles (RMS). With the usual settings they
 are missed by {missed}.
@@ -95,6 +104,25 @@ def changes() -> Iterator[Changed]:
                 yield from (Changed(table, field.name, v, f) for v, f in pairs if v != default)
 
 
+@dataclass(frozen=True)
+class ChangedNumber:
+    """One constant of a module at another value."""
+
+    number: Number
+    factor: float
+
+    @property
+    def name(self) -> str:
+        """By file and name."""
+        return f"{self.number.file} {self.number.name}"
+
+
+def changed_numbers() -> Iterator[ChangedNumber]:
+    """Half and double of every tuned constant of the modules that a fit uses."""
+    for number in tuned_numbers(ROOMS_OF_A_FIT):
+        yield from (ChangedNumber(number, factor) for factor in FACTORS)
+
+
 def write_recordings(folder: Path) -> None:
     """The windows, unless that has been done."""
     for name, window in WINDOWS.items():
@@ -104,7 +132,14 @@ def write_recordings(folder: Path) -> None:
             write_windows(recording, data_folder() / recording.folder, folder / name)
 
 
-def figures(fit: Fit, usual: Fit | None) -> dict[str, float]:
+def turning_angles(fit: Fit) -> Float[np.ndarray, "frames angles"]:
+    """All coordinates of a fit's one trial that are angles [rad]."""
+    turning = [c.motion != "translation" for c in fit.skeleton.free_coordinates]
+    (trial,) = fit.trials
+    return trial.motion.q[:, turning]
+
+
+def figures(fit: Fit, usual: Float[np.ndarray, "frames angles"] | None) -> dict[str, float]:
     """What came of a fit of one trial; angles against those with the usual settings [° RMS]."""
     (trial,) = fit.trials
     found = {"frames": 0.0, "force_N": float("nan"), "moment_Nm": float("nan"), "angles_deg": 0.0}
@@ -116,36 +151,50 @@ def figures(fit: Fit, usual: Fit | None) -> dict[str, float]:
             float(np.sqrt((part**2).sum(axis=1).mean())) for part in (missed[:, :3], missed[:, 3:])
         )
     if usual is not None:
-        turning = [c.motion != "translation" for c in fit.skeleton.free_coordinates]
-        (other,) = usual.trials
-        apart = (trial.motion.q - other.motion.q)[:, turning]
-        found["angles_deg"] = float(np.degrees(np.sqrt((apart**2).mean())))
+        found["angles_deg"] = float(np.degrees(np.sqrt(((turning_angles(fit) - usual) ** 2).mean())))
     return found
 
 
-def run(folder: Path) -> None:
+def figures_of_all(folder: str, setting: tuple[str, str, float] | None = None) -> dict[str, dict[str, float]]:
+    """Of every window, fitted in this process with the constants as they are here.
+
+    Args:
+        folder: with the windows and the usual angles.
+        setting: table, key and value of one that is another than usually.
+    """
+    place = Path(folder)
+    settings = Settings() if setting is None else Changed(*setting, factor=1.0).settings
+    with np.load(place / USUAL) as usual:
+        return {name: figures(solve(open_subject(place / name), settings), usual[name]) for name in WINDOWS}
+
+
+def run(folder: Path, workers: int = 1) -> None:
     """Answer what has no answer yet."""
     write_recordings(folder)
     answers, done = folder / ANSWERS, {(a["setting"], a["factor"]) for a in read(folder)}
     usual = {name: solve(open_subject(folder / name), Settings()) for name in WINDOWS}
-    waiting = [change for change in changes() if (change.name, change.factor) not in done]
-    waiting.reverse()  # what every fit obeys comes before what reading odd files needs
-    with answers.open("a", encoding="utf-8") as file:
+    np.savez(folder / USUAL, **{name: turning_angles(fit) for name, fit in usual.items()})
+    asked = [*reversed([*changes()]), *changed_numbers()]  # what every fit obeys comes first
+    waiting = [change for change in asked if (change.name, change.factor) not in done]
+    with answers.open("a", encoding="utf-8") as file, ThreadPoolExecutor(workers) as pool:
         if ("usual", 1.0) not in done:
             found = {name: figures(fit, None) for name, fit in usual.items()}
             _add(file, {"setting": "usual", "factor": 1.0, "figures": found})
-        for number, change in enumerate(waiting, start=1):
-            answer: dict[str, object] = {"setting": change.name, "factor": change.factor}
-            try:
-                settings = change.settings
-                found = {
-                    name: figures(solve(open_subject(folder / name), settings), fit)
-                    for name, fit in usual.items()
-                }
-                _add(file, answer | {"figures": found})
-            except (SolverError, ValueError) as error:
-                _add(file, answer | {"refused": str(error)})
-            print(f"{number} of {len(waiting)}: {change.name} × {change.factor:g}", flush=True)
+        for number, answer in enumerate(pool.map(partial(_answer, folder), waiting), start=1):
+            _add(file, answer)
+            print(f"{number} of {len(waiting)}: {answer['setting']} × {answer['factor']:g}", flush=True)
+
+
+def _answer(folder: Path, change: Changed | ChangedNumber) -> dict[str, Any]:
+    answer = {"setting": change.name, "factor": change.factor}
+    try:
+        if isinstance(change, Changed):
+            asks = {"folder": str(folder), "setting": (change.table, change.key, change.value)}
+            return answer | {"figures": answer_with(None, 1.0, figures_of_all, asks)}
+        asks = {"folder": str(folder)}
+        return answer | {"figures": answer_with(change.number, change.factor, figures_of_all, asks)}
+    except NoAnswerError as error:
+        return answer | {"refused": str(error)}
 
 
 def _add(file, answer: Mapping[str, object]) -> None:  # type: ignore[no-untyped-def]
@@ -185,14 +234,17 @@ def sorted_settings(answers: list[dict]) -> dict[str, list[tuple[str, str]]]:
     return found
 
 
-def _in_the_code(name: str) -> str:
+def _place(name: str) -> str:
+    file, _, constant = name.partition(" ")
+    if constant:
+        return f"`{file}` | `{constant}`"
     table, _, key = name.rpartition(".")
-    return f"{type(dict(tables(Settings()))[table]).__name__}.{key}"
+    return f"`{name}` | `{type(dict(tables(Settings()))[table]).__name__}.{key}`"
 
 
 def _factors_of_each() -> dict[str, set[float]]:
     found: dict[str, set[float]] = {}
-    for change in changes():
+    for change in (*changes(), *changed_numbers()):
         found.setdefault(change.name, set()).add(change.factor)
     return found
 
@@ -241,8 +293,12 @@ def page(folder: Path) -> str:
     missed = "; ".join(f"{name} {f['force_N']:.0f} N, {f['moment_Nm']:.1f} N·m" for name, f in usual.items())
     lines = [PAGE.format(judged=judged, planned=len(_factors_of_each()), missed=missed)]
     for kind, rows in found.items():
-        lines += [f"## {kind.capitalize()}: {len(rows)}", "", "| setting | in the code | half and double |"]
-        lines += ["|---|---|---|", *(f"| `{n}` | `{_in_the_code(n)}` | {w} |" for n, w in rows), ""]
+        lines += [
+            f"## {kind.capitalize()}: {len(rows)}",
+            "",
+            "| setting or file | in the code | half and double |",
+        ]
+        lines += ["|---|---|---|", *(f"| {_place(n)} | {w} |" for n, w in rows), ""]
     return "\n".join(lines)
 
 
@@ -255,10 +311,11 @@ def main() -> None:
     parser.add_argument("what", choices=("run", "page"))
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--page", type=Path)
+    parser.add_argument("--workers", type=int, default=1, help="fits at once")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     if given.what == "run":
-        run(given.out)
+        run(given.out, given.workers)
         return
     text = page(given.out)
     if given.page:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.rewriting import Number, scaled, set_otherwise
+from benchmarks.rewriting import NoAnswerError, Number, answer_with, scaled, set_otherwise
 from solver.effects import plate_gain, segment_displaced
 
 
@@ -72,3 +72,17 @@ def test_a_module_that_has_been_read_is_refused_and_so_is_a_name_that_it_lacks()
         "try:\n    import solver.effects.drag\nexcept RuntimeError as error:\n    print(error)"
     )
     assert " ".join(told) == "effects/drag.py has no NO_SUCH"
+
+
+def sum_of_leasts(more: float) -> float:
+    return plate_gain.LEAST + more
+
+
+def test_a_function_answers_in_a_process_of_its_own():
+    number = Number("effects/plate_gain.py", "LEAST")
+    usual = plate_gain.LEAST
+    assert answer_with(None, 1.0, sum_of_leasts, {"more": 1.0}) == pytest.approx(1 + usual)
+    assert answer_with(number, 2.0, sum_of_leasts, {"more": 1.0}) == pytest.approx(1 + 2 * usual)
+    with pytest.raises(NoAnswerError, match="unsupported operand"):
+        answer_with(number, 2.0, sum_of_leasts, {"more": "word"})
+    assert usual == plate_gain.LEAST

@@ -4,7 +4,7 @@ from dataclasses import fields
 
 import pytest
 
-from benchmarks.settings_sweep import LOOK, NOTHING, STANDS, changes, sorted_settings
+from benchmarks.settings_sweep import LOOK, NOTHING, STANDS, changed_numbers, changes, sorted_settings
 from solver.settings import Settings, tables
 
 USUAL = {"frames": 60.0, "force_N": 20.0, "moment_Nm": 10.0, "angles_deg": 0.0}
@@ -37,6 +37,13 @@ def test_no_setting_of_the_diagnosis_is_varied_and_each_other_number_twice_or_on
     assert not [name for name in names if name.startswith("diagnosis")]
     assert {names.count(name) for name in names} <= {1, 2}
     assert NAME in names
+
+
+def test_constants_of_what_a_fit_uses_are_varied_twice_and_none_of_the_diagnosis():
+    names = [change.name for change in changed_numbers()]
+    assert {names.count(name) for name in names} == {2}
+    assert "kinematics/flat_foot.py LOW_M" in names
+    assert not [name for name in names if name.startswith(("effects", "diagnosis", "simulate"))]
 
 
 @pytest.mark.parametrize(
