@@ -138,21 +138,41 @@ def tables(answers: Sequence[Answer], table_of: dict[str, str]) -> list[str]:
         table_of: how a TOML file names each class's table.
     """
     usual = usual_of(answers)
+
+    def place(name: str) -> str:
+        kind, _, key = name.partition(".")
+        return f"`{table_of[kind]}.{key}` | `{name}`"
+
+    varied = [one for one in answers if "." in one.setting]
+    return _under_headings(varied, lambda name: usual[name.partition(".")[0]], place)
+
+
+def number_tables(answers: Sequence[Answer], usual: Answer) -> list[str]:
+    """The same of constants of modules, which are called by file and name.
+
+    Args:
+        answers: of half and double of each.
+        usual: with all as they are.
+    """
+    return _under_headings(answers, lambda _: usual, lambda name: "`{}` | `{}`".format(*name.split(" ")))
+
+
+def _under_headings(
+    answers: Sequence[Answer], usual: Callable[[str], Answer], place: Callable[[str], str]
+) -> list[str]:
     by_name: dict[str, dict[float, Answer]] = {}
     for one in answers:
-        if "." in one.setting:
-            by_name.setdefault(one.setting, {})[one.factor] = one
+        by_name.setdefault(one.setting, {})[one.factor] = one
     lines: list[str] = []
     for heading in (NOTHING, STANDS, LOOK):
         rows = []
         for name, both in sorted(by_name.items()):
-            kind, _, key = name.partition(".")
-            if len(both) == len(FACTORS) and verdict(*(both[f] for f in FACTORS), usual[kind]) == heading:
+            if len(both) == len(FACTORS) and verdict(*(both[f] for f in FACTORS), usual(name)) == heading:
                 told = "; ".join(
                     f"× {f:g}: {100 * both[f].wrong:.2f} %, {100 * both[f].changed:.2f} % otherwise"
                     for f in FACTORS
                 )
-                rows.append(f"| `{table_of[kind]}.{key}` | `{name}` | {told} |")
-        lines += [f"## {heading}: {len(rows)}", "", "| setting | in the code | half and double |"]
+                rows.append(f"| {place(name)} | {told} |")
+        lines += [f"## {heading}: {len(rows)}", "", "| setting or file | in the code | half and double |"]
         lines += ["|---|---|---|", *rows, ""]
     return lines

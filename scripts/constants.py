@@ -30,6 +30,7 @@ COLUMNS = (PHYSICAL, NUMERICAL, SUPPORTED, WITHOUT_EFFECT, UNSUPPORTED, UNSORTED
 VARIED = [
     *(f"benchmarks/{of}SETTINGS.md" for of in ("", "DETECTION_", "GAIT_", "READING_")),
     "benchmarks/DIAGNOSIS_CONSTANTS.md",
+    "benchmarks/MARKER_LABELS.md",
 ]
 BY_HEADING = {"Stands": SUPPORTED, "Asks for a look": UNSUPPORTED, "Decides nothing here": WITHOUT_EFFECT}
 FIRST = (UNSUPPORTED, SUPPORTED, WITHOUT_EFFECT)  # of what several pages say
