@@ -161,6 +161,27 @@ def test_verdict_two_cards_and_the_picture_are_on_one_screen(page, folder, diagn
     page.set_viewport_size(size)
 
 
+def test_the_pictures_cursor_goes_with_the_timelines_ahead_of_the_server(page, folder, diagnosed, until):
+    def frames():
+        """By the picture, and by the timeline."""
+        return page.evaluate("""() => {
+            const cursor = document.querySelector("#addb-before-after .cursor");
+            return [cursor.getAttribute("x1") / cursor.ownerSVGElement.viewBox.baseVal.width,
+                    parseFloat(document.getElementById("addb-cursor").style.left) / 100];
+        }""")
+
+    page.keyboard.press("Home")
+    until(lambda: page.session.frame == 0 and frames() == [0, 0])
+    page.evaluate("window.toServer = window.addb.send; window.addb.send = () => {};")
+    page.keyboard.press(".")
+    drawn, timeline = frames()
+    assert drawn == pytest.approx(timeline, abs=1e-3)
+    assert drawn > 0
+    assert page.session.frame == 0
+    page.evaluate("window.addb.send = window.toServer;")
+    until(lambda: frames() == [0, 0], "the server's frame, where it does not come along")
+
+
 def test_a_button_flags_the_frames_of_a_cause(page, folder, diagnosed, until):
     page.get_by_role("button", name="Flag these 2 ranges: cause 2").click()
     until(lambda: len(page.session.shared.reviews.review("walk").flags) == 2)

@@ -1,10 +1,11 @@
 // The tab "Diagnosis" on one screen: verdict, one card a cause, before and after. viser makes the tab, with a place
 // for us in it that comes and goes. Everything that is shown is set as text.
 import { element, keepIn } from "./options.js";
+import { view, watch } from "./timeline.js";
 
 const WIDE = 400, HIGH = 60; // of a curve's own coordinates
 const SVG = "http://www.w3.org/2000/svg";
-let state = null, picture = null, frame = 0;
+let state = null, picture = null;
 const parts = element("div"), drawn = element("div", { id: "addb-before-after" });
 const root = element("section", { id: "addb-diagnosis" }, parts, drawn);
 root.setAttribute("aria-label", "Diagnosis");
@@ -138,8 +139,8 @@ function draw() {
 }
 const mark = () => {
   for (const cursor of picture ? drawn.querySelectorAll(".cursor") : []) {
-    cursor.setAttribute("x1", across(frame));
-    cursor.setAttribute("x2", across(frame));
+    cursor.setAttribute("x1", across(view().frame));
+    cursor.setAttribute("x2", across(view().frame));
   }
 };
 
@@ -151,8 +152,5 @@ window.addb.on("diagnosis-picture", (news) => {
   picture = news;
   draw();
 });
-window.addb.on("cursor", (now) => {
-  frame = now;
-  mark();
-});
+watch(() => {}, mark);
 keepIn("[data-addb-diagnosis]", root);
