@@ -52,14 +52,14 @@ TABS = ("Review", "Solve", "Curves", "Diagnosis", "Review")
 CURSOR = """(() => {
     window.cursorTimes = [];
     let pressed = null;
+    const marked = () => document.querySelector("[data-addb-cursor]");
+    const note = (event) => {  // ahead of the page's own keys, which let none through
+        if (event.key === "." && marked()?.style.left !== "100%") pressed = event.timeStamp;
+    };
+    window.addEventListener("keydown", note, true);
     const watch = () => {
-        const cursor = document.querySelector("[data-addb-cursor]");
+        const cursor = marked();
         if (!cursor) return setTimeout(watch, 200);
-        const note = (event) => {
-            const atEnd = cursor.style.left === "100%";
-            if (event.key === "." && !atEnd) pressed = event.timeStamp;
-        };
-        window.addEventListener("keydown", note, true);
         new MutationObserver(() => {
             if (pressed === null) return;
             const began = pressed;
