@@ -190,6 +190,12 @@ def sets_table() -> str:
     return "\n".join(lines)
 
 
+def _possible(answers: Sequence[Answer]) -> list[Answer]:
+    """Without the numbers with which nothing can be read, at half and at double."""
+    read = {one.setting for one in answers if one.of}
+    return [one for one in answers if one.setting in read]
+
+
 def main() -> None:
     """Ask what has no answer yet, and write the page."""
     parser = argparse.ArgumentParser(prog=f"python -m {MODULE}", description=__doc__)
@@ -201,7 +207,9 @@ def main() -> None:
     count = sum(map(len, _usual()))
     usual = Answer(USUAL, 1.0, not_right(_usual()), 0.0, count)
     text = INTRODUCTION.format(sets=sets_table(), count=count)
-    PAGE.write_text("\n".join([text + RULES, "", *number_tables(answers, usual)]), encoding="utf-8")
+    PAGE.write_text(
+        "\n".join([text + RULES, "", *number_tables(_possible(answers), usual)]), encoding="utf-8"
+    )
 
 
 if __name__ == "__main__":

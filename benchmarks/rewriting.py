@@ -93,7 +93,7 @@ def answer_with(
         sys.executable,
         "-m",
         MODULE,
-        f"{function.__module__}:{function.__name__}",
+        f"{_module_of(function)}:{function.__name__}",
         json.dumps(arguments),
     ]
     if number is not None:

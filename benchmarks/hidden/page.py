@@ -1,4 +1,4 @@
-"""The page: our row beside two ordinary methods, on the cases that all of them answered."""
+"""The page: our answers, and beside them two ordinary methods on the cases that all of them answered."""
 
 import json
 from collections import Counter
@@ -6,9 +6,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from benchmarks.diagnosis.rates import table
+from benchmarks.diagnosis.rates import rate, table
 from benchmarks.hidden.rows.versions import versions
-from benchmarks.hidden.scorer import CLEAN, INSIDE, OUTSIDE, Judged, figures, judge, read_truths
+from benchmarks.hidden.scorer import (
+    BINS,
+    CLEAN,
+    INSIDE,
+    OUTCOMES,
+    OUTSIDE,
+    Judged,
+    figures,
+    judge,
+    read_truths,
+)
 from benchmarks.hidden.submission import checked
 
 TITLES = {
@@ -22,9 +32,24 @@ SMALL = 300  # cases, below which the page says that they are few
 
 PAGE = """# Hidden effects, in public: how others can be compared
 
-Made by `python -m benchmarks.hidden make | run | page`, {code}, on {count} of {drawn} cases that were drawn:
-{groups}. Cases that a row has not answered yet are left out.{few}
-How to take part, and what each figure means: [hidden/FORMAT.md](hidden/FORMAT.md).
+Made by `python -m benchmarks.hidden make | run | page`, {code}: {answered} of {drawn} cases that were drawn,
+{all_groups}. How to take part, and what each figure means: [hidden/FORMAT.md](hidden/FORMAT.md).
+
+## Our answers
+
+{ours}
+
+By what is hidden (outside the list: unknown causes, and those of the list at 10 and 30 times their size):
+
+{by_effect}
+
+How sure the likeliest name is, and how often it is right:
+
+{by_confidence}
+
+## Beside two ordinary methods
+
+On the {count} cases that every row has answered: {groups}.{few}
 
 - *`addb-viewer diagnose`*: our answer as `--json` prints it; where it names nothing, the chances that it
   states. It hands in no forces.
@@ -46,25 +71,68 @@ trial's last fifth, as the plates read them, with what is wrong with them.
 
 
 def page(out: Path, truth: Path, results: Path) -> str:
-    """Judge every row on the cases that all rows answered."""
+    """Judge our row on all that it answered, and every row on the cases that all rows answered."""
     raw = {row: _answers(results / row) for row in TITLES}
+    all_truths = read_truths(truth)
+    own = {case: all_truths[case] for case in raw["ours"]}
+    ours = dict(zip(own, _judged(raw["ours"], own), strict=True))
     answered = set.intersection(*(set(answers) for answers in raw.values()))
-    truths = {case: t for case, t in read_truths(truth).items() if case in answered}
+    truths = {case: t for case, t in all_truths.items() if case in answered}
     columns = {row: _column(row, _judged(answers, truths)) for row, answers in raw.items()}
     names = list(next(iter(columns.values())))
     rows = [[name, *(columns[row][name] for row in TITLES)] for name in names]
-    counts = Counter(t["group"] for t in truths.values())
-    words = {INSIDE: "inside the list", OUTSIDE: "outside it", CLEAN: "clean"}
     return PAGE.format(
         code="code " + ", ".join(versions(results)),
-        count=len(truths),
+        answered=len(ours),
         drawn=len(list(out.glob("case_*"))),
-        groups=", ".join(f"{counts[group]} {word}" for group, word in words.items()),
+        all_groups=_counted(own),
+        ours=table(["", TITLES["ours"]], [row for row in figures([*ours.values()]) if row[1] != "-"]),
+        by_effect=_by_effect(own, ours),
+        by_confidence=_by_confidence([*ours.values()]),
+        count=len(truths),
+        groups=_counted(truths),
         few=" **These are few: the intervals are wide, and no order of the rows is shown by them.**"
         if len(truths) < SMALL
         else "",
         table=table(["", *TITLES.values()], rows),
     )
+
+
+def _counted(truths: Mapping[str, Any]) -> str:
+    counts = Counter(t["group"] for t in truths.values())
+    words = {INSIDE: "inside the list", OUTSIDE: "outside it", CLEAN: "clean"}
+    return ", ".join(f"{counts[group]} {word}" for group, word in words.items())
+
+
+def _by_effect(truths: Mapping[str, Any], judged: Mapping[str, Judged]) -> str:
+    rows: dict[tuple[int, str], list[Judged]] = {}
+    for case, one in judged.items():
+        name = " and ".join(_called(effect, one.group) for effect in truths[case]["effects"])
+        rows.setdefault(((INSIDE, OUTSIDE, CLEAN).index(one.group), name or "nothing"), []).append(one)
+    lines = [
+        [("inside", "outside", "")[k], name, str(len(of)), *(_often(of, outcome) for outcome in OUTCOMES)]
+        for (k, name), of in sorted(rows.items())
+    ]
+    return table(["", "hidden", "cases", *OUTCOMES], lines)
+
+
+def _called(effect: Mapping[str, Any], group: str) -> str:
+    size = effect.get("size", 1.0)
+    return f"{effect['id']} × {size:g}" if group == OUTSIDE and size > 1 else str(effect["id"])
+
+
+def _often(judged: list[Judged], outcome: str) -> str:
+    return str(sum(one.outcome == outcome for one in judged) or "")
+
+
+def _by_confidence(judged: list[Judged]) -> str:
+    rows = []
+    for low in range(BINS):
+        of = [one for one in judged if min(int(one.confidence * BINS), BINS - 1) == low]
+        if of:
+            stated = sum(one.confidence for one in of) / len(of)
+            rows.append([f"{100 * stated:.0f} %", rate(sum(one.right for one in of), len(of))])
+    return table(["stated, mean", "right"], rows)
 
 
 def _answers(folder: Path) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from dataclasses import dataclass
+from importlib.machinery import ModuleSpec
 from pathlib import Path
 
 import numpy as np
@@ -86,3 +87,17 @@ def test_a_function_answers_in_a_process_of_its_own():
     with pytest.raises(NoAnswerError, match="unsupported operand"):
         answer_with(number, 2.0, sum_of_leasts, {"more": "word"})
     assert usual == plate_gain.LEAST
+
+
+def test_a_module_that_runs_as_a_script_is_called_by_its_name(monkeypatch):
+    called = []
+
+    def run(command, **_):
+        called.append(command)
+        return subprocess.CompletedProcess(command, 0, stdout="[]\n")
+
+    monkeypatch.setattr("benchmarks.rewriting.subprocess.run", run)
+    monkeypatch.setattr(sum_of_leasts, "__module__", "__main__")
+    monkeypatch.setattr(sys.modules["__main__"], "__spec__", ModuleSpec("benchmarks.of_it", None))
+    assert answer_with(None, 1.0, sum_of_leasts, {}) == []
+    assert called[0][3] == "benchmarks.of_it:sum_of_leasts"
