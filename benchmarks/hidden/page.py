@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.diagnosis.rates import rate, table
+from benchmarks.hidden.classes import CAUSES
 from benchmarks.hidden.rows.versions import versions
 from benchmarks.hidden.scorer import (
     BINS,
@@ -117,8 +118,8 @@ def _by_effect(truths: Mapping[str, Any], judged: Mapping[str, Judged]) -> str:
 
 
 def _called(effect: Mapping[str, Any], group: str) -> str:
-    size = effect.get("size", 1.0)
-    return f"{effect['id']} × {size:g}" if group == OUTSIDE and size > 1 else str(effect["id"])
+    name = str(effect["id"])
+    return f"{name} × {effect['size']:g}" if group == OUTSIDE and name in CAUSES else name
 
 
 def _often(judged: list[Judged], outcome: str) -> str:
