@@ -5,8 +5,9 @@
 Marker sets of laboratories' own models in the recorded folders, and of published models: each label is read
 as if there were no model, by its name alone and, where there are recordings, with its distances to the
 others; then with some of the trajectories exchanged, whose labels are to be left out. Right is the same part
-of the body as in the model. Then every tuned number of `solver/markers` is halved and doubled. Answers are
-kept as lines of a file in DIR: it picks up where it was stopped, then writes MARKER_LABELS.md.
+of the body as in the model. Then every tuned number of `solver/markers` that labels are read with is halved
+and doubled. Answers are kept as lines of a file in DIR: it picks up where it was stopped, then writes
+MARKER_LABELS.md.
 """
 
 import argparse
@@ -28,6 +29,7 @@ from solver.skeleton.osim import load_skeleton
 
 MODULE = "benchmarks.marker_labels"
 PAGE = Path(__file__).with_name("MARKER_LABELS.md")
+NOT_ASKED = ("markers/people.py",)  # how many people a recording shows
 FEWEST = 10  # labels that a set needs
 NOT_READ = "-"
 USUAL = "Labels"
@@ -52,8 +54,9 @@ upper arm, forearm, hand; and the side). *Left out*: not sure enough to be used.
 
 {sets}
 
-Then every tuned number of `solver/markers` is halved and doubled. A row has the share of labels that are not
-right (those left out count half) of {count}, and the share that is read otherwise.
+Then every tuned number of `solver/markers` that labels are read with is halved and doubled. A row has the
+share of labels that are not right (those left out count half) of {count}, and the share that is read
+otherwise.
 
 """
 
@@ -201,7 +204,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog=f"python -m {MODULE}", description=__doc__)
     parser.add_argument("--out", type=Path, required=True, help="folder in which answers are kept")
     given = parser.parse_args()
-    numbers = tuned_numbers(("markers/",))
+    numbers = [number for number in tuned_numbers(("markers/",)) if number.file not in NOT_ASKED]
     waiting = [(f"{n.file} {n.name}", factor, n) for n in numbers for factor in FACTORS]
     answers = asked(given.out / "labels.jsonl", waiting, lambda v: answered(v[2], v[1]))
     count = sum(map(len, _usual()))

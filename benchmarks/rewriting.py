@@ -18,7 +18,7 @@ from importlib.machinery import ModuleSpec, SourceFileLoader
 from importlib.util import spec_from_file_location
 from pathlib import Path
 from types import CodeType, ModuleType
-from typing import Any, TypeGuard
+from typing import Any
 
 import numpy as np
 
@@ -139,11 +139,7 @@ class _Loader(SourceFileLoader):
     def get_code(self, fullname: str) -> CodeType:
         """Never from the cache, and never into it."""
         tree = ast.parse(self.get_data(self.path), self.path)
-        for node in tree.body:
-            if _names(node, self.number.name):
-                node.value = _times(self.factor, node.value)
-                break
-        else:
+        if not any(_scales(node, self.number.name, self.factor) for node in tree.body):
             raise RuntimeError(f"{self.number.file} has no {self.number.name}")
         return compile(ast.fix_missing_locations(tree), self.path, "exec", dont_inherit=True)
 
@@ -155,11 +151,21 @@ def _times(factor: float, value: ast.expr) -> ast.expr:
     return ast.copy_location(call, value)
 
 
-def _names(node: ast.stmt, name: str) -> TypeGuard[ast.Assign | ast.AnnAssign]:
-    targets = node.targets if isinstance(node, ast.Assign) else []
-    if isinstance(node, ast.AnnAssign) and node.value is not None:
-        targets = [node.target]
-    return any(isinstance(target, ast.Name) and target.id == name for target in targets)
+def _scales(node: ast.stmt, name: str, factor: float) -> bool:
+    """Whether a statement gives the name its value; then that is changed in it."""
+    if not isinstance(node, ast.Assign | ast.AnnAssign) or node.value is None:
+        return False
+    for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
+        match target, node.value:
+            case ast.Name(id=found), _ if found == name:
+                node.value = _times(factor, node.value)
+                return True
+            case ast.Tuple(elts=names), ast.Tuple(elts=values) if len(names) == len(values):
+                for k, one in enumerate(names):
+                    if isinstance(one, ast.Name) and one.id == name:
+                        values[k] = _times(factor, values[k])
+                        return True
+    return False
 
 
 def main() -> None:

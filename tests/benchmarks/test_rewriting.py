@@ -101,3 +101,13 @@ def test_a_module_that_runs_as_a_script_is_called_by_its_name(monkeypatch):
     monkeypatch.setattr(sys.modules["__main__"], "__spec__", ModuleSpec("benchmarks.of_it", None))
     assert answer_with(None, 1.0, sum_of_leasts, {}) == []
     assert called[0][3] == "benchmarks.of_it:sum_of_leasts"
+
+
+def test_of_several_names_in_one_statement_the_one_is_changed():
+    asks = "from solver.markers.label_parts import SURE, INSIDE; print(SURE, INSIDE)"
+    sure, inside = (float(word) for word in printed(asks))
+    change = (
+        "from benchmarks.rewriting import Number, set_otherwise\n"
+        "set_otherwise(Number('markers/label_parts.py', 'INSIDE'), 0.5)\n"
+    )
+    assert [float(word) for word in printed(change + asks)] == [sure, inside / 2]
