@@ -21,7 +21,7 @@ import numpy as np
 from benchmarks.recordings import data_folder, recordings_of, subjects
 from benchmarks.register import tuned_numbers
 from benchmarks.rewriting import NoAnswerError, Number, answer_with
-from benchmarks.varied import FACTORS, RULES, Answer, asked, number_tables
+from benchmarks.varied import BY_CHANCE, FACTORS, RULES, Answer, asked, number_tables
 from solver.capture.capture import Markers, Subject
 from solver.errors import SolverError
 from solver.markers.understanding import understand
@@ -211,7 +211,7 @@ def main() -> None:
     usual = Answer(USUAL, 1.0, not_right(_usual()), 0.0, count)
     text = INTRODUCTION.format(sets=sets_table(), count=count)
     PAGE.write_text(
-        "\n".join([text + RULES, "", *number_tables(_possible(answers), usual)]), encoding="utf-8"
+        "\n".join([text + RULES + BY_CHANCE, "", *number_tables(_possible(answers), usual)]), encoding="utf-8"
     )
 
 

@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, fields, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -16,6 +16,9 @@ NOTHING, STANDS, LOOK = "Decides nothing here", "Stands", "Asks for a look"
 RULES = """*Decides nothing here*: with neither do 0.1 % of the answers change, and as many are wrong within
 2 %. *Stands*: something changes, and neither makes fewer answers wrong by more than 2 % of those that are.
 *Asks for a look*: one of them does."""
+BY_CHANCE = (
+    """ Fewer wrong answers than that, or than twice the root of those that are otherwise, may be chance."""
+)
 
 
 @dataclass(frozen=True)
@@ -116,13 +119,23 @@ def asked(
     return kept
 
 
-def verdict(half: Answer, double: Answer, usual: Answer) -> str:
-    """Under which heading a setting stands."""
+def verdict(half: Answer, double: Answer, usual: Answer, *, by_chance: bool = False) -> str:
+    """Under which heading a setting stands.
+
+    Args:
+        half: with half of it.
+        double: with double.
+        usual: as it is.
+        by_chance: answers do not depend on each other, so that fewer wrong ones may be chance: twice the
+            root of those that are otherwise.
+    """
     other = [usual.wrong - half.wrong, usual.wrong - double.wrong]  # fewer, or more where negative
     least = BETTER_SHARE * usual.wrong
     if max(half.changed, double.changed) < SAME_SHARE and max(map(abs, other)) <= least:
         return NOTHING
-    return LOOK if max(other) > least else STANDS
+    chance = [2.0 * np.sqrt(one.changed / one.of) if by_chance else 0.0 for one in (half, double)]
+    better = [fewer > max(least, such) for fewer, such in zip(other, chance, strict=True)]
+    return LOOK if any(better) else STANDS
 
 
 def usual_of(answers: Sequence[Answer]) -> dict[str, Answer]:
@@ -144,21 +157,29 @@ def tables(answers: Sequence[Answer], table_of: dict[str, str]) -> list[str]:
         return f"`{table_of[kind]}.{key}` | `{name}`"
 
     varied = [one for one in answers if "." in one.setting]
-    return _under_headings(varied, lambda name: usual[name.partition(".")[0]], place)
+    return _under_headings(varied, lambda name: usual[name.partition(".")[0]], place, verdict)
 
 
 def number_tables(answers: Sequence[Answer], usual: Answer) -> list[str]:
-    """The same of constants of modules, which are called by file and name.
+    """The same of constants of modules, called by file and name, judged by answers that are independent.
 
     Args:
         answers: of half and double of each.
         usual: with all as they are.
     """
-    return _under_headings(answers, lambda _: usual, lambda name: "`{}` | `{}`".format(*name.split(" ")))
+    return _under_headings(
+        answers,
+        lambda _: usual,
+        lambda name: "`{}` | `{}`".format(*name.split(" ")),
+        partial(verdict, by_chance=True),
+    )
 
 
 def _under_headings(
-    answers: Sequence[Answer], usual: Callable[[str], Answer], place: Callable[[str], str]
+    answers: Sequence[Answer],
+    usual: Callable[[str], Answer],
+    place: Callable[[str], str],
+    of_both: Callable[[Answer, Answer, Answer], str],
 ) -> list[str]:
     by_name: dict[str, dict[float, Answer]] = {}
     for one in answers:
@@ -167,7 +188,7 @@ def _under_headings(
     for heading in (NOTHING, STANDS, LOOK):
         rows = []
         for name, both in sorted(by_name.items()):
-            if len(both) == len(FACTORS) and verdict(*(both[f] for f in FACTORS), usual(name)) == heading:
+            if len(both) == len(FACTORS) and of_both(both[0.5], both[2.0], usual(name)) == heading:
                 told = "; ".join(
                     f"× {f:g}: {100 * both[f].wrong:.2f} %, {100 * both[f].changed:.2f} % otherwise"
                     for f in FACTORS

@@ -40,6 +40,18 @@ def test_a_setting_stands_unless_another_value_makes_fewer_answers_wrong():
     assert verdict(answer(0.5, 0.12, 0.02), answer(2.0, 0.08, 0.03), USUAL) == LOOK
 
 
+def test_of_independent_answers_few_that_are_right_now_may_be_chance():
+    def of_a_thousand(factor, wrong, changed):
+        return Answer("part/module.py NUMBER", factor, wrong, changed, 1000)
+
+    usual = of_a_thousand(1.0, 0.014, 0.0)
+    same, three, twenty = (of_a_thousand(2.0, 0.014 - k / 1000, k / 1000) for k in (0, 3, 20))
+    assert verdict(of_a_thousand(0.5, 0.02, 0.006), three, usual) == LOOK
+    assert verdict(of_a_thousand(0.5, 0.02, 0.006), three, usual, by_chance=True) == STANDS
+    assert verdict(same, twenty, usual, by_chance=True) == LOOK
+    assert verdict(same, same, usual, by_chance=True) == NOTHING
+
+
 def test_a_page_has_each_under_its_heading_once_both_values_are_known():
     half, double = answer(0.5, 0.12, 0.02), answer(2.0, 0.10, 0.0)
     page = "\n".join(tables([USUAL, half, double], {"SomeSettings": "some"}))
