@@ -14,7 +14,7 @@ import functools
 import json
 import pickle
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,17 @@ from benchmarks.hidden.rows.ours import answer_of, public
 from benchmarks.hidden.scorer import CLEAN, INSIDE, OUTSIDE, read_truths
 from benchmarks.register import tuned_numbers
 from benchmarks.rewriting import ROOM, NoAnswerError, Number, answer_with, scaled
-from benchmarks.varied import FACTORS, Answer, asked
+from benchmarks.varied import (
+    FACTORS,
+    LOOK,
+    NOTHING,
+    STANDS,
+    Answer,
+    asked,
+    place_of_number,
+    under_headings,
+    variations,
+)
 from solver.capture.atomic import write_whole
 from solver.capture.subject import open_subject
 from solver.diagnosis.balance import Balance
@@ -51,7 +61,7 @@ BEFORE = (  # have a part in what comes before the search
 BEFORE_SETTINGS = (
     "window_s", "hop_s", "most_rows", "end_s", "force_noise_N", "moment_noise_Nm", "model_", "slack",
 )  # fmt: skip
-NOTHING, STANDS, LOOK, REFUSED = "Decides nothing here", "Stands", "Asks for a look", "Cannot be so"
+REFUSED = "Cannot be so"
 INTRODUCTION = """# What a constant of the diagnosis decides: each halved and doubled
 
 Made by `python -m benchmarks.diagnosis_constants`: {cases} cases with one effect of the list each, one that
@@ -78,7 +88,7 @@ class Question:
     @property
     def name(self) -> str:
         """As the answers' file has it."""
-        return self.setting or (f"{self.number.file} {self.number.name}" if self.number else "usual")
+        return self.setting or (self.number.called if self.number else "usual")
 
     @property
     def from_the_files(self) -> bool:
@@ -135,11 +145,9 @@ def questions(cases: Cases) -> Iterator[Question]:
         own = _effects_of(number.file)
         which = cases.chosen(own, OTHERS) if own else cases.chosen((), CHOICE)
         yield from (Question(number, None, factor, which) for factor in FACTORS)
-    for one in fields(DiagnosisSettings):
-        value = getattr(DiagnosisSettings(), one.name)
-        if isinstance(value, int | float) and not isinstance(value, bool) and value:
-            name = f"DiagnosisSettings.{one.name}"
-            yield from (Question(None, name, f, cases.chosen((), CHOICE)) for f in FACTORS)
+    for name, factor, _ in variations(DiagnosisSettings()):
+        if "." in name:  # the first is all as usual
+            yield Question(None, name, factor, cases.chosen((), CHOICE))
 
 
 def _effects_of(file: str) -> tuple[str, ...]:
@@ -222,24 +230,13 @@ def heading(half: Answer, double: Answer) -> str:
 
 def page(answers: Sequence[Answer], count: int) -> str:
     """The whole page."""
-    by_name: dict[str, dict[float, Answer]] = {}
-    for one in answers:
-        by_name.setdefault(one.setting, {})[one.factor] = one
-    lines = [INTRODUCTION.format(cases=count, same=100 * SAME, better=100 * BETTER)]
-    for kind in (NOTHING, STANDS, LOOK, REFUSED):
-        rows = [
-            f"| {_place(name)} | {'; '.join(_words(both[f]) for f in FACTORS)} |"
-            for name, both in sorted(by_name.items())
-            if len(both) == len(FACTORS) and heading(*(both[f] for f in FACTORS)) == kind
-        ]
-        lines += [f"## {kind}: {len(rows)}", "", "| file or table | in the code | half and double |"]
-        lines += ["|---|---|---|", *rows, ""]
-    return "\n".join(lines)
+    kinds = (NOTHING, STANDS, LOOK, REFUSED)
+    rows = under_headings(answers, lambda _, both: heading(both[0.5], both[2.0]), _place, _words, kinds)
+    return "\n".join([INTRODUCTION.format(cases=count, same=100 * SAME, better=100 * BETTER), *rows])
 
 
 def _place(name: str) -> str:
-    file, _, constant = name.rpartition(" ")
-    return f"`{file}` | `{constant}`" if file else f"`diagnosis.{name.split('.')[1]}` | `{name}`"
+    return place_of_number(name) if " " in name else f"`diagnosis.{name.split('.')[1]}` | `{name}`"
 
 
 def _words(one: Answer) -> str:

@@ -167,7 +167,7 @@ def _usual() -> list[list[str]]:
 
 def answered(number: Number, factor: float) -> Answer:
     """Of one number at another value."""
-    name = f"{number.file} {number.name}"
+    name = number.called
     try:
         read = answer_with(number, factor, everything_read, {})
     except NoAnswerError as error:
@@ -205,7 +205,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True, help="folder in which answers are kept")
     given = parser.parse_args()
     numbers = [number for number in tuned_numbers(("markers/",)) if number.file not in NOT_ASKED]
-    waiting = [(f"{n.file} {n.name}", factor, n) for n in numbers for factor in FACTORS]
+    waiting = [(n.called, factor, n) for n in numbers for factor in FACTORS]
     answers = asked(given.out / "labels.jsonl", waiting, lambda v: answered(v[2], v[1]))
     count = sum(map(len, _usual()))
     usual = Answer(USUAL, 1.0, not_right(_usual()), 0.0, count)

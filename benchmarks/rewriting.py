@@ -36,6 +36,11 @@ class Number:
     name: str
 
     @property
+    def called(self) -> str:
+        """By file and name, as answers and pages have it."""
+        return f"{self.file} {self.name}"
+
+    @property
     def module(self) -> str:
         """As it is imported."""
         return ".".join(["solver", *Path(self.file).with_suffix("").parts])

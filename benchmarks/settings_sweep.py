@@ -32,6 +32,7 @@ from jaxtyping import Float
 from benchmarks.recordings import data_folder
 from benchmarks.register import tuned_numbers
 from benchmarks.rewriting import NoAnswerError, Number, answer_with
+from benchmarks.varied import place_of_number
 from solver.capture.subject import open_subject
 from solver.fit import Fit
 from solver.pipeline import solve
@@ -114,7 +115,7 @@ class ChangedNumber:
     @property
     def name(self) -> str:
         """By file and name."""
-        return f"{self.number.file} {self.number.name}"
+        return self.number.called
 
 
 def changed_numbers() -> Iterator[ChangedNumber]:
@@ -235,9 +236,8 @@ def sorted_settings(answers: list[dict]) -> dict[str, list[tuple[str, str]]]:
 
 
 def _place(name: str) -> str:
-    file, _, constant = name.partition(" ")
-    if constant:
-        return f"`{file}` | `{constant}`"
+    if " " in name:
+        return place_of_number(name)
     table, _, key = name.rpartition(".")
     return f"`{name}` | `{type(dict(tables(Settings()))[table]).__name__}.{key}`"
 

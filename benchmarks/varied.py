@@ -1,10 +1,10 @@
 """Settings halved and doubled where the right answer is known: what each of them decides, in words."""
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, fields, replace
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -17,7 +17,7 @@ RULES = """*Decides nothing here*: with neither do 0.1 % of the answers change, 
 2 %. *Stands*: something changes, and neither makes fewer answers wrong by more than 2 % of those that are.
 *Asks for a look*: one of them does."""
 BY_CHANCE = (
-    """ Fewer wrong answers than that, or than twice the root of those that are otherwise, may be chance."""
+    " Fewer wrong answers than that, or than twice the root of those that are otherwise, may be chance."
 )
 
 
@@ -156,8 +156,11 @@ def tables(answers: Sequence[Answer], table_of: dict[str, str]) -> list[str]:
         kind, _, key = name.partition(".")
         return f"`{table_of[kind]}.{key}` | `{name}`"
 
+    def heading(name: str, both: Mapping[float, Answer]) -> str:
+        return verdict(both[0.5], both[2.0], usual[name.partition(".")[0]])
+
     varied = [one for one in answers if "." in one.setting]
-    return _under_headings(varied, lambda name: usual[name.partition(".")[0]], place, verdict)
+    return under_headings(varied, heading, place)
 
 
 def number_tables(answers: Sequence[Answer], usual: Answer) -> list[str]:
@@ -167,33 +170,50 @@ def number_tables(answers: Sequence[Answer], usual: Answer) -> list[str]:
         answers: of half and double of each.
         usual: with all as they are.
     """
-    return _under_headings(
-        answers,
-        lambda _: usual,
-        lambda name: "`{}` | `{}`".format(*name.split(" ")),
-        partial(verdict, by_chance=True),
-    )
+
+    def heading(_: str, both: Mapping[float, Answer]) -> str:
+        return verdict(both[0.5], both[2.0], usual, by_chance=True)
+
+    return under_headings(answers, heading, place_of_number)
 
 
-def _under_headings(
+def place_of_number(name: str) -> str:
+    """The first two cells of a constant's row, by its file and name."""
+    file, _, constant = name.partition(" ")
+    return f"`{file}` | `{constant}`"
+
+
+def shares(one: Answer) -> str:
+    """What a cell says of one value: shares that are wrong and that are others than usual."""
+    return f"× {one.factor:g}: {100 * one.wrong:.2f} %, {100 * one.changed:.2f} % otherwise"
+
+
+def under_headings(
     answers: Sequence[Answer],
-    usual: Callable[[str], Answer],
+    heading: Callable[[str, Mapping[float, Answer]], str],
     place: Callable[[str], str],
-    of_both: Callable[[Answer, Answer, Answer], str],
+    words: Callable[[Answer], str] = shares,
+    headings: Sequence[str] = (NOTHING, STANDS, LOOK),
 ) -> list[str]:
+    """Lines of a page: what has both answers, in the order of names.
+
+    Args:
+        answers: of half and double of each.
+        heading: of one, by its name and its answers by factor.
+        place: its first two cells.
+        words: what is said of one answer.
+        headings: in the page's order.
+    """
     by_name: dict[str, dict[float, Answer]] = {}
     for one in answers:
         by_name.setdefault(one.setting, {})[one.factor] = one
     lines: list[str] = []
-    for heading in (NOTHING, STANDS, LOOK):
-        rows = []
-        for name, both in sorted(by_name.items()):
-            if len(both) == len(FACTORS) and of_both(both[0.5], both[2.0], usual(name)) == heading:
-                told = "; ".join(
-                    f"× {f:g}: {100 * both[f].wrong:.2f} %, {100 * both[f].changed:.2f} % otherwise"
-                    for f in FACTORS
-                )
-                rows.append(f"| {place(name)} | {told} |")
-        lines += [f"## {heading}: {len(rows)}", "", "| setting or file | in the code | half and double |"]
+    for kind in headings:
+        rows = [
+            f"| {place(name)} | {'; '.join(words(both[f]) for f in FACTORS)} |"
+            for name, both in sorted(by_name.items())
+            if len(both) == len(FACTORS) and heading(name, both) == kind
+        ]
+        lines += [f"## {kind}: {len(rows)}", "", "| setting or file | in the code | half and double |"]
         lines += ["|---|---|---|", *rows, ""]
     return lines

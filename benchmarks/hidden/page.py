@@ -6,16 +6,18 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from benchmarks.diagnosis.rates import rate, table
 from benchmarks.hidden.classes import CAUSES
 from benchmarks.hidden.rows.versions import versions
 from benchmarks.hidden.scorer import (
-    BINS,
     CLEAN,
     INSIDE,
     OUTCOMES,
     OUTSIDE,
     Judged,
+    bins_of,
     figures,
     judge,
     read_truths,
@@ -127,12 +129,13 @@ def _often(judged: list[Judged], outcome: str) -> str:
 
 
 def _by_confidence(judged: list[Judged]) -> str:
-    rows = []
-    for low in range(BINS):
-        of = [one for one in judged if min(int(one.confidence * BINS), BINS - 1) == low]
-        if of:
-            stated = sum(one.confidence for one in of) / len(of)
-            rows.append([f"{100 * stated:.0f} %", rate(sum(one.right for one in of), len(of))])
+    confidence = np.array([one.confidence for one in judged])
+    right = np.array([one.right for one in judged])
+    bins = bins_of(confidence)
+    rows = [
+        [f"{100 * confidence[bins == k].mean():.0f} %", rate(right[bins == k].sum(), (bins == k).sum())]
+        for k in np.unique(bins)
+    ]
     return table(["stated, mean", "right"], rows)
 
 

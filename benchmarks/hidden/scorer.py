@@ -85,9 +85,14 @@ def judge(truth: Mapping[str, Any], answer: Answer) -> Judged:
     )
 
 
+def bins_of(confidence: np.ndarray) -> np.ndarray:
+    """The bin of the calibration error that each lies in, from 0."""
+    return np.minimum((confidence * BINS).astype(int), BINS - 1)
+
+
 def calibration_error(confidence: np.ndarray, right: np.ndarray) -> float:
     """Mean gap between stated confidence and share that is right, over bins weighted by their cases."""
-    bins = np.minimum((confidence * BINS).astype(int), BINS - 1)
+    bins = bins_of(confidence)
     gaps = [abs(np.sum(confidence[bins == b] - right[bins == b])) for b in range(BINS)]
     return float(np.sum(gaps) / len(confidence))
 
