@@ -60,6 +60,19 @@ def ask(browser, frames, solver):
     browser.until(lambda: len(solver.asked) > before, "the question")
 
 
+def rest_at(browser, frames):
+    """Select a range; the timer that has started since."""
+    asking = browser.session.review.asking
+    before = asking._resting
+
+    def started():
+        return asking._resting is not before and asking._resting.ident is not None
+
+    browser.put("Go to", frames)
+    browser.until(started, "the range")
+    return asking._resting
+
+
 def test_keys_go_on_while_the_solver_thinks_and_the_last_question_is_answered(browser, solver):
     ask(browser, "20:40", solver)
     browser.until(lambda: "asking the solver" in browser.html())
@@ -107,13 +120,8 @@ def test_what_cannot_be_asked_is_told(browser, solver):
 
 
 def test_the_solver_is_made_ready_for_who_stays_at_a_range_not_for_who_goes_on(browser, solver):
-    resting = browser.session.review.asking
-    browser.put("Go to", "20:40")
-    browser.until(lambda: resting._resting is not None, "the first range")
-    first = resting._resting
-    browser.put("Go to", "50:60")
-    browser.until(lambda: resting._resting is not first, "the second range")
-    second = resting._resting
+    first = rest_at(browser, "20:40")
+    second = rest_at(browser, "50:60")
     browser.put("Trial", "run")
     browser.until(lambda: browser.session.shown == "run", "the other trial")
     for timer in (first, second):
@@ -124,9 +132,7 @@ def test_the_solver_is_made_ready_for_who_stays_at_a_range_not_for_who_goes_on(b
 
 
 def test_the_solver_is_not_made_ready_once_the_page_is_closed(browser, solver):
-    browser.put("Go to", "20:40")
-    browser.until(lambda: browser.session.review.asking._resting is not None, "the range")
-    timer = browser.session.review.asking._resting
+    timer = rest_at(browser, "20:40")
     browser.session.close()
     timer.join(PATIENCE_S)
     assert solver.warmed == []
