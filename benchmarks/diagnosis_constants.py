@@ -49,8 +49,8 @@ from solver.settings import settings_for
 MODULE = "benchmarks.diagnosis_constants"
 PAGE = Path(__file__).with_name("DIAGNOSIS_CONSTANTS.md")
 COUNT, SEED = 120, 20261201
-OTHERS = {INSIDE: 3, OUTSIDE: 2, CLEAN: 2}  # asked about each constant of an effect, beside its own cases
-CHOICE = {INSIDE: 12, OUTSIDE: 4, CLEAN: 4}  # asked about any other
+OTHERS = {INSIDE: 2, OUTSIDE: 1, CLEAN: 1}  # asked about each constant of an effect, beside its own cases
+CHOICE = {INSIDE: 8, OUTSIDE: 2, CLEAN: 2}  # asked about any other
 KEPT_CASES = {INSIDE: COUNT // 3, OUTSIDE: 8, CLEAN: 8}
 TOLD = 0.01  # an effect with that chance has a say in a case
 SAME, BETTER = 0.005, 0.02  # of a probability; of the mean probability of what is right
@@ -65,10 +65,10 @@ REFUSED = "Cannot be so"
 INTRODUCTION = """# What a constant of the diagnosis decides: each halved and doubled
 
 Made by `python -m benchmarks.diagnosis_constants`: {cases} cases with one effect of the list each, one that
-is on no list, or none. A constant of an effect's file was asked about its own cases and seven others, any
-other about twenty. Of a cause's entry (`ABOUT`) the odds and sizes are changed together. A row has, at half
-and at double, how much more probability the right name gets (mean of the cases), and in how many cases the
-answer is another one.
+is on no list, or none. A constant of an effect's file was asked about its own cases and {others} others,
+any other about {choice}. Of a cause's entry (`ABOUT`) the odds and sizes are changed together. A row has, at
+half and at double, how much more probability the right name gets (mean of the cases), and in how many cases
+the answer is another one.
 
 *Decides nothing here*: no probability changes by more than {same:g} %. *Stands*: some do, and neither gives
 the right names {better:g} % more. *Asks for a look*: one of them does, on few cases. *Cannot be so*: with
@@ -232,7 +232,14 @@ def page(answers: Sequence[Answer], count: int) -> str:
     """The whole page."""
     kinds = (NOTHING, STANDS, LOOK, REFUSED)
     rows = under_headings(answers, lambda _, both: heading(both[0.5], both[2.0]), _place, _words, kinds)
-    return "\n".join([INTRODUCTION.format(cases=count, same=100 * SAME, better=100 * BETTER), *rows])
+    words = INTRODUCTION.format(
+        cases=count,
+        others=sum(OTHERS.values()),
+        choice=sum(CHOICE.values()),
+        same=100 * SAME,
+        better=100 * BETTER,
+    )
+    return "\n".join([words, *rows])
 
 
 def _place(name: str) -> str:

@@ -5,7 +5,18 @@ import json
 import pytest
 
 from benchmarks import diagnosis_constants
-from benchmarks.diagnosis_constants import LOOK, NOTHING, REFUSED, STANDS, Cases, heading, page, questions
+from benchmarks.diagnosis_constants import (
+    CHOICE,
+    LOOK,
+    NOTHING,
+    OTHERS,
+    REFUSED,
+    STANDS,
+    Cases,
+    heading,
+    page,
+    questions,
+)
 from benchmarks.varied import Answer
 
 NAN = float("nan")
@@ -57,10 +68,10 @@ def test_a_cause_is_asked_about_its_own_cases_its_rivals_and_some_others(cases):
     asked = {q.name: q for q in questions(cases)}
     drag = asked["effects/drag.py ABOUT"]
     assert {"case_0000", "case_0019"} <= set(drag.cases)
-    assert len(drag.cases) <= 2 + 7
+    assert len(drag.cases) <= 2 + sum(OTHERS.values())
     assert "case_0007" in asked["effects/plate_clock.py LEAST_S"].cases
     assert "case_0007" not in drag.cases
-    assert len(asked["DiagnosisSettings.block_s"].cases) == 20
+    assert len(asked["DiagnosisSettings.block_s"].cases) == sum(CHOICE.values())
 
 
 def test_every_tuned_constant_of_effects_and_diagnosis_is_asked_twice(cases):
