@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from solver.capture.capture import ForcePlate
 from solver.capture.conditioning import PlateLoads, shared_cutoff
 from solver.capture.force_settings import ConditioningSettings
-from solver.capture.resampling import rate_of
+from solver.capture.resampling import covered, rate_of
 from solver.contact.proposals import Proposal
 from solver.contact.settings import ContactSettings
 from solver.contact.sole import Sole
@@ -82,8 +82,7 @@ class PlateScene:
 
     def covers(self, times: Float[np.ndarray, " frames"]) -> Bool[np.ndarray, " frames"]:
         """Whether something was recorded at these times [s] on the markers' clock."""
-        at = self._samples_at(times)
-        return np.asarray((at > -0.5) & (at < self.plate.samples - 0.5))
+        return covered(self.plate.rate, self.plate.start_time, self.plate.samples, times)
 
     def _samples_at(self, times: Float[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
         return (times - self.plate.start_time) * self.plate.rate

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solver.capture.capture import Subject
+from solver.capture.capture import ForcePlate, Subject
+from solver.capture.conditioning import condition
 from solver.contact.force_review import ForceLabel, ForceReview
 from solver.contact.wrenches import FrameMask
 from solver.diagnosis.scenes import flagged_by_people, observed_markers, scene_of, scenes_of
@@ -147,3 +148,30 @@ def test_flags_in_the_store_come_before_those_in_a_file(trial):
     taken_back = ForceReview(by_people=(ForceLabel(0, 9, None, None),))
     assert flagged_by_people(reviewed, {name: taken_back}) == ()
     assert len(flagged_by_people(reviewed, {"another": flagged(REVIEWED)})) == 1
+
+
+@pytest.mark.parametrize("lost", [0, 1, 5, 9, 10, 11])
+def test_forces_that_end_before_the_markers_are_there_on_all_frames_that_count(trial, short_scene, lost):
+    """As the fit has them, however many of the last samples are lost."""
+    plates = tuple(_ending_early(p, 40 * 10 + lost) for p in trial.capture.plates)
+    contacts = replace(trial.contacts, observed=_seen_by_the_fit(plates, trial.motion.times))
+    other = replace(trial, capture=replace(trial.capture, plates=plates), contacts=contacts)
+    scene = scene_of(other, short_scene.skeleton, SETTINGS)[0]
+    assert 30 < (~scene.counts).sum() < 50
+    for seen_as, plate in zip(scene.plates, plates, strict=True):
+        fitted = condition(plate, trial.motion.times)
+        wrench = np.concatenate([fitted.force_ground, fitted.moment_ground], axis=1)
+        np.testing.assert_allclose(seen_as.wrench_ground[scene.counts], wrench[scene.counts], atol=1e-6)
+
+
+def _ending_early(plate: ForcePlate, lost: int) -> ForcePlate:
+    return replace(
+        plate,
+        force_ground=plate.force_ground[:-lost],
+        moment_ground=plate.moment_ground[:-lost],
+        cop_ground=plate.cop_ground[:-lost],
+    )
+
+
+def _seen_by_the_fit(plates: tuple[ForcePlate, ...], times: np.ndarray) -> np.ndarray:
+    return np.all([condition(p, times).observed for p in plates], axis=0)
