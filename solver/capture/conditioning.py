@@ -53,7 +53,8 @@ def condition(
     """
     loads = plate_loads(plate, settings)
     cutoff = shared_cutoff(rate_of(times), settings)
-    filtered = at_frames(loads.wrench_ground, plate, times, settings)
+    smooth = smoothed(loads.wrench_ground, loads.recorded, plate.rate, cutoff, settings)
+    filtered = interpolate(smooth, plate.rate, plate.start_time, times)
     raw = resample(loads.raw_ground, plate.rate, plate.start_time, times)
     recorded = loads.recorded
 
@@ -92,7 +93,7 @@ def condition(
 class PlateLoads:
     """A plate's samples at its own rate, ready for the filter: force [N], moment about the origin [N·m]."""
 
-    wrench_ground: Float[np.ndarray, "samples 6"]  # zero where unloaded
+    wrench_ground: Float[np.ndarray, "samples 6"]  # zero where recorded as unloaded
     raw_ground: Float[np.ndarray, "samples 6"]  # zero level off, nothing else
     carrying: Bool[np.ndarray, " samples"]
     recorded: Bool[np.ndarray, " samples"]
@@ -105,19 +106,32 @@ def plate_loads(plate: ForcePlate, settings: ConditioningSettings = CONDITIONING
     tared, zero_notes = zeroed(whole, settings)
     wrench = np.concatenate([tared.force_ground, tared.moment_ground], axis=1)
     carrying = contact_samples(tared, settings) & recorded
-    masked = np.where(carrying[:, None], wrench, 0.0)
+    masked = np.where((carrying | ~recorded)[:, None], wrench, 0.0)
     return PlateLoads(masked, wrench, carrying, recorded, (*gap_notes, *zero_notes))
 
 
-def at_frames(
+def smoothed(
     samples: Float[np.ndarray, "samples *columns"],
-    plate: ForcePlate,
-    times: Float[np.ndarray, " frames"],
+    recorded: Bool[np.ndarray, " samples"],
+    rate: float,
+    cutoff_Hz: float,
     settings: ConditioningSettings = CONDITIONING,
-) -> Float[np.ndarray, "frames *columns"]:
-    """A plate's samples through the filter that kinematics share, at the frames; NaN where not covered."""
-    smooth = low_pass(samples, plate.rate, shared_cutoff(rate_of(times), settings), settings.order)
-    return interpolate(smooth, plate.rate, plate.start_time, times)
+) -> Float[np.ndarray, "samples *columns"]:
+    """A plate's samples through the filter that kinematics share, each recorded stretch by itself.
+
+    What stands where nothing was recorded is made up: it stays as it is, and reaches no sample beside it.
+
+    Args:
+        samples: at the plate's rate; no NaN.
+        recorded: which of them are.
+        rate: of the plate [Hz].
+        cutoff_Hz: `shared_cutoff`.
+        settings: the filter's order.
+    """
+    smooth = np.array(samples, dtype=float)
+    for start, end in runs(recorded):
+        smooth[start:end] = low_pass(samples[start:end], rate, cutoff_Hz, settings.order)
+    return smooth
 
 
 def shared_cutoff(marker_rate: float, settings: ConditioningSettings = CONDITIONING) -> float:

@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.interpolate import CubicSpline
 
 from solver.capture.capture import ForcePlate
-from solver.capture.conditioning import PlateLoads, shared_cutoff
+from solver.capture.conditioning import PlateLoads, shared_cutoff, smoothed
 from solver.capture.force_settings import ConditioningSettings
 from solver.capture.resampling import covered, rate_of
 from solver.contact.proposals import Proposal
@@ -71,7 +71,7 @@ class PlateScene:
     def _smooth(self, samples_ground: Float[np.ndarray, "samples *columns"]) -> CubicSpline:
         """By the number of the sample."""
         cutoff = shared_cutoff(rate_of(self.times), self.conditioning)
-        smooth = low_pass(samples_ground, self.plate.rate, cutoff, self.conditioning.order)
+        smooth = smoothed(samples_ground, self.loads.recorded, self.plate.rate, cutoff, self.conditioning)
         return CubicSpline(np.arange(len(smooth)), smooth)
 
     @property
@@ -187,8 +187,17 @@ class Scene:
 
     @cached_property
     def missing_ground(self) -> Float[np.ndarray, "frames 6"]:
-        """What the motion demands beyond what was recorded, low-passed [N], [N·m about the ground origin]."""
-        return low_pass(self.demanded_ground - self.measured_ground, self.rate, SLOW_HZ)
+        """What the motion demands beyond what was recorded, low-passed [N], [N·m about the ground origin].
+
+        On frames that don't count a line from one neighbour that does to the other.
+        """
+        missing = self.demanded_ground - self.measured_ground
+        known = np.flatnonzero(self.counts)
+        if not len(known):
+            return np.zeros_like(missing)
+        frames = np.arange(self.frames)
+        missing = np.stack([np.interp(frames, known, column[known]) for column in missing.T], axis=1)
+        return low_pass(missing, self.rate, SLOW_HZ)
 
     @property
     def weight_N(self) -> float:

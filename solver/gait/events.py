@@ -107,7 +107,8 @@ def stances_from_plates(
     """Stances from raw forces at the plates' own rates, zero level off: where they cross the threshold.
 
     Each is the foot's whose sole is nearest to the centre of pressure most of the time: the other foot swings
-    past at mid-stance. Stances of one foot that overlap on two plates are one.
+    past at mid-stance. Stances of one foot that overlap on two plates are one. Where a stretch without a
+    recording cuts a stance, its true end is not known, and it is left to the feet's motion.
 
     Args:
         plates: as recorded.
@@ -122,6 +123,8 @@ def stances_from_plates(
         load = np.where(loads.recorded, loads.raw_ground[:, 1], 0.0)
         for start, end in runs(load > settings.threshold_N):
             if end - start < settings.shortest_contact_s * plate.rate:
+                continue
+            if not loads.recorded[max(0, start - 1) : end + 1].all():
                 continue
             points = plate.cop_ground[start:end]
             known = np.isfinite(points).all(axis=1)

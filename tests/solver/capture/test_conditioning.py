@@ -132,6 +132,21 @@ def test_short_gaps_are_bridged_and_long_ones_not_observed():
     assert any("0.000 to 0.054 s, 1.200 to 1.299 s" in note for note in result.notes)
 
 
+@pytest.mark.parametrize(("first", "end"), [(0, 1000), (900, 1200), (1100, 3000)])
+def test_nothing_of_a_stretch_that_was_not_recorded_reaches_the_frames_beside_it(first, end):
+    """As without it: within what a filter of 20 Hz can tell of the last samples of a step."""
+    plate = stance()
+    lost = plate.force_ground.copy()
+    lost[first:end] = np.nan
+    whole, result = condition(plate, TIMES), condition(replace(plate, force_ground=lost), TIMES)
+    np.testing.assert_array_equal(
+        ~result.observed, (first <= 10 * np.arange(250)) & (10 * np.arange(250) < end)
+    )
+    seen = result.observed
+    np.testing.assert_allclose(result.force_ground[seen], whole.force_ground[seen], atol=12)
+    np.testing.assert_array_equal(result.loaded[seen], whole.loaded[seen])
+
+
 def test_a_force_that_nobody_exerts_is_a_gap():
     plate = stance()
     force = plate.force_ground.copy()

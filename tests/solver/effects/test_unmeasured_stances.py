@@ -33,6 +33,18 @@ def test_missing_force_is_the_deficit(scene, recorded):
     assert np.allclose(missing_force(recorded(scene.demanded_ground - push)), 50.0, atol=0.1)
 
 
+def test_where_nothing_was_recorded_no_force_is_missing(scene):
+    """Neither there nor on the frames beside it."""
+    start, end = a_whole_stance(scene)
+    counts = scene.counts.copy()
+    counts[start:end] = False
+    lost = replace(silenced(scene, (start, end)), counts=counts)
+    assert np.abs(missing_force(lost) - missing_force(scene))[~counts].max() < 0.1 * scene.weight_N
+    assert np.abs(missing_force(lost) - missing_force(scene))[counts].max() < 0.02 * scene.weight_N
+    assert unmeasured_stances([lost]) == []
+    assert not missing_force(replace(lost, counts=np.zeros_like(counts))).any()
+
+
 def test_a_silent_plate_under_a_standing_foot_is_gross(scene):
     start, end = a_whole_stance(scene)
     (found,) = unmeasured_stances([silenced(scene, (start, end))])

@@ -108,6 +108,14 @@ def test_a_plate_tells_to_a_fraction_of_its_samples(walk):
     assert stance.off_s == pytest.approx(3.195, abs=1e-4)
 
 
+@pytest.mark.parametrize(("first", "end"), [(0, 650), (850, 1000), (1150, 3000)])
+def test_a_stance_that_was_not_recorded_whole_has_no_event_where_the_recording_stops(walk, first, end):
+    times, corners, _, _ = walk
+    load = np.interp(np.arange(3000), [0, 500, 700, 1000, 1200, 3000], [0, 0, 800, 800, 0, 0])
+    load[first:end] = np.nan
+    assert stances_from_plates([plate_with(load)], corners, times, GAIT, CONDITIONING) == ()
+
+
 def test_a_foot_that_swings_past_at_mid_stance_does_not_take_the_plate(walk):
     """The left sole stands ahead of the pressure; the right one passes right over it, and is then far."""
     times, corners, _, _ = walk
