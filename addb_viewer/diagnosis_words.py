@@ -170,7 +170,19 @@ def _judged(figures: Figures, named: str) -> str:
         found = "one cause was found" if one else f"{len(effects)} causes were found"
         within = f" ({named})" if named else ""
         return f"{wrong}; {found}{within}, but that does not account for all of it. The rest is unexplained."
+    if _by_size_alone(figures):
+        return (
+            f"In {of} forces and motion differ by more than they do in sound recordings. Nothing that was "
+            "tried accounts for it: recording or model may be at fault."
+        )
     return f"{wrong}, and no cause that this program knows accounts for it."
+
+
+def _by_size_alone(figures: Figures) -> bool:
+    """Whether it is unexplained only since much is left: no pattern in it speaks for anything."""
+    chances = figures.get("chances")
+    unexplained = figures["verdict"] == "unexplained" and not figures["effects"]
+    return bool(unexplained and chances and chances["nothing"] > chances["something_else"])
 
 
 def _numbered(figures: Figures, effects: Sequence[Figures]) -> str:
@@ -185,7 +197,7 @@ def _numbered(figures: Figures, effects: Sequence[Figures]) -> str:
 def _how_likely(figures: Figures) -> str:
     """Where nothing is named, the chance of what the verdict says; a kept old answer has none."""
     chances = figures.get("chances")
-    if not chances:
+    if not chances or _by_size_alone(figures):
         return ""
     if figures["verdict"] == "clean":
         return f" The chance that nothing is wrong: {percent(chances['nothing'])}."

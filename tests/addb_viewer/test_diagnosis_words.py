@@ -729,3 +729,12 @@ def test_where_nothing_is_named_a_chance_is_stated():
     assert "The chance that it is none of the known causes: 95 %" in said(
         figures("unexplained", chances=chances)
     )
+
+
+def test_what_is_only_large_is_not_called_wrong_with_a_chance_of_one_percent():
+    chances = {"nothing": 0.88, "on_the_list": 0.11, "something_else": 0.01}
+    text = said(figures("unexplained", chances=chances))
+    assert "differ by more than they do in sound recordings" in text
+    assert "recording or model may be at fault" in text
+    assert "The chance" not in text
+    assert "Something is" not in text
