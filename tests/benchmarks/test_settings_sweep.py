@@ -63,6 +63,16 @@ def test_a_setting_stands_unless_half_or_double_is_better(half, double, kind):
     assert {k: [name for name, _ in rows] for k, rows in found.items() if rows} == {kind: [NAME]}
 
 
+@pytest.mark.parametrize(("elsewhere", "kind"), [(18.0, LOOK), (19.9, STANDS), (22.0, STANDS)])
+def test_what_is_better_asks_for_a_look_only_if_it_is_so_on_other_windows_too(elsewhere, kind):
+    better = {"force_N": 18.0, "moment_Nm": 9.0}
+    again = answers(half={"force_N": elsewhere, "moment_Nm": elsewhere / 2}, double={"force_N": 15.0})
+    found = sorted_settings(answers(half=better, double={"force_N": 30.0}), again)
+    assert [k for k, rows in found.items() if rows] == [kind]
+    ((_, words),) = found[kind]
+    assert words.count("elsewhere × 0.5") == words.count("elsewhere × 2") == 1
+
+
 def test_the_figures_are_told_and_what_is_refused():
     told = answers(half={"force_N": 24.0, "moment_Nm": 12.0, "angles_deg": 0.31, "frames": 58.0})
     told[2] = {"setting": NAME, "factor": 2.0, "refused": "at most 1"}
