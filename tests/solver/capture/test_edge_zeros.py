@@ -59,6 +59,21 @@ def test_a_foot_that_lands_within_the_first_rows_is_measured(real_data):
 
 
 @pytest.mark.real
+@pytest.mark.parametrize(("first", "last"), [(1500, 0), (0, 1300)])
+def test_a_run_that_stops_under_load_is_not_in_the_air_after_it(real_data, first, last):
+    """The load changes by half within 50 ms, but by more than 500 N in half a millisecond at the zeros."""
+    whole = read_storage(real_data / "run_treadmill_hamner2013_subject04/run400/grf.mot")
+    table = zeroed_ends(whole, first, last)
+    cut = 0
+    for plate, as_it_was in zip(plates_from_storage(table)[0], plates_from_storage(whole)[0], strict=True):
+        beside = as_it_was.force_ground[first if first else len(whole.times) - last - 1, 1]
+        _, notes = without_edge_zeros(plate)
+        assert bool(notes) == (beside > 500)
+        cut += bool(notes)
+    assert cut == 1
+
+
+@pytest.mark.real
 @pytest.mark.parametrize("rate", [None, 100.0])
 def test_no_real_landing_or_leaving_is_taken_for_padding(real_data, rate):
     """Every recording that begins or ends within a swing, at its own rate and at a slow camera's."""
