@@ -25,7 +25,7 @@ class EdgeZeroSettings:
         "load or unload",
     )
     held_share: float = setting(
-        0.25, unit="", why="of the first load, by which it may change meanwhile: slow moves stay below"
+        0.5, unit="", why="of the first load, by which it may change meanwhile: slow moves stay below"
     )
     fastest_kN_per_s: float = setting(
         1000.0,
