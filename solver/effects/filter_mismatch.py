@@ -13,6 +13,7 @@ from solver.effects.effect import Candidate, Estimate, Eta, Signature
 from solver.effects.readings import Reading
 from solver.effects.scene import PlateScene, Scene
 from solver.runs import runs
+from solver.white_noise import white_noise
 
 STARTS_HZ = (2.0, 2.5, 3.2, 4.0, 5.0, 6.3, 8.0, 10.0, 12.5, 16.0, 20.0)  # a quarter apart
 PRIOR_HZ = 10.0  # laboratories smooth at 6 to 20 Hz if at all
@@ -30,6 +31,10 @@ PRIOR_LOG_RATIO, PRIOR_LOG_RATIO_STD = (
 )  # of it: from as much to next to nothing, each a deviation away
 UNTOLD_NATS = 2.0  # what two parameters that the data leave within their prior cost
 CUT_OFF_STD = 0.03  # of the cutoff: where files cut off a smoothed contact's ends; by hidden effects
+NOISE_N = 0.35  # of a plate's samples; with less, nothing is said against a filter
+ROUNDED = 0.6  # of the step between values of a file: what rounding alone can look like, as noise
+SAME_N = 1e-6  # values nearer than that are one
+TAKES_OFF = 10.0  # times, by which the gentlest of these filters makes less of noise that is not smoothed
 MOST_GAIN = 20.0  # of the inverse: a newton of noise within its band grows to that
 
 
@@ -143,13 +148,24 @@ class FilterMismatch(Candidate):
 
 
 def candidates(scenes: Sequence[Scene]) -> list[Candidate]:
-    """One filter for all plates."""
-    loaded = any(plate.loaded.any() for scene in scenes for plate in scene.plates)
-    if not loaded:
-        return []
+    """One filter for all plates; none where a plate's samples hold noise that it would have taken off."""
     plates = [plate for scene in scenes for plate in scene.plates]
+    if not any(plate.loaded.any() for plate in plates) or any(map(shows_no_filter, plates)):
+        return []
     edges = [fall for p in plates for fall in fall_off(p.loads.raw_ground[:, 1], p.plate.rate)]
     return [FilterMismatch("all", usual_fall_off(edges))]
+
+
+def shows_no_filter(plate: PlateScene) -> bool:
+    """Whether its loaded samples change from one to the next by more than a smoothed force can."""
+    vertical_N, carrying = plate.loads.raw_ground[:, 1:2], plate.loads.carrying[:, None]
+    noise_N, left_N = (
+        float(white_noise(np.where(carrying, samples, np.nan))[0])
+        for samples in (vertical_N, blunted(vertical_N, plate.plate.rate, HIGHEST_HZ))
+    )
+    apart_N = np.diff(np.unique(vertical_N[carrying]))
+    step_N = float(apart_N[apart_N > SAME_N].min(initial=np.inf))
+    return noise_N > max(NOISE_N, ROUNDED * step_N, TAKES_OFF * left_N)
 
 
 def recorded_as_if_sharp(plate: PlateScene, cutoff_Hz: float) -> Float[np.ndarray, "samples 6"]:

@@ -72,6 +72,16 @@ def test_the_cutoff_of_a_walk_is_found_within_a_tenth(noisy, seen, cutoff_Hz):
     assert found.fun < 0.2 * misfit(scene, None)
 
 
+@pytest.mark.parametrize("decimals", [6, 0], ids=["as filtered", "rounded to whole newtons"])
+def test_noise_of_single_samples_speaks_against_a_filter_and_rounding_does_not(noisy, seen, decimals):
+    zeroed, capture = noisy
+    assert candidates([seen(capture)]) == []
+    smooth = smoothed(capture, 20.0, threshold_N=12.0 if zeroed else 0.0)
+    rounded = tuple(replace(p, force_ground=np.round(p.force_ground, decimals)) for p in smooth.plates)
+    (found,) = candidates([seen(replace(smooth, plates=rounded))])
+    assert found.id == "filter_mismatch"
+
+
 def test_a_point_that_is_lost_before_the_force_does_not_bend_the_tails(walk, seen):
     """Samples between the two thresholds have a moment that is no tail of any filter."""
     plates = plates_under(walk.contacts, (0.0, walk.scenario.duration))
