@@ -20,8 +20,10 @@ here and may decide much elsewhere. The diagnosis' numbers change no fit and are
 import argparse
 import json
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
@@ -35,6 +37,7 @@ from benchmarks.register import tuned_numbers
 from benchmarks.rewriting import NoAnswerError, Number, answer_with
 from benchmarks.varied import place_of_number
 from solver.capture.subject import open_subject
+from solver.errors import SettingsError
 from solver.fit import Fit
 from solver.pipeline import solve
 from solver.settings import Settings, settings_from, tables
@@ -59,6 +62,8 @@ FACTORS = (0.5, 2.0)
 NOT_OF_A_FIT = "diagnosis"
 ROOMS_OF_A_FIT = ("capture/", "contact/", "dynamics/", "kinematics/", "markers/", "skeleton/")
 SAME_DEG, SAME_SHARE, BETTER_SHARE = 0.05, 0.01, 0.02
+MADE_BY_DATACLASS = "<string>"  # the file of methods that Python made: of hashes and comparisons
+NO_USE = ("__post_init__", "_asdict_inner")  # checks, and copies into results
 ANSWERS, USUAL, AGAIN = "answers.jsonl", "usual.npz", "again"
 NOTHING, STANDS, LOOK = "decides nothing here", "stands", "asks for a look"
 PAGE = """# What a setting decides: each halved and doubled
@@ -71,9 +76,10 @@ and moment, and of the recordings), and the largest change of the angles (RMS). 
 are missed by {missed}.
 
 *Decides nothing here*: angles change by less than 0.05°, withheld forces by less than 1 %, and no frame more
-or less counts; files with faults, unnamed labels or no plates may need it all the same. *Stands*: neither
-half nor double foretells withheld forces better by more than 2 %; or one does, and on six other windows of
-five recordings it does not, with the figures of those behind. *Asks for a look*: one does on both.
+or less counts, or no fit of these uses it at all; files with faults, unnamed labels or no plates may need it
+all the same. *Stands*: neither half nor double foretells withheld forces better by more than 2 %; or one
+does, and on six other windows of five recordings it does not, with the figures of those behind. *Asks for a
+look*: one does on both.
 """
 
 
@@ -90,6 +96,11 @@ class Changed:
     def name(self) -> str:
         """Of the setting."""
         return f"{self.table}.{self.key}"
+
+    @property
+    def field(self) -> tuple[type, str]:
+        """Its class, and its name there."""
+        return type(dict(tables(Settings()))[self.table]), self.key
 
     @property
     def settings(self) -> Settings:
@@ -195,16 +206,55 @@ def run(folder: Path, workers: int = 1) -> None:
 def _run(folder: Path, windows: Windows, asked: Sequence["Changed | ChangedNumber"], workers: int) -> None:
     write_recordings(folder, windows)
     answers, done = folder / ANSWERS, {(a["setting"], a["factor"]) for a in read(folder)}
-    usual = {name: solve(open_subject(folder / name), Settings()) for name in windows}
+    with watched() as used:
+        usual = {name: solve(open_subject(folder / name), Settings()) for name in windows}
     np.savez(folder / USUAL, **{name: turning_angles(fit) for name, fit in usual.items()})
+    found = {name: figures(fit, None) for name, fit in usual.items()}
     waiting = [change for change in asked if (change.name, change.factor) not in done]
     with answers.open("a", encoding="utf-8") as file, ThreadPoolExecutor(workers) as pool:
         if ("usual", 1.0) not in done:
-            found = {name: figures(fit, None) for name, fit in usual.items()}
             _add(file, {"setting": "usual", "factor": 1.0, "figures": found})
+        for change in [one for one in waiting if isinstance(one, Changed) and one.field not in used]:
+            _add(file, {"setting": change.name, "factor": change.factor, **_unused(change, found)})
+            waiting.remove(change)
         for number, answer in enumerate(pool.map(partial(_answer, folder), waiting), start=1):
             _add(file, answer)
             print(f"{number} of {len(waiting)}: {answer['setting']} × {answer['factor']:g}", flush=True)
+
+
+@contextmanager
+def watched() -> Iterator[set[tuple[type, str]]]:
+    """Which settings are used meanwhile, by class and name; to be checked, compared or written is no use."""
+    used: set[tuple[type, str]] = set()
+    kinds = {type(stage) for _, stage in tables(Settings())}
+
+    def watching(kind: type) -> Callable[[object, str], Any]:
+        names = {field.name for field in fields(kind)}
+
+        def read(stage: object, name: str) -> Any:
+            if name in names:
+                by = sys._getframe(1).f_code
+                if by.co_filename != MADE_BY_DATACLASS and by.co_name not in NO_USE:
+                    used.add((kind, name))
+            return object.__getattribute__(stage, name)
+
+        return read
+
+    for kind in kinds:
+        kind.__getattribute__ = watching(kind)  # type: ignore[method-assign]
+    try:
+        yield used
+    finally:
+        for kind in kinds:
+            del kind.__getattribute__
+
+
+def _unused(change: Changed, usual: Mapping[str, Mapping[str, float]]) -> dict[str, Any]:
+    try:
+        _ = change.settings
+    except SettingsError as error:
+        return {"refused": str(error)}
+    return {"figures": usual}
 
 
 def _answer(folder: Path, change: Changed | ChangedNumber) -> dict[str, Any]:

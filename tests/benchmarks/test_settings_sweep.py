@@ -1,10 +1,18 @@
 """One setting at a time at half and double, and what is said of the answers."""
 
-from dataclasses import fields
+from dataclasses import asdict, fields, replace
 
 import pytest
 
-from benchmarks.settings_sweep import LOOK, NOTHING, STANDS, changed_numbers, changes, sorted_settings
+from benchmarks.settings_sweep import (
+    LOOK,
+    NOTHING,
+    STANDS,
+    changed_numbers,
+    changes,
+    sorted_settings,
+    watched,
+)
 from solver.settings import Settings, tables
 
 USUAL = {"frames": 60.0, "force_N": 20.0, "moment_Nm": 10.0, "angles_deg": 0.0}
@@ -83,3 +91,19 @@ def test_the_figures_are_told_and_what_is_refused():
 
 def test_a_setting_with_one_answer_of_two_waits():
     assert not any(sorted_settings(answers()[:2]).values())
+
+
+def test_to_be_read_or_copied_is_a_use_and_to_be_hashed_or_written_down_is_none():
+    settings = Settings()
+    with watched() as used:
+        assert hash(settings) == hash(Settings())
+        asdict(settings)
+        replace(settings.cleaning)
+        assert settings.trajectory.gain_std
+    names = {(kind.__name__, name) for kind, name in used}
+    assert ("TrajectorySettings", "gain_std") in names
+    assert ("TrajectorySettings", "smoothness") not in names
+    assert {name for kind, name in names if kind == "MarkerCleaningSettings"} == {
+        field.name for field in fields(settings.cleaning)
+    }
+    assert type(settings.trajectory).__getattribute__ is object.__getattribute__
