@@ -115,7 +115,7 @@ def smoothed(
     recorded: Bool[np.ndarray, " samples"],
     rate: float,
     cutoff_Hz: float,
-    settings: ConditioningSettings = CONDITIONING,
+    settings: ConditioningSettings,
 ) -> Float[np.ndarray, "samples *columns"]:
     """A plate's samples through the filter that kinematics share, each recorded stretch by itself.
 
