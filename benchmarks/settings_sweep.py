@@ -204,13 +204,15 @@ def run(folder: Path, workers: int = 1) -> None:
 
 
 def _run(folder: Path, windows: Windows, asked: Sequence["Changed | ChangedNumber"], workers: int) -> None:
-    write_recordings(folder, windows)
     answers, done = folder / ANSWERS, {(a["setting"], a["factor"]) for a in read(folder)}
+    waiting = [change for change in asked if (change.name, change.factor) not in done]
+    if not waiting:
+        return
+    write_recordings(folder, windows)
     with watched() as used:
         usual = {name: solve(open_subject(folder / name), Settings()) for name in windows}
     np.savez(folder / USUAL, **{name: turning_angles(fit) for name, fit in usual.items()})
     found = {name: figures(fit, None) for name, fit in usual.items()}
-    waiting = [change for change in asked if (change.name, change.factor) not in done]
     with answers.open("a", encoding="utf-8") as file, ThreadPoolExecutor(workers) as pool:
         if ("usual", 1.0) not in done:
             _add(file, {"setting": "usual", "factor": 1.0, "figures": found})

@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float
 from solver.capture.capture import ForcePlate
 from solver.capture.centre_of_pressure import centre_of_pressure, surface_of
 from solver.capture.force_settings import CONDITIONING, ConditioningSettings
-from solver.capture.resampling import covered, interpolate, rate_of, resample
+from solver.capture.resampling import bridged, covered, interpolate, rate_of, resample
 from solver.capture.zero_level import zeroed
 from solver.filters import low_pass
 from solver.runs import runs
@@ -56,11 +56,7 @@ def condition(
     smooth = smoothed(loads.wrench_ground, loads.recorded, plate.rate, cutoff, settings)
     filtered = interpolate(smooth, plate.rate, plate.start_time, times)
     raw = resample(loads.raw_ground, plate.rate, plate.start_time, times)
-    recorded = loads.recorded
-
-    observed = at_nearest_samples(recorded, plate, times) & covered(
-        plate.rate, plate.start_time, plate.samples, times
-    )
+    observed = observed_at(times, plate, loads.recorded)
     filtered[~observed] = np.nan
     raw[~observed] = np.nan
     surface = surface_of(plate, settings)
@@ -197,26 +193,23 @@ def gaps_filled(
     if known.all():
         return plate, known, ()
     recorded = known.copy()
-    bridged, lost = 0, []
+    interpolated, lost = 0, []
     for start, end in runs(~known):
         inside = start > 0 and end < plate.samples
         if inside and (end - start) <= settings.longest_gap_s * plate.rate:
             recorded[start:end] = True
-            bridged += end - start
+            interpolated += end - start
         else:
             lost.append(f"{plate.times[start]:.3f} to {plate.times[end - 1]:.3f} s")
-    if bridged:
+    if interpolated:
         notes += (
-            f"{plate.name}: {bridged} missing samples interpolated, in gaps of up to "
+            f"{plate.name}: {interpolated} missing samples interpolated, in gaps of up to "
             f"{settings.longest_gap_s:g} s",
         )
     if lost:
         listed = ", ".join(lost[:5]) + (f" and {len(lost) - 5} more" if len(lost) > 5 else "")
         notes += (f"{plate.name}: no values from {listed}; those frames count as not observed",)
-    order = np.arange(plate.samples)
-    filled = np.zeros_like(wrench)
-    if known.any():
-        filled = np.stack([np.interp(order, order[known], column[known]) for column in wrench.T], axis=1)
+    filled = bridged(wrench, known) if known.any() else np.zeros_like(wrench)
     return replace(plate, force_ground=filled[:, :3], moment_ground=filled[:, 3:]), recorded, notes
 
 
@@ -238,6 +231,14 @@ def at_nearest_samples(
     """The mask at the sample nearest to each time."""
     nearest = np.round((times - plate.start_time) * plate.rate).astype(int)
     return mask[np.clip(nearest, 0, plate.samples - 1)]
+
+
+def observed_at(
+    times: Float[np.ndarray, " frames"], plate: ForcePlate, recorded: Bool[np.ndarray, " samples"]
+) -> Bool[np.ndarray, " frames"]:
+    """At which times a plate was recorded: within its record, and nearest to a sample that counts."""
+    within = covered(plate.rate, plate.start_time, plate.samples, times)
+    return within & at_nearest_samples(recorded, plate, times)
 
 
 def _widened(mask: Bool[np.ndarray, " samples"], by: float) -> Bool[np.ndarray, " samples"]:

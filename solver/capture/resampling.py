@@ -65,6 +65,19 @@ def interpolate(
     return result
 
 
+def bridged(
+    values: Float[np.ndarray, "rows columns"], known: Bool[np.ndarray, " rows"]
+) -> Float[np.ndarray, "rows columns"]:
+    """Lines across the rows that are not known; before the first and after the last that is, its value.
+
+    Args:
+        values: one row after the other.
+        known: which of them are; at least one.
+    """
+    order = np.arange(len(values))
+    return np.stack([np.interp(order, order[known], column[known]) for column in values.T], axis=1)
+
+
 def _between(
     values: Float[np.ndarray, "samples *columns"], places: Float[np.ndarray, " places"]
 ) -> Float[np.ndarray, "places *columns"]:

@@ -4,14 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from solver.capture.axes import TRUNK
 from solver.capture.capture import ForcePlate, Markers
-from solver.capture.conditioning import at_nearest_samples, gaps_filled
+from solver.capture.conditioning import gaps_filled, observed_at
 from solver.capture.force_settings import CONDITIONING, ConditioningSettings
 from solver.capture.plate_sign_settings import PLATE_SIGN, PlateSignSettings
-from solver.capture.resampling import covered, resample
+from solver.capture.resampling import resample
 
 
 @dataclass(frozen=True)
@@ -98,10 +98,7 @@ def _at_frames(
 ) -> Float[np.ndarray, " frames"]:
     whole, recorded, _ = gaps_filled(plate, conditioning)
     vertical = resample(whole.force_ground[:, 1], plate.rate, plate.start_time, times)
-    observed: Bool[np.ndarray, " frames"] = at_nearest_samples(recorded, plate, times) & covered(
-        plate.rate, plate.start_time, plate.samples, times
-    )
-    return np.where(observed, vertical, np.nan)
+    return np.where(observed_at(times, plate, recorded), vertical, np.nan)
 
 
 def _slid(

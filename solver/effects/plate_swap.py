@@ -8,6 +8,7 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Float
 
+from solver.capture.resampling import bridged
 from solver.effects.about import About, Entry, Named
 from solver.effects.changed_force import points_ground
 from solver.effects.effect import Candidate
@@ -119,8 +120,7 @@ def _written_points(own: PlateScene, other: PlateScene) -> Float[np.ndarray, "sa
     written = other.loads.carrying & np.isfinite(columns).all(axis=1)
     if not written.any():
         return None
-    order = np.arange(len(columns))
-    return np.stack([np.interp(order, order[written], column[written]) for column in columns.T], axis=1)
+    return bridged(columns, written)
 
 
 def _free_moment(own: PlateScene, other: PlateScene) -> Float[np.ndarray, " samples"]:

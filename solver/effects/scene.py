@@ -9,9 +9,9 @@ from jaxtyping import Bool, Float, Int
 from scipy.interpolate import CubicSpline
 
 from solver.capture.capture import ForcePlate
-from solver.capture.conditioning import PlateLoads, shared_cutoff, smoothed
+from solver.capture.conditioning import PlateLoads, observed_at, shared_cutoff, smoothed
 from solver.capture.force_settings import ConditioningSettings
-from solver.capture.resampling import covered, rate_of
+from solver.capture.resampling import bridged, rate_of
 from solver.contact.proposals import Proposal
 from solver.contact.settings import ContactSettings
 from solver.contact.sole import Sole
@@ -82,7 +82,7 @@ class PlateScene:
 
     def covers(self, times: Float[np.ndarray, " frames"]) -> Bool[np.ndarray, " frames"]:
         """Whether something was recorded at these times [s] on the markers' clock."""
-        return covered(self.plate.rate, self.plate.start_time, self.plate.samples, times)
+        return observed_at(times, self.plate, self.loads.recorded)
 
     def _samples_at(self, times: Float[np.ndarray, " frames"]) -> Float[np.ndarray, " frames"]:
         return (times - self.plate.start_time) * self.plate.rate
@@ -192,12 +192,9 @@ class Scene:
         On frames that don't count a line from one neighbour that does to the other.
         """
         missing = self.demanded_ground - self.measured_ground
-        known = np.flatnonzero(self.counts)
-        if not len(known):
+        if not self.counts.any():
             return np.zeros_like(missing)
-        frames = np.arange(self.frames)
-        missing = np.stack([np.interp(frames, known, column[known]) for column in missing.T], axis=1)
-        return low_pass(missing, self.rate, SLOW_HZ)
+        return low_pass(bridged(missing, self.counts), self.rate, SLOW_HZ)
 
     @property
     def weight_N(self) -> float:

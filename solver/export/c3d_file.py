@@ -18,7 +18,7 @@ from jaxtyping import Float
 from solver.capture.atomic import whole_file
 from solver.capture.capture import ForcePlate, Markers
 from solver.capture.force_platform import plate_axes
-from solver.capture.resampling import resample
+from solver.capture.resampling import bridged, resample
 from solver.errors import CaptureError
 from solver.runs import runs
 
@@ -241,10 +241,9 @@ def _resampled(recorded: np.ndarray, plate: ForcePlate, times: Float[np.ndarray,
     known = np.isfinite(recorded).all(axis=1)
     filled = recorded
     if not known.all():
-        order = np.arange(len(recorded))
         if not known.any():
             return np.full((len(times), recorded.shape[1]), np.nan)
-        filled = np.stack([np.interp(order, order[known], column[known]) for column in recorded.T], axis=1)
+        filled = bridged(recorded, known)
     wrench = resample(filled, plate.rate, plate.start_time, times)
     nearest = np.clip(np.round((times - plate.start_time) * plate.rate).astype(int), 0, len(known) - 1)
     wrench[~known[nearest]] = np.nan

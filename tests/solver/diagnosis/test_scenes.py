@@ -164,6 +164,25 @@ def test_forces_that_end_before_the_markers_are_there_on_all_frames_that_count(t
         np.testing.assert_allclose(seen_as.wrench_ground[scene.counts], wrench[scene.counts], atol=1e-6)
 
 
+def test_where_a_plate_recorded_nothing_for_a_while_it_has_no_force_and_no_clock_reads_one(
+    trial, short_scene
+):
+    first = trial.capture.plates[0]
+    force = first.force_ground.copy()
+    force[300:500] = np.nan
+    plates = (replace(first, force_ground=force), *trial.capture.plates[1:])
+    other = replace(trial, capture=replace(trial.capture, plates=plates))
+    seen_as = scene_of(other, short_scene.skeleton, SETTINGS)[0].plates[0]
+    observed = condition(plates[0], trial.motion.times).observed
+    assert 15 < (~observed).sum() < 25
+    assert not seen_as.wrench_ground[~observed].any()
+    np.testing.assert_array_equal(seen_as.covers(seen_as.times), observed)
+    later = seen_as.times + 0.05
+    np.testing.assert_array_equal(
+        np.isfinite(seen_as.at_times(seen_as.loads.wrench_ground, later)).all(axis=1), seen_as.covers(later)
+    )
+
+
 def _ending_early(plate: ForcePlate, lost: int) -> ForcePlate:
     return replace(
         plate,
