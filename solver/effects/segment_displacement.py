@@ -35,6 +35,7 @@ class SegmentDisplacement:
     rms_std_m: float
     energy: float  # in squares of metres: what of all markers' errors it explains
     gain: float  # [nats]
+    turn_rad: float  # root mean square of the near joints' turns, which flesh follows
     displacement_ground: Float[np.ndarray, "frames 3"]  # [m]
 
 
@@ -55,6 +56,11 @@ class _Segment:
     usable: Bool[np.ndarray, " frames"]
     basis: Float[np.ndarray, "frames terms"]  # a constant, and the turns of the near joints [rad]
     axes: Float[np.ndarray, "3 directions"]
+
+    @property
+    def turn_rad(self) -> float:
+        """Of the near joints together; root mean square."""
+        return float(np.sqrt((self.basis[self.usable, 1:] ** 2).sum(axis=1).mean()))
 
     @property
     def count(self) -> int:
@@ -170,6 +176,7 @@ def _described(
         rms_std_m=float(np.sqrt(scatter * segment.count / (independent * information))),
         energy=energy,
         gain=0.5 * energy / one / scatter - 0.5 * terms * float(np.log(independent)),
+        turn_rad=segment.turn_rad,
         displacement_ground=np.einsum("tij,tj->ti", scene.R_ground_body[:, segment.body], moved_body),
     )
 

@@ -17,6 +17,7 @@ from solver.kinematics.scale_prior import without_side
 # Sound recordings: thighs 4 to 9 mm, shanks and feet 1 to 7, pelvis 2 to 11, arms 1 to 18, trunk to 19. Twins
 # that reach 7 mm differ by a factor of 1.35 at most; made-up ones up to 7.8 mm in squares.
 BEYOND_TWIN_M = 0.0082
+USUAL_TURN_RAD = 0.45  # root mean square of a thigh's joints in walks, where that was seen; a squat's is 0.85
 AGAINST_TWIN = 1.5
 WITHOUT_TWIN_M = 0.025
 ROOT_M = 0.0135
@@ -83,8 +84,8 @@ def findings(scene: Scene) -> list[MarkerFinding]:
     """Segments whose markers move together far beyond what skin does on everybody.
 
     A segment is compared with its twin of the other side, which has the same joints, the same person and the
-    same movement; without one only what no sound recording shows is reported. The twin of one that was found
-    has nothing left to be compared with.
+    same movement, and may slide the farther the more its joints turn; without a twin only what no sound
+    recording shows is reported. The twin of one that was found has nothing left to be compared with.
     """
     found: list[MarkerFinding] = []
     names, judged = scene.skeleton.body_names, set()
@@ -121,7 +122,8 @@ def _ordinary(scene: Scene, displacement: SegmentDisplacement, seen: list[Segmen
     stem = without_side(names[displacement.body])
     twins = [d for d in seen if d is not displacement and without_side(names[d.body]) == stem]
     if twins:
-        return max(float(np.hypot(twins[0].rms_m, BEYOND_TWIN_M)), AGAINST_TWIN * twins[0].rms_m)
+        beyond_m = BEYOND_TWIN_M * max(1.0, displacement.turn_rad / USUAL_TURN_RAD)
+        return max(float(np.hypot(twins[0].rms_m, beyond_m)), AGAINST_TWIN * twins[0].rms_m)
     return ROOT_M if scene.skeleton.joints[displacement.body].parent < 0 else WITHOUT_TWIN_M
 
 

@@ -260,9 +260,19 @@ def tracked(scene) -> Callable[..., Scene]:
 @pytest.fixture(scope="session")
 def long_walk() -> tuple:
     """Four seconds of somebody's markers with noise, gaps and skin, and the skeleton that orders them."""
+    return _recorded(Scenario("walk", "walk", duration=4.0, heading_deg=-35.0))
+
+
+@pytest.fixture(scope="session")
+def long_squat() -> tuple:
+    """The same person's, who squats."""
+    return _recorded(Scenario("squat", "squat", duration=4.0))
+
+
+def _recorded(scenario: Scenario) -> tuple:
     body_rng, motion_rng, noise_rng = np.random.default_rng(8).spawn(3)
     body = body_of(Person(75.0, 1.80), body_rng)
-    trial = simulate_trial(Scenario("walk", "walk", duration=4.0, heading_deg=-35.0), body, motion_rng)
+    trial = simulate_trial(scenario, body, motion_rng)
     seen = recorded_markers(trial, MARKERS, MeasurementSettings(), noise_rng)
     observed = np.full((seen.frames, len(body.skeleton.markers), 3), np.nan)
     for m, name in enumerate(seen.names):

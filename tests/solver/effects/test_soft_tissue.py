@@ -72,6 +72,14 @@ def test_of_twins_only_the_worse_is_told(sound, long_walk, tracked):
     assert [f.target for f in findings(tracked(altered, skeleton))] == ["femur_r"]
 
 
+@pytest.mark.parametrize(("rms_m", "told"), [(0.015, []), (0.025, ["femur_l"])])
+def test_flesh_slides_farther_where_joints_turn_farther(long_squat, tracked, rms_m, told):
+    """What is remarkable in a walk is not in a squat, whose joints turn twice as far."""
+    observed, skeleton = long_squat
+    altered = carried(tracked(observed, skeleton), observed, ("femur_l", "pelvis"), rms_m)
+    assert [f.target for f in findings(tracked(altered, skeleton))] == told
+
+
 @pytest.mark.real
 def test_in_a_recorded_walk(real_walk, tracked):
     observed, skeleton, rate = real_walk
