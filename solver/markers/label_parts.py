@@ -146,16 +146,32 @@ def twins(read: Mapping[str, list[Reading]], least_ease: float) -> dict[str, str
         read: the ways to read each label.
         least_ease: of the ways that count.
     """
-    owner = {
-        (r.side, r.key): label
-        for label, found in read.items()
-        for r in found
-        if r.side and r.ease >= least_ease
-    }
+    owner = _owners(read, least_ease)
     return {
         label: other
         for (side, key), label in owner.items()
         if (other := owner.get((OTHER_SIDE[side], key))) not in (None, label)
+    }
+
+
+def sides(labels: tuple[str, ...]) -> dict[str, str]:
+    """The side, "r" or "l", of each label that has a twin; labels without one are left out."""
+    short = without_common_start(labels)
+    owner = _owners({label: readings(short[label]) for label in labels}, INSIDE)
+    return {
+        label: side
+        for (side, key), label in owner.items()
+        if owner.get((OTHER_SIDE[side], key)) not in (None, label)
+    }
+
+
+def _owners(read: Mapping[str, list[Reading]], least_ease: float) -> dict[tuple[str, str], str]:
+    """Which label is read as a side of something."""
+    return {
+        (r.side, r.key): label
+        for label, found in read.items()
+        for r in found
+        if r.side and r.ease >= least_ease
     }
 
 

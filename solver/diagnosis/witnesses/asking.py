@@ -56,11 +56,12 @@ def accused_plates(statements: Sequence[Statement], settings: WitnessSettings = 
         return frozenset()
     own = [one for one in statements if one.target is not None and "+" not in one.target]
     placed = {one.target for one in own if About.PLATE_PLACE in one.nats}
+    out_of_place = {one.target for one in own if About.PLATE_PLACE in one.spoken_for(settings.told_nats)}
     accused = {
         about: {str(one.target) for one in own if one.nats.get(about, 0.0) >= settings.accusing_nats}
         for about in GROSS
     }
-    if len(placed) > 1 and accused[About.PLATE_PLACE] == placed:
+    if len(placed) > 1 and out_of_place == placed:
         del accused[About.PLATE_PLACE]
     return frozenset[str]().union(*accused.values(), _untared(own, settings))
 

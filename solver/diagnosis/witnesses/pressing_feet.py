@@ -1,17 +1,19 @@
 """Where each foot presses, by its markers alone: those that are down bear more than those that are up.
 
 A foot strikes with the toes up and leaves with the heel up, so that the middle of what is down goes from heel
-to toe as the pressure does. Labels are not asked: low markers that keep their distance are one foot.
+to toe as the pressure does. Low markers that keep their distance are one foot. So do two feet that both stand
+still: these are told apart by the sides in their labels, or not at all.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from solver.capture.capture import Markers
 from solver.diagnosis.witnesses.settings import WITNESSES, WitnessSettings
+from solver.markers.label_parts import sides
 
 FEWEST_MARKERS = 2  # one marker has no heel and toe
 MOST_MARKERS = 24  # of somebody who lies down, all would be low
@@ -34,9 +36,24 @@ def pressing_feet(markers: Markers, settings: WitnessSettings = WITNESSES) -> Se
     lowest = np.nanpercentile(height[:, seen], 2, axis=0)
     low = seen[lowest < lowest.min() + settings.foot_height_m]
     low = low[np.argsort(np.nanpercentile(height[:, low], 2, axis=0))][:MOST_MARKERS]
-    groups = _that_keep_their_distance(markers.positions_ground[:, low], settings)
-    groups = [low[g] for g in sorted(groups, key=len, reverse=True) if len(g) >= FEWEST_MARKERS]
+    still = _that_keep_their_distance(markers.positions_ground[:, low], settings)
+    groups = [g for kept in still for g in _one_foot_each(markers, low[kept], settings)]
+    groups = [g for g in sorted(groups, key=len, reverse=True) if len(g) >= FEWEST_MARKERS]
     return [_foot(markers.positions_ground[:, g], settings) for g in groups[:2]]
+
+
+def _one_foot_each(
+    markers: Markers, group: Int[np.ndarray, " markers"], settings: WitnessSettings
+) -> list[Int[np.ndarray, " markers"]]:
+    """The same, or those of each side where both are in it; none where it is longer than a foot."""
+    side_of = sides(tuple(markers.names))
+    of_side = [group[[side_of.get(markers.names[k]) == side for k in group]] for side in ("r", "l")]
+    if all(map(len, of_side)):
+        return of_side
+    flat = markers.positions_ground[:, group][:, :, [0, 2]]
+    apart = [np.linalg.norm(flat[:, i] - flat[:, k], axis=1) for i in range(len(group)) for k in range(i)]
+    lengths = [np.median(a[np.isfinite(a)]) for a in apart if np.isfinite(a).any()]
+    return [group] if max(lengths, default=0.0) < settings.foot_length_m else []
 
 
 def _that_keep_their_distance(

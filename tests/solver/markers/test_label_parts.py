@@ -1,6 +1,6 @@
 import pytest
 
-from solver.markers.label_parts import readings, spelling, without_common_start
+from solver.markers.label_parts import readings, sides, spelling, without_common_start
 
 
 @pytest.mark.parametrize(
@@ -30,6 +30,11 @@ def test_a_side_in_the_middle_and_digits_at_the_end():
 def test_a_label_is_also_read_whole():
     assert (None, "lmal") in {(r.side, r.key) for r in readings("LMAL")}
     assert ("l", "mal") in {(r.side, r.key) for r in readings("LMAL")}
+
+
+def test_a_label_has_a_side_where_its_twin_is_there():
+    labels = ("S1_RHEE", "S1_LHEE", "S1_r_5meta", "S1_L_5meta", "S1_LowerBack", "S1_RBAK")
+    assert sides(labels) == {"S1_RHEE": "r", "S1_LHEE": "l", "S1_r_5meta": "r", "S1_L_5meta": "l"}
 
 
 def test_a_repeated_name_is_read_with_doubt():

@@ -27,6 +27,7 @@ def said(target, witness="path of the pressure", **nats):
         ([said("plate_1+plate_2", plate_sign=40.0)], set()),  # one of the two, nobody knows which
         ([said("plate_1", plate_turned_or_mirrored=20.0), said(None, clock=12.0)], set()),
         ([said("plate_1", plate_place=7.0), said("plate_2", plate_place=6.5)], set()),  # soles or cameras
+        ([said("plate_1", plate_place=6.1), said("plate_2", plate_place=5.9)], set()),
         ([said("plate_1", plate_place=7.0), said("plate_2", plate_place=-2.0)], {"plate_1"}),
         ([], set()),
     ],
