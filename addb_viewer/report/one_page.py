@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 from addb_viewer.diagnosis_vocabulary import amounts, leads_of, short_title, sureness
-from addb_viewer.diagnosis_words import headline
 from addb_viewer.recordings.recording import TrialRecord
 from addb_viewer.report.content import SubjectReport
 from addb_viewer.report.frames_kept import Kept, in_all
@@ -13,6 +12,7 @@ from addb_viewer.report.markup import Safe, element, joined
 from addb_viewer.report.page import page_html
 from addb_viewer.report.quality import SOURCE, Judged, judged_figures
 from addb_viewer.use_words import use
+from addb_viewer.verdict_words import headline
 from annotations.events import IMPORTED, Status
 from annotations.folding import folded
 from solver.contact.wrenches import DETECTION, FILE, NOBODY, PERSON

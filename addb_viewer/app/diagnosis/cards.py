@@ -13,6 +13,7 @@ from addb_viewer.app.diagnosis.state import FIT_AGAIN, DiagnosisState, fit_in_wo
 from addb_viewer.app.scene.cause_pictures import Figures
 from addb_viewer.app.style.palette import GREY
 from addb_viewer.app.trial.replay import Replay
+from addb_viewer.cause_words import instead_of, when
 from addb_viewer.diagnosis_vocabulary import (
     about,
     amounts,
@@ -24,9 +25,9 @@ from addb_viewer.diagnosis_vocabulary import (
     short_title,
     sureness,
 )
-from addb_viewer.diagnosis_words import headline, instead_of, when
 from addb_viewer.plain_words import in_plain_words
 from addb_viewer.use_words import use
+from addb_viewer.verdict_words import headline
 from annotations.events import FlagRange
 from annotations.foot_names import foot_named
 from annotations.reasons import reason_words

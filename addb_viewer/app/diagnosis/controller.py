@@ -18,7 +18,7 @@ from addb_viewer.app.solve.controller import stop
 from addb_viewer.app.subjects.shared_subject import DIAGNOSING, RECORDING, SOLVING, WITHHOLDING
 from addb_viewer.app.trial.replay import Replay
 from addb_viewer.diagnosis_vocabulary import ranges_of, short_title
-from addb_viewer.diagnosis_words import verdict
+from addb_viewer.verdict_words import verdict
 from solver.errors import SolverError
 from solver.results.extension_log import ACCEPT, REJECT
 

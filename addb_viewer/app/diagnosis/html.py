@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 from addb_viewer.app.scene.cause_pictures import Figures
 from addb_viewer.app.style.html_pieces import boxed
 from addb_viewer.app.style.palette import BLUE, GREEN, GREY, VERMILION, Rgb
-from addb_viewer.diagnosis_words import SPREAD, verdict
+from addb_viewer.diagnosis_words import SPREAD
 from addb_viewer.plain_words import in_plain_words
 from addb_viewer.residual_words import what_is_wrong
 from addb_viewer.sections import Section, unbroken
+from addb_viewer.verdict_words import verdict
 
 # A word, a sign and a colour each: nobody has to tell colours apart.
 VERDICTS: Mapping[str, tuple[str, str, Rgb]] = {
