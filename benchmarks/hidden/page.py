@@ -46,6 +46,10 @@ By what is hidden (outside the list: unknown causes, and those of the list at 10
 
 {by_effect}
 
+By size, of what is on the list and has one (reference sizes hold for walks, so squats get larger ones):
+
+{by_size}
+
 How sure the likeliest name is, and how often it is right:
 
 {by_confidence}
@@ -91,6 +95,7 @@ def page(out: Path, truth: Path, results: Path) -> str:
         all_groups=_counted(own),
         ours=table(["", TITLES["ours"]], [row for row in figures([*ours.values()]) if row[1] != "-"]),
         by_effect=_by_effect(own, ours),
+        by_size=_by_size(own, ours),
         by_confidence=_by_confidence([*ours.values()]),
         count=len(truths),
         groups=_counted(truths),
@@ -117,6 +122,25 @@ def _by_effect(truths: Mapping[str, Any], judged: Mapping[str, Judged]) -> str:
         for (k, name), of in sorted(rows.items())
     ]
     return table(["", "hidden", "cases", *OUTCOMES], lines)
+
+
+def _by_size(truths: Mapping[str, Any], judged: Mapping[str, Judged]) -> str:
+    rows: dict[tuple[str, float], list[Judged]] = {}
+    for case, one in judged.items():
+        for effect in truths[case]["effects"]:
+            if effect["id"] in CAUSES and effect["parameters"]:
+                activity = "squat" if min(truths[case]["withheld"]).startswith("squat") else "walk"
+                rows.setdefault((activity, effect["size"]), []).append(one)
+    lines = [
+        [
+            activity,
+            f"× {size:g}",
+            rate(sum(one.right for one in of), len(of)),
+            rate(sum(one.outcome != "none" for one in of), len(of)),
+        ]
+        for (activity, size), of in sorted(rows.items(), key=lambda row: (row[0][0] != "walk", row[0][1]))
+    ]
+    return table(["", "size", "right", "not called sound"], lines)
 
 
 def _called(effect: Mapping[str, Any], group: str) -> str:

@@ -160,7 +160,9 @@ def test_rivals_keep_their_own_chances_in_public():
 def test_the_page_judges_ours_on_all_and_every_row_on_what_all_answered(tmp_path):
     (tmp_path / "truth").mkdir()
     for case in ("case_0000", "case_0001"):
-        (tmp_path / "truth" / f"{case}.json").write_text(json.dumps(truth(case)))
+        (tmp_path / "truth" / f"{case}.json").write_text(
+            json.dumps(truth(case, parameters={"time_shift_s": 0.012}))
+        )
         (tmp_path / "out" / case).mkdir(parents=True)
         for row in TITLES:
             if case == "case_0001" and row == "torso-shift":
@@ -177,6 +179,7 @@ def test_the_page_judges_ours_on_all_and_every_row_on_what_all_answered(tmp_path
     own, beside = text.split("## Beside")
     assert "| inside the list: right | 100 % [34, 100] (2/2) |" in own
     assert "| inside | clock_offset | 2 | 2 |  |  |  |  |" in own
+    assert "| walk | × 1 | 100 % [34, 100] (2/2) | 100 % [34, 100] (2/2) |" in own
     assert "| 90 % | 100 % [34, 100] (2/2) |" in own
     right = next(line for line in beside.splitlines() if line.startswith("| inside the list: right"))
     assert right.count("100 % [21, 100] (1/1)") == 2

@@ -23,7 +23,9 @@ def truth(case="case_0000", group="inside", accepted=("clock_offset",), paramete
         "case": case,
         "group": group,
         "accepted": list(accepted),
-        "effects": [{"id": accepted[0], "parameters": parameters or {}}] if group == "inside" else [],
+        "effects": [{"id": accepted[0], "size": 1.0, "parameters": parameters or {}}]
+        if group == "inside"
+        else [],
         "withheld": {
             "walk": {
                 "first_frame": 16,
