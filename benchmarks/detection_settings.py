@@ -19,7 +19,7 @@ from jaxtyping import Bool
 
 from benchmarks.detection import PARTS, WHOLE, Case, Score, case_of, score
 from benchmarks.detection_hiding import KINDS, hide, stances
-from benchmarks.varied import RULES, Answer, Variation, asked, tables, usual_of, variations
+from benchmarks.varied import Answer, Variation, asked, rules, tables, usual_of, variations
 from solver.capture.capture import ForcePlate
 from solver.contact.detection import detect
 from solver.contact.detection_settings import DetectionSettings
@@ -97,14 +97,16 @@ def _usual() -> list[list[np.ndarray]]:
 def answer_of(variation: Variation) -> Answer:
     """One value's."""
     name, factor, settings = variation
-    wrong, changed, frames = [], 0, 0
-    for ways, before in zip(hidden_cases(), _usual(), strict=True):
+    wrong = {recording.folder: 0.0 for recording in CHOSEN}
+    changed, frames = 0, 0
+    for recording, ways, before in zip(CHOSEN, hidden_cases(), _usual(), strict=True):
         told = [way.proposed(settings) for way in ways]
         total = sum((way.score(one) for way, one in zip(ways, told, strict=True)), Score())
-        wrong.append((total.missed + total.false) / (total.found + total.missed))
+        share = (total.missed + total.false) / (total.found + total.missed)
+        wrong[recording.folder] += share / len(CHOSEN)
         changed += sum(int((one != other).sum()) for one, other in zip(told, before, strict=True))
         frames += sum(one.size for one in told)
-    return Answer(name, factor, float(np.mean(wrong)), changed / frames)
+    return Answer(name, factor, sum(wrong.values()), changed / frames, frames, wrong)
 
 
 def main() -> None:
@@ -116,7 +118,7 @@ def main() -> None:
     usual = usual_of(answers)["DetectionSettings"]
     text = INTRODUCTION.format(recordings=len(CHOSEN), usual=100 * usual.wrong)
     rows = tables(answers, {"DetectionSettings": "detection"})
-    PAGE.write_text("\n".join([text + RULES, "", *rows]), encoding="utf-8")
+    PAGE.write_text("\n".join([text + rules(), "", *rows]), encoding="utf-8")
 
 
 if __name__ == "__main__":

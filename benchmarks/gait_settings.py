@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks.gait_events import Case, harm, without_forces
 from benchmarks.gait_plates import RECORDINGS, Recording, measured, steps_of
 from benchmarks.gait_thresholds import Feet
-from benchmarks.varied import RULES, Answer, Variation, asked, tables, usual_of, variations
+from benchmarks.varied import Answer, Variation, asked, rules, tables, usual_of, variations
 from solver.capture.subject import open_subject
 from solver.contact.sole import soles
 from solver.gait.foot_motion import foot_motion
@@ -100,8 +100,8 @@ def answer_of(variation: Variation) -> Answer:
         told = list(_times(feet, settings))
         changed += _others(told, before) + _others(before, told)
         events += len(before)
-    wrong = float(np.mean([np.mean(of_person) for of_person in harms.values()]))
-    return Answer(name, factor, wrong, changed / events)
+    wrong = {person: float(np.mean(each)) / len(harms) for person, each in harms.items()}
+    return Answer(name, factor, sum(wrong.values()), changed / events, events, wrong)
 
 
 @cache
@@ -131,7 +131,7 @@ def main() -> None:
     recordings = sum(not recording.excluded for recording in RECORDINGS)
     text = INTRODUCTION.format(recordings=recordings, usual=100 * usual.wrong)
     PAGE.write_text(
-        "\n".join([text + RULES, "", *tables(answers, {"GaitSettings": "gait"})]), encoding="utf-8"
+        "\n".join([text + rules(), "", *tables(answers, {"GaitSettings": "gait"})]), encoding="utf-8"
     )
 
 

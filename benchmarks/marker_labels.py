@@ -21,7 +21,7 @@ import numpy as np
 from benchmarks.recordings import data_folder, recordings_of, subjects
 from benchmarks.register import tuned_numbers
 from benchmarks.rewriting import NoAnswerError, Number, answer_with
-from benchmarks.varied import BY_CHANCE, FACTORS, RULES, Answer, asked, number_tables
+from benchmarks.varied import FACTORS, Answer, asked, number_tables, rules
 from solver.capture.capture import Markers, Subject
 from solver.errors import SolverError
 from solver.markers.understanding import understand
@@ -152,12 +152,15 @@ def everything_read() -> list[list[str]]:
     return [[*read_as(one, way).values()] for one in label_sets() for way in ways_of(one)]
 
 
-def not_right(read: Sequence[Sequence[str]]) -> float:
-    """The share of labels that are not right; those that are left out count half."""
-    truth = [[*right_parts(one, way).values()] for one in label_sets() for way in ways_of(one)]
-    pairs = [pair for both in zip(read, truth, strict=True) for pair in zip(*both, strict=True)]
-    cost = [0.0 if ours == right else 0.5 if ours == NOT_READ else 1.0 for ours, right in pairs]
-    return float(np.mean(cost))
+def not_right(read: Sequence[Sequence[str]]) -> dict[str, float]:
+    """By set, what it has in the share of labels that are not right; those that are left out count half."""
+    sets = [(one, way) for one in label_sets() for way in ways_of(one)]
+    found = {one.name: 0.0 for one in label_sets()}
+    for (one, way), ours in zip(sets, read, strict=True):
+        pairs = zip(ours, right_parts(one, way).values(), strict=True)
+        found[one.name] += sum(0.0 if o == right else 0.5 if o == NOT_READ else 1.0 for o, right in pairs)
+    count = sum(map(len, read))
+    return {name: cost / count for name, cost in found.items()}
 
 
 @cache
@@ -176,7 +179,8 @@ def answered(number: Number, factor: float) -> Answer:
     before = [one for of_set in _usual() for one in of_set]
     now = [one for of_set in read for one in of_set]
     changed = np.mean([one != other for one, other in zip(before, now, strict=True)])
-    return Answer(name, factor, not_right(read), float(changed), len(now))
+    wrong = not_right(read)
+    return Answer(name, factor, sum(wrong.values()), float(changed), len(now), wrong)
 
 
 def sets_table() -> str:
@@ -208,10 +212,12 @@ def main() -> None:
     waiting = [(n.called, factor, n) for n in numbers for factor in FACTORS]
     answers = asked(given.out / "labels.jsonl", waiting, lambda v: answered(v[2], v[1]))
     count = sum(map(len, _usual()))
-    usual = Answer(USUAL, 1.0, not_right(_usual()), 0.0, count)
+    wrong = not_right(_usual())
+    usual = Answer(USUAL, 1.0, sum(wrong.values()), 0.0, count, wrong)
     text = INTRODUCTION.format(sets=sets_table(), count=count)
     PAGE.write_text(
-        "\n".join([text + RULES + BY_CHANCE, "", *number_tables(_possible(answers), usual)]), encoding="utf-8"
+        "\n".join([text + rules("set of labels"), "", *number_tables(_possible(answers), usual)]),
+        encoding="utf-8",
     )
 
 

@@ -1,24 +1,41 @@
 """Settings halved and doubled where the right answer is known: what each of them decides, in words."""
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
+from jaxtyping import Float
+from scipy.stats import false_discovery_control
 
 FACTORS = (0.5, 2.0)
 SAME_SHARE, BETTER_SHARE = 0.001, 0.02
-NOTHING, STANDS, LOOK = "Decides nothing here", "Stands", "Asks for a look"
+ROUNDING = 1e-9  # smaller differences are none
+NOTHING, STANDS, CHANCE, LOOK = "Decides nothing here", "Stands", "May be chance", "Asks for a look"
+FALSE_SHARE = 0.1  # of the values of a page that are called better beyond chance
 RULES = """*Decides nothing here*: with neither do 0.1 % of the answers change, and as many are wrong within
 2 %. *Stands*: something changes, and neither makes fewer answers wrong by more than 2 % of those that are.
-*Asks for a look*: one of them does."""
-BY_CHANCE = (
-    " Fewer wrong answers than that, or than twice the root of those that are otherwise, may be chance."
-)
+*Asks for a look*: one of them does, beyond chance. *May be chance*: one of them does, and not beyond chance.
+
+Answers about one {unit} depend on each other, so each {unit} counts once. Were the other value no better, it
+might as well have been the usual one, {unit} by {unit}: *p* is the share of all such exchanges that leave it
+as much better as it is, or more. Many values are asked, and some are better by chance: *q* is the share of
+such to be expected among it and all that are as surely better (Benjamini and Hochberg, over the page), and
+beyond chance is a *q* of at most {false:g} %. A value with which too few differ for that, however they do, is
+left out of the count (Tarone 1990, Gilbert 2005) and has no *q*."""
+
+
+def rules(unit: str = "person") -> str:
+    """How a page sorts its rows.
+
+    Args:
+        unit: what counts once.
+    """
+    return RULES.format(unit=unit, false=100 * FALSE_SHARE)
 
 
 @dataclass(frozen=True)
@@ -30,6 +47,7 @@ class Answer:
     wrong: float  # share of what was asked
     changed: float  # share of what is answered otherwise than with the usual settings
     of: int = 0  # answers
+    by_person: Mapping[str, float] = field(default_factory=dict)  # what each has in `wrong`: together it is
 
 
 Variation = tuple[str, float, Any]
@@ -60,6 +78,9 @@ class Case(Protocol):
     """Something that settings answer questions about, of which the right answers are known."""
 
     @property
+    def person(self) -> str: ...
+
+    @property
     def truth(self) -> Sequence[object]: ...
 
     def answers(self, settings: Any) -> Sequence[object]: ...
@@ -86,14 +107,18 @@ class Questions:
     def answer(self, variation: Variation) -> Answer:
         """Of one value: the share of answers that are wrong, and that are others than usual."""
         name, factor, settings = variation
-        told = [case.answers(settings) for case in self.cases]
-        every = [
-            (one != right, one != before)
-            for case, of_case, usually in zip(self.cases, told, self._usually, strict=True)
-            for one, right, before in zip(of_case, case.truth, usually, strict=True)
-        ]
-        wrong, changed = np.mean(every, axis=0)
-        return Answer(name, factor, float(wrong), float(changed), len(every))
+        every: dict[str, list[tuple[bool, bool]]] = {}
+        for case, usually in zip(self.cases, self._usually, strict=True):
+            every.setdefault(case.person, []).extend(
+                (one != right, one != before)
+                for one, right, before in zip(case.answers(settings), case.truth, usually, strict=True)
+            )
+        count = sum(map(len, every.values()))
+        wrong, changed = (
+            {person: sum(one[k] for one in of_person) / count for person, of_person in every.items()}
+            for k in range(2)
+        )
+        return Answer(name, factor, sum(wrong.values()), sum(changed.values()), count, wrong)
 
 
 def asked(
@@ -115,27 +140,87 @@ def asked(
             kept.append(new)
             with file.open("a", encoding="utf-8") as lines:
                 lines.write(json.dumps(asdict(new)) + "\n")
-            print(new, flush=True)
+            print(f"{new.setting}: {shares(new)}", flush=True)
     return kept
 
 
-def verdict(half: Answer, double: Answer, usual: Answer, *, by_chance: bool = False) -> str:
+@dataclass(frozen=True)
+class Evidence:
+    """How far one value is better for persons, and not by chance."""
+
+    better: int  # persons of whom fewer answers are wrong
+    differ: int  # persons of whom more or fewer are
+    p: float  # share of exchanges by which it is as much better
+    q: float | None  # share by chance of it and what is as surely better; None: too few persons differ
+
+    @property
+    def is_beyond_chance(self) -> bool:
+        """Also among as many questions."""
+        return self.q is not None and self.q <= FALSE_SHARE
+
+    @property
+    def words(self) -> str:
+        """For a cell."""
+        among = "" if self.q is None else f", q {100 * self.q:.1f} %"
+        return f"better for {self.better} of {self.differ} that differ, p {100 * self.p:.1f} %{among}"
+
+
+def evidence(answers: Sequence[Answer], usual: Callable[[str], Answer]) -> dict[tuple[str, float], Evidence]:
+    """Of every value of a page, by name and factor.
+
+    Args:
+        answers: of half and double of each.
+        usual: with all as they are, by the name of what is varied.
+    """
+    gains = {(one.setting, one.factor): _gains(one, usual(one.setting)) for one in answers}
+    p = {name: chance_of(of_persons) for name, of_persons in gains.items()}
+    least = {name: 0.5 ** len(of_persons) for name, of_persons in gains.items()}
+    rank = 1
+    while sum(one <= FALSE_SHARE / rank for one in least.values()) > rank:
+        rank += 1
+    counted = [name for name, one in least.items() if one <= FALSE_SHARE / rank]
+    q = dict(zip(counted, false_discovery_control([p[name] for name in counted]), strict=True))
+    return {
+        name: Evidence(int((of > 0).sum()), len(of), p[name], float(q[name]) if name in q else None)
+        for name, of in gains.items()
+    }
+
+
+def _gains(other: Answer, usual: Answer) -> Float[np.ndarray, " persons"]:
+    """By how much less is wrong, of each person of whom it is more or less."""
+    each = np.array([usual.by_person[person] - of_other for person, of_other in other.by_person.items()])
+    return each[np.abs(each) > ROUNDING]
+
+
+def chance_of(gains: Float[np.ndarray, " persons"]) -> float:
+    """The share of all choices of signs by which a sum is as large as it is, or larger.
+
+    Args:
+        gains: of each person, none of them zero.
+    """
+    sums = np.zeros(1)
+    for gain in gains:
+        sums = np.concatenate([sums - gain, sums + gain])
+    return float(np.mean(sums >= gains.sum() - ROUNDING * np.abs(gains).sum()))
+
+
+def verdict(half: Answer, double: Answer, usual: Answer, beyond_chance: Container[float]) -> str:
     """Under which heading a setting stands.
 
     Args:
         half: with half of it.
         double: with double.
         usual: as it is.
-        by_chance: answers do not depend on each other, so that fewer wrong ones may be chance: twice the
-            root of those that are otherwise.
+        beyond_chance: factors with which it is better not only by chance.
     """
-    other = [usual.wrong - half.wrong, usual.wrong - double.wrong]  # fewer, or more where negative
+    fewer = {one.factor: usual.wrong - one.wrong for one in (half, double)}
     least = BETTER_SHARE * usual.wrong
-    if max(half.changed, double.changed) < SAME_SHARE and max(map(abs, other)) <= least:
+    if max(half.changed, double.changed) < SAME_SHARE and max(map(abs, fewer.values())) <= least:
         return NOTHING
-    chance = [2.0 * np.sqrt(one.changed / one.of) if by_chance else 0.0 for one in (half, double)]
-    better = [fewer > max(least, such) for fewer, such in zip(other, chance, strict=True)]
-    return LOOK if any(better) else STANDS
+    better = [factor for factor, less in fewer.items() if less > least]
+    if any(factor in beyond_chance for factor in better):
+        return LOOK
+    return CHANCE if better else STANDS
 
 
 def usual_of(answers: Sequence[Answer]) -> dict[str, Answer]:
@@ -143,38 +228,64 @@ def usual_of(answers: Sequence[Answer]) -> dict[str, Answer]:
     return {one.setting: one for one in answers if "." not in one.setting}
 
 
-def tables(answers: Sequence[Answer], table_of: dict[str, str]) -> list[str]:
+def tables(answers: Sequence[Answer], table_of: Mapping[str, str]) -> list[str]:
     """Lines of a page: the settings under their headings, in the order of their names.
 
     Args:
         answers: of the usual settings, and of half and double of each.
         table_of: how a TOML file names each class's table.
     """
-    usual = usual_of(answers)
-
-    def place(name: str) -> str:
-        kind, _, key = name.partition(".")
-        return f"`{table_of[kind]}.{key}` | `{name}`"
-
-    def heading(name: str, both: Mapping[float, Answer]) -> str:
-        return verdict(both[0.5], both[2.0], usual[name.partition(".")[0]])
-
     varied = [one for one in answers if "." in one.setting]
-    return under_headings(varied, heading, place)
+    usual = usual_of(answers)
+    return judged_tables(varied, lambda name: usual[_class(name)], lambda name: place(name, table_of))
 
 
 def number_tables(answers: Sequence[Answer], usual: Answer) -> list[str]:
-    """The same of constants of modules, called by file and name, judged by answers that are independent.
+    """The same of constants of modules, called by file and name.
 
     Args:
         answers: of half and double of each.
         usual: with all as they are.
     """
+    return judged_tables(answers, lambda _: usual, place_of_number)
 
-    def heading(_: str, both: Mapping[float, Answer]) -> str:
-        return verdict(both[0.5], both[2.0], usual, by_chance=True)
 
-    return under_headings(answers, heading, place_of_number)
+def judged_tables(
+    answers: Sequence[Answer], usual: Callable[[str], Answer], cells: Callable[[str], str]
+) -> list[str]:
+    """Lines of a page: rows under the headings of `verdict`, with what is said of chance where one is better.
+
+    Args:
+        answers: of half and double of each.
+        usual: with all as they are, by the name of what is varied.
+        cells: the first two of a row, by its name.
+    """
+    found = evidence(answers, usual)
+
+    def heading(name: str, both: Mapping[float, Answer]) -> str:
+        surely = {factor for factor in both if found[name, factor].is_beyond_chance}
+        return verdict(both[0.5], both[2.0], usual(name), surely)
+
+    def words(one: Answer) -> str:
+        before = usual(one.setting).wrong
+        is_better = before - one.wrong > BETTER_SHARE * before
+        return shares(one) + (f" ({found[one.setting, one.factor].words})" if is_better else "")
+
+    return under_headings(answers, heading, cells, words)
+
+
+def place(name: str, table_of: Mapping[str, str]) -> str:
+    """The first two cells of a setting's row.
+
+    Args:
+        name: by class.
+        table_of: of each class, how a TOML file names it.
+    """
+    return f"`{table_of[_class(name)]}.{name.partition('.')[2]}` | `{name}`"
+
+
+def _class(name: str) -> str:
+    return name.partition(".")[0]
 
 
 def place_of_number(name: str) -> str:
@@ -193,7 +304,7 @@ def under_headings(
     heading: Callable[[str, Mapping[float, Answer]], str],
     place: Callable[[str], str],
     words: Callable[[Answer], str] = shares,
-    headings: Sequence[str] = (NOTHING, STANDS, LOOK),
+    headings: Sequence[str] = (NOTHING, STANDS, CHANCE, LOOK),
 ) -> list[str]:
     """Lines of a page: what has both answers, in the order of names.
 

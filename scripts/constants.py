@@ -6,8 +6,8 @@ module is stands in `scripts/constants.toml`: physical, numerical or tuned; a na
 sorted yet. A setting is tuned, since people may change it, unless the file says otherwise. A tuned one is
 supported where its reason names a page of `benchmarks/`, or the file's table `support` does and words that
 stand in it, or where a page on which numbers are halved and doubled (`benchmarks/SETTINGS.md` and its like)
-says that it stands. The same pages tell which decide nothing on their recordings. A benchmark of the whole
-that never varied this number is no support.
+says that it stands. The same pages tell which decide nothing on their recordings, and of which another value
+is better by no more than chance. A benchmark of the whole that never varied this number is no support.
 """
 
 import argparse
@@ -25,15 +25,20 @@ ROOT = Path(__file__).parents[1]
 ROOM = "solver"
 PHYSICAL, NUMERICAL, TUNED = "physical", "numerical", "tuned"
 SUPPORTED, UNSUPPORTED, UNSORTED = "tuned, supported", "tuned, unsupported", "not sorted"
-WITHOUT_EFFECT = "tuned, no effect"
-COLUMNS = (PHYSICAL, NUMERICAL, SUPPORTED, WITHOUT_EFFECT, UNSUPPORTED, UNSORTED)
+WITHOUT_EFFECT, BY_CHANCE = "tuned, no effect", "tuned, by chance"
+COLUMNS = (PHYSICAL, NUMERICAL, SUPPORTED, WITHOUT_EFFECT, BY_CHANCE, UNSUPPORTED, UNSORTED)
 VARIED = [
     *(f"benchmarks/{of}SETTINGS.md" for of in ("", "DETECTION_", "GAIT_", "READING_")),
     "benchmarks/DIAGNOSIS_CONSTANTS.md",
     "benchmarks/MARKER_LABELS.md",
 ]
-BY_HEADING = {"Stands": SUPPORTED, "Asks for a look": UNSUPPORTED, "Decides nothing here": WITHOUT_EFFECT}
-FIRST = (UNSUPPORTED, SUPPORTED, WITHOUT_EFFECT)  # of what several pages say
+BY_HEADING = {
+    "Stands": SUPPORTED,
+    "Asks for a look": UNSUPPORTED,
+    "May be chance": BY_CHANCE,
+    "Decides nothing here": WITHOUT_EFFECT,
+}
+FIRST = (UNSUPPORTED, BY_CHANCE, SUPPORTED, WITHOUT_EFFECT)  # of what several pages say
 SUPPORT = "support"  # a table of the register: "FILE NAME" = "benchmarks/PAGE.md: words"
 PAGE = re.compile(r"benchmarks/\w+\.md")
 ROW = re.compile(r"\| `([\w./]+)` \| `([\w.]+)` \|")

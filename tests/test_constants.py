@@ -28,6 +28,7 @@ class OneSettings:
     best: float = setting(2.0, unit="", why="varied")
     idle: float = setting(2.0, unit="", why="varied")
     doubted: float = setting(2.0, unit="", why="varied")
+    unsure: float = setting(2.0, unit="", why="varied")
     elsewhere: float = setting(2.0, unit="", why="varied, and asks for a look on another page")
 """
 SETTINGS_PAGE = """
@@ -36,6 +37,8 @@ SETTINGS_PAGE = """
 | `one.elsewhere` | `OneSettings.elsewhere` | x |
 ## Stands: 1
 | `one.best` | `OneSettings.best` | x |
+## May be chance: 1
+| `one.unsure` | `OneSettings.unsure` | x |
 ## Asks for a look: 1
 | `one.doubted` | `OneSettings.doubted` | x |
 """
@@ -107,6 +110,7 @@ def test_each_name_with_a_number_has_its_kind(made_up):
         "OneSettings.best": "tuned, supported",
         "OneSettings.idle": "tuned, no effect",
         "OneSettings.doubted": "tuned, unsupported",
+        "OneSettings.unsure": "tuned, by chance",
         "OneSettings.elsewhere": "tuned, unsupported",
     }
 
@@ -115,7 +119,7 @@ def test_they_are_counted_by_package(made_up, capsys):
     made_up.print_figures(listed=True)
     said = capsys.readouterr().out
     (row,) = (line.split() for line in said.splitlines() if line.startswith("  part "))
-    assert row == ["part", "1", "1", "4", "2", "6", "1"]
+    assert row == ["part", "1", "1", "4", "2", "1", "6", "1"]
     assert "not sorted:\n  part/module.py NEW\n" in said
 
 

@@ -16,7 +16,7 @@ from benchmarks.reading_settings.pairs import pairs
 from benchmarks.reading_settings.signs import miswired
 from benchmarks.reading_settings.units import unsaid
 from benchmarks.reading_settings.zeros import beginnings
-from benchmarks.varied import RULES, Answer, Questions, asked, tables, usual_of, variations
+from benchmarks.varied import Answer, Questions, asked, rules, tables, usual_of, variations
 from solver.capture.axes import AxesSettings
 from solver.capture.edge_zeros import EdgeZeroSettings
 from solver.capture.length_units import LengthUnitSettings
@@ -65,7 +65,7 @@ def page(answers: list[Answer]) -> str:
         f"| `{table}` | {ASKED[table]} | {usual[kind].of} | {100 * usual[kind].wrong:.1f} % |"
         for kind, table in kinds.items()
     ]
-    return "\n".join([INTRODUCTION.format(rows="\n".join(rows)) + RULES, "", *tables(answers, kinds)])
+    return "\n".join([INTRODUCTION.format(rows="\n".join(rows)) + rules(), "", *tables(answers, kinds)])
 
 
 def main() -> None:

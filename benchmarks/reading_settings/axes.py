@@ -17,6 +17,7 @@ DEFAULT = "z"  # as for C3D files
 class Turned:
     """One of them."""
 
+    person: str
     up: VerticalAxis
     markers: Markers
     forces: tuple[np.ndarray, ...]
@@ -35,7 +36,7 @@ class Turned:
 
 def turned() -> Iterator[Turned]:
     """Every recording, upright and lying on its side."""
-    for capture, _ in captures():
+    for person, capture, _ in captures():
         for up in WAYS_UP:
             R = up.R_ground_lab
             markers = replace(capture.markers, positions_ground=capture.markers.positions_ground @ R)
@@ -44,5 +45,5 @@ def turned() -> Iterator[Turned]:
             known = [plate.corners_ground for plate in capture.plates]
             corners = tuple(corner @ R for corner in known if corner is not None)
             for seen in (markers, nameless):
-                yield Turned(up, seen, forces, corners)
-                yield Turned(up, seen, (), ())
+                yield Turned(person, up, seen, forces, corners)
+                yield Turned(person, up, seen, (), ())

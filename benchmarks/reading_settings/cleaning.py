@@ -18,6 +18,7 @@ MOST_FRAMES = 400
 class Thrown:
     """A recording in which some markers are."""
 
+    person: str
     markers: Markers
     truth: tuple[tuple[int, ...], ...]  # of each marker: frames that are wrong
 
@@ -35,7 +36,7 @@ class Thrown:
 def thrown() -> Iterator[Thrown]:
     """Of every recording: each third marker has a spike, each third is elsewhere for some frames."""
     rng = np.random.default_rng(0)
-    for capture, _ in captures():
+    for person, capture, _ in captures():
         markers = capture.markers
         positions = markers.positions_ground[:MOST_FRAMES].copy()
         truth = []
@@ -49,4 +50,4 @@ def thrown() -> Iterator[Thrown]:
                 size = float(rng.choice(SPIKES_M)) if k % 3 == 0 else AWAY_M
                 positions[list(wrong), k] += size * way / np.linalg.norm(way)
             truth.append(wrong)
-        yield Thrown(replace(markers, positions_ground=positions), tuple(truth))
+        yield Thrown(person, replace(markers, positions_ground=positions), tuple(truth))

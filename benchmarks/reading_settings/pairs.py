@@ -16,6 +16,7 @@ MOST_FRAMES = 300  # longer ones take long, and tell no more
 class Pair:
     """Markers and plates on one clock."""
 
+    person: str  # of the markers
     markers: Markers
     plates: tuple[ForcePlate, ...]
     truth: tuple[bool]  # whether they belong together
@@ -31,10 +32,10 @@ class Pair:
 
 def pairs() -> Iterator[Pair]:
     """Of each short recording: its own forces, the same later, and those of the next one."""
-    short = [capture for capture, _ in captures() if capture.markers.frames <= MOST_FRAMES]
-    for capture, other in zip(short, [*short[1:], short[0]], strict=True):
-        yield Pair(capture.markers, tuple(capture.plates), (True,))
-        yield Pair(capture.markers, tuple(other.plates), (False,))
+    short = [one for one in captures() if one.capture.markers.frames <= MOST_FRAMES]
+    for (person, capture, _), (_, other, _) in zip(short, [*short[1:], short[0]], strict=True):
+        yield Pair(person, capture.markers, tuple(capture.plates), (True,))
+        yield Pair(person, capture.markers, tuple(other.plates), (False,))
         for late_s in LATE_S:
             late = [replace(plate, start_time=plate.start_time + late_s) for plate in capture.plates]
-            yield Pair(capture.markers, tuple(late), (False,))
+            yield Pair(person, capture.markers, tuple(late), (False,))

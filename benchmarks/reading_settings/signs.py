@@ -20,6 +20,7 @@ Truth = tuple[bool, bool]
 class Miswired:
     """One of them."""
 
+    person: str
     plates: tuple[ForcePlate, ...]
     markers: Markers
     mass_kg: float | None
@@ -33,10 +34,10 @@ class Miswired:
 
 def miswired() -> Iterator[Miswired]:
     """Every recording with few plates: as it is, all turned, the first turned, the first untared."""
-    for capture, mass_kg in captures():
+    for person, capture, mass_kg in captures():
         if 0 < len(capture.plates) <= MOST_PLATES:
             for plates, truth in _changed(capture.plates):
-                yield Miswired(plates, capture.markers, mass_kg, truth)
+                yield Miswired(person, plates, capture.markers, mass_kg, truth)
 
 
 def _changed(plates: Sequence[ForcePlate]) -> Iterator[tuple[tuple[ForcePlate, ...], tuple[Truth, ...]]]:

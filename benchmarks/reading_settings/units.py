@@ -15,6 +15,7 @@ from solver.errors import CaptureError
 class Unsaid:
     """One of them."""
 
+    person: str
     positions: np.ndarray
     truth: tuple[float]  # metres of its unit
 
@@ -28,6 +29,6 @@ class Unsaid:
 
 def unsaid() -> Iterator[Unsaid]:
     """Every recording in every unit."""
-    for capture, _ in captures():
+    for person, capture, _ in captures():
         for metres in METRES_PER_UNIT.values():
-            yield Unsaid(capture.markers.positions_ground / metres, (metres,))
+            yield Unsaid(person, capture.markers.positions_ground / metres, (metres,))

@@ -17,6 +17,7 @@ UNLOADED_N, LOADED_N = 20.0, 200.0
 class Beginning:
     """The beginning of a plate's record."""
 
+    person: str
     plate: ForcePlate
     truth: tuple[int]  # rows that were not measured
 
@@ -30,7 +31,7 @@ class Beginning:
 def beginnings() -> Iterator[Beginning]:
     """Of every plate: cut where somebody stands on it, after some zeros; and cut before a foot lands."""
     rng = np.random.default_rng(0)
-    for capture, _ in captures():
+    for person, capture, _ in captures():
         for plate in capture.plates:
             force = np.where(plate.force_ground[:, [1]] > UNLOADED_N, np.nan_to_num(plate.force_ground), 0.0)
             whole = replace(
@@ -45,11 +46,11 @@ def beginnings() -> Iterator[Beginning]:
             landing = np.flatnonzero((force[:-1, 1] == 0) & (force[1:, 1] > 0))
             for seconds in ZEROS_S if len(loaded) else ():
                 rows = round(seconds * plate.rate)
-                yield Beginning(_begun(whole, int(rng.choice(loaded)), rows), (rows,))
+                yield Beginning(person, _begun(whole, int(rng.choice(loaded)), rows), (rows,))
             for at in landing:
                 start = max(0, at - round(0.15 * plate.rate))
                 if (force[start : at + 1] == 0).all() and at < inner.stop:
-                    yield Beginning(_begun(whole, int(start), 0), (0,))
+                    yield Beginning(person, _begun(whole, int(start), 0), (0,))
 
 
 def _begun(plate: ForcePlate, at: int, zeros: int) -> ForcePlate:

@@ -15,6 +15,7 @@ class Odd:
 
     def __init__(self, number):
         self.number, self.truth = number, (number % 2 == 1, True)
+        self.person = "small" if number < 2 else "large"
 
     def answers(self, settings):
         return ((self.number + settings) % 2 == 1, settings == 0)
@@ -22,9 +23,18 @@ class Odd:
 
 def test_questions_count_what_is_wrong_and_what_changes():
     questions = Questions(0, lambda: map(Odd, range(4)))
-    assert questions.answer(("Some", 1.0, 0)) == Answer("Some", 1.0, 0.0, 0.0, 8)
-    assert questions.answer(("Some.one", 2.0, 1)) == Answer("Some.one", 2.0, 1.0, 1.0, 8)
-    assert questions.answer(("Some.two", 2.0, 2)) == Answer("Some.two", 2.0, 0.5, 0.5, 8)
+    nobody = {"small": 0.0, "large": 0.0}
+    assert questions.answer(("Some", 1.0, 0)) == Answer("Some", 1.0, 0.0, 0.0, 8, nobody)
+    assert questions.answer(("Some.one", 2.0, 1)) == Answer(
+        "Some.one", 2.0, 1.0, 1.0, 8, {"small": 0.5, "large": 0.5}
+    )
+
+
+def test_what_is_wrong_is_told_by_person():
+    questions = Questions(0, lambda: map(Odd, range(3)))
+    told = questions.answer(("Some.two", 2.0, 2))
+    assert told.by_person == {"small": 2 / 6, "large": 1 / 6}
+    assert (told.wrong, told.of) == (0.5, 6)
 
 
 def test_a_body_in_other_axes_is_asked_for_the_axis_that_points_up():
@@ -33,7 +43,7 @@ def test_a_body_in_other_axes_is_asked_for_the_axis_that_points_up():
     for up in WAYS_UP:
         markers = Markers(tuple(f"M{k}" for k in range(12)), body @ up.R_ground_lab, 100.0)
         plates = (np.tile([0.0, 700.0, 0.0], (50, 1)) @ up.R_ground_lab,)
-        case = Turned(up, markers, plates, ())
+        case = Turned("p", up, markers, plates, ())
         assert case.answers(AxesSettings())[0][0] == case.truth[0][0]
 
 
@@ -41,7 +51,7 @@ def test_zeros_before_a_load_are_counted():
     force = np.tile([0.0, 700.0, 0.0], (100, 1))
     force[:7] = 0.0
     plate = ForcePlate("p", force, np.zeros((100, 3)), np.zeros((100, 3)), 100.0)
-    assert Beginning(plate, (7,)).answers(EdgeZeroSettings()) == (7,)
+    assert Beginning("p", plate, (7,)).answers(EdgeZeroSettings()) == (7,)
     landing = np.linspace([0.0, -300.0, 0.0], [0.0, 700.0, 0.0], 100).clip(0.0)
     plate = ForcePlate("p", landing, np.zeros((100, 3)), np.zeros((100, 3)), 100.0)
-    assert Beginning(plate, (0,)).answers(EdgeZeroSettings()) == (0,)
+    assert Beginning("p", plate, (0,)).answers(EdgeZeroSettings()) == (0,)
