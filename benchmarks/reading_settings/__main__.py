@@ -13,11 +13,13 @@ from pathlib import Path
 from benchmarks.reading_settings.axes import turned
 from benchmarks.reading_settings.cleaning import thrown
 from benchmarks.reading_settings.pairs import pairs
+from benchmarks.reading_settings.people import couples
 from benchmarks.reading_settings.signs import miswired
 from benchmarks.reading_settings.units import unsaid
 from benchmarks.reading_settings.zeros import beginnings
 from benchmarks.varied import Answer, Questions, asked, rules, tables, usual_of, variations
 from solver.capture.axes import AxesSettings
+from solver.capture.body_lengths import BodyLengthSettings
 from solver.capture.edge_zeros import EdgeZeroSettings
 from solver.capture.length_units import LengthUnitSettings
 from solver.capture.loads_under_feet import UnderFeetSettings
@@ -35,6 +37,7 @@ QUESTIONS = {
     "axes": Questions(AxesSettings(), turned, left_out=("screen_weight", "flat_share", "plate_weight")),
     "plate_signs": Questions(PlateSignSettings(), miswired),
     "under_feet": Questions(UnderFeetSettings(), pairs, left_out=("contradiction", "samples", "sparse_")),
+    "body_lengths": Questions(BodyLengthSettings(), couples),
 }  # by the table of a TOML file
 ASKED = {
     "length_units": "which unit a file is in that does not say so",
@@ -42,6 +45,7 @@ ASKED = {
     "cleaning": "which frames of a marker are wrong, of markers thrown off for a frame or four, and others",
     "axes": "which axis points up, upright and lying, with and without plates and names",
     "under_feet": "whether markers and forces are of one recording, and of one moment",
+    "body_lengths": "whether two recordings show one person (no marker was placed again), and what is wrong",
     "plate_signs": "of each plate whether it counts the other way round, and whether it was tared",
 }
 INTRODUCTION = """# What settings of reading decide: each halved and doubled

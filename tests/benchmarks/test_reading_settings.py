@@ -3,9 +3,11 @@
 import numpy as np
 
 from benchmarks.reading_settings.axes import WAYS_UP, Turned
+from benchmarks.reading_settings.people import NOT_TOLD, ONE, TALLER, TWO, Couple, Seen
 from benchmarks.reading_settings.zeros import Beginning
 from benchmarks.varied import Answer, Questions
 from solver.capture.axes import AxesSettings
+from solver.capture.body_lengths import BodyLengthSettings
 from solver.capture.capture import ForcePlate, Markers
 from solver.capture.edge_zeros import EdgeZeroSettings
 
@@ -55,3 +57,18 @@ def test_zeros_before_a_load_are_counted():
     landing = np.linspace([0.0, -300.0, 0.0], [0.0, 700.0, 0.0], 100).clip(0.0)
     plate = ForcePlate("p", landing, np.zeros((100, 3)), np.zeros((100, 3)), 100.0)
     assert Beginning("p", plate, (0,)).answers(EdgeZeroSettings()) == (0,)
+
+
+def test_somebody_taller_is_another_person_and_few_lengths_tell_of_nobody():
+    rng = np.random.default_rng(0)
+    body = rng.uniform([-0.2, 0.0, -0.2], [0.2, 1.8, 0.2], size=(12, 3)) + rng.normal(0.0, 0.001, (50, 12, 3))
+
+    def seen(positions, count=12):
+        return Seen("p", Markers(tuple(f"M{k}" for k in range(count)), positions[:, :count], 100.0))
+
+    same, taller = Couple(seen(body), seen(body), ONE), Couple(seen(body), seen(TALLER * body), TWO)
+    assert [case.answers(BodyLengthSettings()) for case in (same, taller)] == [same.truth, taller.truth]
+    mistaken = Couple(seen(body), seen(TALLER * body), ONE)
+    assert mistaken.answers(BodyLengthSettings()) == (TWO, True)
+    two_markers = Couple(seen(body, 2), seen(body, 2), ONE)
+    assert two_markers.answers(BodyLengthSettings()) == (NOT_TOLD, False)
