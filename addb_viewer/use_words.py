@@ -17,6 +17,7 @@ from addb_viewer.diagnosis_vocabulary import (
     trials_of_causes,
 )
 from addb_viewer.gain_words import is_lead, now_and_then
+from addb_viewer.note_kinds import FAR_MARKERS, by_kind
 from addb_viewer.residual_words import is_whole, nothing_mends, put_right, put_right_on_reading
 from solver.effects.about import Mend
 
@@ -28,8 +29,8 @@ def use(figures: Figures) -> str:
     concerned = trials_in_question(figures)
     others = [trial for trial in figures.get("trials", ()) if trial not in concerned]
     if others:
-        return f"Use: {listed(others)} as it is. {listed(concerned)}: {_use(figures)}"
-    return f"Use: {_use(figures)}"
+        return f"Use: {listed(others)} as it is. {listed(concerned)}: {_use(figures)}{_far_markers(figures)}"
+    return f"Use: {_use(figures)}{_far_markers(figures)}"
 
 
 def trials_in_question(figures: Figures) -> list[str]:
@@ -38,6 +39,15 @@ def trials_in_question(figures: Figures) -> list[str]:
     told = figures["verdict"] == "explained" and is_whole(figures) and not is_lead(figures)
     flesh = any(map(nothing_mends, figures["effects"]))  # slides in every trial
     return concerned if concerned and told and not flesh else list(figures.get("trials", ()))
+
+
+def _far_markers(figures: Figures) -> str:
+    """Markers that the fit hardly followed, which no verdict on the forces tells."""
+    far = [kind for kind in by_kind(figures.get("notes", ())) if kind.kind is FAR_MARKERS]
+    if not far:
+        return ""
+    told = far[0].in_short
+    return f" But there are {told} Joint angles near them may be wrong; the notes say in which frames."
 
 
 def _use(figures: Figures) -> str:

@@ -471,6 +471,11 @@ def test_the_verdict_says_what_the_recording_is_good_for():
         return page(figures(verdict, **more))[0].lines[-1]
 
     assert use("clean").startswith("Use: for joint angles and torques as it is;")
+    far = "walk: marker RHEE is up to 45 cm off in frames 108-389: slipped, swapped or mislabelled?"
+    assert "But there are markers far from the model: RHEE 45 cm; slipped" in use("clean", notes=[far])
+    assert "far from" not in use(
+        "clean", notes=[far.replace("slipped, swapped or mislabelled?", "the shoulder rose?")]
+    )
     blind = [{"id": "capture_scale", "target": "all", "parameter": "scale", "size": 2.0}]
     cannot = use("clean", detectable=blind)
     assert "torques as it is, but it cannot show wrong scale of the camera calibration;" in cannot
