@@ -2,9 +2,9 @@
 
     python -m benchmarks.gait_settings --out DIR
 
-The recordings of `benchmarks.gait_events`, markers alone, one fit each. Answers are kept as lines of a file
-in DIR: it picks up where it was stopped, then writes GAIT_SETTINGS.md. Only thresholds that events of the
-feet's motion obey are asked: those of plates and of whole cycles are not.
+The recordings of `benchmarks.gait_events`, markers alone, one fit each; and for what is read of a belt,
+simulated people on belts. Answers are kept as lines of a file in DIR: it picks up where it was stopped, then
+writes GAIT_SETTINGS.md. Thresholds of plates and of which cycles count are not asked.
 """
 
 import argparse
@@ -16,10 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.gait_belts import belt_answer, belted
 from benchmarks.gait_events import Case, harm, without_forces
 from benchmarks.gait_plates import RECORDINGS, Recording, measured, steps_of
 from benchmarks.gait_thresholds import Feet
-from benchmarks.varied import Answer, Variation, asked, rules, tables, usual_of, variations
+from benchmarks.varied import Answer, Variation, asked, judged_tables, place, rules, usual_of, variations
 from solver.capture.subject import open_subject
 from solver.contact.sole import soles
 from solver.gait.foot_motion import foot_motion
@@ -30,15 +31,10 @@ from solver.skeleton.forward import body_poses
 
 PAGE = Path(__file__).with_name("GAIT_SETTINGS.md")
 ANSWERS = "gait.jsonl"
-NOT_OF_FEET = (
-    "threshold_N",
-    "least_peak_N",
-    "gap_s",
-    "flat_",
-    "belt_window_s",
-    "walking_m_s",
-    "longest_cycle_s",
-)
+OF_BELTS = ("flat_from", "flat_to", "belt_window_s")
+NOT_OF_FEET = ("threshold_N", "least_peak_N", "gap_s", "walking_m_s", "longest_cycle_s", *OF_BELTS)
+SHARES = ("flat_to",)  # double of which is more than one
+BELTS = "Belts"  # the answer with all as usual
 SAME_S = 0.002  # by which an event may move and be the same
 INTRODUCTION = """# What a threshold of the feet's motion decides: each halved and doubled
 
@@ -46,7 +42,11 @@ Made by `python -m benchmarks.gait_settings`: events from the feet of {recording
 ([GAIT.md](GAIT.md)). A row has, at half and at double, the squared errors in units of the bars, one missed or
 extra event as one at three times its bar (mean of the persons; {usual:.2f} % with the usual thresholds), and
 the events that come and go over all that there are: one that moves by more than 2 ms goes and comes.
-Thresholds of plates and of whole cycles were not asked.
+
+{belts} are asked about simulated people on belts, whose walk
+over a floor is known: the size of the errors of stride lengths and average speeds (mean of the persons;
+{of_belts:.2f} % as it is), and the share of these that change by more than 0.1 %. Double of `flat_to` halves
+what is missing to one. Thresholds of plates, and of which cycles count, were not asked.
 
 """
 
@@ -121,18 +121,38 @@ def _others(told: list[tuple[int, str, float]], known: list[tuple[int, str, floa
     )
 
 
+def of_belts() -> Iterator[Variation]:
+    """All as usual, then half and double of what is read of a belt."""
+    yield BELTS, 1.0, GAIT
+    yield from (one for one in variations(GAIT, shares=SHARES) if is_of_belts(one[0]))
+
+
+def is_of_belts(name: str) -> bool:
+    """Whether a setting says how a belt is read."""
+    return name.partition(".")[2] in OF_BELTS
+
+
 def main() -> None:
     """Ask what has no answer yet, and write the page."""
     arguments = argparse.ArgumentParser(prog="python -m benchmarks.gait_settings", description=__doc__)
     arguments.add_argument("--out", type=Path, required=True, help="folder in which answers are kept")
     file = arguments.parse_args().out / ANSWERS
-    answers = asked(file, variations(GAIT, left_out=NOT_OF_FEET), answer_of)
-    usual = usual_of(answers)["GaitSettings"]
-    recordings = sum(not recording.excluded for recording in RECORDINGS)
-    text = INTRODUCTION.format(recordings=recordings, usual=100 * usual.wrong)
-    PAGE.write_text(
-        "\n".join([text + rules(), "", *tables(answers, {"GaitSettings": "gait"})]), encoding="utf-8"
+    asked(file, variations(GAIT, left_out=NOT_OF_FEET), answer_of)
+    walks = cache(lambda: tuple(belted(file.parent / "sim")))
+    answers = asked(file, of_belts(), lambda variation: belt_answer(walks(), GAIT, variation))
+    usual = usual_of(answers)
+    text = INTRODUCTION.format(
+        recordings=sum(not recording.excluded for recording in RECORDINGS),
+        usual=100 * usual["GaitSettings"].wrong,
+        belts=", ".join(f"`{key}`" for key in OF_BELTS),
+        of_belts=100 * usual[BELTS].wrong,
     )
+    rows = judged_tables(
+        [one for one in answers if one.setting not in usual],
+        lambda name: usual[BELTS if is_of_belts(name) else "GaitSettings"],
+        lambda name: place(name, {"GaitSettings": "gait"}),
+    )
+    PAGE.write_text("\n".join([text + rules(), "", *rows]), encoding="utf-8")
 
 
 if __name__ == "__main__":

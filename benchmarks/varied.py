@@ -54,12 +54,15 @@ Variation = tuple[str, float, Any]
 """Name, factor, and the settings with it."""
 
 
-def variations(usual: Any, left_out: tuple[str, ...] = ()) -> Iterator[Variation]:
+def variations(
+    usual: Any, left_out: tuple[str, ...] = (), shares: tuple[str, ...] = ()
+) -> Iterator[Variation]:
     """The usual ones, then half and double of every number that is not zero.
 
     Args:
         usual: a frozen dataclass of settings.
         left_out: names that the cases cannot show; those that begin with one where it ends in "_".
+        shares: names of those that double would make larger than one: it halves what is missing to one.
     """
     kind = type(usual).__name__
     yield kind, 1.0, usual
@@ -71,6 +74,8 @@ def variations(usual: Any, left_out: tuple[str, ...] = ()) -> Iterator[Variation
             continue
         for factor in FACTORS:
             other = factor * value if isinstance(value, float) else max(1, int(factor * value))
+            if one.name in shares and factor > 1:
+                other = 1 - (1 - value) / factor
             yield f"{kind}.{one.name}", factor, replace(usual, **{one.name: other})
 
 
@@ -107,11 +112,21 @@ class Questions:
     def answer(self, variation: Variation) -> Answer:
         """Of one value: the share of answers that are wrong, and that are others than usual."""
         name, factor, settings = variation
+        return self.judged(name, factor, [case.answers(settings) for case in self.cases])
+
+    def judged(self, name: str, factor: float, told: Sequence[Sequence[object]]) -> Answer:
+        """Of what was told of all cases otherwise than by settings.
+
+        Args:
+            name: of what was changed.
+            factor: times its value.
+            told: of each case.
+        """
         every: dict[str, list[tuple[bool, bool]]] = {}
-        for case, usually in zip(self.cases, self._usually, strict=True):
+        for case, now, usually in zip(self.cases, told, self._usually, strict=True):
             every.setdefault(case.person, []).extend(
                 (one != right, one != before)
-                for one, right, before in zip(case.answers(settings), case.truth, usually, strict=True)
+                for one, right, before in zip(now, case.truth, usually, strict=True)
             )
         count = sum(map(len, every.values()))
         wrong, changed = (

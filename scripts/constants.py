@@ -28,7 +28,7 @@ SUPPORTED, UNSUPPORTED, UNSORTED = "tuned, supported", "tuned, unsupported", "no
 WITHOUT_EFFECT, BY_CHANCE = "tuned, no effect", "tuned, by chance"
 COLUMNS = (PHYSICAL, NUMERICAL, SUPPORTED, WITHOUT_EFFECT, BY_CHANCE, UNSUPPORTED, UNSORTED)
 VARIED = [
-    *(f"benchmarks/{of}SETTINGS.md" for of in ("", "DETECTION_", "GAIT_", "READING_")),
+    *(f"benchmarks/{of}SETTINGS.md" for of in ("", "ACTIVITY_", "DETECTION_", "GAIT_", "READING_")),
     "benchmarks/DIAGNOSIS_CONSTANTS.md",
     "benchmarks/MARKER_LABELS.md",
 ]

@@ -10,7 +10,7 @@ from solver.gait.activities import suggested
 from solver.gait.activity import Activity, ActivitySuggestion, Kind
 from solver.gait.activity_features import windows_of
 from solver.gait.activity_model import Weights
-from solver.gait.activity_settings import ACTIVITIES
+from solver.gait.activity_settings import ACTIVITIES, ActivitySettings
 
 NOTHING = "nothing"
 NAMELESS = "trial"  # a name that says nothing
@@ -35,15 +35,18 @@ class Answer:
         return None if known is None or not self.is_right else bool(self.said and self.said.kind is known)
 
 
-def answers(look: Look, weights: Weights, name: str = NAMELESS) -> list[Answer]:
+def answers(
+    look: Look, weights: Weights, name: str = NAMELESS, settings: ActivitySettings = ACTIVITIES
+) -> list[Answer]:
     """What is suggested of a trial, each half second in which its activity is known.
 
     Args:
         look: at the trial.
         weights: of the model.
         name: that the trial is given; by default one that says nothing.
+        settings: thresholds of what is suggested; the half seconds are the usual ones.
     """
-    found = suggested(look.motion, name, ACTIVITIES, weights)
+    found = suggested(look.motion, name, settings, weights)
     first, last = look.example.during or (0, look.motion.frames)
     told = []
     for start, end in windows_of(look.motion, ACTIVITIES).cells:

@@ -42,6 +42,14 @@ def test_half_and_double_of_every_number_that_is_not_left_out():
     assert [one.count for _, _, one in found] == [1, 1, 1, 1, 2]
 
 
+def test_double_of_a_share_halves_what_is_missing_to_one():
+    found = {
+        (name, factor): one for name, factor, one in variations(SomeSettings(share=0.9), shares=("share",))
+    }
+    assert found["SomeSettings.share", 2.0].share == pytest.approx(0.95)
+    assert found["SomeSettings.share", 0.5].share == 0.45
+
+
 def answer(factor, wrong, changed):
     return Answer("SomeSettings.share", factor, wrong, changed)
 
