@@ -33,7 +33,7 @@ class Ownership:
     """Whether a model is this person's, and what follows for its markers."""
 
     is_scaled: bool
-    refuted: tuple[str, ...] = ()  # markers of a kept model that sit elsewhere on every frame
+    refuted: tuple[str, ...] = ()  # markers of a kept model that sit elsewhere on most frames
     notes: tuple[str, ...] = ()
 
     def offset_std(
@@ -170,7 +170,7 @@ def whose_model(
             f"{name} ({100 * found.standing_m[body.marker_names.index(name)]:.0f} cm)" for name in refuted
         )
         notes.append(
-            f"of that model, these markers sit elsewhere on every frame and are placed again: {listed}"
+            f"of that model, these markers sit elsewhere on most frames and are placed again: {listed}"
         )
     if said and typical > settings.registered_m:
         notes.append(
