@@ -93,6 +93,7 @@ def answer_with(
 
     Raises:
         NoAnswerError: it fails, or takes more than half an hour.
+        RuntimeError: somebody ended its process, which says nothing of the number.
     """
     command = [
         sys.executable,
@@ -110,6 +111,8 @@ def answer_with(
             )
         except subprocess.TimeoutExpired as error:
             raise NoAnswerError(f"it takes more than {LIMIT_S:.0f} s") from error
+        if done.returncode < 0:
+            raise RuntimeError(f"the process was ended from outside (signal {-done.returncode})")
         if done.returncode:
             errors.seek(0)
             raise NoAnswerError((errors.read().strip().splitlines() or ["it ended"])[-1])

@@ -103,6 +103,15 @@ def test_a_module_that_runs_as_a_script_is_called_by_its_name(monkeypatch):
     assert called[0][3] == "benchmarks.of_it:sum_of_leasts"
 
 
+def test_a_process_that_somebody_ended_is_no_answer(monkeypatch):
+    def killed(command, **_):
+        return subprocess.CompletedProcess(command, -9, stdout="")
+
+    monkeypatch.setattr("benchmarks.rewriting.subprocess.run", killed)
+    with pytest.raises(RuntimeError, match="signal 9"):
+        answer_with(None, 1.0, sum_of_leasts, {})
+
+
 def test_of_several_names_in_one_statement_the_one_is_changed():
     asks = "from solver.markers.label_parts import SURE, INSIDE; print(SURE, INSIDE)"
     sure, inside = (float(word) for word in printed(asks))
