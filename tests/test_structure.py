@@ -35,7 +35,7 @@ def structure(tmp_path, monkeypatch):
 
 
 def test_short_long_and_circular_modules_are_counted(structure, capsys):
-    assert structure.main() == 0
+    assert structure.main() == 1
     said = capsys.readouterr().out
     assert "Modules: 6, with one importer: 3\n" in said
     short = "  made_up_package.short\n  made_up_package.three\n  made_up_package.two\n"
@@ -43,3 +43,21 @@ def test_short_long_and_circular_modules_are_counted(structure, capsys):
     assert "Python or JavaScript files above 350 lines: 2\n" in said
     circle = "  made_up_package.one made_up_package.three made_up_package.two\n"
     assert f"Circles of imports: 1\n{circle}" in said
+
+
+def test_only_what_is_kept_to_passes(structure):
+    folder = structure.ROOT / "made_up_package"
+    circle, long = folder / "three.py", (folder / "long.py", folder / "page.js")
+    for file in long:
+        file.write_text(file.read_text().rstrip("\n"))
+    assert structure.main() == 1  # the circle
+    circle.write_text("")
+    assert structure.main() == 0
+    long[1].write_text(351 * "\n")
+    assert structure.main() == 1
+    long[1].write_text("")
+    for k in range(structure.MOST_SHORT):
+        (folder / f"used_once_{k}.py").write_text("")
+        with long[0].open("a") as users:
+            users.write(f"\nfrom made_up_package import used_once_{k}")
+    assert structure.main() == 1
