@@ -28,9 +28,8 @@ def use(figures: Figures) -> str:
     """Whether to use the recording as it is, and for what; of several trials, which."""
     concerned = trials_in_question(figures)
     others = [trial for trial in figures.get("trials", ()) if trial not in concerned]
-    if others:
-        return f"Use: {listed(others)} as it is. {listed(concerned)}: {_use(figures)}{_far_markers(figures)}"
-    return f"Use: {_use(figures)}{_far_markers(figures)}"
+    whole = f"{listed(others)} as it is. {listed(concerned)}: " if others else ""
+    return f"Use: {whole}{_use(figures)}{_far_markers(figures)}"
 
 
 def trials_in_question(figures: Figures) -> list[str]:
@@ -43,11 +42,9 @@ def trials_in_question(figures: Figures) -> list[str]:
 
 def _far_markers(figures: Figures) -> str:
     """Markers that the fit hardly followed, which no verdict on the forces tells."""
-    far = [kind for kind in by_kind(figures.get("notes", ())) if kind.kind is FAR_MARKERS]
-    if not far:
-        return ""
-    told = far[0].in_short
-    return f" But there are {told} Joint angles near them may be wrong; the notes say in which frames."
+    far = [of_kind for of_kind in by_kind(figures.get("notes", ())) if of_kind.kind is FAR_MARKERS]
+    angles = "Joint angles near them may be wrong; the notes say in which frames."
+    return "".join(f" But there are {of_kind.in_short} {angles}" for of_kind in far)
 
 
 def _use(figures: Figures) -> str:

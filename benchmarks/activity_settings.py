@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 from pathlib import Path
 
+from benchmarks.activities.examples import SIMULATED
 from benchmarks.activities.judging import NAMELESS, NOTHING, answers
 from benchmarks.activities.learning import learnt
 from benchmarks.activities.looking import Look, looked_at, with_windows
@@ -36,7 +37,6 @@ from solver.gait.activity_settings import ACTIVITIES, ActivitySettings
 
 PAGE = Path(__file__).with_name("ACTIVITY_SETTINGS.md")
 ANSWERS = "activities.jsonl"
-SIMULATED = "simulated"
 NOT_SHOWN = (
     "riser_m", "ramp", "box_m", "flight_s", "pause_s", "lunge_step", "still", "walking_m_s", "one_foot_s",
 )  # fmt: skip
@@ -108,8 +108,7 @@ def _words(activity: str, kind: str | None) -> str:
 
 def person_of(look: Look) -> str:
     """Of a trial: the simulated person, or the folder."""
-    separator = "," if look.source == SIMULATED else " "
-    return look.example.trial.partition(separator)[0]
+    return look.example.person
 
 
 def group_of(look: Look) -> Group:

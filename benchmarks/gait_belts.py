@@ -81,16 +81,22 @@ def belt_answer(walks: Sequence[Belted], usual: GaitSettings, variation: Variati
 
 def _belted(example: Example, over_floor: Example) -> Belted:
     assert example.speed_m_s is not None
-    R, p = body_poses(example.skeleton, example.motion.q)
-    corners = [sole.corners_ground(R, p) for sole in soles(example.skeleton, example.feet)]
+    feet, heels = feet_of(example)
     return Belted(
-        example.trial.partition(",")[0],
+        example.person,
         example.speed_m_s,
         body_motion(example.skeleton, example.feet, example.motion, GAIT),
-        foot_motion(corners, p[:, 0], example.motion.times, GAIT),
-        _heels(example, p),
+        feet,
+        heels,
         _heels(over_floor, body_poses(over_floor.skeleton, over_floor.motion.q)[1]),
     )
+
+
+def feet_of(example: Example) -> tuple[FootMotion, tuple[Float[np.ndarray, "frames 3"], ...]]:
+    """How the soles move, and where the heels are [m]."""
+    R, p = body_poses(example.skeleton, example.motion.q)
+    corners = [sole.corners_ground(R, p) for sole in soles(example.skeleton, example.feet)]
+    return foot_motion(corners, p[:, 0], example.motion.times, GAIT), _heels(example, p)
 
 
 def _heels(

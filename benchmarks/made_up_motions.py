@@ -12,25 +12,23 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
 
 from benchmarks.activities.examples import Example
 from benchmarks.activities.recorded import recorded
 from benchmarks.activities.simulated import JUDGED, TAUGHT, simulated
 from benchmarks.diagnosis.rates import table
-from solver.contact.sole import soles
+from benchmarks.gait_belts import feet_of
 from solver.gait.activity import Activity
 from solver.gait.cycles import Cycle, cycles_of
 from solver.gait.events import stances_from_feet
-from solver.gait.foot_motion import foot_motion
-from solver.gait.settings import GaitSettings
-from solver.skeleton.forward import body_poses
+from solver.gait.settings import GAIT
 
 PAGE = Path(__file__).with_name("MADE_UP_MOTIONS.md")
 SPRINT_M_S = 6.0  # from here on a run is told apart
 FEWEST_PERSONS = 5  # recorded, below which their range says little
 JOINTS = {"hip flexion": "hip_flexion", "knee flexion": "knee_angle", "ankle": "ankle_angle"}
 WITHIN, BESIDE, FEW = "within", "beside", "too few recorded"
+Values = Mapping[tuple[str, str], Mapping[str, list[float]]]
 INTRODUCTION = """# Made-up motions beside recorded ones
 
 Made by `python -m benchmarks.made_up_motions`. What `solver.simulate` makes up is sketched by hand
@@ -62,15 +60,10 @@ def figures(example: Example) -> dict[str, float]:
 
 
 def _cycles(example: Example, span: slice) -> list[Cycle]:
-    settings, motion = GaitSettings(), example.motion
-    R, p = body_poses(example.skeleton, motion.q)
-    corners = [sole.corners_ground(R, p) for sole in soles(example.skeleton, example.feet)]
-    moved = foot_motion(corners, p[:, 0], motion.times, settings)
-    heels: list[Float[np.ndarray, "frames 3"]] = [
-        p[:, example.skeleton.body_index(foot)] for foot in example.feet
-    ]
-    cycles = cycles_of(stances_from_feet(moved, settings), moved, heels, motion.times, settings)
-    first, last = motion.times[span][[0, -1]]
+    times = example.motion.times
+    moved, heels = feet_of(example)
+    cycles = cycles_of(stances_from_feet(moved, GAIT), moved, heels, times, GAIT)
+    first, last = times[span][[0, -1]]
     return [cycle for cycle in cycles if first <= cycle.start_s and cycle.end_s <= last]
 
 
@@ -90,19 +83,14 @@ def _activity(example: Example, found: Mapping[str, float]) -> str:
     return "sprint" if fast else example.activity.value
 
 
-def by_activity(
-    examples: Iterable[tuple[str, Example]],
-) -> dict[tuple[str, str], dict[str, list[float]]]:
-    """Values by activity and figure, then by person.
-
-    Args:
-        examples: each with its person.
-    """
+def by_activity(examples: Iterable[Example]) -> Values:
+    """Values by activity and figure, then by person."""
     values: dict[tuple[str, str], dict[str, list[float]]] = {}
-    for person, example in examples:
+    for example in examples:
         found = figures(example)
         for name, value in found.items():
-            values.setdefault((_activity(example, found), name), {}).setdefault(person, []).append(value)
+            of_persons = values.setdefault((_activity(example, found), name), {})
+            of_persons.setdefault(example.person, []).append(value)
     return values
 
 
@@ -113,9 +101,6 @@ def verdict(recorded_persons: Iterable[float], made_up_persons: Iterable[float])
         return FEW
     middle = float(np.median(list(made_up_persons)))
     return WITHIN if min(real) <= middle <= max(real) else BESIDE
-
-
-Values = Mapping[tuple[str, str], Mapping[str, list[float]]]
 
 
 def _rows(real: Values, made_up: Values) -> Iterator[list[str]]:
@@ -138,9 +123,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.made_up_motions", description=__doc__)
     parser.add_argument("--keep", type=Path, required=True, help="folder of fits and motions")
     keep: Path = parser.parse_args().keep
-    real = by_activity((one.trial.rpartition(" ")[0], one) for one in recorded(keep / "rec"))
-    people = simulated((*TAUGHT, *JUDGED), keep / "sim")
-    made_up = by_activity((one.trial.split(",")[0], one) for one in people)
+    real = by_activity(recorded(keep / "rec"))
+    made_up = by_activity(simulated((*TAUGHT, *JUDGED), keep / "sim"))
     lines = table(["activity", "figure", "recorded", "made up", ""], [*_rows(real, made_up)])
     PAGE.write_text(INTRODUCTION.format(few=FEWEST_PERSONS) + lines + "\n", encoding="utf-8")
 

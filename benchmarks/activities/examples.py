@@ -9,6 +9,8 @@ from solver.gait.activity import Activity, Kind
 from solver.kinematics.motion import Motion
 from solver.skeleton.skeleton import Skeleton
 
+SIMULATED = "simulated"  # source of made-up people
+
 
 @dataclass(frozen=True)
 class Example:
@@ -24,3 +26,8 @@ class Example:
     load_BW: Float[np.ndarray, " frames"] | None = None  # all plates [body weights]
     speed_m_s: float | None = None  # true, over the surface
     during: tuple[int, int] | None = None  # None: all frames
+
+    @property
+    def person(self) -> str:
+        """The simulated one, or the recording's folder."""
+        return self.trial.partition("," if self.source == SIMULATED else " ")[0]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.activities.examples import Example
+from benchmarks.activities.examples import SIMULATED, Example
 from solver.gait.activity import Activity, Kind
 from solver.gravity import GRAVITY
 from solver.kinematics.motion import Motion
@@ -85,7 +85,7 @@ def _examples(seed: int, scenario: Scenario, body: TrueBody, folder: Path) -> It
         name = f"person {seed}, {scenario.name}{', belt' if way == 'belt' else ''}"
         rise = model.centre_of_mass_acceleration(motion.q, motion.velocity, motion.acceleration)[:, 1]
         yield Example(
-            "simulated",
+            SIMULATED,
             name,
             activity,
             told,

@@ -146,33 +146,28 @@ def twins(read: Mapping[str, list[Reading]], least_ease: float) -> dict[str, str
         read: the ways to read each label.
         least_ease: of the ways that count.
     """
-    owner = _owners(read, least_ease)
-    return {
-        label: other
-        for (side, key), label in owner.items()
-        if (other := owner.get((OTHER_SIDE[side], key))) not in (None, label)
-    }
+    return {label: other for _, label, other in _paired(read, least_ease)}
 
 
 def sides(labels: tuple[str, ...]) -> dict[str, str]:
     """The side, "r" or "l", of each label that has a twin; labels without one are left out."""
     short = without_common_start(labels)
-    owner = _owners({label: readings(short[label]) for label in labels}, INSIDE)
-    return {
-        label: side
-        for (side, key), label in owner.items()
-        if owner.get((OTHER_SIDE[side], key)) not in (None, label)
-    }
+    read = {label: readings(short[label]) for label in labels}
+    return {label: side for side, label, _ in _paired(read, INSIDE)}
 
 
-def _owners(read: Mapping[str, list[Reading]], least_ease: float) -> dict[tuple[str, str], str]:
-    """Which label is read as a side of something."""
-    return {
+def _paired(read: Mapping[str, list[Reading]], least_ease: float) -> Iterator[tuple[str, str, str]]:
+    """Side, label and twin of every label that has one."""
+    owner = {
         (r.side, r.key): label
         for label, found in read.items()
         for r in found
         if r.side and r.ease >= least_ease
     }
+    for (side, key), label in owner.items():
+        other = owner.get((OTHER_SIDE[side], key))
+        if other not in (None, label):
+            yield side, label, other
 
 
 def spelling(label: str) -> frozenset[tuple[str | None, str]]:

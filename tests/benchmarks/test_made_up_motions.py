@@ -1,5 +1,7 @@
 """What is measured of a motion whose figures are known, and what is said of two groups of persons."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -41,9 +43,9 @@ def test_ranges_and_loads_are_those_of_the_motion(squat):
 
 
 def test_a_person_counts_once(squat):
-    values = by_activity([("one", squat), ("one", squat), ("other", squat)])
+    values = by_activity([squat, squat, replace(squat, trial="other two")])
     assert {person: len(each) for person, each in values["squat", "ankle, range [°]"].items()} == {
-        "one": 2,
+        "p": 2,
         "other": 1,
     }
 

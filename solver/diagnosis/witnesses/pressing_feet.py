@@ -5,7 +5,7 @@ to toe as the pressure does. Low markers that keep their distance are one foot. 
 still: these are told apart by the sides in their labels, or not at all.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,16 +37,19 @@ def pressing_feet(markers: Markers, settings: WitnessSettings = WITNESSES) -> Se
     low = seen[lowest < lowest.min() + settings.foot_height_m]
     low = low[np.argsort(np.nanpercentile(height[:, low], 2, axis=0))][:MOST_MARKERS]
     still = _that_keep_their_distance(markers.positions_ground[:, low], settings)
-    groups = [g for kept in still for g in _one_foot_each(markers, low[kept], settings)]
+    side_of = sides(tuple(markers.names))
+    groups = [g for kept in still for g in _one_foot_each(markers, low[kept], side_of, settings)]
     groups = [g for g in sorted(groups, key=len, reverse=True) if len(g) >= FEWEST_MARKERS]
     return [_foot(markers.positions_ground[:, g], settings) for g in groups[:2]]
 
 
 def _one_foot_each(
-    markers: Markers, group: Int[np.ndarray, " markers"], settings: WitnessSettings
+    markers: Markers,
+    group: Int[np.ndarray, " markers"],
+    side_of: Mapping[str, str],
+    settings: WitnessSettings,
 ) -> list[Int[np.ndarray, " markers"]]:
     """The same, or those of each side where both are in it; none where it is longer than a foot."""
-    side_of = sides(tuple(markers.names))
     of_side = [group[[side_of.get(markers.names[k]) == side for k in group]] for side in ("r", "l")]
     if all(map(len, of_side)):
         return of_side
