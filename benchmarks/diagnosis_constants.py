@@ -5,18 +5,22 @@
 Cases of the public benchmark's kind, of a draw of their own, with one effect of the list each, with what is
 on no list, or with nothing. A constant of an effect's file is asked about the cases in which that effect is
 hidden, or is told with 1 % and more, and about some of the others; all other constants about a choice of
-each kind. What comes before the search (the fit) is kept where a constant has no part in it. Answers are
-kept as lines of a file in DIR: it picks up where it was stopped, then writes DIAGNOSIS_CONSTANTS.md.
+each kind. The fit of the markers as they were recorded is kept, and what witnesses say and all that comes
+before the search where a constant has no part in it: what has is watched. Answers are kept as lines of a file
+in DIR: it picks up where it was stopped, then writes DIAGNOSIS_CONSTANTS.md.
 """
 
 import argparse
-import functools
 import json
 import pickle
-from collections.abc import Iterator, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from pathlib import Path
+from types import FrameType
 from typing import Any
+from unittest import mock
 
 import numpy as np
 
@@ -25,26 +29,31 @@ from benchmarks.hidden.making import make
 from benchmarks.hidden.rows.ours import answer_of, public
 from benchmarks.hidden.scorer import CLEAN, INSIDE, OUTSIDE, read_truths
 from benchmarks.register import tuned_numbers
-from benchmarks.rewriting import ROOM, NoAnswerError, Number, answer_with, scaled
+from benchmarks.rewriting import ROOM, NoAnswerError, Number, answer_with
+from benchmarks.settings_sweep import watched
 from benchmarks.varied import (
     FACTORS,
     LOOK,
     NOTHING,
+    REFUSED,
     STANDS,
     Answer,
     asked,
     place_of_number,
     under_headings,
-    variations,
 )
 from solver.capture.atomic import write_whole
+from solver.capture.capture import Capture
 from solver.capture.subject import open_subject
+from solver.diagnosis import diagnose
 from solver.diagnosis.balance import Balance
-from solver.diagnosis.diagnose import diagnosis_from, looked_at
+from solver.diagnosis.diagnose import LookedAt, diagnosis_from, looked_at
 from solver.diagnosis.report import as_json
-from solver.diagnosis_settings import DiagnosisSettings
+from solver.diagnosis.witnesses.settings import WITNESSES
+from solver.diagnosis.witnesses.statement import Statement
+from solver.fit import Fit
 from solver.progress import silent
-from solver.settings import settings_for
+from solver.settings import Settings, settings_for
 
 MODULE = "benchmarks.diagnosis_constants"
 PAGE = Path(__file__).with_name("DIAGNOSIS_CONSTANTS.md")
@@ -54,14 +63,10 @@ CHOICE = {INSIDE: 8, OUTSIDE: 2, CLEAN: 2}  # asked about any other
 KEPT_CASES = {INSIDE: COUNT // 3, OUTSIDE: 8, CLEAN: 8}
 TOLD = 0.01  # an effect with that chance has a say in a case
 SAME, BETTER = 0.005, 0.02  # of a probability; of the mean probability of what is right
-BEFORE = (  # have a part in what comes before the search
-    "effects/marker_", "effects/segment_dis", "effects/leaps", "effects/soft_tissue", "diagnosis/witnesses/",
-    "diagnosis/marker_causes", "diagnosis/rows", "diagnosis/scenes",
-)  # fmt: skip
-BEFORE_SETTINGS = (
-    "window_s", "hop_s", "most_rows", "end_s", "force_noise_N", "moment_noise_Nm", "model_", "slack",
-)  # fmt: skip
-REFUSED = "Cannot be so"
+ROOMS = ("effects/", "diagnosis/", "diagnosis_settings.py", "dynamics/marker_noise.py")
+WITNESS_ROOM = "diagnosis/witnesses/"
+TABLES = {"DiagnosisSettings": "diagnosis", "MarkerNoise": "diagnosis.markers"}  # in settings' files
+BEFORE, WITNESSES_SAY = "before the search", "witnesses"  # parts of a diagnosis that are kept
 INTRODUCTION = """# What a constant of the diagnosis decides: each halved and doubled
 
 Made by `python -m benchmarks.diagnosis_constants`: {cases} cases with one effect of the list each, one that
@@ -80,22 +85,15 @@ neither there was an answer.
 class Question:
     """One constant at another value, and the cases that it is asked about."""
 
-    number: Number | None  # None: a setting, or as usual
-    setting: str | None
+    number: Number | None  # None: as usual
     factor: float
     cases: tuple[str, ...]
+    anew: tuple[str, ...] = ()  # kept parts in which it is at work
 
     @property
     def name(self) -> str:
         """As the answers' file has it."""
-        return self.setting or (self.number.called if self.number else "usual")
-
-    @property
-    def from_the_files(self) -> bool:
-        """Whether what comes before the search has to be made anew."""
-        if self.number is not None:
-            return self.number.file.startswith(BEFORE)
-        return self.setting is not None and self.setting.split(".")[1].startswith(BEFORE_SETTINGS)
+        return self.number.called if self.number else "usual"
 
 
 class Cases:
@@ -109,14 +107,24 @@ class Cases:
         self.of = {group: tuple(cases[: KEPT_CASES[group]]) for group, cases in of.items()}
         self.all = tuple(sorted(sum(self.of.values(), ())))
 
-    @functools.cached_property
+    @cached_property
     def usual(self) -> Mapping[str, Mapping[str, float]]:
         """Probabilities by case; asked once."""
         file = self.out / "usual.json"
         if not file.exists():
-            found = told(self.out, Question(None, None, 1.0, self.all))
+            found = told(self.out, Question(None, 1.0, self.all))
             write_whole(file, json.dumps(found) + "\n")
         return json.loads(file.read_text(encoding="utf-8"))
+
+    @cached_property
+    def at_work(self) -> Mapping[str, frozenset[str]]:
+        """Files, and settings by class and name, by the kept part that they are used in."""
+        file = self.out / "at_work.json"
+        if not file.exists():
+            used = at_work(self.out, self.chosen((), CHOICE))
+            write_whole(file, json.dumps({part: sorted(names) for part, names in used.items()}) + "\n")
+        kept = json.loads(file.read_text(encoding="utf-8"))
+        return {part: frozenset(names) for part, names in kept.items()}
 
     def chosen(self, effects: Sequence[str], some: Mapping[str, int]) -> tuple[str, ...]:
         """Those of some effects, and as many of each group as asked for, evenly spread."""
@@ -140,14 +148,14 @@ class Cases:
 
 
 def questions(cases: Cases) -> Iterator[Question]:
-    """Half and double of every tuned constant, effects first."""
-    for number in (*tuned_numbers(("effects/",)), *tuned_numbers(("diagnosis/",))):
+    """Half and double of every tuned constant and setting, effects first."""
+    for number in tuned_numbers(ROOMS, settings=True):
         own = _effects_of(number.file)
         which = cases.chosen(own, OTHERS) if own else cases.chosen((), CHOICE)
-        yield from (Question(number, None, factor, which) for factor in FACTORS)
-    for name, factor, _ in variations(DiagnosisSettings()):
-        if "." in name:  # the first is all as usual
-            yield Question(None, name, factor, cases.chosen((), CHOICE))
+        anew = {part for part, used in cases.at_work.items() if {number.file, number.name} & used}
+        if number.file.startswith(WITNESS_ROOM):  # nobody watches its settings
+            anew.add(WITNESSES_SAY)
+        yield from (Question(number, factor, which, tuple(sorted(anew))) for factor in FACTORS)
 
 
 def _effects_of(file: str) -> tuple[str, ...]:
@@ -162,44 +170,89 @@ def told(out: Path, question: Question) -> dict[str, dict[str, float]]:
     Raises:
         NoAnswerError: that value cannot be.
     """
-    asks = {"out": str(out), "cases": question.cases, "anew": question.from_the_files}
-    if question.setting is not None:
-        asks |= {"setting": question.setting.split(".")[1], "factor": question.factor}
+    asks = {"out": str(out), "cases": question.cases, "anew": question.anew}
     return dict(answer_with(question.number, question.factor, probabilities, asks))
 
 
-def probabilities(
-    out: str, cases: Sequence[str], *, anew: bool, setting: str | None = None, factor: float = 1.0
-) -> dict[str, dict[str, float]]:
+def probabilities(out: str, cases: Sequence[str], *, anew: Sequence[str]) -> dict[str, dict[str, float]]:
     """By case, in this process.
 
     Args:
         out: folder of the cases.
         cases: their names.
-        anew: make what comes before the search anew; else it is taken, or kept, where it lies.
-        setting: of the diagnosis, which is another one.
-        factor: times its value.
+        anew: parts that are made anew; others are taken, or kept, where they lie.
     """
-    return {case: _probabilities(Path(out), case, anew, setting, factor) for case in cases}
+    return {case: _probabilities(Path(out), case, anew) for case in cases}
 
 
-def _probabilities(out: Path, case: str, anew: bool, setting: str | None, factor: float) -> dict[str, float]:
-    folder, kept = out / "cases" / case, out / "kept" / f"{case}.pickle"
-    settings = settings_for(folder)
-    if setting is not None:
-        value = scaled(getattr(settings.diagnosis, setting), factor)
-        settings = replace(settings, diagnosis=replace(settings.diagnosis, **{setting: value}))
-    if kept.exists() and not anew:
-        found = pickle.loads(kept.read_bytes())
-        if setting is not None:
-            found = replace(found, balance=Balance(found.balance.trials, settings.diagnosis))
-    else:
-        subject = open_subject(folder, settings.reading)
-        found = looked_at(subject, settings, trials=None, reviews={}, progress=silent)
-        if not anew:
-            kept.parent.mkdir(exist_ok=True)
-            kept.write_bytes(pickle.dumps(found))
-    return dict(answer_of(as_json(diagnosis_from(found)))["probabilities"])
+def _probabilities(out: Path, case: str, anew: Sequence[str]) -> dict[str, float]:
+    settings = settings_for(out / "cases" / case)
+    found = _kept(out / "kept" / case, BEFORE, anew, lambda: _looked_at(out, case, settings))
+    trials = [replace(one, settings=WITNESSES) for one in found.measured]
+    found = replace(found, measured=trials)
+    if found.balance.settings != settings.diagnosis:
+        found = replace(found, balance=Balance(found.balance.trials, settings.diagnosis))
+    said = _kept(out / "kept" / case, WITNESSES_SAY, anew, lambda: asked_of(found))
+    with mock.patch.object(diagnose, "asked", return_value=said):
+        return dict(answer_of(as_json(diagnosis_from(found)))["probabilities"])
+
+
+def asked_of(found: LookedAt) -> Sequence[Statement]:
+    """What all witnesses say."""
+    return diagnose.asked(found.measured, found.entered_mass_kg)
+
+
+def _kept(folder: Path, part: str, anew: Sequence[str], made: Callable[[], Any]) -> Any:
+    file = folder / f"{part}.pickle"
+    if part in anew:
+        return made()
+    if not file.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(pickle.dumps(made()))
+    return pickle.loads(file.read_bytes())
+
+
+def _looked_at(out: Path, case: str, settings: Settings) -> LookedAt:
+    """All that comes before the search; the markers' fit as recorded, which nothing here changes, is kept."""
+
+    def kept(*given: Any, captures: Mapping[str, Capture], **named: Any) -> Fit:
+        def fit() -> Fit:
+            return solve(*given, captures=captures, **named)
+
+        return fit() if captures else _kept(out / "kept" / case, "fit", (), fit)  # captures: repaired ones
+
+    subject, solve = open_subject(out / "cases" / case, settings.reading), diagnose.solve
+    with mock.patch.object(diagnose, "solve", kept):
+        return looked_at(subject, settings, trials=None, reviews={}, progress=silent)
+
+
+def at_work(out: Path, cases: Sequence[str]) -> dict[str, set[str]]:
+    """Files of the solver and settings, by class and name, by the kept part of some cases that they serve."""
+    found: dict[str, set[str]] = {BEFORE: set(), WITNESSES_SAY: set()}
+    for case in cases:
+        settings = settings_for(out / "cases" / case)
+        looked = _used(found[BEFORE], partial(_looked_at, out, case, settings))
+        _used(found[WITNESSES_SAY], partial(asked_of, looked))
+    return found
+
+
+def _used(names: set[str], work: Callable[[], LookedAt | Sequence[Statement]]) -> Any:
+    """What a piece of work makes, and to the names those that it uses."""
+    codes = set()
+
+    def called(frame: FrameType, event: str, _: object) -> None:
+        if event == "call":
+            codes.add(frame.f_code.co_filename)
+
+    with watched() as used:
+        sys.setprofile(called)
+        try:
+            made = work()
+        finally:
+            sys.setprofile(None)
+    names |= {str(Path(code).relative_to(ROOM)) for code in codes if code.startswith(f"{ROOM}/")}
+    names |= {f"{kind.__name__}.{name}" for kind, name in used}
+    return made
 
 
 def answered(cases: Cases, question: Question) -> Answer:
@@ -243,7 +296,11 @@ def page(answers: Sequence[Answer], count: int) -> str:
 
 
 def _place(name: str) -> str:
-    return place_of_number(name) if " " in name else f"`diagnosis.{name.split('.')[1]}` | `{name}`"
+    file, _, called = name.partition(" ")
+    kind, _, setting = called.partition(".")
+    if not setting:
+        return place_of_number(name)
+    return f"`{f'{TABLES[kind]}.{setting}' if kind in TABLES else file.removesuffix('.py')}` | `{called}`"
 
 
 def _words(one: Answer) -> str:

@@ -27,6 +27,7 @@ PAGE = Path(__file__).with_name("MADE_UP_MOTIONS.md")
 SPRINT_M_S = 6.0  # from here on a run is told apart
 FEWEST_PERSONS = 5  # recorded, below which their range says little
 JOINTS = {"hip flexion": "hip_flexion", "knee flexion": "knee_angle", "ankle": "ankle_angle"}
+HELD = {"arm held off": "arm_add", "elbow bent": "elbow_flex", "knee bent": "knee_angle"}  # in standing
 WITHIN, BESIDE, FEW = "within", "beside", "too few recorded"
 Values = Mapping[tuple[str, str], Mapping[str, list[float]]]
 INTRODUCTION = """# Made-up motions beside recorded ones
@@ -45,10 +46,12 @@ def figures(example: Example) -> dict[str, float]:
     """By name; what cannot be told is left out."""
     span = slice(*(example.during or (0, example.motion.frames)))
     q = example.motion.q[span]
+    if example.activity is Activity.STANDING:
+        of_joints = {f"{words} [°]": _columns(example, joint) for words, joint in HELD.items()}
+        return {name: float(np.degrees(np.median(q[:, of]))) for name, of in of_joints.items() if of}
     found = {}
     for words, joint in JOINTS.items():
-        columns = [k for k, dof in enumerate(example.motion.dofs) if dof in (f"{joint}_r", f"{joint}_l")]
-        if columns:
+        if columns := _columns(example, joint):
             found[f"{words}, range [°]"] = float(np.degrees(np.median(np.ptp(q[:, columns], axis=0))))
     height = q[:, list(example.motion.dofs).index("pelvis_ty")]
     found["pelvis, rise and fall [cm]"] = float(100 * np.ptp(height))
@@ -57,6 +60,10 @@ def figures(example: Example) -> dict[str, float]:
     if example.activity in (Activity.WALKING, Activity.RUNNING):
         found |= _of_cycles(_cycles(example, span))
     return found
+
+
+def _columns(example: Example, joint: str) -> list[int]:
+    return [k for k, dof in enumerate(example.motion.dofs) if dof in (f"{joint}_r", f"{joint}_l")]
 
 
 def _cycles(example: Example, span: slice) -> list[Cycle]:
@@ -103,13 +110,21 @@ def verdict(recorded_persons: Iterable[float], made_up_persons: Iterable[float])
     return WITHIN if min(real) <= middle <= max(real) else BESIDE
 
 
+def middles(values: Values) -> Iterator[tuple[str, str, dict[str, float]]]:
+    """Activity, figure, and the median of what each person did."""
+    for (activity, name), of_persons in sorted(values.items()):
+        yield activity, name, {person: float(np.median(each)) for person, each in of_persons.items()}
+
+
 def _rows(real: Values, made_up: Values) -> Iterator[list[str]]:
-    for activity, name in sorted(set(real) & set(made_up)):
-        if activity == Activity.STANDING.value:  # static trials: people were told how to stand
+    made = {(activity, name): of for activity, name, of in middles(made_up)}
+    for activity, name, of_persons in middles(real):
+        if (
+            activity,
+            name,
+        ) not in made or activity == Activity.STANDING.value:  # people were told how to stand
             continue
-        of_real, of_made = (
-            [float(np.median(v)) for v in values[activity, name].values()] for values in (real, made_up)
-        )
+        of_real, of_made = list(of_persons.values()), list(made[activity, name].values())
         yield [activity, name, _range(of_real), _range(of_made), verdict(of_real, of_made)]
 
 

@@ -9,11 +9,12 @@ from benchmarks.rewriting import Number
 SCRIPT = Path(__file__).parents[1] / "scripts" / "constants.py"
 
 
-def tuned_numbers(rooms: tuple[str, ...]) -> list[Number]:
+def tuned_numbers(rooms: tuple[str, ...], *, settings: bool = False) -> list[Number]:
     """Constants at the top of modules that are tuned, by file and name.
 
     Args:
-        rooms: how their files begin.
+        rooms: how their files begin; those of an earlier room come first.
+        settings: settings' defaults as well.
     """
     spec = importlib.util.spec_from_file_location("constants_register", SCRIPT)
     assert spec is not None
@@ -24,8 +25,13 @@ def tuned_numbers(rooms: tuple[str, ...]) -> list[Number]:
     found = [
         Number(one.file, one.name)
         for one in script.constants()
-        if not one.is_setting
-        and one.file.startswith(rooms)
-        and one.name in known.get(one.file, {}).get(script.TUNED, ())
+        if one.file.startswith(rooms)
+        and (settings or not one.is_setting)
+        and script.kind_of(one, known) not in (script.PHYSICAL, script.NUMERICAL, script.UNSORTED)
     ]
-    return sorted(found, key=lambda number: (number.file, number.name))
+
+    def place(number: Number) -> tuple[int, str, str]:
+        room = next(k for k, begins in enumerate(rooms) if number.file.startswith(begins))
+        return room, number.file, number.name
+
+    return sorted(found, key=place)

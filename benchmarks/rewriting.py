@@ -16,6 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from importlib.machinery import ModuleSpec, SourceFileLoader
 from importlib.util import spec_from_file_location
+from itertools import pairwise
 from pathlib import Path
 from types import CodeType, ModuleType
 from typing import Any
@@ -30,10 +31,10 @@ KEPT_OF_A_CAUSE = ("readings", "asked_up_to")  # how sizes are told, and up to w
 
 @dataclass(frozen=True)
 class Number:
-    """A constant at the top of a module, by its file below `solver`."""
+    """A constant at the top of a module, or a setting's default, by its file below `solver`."""
 
     file: str
-    name: str
+    name: str  # of a setting with its class: "TrajectorySettings.mass_std"
 
     @property
     def called(self) -> str:
@@ -47,8 +48,13 @@ class Number:
 
 
 def scaled(value: Any, factor: float) -> Any:
-    """Every number in it times a factor: whole ones stay whole, and at least 1; truths and words stay."""
+    """Every number in it times a factor: whole ones stay whole, and at least 1; truths and words stay.
+
+    Of a curve over a share from 0 to 1, at least three pairs of share and value, the shares stay as well.
+    """
     match value:
+        case ((0 | 0.0, _), (_, _), (_, _), *_) if is_curve(value):
+            return type(value)((share, scaled(one, factor)) for share, one in value)
         case bool() | str() | None:
             return value
         case int():
@@ -63,6 +69,13 @@ def scaled(value: Any, factor: float) -> Any:
         names = [f.name for f in fields(value) if f.init and f.name not in KEPT_OF_A_CAUSE]
         return replace(value, **{name: scaled(getattr(value, name), factor) for name in names})
     return value
+
+
+def is_curve(pairs: Sequence[Any]) -> bool:
+    """Whether all are pairs of numbers of which the first grow and are at most 1."""
+    if not all(isinstance(pair, tuple) and len(pair) == 2 for pair in pairs):
+        return False
+    return all(a[0] < b[0] <= 1 for a, b in pairwise(pairs))
 
 
 def set_otherwise(number: Number, factor: float) -> None:
@@ -147,7 +160,9 @@ class _Loader(SourceFileLoader):
     def get_code(self, fullname: str) -> CodeType:
         """Never from the cache, and never into it."""
         tree = ast.parse(self.get_data(self.path), self.path)
-        if not any(_scales(node, self.number.name, self.factor) for node in tree.body):
+        kind, _, name = self.number.name.rpartition(".")
+        within = [node.body for node in tree.body if isinstance(node, ast.ClassDef) and node.name == kind]
+        if not any(_scales(node, name, self.factor) for node in (within[0] if within else tree.body)):
             raise RuntimeError(f"{self.number.file} has no {self.number.name}")
         return compile(ast.fix_missing_locations(tree), self.path, "exec", dont_inherit=True)
 
@@ -165,6 +180,11 @@ def _scales(node: ast.stmt, name: str, factor: float) -> bool:
         return False
     for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
         match target, node.value:
+            case ast.Name(id=found), ast.Call(func=ast.Name(id="setting"), args=[default, *others]) if (
+                found == name
+            ):
+                node.value.args = [_times(factor, default), *others]
+                return True
             case ast.Name(id=found), _ if found == name:
                 node.value = _times(factor, node.value)
                 return True

@@ -3,14 +3,16 @@
 `python -m benchmarks.settings_sweep run --out DIR` fits windows of three real recordings (over ground, on a
 treadmill, running) with one setting changed at a time, or one constant of a module that a fit uses, and keeps
 each answer as a line of a file: it picks up where it was stopped. What is better with another value there
-is asked again, about six other windows of five recordings. `… page --out DIR --page benchmarks/SETTINGS.md`
-sorts what has been answered:
+is asked again, about six other windows of five recordings, and what is better there too a third time, about
+a trial of each of nine other persons. `… page --out DIR --page benchmarks/SETTINGS.md` sorts what has been
+answered:
 
 - *decides nothing here*: with half and with double, angles differ by less than 0.05° (RMS), forces on
   withheld blocks are missed by as much within 1 %, and as many frames count.
 - *stands*: something changes, and neither half nor double foretells withheld forces and moments better by
   more than 2 %, on the mean of the recordings; or the other windows do not bear that out.
-- *asks for a look*: one of them does, on both sets of windows.
+- *may be chance*: one of them does, on both sets of windows, and not beyond chance for the other persons.
+- *asks for a look*: one of them does, on both sets of windows and for the other persons.
 
 What files never need which are as clean as these (unnamed labels, broken tables, no plates) decides nothing
 here and may decide much elsewhere. The diagnosis' numbers change no fit and are not in it: see
@@ -35,7 +37,7 @@ from jaxtyping import Float
 from benchmarks.recordings import data_folder
 from benchmarks.register import tuned_numbers
 from benchmarks.rewriting import NoAnswerError, Number, answer_with
-from benchmarks.varied import place_of_number
+from benchmarks.varied import FALSE_SHARE, Answer, Evidence, evidence, place_of_number
 from solver.capture.subject import open_subject
 from solver.errors import SettingsError
 from solver.fit import Fit
@@ -59,13 +61,25 @@ OTHER_WINDOWS: Windows = {
     "gait_1": ("gait", (1.25, 2.45)),
 }
 FACTORS = (0.5, 2.0)
+OTHER_PERSONS: Mapping[str, tuple[str, str]] = {
+    "level walk": ("overground_camargo2021_AB06", "levelground_ccw_fast_01_01"),
+    "walk in a laboratory": ("c3d_lab_trials/lasem_FAILT01", "Walk01"),
+    "walk in an exoskeleton": ("exo_apo_gordon", "NE21"),
+    "walk by video": ("opencap_subject4", "walking1"),
+    "another's walk by video": ("opencap_subject6", "walking1"),
+    "walk over two plates": ("anomalies/tiziana2019_lencioni", "trial"),
+    "drop jump by video": ("opencap_reviewed", "DJ1"),
+    "landing": ("c3d_lab_trials/opensim_core", "doubleLegLanding"),
+    "sprint": ("sprint_overground_dorn2012_JA1_9ms", "run0900cms"),
+}
+"""By name: folder of the shared data, and trial; one a person, and none of those of the windows."""
 NOT_OF_A_FIT = "diagnosis"
 ROOMS_OF_A_FIT = ("capture/", "contact/", "dynamics/", "kinematics/", "markers/", "skeleton/")
 SAME_DEG, SAME_SHARE, BETTER_SHARE = 0.05, 0.01, 0.02
 MADE_BY_DATACLASS = "<string>"  # the file of methods that Python made: of hashes and comparisons
 NO_USE = ("__post_init__", "_asdict_inner")  # checks, and copies into results
-ANSWERS, USUAL, AGAIN = "answers.jsonl", "usual.npz", "again"
-NOTHING, STANDS, LOOK = "decides nothing here", "stands", "asks for a look"
+ANSWERS, USUAL, AGAIN, PERSONS = "answers.jsonl", "usual.npz", "again", "persons"
+NOTHING, STANDS, CHANCE, LOOK = "decides nothing here", "stands", "may be chance", "asks for a look"
 PAGE = """# What a setting decides: each halved and doubled
 
 Made by `python -m benchmarks.settings_sweep run | page`: windows of three real recordings are fitted with
@@ -78,8 +92,12 @@ are missed by {missed}.
 *Decides nothing here*: angles change by less than 0.05°, withheld forces by less than 1 %, and no frame more
 or less counts, or no fit of these uses it at all; files with faults, unnamed labels or no plates may need it
 all the same. *Stands*: neither half nor double foretells withheld forces better by more than 2 %; or one
-does, and on six other windows of five recordings it does not, with the figures of those behind. *Asks for a
-look*: one does on both.
+does, and on six other windows of five recordings it does not, with the figures of those behind. What is
+better on both was asked a third time, about a trial of each of {persons} other persons. Were the other value
+no better, it might as well have been the usual one, person by person: *p* is the share of all such exchanges
+that leave it as much better as it is, or more, and *q* the share by chance among it and what is as surely
+better (Benjamini and Hochberg, over those asked). *Asks for a look*: *q* is at most {false:g} %. *May be
+chance*: it is not.
 """
 
 
@@ -183,34 +201,47 @@ def figures(fit: Fit, usual: Float[np.ndarray, "frames angles"] | None) -> dict[
 
 
 def figures_of_all(folder: str, setting: tuple[str, str, float] | None = None) -> dict[str, dict[str, float]]:
-    """Of every window, fitted in this process with the constants as they are here.
+    """Of every window or person, fitted in this process with the constants as they are here.
 
     Args:
-        folder: with the windows and the usual angles.
+        folder: with the windows, if any, and the usual angles.
         setting: table, key and value of one that is another than usually.
     """
     place = Path(folder)
     settings = Settings() if setting is None else Changed(*setting, factor=1.0).settings
     with np.load(place / USUAL) as usual:
-        return {name: figures(solve(open_subject(place / name), settings), usual[name]) for name in usual}
+        return {name: figures(_fitted(place, name, settings), usual[name]) for name in usual}
+
+
+def _fitted(folder: Path, name: str, settings: Settings) -> Fit:
+    """Of a window, or of another person."""
+    if name in OTHER_PERSONS:
+        of, trial = OTHER_PERSONS[name]
+        return solve(open_subject(data_folder() / of), settings, trials=[trial])
+    return solve(open_subject(folder / name), settings)
 
 
 def run(folder: Path, workers: int = 1) -> None:
-    """Answer what has no answer yet; then again, about other windows, what is better with another value."""
+    """Answer what has no answer yet; then about others what is better with another value, twice."""
     asked = [*reversed([*changes()]), *changed_numbers()]  # what every fit obeys comes first
-    _run(folder, WINDOWS, asked, workers)
+    write_recordings(folder, WINDOWS)
+    _run(folder, tuple(WINDOWS), asked, workers)
     better = {name for name, _ in sorted_settings(read(folder))[LOOK]}
-    _run(folder / AGAIN, OTHER_WINDOWS, [change for change in asked if change.name in better], workers)
+    write_recordings(folder / AGAIN, OTHER_WINDOWS)
+    _run(folder / AGAIN, tuple(OTHER_WINDOWS), [change for change in asked if change.name in better], workers)
+    twice = set(better_twice(read(folder), read(folder / AGAIN)))
+    last = [change for change in asked if (change.name, change.factor) in twice]
+    (folder / PERSONS).mkdir(exist_ok=True)
+    _run(folder / PERSONS, tuple(OTHER_PERSONS), last, workers)
 
 
-def _run(folder: Path, windows: Windows, asked: Sequence["Changed | ChangedNumber"], workers: int) -> None:
+def _run(folder: Path, names: Sequence[str], asked: Sequence[Changed | ChangedNumber], workers: int) -> None:
     answers, done = folder / ANSWERS, {(a["setting"], a["factor"]) for a in read(folder)}
     waiting = [change for change in asked if (change.name, change.factor) not in done]
     if not waiting:
         return
-    write_recordings(folder, windows)
     with watched() as used:
-        usual = {name: solve(open_subject(folder / name), Settings()) for name in windows}
+        usual = {name: _fitted(folder, name, Settings()) for name in names}
     np.savez(folder / USUAL, **{name: turning_angles(fit) for name, fit in usual.items()})
     found = {name: figures(fit, None) for name, fit in usual.items()}
     with answers.open("a", encoding="utf-8") as file, ThreadPoolExecutor(workers) as pool:
@@ -283,29 +314,61 @@ def read(folder: Path) -> list[dict]:
     return [json.loads(line) for line in lines]
 
 
-def sorted_settings(answers: list[dict], again: list[dict] | None = None) -> dict[str, list[tuple[str, str]]]:
+def sorted_settings(
+    answers: list[dict], again: list[dict] | None = None, persons: list[dict] | None = None
+) -> dict[str, list[tuple[str, str]]]:
     """Names of the settings by what was found of them, each with figures in words.
 
     Args:
         answers: of the windows that all were asked about.
         again: of others, about which only those that were better with another value were asked.
+        persons: of other persons, about whom values that were better twice were asked.
 
     Returns:
-        Under `NOTHING`, `STANDS` and `LOOK`; a setting with one answer of two is left out.
+        Under `NOTHING`, `STANDS`, `CHANCE` and `LOOK`; a setting with one answer of two is left out.
     """
-    found: dict[str, list[tuple[str, str]]] = {NOTHING: [], STANDS: [], LOOK: []}
-    others = _effects_of_each(again or [])
+    found: dict[str, list[tuple[str, str]]] = {NOTHING: [], STANDS: [], CHANCE: [], LOOK: []}
+    others, twice = _effects_of_each(again or []), better_twice(answers, again or [])
+    surely = evidence_of_persons(persons or [])
     for name, (effects, refused) in sorted(_effects_of_each(answers).items()):
         kind, words = NOTHING, [effect.words for effect in effects]
         better = {effect.factor for effect in effects if effect.is_better}
         if any(not effect.is_nothing for effect in effects):
             kind = LOOK if better else STANDS
         if better and name in others:
-            asked_again = others[name][0]
-            kind = LOOK if any(e.is_better for e in asked_again if e.factor in better) else STANDS
-            words += [f"elsewhere {effect.words}" for effect in asked_again]
+            words += [f"elsewhere {effect.words}" for effect in others[name][0]]
+            asked_thrice = [one for one in twice if one[0] == name]
+            kind = LOOK if asked_thrice else STANDS
+            if asked_thrice and all(one in surely for one in asked_thrice):
+                kind = LOOK if any(surely[one].is_beyond_chance for one in asked_thrice) else CHANCE
+                words += [f"other persons × {one[1]:g}: {surely[one].words}" for one in asked_thrice]
         found[kind].append((name, "; ".join([*words, *(f"× {f:g}: refused" for f in refused)])))
     return found
+
+
+def better_twice(answers: list[dict], again: list[dict]) -> list[tuple[str, float]]:
+    """Settings and factors with which withheld forces are foretold better on both sets of windows."""
+    others = _effects_of_each(again)
+    return [
+        (name, effect.factor)
+        for name, (effects, _) in _effects_of_each(answers).items()
+        for effect in effects
+        if effect.is_better
+        and any(other.is_better and other.factor == effect.factor for other in others.get(name, ([], []))[0])
+    ]
+
+
+def evidence_of_persons(answers: list[dict]) -> dict[tuple[str, float], Evidence]:
+    """How surely each value is better for persons; those without withheld forces are left out."""
+    usual = next((a["figures"] for a in answers if a["setting"] == "usual"), {})
+    judged = {name: before for name, before in usual.items() if np.isfinite(before["force_N"])}
+    changed = [a for a in answers if a["setting"] != "usual" and "figures" in a]
+    each = [
+        Answer(a["setting"], a["factor"], 0.0, 0.0, by_person=_missed_by_more(a["figures"], judged))
+        for a in changed
+    ]
+    same = Answer("usual", 1.0, 0.0, 0.0, by_person=dict.fromkeys(judged, 0.0))
+    return evidence(each, lambda _: same)
 
 
 def _effects_of_each(answers: list[dict]) -> dict[str, tuple[list["Effect"], list[float]]]:
@@ -367,10 +430,7 @@ class Effect:
 
 def _effect(factor: float, answer: Mapping[str, dict], usual: Mapping[str, Mapping[str, float]]) -> Effect:
     of = answer["figures"]
-    shares = []
-    for name, before in usual.items():
-        both = [of[name][key] / before[key] - 1 for key in ("force_N", "moment_Nm")]
-        shares.append(float(np.mean(both)))
+    shares = list(_missed_by_more(of, usual).values())
     frames = sum(of[name]["frames"] - before["frames"] for name, before in usual.items())
     largest = max(shares, key=abs)
     return Effect(
@@ -378,14 +438,26 @@ def _effect(factor: float, answer: Mapping[str, dict], usual: Mapping[str, Mappi
     )
 
 
+def _missed_by_more(
+    of: Mapping[str, Mapping[str, float]], usual: Mapping[str, Mapping[str, float]]
+) -> dict[str, float]:
+    """Share by which withheld forces and moments are missed by more, of each recording."""
+    keys = ("force_N", "moment_Nm")
+    return {
+        name: float(np.mean([of[name][key] / before[key] - 1 for key in keys]))
+        for name, before in usual.items()
+    }
+
+
 def page(folder: Path) -> str:
     """The tables."""
     answers = read(folder)
     usual = next(a["figures"] for a in answers if a["setting"] == "usual")
-    found = sorted_settings(answers, read(folder / AGAIN))
+    found = sorted_settings(answers, read(folder / AGAIN), read(folder / PERSONS))
     judged = sum(map(len, found.values()))
     missed = "; ".join(f"{name} {f['force_N']:.0f} N, {f['moment_Nm']:.1f} N·m" for name, f in usual.items())
-    lines = [PAGE.format(judged=judged, planned=len(_factors_of_each()), missed=missed)]
+    words = {"judged": judged, "planned": len(_factors_of_each()), "missed": missed}
+    lines = [PAGE.format(**words, persons=len(OTHER_PERSONS), false=100 * FALSE_SHARE)]
     for kind, rows in found.items():
         lines += [
             f"## {kind.capitalize()}: {len(rows)}",

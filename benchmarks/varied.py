@@ -16,6 +16,7 @@ FACTORS = (0.5, 2.0)
 SAME_SHARE, BETTER_SHARE = 0.001, 0.02
 ROUNDING = 1e-9  # smaller differences are none
 NOTHING, STANDS, CHANCE, LOOK = "Decides nothing here", "Stands", "May be chance", "Asks for a look"
+REFUSED = "Cannot be so"  # with neither value there is an answer
 FALSE_SHARE = 0.1  # of the values of a page that are called better beyond chance
 RULES = """*Decides nothing here*: with neither do 0.1 % of the answers change, and as many are wrong within
 2 %. *Stands*: something changes, and neither makes fewer answers wrong by more than 2 % of those that are.

@@ -1,6 +1,6 @@
 """Made-up people who walk, run, sprint, squat, stand and land, on floor and belt."""
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,22 +26,27 @@ WHAT = {
     "stand": (Activity.STANDING, Kind.BOTH_FEET),
     "landing": (Activity.JUMP, Kind.DROP_JUMP),
 }
+EVERYTHING = frozenset(WHAT)
 DURATION_S = {"walk": 4.0, "run": 1.6, "sprint": 0.8, "squat": 4.0, "stand": 4.0, "landing": 1.5}
 
 
-def simulated(seeds: tuple[int, ...], folder: Path) -> Iterator[Example]:
-    """Everything that these persons do; motions are kept in a folder, since some take a minute to make.
+def simulated(
+    seeds: tuple[int, ...], folder: Path, activities: Container[str] = EVERYTHING
+) -> Iterator[Example]:
+    """What these persons do; motions are kept in a folder, since some take a minute to make.
 
     Args:
         seeds: of the persons.
         folder: made if it does not exist.
+        activities: as scenarios call them.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for seed in seeds:
         rng = np.random.default_rng(seed)
         body = _somebody(rng)
         for scenario in _scenarios(seed, rng):
-            yield from _examples(seed, scenario, body, folder)
+            if scenario.activity in activities:
+                yield from _examples(seed, scenario, body, folder)
 
 
 def _somebody(rng: np.random.Generator) -> TrueBody:

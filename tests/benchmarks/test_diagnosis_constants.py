@@ -2,22 +2,28 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from benchmarks import diagnosis_constants
 from benchmarks.diagnosis_constants import (
+    BEFORE,
     CHOICE,
     LOOK,
     NOTHING,
     OTHERS,
     REFUSED,
     STANDS,
+    WITNESSES_SAY,
     Cases,
+    at_work,
     heading,
     page,
     questions,
 )
 from benchmarks.varied import Answer
+from solver.diagnosis import diagnose
+from solver.runs import runs
 
 NAN = float("nan")
 
@@ -44,9 +50,12 @@ def test_the_page_says_of_each_what_changes():
     )
     assert row in told.split("## Asks for a look: 1")[1]
     assert "unasked" not in told
-    settings = page([answer(f, NAN, NAN, 0, "DiagnosisSettings.block_s") for f in (0.5, 2.0)], 56)
-    row = "| `diagnosis.block_s` | `DiagnosisSettings.block_s` | × 0.5: no answer; × 2: no answer |"
-    assert row in settings.split("## Cannot be so: 1")[1]
+    block_s, told_nats = "DiagnosisSettings.block_s", "WitnessSettings.told_nats"
+    names = (f"diagnosis_settings.py {block_s}", f"diagnosis/witnesses/settings.py {told_nats}")
+    settings = page([answer(f, NAN, NAN, 0, name) for name in names for f in (0.5, 2.0)], 56)
+    refused = settings.split("## Cannot be so: 2")[1]
+    assert f"| `diagnosis.block_s` | `{block_s}` | × 0.5: no answer; × 2: no answer |" in refused
+    assert f"| `diagnosis/witnesses/settings` | `{told_nats}` |" in refused
 
 
 @pytest.fixture
@@ -60,6 +69,11 @@ def cases(tmp_path, monkeypatch):
         (tmp_path / "truth" / f"case_{k:04d}.json").write_text(json.dumps(truth))
     usual = {f"case_{k:04d}": {"drag": 0.3 * (k == 19), "clock_offset": 0.0} for k in range(len(groups))}
     (tmp_path / "usual.json").write_text(json.dumps(usual))
+    used = {
+        BEFORE: ["effects/marker_slip.py", "DiagnosisSettings.force_noise_N"],
+        WITNESSES_SAY: ["effects/contact_edges.py"],
+    }
+    (tmp_path / "at_work.json").write_text(json.dumps(used))
     monkeypatch.setattr(diagnosis_constants, "make", lambda *_: None)
     return Cases(tmp_path)
 
@@ -71,22 +85,54 @@ def test_a_cause_is_asked_about_its_own_cases_its_rivals_and_some_others(cases):
     assert len(drag.cases) <= 2 + sum(OTHERS.values())
     assert "case_0007" in asked["effects/plate_clock.py LEAST_S"].cases
     assert "case_0007" not in drag.cases
-    assert len(asked["DiagnosisSettings.block_s"].cases) == sum(CHOICE.values())
+    assert len(asked["diagnosis_settings.py DiagnosisSettings.block_s"].cases) == sum(CHOICE.values())
 
 
 def test_every_tuned_constant_of_effects_and_diagnosis_is_asked_twice(cases):
     found = list(questions(cases))
     names = [q.name for q in found]
     assert sorted(names) == sorted([name for name in set(names) for _ in range(2)])
-    assert {"effects/plate_gain.py ABOUT", "DiagnosisSettings.outside_odds"} <= set(names)
+    settings = {
+        "diagnosis_settings.py DiagnosisSettings.outside_odds",
+        "diagnosis/witnesses/settings.py WitnessSettings.place_scatter_m",
+        "dynamics/marker_noise.py MarkerNoise.smoothness",
+    }
+    assert {"effects/plate_gain.py ABOUT", *settings} <= set(names)
     assert any(name.startswith("diagnosis/") for name in names)
     assert "effects/plate_turn.py TURNS_DEG" not in names
     assert not any(name.startswith(("kinematics", "capture")) for name in names)
 
 
-def test_what_acts_before_the_search_is_asked_from_the_files(cases):
-    from_files = {q.name for q in questions(cases) if q.from_the_files}
-    assert "effects/marker_slip.py LEAST_M" in from_files
-    assert "DiagnosisSettings.force_noise_N" in from_files
-    assert "DiagnosisSettings.rival_margin" not in from_files
-    assert "effects/drag.py LEAST_N" not in from_files
+def test_what_is_kept_is_made_anew_where_a_number_is_at_work_in_it(cases):
+    anew = {q.name: q.anew for q in questions(cases)}
+    assert anew["effects/marker_slip.py LEAST_M"] == (BEFORE,)
+    assert anew["diagnosis_settings.py DiagnosisSettings.force_noise_N"] == (BEFORE,)
+    assert anew["effects/contact_edges.py SOUND"] == (WITNESSES_SAY,)
+    assert anew["diagnosis/witnesses/settings.py WitnessSettings.told_nats"] == (WITNESSES_SAY,)
+    assert anew["diagnosis_settings.py DiagnosisSettings.rival_margin"] == ()
+    assert anew["effects/drag.py LEAST_N"] == ()
+
+
+def test_what_is_at_work_before_the_search_is_seen_and_the_first_fit_is_made_once(tmp_path, monkeypatch):
+    fitted = []
+
+    def solve(*_, captures):
+        fitted.append(captures)
+        return "a fit"
+
+    def looked_at(subject, settings, **_):
+        fits = [diagnose.solve(subject, settings, captures=of) for of in ({}, {"trial": "repaired"})]
+        assert fits == ["a fit", "a fit"]
+        return runs(np.array([settings.diagnosis.model_arm_m > 0]))
+
+    monkeypatch.setattr(diagnose, "solve", solve)
+    monkeypatch.setattr(diagnosis_constants, "looked_at", looked_at)
+    monkeypatch.setattr(diagnosis_constants, "open_subject", lambda *_: None)
+    monkeypatch.setattr(diagnosis_constants, "asked_of", lambda *_: ())
+    (tmp_path / "cases" / "one").mkdir(parents=True)
+    for _ in range(2):
+        used = at_work(tmp_path, ["one"])[BEFORE]
+        assert {"runs.py", "DiagnosisSettings.model_arm_m"} <= used
+        assert not {"gravity.py", "DiagnosisSettings.model_time_s"} & used
+    assert fitted == [{}, {"trial": "repaired"}, {"trial": "repaired"}]
+    assert diagnose.solve is solve

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from benchmarks.rewriting import NoAnswerError, Number, answer_with, scaled, set_otherwise
+from solver.diagnosis.witnesses.settings import WitnessSettings
+from solver.dynamics.marker_noise import MarkerNoise
 from solver.effects import plate_gain, segment_displaced
 
 
@@ -28,6 +30,13 @@ def test_every_number_is_scaled_and_nothing_else():
     assert scaled(frozenset({3.0}), 0.5) == frozenset({1.5})
     np.testing.assert_array_equal(scaled(np.array([1.0, 2.0]), 2.0), [2.0, 4.0])
     assert scaled(Sizes("foot", 0.1, 3), 2.0) == Sizes("foot", 0.2, 6)
+
+
+def test_a_curve_keeps_its_places():
+    curve = ((0, 4), (0.5, -2.0), (1.0, 3.0))
+    assert scaled({"knee": curve}, 2.0) == {"knee": ((0, 8), (0.5, -4.0), (1.0, 6.0))}
+    assert scaled(((0.0, 4.0), (0.5, 2.0)), 2.0) == ((0.0, 8.0), (1.0, 4.0))
+    assert scaled(((0.0, 1.0), (3.0, 2.0), (5.0, 2.0)), 2.0) == ((0.0, 2.0), (6.0, 4.0), (10.0, 4.0))
 
 
 def test_of_a_cause_odds_and_sizes_change_and_the_way_it_is_told_does_not():
@@ -50,6 +59,8 @@ def test_everybody_who_knows_a_constant_has_the_new_value_in_that_process_alone(
     usual = segment_displaced.TOGETHER_S
     asks = """
 from solver.diagnosis import marker_causes
+from solver.diagnosis.witnesses.settings import WitnessSettings
+from solver.dynamics.marker_noise import MarkerNoise
 from solver.effects import plate_gain, segment_displaced
 print(segment_displaced.TOGETHER_S, marker_causes.TOGETHER_S)
 print(plate_gain.PlateGain.about.odds_against)
@@ -120,3 +131,21 @@ def test_of_several_names_in_one_statement_the_one_is_changed():
         "set_otherwise(Number('markers/label_parts.py', 'INSIDE'), 0.5)\n"
     )
     assert [float(word) for word in printed(change + asks)] == [sure, inside / 2]
+
+
+def test_a_setting_has_another_default_and_the_others_of_its_class_do_not():
+    usual = WitnessSettings()
+    changed = printed(
+        "from benchmarks.rewriting import Number, set_otherwise\n"
+        "set_otherwise(Number('diagnosis/witnesses/settings.py', 'WitnessSettings.place_scatter_m'), 2.0)\n"
+        "from solver.diagnosis.witnesses.settings import WITNESSES, WitnessSettings\n"
+        "print(WITNESSES.place_scatter_m, WitnessSettings().place_usual_m)"
+    )
+    assert [float(value) for value in changed] == [2 * usual.place_scatter_m, usual.place_usual_m]
+    several = printed(
+        "from benchmarks.rewriting import Number, set_otherwise\n"
+        "set_otherwise(Number('dynamics/marker_noise.py', 'MarkerNoise.smoothness'), 0.5)\n"
+        "from solver.settings import Settings\n"
+        "print(*Settings().diagnosis.markers.smoothness)"
+    )
+    assert [float(value) for value in several] == [0.5 * one for one in MarkerNoise().smoothness]

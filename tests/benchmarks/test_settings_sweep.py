@@ -5,9 +5,11 @@ from dataclasses import asdict, fields, replace
 import pytest
 
 from benchmarks.settings_sweep import (
+    CHANCE,
     LOOK,
     NOTHING,
     STANDS,
+    better_twice,
     changed_numbers,
     changes,
     sorted_settings,
@@ -79,6 +81,28 @@ def test_what_is_better_asks_for_a_look_only_if_it_is_so_on_other_windows_too(el
     assert [k for k, rows in found.items() if rows] == [kind]
     ((_, words),) = found[kind]
     assert words.count("elsewhere × 0.5") == words.count("elsewhere × 2") == 1
+
+
+PEOPLE = {f"person {k}": USUAL for k in range(8)} | {"nothing withheld": {**USUAL, "force_N": float("nan")}}
+
+
+@pytest.mark.parametrize(("better_for", "kind"), [(8, LOOK), (4, CHANCE)])
+def test_what_is_better_twice_asks_for_a_look_if_it_is_beyond_chance_for_other_persons(better_for, kind):
+    better, elsewhere = {"force_N": 18.0, "moment_Nm": 9.0}, {"force_N": 17.0, "moment_Nm": 8.5}
+    both = [answers(half=of, double={"force_N": 30.0}) for of in (better, elsewhere)]
+    others = {
+        name: {**of, "force_N": of["force_N"] * (0.9 if k < better_for else 1.1)}
+        for k, (name, of) in enumerate(PEOPLE.items())
+    }
+    persons = [
+        {"setting": "usual", "factor": 1.0, "figures": PEOPLE},
+        {"setting": NAME, "factor": 0.5, "figures": others},
+    ]
+    assert better_twice(*both) == [(NAME, 0.5)]
+    found = sorted_settings(*both, persons)
+    assert [k for k, rows in found.items() if rows] == [kind]
+    ((_, words),) = found[kind]
+    assert f"other persons × 0.5: better for {better_for} of 8 that differ" in words
 
 
 def test_the_figures_are_told_and_what_is_refused():
