@@ -2,25 +2,41 @@
 
     python -m benchmarks.gait_settings --out DIR
 
-The recordings of `benchmarks.gait_events`, markers alone, one fit each; and for what is read of a belt,
-simulated people on belts. Answers are kept as lines of a file in DIR: it picks up where it was stopped, then
-writes GAIT_SETTINGS.md. Thresholds of plates and of which cycles count are not asked.
+The recordings of `benchmarks.gait_events`, markers alone, one fit each; for what is read of a belt, simulated
+people on belts; for plates and for which cycles count, puppets; for feet out of sight, recordings of which
+some markers are hidden. Answers and what was tracked are kept in DIR: it picks up where it was stopped, then
+writes GAIT_SETTINGS.md.
 """
 
 import argparse
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
 from benchmarks.gait_belts import belt_answer, belted
-from benchmarks.gait_events import Case, harm, without_forces
+from benchmarks.gait_events import Case, Told, harm, without_forces
+from benchmarks.gait_hidden import hidden, told_of_hidden
+from benchmarks.gait_known_cycles import cycles_answer, walks
+from benchmarks.gait_over_plates import over_plates, told_of_plates
 from benchmarks.gait_plates import RECORDINGS, Recording, measured, steps_of
 from benchmarks.gait_thresholds import Feet
-from benchmarks.varied import Answer, Variation, asked, judged_tables, place, rules, usual_of, variations
+from benchmarks.rewriting import Number, answer_with
+from benchmarks.varied import (
+    FACTORS,
+    Answer,
+    Variation,
+    asked,
+    judged_tables,
+    place,
+    place_of_number,
+    rules,
+    variations,
+)
 from solver.capture.subject import open_subject
 from solver.contact.sole import soles
 from solver.gait.foot_motion import foot_motion
@@ -31,10 +47,14 @@ from solver.skeleton.forward import body_poses
 
 PAGE = Path(__file__).with_name("GAIT_SETTINGS.md")
 ANSWERS = "gait.jsonl"
+BELTS, PLATES, CYCLES, HIDDEN = "Belts", "Plates", "Cycles", "Hidden"  # answers with all as usual
 OF_BELTS = ("flat_from", "flat_to", "belt_window_s")
-NOT_OF_FEET = ("threshold_N", "least_peak_N", "gap_s", "walking_m_s", "longest_cycle_s", *OF_BELTS)
+OF_PLATES = ("least_peak_N", "gap_s")
+OF_CYCLES = ("walking_m_s", "longest_cycle_s")
+SAME_STANCE = Number("gait/events.py", "SAME_STANCE_S")  # of plates
+OF_HIDDEN = Number("gait/gait.py", "FEWEST_MARKERS"), Number("gait/gait.py", "BRIDGED_S")
+NOT_OF_FEET = ("threshold_N", *OF_PLATES, *OF_CYCLES, *OF_BELTS)
 SHARES = ("flat_to",)  # double of which is more than one
-BELTS = "Belts"  # the answer with all as usual
 SAME_S = 0.002  # by which an event may move and be the same
 INTRODUCTION = """# What a threshold of the feet's motion decides: each halved and doubled
 
@@ -46,7 +66,21 @@ the events that come and go over all that there are: one that moves by more than
 {belts} are asked about simulated people on belts, whose walk
 over a floor is known: the size of the errors of stride lengths and average speeds (mean of the persons;
 {of_belts:.2f} % as it is), and the share of these that change by more than 0.1 %. Double of `flat_to` halves
-what is missing to one. Thresholds of plates, and of which cycles count, were not asked.
+what is missing to one.
+
+{plates} and `SAME_STANCE_S` are asked about puppets, adults and children, who walk and run over
+three plates in a row: over seams, along edges, beside them ([how](gait_over_plates.py)). When they land and
+leave is known; errors are told as of recordings ({of_plates:.2f} % as it is). {cycles}
+are asked about puppets who walk at 0.2 to 1.4 m/s and halt on the way, and about recorded people who stand,
+squat, sit down and jump: cycles that miss, or that do not count, over all that count ({of_cycles:.2f} % as it
+is). Below 0.4 m/s walk those who do so at home alone (Perry et al. 1995); here their cycles count. Nobody
+steps on the spot or turns.
+
+`FEWEST_MARKERS` and `BRIDGED_S` are asked about recorded walks and runs of which some or all markers of a
+foot were hidden for 0.03 to 0.6 s: events near there, against those of the whole recording. An event that is
+not told, since nobody saw the foot, is missed ({of_hidden:.2f} % as it is).
+
+`threshold_N` was not asked: who makes up how a foot is loaded also makes up where it crosses a threshold.
 
 """
 
@@ -89,18 +123,54 @@ def _walked(recording: Recording, folder: Path) -> Walked:
     return Walked(case, corners, p[:, 0], trial.motion.times, bodies)
 
 
+Event = tuple[str | int, str, float]
+"""Foot, kind and time [s]."""
+
+
 def answer_of(variation: Variation) -> Answer:
-    """One value's."""
+    """One value's, of recordings by their feet alone."""
     name, factor, settings = variation
-    harms: dict[str, list[float]] = {}
-    changed, events = 0, 0
-    for one, before in zip(walked(), _usual(), strict=True):
-        feet = one.feet(settings)
-        harms.setdefault(one.case.recording.folder, []).append(harm(one.case.verdict_with(feet, settings)))
-        told = list(_times(feet, settings))
-        changed += _others(told, before) + _others(before, told)
-        events += len(before)
-    wrong = {person: float(np.mean(each)) / len(harms) for person, each in harms.items()}
+    feet = [one.feet(settings) for one in walked()]
+    told = [list(_times(one, settings)) for one in feet]
+    harms = [
+        (one.case.recording.folder, harm(one.case.verdict_with(of, settings)))
+        for one, of in zip(walked(), feet, strict=True)
+    ]
+    return of_events(name, factor, harms, told, _usual())
+
+
+class Knowing(Protocol):
+    """A trial whose events are known."""
+
+    @property
+    def person(self) -> str: ...
+
+    def harm(self, told: Sequence[Told]) -> float: ...
+
+
+def of_events(
+    name: str,
+    factor: float,
+    harms: Iterable[tuple[str, float]],
+    told: Sequence[Sequence[Event]],
+    usually: Sequence[Sequence[Event]],
+) -> Answer:
+    """What is wrong with events, and how many come and go.
+
+    Args:
+        name: of what was changed.
+        factor: times its value.
+        harms: of each trial, whose it is and what is wrong.
+        told: events of each trial.
+        usually: likewise, with all as usual.
+    """
+    told = [[(foot, kind, time) for foot, kind, time in events] for events in told]  # JSON has lists
+    by_person: dict[str, list[float]] = {}
+    for person, one in harms:
+        by_person.setdefault(person, []).append(one)
+    changed = sum(_others(a, b) + _others(b, a) for a, b in zip(told, usually, strict=True))
+    events = sum(map(len, usually))
+    wrong = {person: float(np.mean(each)) / len(by_person) for person, each in by_person.items()}
     return Answer(name, factor, sum(wrong.values()), changed / events, events, wrong)
 
 
@@ -114,22 +184,55 @@ def _times(feet: Feet, settings: GaitSettings) -> Iterator[tuple[int, str, float
         yield event.foot, event.kind.value, event.time_s
 
 
-def _others(told: list[tuple[int, str, float]], known: list[tuple[int, str, float]]) -> int:
+def _others(told: Sequence[Event], known: Sequence[Event]) -> int:
     """How many have none of their foot and kind at their time."""
     return sum(
         not any(one[:2] == other[:2] and abs(one[2] - other[2]) <= SAME_S for other in known) for one in told
     )
 
 
-def of_belts() -> Iterator[Variation]:
-    """All as usual, then half and double of what is read of a belt."""
-    yield BELTS, 1.0, GAIT
-    yield from (one for one in variations(GAIT, shares=SHARES) if is_of_belts(one[0]))
+def of_plates(kept: Path, name: str, factor: float, told: Sequence[Sequence[Event]]) -> Answer:
+    """Of puppets over plates."""
+    return of_events(name, factor, _harms(over_plates(kept), told), told, told_of_plates(str(kept)))
 
 
-def is_of_belts(name: str) -> bool:
-    """Whether a setting says how a belt is read."""
-    return name.partition(".")[2] in OF_BELTS
+def of_hidden(kept: Path, name: str, factor: float, told: Sequence[Sequence[Event]]) -> Answer:
+    """Of feet that were hidden for a while."""
+    cases = hidden(kept)
+    return of_events(name, factor, _harms(cases, told), told, told_usually(kept))
+
+
+@cache
+def told_usually(kept: Path) -> Sequence[Sequence[Event]]:
+    """Of hidden feet."""
+    return told_of_hidden(str(kept))
+
+
+def _harms(cases: Sequence[Knowing], told: Sequence[Sequence[Event]]) -> Iterator[tuple[str, float]]:
+    for case, events in zip(cases, told, strict=True):
+        yield case.person, case.harm([Told(str(foot), kind, time) for foot, kind, time in events])
+
+
+def usual_for(name: str) -> str:
+    """What a setting or number is compared with."""
+    setting = name.partition(".")[2]
+    for usual, own in ((BELTS, OF_BELTS), (PLATES, OF_PLATES), (CYCLES, OF_CYCLES)):
+        if setting in own:
+            return usual
+    if name == SAME_STANCE.called:
+        return PLATES
+    return HIDDEN if name in (number.called for number in OF_HIDDEN) else "GaitSettings"
+
+
+def of_settings(usual: str) -> Iterator[Variation]:
+    """All as usual, then half and double of what is compared with that."""
+    yield usual, 1.0, GAIT
+    yield from (one for one in variations(GAIT, shares=SHARES) if usual_for(one[0]) == usual)
+
+
+def _of_numbers(usual: str, numbers: Sequence[Number]) -> Iterator[Variation]:
+    yield usual, 1.0, None
+    yield from ((number.called, factor, number) for number in numbers for factor in FACTORS)
 
 
 def main() -> None:
@@ -138,21 +241,67 @@ def main() -> None:
     arguments.add_argument("--out", type=Path, required=True, help="folder in which answers are kept")
     file = arguments.parse_args().out / ANSWERS
     asked(file, variations(GAIT, left_out=NOT_OF_FEET), answer_of)
-    walks = cache(lambda: tuple(belted(file.parent / "sim")))
-    answers = asked(file, of_belts(), lambda variation: belt_answer(walks(), GAIT, variation))
-    usual = usual_of(answers)
+    on_belts = cache(lambda: tuple(belted(file.parent / "sim")))
+    asked(file, of_settings(BELTS), lambda variation: belt_answer(on_belts(), GAIT, variation))
+    _ask_puppets(file)
+    answers = _ask_about_hidden(file)
+    usual = {one.setting: one for one in answers if one.factor == 1.0}
     text = INTRODUCTION.format(
         recordings=sum(not recording.excluded for recording in RECORDINGS),
         usual=100 * usual["GaitSettings"].wrong,
-        belts=", ".join(f"`{key}`" for key in OF_BELTS),
+        belts=_listed(OF_BELTS),
         of_belts=100 * usual[BELTS].wrong,
+        plates=_listed(OF_PLATES),
+        of_plates=100 * usual[PLATES].wrong,
+        cycles=_listed(OF_CYCLES),
+        of_cycles=100 * usual[CYCLES].wrong,
+        of_hidden=100 * usual[HIDDEN].wrong,
     )
     rows = judged_tables(
-        [one for one in answers if one.setting not in usual],
-        lambda name: usual[BELTS if is_of_belts(name) else "GaitSettings"],
-        lambda name: place(name, {"GaitSettings": "gait"}),
+        [one for one in answers if one.setting not in usual], lambda name: usual[usual_for(name)], _place
     )
     PAGE.write_text("\n".join([text + rules(), "", *rows]), encoding="utf-8")
+
+
+def _ask_puppets(file: Path) -> None:
+    """Of plates and cycles."""
+    kept = file.parent
+
+    def over(variation: Variation) -> Answer:
+        name, factor, settings = variation
+        told = [
+            [(event.foot, event.kind, event.time_s) for event in case.told(settings)]
+            for case in over_plates(kept)
+        ]
+        return of_plates(kept, name, factor, told)
+
+    def over_otherwise(variation: Variation) -> Answer:
+        name, factor, number = variation
+        return of_plates(kept, name, factor, answer_with(number, factor, told_of_plates, {"kept": str(kept)}))
+
+    asked(file, of_settings(PLATES), over)
+    asked(file, ((SAME_STANCE.called, factor, SAME_STANCE) for factor in FACTORS), over_otherwise)
+    asked(file, of_settings(CYCLES), lambda variation: cycles_answer(walks(kept), variation))
+
+
+def _ask_about_hidden(file: Path) -> list[Answer]:
+    kept = file.parent
+
+    def told(number: Number | None, factor: float) -> Sequence[Sequence[Event]]:
+        asks = {"kept": str(kept)}
+        return told_usually(kept) if number is None else answer_with(number, factor, told_of_hidden, asks)
+
+    return asked(
+        file, _of_numbers(HIDDEN, OF_HIDDEN), lambda v: of_hidden(kept, v[0], v[1], told(v[2], v[1]))
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(f"`{name}`" for name in names)
+
+
+def _place(name: str) -> str:
+    return place_of_number(name) if " " in name else place(name, {"GaitSettings": "gait"})
 
 
 if __name__ == "__main__":

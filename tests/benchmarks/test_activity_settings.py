@@ -1,7 +1,5 @@
 """Suggested activities, by other numbers: who teaches about whom, and what a silence costs."""
 
-from pathlib import Path
-
 import numpy as np
 
 from benchmarks import activity_settings
@@ -38,9 +36,8 @@ def test_a_wrong_suggestion_is_wrong_twice_and_none_once(monkeypatch):
         suggestion(Activity.WALKING, Kind.OVERGROUND),
         suggestion(Activity.SQUAT, None),
     ]
-    monkeypatch.setattr(activity_settings, "weights_for", lambda *_: None)
     monkeypatch.setattr(activity_settings, "answers", lambda *_: [Answer(trial, one) for one in said])
-    known = Known(Path(), trial, "walk")
+    known = Known(trial, "walk", lambda _: None)
     told = known.answers(ACTIVITIES)
     assert known.person == "a"
     assert told[:4] == ["walking, treadmill", False, NOTHING, False]
@@ -51,7 +48,6 @@ def test_a_wrong_suggestion_is_wrong_twice_and_none_once(monkeypatch):
 def test_a_sub_label_that_nobody_knows_is_not_asked_for(monkeypatch):
     trial = look("A", "a walk", kind=None)
     said = ActivitySuggestion(0, 10, Activity.WALKING, Kind.OVERGROUND, 0.9, "rule")
-    monkeypatch.setattr(activity_settings, "weights_for", lambda *_: None)
     monkeypatch.setattr(activity_settings, "answers", lambda *_: [Answer(trial, said)])
-    known = Known(Path(), trial, "walk")
+    known = Known(trial, "walk", lambda _: None)
     assert known.answers(ACTIVITIES) == known.truth == ["walking", False]
