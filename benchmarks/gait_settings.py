@@ -52,7 +52,7 @@ OF_BELTS = ("flat_from", "flat_to", "belt_window_s")
 OF_PLATES = ("least_peak_N", "gap_s")
 OF_CYCLES = ("walking_m_s", "longest_cycle_s")
 SAME_STANCE = Number("gait/events.py", "SAME_STANCE_S")  # of plates
-OF_HIDDEN = Number("gait/gait.py", "FEWEST_MARKERS"), Number("gait/gait.py", "BRIDGED_S")
+OF_HIDDEN = Number("gait/gait.py", "BRIDGED_S")
 NOT_OF_FEET = ("threshold_N", *OF_PLATES, *OF_CYCLES, *OF_BELTS)
 SHARES = ("flat_to",)  # double of which is more than one
 SAME_S = 0.002  # by which an event may move and be the same
@@ -76,7 +76,7 @@ squat, sit down and jump: cycles that miss, or that do not count, over all that 
 is). Below 0.4 m/s walk those who do so at home alone (Perry et al. 1995); here their cycles count. Nobody
 steps on the spot or turns.
 
-`FEWEST_MARKERS` and `BRIDGED_S` are asked about recorded walks and runs of which some or all markers of a
+`BRIDGED_S` is asked about recorded walks and runs of which some or all markers of a
 foot were hidden for 0.03 to 0.6 s: events near there, against those of the whole recording. An event that is
 not told, since nobody saw the foot, is missed ({of_hidden:.2f} % as it is).
 
@@ -221,7 +221,7 @@ def usual_for(name: str) -> str:
             return usual
     if name == SAME_STANCE.called:
         return PLATES
-    return HIDDEN if name in (number.called for number in OF_HIDDEN) else "GaitSettings"
+    return HIDDEN if name == OF_HIDDEN.called else "GaitSettings"
 
 
 def of_settings(usual: str) -> Iterator[Variation]:
@@ -292,7 +292,7 @@ def _ask_about_hidden(file: Path) -> list[Answer]:
         return told_usually(kept) if number is None else answer_with(number, factor, told_of_hidden, asks)
 
     return asked(
-        file, _of_numbers(HIDDEN, OF_HIDDEN), lambda v: of_hidden(kept, v[0], v[1], told(v[2], v[1]))
+        file, _of_numbers(HIDDEN, (OF_HIDDEN,)), lambda v: of_hidden(kept, v[0], v[1], told(v[2], v[1]))
     )
 
 

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from solver.gait.settings import GaitSettings
 from solver.settings_field import setting
 
 
@@ -37,7 +36,7 @@ class ActivitySettings:
     rise: float = setting(0.15, unit="leg lengths", why="by which a pelvis rises from a chair, at the least")
     lunge_step: float = setting(0.4, unit="leg lengths", why="fore-aft between the feet of a lunge")
     still: float = setting(0.1, unit="m/s", why="of the pelvis: slower, a person stands")
-    walking_m_s: float = setting(GaitSettings.walking_m_s, unit="m/s", why="as for gait cycles")
+    walking_m_s: float = setting(0.4, unit="m/s", why="faster, a person surely walks")
     one_foot_s: float = setting(1.0, unit="s", why="unloaded: no step of a walk takes as long")
 
 

@@ -68,7 +68,7 @@ def cycles_of(
         motion: of the feet, for the surface and the pace.
         heels_ground: origins of the foot bodies [m], at the frames.
         times: of the frames [s].
-        settings: slowest pace, longest cycle.
+        settings: slowest speed, longest cycle.
     """
     surface = _belt(stances, motion, settings)
     travel = np.zeros_like(surface)
@@ -88,11 +88,10 @@ def cycles_of(
             start, end = one.contact_s, following.contact_s
             assert start is not None
             assert end is not None
-            within = (motion.times >= start) & (motion.times <= end)
-            if end - start > settings.longest_cycle_s or motion.pace[within].mean() < settings.walking_m_s:
-                continue
             stride = heel(foot, end) - heel(foot, start)
             length = float(np.linalg.norm(stride))
+            if end - start > settings.longest_cycle_s or length < settings.walking_m_s * (end - start):
+                continue
             others = [
                 (s.contact_s, s.foot)
                 for s in stances

@@ -26,7 +26,6 @@ from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
 
 FEWEST_FRAMES = 10  # a spline and a filter need as many
-FEWEST_MARKERS = 2  # on foot and toes, or all that they have: with one alone the foot's pitch is a guess
 BRIDGED_S = 0.1  # a shorter gap is bridged by the motion before and after
 
 
@@ -96,8 +95,8 @@ def _out_of_sight(
         sole = skeleton.body_index(foot)
         bodies = {sole, *(i for i, parent in enumerate(parents) if parent == sole)}
         own = [i for i, name in enumerate(trial.marker_errors.names) if body_of.get(name) in bodies]
-        too_few = seen[:, own].sum(axis=1) < min(FEWEST_MARKERS, len(own))
-        for start, end in runs(too_few):
+        out_of_sight = ~seen[:, own].any(axis=1) if own else np.zeros(len(seen), dtype=bool)
+        for start, end in runs(out_of_sight):
             hidden[start:end, k] = end - start > BRIDGED_S * trial.motion.rate
     return hidden
 

@@ -64,7 +64,7 @@ class GaitSettings:
     still_m_s: float = setting(0.15, unit="m/s", why="a slower surface stands still: no belt is so slow")
     pace_window_s: float = setting(1.0, unit="s", why="about a stride of a walk")
     walking_m_s: float = setting(
-        0.4, unit="m/s", why="slower, a person stands or shuffles, and no cycle counts"
+        0.2, unit="m/s", why="people who walk at home alone go 0.2 to 0.4 m/s; slower, no cycle counts"
     )
     longest_cycle_s: float = setting(
         2.5, unit="s", why="slow walks of patients reach 2 s; beyond, a step is missing"

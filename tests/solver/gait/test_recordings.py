@@ -225,6 +225,9 @@ def test_a_foot_out_of_sight_tells_no_event_and_no_cycle(real_data):
     gone = {event for event in seen.events if event.foot == 0 and abs(event.time_s - lost) < 0.15}
     assert set(seen.events) - set(gait.events) == gone
     assert not set(gait.events) - set(seen.events)
+    distance[frames, columns[0]] = trial.marker_errors.distance[frames, columns[0]]
+    hardly = replace(trial, marker_errors=replace(trial.marker_errors, distance=distance))
+    assert gait_of(hardly, fit.skeleton, GAIT, CONDITIONING, with_plates=False) == seen
     over = {c for c in seen.cycles if c.foot == 0 and c.start_s <= lost + 0.15 and c.end_s >= lost - 0.15}
     assert {c.start_s for c in seen.cycles} - {c.start_s for c in gait.cycles} == {c.start_s for c in over}
     assert over
