@@ -14,7 +14,8 @@ import argparse
 import json
 import pickle
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -32,13 +33,18 @@ from benchmarks.register import tuned_numbers
 from benchmarks.rewriting import ROOM, NoAnswerError, Number, answer_with
 from benchmarks.settings_sweep import watched
 from benchmarks.varied import (
+    CHANCE,
     FACTORS,
+    FALSE_SHARE,
     LOOK,
     NOTHING,
     REFUSED,
     STANDS,
     Answer,
+    Evidence,
     asked,
+    evidence,
+    kept_answers,
     place_of_number,
     under_headings,
 )
@@ -63,6 +69,7 @@ CHOICE = {INSIDE: 8, OUTSIDE: 2, CLEAN: 2}  # asked about any other
 KEPT_CASES = {INSIDE: COUNT // 3, OUTSIDE: 8, CLEAN: 8}
 TOLD = 0.01  # an effect with that chance has a say in a case
 SAME, BETTER = 0.005, 0.02  # of a probability; of the mean probability of what is right
+TOGETHER = 6  # numbers that are asked about at once, before those that change something are alone
 ROOMS = ("effects/", "diagnosis/", "diagnosis_settings.py", "dynamics/marker_noise.py")
 WITNESS_ROOM = "diagnosis/witnesses/"
 TABLES = {"DiagnosisSettings": "diagnosis", "MarkerNoise": "diagnosis.markers"}  # in settings' files
@@ -73,11 +80,16 @@ Made by `python -m benchmarks.diagnosis_constants`: {cases} cases with one effec
 is on no list, or none. A constant of an effect's file was asked about its own cases and {others} others,
 any other about {choice}. Of a cause's entry (`ABOUT`) the odds and sizes are changed together. A row has, at
 half and at double, how much more probability the right name gets (mean of the cases), and in how many cases
-the answer is another one.
+the answer is another one. Up to {together} constants were changed at once first: a case in which that changes
+nothing was taken as unchanged for each of them.
 
 *Decides nothing here*: no probability changes by more than {same:g} %. *Stands*: some do, and neither gives
-the right names {better:g} % more. *Asks for a look*: one of them does, on few cases. *Cannot be so*: with
-neither there was an answer.
+the right names {better:g} % more. What did was asked about all {cases} cases, each of which counts once. Were
+the other value no better there, it might as well have been the usual one, case by case: *p* is the share of
+all such exchanges that leave it as much better as it is, or more, and *q* the share by chance among it and
+what is as surely better (Benjamini and Hochberg, over those asked; none where too few cases differ). *Asks
+for a look*: *q* is at most {false:g} %. *May be chance*: it is better there, and not so surely; if it is
+not better there, it stands. *Cannot be so*: with neither value there was an answer.
 """
 
 
@@ -94,6 +106,11 @@ class Question:
     def name(self) -> str:
         """As the answers' file has it."""
         return self.number.called if self.number else "usual"
+
+    @property
+    def key(self) -> tuple[str, float]:
+        """What it is known by."""
+        return self.name, self.factor
 
 
 class Cases:
@@ -112,7 +129,7 @@ class Cases:
         """Probabilities by case; asked once."""
         file = self.out / "usual.json"
         if not file.exists():
-            found = told(self.out, Question(None, 1.0, self.all))
+            found = told(self.out, [Question(None, 1.0, self.all)], self.all)
             write_whole(file, json.dumps(found) + "\n")
         return json.loads(file.read_text(encoding="utf-8"))
 
@@ -141,10 +158,14 @@ class Cases:
         said = {name for name, chance in self.usual[case].items() if chance >= TOLD}
         return any(e in hidden or (public(e) in said and public(e) != SOMETHING_ELSE) for e in effects)
 
-    def right(self, answers: Mapping[str, Mapping[str, float]]) -> float:
-        """The mean probability of what is right."""
-        each = [sum(of.get(n, 0.0) for n in self.truths[c]["accepted"]) for c, of in answers.items()]
-        return float(np.mean(each))
+    def is_changed(self, case: str, now: Mapping[str, float]) -> bool:
+        """Whether another probability is told than usually."""
+        before = self.usual[case]
+        return max(abs(now.get(name, 0.0) - before.get(name, 0.0)) for name in {*now, *before}) > SAME
+
+    def right(self, case: str, answer: Mapping[str, float]) -> float:
+        """The probability of what is right."""
+        return sum(answer.get(name, 0.0) for name in self.truths[case]["accepted"])
 
 
 def questions(cases: Cases) -> Iterator[Question]:
@@ -164,14 +185,59 @@ def _effects_of(file: str) -> tuple[str, ...]:
     return tuple(part.split('"', 1)[0] for part in text.split('ABOUT = About(\n    id="')[1:])
 
 
-def told(out: Path, question: Question) -> dict[str, dict[str, float]]:
-    """Probabilities by case.
+def told(out: Path, questions: Sequence[Question], cases: Sequence[str]) -> dict[str, dict[str, float]]:
+    """Probabilities by case, with the numbers of all these questions at their other values.
+
+    Args:
+        out: folder of the cases.
+        questions: alike but for their numbers.
+        cases: to be asked.
 
     Raises:
         NoAnswerError: that value cannot be.
     """
-    asks = {"out": str(out), "cases": question.cases, "anew": question.anew}
-    return dict(answer_with(question.number, question.factor, probabilities, asks))
+    asks = {"out": str(out), "cases": cases, "anew": questions[0].anew}
+    numbers = [one.number for one in questions if one.number]
+    return dict(answer_with(numbers, questions[0].factor, probabilities, asks))
+
+
+def together(questions: Iterable[Question]) -> list[tuple[Question, ...]]:
+    """Some at a time that are alike but for their numbers."""
+    alike: dict[tuple[object, ...], list[Question]] = {}
+    for one in questions:
+        alike.setdefault((one.cases, one.anew, one.factor), []).append(one)
+    return [tuple(each[k : k + TOGETHER]) for each in alike.values() for k in range(0, len(each), TOGETHER)]
+
+
+def suspects(cases: Cases, questions: Sequence[Question]) -> tuple[str, ...]:
+    """Cases of which something else is told with all these numbers at other values; all, if nothing is."""
+    if len(questions) == 1:
+        return questions[0].cases
+    try:
+        found = told(cases.out, questions, questions[0].cases)
+    except NoAnswerError:
+        return questions[0].cases
+    return tuple(case for case, now in found.items() if cases.is_changed(case, now))
+
+
+def all_suspects(
+    cases: Cases, questions: Sequence[Question], workers: int
+) -> dict[tuple[str, float], tuple[str, ...]]:
+    """Of each question, the cases that it is to be asked about alone; kept in a file."""
+    file = cases.out / "together.jsonl"
+    lines = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    found = {(name, line["factor"]): tuple(line["cases"]) for line in lines for name in line["settings"]}
+    groups = together(one for one in questions if one.key not in found)
+    with ThreadPoolExecutor(workers) as pool, file.open("a", encoding="utf-8") as kept:
+        for number, (group, to_ask) in enumerate(
+            zip(groups, pool.map(partial(suspects, cases), groups), strict=True), start=1
+        ):
+            found |= {one.key: to_ask for one in group}
+            line = {"settings": [one.name for one in group], "factor": group[0].factor, "cases": to_ask}
+            kept.write(json.dumps(line) + "\n")
+            kept.flush()
+            print(f"{number} of {len(groups)} groups: {len(to_ask)} of {len(group[0].cases)}", flush=True)
+    return found
 
 
 def probabilities(out: str, cases: Sequence[str], *, anew: Sequence[str]) -> dict[str, dict[str, float]]:
@@ -255,44 +321,87 @@ def _used(names: set[str], work: Callable[[], LookedAt | Sequence[Statement]]) -
     return made
 
 
-def answered(cases: Cases, question: Question) -> Answer:
-    """The probability that is missing of what is right, against usual; and what is answered otherwise."""
+def answered(cases: Cases, question: Question, alone: Sequence[str]) -> Answer:
+    """The probability that is missing of what is right, against usual; and what is answered otherwise.
+
+    Args:
+        cases: all.
+        question: with half or double.
+        alone: cases that it is asked about; others are known to be as usual.
+    """
+    before = {case: cases.usual[case] for case in question.cases}
     try:
-        found = told(cases.out, question)
+        found = before | (told(cases.out, [question], alone) if alone else {})
     except NoAnswerError as error:
         print(f"{question.name} × {question.factor:g}: {error}", flush=True)
         return Answer(question.name, question.factor, float("nan"), float("nan"))
-    before = {case: cases.usual[case] for case in found}
-    changed = [
-        max(abs(now.get(name, 0.0) - before[case].get(name, 0.0)) for name in {*now, *before[case]}) > SAME
-        for case, now in found.items()
-    ]
-    lost = cases.right(before) - cases.right(found)
-    return Answer(question.name, question.factor, lost, float(np.mean(changed)), len(found))
+    changed, count = [case for case, now in found.items() if cases.is_changed(case, now)], len(found)
+    lost = dict.fromkeys(found, 0.0) | {
+        case: (cases.right(case, before[case]) - cases.right(case, found[case])) / count for case in changed
+    }
+    return Answer(question.name, question.factor, sum(lost.values()), len(changed) / count, count, lost)
 
 
-def heading(half: Answer, double: Answer) -> str:
-    """Under which a constant stands."""
-    both = [one for one in (half, double) if one.of]
-    if not both:
+def is_better(one: Answer) -> bool:
+    """Whether it gives the right names more."""
+    return one.wrong < -BETTER
+
+
+def heading(both: Sequence[Answer], of_all: Mapping[tuple[str, float], Evidence]) -> str:
+    """Under which a constant stands.
+
+    Args:
+        both: with half and double.
+        of_all: how surely each value is better that was asked about all cases, by name and factor.
+    """
+    told_of = [one for one in both if one.of]
+    if not told_of:
         return REFUSED
-    if len(both) == 2 and not any(one.changed for one in both):
+    if len(told_of) == 2 and not any(one.changed for one in both):
         return NOTHING
-    return LOOK if min(one.wrong for one in both) < -BETTER else STANDS
+    better = [one for one in told_of if is_better(one)]
+    if not better:
+        return STANDS
+    found = [of_all.get((one.setting, one.factor)) for one in better]
+    if any(one is None or one.is_beyond_chance for one in found):
+        return LOOK
+    return CHANCE if any(one and one.gain > 0 for one in found) else STANDS
 
 
-def page(answers: Sequence[Answer], count: int) -> str:
-    """The whole page."""
-    kinds = (NOTHING, STANDS, LOOK, REFUSED)
-    rows = under_headings(answers, lambda _, both: heading(both[0.5], both[2.0]), _place, _words, kinds)
-    words = INTRODUCTION.format(
+def page(answers: Sequence[Answer], again: Sequence[Answer], count: int) -> str:
+    """The whole page.
+
+    Args:
+        answers: of half and double of each.
+        again: of all cases, where one was better.
+        count: of all cases.
+    """
+    same = Answer("usual", 1.0, 0.0, 0.0, by_person={case: 0.0 for one in again for case in one.by_person})
+    found = evidence(again, lambda _: same)
+    all_cases = {(one.setting, one.factor): one for one in again}
+
+    def words(one: Answer) -> str:
+        key = one.setting, one.factor
+        of_all = f" (all cases {_words(all_cases[key])}, {found[key].words})" if key in found else ""
+        return _words(one) + of_all
+
+    rows = under_headings(
+        answers,
+        lambda _, both: heading(tuple(both.values()), found),
+        _place,
+        words,
+        (NOTHING, STANDS, CHANCE, LOOK, REFUSED),
+    )
+    introduction = INTRODUCTION.format(
         cases=count,
         others=sum(OTHERS.values()),
         choice=sum(CHOICE.values()),
         same=100 * SAME,
         better=100 * BETTER,
+        together=TOGETHER,
+        false=100 * FALSE_SHARE,
     )
-    return "\n".join([words, *rows])
+    return "\n".join([introduction, *rows])
 
 
 def _place(name: str) -> str:
@@ -306,7 +415,8 @@ def _place(name: str) -> str:
 def _words(one: Answer) -> str:
     if not one.of:
         return f"× {one.factor:g}: no answer"
-    return f"× {one.factor:g}: {-100 * one.wrong:+.1f} %, {one.changed * one.of:.0f} of {one.of} otherwise"
+    gain = round(-100 * one.wrong, 1) + 0.0  # no minus zero
+    return f"× {one.factor:g}: {gain:+.1f} %, {one.changed * one.of:.0f} of {one.of} otherwise"
 
 
 def main() -> None:
@@ -315,10 +425,19 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True, help="folder of cases and answers")
     parser.add_argument("--workers", type=int, default=1, help="processes at once")
     given: Any = parser.parse_args()
-    cases = Cases(given.out)
-    variations = ((q.name, q.factor, q) for q in questions(cases))
-    answers = asked(given.out / "answers.jsonl", variations, lambda v: answered(cases, v[2]), given.workers)
-    PAGE.write_text(page(answers, len(cases.all)), encoding="utf-8")
+    cases, file = Cases(given.out), given.out / "answers.jsonl"
+    known = {(one.setting, one.factor) for one in kept_answers(file)}
+    waiting = [one for one in questions(cases) if one.key not in known]
+    alone = all_suspects(cases, waiting, given.workers)
+    variations = ((*one.key, one) for one in waiting)
+    answers = asked(file, variations, lambda v: answered(cases, v[2], alone[v[2].key]), given.workers)
+    better = {(one.setting, one.factor) for one in answers if one.of and is_better(one)}
+    of_all = [replace(one, cases=cases.all) for one in questions(cases) if one.key in better]
+    variations = ((*one.key, one) for one in of_all)
+    again = asked(
+        given.out / "again.jsonl", variations, lambda v: answered(cases, v[2], cases.all), given.workers
+    )
+    PAGE.write_text(page(answers, again, len(cases.all)), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -52,6 +52,7 @@ DONE_WITH = {
 }  # by what a number's name has in it; any other is asked about everything
 UNITS = {"[°]": 10.0}  # of a figure, in which distances are told; of others:
 SHARE = 0.1
+UNTOLD = 10.0  # units: nobody could walk so
 KINDS = (NOTHING, STANDS, CHANCE, LOOK, REFUSED)
 SAME = 0.01  # of a unit: by less a figure does not change
 Figures = Mapping[tuple[str, str], float]
@@ -64,8 +65,8 @@ Made by `python -m benchmarks.made_up_settings`: made-up people beside recorded 
 [MADE_UP_MOTIONS.md](MADE_UP_MOTIONS.md) but for speeds, which people chose, and by how people hold
 themselves in static trials. A row has, at half and at double, how far the made-up people are from a
 recorded one, in tenths of a figure, or in 10° of an angle (mean of the figures, then of the persons), and
-with the number as it is; and the share of figures that change. Each number was asked about the activities
-that it has a part in.
+with the number as it is; and the share of figures that change. A figure that cannot be told, of a motion that
+is no walk, say, counts as ten. Each number was asked about the activities that it has a part in.
 """
 
 
@@ -81,8 +82,10 @@ def activities_of(name: str) -> tuple[str, ...]:
     return next((of for part, of in DONE_WITH.items() if part in name), tuple(sorted(EVERYTHING)))
 
 
-def distance(figure: str, made_up: float, of_person: float) -> float:
-    """In units."""
+def distance(figure: str, made_up: float | None, of_person: float) -> float:
+    """In units; of a figure that nobody can tell, `UNTOLD`."""
+    if made_up is None:
+        return UNTOLD
     unit = next((unit for ends, unit in UNITS.items() if figure.endswith(ends)), SHARE * abs(of_person))
     return abs(made_up - of_person) / unit
 
@@ -99,11 +102,11 @@ def judged(name: str, factor: float, now: Figures, usual: Figures, real: Iterabl
     """
     away: dict[str, list[float]] = {}
     for what, figure, of_persons in real:
-        if (what, figure) in now and not figure.startswith("speed"):
+        if (what, figure) in usual and not figure.startswith("speed"):
             for person, value in of_persons.items():
-                away.setdefault(person, []).append(distance(figure, now[what, figure], value))
+                away.setdefault(person, []).append(distance(figure, now.get((what, figure)), value))
     by_person = {person: float(np.mean(each)) / len(away) for person, each in away.items()}
-    other = [distance(figure, now[what, figure], of) > SAME for (what, figure), of in usual.items()]
+    other = [distance(figure, now.get((what, figure)), of) > SAME for (what, figure), of in usual.items()]
     return Answer(name, factor, sum(by_person.values()), float(np.mean(other)), len(other), by_person)
 
 

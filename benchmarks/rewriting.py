@@ -78,15 +78,16 @@ def is_curve(pairs: Sequence[Any]) -> bool:
     return all(a[0] < b[0] <= 1 for a, b in pairwise(pairs))
 
 
-def set_otherwise(number: Number, factor: float) -> None:
-    """From now on the module is read with that number times the factor.
+def set_otherwise(numbers: Sequence[Number], factor: float) -> None:
+    """From now on their modules are read with those numbers times the factor.
 
     Raises:
-        RuntimeError: the module has been read already.
+        RuntimeError: a module has been read already.
     """
-    if number.module in sys.modules:
-        raise RuntimeError(f"{number.module} has been read; ask in a process of its own")
-    sys.meta_path.insert(0, _Finder(number, factor))
+    for module in {number.module for number in numbers}:
+        if module in sys.modules:
+            raise RuntimeError(f"{module} has been read; ask in a process of its own")
+    sys.meta_path.insert(0, _Finder(numbers, factor))
 
 
 class NoAnswerError(Exception):
@@ -94,12 +95,15 @@ class NoAnswerError(Exception):
 
 
 def answer_with(
-    number: Number | None, factor: float, function: Callable[..., Any], arguments: Mapping[str, Any]
+    number: Number | Sequence[Number] | None,
+    factor: float,
+    function: Callable[..., Any],
+    arguments: Mapping[str, Any],
 ) -> Any:
-    """What a function says in a process in which a number is another one.
+    """What a function says in a process in which a number, or each of several, is another one.
 
     Args:
-        number: the constant; None: all as usual.
+        number: the constant, or several; None: all as usual.
         factor: times its value.
         function: at the top of a module of `benchmarks`.
         arguments: of it, and like its answer such as JSON has them.
@@ -115,8 +119,8 @@ def answer_with(
         f"{_module_of(function)}:{function.__name__}",
         json.dumps(arguments),
     ]
-    if number is not None:
-        command += ["--number", number.file, number.name, "--factor", str(factor)]
+    for one in (number,) if isinstance(number, Number) else number or ():
+        command += ["--number", one.file, one.name, "--factor", str(factor)]
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as errors:
         try:
             done = subprocess.run(
@@ -138,32 +142,32 @@ def _module_of(function: Callable[..., Any]) -> str:
 
 
 class _Finder:
-    def __init__(self, number: Number, factor: float) -> None:
-        self.number, self.factor = number, factor
+    def __init__(self, numbers: Sequence[Number], factor: float) -> None:
+        self.numbers, self.factor = numbers, factor
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        if fullname != self.number.module:
+        numbers = [number for number in self.numbers if number.module == fullname]
+        if not numbers:
             return None
-        file = str(ROOM / self.number.file)
-        return spec_from_file_location(
-            fullname, file, loader=_Loader(fullname, file, self.number, self.factor)
-        )
+        file = str(ROOM / numbers[0].file)
+        return spec_from_file_location(fullname, file, loader=_Loader(fullname, file, numbers, self.factor))
 
 
 class _Loader(SourceFileLoader):
-    def __init__(self, fullname: str, path: str, number: Number, factor: float) -> None:
+    def __init__(self, fullname: str, path: str, numbers: Sequence[Number], factor: float) -> None:
         super().__init__(fullname, path)
-        self.number, self.factor = number, factor
+        self.numbers, self.factor = numbers, factor
 
     def get_code(self, fullname: str) -> CodeType:
         """Never from the cache, and never into it."""
         tree = ast.parse(self.get_data(self.path), self.path)
-        kind, _, name = self.number.name.rpartition(".")
-        within = [node.body for node in tree.body if isinstance(node, ast.ClassDef) and node.name == kind]
-        if not any(_scales(node, name, self.factor) for node in (within[0] if within else tree.body)):
-            raise RuntimeError(f"{self.number.file} has no {self.number.name}")
+        for number in self.numbers:
+            kind, _, name = number.name.rpartition(".")
+            within = [node.body for node in tree.body if isinstance(node, ast.ClassDef) and node.name == kind]
+            if not any(_scales(node, name, self.factor) for node in (within[0] if within else tree.body)):
+                raise RuntimeError(f"{number.file} has no {number.name}")
         return compile(ast.fix_missing_locations(tree), self.path, "exec", dont_inherit=True)
 
 
@@ -201,11 +205,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog=f"python -m {MODULE}", description=__doc__)
     parser.add_argument("function")
     parser.add_argument("arguments")
-    parser.add_argument("--number", nargs=2)
+    parser.add_argument("--number", nargs=2, action="append", default=[])
     parser.add_argument("--factor", type=float, default=1.0)
     given = parser.parse_args()
     if given.number:
-        set_otherwise(Number(*given.number), given.factor)
+        set_otherwise([Number(*one) for one in given.number], given.factor)
     module, _, name = given.function.partition(":")
     function = getattr(importlib.import_module(module), name)
     print(json.dumps(function(**json.loads(given.arguments))))

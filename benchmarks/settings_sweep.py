@@ -36,7 +36,7 @@ from jaxtyping import Float
 
 from benchmarks.recordings import data_folder
 from benchmarks.register import tuned_numbers
-from benchmarks.rewriting import NoAnswerError, Number, answer_with
+from benchmarks.rewriting import NoAnswerError, Number, answer_with, scaled
 from benchmarks.varied import FALSE_SHARE, Answer, Evidence, evidence, place_of_number
 from solver.capture.subject import open_subject
 from solver.errors import SettingsError
@@ -74,7 +74,10 @@ OTHER_PERSONS: Mapping[str, tuple[str, str]] = {
 }
 """By name: folder of the shared data, and trial; one a person, and none of those of the windows."""
 NOT_OF_A_FIT = "diagnosis"
-ROOMS_OF_A_FIT = ("capture/", "contact/", "dynamics/", "kinematics/", "markers/", "skeleton/")
+ROOMS_OF_A_FIT = (
+    *("capture/", "contact/", "dynamics/", "kinematics/", "markers/", "skeleton/"),
+    *("filters.py", "foretelling_stage.py", "plate_figures.py", "torques_stage.py"),
+)
 SAME_DEG, SAME_SHARE, BETTER_SHARE = 0.05, 0.01, 0.02
 MADE_BY_DATACLASS = "<string>"  # the file of methods that Python made: of hashes and comparisons
 NO_USE = ("__post_init__", "_asdict_inner")  # checks, and copies into results
@@ -107,7 +110,7 @@ class Changed:
 
     table: str  # as the TOML file names it
     key: str
-    value: float
+    value: float | tuple[float, ...]
     factor: float  # of the default
 
     @property
@@ -127,7 +130,8 @@ class Changed:
         Raises:
             SettingsError: the value is none that this setting takes.
         """
-        table: dict[str, object] = {self.key: self.value}
+        in_file = list(self.value) if isinstance(self.value, tuple) else self.value
+        table: dict[str, object] = {self.key: in_file}
         first, *inner = self.table.split(".")
         for name in reversed(inner):
             table = {name: table}
@@ -135,7 +139,7 @@ class Changed:
 
 
 def changes() -> Iterator[Changed]:
-    """Half and double of every numeric setting of a fit that is not zero."""
+    """Half and double of every numeric setting of a fit that is not zero; of several numbers, all at once."""
     for table, stage in tables(Settings()):
         for field in fields(stage):
             default = getattr(stage, field.name)
@@ -147,6 +151,8 @@ def changes() -> Iterator[Changed]:
                 other = (max(1, default // 2), 2 * default)
                 pairs = zip(other, FACTORS, strict=True)
                 yield from (Changed(table, field.name, v, f) for v, f in pairs if v != default)
+            elif isinstance(default, tuple) and scaled(default, 2.0) != default:
+                yield from (Changed(table, field.name, scaled(default, factor), factor) for factor in FACTORS)
 
 
 @dataclass(frozen=True)
@@ -200,7 +206,7 @@ def figures(fit: Fit, usual: Float[np.ndarray, "frames angles"] | None) -> dict[
     return found
 
 
-def figures_of_all(folder: str, setting: tuple[str, str, float] | None = None) -> dict[str, dict[str, float]]:
+def figures_of_all(folder: str, setting: tuple[str, str, Any] | None = None) -> dict[str, dict[str, float]]:
     """Of every window or person, fitted in this process with the constants as they are here.
 
     Args:

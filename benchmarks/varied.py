@@ -17,6 +17,7 @@ SAME_SHARE, BETTER_SHARE = 0.001, 0.02
 ROUNDING = 1e-9  # smaller differences are none
 NOTHING, STANDS, CHANCE, LOOK = "Decides nothing here", "Stands", "May be chance", "Asks for a look"
 REFUSED = "Cannot be so"  # with neither value there is an answer
+MOST_EXACT, DRAWN = 18, 100_000
 FALSE_SHARE = 0.1  # of the values of a page that are called better beyond chance
 RULES = """*Decides nothing here*: with neither do 0.1 % of the answers change, and as many are wrong within
 2 %. *Stands*: something changes, and neither makes fewer answers wrong by more than 2 % of those that are.
@@ -137,6 +138,11 @@ class Questions:
         return Answer(name, factor, sum(wrong.values()), sum(changed.values()), count, wrong)
 
 
+def kept_answers(file: Path) -> list[Answer]:
+    """Those of a file that `asked` wrote, if there is one."""
+    return [Answer(**json.loads(line)) for line in file.read_text().splitlines()] if file.exists() else []
+
+
 def asked(
     file: Path, waiting: Iterable[Variation], answer: Callable[[Variation], Answer], workers: int = 1
 ) -> list[Answer]:
@@ -148,7 +154,7 @@ def asked(
         answer: of one.
         workers: threads that ask at once.
     """
-    kept = [Answer(**json.loads(line)) for line in file.read_text().splitlines()] if file.exists() else []
+    kept = kept_answers(file)
     known = {(one.setting, one.factor) for one in kept}
     file.parent.mkdir(parents=True, exist_ok=True)
     with ThreadPoolExecutor(workers) as pool:
@@ -166,6 +172,7 @@ class Evidence:
 
     better: int  # persons of whom fewer answers are wrong
     differ: int  # persons of whom more or fewer are
+    gain: float  # by how much less is wrong
     p: float  # share of exchanges by which it is as much better
     q: float | None  # share by chance of it and what is as surely better; None: too few persons differ
 
@@ -197,7 +204,9 @@ def evidence(answers: Sequence[Answer], usual: Callable[[str], Answer]) -> dict[
     counted = [name for name, one in least.items() if one <= FALSE_SHARE / rank]
     q = dict(zip(counted, false_discovery_control([p[name] for name in counted]), strict=True))
     return {
-        name: Evidence(int((of > 0).sum()), len(of), p[name], float(q[name]) if name in q else None)
+        name: Evidence(
+            int((of > 0).sum()), len(of), float(of.sum()), p[name], float(q[name]) if name in q else None
+        )
         for name, of in gains.items()
     }
 
@@ -212,12 +221,16 @@ def chance_of(gains: Float[np.ndarray, " persons"]) -> float:
     """The share of all choices of signs by which a sum is as large as it is, or larger.
 
     Args:
-        gains: of each person, none of them zero.
+        gains: of each person, none of them zero; of more than `MOST_EXACT` some choices are drawn.
     """
+    as_much = gains.sum() - ROUNDING * np.abs(gains).sum()
+    if len(gains) > MOST_EXACT:
+        signs = np.random.default_rng(0).choice([-1.0, 1.0], (DRAWN, len(gains)))
+        return float((1 + np.sum(signs @ gains >= as_much)) / (1 + DRAWN))
     sums = np.zeros(1)
     for gain in gains:
         sums = np.concatenate([sums - gain, sums + gain])
-    return float(np.mean(sums >= gains.sum() - ROUNDING * np.abs(gains).sum()))
+    return float(np.mean(sums >= as_much))
 
 
 def verdict(half: Answer, double: Answer, usual: Answer, beyond_chance: Container[float]) -> str:

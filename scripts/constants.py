@@ -30,6 +30,7 @@ COLUMNS = (PHYSICAL, NUMERICAL, SUPPORTED, WITHOUT_EFFECT, BY_CHANCE, UNSUPPORTE
 VARIED = [
     *(f"benchmarks/{of}SETTINGS.md" for of in ("", "ACTIVITY_", "DETECTION_", "GAIT_", "READING_")),
     "benchmarks/DIAGNOSIS_CONSTANTS.md",
+    "benchmarks/MADE_UP_SETTINGS.md",
     "benchmarks/MARKER_LABELS.md",
 ]
 BY_HEADING = {

@@ -14,14 +14,18 @@ from benchmarks.diagnosis_constants import (
     OTHERS,
     REFUSED,
     STANDS,
+    TOGETHER,
     WITNESSES_SAY,
     Cases,
+    all_suspects,
+    answered,
     at_work,
     heading,
     page,
     questions,
 )
-from benchmarks.varied import Answer
+from benchmarks.rewriting import NoAnswerError
+from benchmarks.varied import CHANCE, Answer, Evidence
 from solver.diagnosis import diagnose
 from solver.runs import runs
 
@@ -32,27 +36,44 @@ def answer(factor, lost, changed, of=10, name="effects/drag.py LEAST_N"):
     return Answer(name, factor, lost, changed, of)
 
 
+def kind(half, double, of_all=None):
+    return heading([half, double], of_all or {})
+
+
 def test_a_constant_stands_unless_another_value_gives_right_names_more():
-    assert heading(answer(0.5, 0.0, 0.0), answer(2.0, 0.0, 0.0)) == NOTHING
-    assert heading(answer(0.5, 0.3, 0.1), answer(2.0, 0.0, 0.0)) == STANDS
-    assert heading(answer(0.5, -0.01, 0.1), answer(2.0, 0.2, 0.3)) == STANDS
-    assert heading(answer(0.5, 0.1, 0.1), answer(2.0, -0.03, 0.3)) == LOOK
-    assert heading(answer(0.5, NAN, NAN, 0), answer(2.0, 0.1, 0.3)) == STANDS
-    assert heading(answer(0.5, NAN, NAN, 0), answer(2.0, 0.0, 0.0)) == STANDS
-    assert heading(answer(0.5, NAN, NAN, 0), answer(2.0, NAN, NAN, 0)) == REFUSED
+    assert kind(answer(0.5, 0.0, 0.0), answer(2.0, 0.0, 0.0)) == NOTHING
+    assert kind(answer(0.5, 0.3, 0.1), answer(2.0, 0.0, 0.0)) == STANDS
+    assert kind(answer(0.5, -0.01, 0.1), answer(2.0, 0.2, 0.3)) == STANDS
+    assert kind(answer(0.5, 0.1, 0.1), answer(2.0, -0.03, 0.3)) == LOOK
+    assert kind(answer(0.5, NAN, NAN, 0), answer(2.0, 0.1, 0.3)) == STANDS
+    assert kind(answer(0.5, NAN, NAN, 0), answer(2.0, 0.0, 0.0)) == STANDS
+    assert kind(answer(0.5, NAN, NAN, 0), answer(2.0, NAN, NAN, 0)) == REFUSED
+
+
+@pytest.mark.parametrize(
+    ("gain", "q", "where"), [(0.1, 0.02, LOOK), (0.1, 0.3, CHANCE), (0.1, None, CHANCE), (-0.1, None, STANDS)]
+)
+def test_what_is_better_on_few_cases_stands_as_all_cases_tell(gain, q, where):
+    half, double = answer(0.5, 0.1, 0.1), answer(2.0, -0.03, 0.3)
+    assert kind(half, double, {(double.setting, 2.0): Evidence(1, 2, gain, 0.25, q)}) == where
 
 
 def test_the_page_says_of_each_what_changes():
-    told = page([answer(0.5, 0.05, 0.2), answer(2.0, -0.031, 0.5), answer(0.5, 0.0, 0.0, name="unasked")], 56)
+    told = page(
+        [answer(0.5, 0.05, 0.2), answer(2.0, -0.031, 0.5), answer(0.5, 0.0, 0.0, name="unasked")],
+        [Answer("effects/drag.py LEAST_N", 2.0, -0.01, 2 / 56, 56, {"one": -0.015, "other": 0.005})],
+        56,
+    )
     assert "56 cases" in told
     row = (
-        "| `effects/drag.py` | `LEAST_N` | × 0.5: -5.0 %, 2 of 10 otherwise; × 2: +3.1 %, 5 of 10 otherwise |"
+        "| `effects/drag.py` | `LEAST_N` | × 0.5: -5.0 %, 2 of 10 otherwise; × 2: +3.1 %, 5 of 10 otherwise "
+        "(all cases × 2: +1.0 %, 2 of 56 otherwise, better for 1 of 2 that differ, p 50.0 %) |"
     )
-    assert row in told.split("## Asks for a look: 1")[1]
+    assert row in told.split("## May be chance: 1")[1]
     assert "unasked" not in told
     block_s, told_nats = "DiagnosisSettings.block_s", "WitnessSettings.told_nats"
     names = (f"diagnosis_settings.py {block_s}", f"diagnosis/witnesses/settings.py {told_nats}")
-    settings = page([answer(f, NAN, NAN, 0, name) for name in names for f in (0.5, 2.0)], 56)
+    settings = page([answer(f, NAN, NAN, 0, name) for name in names for f in (0.5, 2.0)], [], 56)
     refused = settings.split("## Cannot be so: 2")[1]
     assert f"| `diagnosis.block_s` | `{block_s}` | × 0.5: no answer; × 2: no answer |" in refused
     assert f"| `diagnosis/witnesses/settings` | `{told_nats}` |" in refused
@@ -136,3 +157,34 @@ def test_what_is_at_work_before_the_search_is_seen_and_the_first_fit_is_made_onc
         assert not {"gravity.py", "DiagnosisSettings.model_time_s"} & used
     assert fitted == [{}, {"trial": "repaired"}, {"trial": "repaired"}]
     assert diagnose.solve is solve
+
+
+def test_what_changes_nothing_together_is_not_asked_alone(cases, monkeypatch):
+    asked_of = []
+
+    def told(_, some, of):
+        asked_of.append((len(some), len(of)))
+        if any(one.name == "effects/drag.py LEAST_N" for one in some):
+            return {case: cases.usual[case] | {"drag": 0.9 * (case == "case_0019")} for case in of}
+        if len(some) > 1 and some[0].number.file == "effects/plate_clock.py":
+            raise NoAnswerError("too short")
+        return {case: cases.usual[case] for case in of}
+
+    monkeypatch.setattr(diagnosis_constants, "told", told)
+    files = ("effects/drag.py", "effects/plate_clock.py", "effects/leaps.py")
+    some = [q for q in questions(cases) if q.number.file in files]
+    alone = all_suspects(cases, some, 1)
+    of_drag = {alone[q.key] for q in some if q.number.file == files[0]}
+    assert of_drag == {("case_0019",)}
+    assert {alone[q.key] for q in some if q.number.file == files[2]} == {()}
+    assert all(alone[q.key] == q.cases for q in some if q.number.file == files[1])
+    assert max(count for count, _ in asked_of) <= TOGETHER
+    before = len(asked_of)
+    assert all_suspects(cases, some, 1) == alone
+    assert len(asked_of) == before
+    answers = {q.key: answered(cases, q, alone[q.key]) for q in some}
+    least = answers["effects/drag.py LEAST_N", 2.0]
+    assert (least.changed * least.of, least.wrong) == (pytest.approx(1), 0.0)
+    assert set(least.by_person) == set(some[0].cases)
+    assert answers["effects/drag.py ABOUT", 2.0].changed == 0.0
+    assert not any(one.changed for one in answers.values() if one.setting.startswith(files[2]))

@@ -28,6 +28,9 @@ def test_each_recorded_person_counts_once_and_what_was_not_made_up_does_not():
     assert told.by_person == {"one": pytest.approx(0.5), "other": pytest.approx(0.5)}
     assert told.wrong == pytest.approx(1.0)
     assert (told.changed, told.of) == (0.0, 2)
+    untold = judged(NAME, 2.0, {}, MADE, REAL)
+    assert untold.wrong == pytest.approx(10.0)
+    assert untold.changed == 1.0
     deeper = {**MADE, ("squat", "knee flexion, range [°]"): 100.0}
     other = judged(NAME, 2.0, deeper, MADE, REAL)
     assert other.by_person == {"one": pytest.approx(0.25), "other": pytest.approx(1.0)}

@@ -67,8 +67,8 @@ print(plate_gain.PlateGain.about.odds_against)
 """
     changed = printed(
         "from benchmarks.rewriting import Number, set_otherwise\n"
-        "set_otherwise(Number('effects/segment_displaced.py', 'TOGETHER_S'), 2.0)\n"
-        "set_otherwise(Number('effects/plate_gain.py', 'ABOUT'), 0.5)" + asks
+        "set_otherwise([Number('effects/segment_displaced.py', 'TOGETHER_S')], 2.0)\n"
+        "set_otherwise([Number('effects/plate_gain.py', 'ABOUT')], 0.5)" + asks
     )
     odds = plate_gain.ABOUT.odds_against
     assert [float(word) for word in changed] == [2 * usual, 2 * usual, odds / 2]
@@ -77,10 +77,10 @@ print(plate_gain.PlateGain.about.odds_against)
 
 def test_a_module_that_has_been_read_is_refused_and_so_is_a_name_that_it_lacks():
     with pytest.raises(RuntimeError, match="has been read"):
-        set_otherwise(Number("effects/plate_gain.py", "LEAST"), 2.0)
+        set_otherwise([Number("effects/plate_gain.py", "LEAST")], 2.0)
     told = printed(
         "from benchmarks.rewriting import Number, set_otherwise\n"
-        "set_otherwise(Number('effects/drag.py', 'NO_SUCH'), 2.0)\n"
+        "set_otherwise([Number('effects/drag.py', 'NO_SUCH')], 2.0)\n"
         "try:\n    import solver.effects.drag\nexcept RuntimeError as error:\n    print(error)"
     )
     assert " ".join(told) == "effects/drag.py has no NO_SUCH"
@@ -128,7 +128,7 @@ def test_of_several_names_in_one_statement_the_one_is_changed():
     sure, inside = (float(word) for word in printed(asks))
     change = (
         "from benchmarks.rewriting import Number, set_otherwise\n"
-        "set_otherwise(Number('markers/label_parts.py', 'INSIDE'), 0.5)\n"
+        "set_otherwise([Number('markers/label_parts.py', 'INSIDE')], 0.5)\n"
     )
     assert [float(word) for word in printed(change + asks)] == [sure, inside / 2]
 
@@ -137,15 +137,31 @@ def test_a_setting_has_another_default_and_the_others_of_its_class_do_not():
     usual = WitnessSettings()
     changed = printed(
         "from benchmarks.rewriting import Number, set_otherwise\n"
-        "set_otherwise(Number('diagnosis/witnesses/settings.py', 'WitnessSettings.place_scatter_m'), 2.0)\n"
+        "set_otherwise([Number('diagnosis/witnesses/settings.py', 'WitnessSettings.place_scatter_m')], 2.0)\n"
         "from solver.diagnosis.witnesses.settings import WITNESSES, WitnessSettings\n"
         "print(WITNESSES.place_scatter_m, WitnessSettings().place_usual_m)"
     )
     assert [float(value) for value in changed] == [2 * usual.place_scatter_m, usual.place_usual_m]
     several = printed(
         "from benchmarks.rewriting import Number, set_otherwise\n"
-        "set_otherwise(Number('dynamics/marker_noise.py', 'MarkerNoise.smoothness'), 0.5)\n"
+        "set_otherwise([Number('dynamics/marker_noise.py', 'MarkerNoise.smoothness')], 0.5)\n"
         "from solver.settings import Settings\n"
         "print(*Settings().diagnosis.markers.smoothness)"
     )
     assert [float(value) for value in several] == [0.5 * one for one in MarkerNoise().smoothness]
+
+
+def test_several_numbers_are_others_at_once_also_of_one_module():
+    usual = (segment_displaced.TOGETHER_S, plate_gain.ABOUT.odds_against, WitnessSettings().place_scatter_m)
+    changed = printed(
+        "from benchmarks.rewriting import Number, set_otherwise\n"
+        "set_otherwise([Number('effects/segment_displaced.py', 'TOGETHER_S'),"
+        " Number('effects/plate_gain.py', 'ABOUT'),"
+        " Number('diagnosis/witnesses/settings.py', 'WitnessSettings.place_scatter_m'),"
+        " Number('diagnosis/witnesses/settings.py', 'WitnessSettings.told_nats')], 2.0)\n"
+        "from solver.effects import plate_gain, segment_displaced\n"
+        "from solver.diagnosis.witnesses.settings import WITNESSES\n"
+        "print(segment_displaced.TOGETHER_S, plate_gain.ABOUT.odds_against, WITNESSES.place_scatter_m)\n"
+        "print(WITNESSES.told_nats)"
+    )
+    assert [float(value) for value in changed] == [2 * one for one in (*usual, WitnessSettings().told_nats)]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from scipy.stats import permutation_test
+from scipy.stats import binom, permutation_test
 
 from benchmarks.varied import (
     CHANCE,
@@ -85,6 +85,9 @@ def test_all_of_some_are_better_by_chance_once_in_two_to_their_number():
     assert chance_of(np.array([0.1, 0.1, 0.3])) == 1 / 8
     assert chance_of(np.array([0.1, 0.1, -0.3])) == 5 / 8
     assert chance_of(np.array([])) == 1.0
+    many = np.r_[np.full(15, 0.1), np.full(10, -0.1)]
+    exact = binom.sf(14, 25, 0.5)  # as many gains of one size as there are, or more
+    assert chance_of(many) == pytest.approx(exact, abs=0.005)
 
 
 def of_persons(name, factor, wrong):
