@@ -31,7 +31,6 @@ from benchmarks.varied import (
     asked,
     judged_tables,
     place,
-    place_of_number,
     rules,
     usual_of,
     variations,
@@ -250,12 +249,9 @@ def main() -> None:
         of_puppets=100 * performed_usually.wrong,
         of_going=100 * usuals[GOING].wrong,
     )
-    rows = judged_tables([one for one in found if one.setting not in usuals], before, _place)
+    judged = [one for one in found if one.setting not in usuals]
+    rows = judged_tables(judged, before, lambda name: place(name, {"ActivitySettings": "activities"}))
     PAGE.write_text("\n".join([text + rules(), "", *rows]), encoding="utf-8")
-
-
-def _place(name: str) -> str:
-    return place_of_number(name) if " " in name else place(name, {"ActivitySettings": "activities"})
 
 
 if __name__ == "__main__":

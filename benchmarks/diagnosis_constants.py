@@ -426,14 +426,17 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=1, help="processes at once")
     given: Any = parser.parse_args()
     cases, file = Cases(given.out), given.out / "answers.jsonl"
+    every = {one.key: one for one in questions(cases)}
     known = {(one.setting, one.factor) for one in kept_answers(file)}
-    waiting = [one for one in questions(cases) if one.key not in known]
+    waiting = [one for key, one in every.items() if key not in known]
     alone = all_suspects(cases, waiting, given.workers)
     variations = ((*one.key, one) for one in waiting)
     answers = asked(file, variations, lambda v: answered(cases, v[2], alone[v[2].key]), given.workers)
-    better = {(one.setting, one.factor) for one in answers if one.of and is_better(one)}
-    of_all = [replace(one, cases=cases.all) for one in questions(cases) if one.key in better]
-    variations = ((*one.key, one) for one in of_all)
+    answers = [
+        one for one in answers if (one.setting, one.factor) in every
+    ]  # kept ones may be of what is gone
+    better = [(one.setting, one.factor) for one in answers if one.of and is_better(one)]
+    variations = ((*key, replace(every[key], cases=cases.all)) for key in better)
     again = asked(
         given.out / "again.jsonl", variations, lambda v: answered(cases, v[2], cases.all), given.workers
     )

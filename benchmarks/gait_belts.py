@@ -18,6 +18,7 @@ from solver.gait.foot_motion import FootMotion, foot_motion
 from solver.gait.settings import GAIT, GaitSettings
 from solver.gait.speed import treadmill_speed
 from solver.skeleton.forward import body_poses
+from solver.skeleton.skeleton import Skeleton
 
 ON_BELT = ", belt"
 SAME_SHARE = 0.001  # by which a figure may change and be the same
@@ -94,9 +95,16 @@ def _belted(example: Example, over_floor: Example) -> Belted:
 
 def feet_of(example: Example) -> tuple[FootMotion, tuple[Float[np.ndarray, "frames 3"], ...]]:
     """How the soles move, and where the heels are [m]."""
-    R, p = body_poses(example.skeleton, example.motion.q)
-    corners = [sole.corners_ground(R, p) for sole in soles(example.skeleton, example.feet)]
+    corners, p = corners_of(example.skeleton, example.feet, example.motion.q)
     return foot_motion(corners, p[:, 0], example.motion.times, GAIT), _heels(example, p)
+
+
+def corners_of(
+    skeleton: Skeleton, feet: Sequence[str], q: Float[np.ndarray, "frames dofs"]
+) -> tuple[list[Float[np.ndarray, "frames corners 3"]], Float[np.ndarray, "frames bodies 3"]]:
+    """Corners of the soles of some feet, and origins of all bodies [m]."""
+    R, p = body_poses(skeleton, q)
+    return [sole.corners_ground(R, p) for sole in soles(skeleton, feet)], p
 
 
 def _heels(

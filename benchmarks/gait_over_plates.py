@@ -11,18 +11,16 @@ from jaxtyping import Float
 from scipy.stats import norm, truncnorm
 
 from benchmarks.activities.performed import STEP_LEGS, STEP_S
-from benchmarks.activities.puppets import ADULTS, CHILDREN, Plant, Puppet, earlier, puppet, steps
-from benchmarks.activities.simulated import FEET
+from benchmarks.activities.puppets import CHILDREN, Plant, Puppet, earlier, puppet, steps
+from benchmarks.activities.simulated import ADULTS, FEET
+from benchmarks.gait_belts import corners_of
 from benchmarks.gait_events import EDGE_S, Told, Verdict, harm, matched
 from solver.capture.capture import ForcePlate
 from solver.capture.force_settings import CONDITIONING
-from solver.contact.sole import soles
 from solver.gait.events import Stance, events_of, stances_from_feet, stances_from_plates, stances_of_both
-from solver.gait.foot_motion import FootMotion, foot_motion
+from solver.gait.foot_motion import foot_motion
 from solver.gait.settings import GAIT, GaitSettings
 from solver.gravity import GRAVITY
-from solver.kinematics.motion import Motion
-from solver.skeleton.forward import body_poses
 
 GROWN_UP, YOUNG = range(300, 306), range(400, 404)  # seeds of persons
 PLATE_RATE = 1000.0  # [Hz]
@@ -106,7 +104,8 @@ def _over_plates(seed: int, who: Puppet) -> Iterator[OverPlates]:
         plants = earlier(steps([(step_m, 0.0)] * 12, step_s, lands=lands, double=double), 2.5 * step_s)
         duration = 8.5 * step_s
         motion = who.moved(plants, duration, rng)
-        feet, corners = _feet_of(who, motion)
+        corners, p = corners_of(who.skeleton, FEET, motion.q)
+        feet = foot_motion(corners, p[:, 0], motion.times, GAIT)
         yield OverPlates(
             f"person {seed}",
             corners,
@@ -115,12 +114,6 @@ def _over_plates(seed: int, who: Puppet) -> Iterator[OverPlates]:
             stances_from_feet(feet, GAIT),
             events_of_plants(plants, duration),
         )
-
-
-def _feet_of(who: Puppet, motion: Motion) -> tuple[FootMotion, list[Float[np.ndarray, "frames corners 3"]]]:
-    R, p = body_poses(who.skeleton, motion.q)
-    corners = [sole.corners_ground(R, p) for sole in soles(who.skeleton, FEET)]
-    return foot_motion(corners, p[:, 0], motion.times, GAIT), corners
 
 
 def _plates(

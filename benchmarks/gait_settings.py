@@ -10,7 +10,7 @@ writes GAIT_SETTINGS.md.
 
 import argparse
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -18,7 +18,7 @@ from typing import Protocol
 
 import numpy as np
 
-from benchmarks.gait_belts import belt_answer, belted
+from benchmarks.gait_belts import belt_answer, belted, corners_of
 from benchmarks.gait_events import Case, Told, harm, without_forces
 from benchmarks.gait_hidden import hidden, told_of_hidden
 from benchmarks.gait_known_cycles import cycles_answer, walks
@@ -33,17 +33,14 @@ from benchmarks.varied import (
     asked,
     judged_tables,
     place,
-    place_of_number,
     rules,
     variations,
 )
 from solver.capture.subject import open_subject
-from solver.contact.sole import soles
 from solver.gait.foot_motion import foot_motion
 from solver.gait.settings import GAIT, GaitSettings
 from solver.pipeline import solve
 from solver.settings import Settings
-from solver.skeleton.forward import body_poses
 
 PAGE = Path(__file__).with_name("GAIT_SETTINGS.md")
 ANSWERS = "gait.jsonl"
@@ -116,11 +113,10 @@ def _walked(recording: Recording, folder: Path) -> Walked:
     trial = next(one for one in fit.trials if one.capture.name == recording.trial)
     points, loads = measured(recording)
     case = Case(recording, points, loads, steps_of(recording, points, loads), folder, ())
-    R, p = body_poses(fit.skeleton, trial.motion.q)
     assert trial.contacts is not None
     bodies = tuple(trial.contacts.foot_bodies)
-    corners = tuple(sole.corners_ground(R, p) for sole in soles(fit.skeleton, bodies))
-    return Walked(case, corners, p[:, 0], trial.motion.times, bodies)
+    corners, p = corners_of(fit.skeleton, bodies, trial.motion.q)
+    return Walked(case, tuple(corners), p[:, 0], trial.motion.times, bodies)
 
 
 Event = tuple[str | int, str, float]
@@ -193,19 +189,19 @@ def _others(told: Sequence[Event], known: Sequence[Event]) -> int:
 
 def of_plates(kept: Path, name: str, factor: float, told: Sequence[Sequence[Event]]) -> Answer:
     """Of puppets over plates."""
-    return of_events(name, factor, _harms(over_plates(kept), told), told, told_of_plates(str(kept)))
+    return of_events(name, factor, _harms(over_plates(kept), told), told, usually(told_of_plates, kept))
 
 
 def of_hidden(kept: Path, name: str, factor: float, told: Sequence[Sequence[Event]]) -> Answer:
     """Of feet that were hidden for a while."""
     cases = hidden(kept)
-    return of_events(name, factor, _harms(cases, told), told, told_usually(kept))
+    return of_events(name, factor, _harms(cases, told), told, usually(told_of_hidden, kept))
 
 
 @cache
-def told_usually(kept: Path) -> Sequence[Sequence[Event]]:
-    """Of hidden feet."""
-    return told_of_hidden(str(kept))
+def usually(told: Callable[[str], Sequence[Sequence[Event]]], kept: Path) -> Sequence[Sequence[Event]]:
+    """Events of every trial, with all constants as they are."""
+    return told(str(kept))
 
 
 def _harms(cases: Sequence[Knowing], told: Sequence[Sequence[Event]]) -> Iterator[tuple[str, float]]:
@@ -230,9 +226,8 @@ def of_settings(usual: str) -> Iterator[Variation]:
     yield from (one for one in variations(GAIT, shares=SHARES) if usual_for(one[0]) == usual)
 
 
-def _of_numbers(usual: str, numbers: Sequence[Number]) -> Iterator[Variation]:
-    yield usual, 1.0, None
-    yield from ((number.called, factor, number) for number in numbers for factor in FACTORS)
+def _of_number(number: Number) -> Iterator[Variation]:
+    return ((number.called, factor, number) for factor in FACTORS)
 
 
 def main() -> None:
@@ -258,7 +253,9 @@ def main() -> None:
         of_hidden=100 * usual[HIDDEN].wrong,
     )
     rows = judged_tables(
-        [one for one in answers if one.setting not in usual], lambda name: usual[usual_for(name)], _place
+        [one for one in answers if one.setting not in usual],
+        lambda name: usual[usual_for(name)],
+        lambda name: place(name, {"GaitSettings": "gait"}),
     )
     PAGE.write_text("\n".join([text + rules(), "", *rows]), encoding="utf-8")
 
@@ -280,28 +277,23 @@ def _ask_puppets(file: Path) -> None:
         return of_plates(kept, name, factor, answer_with(number, factor, told_of_plates, {"kept": str(kept)}))
 
     asked(file, of_settings(PLATES), over)
-    asked(file, ((SAME_STANCE.called, factor, SAME_STANCE) for factor in FACTORS), over_otherwise)
+    asked(file, _of_number(SAME_STANCE), over_otherwise)
     asked(file, of_settings(CYCLES), lambda variation: cycles_answer(walks(kept), variation))
 
 
 def _ask_about_hidden(file: Path) -> list[Answer]:
     kept = file.parent
 
-    def told(number: Number | None, factor: float) -> Sequence[Sequence[Event]]:
-        asks = {"kept": str(kept)}
-        return told_usually(kept) if number is None else answer_with(number, factor, told_of_hidden, asks)
+    def otherwise(variation: Variation) -> Answer:
+        name, factor, number = variation
+        return of_hidden(kept, name, factor, answer_with(number, factor, told_of_hidden, {"kept": str(kept)}))
 
-    return asked(
-        file, _of_numbers(HIDDEN, (OF_HIDDEN,)), lambda v: of_hidden(kept, v[0], v[1], told(v[2], v[1]))
-    )
+    asked(file, [(HIDDEN, 1.0, None)], lambda v: of_hidden(kept, v[0], v[1], usually(told_of_hidden, kept)))
+    return asked(file, _of_number(OF_HIDDEN), otherwise)
 
 
 def _listed(names: Sequence[str]) -> str:
     return ", ".join(f"`{name}`" for name in names)
-
-
-def _place(name: str) -> str:
-    return place_of_number(name) if " " in name else place(name, {"GaitSettings": "gait"})
 
 
 if __name__ == "__main__":

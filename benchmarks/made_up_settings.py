@@ -20,21 +20,7 @@ from benchmarks.activities.simulated import EVERYTHING, simulated
 from benchmarks.made_up_motions import by_activity, middles
 from benchmarks.register import tuned_numbers
 from benchmarks.rewriting import NoAnswerError, Number, answer_with
-from benchmarks.varied import (
-    CHANCE,
-    FACTORS,
-    LOOK,
-    NOTHING,
-    REFUSED,
-    STANDS,
-    Answer,
-    asked,
-    evidence,
-    place_of_number,
-    rules,
-    under_headings,
-    verdict,
-)
+from benchmarks.varied import FACTORS, Answer, asked, judged_tables, place_of_number, rules
 
 PAGE = Path(__file__).with_name("MADE_UP_SETTINGS.md")
 SEEDS = (0, 100, 101)  # of persons; the first one sprints and lands as well
@@ -53,7 +39,6 @@ DONE_WITH = {
 UNITS = {"[°]": 10.0}  # of a figure, in which distances are told; of others:
 SHARE = 0.1
 UNTOLD = 10.0  # units: nobody could walk so
-KINDS = (NOTHING, STANDS, CHANCE, LOOK, REFUSED)
 SAME = 0.01  # of a unit: by less a figure does not change
 Figures = Mapping[tuple[str, str], float]
 """Medians of the made-up persons, by activity and figure."""
@@ -142,24 +127,15 @@ def page(answers: Sequence[Answer], usual: Mapping[str, Answer]) -> str:
         answers: of half and double of each number.
         usual: with it as it is, by its name.
     """
-    found = evidence([one for one in answers if one.of], usual.__getitem__)
-
-    def heading(name: str, both: Mapping[float, Answer]) -> str:
-        told = [one for one in both.values() if one.of]
-        surely = {one.factor for one in told if found[name, one.factor].is_beyond_chance}
-        return verdict(told[0], told[-1], usual[name], surely) if told else REFUSED
 
     def words(one: Answer) -> str:
         if not one.of:
             return f"× {one.factor:g}: nobody can move so"
         before = usual[one.setting].wrong
-        chance = f" ({found[one.setting, one.factor].words})" if one.wrong < before else ""
-        told = f"× {one.factor:g}: {one.wrong:.2f} for {before:.2f}, {100 * one.changed:.0f} % change"
-        return told + chance
+        return f"× {one.factor:g}: {one.wrong:.2f} for {before:.2f}, {100 * one.changed:.0f} % change"
 
-    return "\n".join(
-        [INTRODUCTION, rules(), "", *under_headings(answers, heading, place_of_number, words, KINDS)]
-    )
+    rows = judged_tables(answers, usual.__getitem__, place_of_number, words)
+    return "\n".join([INTRODUCTION, rules(), "", *rows])
 
 
 def main() -> None:
@@ -172,8 +148,10 @@ def main() -> None:
     told = asked(
         keep / "made_up.jsonl", waiting, lambda v: answer(keep, v[0], v[1], None if v[1] == 1.0 else v[2])
     )
+    still_asked = {one.called for one in numbers}  # what is kept may be of numbers that are gone
     usual = {one.setting: one for one in told if one.factor == 1.0}
-    PAGE.write_text(page([one for one in told if one.factor != 1.0], usual), encoding="utf-8")
+    others = [one for one in told if one.factor != 1.0 and one.setting in still_asked]
+    PAGE.write_text(page(others, usual), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -53,7 +53,7 @@ def scaled(value: Any, factor: float) -> Any:
     Of a curve over a share from 0 to 1, at least three pairs of share and value, the shares stay as well.
     """
     match value:
-        case ((0 | 0.0, _), (_, _), (_, _), *_) if is_curve(value):
+        case tuple() | list() if _is_curve(value):
             return type(value)((share, scaled(one, factor)) for share, one in value)
         case bool() | str() | None:
             return value
@@ -71,11 +71,11 @@ def scaled(value: Any, factor: float) -> Any:
     return value
 
 
-def is_curve(pairs: Sequence[Any]) -> bool:
-    """Whether all are pairs of numbers of which the first grow and are at most 1."""
-    if not all(isinstance(pair, tuple) and len(pair) == 2 for pair in pairs):
+def _is_curve(values: Sequence[Any]) -> bool:
+    """Whether there are three pairs or more, of which the first numbers grow from 0 and are at most 1."""
+    if len(values) < 3 or not all(isinstance(pair, tuple) and len(pair) == 2 for pair in values):
         return False
-    return all(a[0] < b[0] <= 1 for a, b in pairwise(pairs))
+    return values[0][0] == 0 and all(a[0] < b[0] <= 1 for a, b in pairwise(values))
 
 
 def set_otherwise(numbers: Sequence[Number], factor: float) -> None:

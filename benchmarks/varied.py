@@ -279,37 +279,50 @@ def number_tables(answers: Sequence[Answer], usual: Answer) -> list[str]:
     return judged_tables(answers, lambda _: usual, place_of_number)
 
 
+def shares(one: Answer) -> str:
+    """What a cell says of one value: shares that are wrong and that are others than usual."""
+    return f"× {one.factor:g}: {100 * one.wrong:.2f} %, {100 * one.changed:.2f} % otherwise"
+
+
 def judged_tables(
-    answers: Sequence[Answer], usual: Callable[[str], Answer], cells: Callable[[str], str]
+    answers: Sequence[Answer],
+    usual: Callable[[str], Answer],
+    cells: Callable[[str], str],
+    words: Callable[[Answer], str] = shares,
 ) -> list[str]:
     """Lines of a page: rows under the headings of `verdict`, with what is said of chance where one is better.
 
     Args:
-        answers: of half and double of each.
+        answers: of half and double of each; of a value that cannot be, one of nothing.
         usual: with all as they are, by the name of what is varied.
         cells: the first two of a row, by its name.
+        words: what is said of one answer.
     """
     found = evidence(answers, usual)
 
     def heading(name: str, both: Mapping[float, Answer]) -> str:
+        told = [one for one in both.values() if not np.isnan(one.wrong)]
         surely = {factor for factor in both if found[name, factor].is_beyond_chance}
-        return verdict(both[0.5], both[2.0], usual(name), surely)
+        return verdict(told[0], told[-1], usual(name), surely) if told else REFUSED
 
-    def words(one: Answer) -> str:
+    def with_chance(one: Answer) -> str:
         before = usual(one.setting).wrong
         is_better = before - one.wrong > BETTER_SHARE * before
-        return shares(one) + (f" ({found[one.setting, one.factor].words})" if is_better else "")
+        return words(one) + (f" ({found[one.setting, one.factor].words})" if is_better else "")
 
-    return under_headings(answers, heading, cells, words)
+    kinds = (NOTHING, STANDS, CHANCE, LOOK, *([REFUSED] if any(np.isnan(a.wrong) for a in answers) else []))
+    return under_headings(answers, heading, cells, with_chance, kinds)
 
 
 def place(name: str, table_of: Mapping[str, str]) -> str:
-    """The first two cells of a setting's row.
+    """The first two cells of a row.
 
     Args:
-        name: by class.
+        name: of a setting by its class, of a constant by its file.
         table_of: of each class, how a TOML file names it.
     """
+    if " " in name:
+        return place_of_number(name)
     return f"`{table_of[_class(name)]}.{name.partition('.')[2]}` | `{name}`"
 
 
@@ -321,11 +334,6 @@ def place_of_number(name: str) -> str:
     """The first two cells of a constant's row, by its file and name."""
     file, _, constant = name.partition(" ")
     return f"`{file}` | `{constant}`"
-
-
-def shares(one: Answer) -> str:
-    """What a cell says of one value: shares that are wrong and that are others than usual."""
-    return f"× {one.factor:g}: {100 * one.wrong:.2f} %, {100 * one.changed:.2f} % otherwise"
 
 
 def under_headings(

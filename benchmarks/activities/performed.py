@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.activities.examples import SIMULATED, Example
 from benchmarks.activities.puppets import LONG_S, RATE, Hips, Plant, Puppet, earlier, puppet, steps
-from benchmarks.activities.simulated import FEET
+from benchmarks.activities.simulated import FEET, load_of
 from solver.gait.activity import Activity, Kind
 from solver.gravity import GRAVITY
 from solver.kinematics.motion import Motion
@@ -49,10 +49,9 @@ def performed() -> Iterator[Example]:
             else:
                 motion = somebody.moved(plants, duration, rng, hips, rng.uniform(*SWAY_M))
             before = plants, motion
-            rise = model.centre_of_mass_acceleration(motion.q, motion.velocity, motion.acceleration)[:, 1]
             yield Example(
                 SIMULATED, f"person {seed}, {name}", activity, kind, somebody.skeleton, FEET, motion,
-                load_BW=1 + rise / GRAVITY,
+                load_BW=load_of(model, motion),
                 during=None if during is None else (round(during[0] * RATE), round(during[1] * RATE)),
             )  # fmt: skip
 

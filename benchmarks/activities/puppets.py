@@ -13,9 +13,9 @@ from jaxtyping import Float
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 from scipy.ndimage import gaussian_filter1d, minimum_filter1d
 
+from benchmarks.activities.simulated import ADULTS, Between, somebody
 from solver.gravity import GRAVITY
 from solver.kinematics.motion import Motion
-from solver.simulate.person import Person, body_of
 from solver.skeleton.forward import body_poses
 from solver.skeleton.skeleton import Skeleton
 
@@ -31,8 +31,7 @@ TIPTOE = -0.7  # [rad] of a foot that stays back
 NEAR_S = 0.15  # [s] by which hips are sooner and longer low than the feet ask for
 LIFTS_S = 0.4  # [s] in which a foot is lifted that is then held
 DOWN_S, UP_S = 0.15, 0.35  # [s] that the heel takes in a long one, at most
-ADULTS = (1.50, 1.92), (19.5, 29.0)  # heights [m] and body mass indices [kg/m²]
-CHILDREN = (1.05, 1.40), (14.0, 19.0)  # of about 4 to 10 years
+CHILDREN = (1.05, 1.40), (14.0, 19.0)  # of about 4 to 10 years, as those of adults
 WAITS_S, LEANS_S = 0.6, 0.3  # [s] both feet stand for so long: hips wait, and lean before the next step
 Times = Float[np.ndarray, " frames"]
 
@@ -235,17 +234,14 @@ class Puppet:
         return np.arctan2(ankle_hip[:, 0], -ankle_hip[:, 1]) + beside, knee
 
 
-def puppet(seed: int, among: tuple[tuple[float, float], tuple[float, float]] = ADULTS) -> Puppet:
+def puppet(seed: int, among: tuple[Between, Between] = ADULTS) -> Puppet:
     """Somebody.
 
     Args:
         seed: who.
         among: people of such heights [m] and body mass indices [kg/m²].
     """
-    rng = np.random.default_rng(seed)
-    height = float(rng.uniform(*among[0]))
-    mass = float(rng.uniform(*among[1])) * height**2
-    body = body_of(Person(mass, height, "female" if rng.random() < 0.5 else "male"), rng)
+    body = somebody(np.random.default_rng(seed), among)
     skeleton, sole = body.skeleton, body.sole
     p = body_poses(skeleton, np.zeros((1, len(skeleton.dofs))))[1][0, :, :2]
     pelvis, femur, tibia, talus, calcn, toes = (

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
 
 from benchmarks.activities.examples import SIMULATED, Example
 from solver.gait.activity import Activity, Kind
@@ -27,6 +28,8 @@ WHAT = {
     "landing": (Activity.JUMP, Kind.DROP_JUMP),
 }
 EVERYTHING = frozenset(WHAT)
+Between = tuple[float, float]
+ADULTS: tuple[Between, Between] = (1.50, 1.92), (19.5, 29.0)  # heights [m] and body mass indices [kg/m²]
 DURATION_S = {"walk": 4.0, "run": 1.6, "sprint": 0.8, "squat": 4.0, "stand": 4.0, "landing": 1.5}
 
 
@@ -43,16 +46,28 @@ def simulated(
     folder.mkdir(parents=True, exist_ok=True)
     for seed in seeds:
         rng = np.random.default_rng(seed)
-        body = _somebody(rng)
+        body = somebody(rng)
         for scenario in _scenarios(seed, rng):
             if scenario.activity in activities:
                 yield from _examples(seed, scenario, body, folder)
 
 
-def _somebody(rng: np.random.Generator) -> TrueBody:
-    height = float(rng.uniform(1.50, 1.92))
-    mass = float(rng.uniform(19.5, 29.0)) * height**2
+def somebody(rng: np.random.Generator, among: tuple[Between, Between] = ADULTS) -> TrueBody:
+    """One of some people.
+
+    Args:
+        rng: who.
+        among: their heights [m] and body mass indices [kg/m²].
+    """
+    height = float(rng.uniform(*among[0]))
+    mass = float(rng.uniform(*among[1])) * height**2
     return body_of(Person(mass, height, "female" if rng.random() < 0.5 else "male"), rng)
+
+
+def load_of(model: RigidBodyModel, motion: Motion) -> Float[np.ndarray, " frames"]:
+    """What the ground bears [body weights]."""
+    rise = model.centre_of_mass_acceleration(motion.q, motion.velocity, motion.acceleration)[:, 1]
+    return np.asarray(1 + rise / GRAVITY)
 
 
 def _scenarios(seed: int, rng: np.random.Generator) -> list[Scenario]:
@@ -88,7 +103,6 @@ def _examples(seed: int, scenario: Scenario, body: TrueBody, folder: Path) -> It
     for way, told in ways.items():
         motion = Motion(body.skeleton.dofs, np.load(paths[way]), rate)
         name = f"person {seed}, {scenario.name}{', belt' if way == 'belt' else ''}"
-        rise = model.centre_of_mass_acceleration(motion.q, motion.velocity, motion.acceleration)[:, 1]
         yield Example(
             SIMULATED,
             name,
@@ -97,6 +111,6 @@ def _examples(seed: int, scenario: Scenario, body: TrueBody, folder: Path) -> It
             body.skeleton,
             FEET,
             motion,
-            load_BW=1 + rise / GRAVITY,
+            load_BW=load_of(model, motion),
             speed_m_s=scenario.speed,
         )

@@ -95,8 +95,7 @@ def _out_of_sight(
         sole = skeleton.body_index(foot)
         bodies = {sole, *(i for i, parent in enumerate(parents) if parent == sole)}
         own = [i for i, name in enumerate(trial.marker_errors.names) if body_of.get(name) in bodies]
-        out_of_sight = ~seen[:, own].any(axis=1) if own else np.zeros(len(seen), dtype=bool)
-        for start, end in runs(out_of_sight):
+        for start, end in runs(~seen[:, own].any(axis=1)) if own else ():
             hidden[start:end, k] = end - start > BRIDGED_S * trial.motion.rate
     return hidden
 
