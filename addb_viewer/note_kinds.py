@@ -119,6 +119,8 @@ KINDS = (
     NoteKind("labels", (
         "labels understood by the atlas",
         "labels that the marker map explains",
+        "points that software computed",
+        "labels that no table has",
         "labels without a meaning, ",
         "labels that the model has no markers for",
         "matched by similar names",

@@ -17,7 +17,9 @@ from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.unseen_markers import far_as_nan, unseen_as_nan
 from solver.errors import CaptureError
 
-COMPUTED_GROUPS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS")
+COMPUTED_GROUPS = frozenset(
+    ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS", "MODELED_MARKERS", "MODELLED_MARKERS")
+)
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,8 @@ def _upwards(
 def _markers(contents: C3dContents, settings: ReadingSettings) -> tuple[Markers, float, tuple[str, ...]]:
     """The markers, metres per POINT:UNITS, and notes."""
     source = contents.path.name
-    computed = frozenset(label for group in COMPUTED_GROUPS for label in contents.words("POINT", group))
+    groups = COMPUTED_GROUPS | set(contents.words("POINT", "TYPE_GROUPS")) - {"MARKERS", "MARKER", "LABELS"}
+    computed = frozenset(label for group in groups for label in contents.words("POINT", group))
     seen_frames = np.isfinite(contents.points).all(axis=2) & (contents.points != 0).any(axis=2)
     chosen = marker_points(contents.words("POINT", "LABELS"), seen_frames.sum(axis=0), computed, source)
     if not chosen.names:

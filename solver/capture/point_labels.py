@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Int
 
-from solver.capture.text_table import unique_names
+from solver.capture.text_table import some_of, unique_names
 
 UNLABELLED = re.compile(r"|\*.*|(unlabel+ed|unnamed|unknown|uname)[ _:*-]*\d*", re.IGNORECASE)
 COMPUTED = re.compile(r"(.*[a-z0-9_. ])?(Angles?|Moments?|Forces?|Powers?|Scalars?|ProgressAngles?)")
@@ -47,7 +47,7 @@ def marker_points(
 
     derived = [named[k] for k in columns if is_computed(named[k])]
     if derived:
-        notes += (f"{source}: computed quantities, not markers: {', '.join(derived)}",)
+        notes += (f"{source}: {len(derived)} computed quantities, not markers: {some_of(derived, 3)}",)
     columns = [k for k in columns if not is_computed(named[k])]
 
     columns, short, prefix_notes = _without_subject({k: named[k] for k in columns}, seen_frames, source)

@@ -186,6 +186,12 @@ def unique_names(names: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]
     return tuple(result), tuple(name for name, count in seen.items() if count > 1)
 
 
+def some_of(names: Sequence[str], most: int = 6) -> str:
+    """Names in a sentence: all of a few, of many the first and how many more."""
+    more = len(names) - most
+    return f"{', '.join(names[:most])} and {more} more" if more > 1 else ", ".join(names)
+
+
 def _number(path: Path, line: int, column_name: Callable[[int], str], column: int, cell: str) -> float:
     if not cell or cell.lower() in MISSING:
         return math.nan

@@ -10,6 +10,7 @@ from pathlib import Path
 from solver.capture.atomic import DRAFT, draft_folder
 from solver.capture.disk_errors import ONLY_WRITING, writing_failed
 from solver.capture.file_names import distinct
+from solver.capture.text_table import some_of
 from solver.conversion.content import Content, Part, Trial
 from solver.conversion.formats import FOLDER, READERS, WRITERS, Writer
 from solver.conversion.opensim_set import is_opensim_set, read_motion, read_opensim_set
@@ -188,9 +189,8 @@ def _refuse_to_replace(paths: Sequence[Path], read: Collection[Path], overwrite:
         raise CaptureError(f"{folders[0]}: is a folder. Name a file, or move the folder away.")
     there = [path.name for path in paths if path.exists()]
     if there and not overwrite:
-        more = f" and {len(there) - LISTED} more" if len(there) > LISTED else ""
         raise CaptureError(
-            f"{paths[0].parent}: {', '.join(there[:LISTED])}{more} would be replaced. Name another target, "
+            f"{paths[0].parent}: {some_of(there, LISTED)} would be replaced. Name another target, "
             "or say --overwrite."
         )
 

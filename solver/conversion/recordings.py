@@ -18,6 +18,7 @@ from solver.capture.moment_convention import plates_from_storage
 from solver.capture.plate_levels import plate_witnesses
 from solver.capture.reading_settings import READING, ReadingSettings
 from solver.capture.storage import read_storage
+from solver.capture.text_table import some_of
 from solver.capture.trc import write_trc
 from solver.capture.trial import read_recording
 from solver.conversion.content import Content, Trial
@@ -137,8 +138,7 @@ def _counted(what: str, names: Sequence[str]) -> str:
     """Such as "3 events (Jump, Land, Turn)"; empty for none."""
     if not names:
         return ""
-    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
-    return f"{len(names)} {what} ({', '.join(names[:LISTED])}{more})"
+    return f"{len(names)} {what} ({some_of(names, LISTED)})"
 
 
 def write_c3d_file(content: Content, path: Path) -> tuple[str, ...]:

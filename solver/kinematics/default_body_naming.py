@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from solver.capture.capture import Markers
+from solver.capture.text_table import some_of
 from solver.kinematics.flat_foot import on_flat_feet
 from solver.kinematics.hip_width import LEG_LANDMARKS
 from solver.kinematics.label_reading import read_labels
@@ -74,6 +75,9 @@ def _named(
             if row.used:
                 new[row.label] = read.found[row.label]
             continue
+        if target is None and row.computed:
+            named[row.label] = LEFT_OUT
+            continue
         if target is None and row.landmark is None:
             continue  # nothing but the body's own names can know it
         if (
@@ -139,11 +143,13 @@ def _notes(
     rows: Sequence[UnderstoodLabel], named: Mapping[str, str], word: Mapping[str, str], new: set[str]
 ) -> tuple[str, ...]:
     notes = []
-    atlas_named = [f"{r.label} = {r.landmark}" for r in rows if r.label in new and r.label not in word]
+    atlas_named = [r.label for r in rows if r.label in new and r.label not in word]
     if atlas_named:
-        notes.append(f"labels understood by the atlas: {', '.join(atlas_named)}")
+        notes.append(
+            f"labels understood by the atlas: {some_of(atlas_named)} (`addb-viewer markers` says how)"
+        )
     if word:
-        notes.append(f"labels that the marker map explains: {', '.join(word)}")
+        notes.append(f"labels that the marker map explains: {some_of(list(word))}")
     doubtful = [
         f"{r.label} ({r.landmark}, {r.confidence:.2f})"
         for r in rows
@@ -152,6 +158,6 @@ def _notes(
     if doubtful:
         notes.append(
             f"labels not understood with enough confidence, or of a place that another label has: "
-            f"{', '.join(doubtful)}; `addb-viewer markers` lists the alternatives"
+            f"{some_of(doubtful)}; `addb-viewer markers` lists the alternatives"
         )
     return tuple(notes)

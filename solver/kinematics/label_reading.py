@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from solver.capture.capture import Markers
+from solver.capture.text_table import some_of
 from solver.capture.trajectory_joining import JoiningSettings
 from solver.errors import FitError
 from solver.kinematics.marker_matching import FEWEST_SHARED, LEFT_OUT, known_by_name
@@ -85,11 +86,14 @@ def read_labels(
         if label not in {r.label for r in meant if not r.used}
     }
     holds = len(pinned) >= FEWEST_SHARED and len(used) >= HOLDS * len(meant)
-    unknown = {row.label for row in understood.labels} - set(pinned) - {r.label for r in meant}
-    if holds and not unknown:
-        return ReadLabels(understood, {})
+    computed = [row.label for row in understood.labels if row.computed]
+    unknown = {r.label for r in understood.labels} - {*pinned, *computed, *(r.label for r in meant)}
+    untold = sorted(unknown) if holds and len(computed) > len(unknown) else []
+    notes = _computed_notes(computed, untold)
+    if holds and len(untold) == len(unknown):
+        return ReadLabels(understood, {}, notes)
     pinned = {**(pinned if holds else {}), **{label: name for label, name in of_word.items() if name}}
-    wanted = [label for label in labels if of_word.get(label) != LEFT_OUT]
+    wanted = [label for label in labels if of_word.get(label) != LEFT_OUT and label not in computed]
     looked_at = _only(recordings, wanted)
     if not holds:
         unlike = disagreeing(looked_at)
@@ -99,12 +103,12 @@ def read_labels(
                 "Fit the trials one at a time, without a static trial, or name the labels in a marker map."
             )
         if len(wanted) < settings.unnamed.fewest_markers:
-            return ReadLabels(understood, {})
+            return ReadLabels(understood, {}, notes)
     recognition = recognise(
         looked_at, pinned, search=not holds or len(unknown) > FEW * len(pinned), settings=settings
     )
     if recognition is None or not (holds or recognition.person):
-        return ReadLabels(understood, {})
+        return ReadLabels(understood, {}, notes)
     sought = unknown if holds else set(wanted)
     found = {f.label: f for f in recognition.markers if f.label in sought and f.label not in of_word}
     if holds:  # what nobody asked for need not be listed as ambiguous: a label of no marker, mostly
@@ -114,7 +118,7 @@ def read_labels(
     return ReadLabels(
         Understanding(rows, understood.families if holds else ()),
         {label: _marker(f, body, ratio) for label, f in found.items()},
-        _notes(found, rows, contradicted=not holds and bool(meant)),
+        (*notes, *_notes(found, rows, contradicted=not holds and bool(meant))),
     )
 
 
@@ -168,6 +172,21 @@ def _region(body: str) -> str:
     return f"{_REGION[stem]}_{side}" if side else _REGION[stem]
 
 
+def _computed_notes(computed: Sequence[str], unknown: Sequence[str]) -> tuple[str, ...]:
+    if not computed:
+        return ()
+    notes = [
+        f"{len(computed)} points that software computed from others are no markers and left out: "
+        f"{some_of(computed, 3)}; `addb-viewer markers` lists them"
+    ]
+    if unknown:
+        notes.append(
+            f"labels that no table has, left out because such a file may hold more computed points: "
+            f"{some_of(unknown)}; what is a marker can be named in a map (`addb-viewer markers`)"
+        )
+    return tuple(notes)
+
+
 def _notes(
     found: Mapping[str, FoundMarker], rows: Sequence[UnderstoodLabel], contradicted: bool
 ) -> tuple[str, ...]:
@@ -180,7 +199,7 @@ def _notes(
             at = f" at {f.landmark.name}" if f.landmark else ""
             by_body.setdefault(f.body, []).append(f"{f.label}{at}")
     if by_body:
-        listed = "; ".join(f"{body}: {', '.join(labels)}" for body, labels in by_body.items())
+        listed = some_of([f"{body}: {', '.join(labels)}" for body, labels in by_body.items()])
         notes.append(f"labels without a meaning, attached to the bodies that they move with: {listed}")
     doubtful = [
         f"{f.label} ({' or '.join(f'{b} {p:.2f}' for b, p in ((f.body, f.confidence), *f.alternatives))})"
@@ -188,9 +207,7 @@ def _notes(
         if f.confidence < SURE_ENOUGH
     ]
     if doubtful:
-        notes.append(
-            f"labels without a meaning, on several bodies or on none, left out: {', '.join(doubtful)}"
-        )
+        notes.append(f"labels without a meaning, on several bodies or on none, left out: {some_of(doubtful)}")
     return tuple(notes)
 
 

@@ -93,7 +93,7 @@ def marker_errors(
             why = "the shoulder rose? The model has no shoulder girdle."
         notes.append(
             f"marker {name} is up to {100 * np.nanmax(distance[:, i]):.0f} cm off in frames {stretches}: "
-            f"{why} It had little weight there"
+            f"{why}"
         )
     return MarkerErrors(tuple(names), distance), tuple(notes)
 

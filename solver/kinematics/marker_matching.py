@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from solver.capture.capture import Markers
+from solver.capture.text_table import some_of
 from solver.errors import FitError
 from solver.kinematics.unseen_bodies import untold_dofs
 from solver.skeleton.skeleton import Skeleton
@@ -94,9 +95,10 @@ def match_markers(
     renamed = [f"{name} = {model}" for model in order for name in spellings[model] if name != model]
     said = list(notes)
     if renamed:
-        said.append(f"markers matched by similar names: {', '.join(renamed)}")
-    if unknown:
-        said.append(f"markers that the model '{skeleton.name}' does not know, left out: {', '.join(unknown)}")
+        said.append(f"markers matched by similar names: {some_of(renamed)}")
+    untold = [name for name in unknown if (named or {}).get(name) != LEFT_OUT]
+    if untold:
+        said.append(f"markers that the model '{skeleton.name}' does not know, left out: {some_of(untold)}")
     match = MarkerMatch(tuple(order), tuple(tuple(spellings[name]) for name in order), tuple(said))
     match = match.seen_in(recordings)
     _require_enough(skeleton, match, unknown)

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from solver.capture.capture import Markers
+from solver.capture.text_table import some_of
 from solver.errors import FitError
 from solver.kinematics.bare_model import is_bare, placed_on_model
 from solver.kinematics.default_body_naming import on_default_body
@@ -109,9 +110,7 @@ def _by_the_motion(
         on = {label: generic.bodies[marker.body].name for label, marker in new.items()}
         notes.append(f"labels without a meaning, attached to the bodies that they move with: {_listed(on)}")
     if lost:
-        notes.append(
-            f"labels without a meaning that match no marker of the model, left out: {', '.join(lost)}"
-        )
+        notes.append(f"labels without a meaning that match no marker of the model, left out: {some_of(lost)}")
     kept = [marker for marker in generic.markers if marker.name not in new]
     named = {**dict.fromkeys(lost, LEFT_OUT), **pairs, **{label: label for label in new}, **word}
     return generic.with_markers([*kept, *new.values()]), named, tuple(notes)
@@ -156,7 +155,7 @@ def _by_landmarks(
     notes = [f"labels that the model has no markers for, put where the atlas has them: {_listed(on)}"]
     if lost:
         notes.append(
-            f"labels on segments that the model lacks or defines differently, left out: {', '.join(lost)}"
+            f"labels on segments that the model lacks or defines differently, left out: {some_of(lost)}"
         )
     kept = [marker for marker in generic.markers if marker.name not in placed]
     unused = dict.fromkeys((label for label in _labels(recordings) if label not in named), LEFT_OUT)
@@ -164,7 +163,7 @@ def _by_landmarks(
 
 
 def _listed(pairs: Mapping[str, str]) -> str:
-    return ", ".join(f"{label} = {name}" for label, name in pairs.items())
+    return some_of([f"{label} = {name}" for label, name in pairs.items()])
 
 
 def _landmark(row: UnderstoodLabel) -> frozenset[str | None]:

@@ -7,6 +7,7 @@ import numpy as np
 
 from solver.capture.capture import Markers
 from solver.markers.atlas import atlas
+from solver.markers.computed_points import computed_points
 from solver.markers.distances import Candidate, apart_m, weighed
 from solver.markers.label_families import (
     WORDS,
@@ -32,6 +33,7 @@ WORDS_WEIGHT = 0.5  # of plain words against the family that explains most label
 OTHER_FAMILY = 0.4  # doubt about an entry of a family that explains little of the rest
 COVERED = 0.4  # of the labels a family should explain before its word is taken without doubt
 NOTABLE = 0.25  # of the best one's probability; alternatives that together have more widen the marker's place
+A_GUESS = 0.6  # ease of a name that a table has but for its digits
 LEAST = 0.02  # alternatives less likely than this are not worth a line
 
 
@@ -51,6 +53,7 @@ class UnderstoodLabel:
     why: str
     alternatives: tuple[tuple[str, float], ...] = ()
     same_as: str | None = None  # a surer label of the same landmark, which is used in its place
+    computed: bool = False  # by software from other points: no marker
 
     @property
     def used(self) -> bool:
@@ -111,10 +114,19 @@ def understand(labels: Sequence[str], recordings: Sequence[Markers] = ()) -> Und
     most = max(explained.values(), default=0.0)
     weights = {f: (n / most) ** 2 if most else 0.0 for f, n in explained.items()} | {WORDS: WORDS_WEIGHT}
     covered = min(1.0, most / max(1.0, COVERED * len(names)))
-    candidates = {label: _candidates(meanings[label], weights, covered) for label in names}
+    known = {label for label, found in meanings.items() if any(m.ease > A_GUESS for m in found)}
+    computed = computed_points(short, recordings, known)
+    candidates = {
+        label: [] if label in computed else _candidates(meanings[label], weights, covered) for label in names
+    }
     beliefs = weighed({label: found for label, found in candidates.items() if found}, recordings)
     beliefs = _alike_on_both_sides(beliefs, paired)
-    rows = [_row(label, candidates[label], beliefs.get(label), bool(recordings)) for label in names]
+    rows = [
+        UnderstoodLabel(label, None, None, 0.0, None, f"computed: {computed[label]}", computed=True)
+        if label in computed
+        else _row(label, candidates[label], beliefs.get(label), bool(recordings))
+        for label in names
+    ]
     counted = sorted(((f, round(n)) for f, n in explained.items() if n >= 1), key=lambda item: -item[1])
     return Understanding(_once_each(rows), tuple(counted))
 

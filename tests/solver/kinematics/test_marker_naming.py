@@ -44,7 +44,7 @@ def test_labels_that_the_default_body_does_not_know_get_a_marker_at_their_landma
     at = places(named.skeleton, named.match)
     assert at["RFAX"][0] == "tibia_r"
     np.testing.assert_allclose(at["RFAX"][1] * (1, 1, -1), at["LFAX"][1])
-    assert any("RFAX = fibula_head_r" in note for note in named.match.notes)
+    assert any("RFAX" in note for note in named.match.notes)
 
 
 def test_the_default_bodys_own_names_keep_their_markers(body):
